@@ -1,0 +1,41 @@
+# run: the main job on the bundled campaign; test: everything; check: style and floors; bench: speed
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
+
+.PHONY: run test check bench clean
+
+run: .stamp-build
+	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
+	@$(BIN)/railui optimise designs/studies/worn_axle_box.yaml -o railui-study/worn_axle_box
+
+test: check
+	cargo test --release
+	$(BIN)/python -m pytest
+
+check: .stamp-build
+	cargo fmt --check
+	cargo clippy --all-targets --features python -- -D warnings
+	$(BIN)/ruff check railui tests
+	$(BIN)/ruff format --check railui tests
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: .stamp-build
+	$(BIN)/railui bench
+
+# the outer pip serves where ensurepip is missing
+.stamp-venv: constraints.txt
+	$(PYTHON) -m venv $(VENV) 2>/dev/null || $(PYTHON) -m venv --without-pip $(VENV)
+	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m pip --python $(BIN)/python install --quiet pip
+	$(BIN)/python -m pip install --quiet -c constraints.txt maturin
+	@touch $@
+
+.stamp-build: .stamp-venv $(SOURCES)
+	@echo "building railui (the first time takes a few minutes)" >&2
+	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation --editable '.[dev]'
+	@touch $@
+
+clean:
+	rm -rf $(VENV) target .stamp-venv .stamp-build

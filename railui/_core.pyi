@@ -1,0 +1,44 @@
+"""The compiled kernel as Python sees it; only railui.core imports it."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+LANES: int
+
+Floats = NDArray[np.float64]
+
+def catalogue() -> list[dict[str, Any]]: ...
+def parameters(kind: str) -> list[str]: ...
+def simd() -> str: ...
+def sources() -> str: ...
+
+class Vehicle:
+    def __init__(self, kind: str, placed: list[tuple[str, str, int, int]], measured: list[str]) -> None: ...
+    def simulate(
+        self,
+        batch: Any,
+        table: Floats,
+        dt: float,
+        steps: int,
+        channels: list[str],
+        filter_parts: tuple[Floats, Floats, int, int, Floats, int] | None = None,
+        jobs: int = 1,
+    ) -> tuple[Floats, list[int]]: ...
+    def score(
+        self,
+        batch: Any,
+        table: Floats,
+        dt: float,
+        steps: int,
+        channels: list[str],
+        clearance: Floats,
+        cascades: list[Floats],
+        block: int,
+        jobs: int = 1,
+    ) -> tuple[Floats, Floats, Floats, list[int]]: ...
+    def steps(self, batch: Any, slowest: float, fastest: float, dt: float, limit: int) -> list[int]: ...
+    def eigenvalues(self, batch: Any, speed: float) -> list[list[tuple[float, float]]]: ...
+    def sites(self, batch: Any) -> dict[tuple[str, int], tuple[float, float]]: ...
+    def states(self, batch: Any) -> int: ...

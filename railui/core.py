@@ -1,0 +1,228 @@
+"""The door to the kernel: vehicles of one structure, as batches of rows of numbers."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui import _core
+
+Floats = NDArray[np.float64]
+Record = dict[str, Any]
+
+LANES: int = _core.LANES
+AGAINST = {"z": 0.0, "v": 1.0, "s": 2.0}
+RIG_INPUTS = {"force": 0.0, "base_displacement": 1.0, "base_acceleration": 2.0}
+STEP_LIMIT = 64
+
+
+@cache
+def catalogue() -> tuple[Record, ...]:
+    """The records of all effects, in the order of the kernel's list.
+
+    >>> catalogue()[0]["kind"]
+    'spring'
+    """
+    return tuple(_core.catalogue())
+
+
+@cache
+def record(kind: str) -> Record:
+    """The record of one effect; raises KeyError for a kind that is not in the catalogue."""
+    return {r["kind"]: r for r in catalogue()}[kind]
+
+
+@cache
+def parameters(kind: str) -> tuple[str, ...]:
+    """Paths of the numbers that a kind of vehicle ("bogie", "wheelset", "rig") is assembled from.
+
+    >>> parameters("rig")[0]
+    'vehicle.rig.mass'
+    """
+    return tuple(_core.parameters(kind))
+
+
+def simd() -> str:
+    """The SIMD level in use: v4 (AVX-512), v3 (AVX2) or portable."""
+    return _core.simd()
+
+
+def sources() -> str:
+    """SHA-256 of the sources that this kernel was built from."""
+    return _core.sources()
+
+
+def jobs_or_all(jobs: int | None) -> int:
+    """Threads to use: as asked, or all that the machine has."""
+    return jobs if jobs else (os.cpu_count() or 1)
+
+
+@dataclass(frozen=True)
+class Placement:
+    """An effect at a place; wheelset None: both, or none in particular."""
+
+    kind: str
+    at: str
+    wheelset: int | None = None
+    count: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.count:
+            object.__setattr__(self, "count", len(record(self.kind)["parameters"]))
+
+
+def effect_numbers(kind: str, values: Mapping[str, Any]) -> list[float]:
+    """The numbers of one effect in the kernel's order; a parameter left out is its record's default."""
+    if kind == "measured_force":
+        motion, force = list(values["motion"]), list(values["force"])
+        return [AGAINST[values.get("against", "z")], float(len(motion)), *motion, *force]
+    return [float(values.get(p["key"], p["default"])) for p in record(kind)["parameters"]]
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Vehicles of one structure, a row each.
+
+    numbers [n, parameters of the kind], effects [n, numbers of all placed effects], amounts [n, placed effects],
+    speed_scale [n] or None, initial [n, states] or None (at rest).
+    """
+
+    numbers: Floats
+    effects: Floats
+    amounts: Floats
+    speed_scale: Floats | None = None
+    initial: Floats | None = None
+
+    @classmethod
+    def of(
+        cls, numbers: Floats, effects: Floats | None = None, amounts: Floats | None = None, **more: Any
+    ) -> Batch:
+        """A batch of contiguous arrays; effects and amounts may be absent where nothing is placed."""
+        n = len(numbers)
+        two = [np.ascontiguousarray(x if x is not None else np.zeros((n, 0))) for x in (effects, amounts)]
+        return cls(np.ascontiguousarray(numbers, dtype=float), two[0], two[1], **more)
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def with_initial(self, initial: Floats | None) -> Batch:
+        """The same vehicles from other initial states, [states] for all or [n, states]."""
+        if initial is None:
+            return replace(self, initial=None)
+        return replace(self, initial=np.ascontiguousarray(np.broadcast_to(initial, (len(self), initial.shape[-1]))))
+
+    def select(self, rows: Any) -> Batch:
+        """Some of the vehicles."""
+        pick = [None if x is None else np.ascontiguousarray(x[rows]) for x in (self.speed_scale, self.initial)]
+        return Batch(
+            np.ascontiguousarray(self.numbers[rows]),
+            np.ascontiguousarray(self.effects[rows]),
+            np.ascontiguousarray(self.amounts[rows]),
+            *pick,
+        )
+
+
+@dataclass(frozen=True)
+class Filter:
+    """Zero-phase band-pass of second-order sections, cut at both ends, a weight per channel, every n-th sample."""
+
+    sos: Floats
+    zi: Floats
+    pad: int
+    cut: int
+    weights: Floats
+    every: int = 1
+
+    def kept(self, samples: int) -> int:
+        """Samples that remain of so many."""
+        return -(-max(samples - 2 * self.cut, 0) // self.every)
+
+    def parts(self) -> tuple[Floats, Floats, int, int, Floats, int]:
+        return (self.sos, self.zi, self.pad, self.cut, self.weights, self.every)
+
+
+@dataclass(frozen=True)
+class Rides:
+    """Statistics of many rides: displacement [n, wheelset, (mean, sd, share of contact)], rms [n, cascade]."""
+
+    displacement: Floats
+    rms: Floats
+    blocks: Floats
+    diverged: NDArray[np.int64]
+
+
+class Vehicles:
+    """Vehicles of one structure: a kind, placed effects, and the measured forces of the coach that drive them.
+
+    Raises ValueError for an effect at a place where it cannot stand, or two that supersede the same term.
+    """
+
+    def __init__(self, kind: str, placed: Sequence[Placement] = (), measured: Sequence[str] = ()) -> None:
+        self.kind = kind
+        self.placed = tuple(placed)
+        self.measured = tuple(measured)
+        self._core = _core.Vehicle(
+            kind, [(p.kind, p.at, p.wheelset or 0, p.count) for p in self.placed], list(measured)
+        )
+
+    def simulate(
+        self,
+        batch: Batch,
+        table: Floats,
+        dt: float,
+        steps: int,
+        channels: Sequence[str],
+        *,
+        filter: Filter | None = None,
+        jobs: int | None = 1,
+    ) -> tuple[Floats, NDArray[np.int64]]:
+        """Series [vehicle, channel, sample] and the sample at which each vehicle diverged (-1: never).
+
+        table: see `railui.track.input_table`; dt [s] between samples; steps of RK4 per sample.
+        """
+        flat, lost = self._core.simulate(
+            batch, table, dt, steps, list(channels), filter.parts() if filter else None, jobs_or_all(jobs)
+        )
+        return flat.reshape(len(batch), len(channels), -1), np.array(lost)
+
+    def score(
+        self,
+        batch: Batch,
+        table: Floats,
+        dt: float,
+        steps: int,
+        channels: Sequence[str],
+        clearance: Floats,
+        cascades: Sequence[Floats] = (),
+        *,
+        block: int = 0,
+        jobs: int | None = 1,
+    ) -> Rides:
+        """Statistics that stream with the steps; cascades [vehicle, section, 6] act on the third channel."""
+        n = len(batch)
+        e, rms, blocks, lost = self._core.score(
+            batch, table, dt, steps, list(channels), clearance, list(cascades), block, jobs_or_all(jobs)
+        )
+        return Rides(e.reshape(n, 2, 3), rms.reshape(n, -1), blocks.reshape(n, -1), np.array(lost))
+
+    def steps(self, batch: Batch, slowest: float, fastest: float, dt: float) -> list[int]:
+        """RK4 steps per sample that each vehicle needs between two speeds [m/s]; ValueError where too many."""
+        return self._core.steps(batch, slowest, fastest, dt, STEP_LIMIT)
+
+    def eigenvalues(self, batch: Batch, speed: float) -> NDArray[np.complex128]:
+        """Eigenvalues [vehicle, 2 x degrees of freedom] of the linear vehicles, largest real part first."""
+        return np.array([[complex(*z) for z in row] for row in self._core.eigenvalues(batch, speed)])
+
+    def sites(self, batch: Batch) -> dict[tuple[str, int], tuple[float, float]]:
+        """Linear (stiffness, damping) at every (place, wheelset) of the first vehicle; wheelset 0: none."""
+        return self._core.sites(batch)
+
+    def states(self, batch: Batch) -> int:
+        """Number of states, those of the effects last."""
+        return self._core.states(batch)

@@ -1,0 +1,46 @@
+//! A damper that is stronger in one direction.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct AsymmetricDamper;
+
+impl Effect for AsymmetricDamper {
+    const RECORD: Record = Record {
+        key: "asymmetric_damper",
+        title: "asymmetric damper",
+        source: "Iwnicki (ed.), Handbook of Railway Vehicle Dynamics (2006), ch. 3",
+        kind: Kind::Force,
+        at: &["secondary_lateral", "secondary_yaw", "rig"],
+        params: &[param(
+            "ratio",
+            "r",
+            "1",
+            [0.5, -1.0, 10.0],
+            "1",
+            "half as strong again in one direction",
+            Role::Strength,
+        )],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: false,
+        dissipates: true,
+        candidate: true,
+        shapes: &[&[0.5]],
+    };
+
+    fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
+        vec![p[0] * site.damping]
+    }
+
+    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+        Slopes { damping: (p[0] * site.damping).max(0.0), ..Slopes::default() }
+    }
+}
+
+impl Force for AsymmetricDamper {
+    // F = -r c v for v > 0
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
+        -(p.get::<P>(0) * v.max(P::zero()))
+    }
+}

@@ -1,0 +1,40 @@
+//! A stop that the suspension meets beyond a gap.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct BumpStop;
+
+impl Effect for BumpStop {
+    const RECORD: Record = Record {
+        key: "bump_stop",
+        title: "bump stop",
+        source: "Iwnicki (ed.), Handbook of Railway Vehicle Dynamics (2006), ch. 3",
+        kind: Kind::Force,
+        at: SUSPENSIONS,
+        params: &[
+            param("gap", "h", "z", [1.0, 0.0, 6.0], "z", "5 mm to either side; up to 30 mm", Role::Shape),
+            param("stiffness", "k", "F/z", [3.0, 0.0, 100.0], "k", STIFFNESS_ORIGIN, Role::Strength),
+        ],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[
+            &[0.15, 1.0], &[0.3, 1.0], &[0.5, 1.0], &[0.75, 1.0], &[1.0, 1.0], &[1.3, 1.0], &[1.6, 1.0],
+            &[2.0, 1.0], &[2.4, 1.0], &[2.9, 1.0],
+        ],
+    };
+
+    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+        Slopes { stiffness: p[1], ..Slopes::default() }
+    }
+}
+
+impl Force for BumpStop {
+    // F = -k (abs(z) - h) sign z beyond h
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
+        -(p.get::<P>(1) * (z - z.clamp(p.get(0))))
+    }
+}

@@ -1,0 +1,32 @@
+//! The coach is not still: a mass above the frame on a spring and a damper.
+use super::effect::*;
+
+pub struct CoachMode;
+
+impl Effect for CoachMode {
+    const RECORD: Record = Record {
+        key: "coach_mode",
+        title: "coach that moves",
+        source: "thesis ch. 3 (forces of the coach); one lateral mode",
+        kind: Kind::Body,
+        at: &["secondary_lateral"],
+        params: &[
+            param("mass", "m", "kg", [5.0, 0.1, 30.0], "m", "half a coach, five times the frame", Role::Shape),
+            param("stiffness", "k", "F/z", [1.0, 0.01, 100.0], "k", STIFFNESS_ORIGIN, Role::Shape),
+            param("damping", "c", "F*s/z", [1.0, 0.0, 100.0], "c", "the declared damper's", Role::Shape),
+        ],
+        supersedes: Supersedes::StiffnessAndDamping,
+        states: 2,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[
+            &[0.3, 1.0, 1.0], &[1.0, 1.0, 1.0], &[3.0, 1.0, 1.0], &[8.0, 1.0, 1.0], &[1.0, 3.0, 1.0], &[3.0, 3.0, 1.0],
+            &[8.0, 3.0, 1.0], &[1.0, 1.0, 0.3], &[3.0, 1.0, 0.3], &[8.0, 1.0, 0.3], &[3.0, 0.3, 1.0],
+        ],
+    };
+
+    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+        Slopes { stiffness: p[1], damping: p[2], rate: (p[1] / p[0]).sqrt().max(p[2] / p[0]) }
+    }
+}

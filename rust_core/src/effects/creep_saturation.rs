@@ -1,0 +1,47 @@
+//! Saturation of the creep forces at the friction limit.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct CreepSaturation;
+
+impl Effect for CreepSaturation {
+    const RECORD: Record = Record {
+        key: "creep_saturation",
+        title: "saturation of the creep forces",
+        source: "Johnson and Vermeulen 1964; Shen, Hedrick and Elkins 1983",
+        kind: Kind::Creep,
+        at: &["contact"],
+        params: &[param(
+            "friction",
+            "mu",
+            "1",
+            [0.35, 0.01, 1.0],
+            "1",
+            "dry rail 0.35; wet 0.15; poor adhesion 0.05",
+            Role::Shape,
+        )],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[&[0.04], &[0.07], &[0.1], &[0.15], &[0.2], &[0.28], &[0.4], &[0.6]],
+    };
+
+    fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
+        vec![1.0 / (p[0] * site.wheel_load)]
+    }
+}
+
+impl Creep for CreepSaturation {
+    // q = T/(mu N); factor 1 - q/3 + q^2/27 for q < 3, else 1/q
+    #[inline(always)]
+    fn factor<P: Part>(p: Numbers<'_>, tx: P, ty: P) -> P {
+        let limit: P = p.get(0);
+        let (x, y) = (tx * limit, ty * limit);
+        let q = x.mul_add(x, y * y).sqrt();
+        let three = P::splat(3.0);
+        let rising = q.mul_add(q.mul_add(P::splat(1.0 / 27.0), P::splat(-1.0 / 3.0)), P::splat(1.0));
+        q.if_less(three, rising, P::splat(1.0) / q.max(three))
+    }
+}

@@ -1,0 +1,42 @@
+//! A spring that stiffens, or softens, with the cube of the deflection.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct CubicStiffness;
+
+impl Effect for CubicStiffness {
+    const RECORD: Record = Record {
+        key: "cubic_stiffness",
+        title: "cubic stiffness",
+        source: "Duffing 1918; rubber springs: Bruni et al., Vehicle System Dynamics 49 (2011)",
+        kind: Kind::Force,
+        at: SUSPENSIONS,
+        params: &[param(
+            "stiffness",
+            "k3",
+            "F/z^3",
+            [1.0, -30.0, 1000.0],
+            "k/z^2",
+            "doubles the declared spring's force at 5 mm (5 mrad)",
+            Role::Strength,
+        )],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[&[0.3]],
+    };
+
+    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+        Slopes { stiffness: (3.0 * p[0] * site.motion * site.motion).max(0.0), ..Slopes::default() }
+    }
+}
+
+impl Force for CubicStiffness {
+    // F = -k3 z^3
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
+        -(p.get::<P>(0) * z * z * z)
+    }
+}

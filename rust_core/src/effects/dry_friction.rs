@@ -1,0 +1,49 @@
+//! Dry friction, smoothed over a slip speed.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct DryFriction;
+
+impl Effect for DryFriction {
+    const RECORD: Record = Record {
+        key: "dry_friction",
+        title: "dry friction",
+        source: "Coulomb 1785, smoothed: Bruni et al., Vehicle System Dynamics 49 (2011)",
+        kind: Kind::Force,
+        at: SUSPENSIONS,
+        params: &[
+            param("force", "F_c", "F", [0.3, 0.0, 3.0], "F", FORCE_ORIGIN, Role::Strength),
+            param(
+                "slip_speed",
+                "v_0",
+                "v",
+                [0.1, 0.002, 4.0],
+                "v",
+                "5 mm/s (5 mrad/s), a tenth of the reference speed",
+                Role::Shape,
+            ),
+        ],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[&[0.5, 0.03], &[0.5, 0.08], &[0.5, 0.2], &[0.5, 0.5], &[0.5, 1.2]],
+    };
+
+    fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
+        vec![p[0], 1.0 / p[1]]
+    }
+
+    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+        Slopes { damping: p[0] / p[1], ..Slopes::default() }
+    }
+}
+
+impl Force for DryFriction {
+    // F = -F_c tanh(v/v_0)
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
+        -(p.get::<P>(0) * (v * p.get(1)).tanh())
+    }
+}

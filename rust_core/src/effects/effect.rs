@@ -1,0 +1,179 @@
+//! What an effect is: a physical law that the linear model lacks, at a place, with an amount.
+use crate::lanes::{Lanes, Part};
+
+/// One parameter of a law. `default`, `minimum` and `maximum` are multiples of `times`: a product of
+/// k, c (the vehicle's own linear terms at the place), z, v, F (its reference motion, 5 mm or 5 mrad, at
+/// 10 rad/s, and force k z), m (mass of the frame), h (the flange clearance), r (the rolling radius).
+#[derive(Clone, Copy, Debug)]
+pub struct Param {
+    pub key: &'static str,
+    pub symbol: &'static str,
+    /// A word of z, v, F, s, 1 at the place, or an SI unit where it does not depend on the place.
+    pub unit: &'static str,
+    pub default: f64,
+    pub minimum: f64,
+    pub maximum: f64,
+    pub times: &'static str,
+    pub origin: &'static str,
+    pub role: Role,
+}
+
+/// How the search for what is missing treats a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// The force is proportional to it.
+    Strength,
+    /// It shapes the law.
+    Shape,
+    /// Off unless a design gives it; never searched for.
+    Optional,
+    /// It belongs to a run, not to the vehicle.
+    Run,
+}
+
+/// What of the linear model the law replaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Supersedes {
+    Nothing,
+    Stiffness,
+    StiffnessAndDamping,
+}
+
+/// What the law acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Force,
+    Creep,
+    Rolling,
+    Rail,
+    Body,
+    Sensor,
+}
+
+/// The record of an effect: the one place where it describes itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Record {
+    pub key: &'static str,
+    pub title: &'static str,
+    pub source: &'static str,
+    pub kind: Kind,
+    pub at: &'static [&'static str],
+    pub params: &'static [Param],
+    pub supersedes: Supersedes,
+    pub states: usize,
+    /// F(-z, -v) = -F(z, v)
+    pub odd: bool,
+    /// Over a closed cycle it takes energy out, or none.
+    pub dissipates: bool,
+    /// Does the trace look for it?
+    pub candidate: bool,
+    /// Starting shapes of a search: per parameter a multiple of its own unit made of the actual rms motion at
+    /// the place (z, v), the force k z, and k, c; 0 stands for the parameter's default.
+    pub shapes: &'static [&'static [f64]],
+}
+
+/// What the vehicle is like where the effect stands.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Site {
+    /// The linear spring and damper there, per unit of z and v.
+    pub stiffness: f64,
+    pub damping: f64,
+    /// Largest motion and speed that the step size must hold for.
+    pub motion: f64,
+    pub speed: f64,
+    /// Wheel load [N], and 2 kappa_y N / V [N s/m] at the lowest speed.
+    pub wheel_load: f64,
+    pub creep_damping: f64,
+}
+
+/// Steepest slopes of a law beyond the linear terms: force per z, force per v, rate of an own state [1/s].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Slopes {
+    pub stiffness: f64,
+    pub damping: f64,
+    pub rate: f64,
+}
+
+/// Every effect: its record, its numbers made ready (no division in a law), its steepest slopes.
+pub trait Effect {
+    const RECORD: Record;
+
+    fn prepare(p: &[f64], _site: &Site) -> Vec<f64> {
+        p.to_vec()
+    }
+
+    fn stiffest(_p: &[f64], _site: &Site) -> Slopes {
+        Slopes::default()
+    }
+}
+
+/// The prepared numbers of a part of the lanes.
+#[derive(Clone, Copy)]
+pub struct Numbers<'a> {
+    pub lanes: &'a [Lanes],
+    pub at: usize,
+}
+
+impl Numbers<'_> {
+    #[inline(always)]
+    pub fn get<P: Part>(&self, i: usize) -> P {
+        P::load(&self.lanes[i], self.at)
+    }
+}
+
+/// F(z, v, x) beyond the superseded linear term, and x' of an own state; s is the distance run.
+pub trait Force: Effect {
+    fn force<P: Part>(p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P;
+}
+
+/// Factor on both creep forces of a wheel.
+pub trait Creep: Effect {
+    fn factor<P: Part>(p: Numbers<'_>, tx: P, ty: P) -> P;
+}
+
+/// (r_1 - r_2)/2 = (lambda + conicity)(e - shift)(1 + cubic (e - shift)^2)
+#[derive(Clone, Copy)]
+pub struct RollingRadius<P> {
+    pub shift: P,
+    pub conicity: P,
+    pub cubic: P,
+}
+
+/// Adds to the terms of the rolling radius difference, times the amount alpha.
+pub trait Rolling: Effect {
+    fn roll<P: Part>(p: Numbers<'_>, alpha: P, gauge: P, s: f64, to: &mut RollingRadius<P>);
+}
+
+/// A parameter with the usual role and origin, written short.
+pub const fn param(
+    key: &'static str,
+    symbol: &'static str,
+    unit: &'static str,
+    range: [f64; 3],
+    times: &'static str,
+    origin: &'static str,
+    role: Role,
+) -> Param {
+    Param {
+        key,
+        symbol,
+        unit,
+        default: range[0],
+        minimum: range[1],
+        maximum: range[2],
+        times,
+        origin,
+        role,
+    }
+}
+
+pub const STIFFNESS_ORIGIN: &str = "as stiff as the declared spring; 0.01 to 100 times it";
+pub const FORCE_ORIGIN: &str =
+    "a third of the declared spring's force at 5 mm (5 mrad); 0.01 to 3 times it";
+pub const SUSPENSIONS: &[&str] = &[
+    "secondary_lateral",
+    "secondary_yaw",
+    "primary_lateral",
+    "primary_yaw",
+    "rig",
+];

@@ -1,0 +1,43 @@
+//! Free play: the declared spring acts beyond a clearance, nothing inside it.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct FreePlay;
+
+impl Effect for FreePlay {
+    const RECORD: Record = Record {
+        key: "free_play",
+        title: "free play",
+        source: "thesis 2.1 (clearance in the axle boxes gives a small limit cycle)",
+        kind: Kind::Force,
+        at: SUSPENSIONS,
+        params: &[param(
+            "half_width",
+            "h",
+            "z",
+            [0.06, 0.0, 2.0],
+            "z",
+            "0.3 mm to either side, a worn axle box; up to 10 mm",
+            Role::Shape,
+        )],
+        supersedes: Supersedes::Stiffness,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[&[0.08], &[0.15], &[0.25], &[0.4], &[0.6], &[0.85], &[1.2], &[1.7], &[2.4], &[3.3]],
+    };
+
+    // the declared spring stands in K: the effect takes it back inside the clearance
+    fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
+        vec![site.stiffness, p[0]]
+    }
+}
+
+impl Force for FreePlay {
+    // F = -k (z - clamp(z, -h, h)), less the declared -k z
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
+        p.get::<P>(0) * z.clamp(p.get(1))
+    }
+}

@@ -1,0 +1,30 @@
+//! Conicity that follows the gauge.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct GaugeConicity;
+
+impl Effect for GaugeConicity {
+    const RECORD: Record = Record {
+        key: "gauge_conicity",
+        title: "conicity that depends on gauge",
+        source: "thesis 5.5 (the gauge term); S1002 on UIC60 about -15 1/m",
+        kind: Kind::Rolling,
+        at: &["contact"],
+        params: &[param("per_gauge", "lambda_g", "1/m", [-15.0, -100.0, 100.0], "1", "S1002 on UIC60", Role::Strength)],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[&[-15.0]],
+    };
+}
+
+impl Rolling for GaugeConicity {
+    // lambda = lambda_0 + lambda_g g
+    #[inline(always)]
+    fn roll<P: Part>(p: Numbers<'_>, alpha: P, gauge: P, _s: f64, to: &mut RollingRadius<P>) {
+        to.conicity = (alpha * p.get(0)).mul_add(gauge, to.conicity);
+    }
+}

@@ -1,0 +1,46 @@
+//! Hysteresis of a friction spring: the element of Bouc and Wen.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct Hysteresis;
+
+impl Effect for Hysteresis {
+    const RECORD: Record = Record {
+        key: "hysteresis",
+        title: "hysteresis (Bouc-Wen)",
+        source: "Bouc 1967; Wen, J. Eng. Mech. Div. ASCE 102 (1976), n = 2",
+        kind: Kind::Force,
+        at: SUSPENSIONS,
+        params: &[
+            param("stiffness", "k", "F/z", [1.0, 0.01, 100.0], "k", STIFFNESS_ORIGIN, Role::Shape),
+            param("yield", "F_y", "F", [0.3, 0.003, 3.0], "F", FORCE_ORIGIN, Role::Strength),
+        ],
+        supersedes: Supersedes::Nothing,
+        states: 1,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[
+            &[0.3, 0.1], &[0.3, 0.3], &[0.3, 1.0], &[1.0, 0.1], &[1.0, 0.3], &[1.0, 1.0], &[3.0, 0.1], &[3.0, 0.3],
+            &[3.0, 1.0], &[10.0, 0.1], &[10.0, 0.3], &[10.0, 1.0],
+        ],
+    };
+
+    fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
+        vec![p[0] / p[1], p[1]]
+    }
+
+    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+        Slopes { stiffness: p[0], damping: 0.0, rate: 2.0 * p[0] / p[1] * site.speed }
+    }
+}
+
+impl Force for Hysteresis {
+    // F = -F_y x, x' = (k/F_y)(v - 1/2 (abs(v) abs(x) x + v x^2))
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, x: P, dx: &mut P) -> P {
+        let bend = P::splat(0.5) * (v.abs() * x.abs() * x + v * x * x);
+        *dx = p.get::<P>(0) * (v - bend);
+        -(p.get::<P>(1) * x)
+    }
+}

@@ -1,0 +1,65 @@
+//! A damper in series with its mounting spring, blowing off at a largest force.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct MaxwellDamper;
+
+impl Effect for MaxwellDamper {
+    const RECORD: Record = Record {
+        key: "maxwell_damper",
+        title: "damper in series with a spring (Maxwell)",
+        source: "Maxwell 1867; yaw dampers: Bruni et al., Vehicle System Dynamics 49 (2011)",
+        kind: Kind::Force,
+        at: SUSPENSIONS,
+        params: &[
+            param("stiffness", "k", "F/z", [1.0, 0.01, 100.0], "k", STIFFNESS_ORIGIN, Role::Strength),
+            param(
+                "damping",
+                "c",
+                "F*s/z",
+                [1.0, 0.001, 100.0],
+                "k/w",
+                "corner at 10 rad/s with the declared spring",
+                Role::Shape,
+            ),
+            param(
+                "blow_off",
+                "F_b",
+                "F",
+                [1e9, 0.001, 1e9],
+                "F",
+                "no limit unless a design gives one",
+                Role::Optional,
+            ),
+        ],
+        supersedes: Supersedes::Nothing,
+        states: 1,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        // corner frequencies k/c from 1 to 150 rad/s
+        shapes: &[
+            &[1.0, 10.0], &[1.0, 4.0], &[1.0, 2.0], &[1.0, 1.0], &[1.0, 0.5], &[1.0, 0.25], &[1.0, 0.13], &[1.0, 0.067],
+        ],
+    };
+
+    fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
+        vec![p[0], p[0] / p[1], p[2]]
+    }
+
+    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+        Slopes { stiffness: p[0], damping: 0.0, rate: p[0] / p[1] }
+    }
+}
+
+impl Force for MaxwellDamper {
+    // F = -f, f' = k v - (k/c) f; at the blow-off force the damper yields and f stays
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, f: P, df: &mut P) -> P {
+        let limit: P = p.get(2);
+        let rate = p.get::<P>(0) * v - p.get::<P>(1) * f;
+        let outwards = (P::zero()).if_less(rate * f, P::zero(), rate);
+        *df = f.abs().if_less(limit, rate, outwards);
+        -f.clamp(limit)
+    }
+}

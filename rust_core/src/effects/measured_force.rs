@@ -1,0 +1,75 @@
+//! A measured curve of force against motion or speed: what the verdict "outside" adds.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct MeasuredForce;
+
+/// Numbers as they enter: 0 (against z), 1 (v) or 2 (s), the count n, n motions, n forces.
+impl Effect for MeasuredForce {
+    const RECORD: Record = Record {
+        key: "measured_force",
+        title: "measured curve of force",
+        source: "thesis 6.2 (equivalent input signals); linear between the points, held outside",
+        kind: Kind::Force,
+        at: &[
+            "secondary_lateral",
+            "secondary_yaw",
+            "primary_lateral",
+            "primary_yaw",
+            "wheelset",
+            "wheelset_yaw",
+            "frame",
+            "frame_yaw",
+            "contact",
+            "rig",
+        ],
+        params: &[
+            param("motion", "z", "z", [0.0, -1e9, 1e9], "1", "monotone grid, measured", Role::Shape),
+            param("force", "F", "F", [0.0, -1e9, 1e9], "1", "measured", Role::Strength),
+        ],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: false,
+        dissipates: false,
+        candidate: false,
+        shapes: &[],
+    };
+
+    // against, first force, then per interval: where it begins, its width, its slope
+    fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
+        let n = p[1] as usize;
+        let (x, f) = (&p[2..2 + n], &p[2 + n..2 + 2 * n]);
+        let mut out = vec![p[0], f[0]];
+        for i in 1..n {
+            out.extend([x[i - 1], x[i] - x[i - 1], (f[i] - f[i - 1]) / (x[i] - x[i - 1])]);
+        }
+        out
+    }
+
+    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+        let n = p[1] as usize;
+        let slope = (1..n).map(|i| (p[2 + n + i] - p[1 + n + i]).abs() / (p[2 + i] - p[1 + i])).fold(0.0, f64::max);
+        match p[0] as u8 {
+            0 => Slopes { stiffness: slope, ..Slopes::default() },
+            1 => Slopes { damping: slope, ..Slopes::default() },
+            _ => Slopes::default(),
+        }
+    }
+}
+
+impl Force for MeasuredForce {
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, z: P, v: P, s: f64, _x: P, _dx: &mut P) -> P {
+        let at = match p.lanes[0].0[0] as u8 {
+            0 => z,
+            1 => v,
+            _ => P::splat(s),
+        };
+        let mut f: P = p.get(1);
+        for i in (2..p.lanes.len()).step_by(3) {
+            let inside = (at - p.get(i)).max(P::zero()).min(p.get(i + 1));
+            f = inside.mul_add(p.get(i + 2), f);
+        }
+        f
+    }
+}

@@ -1,0 +1,141 @@
+//! The catalogue: every effect on one line, under what it acts on.
+pub mod effect;
+#[cfg(test)]
+mod laws;
+#[cfg(test)]
+mod laws;
+
+use crate::lanes::{Lanes, Part};
+use effect::{Creep, Effect, Force, Numbers, Record, Rolling, RollingRadius, Site, Slopes};
+
+macro_rules! catalogue {
+    (force { $($f:ident::$force:ident,)* } creep { $($c:ident::$creep:ident,)* } rolling { $($r:ident::$roll:ident,)* }
+     other { $($o:ident::$other:ident,)* }) => {
+        $(pub mod $f;)* $(pub mod $c;)* $(pub mod $r;)* $(pub mod $o;)*
+
+        /// An effect of the catalogue.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Law { $($force,)* $($creep,)* $($roll,)* $($other,)* }
+
+        /// All of them, in the order of the list.
+        pub const CATALOGUE: &[Law] = &[$(Law::$force,)* $(Law::$creep,)* $(Law::$roll,)* $(Law::$other,)*];
+
+        impl Law {
+            pub fn record(self) -> &'static Record {
+                match self {
+                    $(Law::$force => &<$f::$force as Effect>::RECORD,)*
+                    $(Law::$creep => &<$c::$creep as Effect>::RECORD,)*
+                    $(Law::$roll => &<$r::$roll as Effect>::RECORD,)*
+                    $(Law::$other => &<$o::$other as Effect>::RECORD,)*
+                }
+            }
+
+            pub fn prepare(self, p: &[f64], site: &Site) -> Vec<f64> {
+                match self {
+                    $(Law::$force => <$f::$force as Effect>::prepare(p, site),)*
+                    $(Law::$creep => <$c::$creep as Effect>::prepare(p, site),)*
+                    $(Law::$roll => <$r::$roll as Effect>::prepare(p, site),)*
+                    $(Law::$other => <$o::$other as Effect>::prepare(p, site),)*
+                }
+            }
+
+            pub fn stiffest(self, p: &[f64], site: &Site) -> Slopes {
+                match self {
+                    $(Law::$force => <$f::$force as Effect>::stiffest(p, site),)*
+                    $(Law::$creep => <$c::$creep as Effect>::stiffest(p, site),)*
+                    $(Law::$roll => <$r::$roll as Effect>::stiffest(p, site),)*
+                    $(Law::$other => <$o::$other as Effect>::stiffest(p, site),)*
+                }
+            }
+
+            #[inline(always)]
+            pub fn force<P: Part>(self, p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P {
+                match self {
+                    $(Law::$force => <$f::$force as Force>::force(p, z, v, s, x, dx),)*
+                    _ => P::zero(),
+                }
+            }
+
+            #[inline(always)]
+            pub fn factor<P: Part>(self, p: Numbers<'_>, tx: P, ty: P) -> P {
+                match self {
+                    $(Law::$creep => <$c::$creep as Creep>::factor(p, tx, ty),)*
+                    _ => P::splat(1.0),
+                }
+            }
+
+            #[inline(always)]
+            pub fn roll<P: Part>(self, p: Numbers<'_>, alpha: P, gauge: P, s: f64, to: &mut RollingRadius<P>) {
+                match self {
+                    $(Law::$roll => <$r::$roll as Rolling>::roll(p, alpha, gauge, s, to),)*
+                    _ => {}
+                }
+            }
+        }
+    };
+}
+
+catalogue! {
+    force {
+        spring::Spring,
+        viscous_damper::ViscousDamper,
+        free_play::FreePlay,
+        cubic_stiffness::CubicStiffness,
+        quadratic_stiffness::QuadraticStiffness,
+        bump_stop::BumpStop,
+        dry_friction::DryFriction,
+        hysteresis::Hysteresis,
+        quadratic_damper::QuadraticDamper,
+        asymmetric_damper::AsymmetricDamper,
+        maxwell_damper::MaxwellDamper,
+        flange_contact::FlangeContact,
+        run_out::RunOut,
+        steady_force::SteadyForce,
+        measured_force::MeasuredForce,
+    }
+    creep {
+        creep_saturation::CreepSaturation,
+    }
+    rolling {
+        nonlinear_conicity::NonlinearConicity,
+        gauge_conicity::GaugeConicity,
+        rolling_line_offset::RollingLineOffset,
+    }
+    other {
+        rail_flexibility::RailFlexibility,
+        coach_mode::CoachMode,
+        sensor_delay::SensorDelay,
+        sensor_gain::SensorGain,
+        sensor_offset::SensorOffset,
+    }
+}
+
+impl Law {
+    pub fn named(key: &str) -> Option<Law> {
+        CATALOGUE
+            .iter()
+            .copied()
+            .find(|law| law.record().key == key)
+    }
+}
+
+/// A law at one port with the numbers of sixteen vehicles.
+#[derive(Clone, Debug)]
+pub struct PlacedLaw {
+    pub law: Law,
+    pub row: Vec<(usize, Lanes)>,
+    pub lanes: Vec<Lanes>,
+    pub alpha: Lanes,
+    pub state: usize,
+    pub has_state: bool,
+}
+
+impl PlacedLaw {
+    #[inline(always)]
+    pub fn numbers(&self, at: usize) -> Numbers<'_> {
+        Numbers {
+            lanes: &self.lanes,
+            at,
+        }
+    }
+}

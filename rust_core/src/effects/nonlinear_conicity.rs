@@ -1,0 +1,38 @@
+//! Conicity that grows, or falls, with the amplitude.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct NonlinearConicity;
+
+impl Effect for NonlinearConicity {
+    const RECORD: Record = Record {
+        key: "nonlinear_conicity",
+        title: "conicity that depends on amplitude",
+        source: "thesis 5.5 (polynomial form of the contact geometry)",
+        kind: Kind::Rolling,
+        at: &["contact"],
+        params: &[param(
+            "cubic",
+            "l3",
+            "1/m^2",
+            [2e4, -1e6, 1e6],
+            "1",
+            "half as conical again at 5 mm",
+            Role::Strength,
+        )],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[&[2e4]],
+    };
+}
+
+impl Rolling for NonlinearConicity {
+    // (r_1 - r_2)/2 = lambda e (1 + l3 e^2)
+    #[inline(always)]
+    fn roll<P: Part>(p: Numbers<'_>, alpha: P, _gauge: P, _s: f64, to: &mut RollingRadius<P>) {
+        to.cubic = alpha.mul_add(p.get(0), to.cubic);
+    }
+}

@@ -1,0 +1,42 @@
+//! A hydraulic damper whose force grows with the square of the speed.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct QuadraticDamper;
+
+impl Effect for QuadraticDamper {
+    const RECORD: Record = Record {
+        key: "quadratic_damper",
+        title: "quadratic damper",
+        source: "orifice flow; Bruni et al., Vehicle System Dynamics 49 (2011)",
+        kind: Kind::Force,
+        at: SUSPENSIONS,
+        params: &[param(
+            "damping",
+            "c2",
+            "F*s^2/z^2",
+            [1.0, 0.0, 1000.0],
+            "c/v",
+            "the declared damper's force at 50 mm/s (50 mrad/s)",
+            Role::Strength,
+        )],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[&[1.0]],
+    };
+
+    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+        Slopes { damping: 2.0 * p[0] * site.speed, ..Slopes::default() }
+    }
+}
+
+impl Force for QuadraticDamper {
+    // F = -c2 abs(v) v
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
+        -(p.get::<P>(0) * v.abs() * v)
+    }
+}

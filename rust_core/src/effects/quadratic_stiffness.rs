@@ -1,0 +1,42 @@
+//! A spring whose stiffness differs between the two sides.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct QuadraticStiffness;
+
+impl Effect for QuadraticStiffness {
+    const RECORD: Record = Record {
+        key: "quadratic_stiffness",
+        title: "quadratic (asymmetric) stiffness",
+        source: "first even term of a spring's characteristic; Nayfeh and Mook, Nonlinear Oscillations (1979)",
+        kind: Kind::Force,
+        at: SUSPENSIONS,
+        params: &[param(
+            "stiffness",
+            "k2",
+            "F/z^2",
+            [1.0, -30.0, 30.0],
+            "k/z",
+            "doubles the declared spring's force at 5 mm (5 mrad) on one side",
+            Role::Strength,
+        )],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: false,
+        dissipates: true,
+        candidate: true,
+        shapes: &[&[0.3]],
+    };
+
+    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+        Slopes { stiffness: 2.0 * p[0].abs() * site.motion, ..Slopes::default() }
+    }
+}
+
+impl Force for QuadraticStiffness {
+    // F = -k2 z^2
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
+        -(p.get::<P>(0) * z * z)
+    }
+}

@@ -1,0 +1,31 @@
+//! The rail yields sideways under the wheelset.
+use super::effect::*;
+
+pub struct RailFlexibility;
+
+impl Effect for RailFlexibility {
+    const RECORD: Record = Record {
+        key: "rail_flexibility",
+        title: "rail that yields sideways",
+        source: "Knothe and Grassie, Vehicle System Dynamics 22 (1993), one spring and damper under each wheelset",
+        kind: Kind::Rail,
+        at: &["track"],
+        params: &[
+            param("stiffness", "k_r", "N/m", [2e7, 1e6, 1e9], "1", "20 MN/m, an ordinary ballasted track", Role::Shape),
+            param("damping", "c_r", "N*s/m", [1e5, 1e3, 1e7], "1", "0.1 MN*s/m, an ordinary ballasted track", Role::Shape),
+        ],
+        supersedes: Supersedes::Nothing,
+        states: 1,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[
+            &[2e6, 3e4], &[4e6, 3e4], &[8e6, 3e4], &[1.6e7, 3e4], &[4e7, 1e5], &[2e6, 2e5], &[4e6, 2e5], &[8e6, 2e5],
+            &[1.6e7, 2e5], &[4e6, 1e6], &[8e6, 1e6],
+        ],
+    };
+
+    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+        Slopes { rate: p[0] / (p[1] + site.creep_damping), ..Slopes::default() }
+    }
+}

@@ -1,0 +1,30 @@
+//! Rolling line beside the middle: unequal diameters or rails worn on one side.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct RollingLineOffset;
+
+impl Effect for RollingLineOffset {
+    const RECORD: Record = Record {
+        key: "rolling_line_offset",
+        title: "rolling line beside the middle",
+        source: "thesis 5.5; EN 15302 (unequal diameters)",
+        kind: Kind::Rolling,
+        at: &["contact"],
+        params: &[param("offset", "e_0", "m", [1e-3, -2e-2, 2e-2], "1", "1 mm, a worn rail", Role::Strength)],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: false,
+        dissipates: false,
+        candidate: false,
+        shapes: &[],
+    };
+}
+
+impl Rolling for RollingLineOffset {
+    // the rolling radii see e - e_0
+    #[inline(always)]
+    fn roll<P: Part>(p: Numbers<'_>, alpha: P, _gauge: P, _s: f64, to: &mut RollingRadius<P>) {
+        to.shift = alpha.mul_add(p.get(0), to.shift);
+    }
+}

@@ -1,0 +1,41 @@
+//! Run-out of a wheelset: a force once per turn.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct RunOut;
+
+impl Effect for RunOut {
+    const RECORD: Record = Record {
+        key: "run_out",
+        title: "run-out, once per turn",
+        source: "unbalance and eccentric wheels; Iwnicki (ed.), Handbook (2006), ch. 5",
+        kind: Kind::Force,
+        at: &["wheelset"],
+        params: &[
+            param("force", "F_0", "N", [1000.0, 0.0, 50000.0], "1", "1 kN, up to a wheel load", Role::Strength),
+            param("rolling_radius", "r_e", "m", [1.0, 0.99, 1.01], "r", "the nominal rolling radius +/- 1 %", Role::Shape),
+            param("phase", "phase", "rad", [0.0, -1e3, 1e3], "1", "estimated on every run", Role::Run),
+        ],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: false,
+        dissipates: false,
+        candidate: true,
+        shapes: &[
+            &[1000.0, 0.991, 0.0], &[1000.0, 0.994, 0.0], &[1000.0, 0.997, 0.0], &[1000.0, 1.0, 0.0],
+            &[1000.0, 1.003, 0.0], &[1000.0, 1.006, 0.0], &[1000.0, 1.009, 0.0],
+        ],
+    };
+
+    fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
+        vec![p[0], 1.0 / p[1], p[2]]
+    }
+}
+
+impl Force for RunOut {
+    // F = F_0 sin(s/r_e + phase)
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, _z: P, _v: P, s: f64, _x: P, _dx: &mut P) -> P {
+        p.get::<P>(0) * (P::splat(s) * p.get(1) + p.get(2)).sin()
+    }
+}

@@ -1,0 +1,21 @@
+//! Sensor: offset of a signal.
+use super::effect::*;
+
+pub struct SensorOffset;
+
+impl Effect for SensorOffset {
+    const RECORD: Record = Record {
+        key: "sensor_offset",
+        title: "sensor: offset of a signal",
+        source: "x(t) -> gain x(t - delay) + offset; the simulated signal is altered, never the measured one",
+        kind: Kind::Sensor,
+        at: &["e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2", "psi1", "psi2", "z", "vz", "az"],
+        params: &[param("offset", "offset", "z", [0.0, -1e3, 1e3], "1", "none; lives in the means", Role::Shape)],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: true,
+        dissipates: false,
+        candidate: false,
+        shapes: &[],
+    };
+}

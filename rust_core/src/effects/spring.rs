@@ -1,0 +1,34 @@
+//! A spring that the declaration forgot.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct Spring;
+
+impl Effect for Spring {
+    const RECORD: Record = Record {
+        key: "spring",
+        title: "spring",
+        source: "Hooke; thesis (3.1)",
+        kind: Kind::Force,
+        at: &["secondary_lateral", "secondary_yaw", "primary_lateral", "primary_yaw", "wheelset_yaw", "rig"],
+        params: &[param("stiffness", "k", "F/z", [1.0, 0.0, 100.0], "k", STIFFNESS_ORIGIN, Role::Strength)],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[&[1.0]],
+    };
+
+    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+        Slopes { stiffness: p[0], ..Slopes::default() }
+    }
+}
+
+impl Force for Spring {
+    // F = -k z
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
+        -(p.get::<P>(0) * z)
+    }
+}

@@ -1,0 +1,29 @@
+//! A constant force on the frame, such as wind.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct SteadyForce;
+
+impl Effect for SteadyForce {
+    const RECORD: Record = Record {
+        key: "steady_force",
+        title: "steady force",
+        source: "wind or an unbalanced cant; lives in the means",
+        kind: Kind::Force,
+        at: &["frame", "frame_yaw"],
+        params: &[param("force", "F", "F", [0.3, -100.0, 100.0], "F", FORCE_ORIGIN, Role::Strength)],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: false,
+        dissipates: false,
+        candidate: false,
+        shapes: &[],
+    };
+}
+
+impl Force for SteadyForce {
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, _z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
+        p.get(0)
+    }
+}

@@ -1,0 +1,42 @@
+//! A damper that the declaration forgot.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct ViscousDamper;
+
+impl Effect for ViscousDamper {
+    const RECORD: Record = Record {
+        key: "viscous_damper",
+        title: "viscous damper",
+        source: "thesis (3.1)",
+        kind: Kind::Force,
+        at: &["secondary_lateral", "secondary_yaw", "primary_lateral", "primary_yaw", "wheelset_yaw", "rig"],
+        params: &[param(
+            "damping",
+            "c",
+            "F*s/z",
+            [1.0, 0.0, 100.0],
+            "c",
+            "the declared damper's, or F at 10 rad/s where none is declared",
+            Role::Strength,
+        )],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        candidate: true,
+        shapes: &[&[1.0]],
+    };
+
+    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+        Slopes { damping: p[0], ..Slopes::default() }
+    }
+}
+
+impl Force for ViscousDamper {
+    // F = -c v
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
+        -(p.get::<P>(0) * v)
+    }
+}

@@ -1,0 +1,257 @@
+//! RK4 steps of a group along an input table.
+use crate::error::{Error, Result, expect_len};
+use crate::lanes::{Job, LANES, Lanes, Part, dispatch, level};
+use crate::vehicle::{Group, STATES};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// One row per half step, so that RK4 finds t, t + h/2 and t + h; see `input_table` of the track.
+#[derive(Clone, Copy, Debug)]
+pub struct Course<'a> {
+    pub table: &'a [f64],
+    pub columns: usize,
+    /// RK4 steps per sample.
+    pub steps: usize,
+    /// Time between samples [s] at speed scale 1.
+    pub dt: f64,
+}
+
+impl Course<'_> {
+    pub fn samples(&self) -> usize {
+        (self.table.len() / self.columns - 1) / (2 * self.steps) + 1
+    }
+
+    #[inline(always)]
+    fn row(&self, i: usize) -> &[f64] {
+        &self.table[i * self.columns..(i + 1) * self.columns]
+    }
+
+    pub fn check(&self, columns: usize) -> Result<()> {
+        expect_len("columns of the input table", self.columns, columns)?;
+        let rows = self.table.len() / self.columns.max(1);
+        if rows == 0 || self.steps == 0 || (rows - 1) % (2 * self.steps) != 0 {
+            let expected = 2 * self.steps * (rows.saturating_sub(1) / (2 * self.steps).max(1)) + 1;
+            return Err(Error::Shape {
+                what: "rows of the input table".into(),
+                got: rows,
+                expected,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// What watches the steps: called at every sample with the state, its rate and the input row.
+pub trait Observer {
+    fn sample<P: Part>(
+        &mut self,
+        group: &Group,
+        at: usize,
+        k: usize,
+        row: &[f64],
+        x: &[P; STATES],
+        dx: &[P; STATES],
+    );
+}
+
+/// Samples between two looks at divergence and cancellation.
+const LOOK: usize = 64;
+
+/// Run sixteen vehicles (the first `live` count) from `initial` (one entry per state; none: at rest).
+/// Returns per lane the sample at which it was found diverged; its state is zero from there on.
+pub fn run<O: Observer>(
+    group: &Group,
+    course: &Course<'_>,
+    initial: &[Lanes],
+    live: usize,
+    observer: &mut O,
+    cancel: &AtomicBool,
+) -> Result<[Option<usize>; LANES]> {
+    course.check(group.columns)?;
+    let mut diverged = [None; LANES];
+    dispatch(
+        level(),
+        Run {
+            group,
+            course,
+            initial,
+            live,
+            observer,
+            cancel,
+            diverged: &mut diverged,
+        },
+    );
+    if cancel.load(Ordering::Relaxed) {
+        Err(Error::Interrupted)
+    } else {
+        Ok(diverged)
+    }
+}
+
+struct Run<'a, O> {
+    group: &'a Group,
+    course: &'a Course<'a>,
+    initial: &'a [Lanes],
+    live: usize,
+    observer: &'a mut O,
+    cancel: &'a AtomicBool,
+    diverged: &'a mut [Option<usize>; LANES],
+}
+
+impl<O: Observer> Job for Run<'_, O> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Part>(self) {
+        let Run {
+            group,
+            course,
+            initial,
+            live,
+            observer,
+            cancel,
+            diverged,
+        } = self;
+        let (samples, steps, states) = (course.samples(), course.steps, group.states);
+        let mut x = [P::zero(); STATES];
+        let mut stage = [P::zero(); STATES];
+        let mut sum = [P::zero(); STATES];
+        let mut dx = [P::zero(); STATES];
+        for at in (0..LANES).step_by(P::WIDTH) {
+            if at >= live {
+                break;
+            }
+            for (i, x) in x.iter_mut().enumerate() {
+                *x = if i < initial.len() {
+                    P::load(&initial[i], at)
+                } else {
+                    P::zero()
+                };
+            }
+            let mut h = Lanes::from_fn(|l| course.dt / steps as f64 * group.inv_speed_scale.0[l]);
+            for k in 0..samples {
+                if k % LOOK == 0 || k + 1 == samples {
+                    if cancel.load(Ordering::Relaxed) {
+                        return;
+                    }
+                    look(
+                        group,
+                        at,
+                        k,
+                        course.row(2 * steps * k),
+                        &mut x,
+                        &mut h,
+                        diverged,
+                    );
+                }
+                let first = course.row(2 * steps * k);
+                group.rate(at, first, &x, &mut dx);
+                observer.sample(group, at, k, first, &x, &dx);
+                if k + 1 == samples {
+                    break;
+                }
+                let h = P::load(&h, at);
+                let half = h * P::splat(0.5);
+                let sixth = h * P::splat(1.0 / 6.0);
+                for step in 0..steps {
+                    let begin = 2 * (steps * k + step);
+                    if step > 0 {
+                        group.rate(at, course.row(begin), &x, &mut dx);
+                    }
+                    for i in 0..states {
+                        sum[i & 63] = dx[i & 63];
+                        stage[i & 63] = half.mul_add(dx[i & 63], x[i & 63]);
+                    }
+                    for turn in 1..3 {
+                        group.rate(at, course.row(begin + 1), &stage, &mut dx);
+                        let ahead = if turn == 1 { half } else { h };
+                        for i in 0..states {
+                            sum[i & 63] = P::splat(2.0).mul_add(dx[i & 63], sum[i & 63]);
+                            stage[i & 63] = ahead.mul_add(dx[i & 63], x[i & 63]);
+                        }
+                    }
+                    group.rate(at, course.row(begin + 2), &stage, &mut dx);
+                    for i in 0..states {
+                        x[i & 63] = sixth.mul_add(sum[i & 63] + dx[i & 63], x[i & 63]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Is a lane still on the rails? abs(e_i) and abs(psi_i) within the limit, everything finite; else it is put to rest.
+#[inline(always)]
+fn look<P: Part>(
+    group: &Group,
+    at: usize,
+    k: usize,
+    row: &[f64],
+    x: &mut [P; STATES],
+    h: &mut Lanes,
+    diverged: &mut [Option<usize>; LANES],
+) {
+    let mut values = [Lanes::ZERO; STATES];
+    for i in 0..group.states {
+        x[i].store(&mut values[i], at);
+    }
+    let mut lost = false;
+    for lane in at..at + P::WIDTH {
+        let of = |i: usize| values[i].0[lane];
+        let on_rails = if group.wheelsets.is_empty() {
+            (0..group.dofs).all(|i| of(i).abs() <= group.limit)
+        } else {
+            group.wheelsets.iter().all(|w| {
+                (of(w.y) - row[w.column]).abs() <= group.limit && of(w.psi).abs() <= group.limit
+            })
+        };
+        if diverged[lane].is_none() && (!on_rails || (0..group.states).any(|i| !of(i).is_finite()))
+        {
+            diverged[lane] = Some(k);
+            h.0[lane] = 0.0;
+            for value in values[..group.states].iter_mut() {
+                value.0[lane] = 0.0;
+            }
+            lost = true;
+        }
+    }
+    if lost {
+        for i in 0..group.states {
+            x[i] = P::load(&values[i], at);
+        }
+    }
+}
+
+/// Keeps every channel at every sample.
+pub struct Series {
+    pub samples: usize,
+    /// Channel after channel, each with its samples.
+    pub lanes: Vec<Lanes>,
+}
+
+impl Series {
+    pub fn new(group: &Group, samples: usize) -> Self {
+        Series {
+            samples,
+            lanes: vec![Lanes::ZERO; group.readings.len() * samples],
+        }
+    }
+}
+
+impl Observer for Series {
+    #[inline(always)]
+    fn sample<P: Part>(
+        &mut self,
+        group: &Group,
+        at: usize,
+        k: usize,
+        row: &[f64],
+        x: &[P; STATES],
+        dx: &[P; STATES],
+    ) {
+        for (c, reading) in group.readings.iter().enumerate() {
+            reading
+                .read(at, row, x, dx)
+                .store(&mut self.lanes[c * self.samples + k], at);
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Groups over threads: designs, perturbed parameters, candidates.
+use crate::compare::{Filter, filtered, sense};
+use crate::error::{Error, Result};
+use crate::integrate::{Course, Series, run};
+use crate::lanes::{LANES, Lanes};
+use crate::ride::{Sums, cascade};
+use crate::vehicle::{Single, Structure};
+use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
+
+/// Vehicles of one structure; every row is one vehicle.
+pub struct Many<'a> {
+    pub structure: &'a Structure,
+    pub count: usize,
+    pub numbers: &'a [f64],
+    pub effects: &'a [f64],
+    pub amounts: &'a [f64],
+    /// Empty: 1 for all.
+    pub speed_scale: &'a [f64],
+    /// [vehicle][state], empty: at rest.
+    pub initial: &'a [f64],
+}
+
+impl Many<'_> {
+    pub fn single(&self, i: usize) -> Single<'_> {
+        let row = |x: &[f64]| i * (x.len() / self.count)..(i + 1) * (x.len() / self.count);
+        Single {
+            numbers: &self.numbers[row(self.numbers)],
+            effects: &self.effects[row(self.effects)],
+            amounts: &self.amounts[row(self.amounts)],
+            speed_scale: self.speed_scale.get(i).copied().unwrap_or(1.0),
+        }
+    }
+
+    fn initial(&self, from: usize, live: usize) -> Vec<Lanes> {
+        let states = self.initial.len() / self.count;
+        (0..states)
+            .map(|s| {
+                Lanes::from_fn(|l| self.initial[(from + if l < live { l } else { 0 }) * states + s])
+            })
+            .collect()
+    }
+
+    fn groups(&self) -> Vec<(usize, usize)> {
+        (0..self.count)
+            .step_by(LANES)
+            .map(|from| (from, (self.count - from).min(LANES)))
+            .collect()
+    }
+}
+
+/// All sixteen-lane series of one group after its sensor laws: [channel][sample], and where lanes diverged.
+fn series(
+    many: &Many<'_>,
+    course: &Course<'_>,
+    channels: &[String],
+    (from, live): (usize, usize),
+    cancel: &AtomicBool,
+) -> Result<(Vec<Lanes>, [Option<usize>; LANES])> {
+    let singles: Vec<_> = (from..from + live).map(|i| many.single(i)).collect();
+    let group = many.structure.group(&singles, channels)?;
+    let initial = many.initial(from, live);
+    if initial.len() > group.states {
+        return Err(Error::Shape {
+            what: "initial states".into(),
+            got: initial.len(),
+            expected: group.states,
+        });
+    }
+    let mut series = Series::new(&group, course.samples());
+    let diverged = run(&group, course, &initial, live, &mut series, cancel)?;
+    sense(&group, &mut series.lanes, course.samples(), course.dt);
+    Ok((series.lanes, diverged))
+}
+
+/// Lanes to rows: out[vehicle][channel][sample] of one group.
+fn transpose(lanes: &[Lanes], live: usize, out: &mut [f64]) {
+    let n = lanes.len();
+    // blocks that stay in the first cache
+    for begin in (0..n).step_by(64) {
+        let end = (begin + 64).min(n);
+        for l in 0..live {
+            for (to, from) in out[l * n + begin..l * n + end]
+                .iter_mut()
+                .zip(&lanes[begin..end])
+            {
+                *to = from.0[l];
+            }
+        }
+    }
+}
+
+/// Series of every vehicle, [vehicle][channel][sample], filtered, cut and weighted where a filter is given.
+pub fn simulate(
+    many: &Many<'_>,
+    course: &Course<'_>,
+    channels: &[String],
+    filter: Option<&Filter>,
+    cancel: &AtomicBool,
+) -> Result<(Vec<f64>, Vec<Option<usize>>)> {
+    let samples = course.samples();
+    if let Some(filter) = filter {
+        filter.check(channels.len(), samples)?;
+    }
+    let row = channels.len() * filter.map_or(samples, |f| f.kept(samples));
+    let mut out = vec![0.0; many.count * row];
+    let mut diverged = vec![None; many.count];
+    out.par_chunks_mut((LANES * row).max(1))
+        .zip(diverged.par_chunks_mut(LANES))
+        .zip(many.groups())
+        .try_for_each(|((out, lost), group)| {
+            let (mut lanes, found) = series(many, course, channels, group, cancel)?;
+            if let Some(filter) = filter {
+                lanes = filtered(&lanes, samples, filter);
+            }
+            transpose(&lanes, group.1, out);
+            lost.copy_from_slice(&found[..group.1]);
+            Ok::<(), Error>(())
+        })?;
+    Ok((out, diverged))
+}
+
+/// The statistics of a ride of every vehicle.
+pub struct Scores {
+    /// Per vehicle: mean, standard deviation and share of flange contact of e_1, then of e_2.
+    pub displacement: Vec<[[f64; 3]; 2]>,
+    /// Per vehicle, per cascade: rms.
+    pub rms: Vec<Vec<f64>>,
+    /// Per vehicle: mean squares of the blocks.
+    pub blocks: Vec<Vec<f64>>,
+    pub diverged: Vec<Option<usize>>,
+}
+
+/// What is summed along the ride.
+pub struct Weighing<'a> {
+    /// e_1, e_2 and the acceleration, or e_1, e_2 alone.
+    pub channels: Vec<String>,
+    /// Per vehicle [m].
+    pub clearance: &'a [f64],
+    /// Per cascade: sections of every vehicle, [vehicle][section][6].
+    pub cascades: Vec<&'a [f64]>,
+    pub block: usize,
+}
+
+pub fn score(
+    many: &Many<'_>,
+    course: &Course<'_>,
+    weighing: &Weighing<'_>,
+    cancel: &AtomicBool,
+) -> Result<Scores> {
+    let samples = course.samples();
+    let parts: Vec<_> = many
+        .groups()
+        .into_par_iter()
+        .map(|(from, live)| {
+            let singles: Vec<_> = (from..from + live).map(|i| many.single(i)).collect();
+            let group = many.structure.group(&singles, &weighing.channels)?;
+            let of = |l: usize| from + if l < live { l } else { 0 };
+            let clearance = Lanes::from_fn(|l| weighing.clearance[of(l)]);
+            let cascades = weighing
+                .cascades
+                .iter()
+                .map(|all| {
+                    let n = all.len() / many.count;
+                    cascade(
+                        &(from..from + live)
+                            .map(|i| &all[i * n..(i + 1) * n])
+                            .collect::<Vec<_>>(),
+                    )
+                })
+                .collect();
+            let mut sums = Sums::new(samples, clearance, cascades, weighing.block);
+            let lost = run(
+                &group,
+                course,
+                &many.initial(from, live),
+                live,
+                &mut sums,
+                cancel,
+            )?;
+            Ok::<_, Error>((sums, lost, live))
+        })
+        .collect::<Result<_>>()?;
+    let mut scores = Scores {
+        displacement: Vec::new(),
+        rms: Vec::new(),
+        blocks: Vec::new(),
+        diverged: Vec::new(),
+    };
+    for (sums, lost, live) in parts {
+        for (lane, lost) in lost.iter().enumerate().take(live) {
+            scores.displacement.push(sums.displacement(lane));
+            scores.rms.push(
+                (0..weighing.cascades.len())
+                    .map(|c| sums.rms(c, lane))
+                    .collect(),
+            );
+            scores
+                .blocks
+                .push(sums.blocks.iter().map(|b| b.0[lane]).collect());
+            scores.diverged.push(*lost);
+        }
+    }
+    Ok(scores)
+}

@@ -1,0 +1,477 @@
+//! The one door to Python: conversions, no physics.
+use crate::assemble;
+use crate::compare::Filter;
+use crate::effects::effect::{Kind, Param, Role, Supersedes};
+use crate::effects::{CATALOGUE, Law};
+use crate::error::Error;
+use crate::integrate::Course;
+use crate::lanes;
+use crate::many::{self, Many, Weighing};
+use crate::vehicle::{Placed, Structure};
+use numpy::{
+    PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, mpsc};
+use std::time::Duration;
+
+impl From<Error> for PyErr {
+    fn from(error: Error) -> PyErr {
+        match error {
+            Error::Interrupted => PyKeyboardInterrupt::new_err("interrupted"),
+            other => PyValueError::new_err(other.to_string()),
+        }
+    }
+}
+
+/// The pool of so many threads; made once.
+fn pool(jobs: usize) -> Arc<rayon::ThreadPool> {
+    static POOLS: OnceLock<Mutex<HashMap<usize, Arc<rayon::ThreadPool>>>> = OnceLock::new();
+    let mut pools = POOLS
+        .get_or_init(Default::default)
+        .lock()
+        .unwrap_or_else(|e| e.into_inner());
+    let pool = pools.entry(jobs).or_insert_with(|| {
+        Arc::new(
+            rayon::ThreadPoolBuilder::new()
+                .num_threads(jobs)
+                .build()
+                .expect("threads can be started"),
+        )
+    });
+    pool.clone()
+}
+
+/// Work without the interpreter's lock; every 50 ms a look at its signals, so that ctrl-c stops it.
+fn away<T: Send>(
+    py: Python<'_>,
+    jobs: usize,
+    work: impl FnOnce(&AtomicBool) -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    let cancel = AtomicBool::new(false);
+    let mut interrupt = None;
+    let done = py.detach(|| {
+        std::thread::scope(|scope| {
+            let (send, receive) = mpsc::channel();
+            let cancel = &cancel;
+            let worker = scope.spawn(move || {
+                let out = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+                    pool(jobs).install(|| work(cancel))
+                }));
+                let _ = send.send(());
+                out
+            });
+            while let Err(mpsc::RecvTimeoutError::Timeout) =
+                receive.recv_timeout(Duration::from_millis(50))
+            {
+                if let Err(error) = Python::attach(|py| py.check_signals()) {
+                    cancel.store(true, Ordering::Relaxed);
+                    interrupt = Some(error);
+                    break;
+                }
+            }
+            worker.join()
+        })
+    });
+    if let Some(error) = interrupt {
+        return Err(error);
+    }
+    match done {
+        Ok(Ok(result)) => Ok(result?),
+        Ok(Err(panic)) | Err(panic) => {
+            let what = panic.downcast_ref::<String>().cloned().unwrap_or_else(|| {
+                panic
+                    .downcast_ref::<&str>()
+                    .map_or_else(|| "unknown".into(), |s| (*s).to_string())
+            });
+            Err(PyRuntimeError::new_err(format!(
+                "the kernel failed: {what}; this is a fault of railui"
+            )))
+        }
+    }
+}
+
+fn role(param: &Param) -> &'static str {
+    match param.role {
+        Role::Strength => "strength",
+        Role::Shape => "shape",
+        Role::Optional => "optional",
+        Role::Run => "run",
+    }
+}
+
+/// The records of all effects as data.
+#[pyfunction]
+fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let list = PyList::empty(py);
+    for law in CATALOGUE {
+        let record = law.record();
+        let d = PyDict::new(py);
+        d.set_item("kind", record.key)?;
+        d.set_item("title", record.title)?;
+        d.set_item("source", record.source)?;
+        d.set_item("at", record.at)?;
+        d.set_item(
+            "acts",
+            match record.kind {
+                Kind::Force => "force",
+                Kind::Creep => "creep",
+                Kind::Rolling => "rolling",
+                Kind::Rail => "rail",
+                Kind::Body => "body",
+                Kind::Sensor => "sensor",
+            },
+        )?;
+        d.set_item(
+            "supersedes",
+            match record.supersedes {
+                Supersedes::Nothing => None,
+                Supersedes::Stiffness => Some("stiffness"),
+                Supersedes::StiffnessAndDamping => Some("stiffness_and_damping"),
+            },
+        )?;
+        d.set_item("states", record.states)?;
+        d.set_item("odd", record.odd)?;
+        d.set_item("dissipates", record.dissipates)?;
+        d.set_item("candidate", record.candidate)?;
+        d.set_item(
+            "shapes",
+            record.shapes.iter().map(|s| s.to_vec()).collect::<Vec<_>>(),
+        )?;
+        let params = PyList::empty(py);
+        for p in record.params {
+            let q = PyDict::new(py);
+            q.set_item("key", p.key)?;
+            q.set_item("symbol", p.symbol)?;
+            q.set_item("unit", p.unit)?;
+            q.set_item("default", p.default)?;
+            q.set_item("minimum", p.minimum)?;
+            q.set_item("maximum", p.maximum)?;
+            q.set_item("times", p.times)?;
+            q.set_item("origin", p.origin)?;
+            q.set_item("role", role(p))?;
+            q.set_item("optional", matches!(p.role, Role::Optional | Role::Run))?;
+            params.append(q)?;
+        }
+        d.set_item("parameters", params)?;
+        list.append(d)?;
+    }
+    Ok(list)
+}
+
+/// Paths of the numbers that a kind of vehicle is assembled from, in their order.
+#[pyfunction]
+fn parameters(kind: &str) -> PyResult<Vec<&'static str>> {
+    Ok(assemble::parameters(kind)?.to_vec())
+}
+
+#[pyfunction]
+fn simd() -> &'static str {
+    lanes::level().name()
+}
+
+/// Hash of the sources that this kernel was built from.
+#[pyfunction]
+fn sources() -> &'static str {
+    env!("RAILUI_SOURCES")
+}
+
+type Matrix<'py> = PyReadonlyArray2<'py, f64>;
+
+/// The vehicles of one call: rows of numbers, effect numbers, amounts.
+#[derive(FromPyObject)]
+struct Batch<'py> {
+    numbers: Matrix<'py>,
+    effects: Matrix<'py>,
+    amounts: Matrix<'py>,
+    speed_scale: Option<PyReadonlyArray1<'py, f64>>,
+    initial: Option<Matrix<'py>>,
+}
+
+/// Borrowed slices of a batch, safe to carry to other threads.
+struct Rows<'a> {
+    count: usize,
+    numbers: &'a [f64],
+    effects: &'a [f64],
+    amounts: &'a [f64],
+    speed_scale: &'a [f64],
+    initial: &'a [f64],
+}
+
+impl Batch<'_> {
+    fn rows(&self) -> PyResult<Rows<'_>> {
+        let count = self.numbers.shape()[0];
+        let mut lengths = vec![self.effects.shape()[0], self.amounts.shape()[0]];
+        lengths.extend(self.speed_scale.as_ref().map(|s| s.shape()[0]));
+        lengths.extend(self.initial.as_ref().map(|s| s.shape()[0]));
+        if count == 0 || lengths.iter().any(|n| *n != count) {
+            return Err(PyValueError::new_err(format!(
+                "a batch needs equal numbers of rows, at least one: {count}, {lengths:?}"
+            )));
+        }
+        Ok(Rows {
+            count,
+            numbers: self.numbers.as_slice()?,
+            effects: self.effects.as_slice()?,
+            amounts: self.amounts.as_slice()?,
+            speed_scale: self
+                .speed_scale
+                .as_ref()
+                .map_or(Ok(&[][..]), |s| s.as_slice())?,
+            initial: self
+                .initial
+                .as_ref()
+                .map_or(Ok(&[][..]), |s| s.as_slice())?,
+        })
+    }
+}
+
+impl<'a> Rows<'a> {
+    fn of(&self, structure: &'a Structure) -> Many<'a> {
+        Many {
+            structure,
+            count: self.count,
+            numbers: self.numbers,
+            effects: self.effects,
+            amounts: self.amounts,
+            speed_scale: self.speed_scale,
+            initial: self.initial,
+        }
+    }
+}
+
+/// sos, zi, pad, cut, weights, every
+type FilterParts<'py> = (
+    Matrix<'py>,
+    Matrix<'py>,
+    usize,
+    usize,
+    PyReadonlyArray1<'py, f64>,
+    usize,
+);
+
+fn filter(parts: FilterParts<'_>) -> PyResult<Filter> {
+    let (sos, zi, pad, cut, weights, every) = parts;
+    Ok(Filter {
+        sos: sos
+            .as_slice()?
+            .chunks_exact(6)
+            .map(|s| s.try_into().expect("six"))
+            .collect(),
+        zi: zi
+            .as_slice()?
+            .chunks_exact(2)
+            .map(|s| s.try_into().expect("two"))
+            .collect(),
+        pad,
+        cut,
+        weights: weights.as_slice()?.to_vec(),
+        every,
+    })
+}
+
+/// Vehicles of one structure: a kind, the effects placed on it, the measured forces of the coach.
+#[pyclass(frozen)]
+struct Vehicle {
+    structure: Structure,
+}
+
+#[pymethods]
+impl Vehicle {
+    /// placed: (kind, place, wheelset 0-2, count of numbers)
+    #[new]
+    fn new(
+        kind: String,
+        placed: Vec<(String, String, u8, usize)>,
+        measured: Vec<String>,
+    ) -> PyResult<Self> {
+        let placed = placed
+            .into_iter()
+            .map(|(kind, at, wheelset, count)| {
+                let law = Law::named(&kind).ok_or(Error::Effect(kind))?;
+                Ok(Placed {
+                    law,
+                    at,
+                    wheelset,
+                    count,
+                })
+            })
+            .collect::<Result<Vec<_>, Error>>()?;
+        let structure = Structure {
+            kind,
+            measured,
+            placed,
+        };
+        structure.check()?;
+        Ok(Vehicle { structure })
+    }
+
+    /// Series [vehicle, channel x sample] and the sample at which each diverged (-1: never).
+    #[pyo3(signature = (batch, table, dt, steps, channels, filter_parts=None, jobs=1))]
+    #[allow(clippy::too_many_arguments)]
+    fn simulate<'py>(
+        &self,
+        py: Python<'py>,
+        batch: Batch<'py>,
+        table: Matrix<'py>,
+        dt: f64,
+        steps: usize,
+        channels: Vec<String>,
+        filter_parts: Option<FilterParts<'py>>,
+        jobs: usize,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Vec<i64>)> {
+        let rows = batch.rows()?;
+        let many = rows.of(&self.structure);
+        let course = Course {
+            table: table.as_slice()?,
+            columns: table.shape()[1],
+            steps,
+            dt,
+        };
+        course.check(assemble::columns(&self.structure.kind))?;
+        let filter = filter_parts.map(filter).transpose()?;
+        let (series, lost) = away(py, jobs, |cancel| {
+            many::simulate(&many, &course, &channels, filter.as_ref(), cancel)
+        })?;
+        Ok((
+            PyArray1::from_vec(py, series),
+            lost.into_iter()
+                .map(|k| k.map_or(-1, |k| k as i64))
+                .collect(),
+        ))
+    }
+
+    /// Statistics of a ride: (e [vehicle x 2 x 3], rms [vehicle x cascade], blocks [vehicle x block], diverged).
+    #[pyo3(signature = (batch, table, dt, steps, channels, clearance, cascades, block, jobs=1))]
+    #[allow(clippy::too_many_arguments, clippy::type_complexity)]
+    fn score<'py>(
+        &self,
+        py: Python<'py>,
+        batch: Batch<'py>,
+        table: Matrix<'py>,
+        dt: f64,
+        steps: usize,
+        channels: Vec<String>,
+        clearance: PyReadonlyArray1<'py, f64>,
+        cascades: Vec<PyReadonlyArray3<'py, f64>>,
+        block: usize,
+        jobs: usize,
+    ) -> PyResult<(
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Vec<i64>,
+    )> {
+        let rows = batch.rows()?;
+        let many = rows.of(&self.structure);
+        let course = Course {
+            table: table.as_slice()?,
+            columns: table.shape()[1],
+            steps,
+            dt,
+        };
+        course.check(assemble::columns(&self.structure.kind))?;
+        let weighing = Weighing {
+            channels,
+            clearance: clearance.as_slice()?,
+            cascades: cascades
+                .iter()
+                .map(|c| c.as_slice())
+                .collect::<Result<_, _>>()?,
+            block,
+        };
+        let scores = away(py, jobs, |cancel| {
+            many::score(&many, &course, &weighing, cancel)
+        })?;
+        let flat = |x: Vec<Vec<f64>>| PyArray1::from_vec(py, x.concat());
+        Ok((
+            PyArray1::from_vec(
+                py,
+                scores
+                    .displacement
+                    .iter()
+                    .flatten()
+                    .flatten()
+                    .copied()
+                    .collect(),
+            ),
+            flat(scores.rms),
+            flat(scores.blocks),
+            scores
+                .diverged
+                .into_iter()
+                .map(|k| k.map_or(-1, |k| k as i64))
+                .collect(),
+        ))
+    }
+
+    /// RK4 steps per sample that each vehicle needs between two speeds.
+    fn steps(
+        &self,
+        batch: Batch<'_>,
+        slowest: f64,
+        fastest: f64,
+        dt: f64,
+        limit: usize,
+    ) -> PyResult<Vec<usize>> {
+        let rows = batch.rows()?;
+        let many = rows.of(&self.structure);
+        (0..many.count)
+            .map(|i| {
+                Ok(self
+                    .structure
+                    .steps(&many.single(i), slowest, fastest, dt, limit)?)
+            })
+            .collect()
+    }
+
+    /// Eigenvalues (real, imaginary) of each linear vehicle, without its effects but with the coach's body, at a speed.
+    fn eigenvalues(&self, batch: Batch<'_>, speed: f64) -> PyResult<Vec<Vec<(f64, f64)>>> {
+        let rows = batch.rows()?;
+        let many = rows.of(&self.structure);
+        (0..many.count)
+            .map(|i| Ok(self.structure.assemble(&many.single(i))?.eigenvalues(speed)))
+            .collect()
+    }
+
+    /// Linear spring and damper, (stiffness, damping), at every port of the first vehicle: {(place, wheelset): ...}.
+    fn sites(&self, batch: Batch<'_>) -> PyResult<HashMap<(String, u8), (f64, f64)>> {
+        let rows = batch.rows()?;
+        let vehicle = self
+            .structure
+            .assemble(&rows.of(&self.structure).single(0))?;
+        Ok(vehicle
+            .ports
+            .iter()
+            .map(|p| {
+                (
+                    (p.at.to_string(), p.wheelset),
+                    (p.site.stiffness, p.site.damping),
+                )
+            })
+            .collect())
+    }
+
+    /// How many states the vehicle has, those of its effects last.
+    fn states(&self, batch: Batch<'_>) -> PyResult<usize> {
+        let rows = batch.rows()?;
+        Ok(self
+            .structure
+            .group(&[rows.of(&self.structure).single(0)], &[])?
+            .states)
+    }
+}
+
+#[pymodule]
+fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<Vehicle>()?;
+    m.add_function(wrap_pyfunction!(catalogue, m)?)?;
+    m.add_function(wrap_pyfunction!(parameters, m)?)?;
+    m.add_function(wrap_pyfunction!(simd, m)?)?;
+    m.add_function(wrap_pyfunction!(sources, m)?)?;
+    m.add("LANES", lanes::LANES)
+}

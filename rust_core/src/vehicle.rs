@@ -1,0 +1,522 @@
+//! A group of vehicles of one structure: the rate of change of its state.
+use crate::assemble::{Assembly, Order, assemble, columns, eigenvalues, parameters};
+use crate::effects::effect::{Kind, Site, Supersedes};
+use crate::effects::{Law, PlacedLaw};
+use crate::error::{Error, Result, expect_len};
+use crate::lanes::{LANES, Lanes, Part};
+use crate::wheelset::{RailLanes, WheelsetLanes};
+
+/// Room for the state of one vehicle.
+pub const STATES: usize = 64;
+
+/// An effect at a place; wheelset 0: both, or none in particular.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    pub law: Law,
+    pub at: String,
+    pub wheelset: u8,
+    /// How many numbers describe it.
+    pub count: usize,
+}
+
+/// What all vehicles of a group share.
+#[derive(Clone, Debug)]
+pub struct Structure {
+    pub kind: String,
+    pub measured: Vec<String>,
+    pub placed: Vec<Placed>,
+}
+
+/// The numbers of one vehicle: of the kind, of its effects one after the other, their amounts, its share of the speed.
+#[derive(Clone, Copy, Debug)]
+pub struct Single<'a> {
+    pub numbers: &'a [f64],
+    pub effects: &'a [f64],
+    pub amounts: &'a [f64],
+    pub speed_scale: f64,
+}
+
+/// A channel as terms of x and x' and of the input row.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    pub name: String,
+    state: Vec<(usize, Lanes)>,
+    rate: Vec<(usize, Lanes)>,
+    inputs: Vec<(usize, Lanes)>,
+}
+
+/// What the step loop needs: sixteen vehicles of one structure.
+#[derive(Clone, Debug)]
+pub struct Group {
+    pub dofs: usize,
+    pub states: usize,
+    pub columns: usize,
+    matrix: Vec<Vec<(usize, Lanes)>>,
+    inv_mass: Vec<Lanes>,
+    inputs: Vec<(usize, usize, Lanes)>,
+    pub wheelsets: Vec<WheelsetLanes>,
+    forces: Vec<PlacedLaw>,
+    pub speed_scale: Lanes,
+    pub inv_speed_scale: Lanes,
+    pub limit: f64,
+    pub readings: Vec<Reading>,
+    /// Sensor laws in order: the channel, which of delay, gain, offset, and its numbers times the amount.
+    pub sensors: Vec<(Law, String, Lanes)>,
+}
+
+impl Structure {
+    /// Check the placed effects against the kind of vehicle.
+    pub fn check(&self) -> Result<()> {
+        parameters(&self.kind)?;
+        for (i, placed) in self.placed.iter().enumerate() {
+            let record = placed.law.record();
+            if !record.at.contains(&placed.at.as_str()) {
+                let known = record.at.join(", ");
+                return Err(Error::Place {
+                    kind: record.key.into(),
+                    at: placed.at.clone(),
+                    known,
+                });
+            }
+            for other in &self.placed[..i] {
+                let both = other.wheelset == 0
+                    || placed.wheelset == 0
+                    || other.wheelset == placed.wheelset;
+                let first = other.law.record();
+                if other.at == placed.at
+                    && both
+                    && first.supersedes != Supersedes::Nothing
+                    && record.supersedes != Supersedes::Nothing
+                {
+                    let (first, second) = (first.key.into(), record.key.into());
+                    return Err(Error::Superseded {
+                        first,
+                        second,
+                        at: placed.at.clone(),
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    pub fn effect_numbers(&self) -> usize {
+        self.placed.iter().map(|p| p.count).sum()
+    }
+
+    /// Is this place driven by a measured force of the coach, so that nothing else acts there?
+    fn driven(&self, at: &str) -> bool {
+        (at == "secondary_lateral" && self.measured.iter().any(|q| q == "Qy"))
+            || (at == "secondary_yaw" && self.measured.iter().any(|q| q == "Qpsi"))
+    }
+
+    /// The effects that act in this run, with the range of their numbers.
+    fn acting(&self) -> impl Iterator<Item = (usize, &Placed, std::ops::Range<usize>)> {
+        let mut begin = 0;
+        self.placed
+            .iter()
+            .enumerate()
+            .filter_map(move |(i, placed)| {
+                let range = begin..begin + placed.count;
+                begin = range.end;
+                (!self.driven(&placed.at)).then_some((i, placed, range))
+            })
+    }
+
+    /// One vehicle with the bodies that its effects add.
+    pub fn assemble(&self, one: &Single<'_>) -> Result<Assembly> {
+        expect_len(
+            "numbers of the effects",
+            one.effects.len(),
+            self.effect_numbers(),
+        )?;
+        expect_len("amounts", one.amounts.len(), self.placed.len())?;
+        let mut vehicle = assemble(&self.kind, one.numbers, &self.measured)?;
+        for (i, placed, range) in self.acting() {
+            if placed.law == Law::CoachMode {
+                let p = &one.effects[range];
+                vehicle.add_coach(one.amounts[i], p[0], p[1], p[2]);
+            }
+        }
+        Ok(vehicle)
+    }
+
+    /// Where a placed effect stands: rows and sites of its ports.
+    fn ports(
+        &self,
+        vehicle: &Assembly,
+        placed: &Placed,
+    ) -> Result<Vec<(crate::assemble::Row, Site)>> {
+        let linkage = placed.at == "wheelset_yaw" && placed.wheelset == 0;
+        let found = vehicle.places(&placed.at, if linkage { 3 } else { placed.wheelset });
+        if found.is_empty() {
+            return Err(Error::Site {
+                at: placed.at.clone(),
+                wheelset: placed.wheelset,
+            });
+        }
+        Ok(found.iter().map(|p| (p.row.clone(), p.site)).collect())
+    }
+
+    fn contact_site(vehicle: &Assembly, i: usize, speed: f64) -> Site {
+        let w = &vehicle.wheelsets[i];
+        Site {
+            motion: 0.01,
+            speed: 0.3,
+            wheel_load: w.n,
+            creep_damping: 2.0 * w.kappa_y * w.n / speed,
+            ..Site::default()
+        }
+    }
+
+    fn at_wheelsets(&self, vehicle: &Assembly, placed: &Placed) -> Vec<usize> {
+        (0..vehicle.wheelsets.len())
+            .filter(|i| placed.wheelset == 0 || placed.wheelset as usize == i + 1)
+            .collect()
+    }
+
+    /// Smallest power of two of RK4 steps per sample: abs(lambda) h <= 1 for the linear vehicle (accuracy), and
+    /// 0.7 of RK4's bound 2.78 with every effect's steepest slopes added (stability).
+    pub fn steps(
+        &self,
+        one: &Single<'_>,
+        slowest: f64,
+        fastest: f64,
+        dt: f64,
+        limit: usize,
+    ) -> Result<usize> {
+        let vehicle = self.assemble(one)?;
+        let mut rows = Vec::new();
+        let mut rate: f64 = 0.0;
+        for (_, placed, range) in self.acting() {
+            let p = &one.effects[range];
+            match placed.law.record().kind {
+                Kind::Force if placed.at != "contact" => {
+                    for (row, site) in self.ports(&vehicle, placed)? {
+                        let slopes = placed.law.stiffest(p, &site);
+                        rate = rate.max(slopes.rate);
+                        rows.push((row, slopes));
+                    }
+                }
+                Kind::Force | Kind::Rail => {
+                    for i in self.at_wheelsets(&vehicle, placed) {
+                        let slopes = placed
+                            .law
+                            .stiffest(p, &Self::contact_site(&vehicle, i, slowest));
+                        rate = rate.max(slopes.rate);
+                        rows.push((vec![(vehicle.wheelsets[i].y, 1.0)], slopes));
+                    }
+                }
+                _ => {}
+            }
+        }
+        let more: Vec<_> = rows
+            .iter()
+            .map(|(row, s)| (row.as_slice(), s.stiffness, s.damping))
+            .collect();
+        let radius = |values: &[(f64, f64)]| {
+            values
+                .iter()
+                .map(|(re, im)| re.hypot(*im))
+                .fold(0.0, f64::max)
+        };
+        let mut needed: f64 = 1.0;
+        for speed in [slowest, fastest] {
+            needed = needed.max(radius(&eigenvalues(vehicle.state_matrix(speed, &[]))) * dt);
+            let steepest = radius(&eigenvalues(vehicle.state_matrix(speed, &more))).max(rate);
+            needed = needed.max(steepest * dt / (0.7 * 2.78));
+        }
+        let steps = (needed.max(1.0).ceil() as usize).next_power_of_two();
+        if steps > limit {
+            let remedy = "raise the mass, soften the stiffest element or sample more often";
+            return Err(Error::Stiff {
+                needed,
+                dt,
+                limit,
+                remedy,
+            });
+        }
+        Ok(steps)
+    }
+
+    /// Sixteen vehicles side by side; fewer are filled up with the first.
+    pub fn group(&self, singles: &[Single<'_>], channels: &[String]) -> Result<Group> {
+        self.check()?;
+        let some: Vec<Assembly> = singles
+            .iter()
+            .map(|one| self.assemble(one))
+            .collect::<Result<_>>()?;
+        let of = |i: usize| if i < some.len() { i } else { 0 };
+        let vehicles: Vec<&Assembly> = (0..LANES).map(|i| &some[of(i)]).collect();
+        let ones: Vec<&Single<'_>> = (0..LANES).map(|i| &singles[of(i)]).collect();
+        let first = vehicles[0];
+        let n = first.dofs.len();
+        let scale = Lanes::from_fn(|l| ones[l].speed_scale);
+        let mut group = Group {
+            dofs: n,
+            states: 2 * n,
+            columns: columns(&self.kind),
+            matrix: Self::matrix(&vehicles),
+            inv_mass: (0..n)
+                .map(|i| Lanes::from_fn(|l| 1.0 / vehicles[l].mass[i]))
+                .collect(),
+            inputs: (0..first.inputs.len())
+                .map(|i| {
+                    (
+                        first.inputs[i].0,
+                        first.inputs[i].1,
+                        Lanes::from_fn(|l| vehicles[l].inputs[i].2),
+                    )
+                })
+                .collect(),
+            wheelsets: (0..first.wheelsets.len())
+                .map(|i| {
+                    WheelsetLanes::new(&vehicles.iter().map(|v| v.wheelsets[i]).collect::<Vec<_>>())
+                })
+                .collect(),
+            forces: Vec::new(),
+            speed_scale: scale,
+            inv_speed_scale: Lanes::from_fn(|l| 1.0 / scale.0[l]),
+            limit: first.limit,
+            readings: Vec::new(),
+            sensors: Vec::new(),
+        };
+        for (i, placed, range) in self.acting() {
+            self.place(&mut group, &vehicles, &ones, i, placed, range)?;
+        }
+        group.readings = channels
+            .iter()
+            .map(|name| Self::reading(&group, &vehicles, name))
+            .collect::<Result<Vec<_>>>()?;
+        if group.states > STATES {
+            return Err(Error::Shape {
+                what: "states of a vehicle".into(),
+                got: group.states,
+                expected: STATES,
+            });
+        }
+        Ok(group)
+    }
+
+    /// Sparse rows of K and C over x = [q, q'].
+    fn matrix(vehicles: &[&Assembly]) -> Vec<Vec<(usize, Lanes)>> {
+        let n = vehicles[0].dofs.len();
+        let entry = |i: usize, j: usize| {
+            Lanes::from_fn(|l| {
+                let v = vehicles[l];
+                if j < n {
+                    v.stiffness[(i, j)]
+                } else {
+                    v.damping[(i, j - n)]
+                }
+            })
+        };
+        (0..n)
+            .map(|i| {
+                (0..2 * n)
+                    .map(|j| (j, entry(i, j)))
+                    .filter(|(_, a)| !a.is_zero())
+                    .collect()
+            })
+            .collect()
+    }
+
+    fn place(
+        &self,
+        group: &mut Group,
+        vehicles: &[&Assembly],
+        ones: &[&Single<'_>],
+        index: usize,
+        placed: &Placed,
+        range: std::ops::Range<usize>,
+    ) -> Result<()> {
+        let record = placed.law.record();
+        let alpha = Lanes::from_fn(|l| ones[l].amounts[index]);
+        let lanes = |site: &dyn Fn(usize) -> Site| -> Vec<Lanes> {
+            let per_lane: Vec<Vec<f64>> = (0..LANES)
+                .map(|l| {
+                    placed
+                        .law
+                        .prepare(&ones[l].effects[range.clone()], &site(l))
+                })
+                .collect();
+            (0..per_lane[0].len())
+                .map(|k| Lanes::from_fn(|l| per_lane[l][k]))
+                .collect()
+        };
+        let law = |row, lanes, state| PlacedLaw {
+            law: placed.law,
+            row,
+            lanes,
+            alpha,
+            state,
+            has_state: record.states > 0,
+        };
+        match record.kind {
+            Kind::Body => {}
+            Kind::Sensor => {
+                let neutral = if placed.law == Law::SensorGain {
+                    1.0
+                } else {
+                    0.0
+                };
+                let number = Lanes::from_fn(|l| {
+                    neutral + alpha.0[l] * (ones[l].effects[range.start] - neutral)
+                });
+                group.sensors.push((placed.law, placed.at.clone(), number));
+            }
+            Kind::Force if placed.at != "contact" => {
+                let ports: Vec<_> = vehicles
+                    .iter()
+                    .map(|v| self.ports(v, placed))
+                    .collect::<Result<_>>()?;
+                for port in 0..ports[0].len() {
+                    let row = (0..ports[0][port].0.len())
+                        .map(|k| {
+                            (
+                                ports[0][port].0[k].0,
+                                Lanes::from_fn(|l| ports[l][port].0[k].1),
+                            )
+                        })
+                        .collect();
+                    let numbers = lanes(&|l| ports[l][port].1);
+                    group.forces.push(law(row, numbers, group.states));
+                    group.states += record.states;
+                }
+            }
+            _ => {
+                for i in self.at_wheelsets(vehicles[0], placed) {
+                    let numbers = lanes(&|l| Self::contact_site(vehicles[l], i, 40.0));
+                    let wheelset = &mut group.wheelsets[i];
+                    match record.kind {
+                        Kind::Force => wheelset.forces.push(law(Vec::new(), numbers, 0)),
+                        Kind::Creep => wheelset.creeps.push(law(Vec::new(), numbers, 0)),
+                        Kind::Rolling => wheelset.rolls.push(law(Vec::new(), numbers, 0)),
+                        _ => {
+                            wheelset.rail = Some(RailLanes {
+                                state: group.states,
+                                alpha,
+                                stiffness: numbers[0],
+                                damping: numbers[1],
+                            });
+                            group.states += 1;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn reading(group: &Group, vehicles: &[&Assembly], name: &str) -> Result<Reading> {
+        let of = |v: &Assembly| v.channels.iter().position(|c| c.name == name);
+        let Some(k) = of(vehicles[0]) else {
+            let known = vehicles[0]
+                .channels
+                .iter()
+                .map(|c| c.name.as_str())
+                .collect::<Vec<_>>()
+                .join(", ");
+            return Err(Error::Channel(name.into(), known));
+        };
+        let channel = &vehicles[0].channels[k];
+        let terms: Vec<(usize, Lanes)> = (0..channel.row.len())
+            .map(|t| {
+                (
+                    channel.row[t].0,
+                    Lanes::from_fn(|l| vehicles[l].channels[k].row[t].1),
+                )
+            })
+            .collect();
+        let n = group.dofs;
+        let shifted = |by: usize| terms.iter().map(|(i, a)| (i + by, *a)).collect::<Vec<_>>();
+        let (mut state, rate) = match channel.order {
+            Order::Position => (shifted(0), Vec::new()),
+            Order::Velocity => (shifted(n), Vec::new()),
+            Order::Acceleration => (Vec::new(), shifted(n)),
+        };
+        if let Some(rail) = channel.rail.and_then(|i| group.wheelsets[i].rail.as_ref()) {
+            state.push((rail.state, Lanes::from_fn(|l| -rail.alpha.0[l])));
+        }
+        let inputs = (0..channel.inputs.len())
+            .map(|t| {
+                (
+                    channel.inputs[t].0,
+                    Lanes::from_fn(|l| vehicles[l].channels[k].inputs[t].1),
+                )
+            })
+            .collect();
+        Ok(Reading {
+            name: name.into(),
+            state,
+            rate,
+            inputs,
+        })
+    }
+}
+
+impl Reading {
+    #[inline(always)]
+    pub fn read<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) -> P {
+        let mut value = P::zero();
+        for (i, a) in &self.state {
+            value = P::load(a, at).mul_add(x[i & 63], value);
+        }
+        for (i, a) in &self.rate {
+            value = P::load(a, at).mul_add(dx[i & 63], value);
+        }
+        for (column, a) in &self.inputs {
+            value = P::load(a, at).mul_add(P::splat(row[*column]), value);
+        }
+        value
+    }
+}
+
+impl Group {
+    /// dx = rate of change of x under the input row, in one fixed order: K and C, inputs, wheelsets, laws, masses.
+    #[inline(always)]
+    pub fn rate<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+        let n = self.dofs;
+        for (i, entries) in self.matrix.iter().enumerate() {
+            let mut force = P::zero();
+            for (j, a) in entries {
+                force = force - P::load(a, at) * x[j & 63];
+            }
+            dx[(n + i) & 63] = force;
+        }
+        for (dof, column, factor) in &self.inputs {
+            let f = P::load(factor, at).mul_add(P::splat(row[*column]), dx[(n + dof) & 63]);
+            dx[(n + dof) & 63] = f;
+        }
+        if !self.wheelsets.is_empty() {
+            let speed = P::splat(row[1]) * P::load(&self.speed_scale, at);
+            let inv_speed = P::splat(1.0 / row[1]) * P::load(&self.inv_speed_scale, at);
+            for wheelset in &self.wheelsets {
+                wheelset.add(at, row, speed, inv_speed, n, x, dx);
+            }
+        }
+        for law in &self.forces {
+            let (mut z, mut v) = (P::zero(), P::zero());
+            for (i, a) in &law.row {
+                let a = P::load(a, at);
+                z = a.mul_add(x[i & 63], z);
+                v = a.mul_add(x[(n + i) & 63], v);
+            }
+            let mut own = P::zero();
+            let force = law
+                .law
+                .force(law.numbers(at), z, v, row[0], x[law.state & 63], &mut own);
+            if law.has_state {
+                dx[law.state & 63] = own;
+            }
+            let force = P::load(&law.alpha, at) * force;
+            for (i, a) in &law.row {
+                dx[(n + i) & 63] = P::load(a, at).mul_add(force, dx[(n + i) & 63]);
+            }
+        }
+        for i in 0..n {
+            dx[i & 63] = x[(n + i) & 63];
+            dx[(n + i) & 63] = dx[(n + i) & 63] * P::load(&self.inv_mass[i], at);
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! The contact chain of one wheelset: e, rolling radii, creepage, creep forces.
+//!
+//! Source: Broersen (1976), (3.2)-(3.9); letters as there.
+use crate::effects::PlacedLaw;
+use crate::effects::effect::RollingRadius;
+use crate::lanes::{Lanes, Part};
+
+/// The numbers of one wheelset: where it stands among the degrees of freedom, where its track is read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wheelset {
+    pub y: usize,
+    pub psi: usize,
+    /// First of the columns y_w, dy_w/ds, phi_w, dphi_w/ds, g.
+    pub column: usize,
+    pub lambda: f64,
+    pub kappa_x: f64,
+    pub kappa_y: f64,
+    pub kappa_s: f64,
+    pub epsilon: f64,
+    pub delta: f64,
+    pub sigma: f64,
+    pub n: f64,
+    pub r: f64,
+    pub b: f64,
+    pub i_ya: f64,
+}
+
+impl Wheelset {
+    /// The forces Q_y, Q_psi of (3.9) less the gyroscopic terms of (3.10), as [[K], [C]] of (y, psi): Q = -K q - C q'.
+    pub fn linear(&self, speed: f64) -> ([[f64; 2]; 2], [[f64; 2]; 2]) {
+        let w = self;
+        let roll = 1.0 + w.r * w.sigma / w.b;
+        let spin = w.kappa_s * (w.epsilon - w.sigma) / (w.b * w.r);
+        let k = [
+            [2.0 * w.n * (w.epsilon / w.b - spin), -2.0 * w.kappa_y * w.n],
+            [
+                2.0 * w.b * w.n * w.kappa_x * w.lambda / w.r,
+                -2.0 * w.b * w.n * (1.0 - w.kappa_s / w.r) * w.delta,
+            ],
+        ];
+        let gyro = w.i_ya * speed * w.sigma / (w.b * w.r);
+        let c = [
+            [
+                2.0 * w.kappa_y * w.n * roll / speed,
+                2.0 * w.kappa_s * w.n / speed - gyro,
+            ],
+            [gyro, 2.0 * w.b * w.b * w.n * w.kappa_x / speed],
+        ];
+        (k, c)
+    }
+}
+
+/// The same wheelset of sixteen vehicles, products made once.
+#[derive(Clone, Debug)]
+pub struct WheelsetLanes {
+    pub y: usize,
+    pub psi: usize,
+    pub column: usize,
+    lambda: Lanes,
+    inv_r: Lanes,
+    r: Lanes,
+    b: Lanes,
+    kx_n: Lanes,
+    ky_n: Lanes,
+    ks_n: Lanes,
+    n2: Lanes,
+    eps_b: Lanes,
+    spin_b: Lanes,
+    spin_delta: Lanes,
+    delta_n2: Lanes,
+    sigma_b: Lanes,
+    gyro: Lanes,
+    pub forces: Vec<PlacedLaw>,
+    pub creeps: Vec<PlacedLaw>,
+    pub rolls: Vec<PlacedLaw>,
+    pub rail: Option<RailLanes>,
+}
+
+/// The rail under the wheelset: k_r u + c_r u' = -Q_y.
+#[derive(Clone, Debug)]
+pub struct RailLanes {
+    pub state: usize,
+    pub alpha: Lanes,
+    pub stiffness: Lanes,
+    pub damping: Lanes,
+}
+
+impl WheelsetLanes {
+    pub fn new(one: &[Wheelset]) -> Self {
+        let lanes = |f: &dyn Fn(&Wheelset) -> f64| Lanes::from_fn(|i| f(&one[i]));
+        WheelsetLanes {
+            y: one[0].y,
+            psi: one[0].psi,
+            column: one[0].column,
+            lambda: lanes(&|w| w.lambda),
+            inv_r: lanes(&|w| 1.0 / w.r),
+            r: lanes(&|w| w.r),
+            b: lanes(&|w| w.b),
+            kx_n: lanes(&|w| w.kappa_x * w.n),
+            ky_n: lanes(&|w| w.kappa_y * w.n),
+            ks_n: lanes(&|w| w.kappa_s * w.n),
+            n2: lanes(&|w| 2.0 * w.n),
+            eps_b: lanes(&|w| w.epsilon / w.b),
+            spin_b: lanes(&|w| (w.epsilon - w.sigma) / (w.b * w.r)),
+            spin_delta: lanes(&|w| w.kappa_s * w.n * w.delta / w.r),
+            delta_n2: lanes(&|w| 2.0 * w.n * w.delta),
+            sigma_b: lanes(&|w| w.sigma / w.b),
+            gyro: lanes(&|w| w.i_ya * w.sigma / (w.b * w.r)),
+            forces: Vec::new(),
+            creeps: Vec::new(),
+            rolls: Vec::new(),
+            rail: None,
+        }
+    }
+
+    /// Adds Q_y, Q_psi and the gyroscopic moments to `force` (from row `dofs` on), and u' where the rail yields.
+    #[inline(always)]
+    pub fn add<P: Part>(
+        &self,
+        part: usize,
+        row: &[f64],
+        speed: P,
+        inv_speed: P,
+        n: usize,
+        x: &[P; 64],
+        dx: &mut [P; 64],
+    ) {
+        let g = |l: &Lanes| P::load(l, part);
+        let track: &[f64] = &row[self.column..self.column + 5];
+        let (y, psi) = (x[self.y & 63], x[self.psi & 63]);
+        let (vy, vpsi) = (x[(n + self.y) & 63], x[(n + self.psi) & 63]);
+        let r = g(&self.r);
+        let phi_w = P::splat(track[2]);
+        let dphi_w = P::splat(track[3]) * speed;
+        let mut e = y - P::splat(track[0]) - r * phi_w;
+        let de = vy - P::splat(track[1]) * speed - r * dphi_w;
+        if let Some(rail) = &self.rail {
+            e = e - g(&rail.alpha) * x[rail.state & 63];
+        }
+
+        // (r_1 - r_2)/2
+        let dr = if self.rolls.is_empty() {
+            g(&self.lambda) * e
+        } else {
+            let mut to = RollingRadius {
+                shift: P::zero(),
+                conicity: g(&self.lambda),
+                cubic: P::zero(),
+            };
+            for roll in &self.rolls {
+                roll.law.roll(
+                    roll.numbers(part),
+                    g(&roll.alpha),
+                    P::splat(track[4]),
+                    row[0],
+                    &mut to,
+                );
+            }
+            let d = e - to.shift;
+            to.conicity * d * (to.cubic * d).mul_add(d, P::splat(1.0))
+        };
+
+        // creepages (3.5): longitudinal -/+, lateral, spin without and with the contact angle
+        let b = g(&self.b);
+        let tx = g(&self.kx_n) * dr.mul_add(g(&self.inv_r), b * vpsi * inv_speed);
+        let dphi = dphi_w - g(&self.sigma_b) * de;
+        let u_y = (vy - r * dphi).mul_add(inv_speed, -psi);
+        let spin = vpsi.mul_add(inv_speed, -(g(&self.spin_b) * e));
+        let ty = g(&self.ky_n).mul_add(u_y, g(&self.ks_n) * spin);
+        let ty_delta = g(&self.spin_delta);
+        let gravity = g(&self.n2) * (phi_w - g(&self.eps_b) * e);
+        let mut flange = P::zero();
+        for law in &self.forces {
+            let mut unused = P::zero();
+            let f = law
+                .law
+                .force(law.numbers(part), e, de, row[0], P::zero(), &mut unused);
+            flange = g(&law.alpha).mul_add(f, flange);
+        }
+        let outer = gravity + flange;
+
+        let mut ty_1 = ty - ty_delta;
+        let mut ty_2 = ty + ty_delta;
+        let (mut f_1, mut f_2) = (P::splat(1.0), P::splat(1.0));
+        if let Some(rail) = &self.rail {
+            // u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage
+            let alpha = g(&rail.alpha);
+            let slope = g(&self.ky_n) * inv_speed * (r * g(&self.sigma_b) + P::splat(1.0));
+            let held = g(&rail.stiffness) * x[rail.state & 63];
+            let mut du = P::zero();
+            let turns = if self.creeps.is_empty() { 1 } else { 8 };
+            for _ in 0..turns {
+                let free = outer - f_1 * (ty - ty_delta) - f_2 * (ty + ty_delta) + held;
+                du = -free / (alpha * slope).mul_add(f_1 + f_2, g(&rail.damping));
+                let moved = alpha * slope * du;
+                ty_1 = ty - ty_delta - moved;
+                ty_2 = ty + ty_delta - moved;
+                (f_1, f_2) = self.saturation(part, tx, ty_1, ty_2);
+            }
+            dx[rail.state & 63] = du;
+        } else if !self.creeps.is_empty() {
+            (f_1, f_2) = self.saturation(part, tx, ty_1, ty_2);
+        }
+        ty_1 = f_1 * ty_1;
+        ty_2 = f_2 * ty_2;
+
+        // (3.4); T_x1 = -f_1 t_x, T_x2 = f_2 t_x
+        let q_y = outer - ty_1 - ty_2;
+        let q_psi = b * (psi * (g(&self.delta_n2) + ty_1 - ty_2) - tx * (f_1 + f_2));
+        let gyro = g(&self.gyro) * speed;
+        dx[(n + self.y) & 63] = dx[(n + self.y) & 63] + gyro.mul_add(vpsi, q_y);
+        dx[(n + self.psi) & 63] = dx[(n + self.psi) & 63] + (q_psi - gyro * vy);
+    }
+
+    #[inline(always)]
+    fn saturation<P: Part>(&self, part: usize, tx: P, ty_1: P, ty_2: P) -> (P, P) {
+        let one = P::splat(1.0);
+        let (mut f_1, mut f_2) = (one, one);
+        for creep in &self.creeps {
+            let alpha = P::load(&creep.alpha, part);
+            f_1 = f_1 * alpha.mul_add(creep.law.factor(creep.numbers(part), tx, ty_1) - one, one);
+            f_2 = f_2 * alpha.mul_add(creep.law.factor(creep.numbers(part), tx, ty_2) - one, one);
+        }
+        (f_1, f_2)
+    }
+}
