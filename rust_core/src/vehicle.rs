@@ -1,6 +1,6 @@
 //! A group of vehicles of one structure: the rate of change of its state.
 use crate::assemble::{Assembly, Order, assemble, columns, eigenvalues, parameters};
-use crate::effects::effect::{Kind, Site, Supersedes};
+use crate::effects::effect::{Kind, Site, Slopes, Supersedes};
 use crate::effects::{Law, PlacedLaw};
 use crate::error::{Error, Result, expect_len};
 use crate::lanes::{LANES, Lanes, Part};
@@ -188,12 +188,17 @@ impl Structure {
         let vehicle = self.assemble(one)?;
         let mut rows = Vec::new();
         let mut rate: f64 = 0.0;
-        for (_, placed, range) in self.acting() {
+        for (i, placed, range) in self.acting() {
             let p = &one.effects[range];
+            let scaled = |s: Slopes| Slopes {
+                stiffness: s.stiffness * one.amounts[i],
+                damping: s.damping * one.amounts[i],
+                rate: s.rate,
+            };
             match placed.law.record().kind {
                 Kind::Force if placed.at != "contact" => {
                     for (row, site) in self.ports(&vehicle, placed)? {
-                        let slopes = placed.law.stiffest(p, &site);
+                        let slopes = scaled(placed.law.stiffest(p, &site));
                         rate = rate.max(slopes.rate);
                         rows.push((row, slopes));
                     }

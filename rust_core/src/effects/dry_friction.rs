@@ -12,7 +12,7 @@ impl Effect for DryFriction {
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[
-            param("force", "F_c", "F", [0.3, 0.0, 3.0], "F", FORCE_ORIGIN, Role::Strength),
+            param("force", "F_c", "F", [0.3, 0.0, 100.0], "F", FORCE_ORIGIN, Role::Strength),
             param(
                 "slip_speed",
                 "v_0",

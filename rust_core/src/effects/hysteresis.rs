@@ -13,7 +13,7 @@ impl Effect for Hysteresis {
         at: SUSPENSIONS,
         params: &[
             param("stiffness", "k", "F/z", [1.0, 0.01, 100.0], "k", STIFFNESS_ORIGIN, Role::Shape),
-            param("yield", "F_y", "F", [0.3, 0.003, 3.0], "F", FORCE_ORIGIN, Role::Strength),
+            param("yield", "F_y", "F", [0.3, 0.003, 100.0], "F", FORCE_ORIGIN, Role::Strength),
         ],
         supersedes: Supersedes::Nothing,
         states: 1,

@@ -12,7 +12,7 @@ impl Effect for MaxwellDamper {
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[
-            param("stiffness", "k", "F/z", [1.0, 0.01, 100.0], "k", STIFFNESS_ORIGIN, Role::Strength),
+            param("stiffness", "k", "F/z", [1.0, 0.01, 1000.0], "k", "as stiff as the declared spring; a mounting may be a thousand times it", Role::Strength),
             param(
                 "damping",
                 "c",

@@ -16,6 +16,6 @@ impl Effect for SensorDelay {
         odd: true,
         dissipates: false,
         candidate: true,
-        shapes: &[],
+        shapes: &[&[0.004]],
     };
 }

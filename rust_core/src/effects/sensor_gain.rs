@@ -16,6 +16,6 @@ impl Effect for SensorGain {
         odd: true,
         dissipates: false,
         candidate: true,
-        shapes: &[],
+        shapes: &[&[1.2]],
     };
 }

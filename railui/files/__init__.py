@@ -1,0 +1,1 @@
+"""Files that people write and share: YAML with marks and units, designs, campaigns, runs, tracks, studies."""

@@ -1,0 +1,110 @@
+"""Checking and loading any of our files: what it is told by its schema line, its keys or its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from .campaign import Campaign, campaign_file, load_campaign
+from .design import Design, load_design
+from .effect_records import Catalogue
+from .problems import FileProblems, Findings, Problem
+from .run import Run, load_run
+from .schema_line import kind_of
+from .study import Study, load_study
+from .table import read_header
+from .track_file import TrackColumns, load_track
+from .yaml12 import load as load_yaml
+
+Anything = Design | Campaign | Study | Run | TrackColumns
+KEYS = {
+    "study": ("variables", "objectives", "cases"),
+    "campaign": ("runs", "adjust", "noise"),
+    "design": ("vehicle", "contact"),
+}
+
+
+def recognise(path: str | Path) -> str:
+    """What a file is: design, campaign, study, run or track; FileProblems where it is none of ours.
+
+    A directory is the campaign in it. The schema line decides, else the keys, else the columns of a table.
+    """
+    path = campaign_file(path)
+    if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".gz")):
+        names = set(read_header(path).names)
+        kind = "run" if "t" in names or {"v", "z"} & names else "track" if {"s", "yw"} & names else None
+        remedy = "give a run with a column t [s], or a track with s [m], yw [m]"
+    else:
+        data = load_yaml(path).value
+        kind = kind_of(data) or next(
+            (k for k, keys in KEYS.items() if isinstance(data, dict) and any(key in data for key in keys)),
+            None,
+        )
+        remedy = "write `schema: railui.design/1`, or the keys of a design, a campaign or a study"
+    if kind not in ("design", "campaign", "study", "run", "track"):
+        findings = Findings(str(path))
+        findings.add(
+            "",
+            "is no file of railui"
+            if kind is None
+            else f"is a {kind}: railui writes it, but does not read it",
+            remedy,
+        )
+        findings.stop()
+    return str(kind)
+
+
+def load(
+    path: str | Path, catalogue: Catalogue | None = None, check_track: Callable[[str], object] | None = None
+) -> Anything:
+    """Loads any of our files; FileProblems with every fault."""
+    kind = recognise(path)
+    loaders: dict[str, Callable[[], Anything]] = {
+        "design": lambda: load_design(Path(path), catalogue),
+        "campaign": lambda: load_campaign(path, catalogue),
+        "study": lambda: load_study(path, catalogue, check_track),
+        "run": lambda: load_run(path),
+        "track": lambda: load_track(path),
+    }
+    return loaders[kind]()
+
+
+def check(
+    paths: Iterable[str | Path],
+    catalogue: Catalogue | None = None,
+    check_track: Callable[[str], object] | None = None,
+) -> list[Problem]:
+    """Every problem of some files, and of the runs that a campaign names; warnings carry that severity."""
+    found: list[Problem] = []
+    for path in paths:
+        found += _problems(lambda path=path: load(path, catalogue, check_track))  # type: ignore[misc]
+    return list(dict.fromkeys(found))
+
+
+def _problems(read: Callable[[], Anything]) -> list[Problem]:
+    try:
+        loaded = read()
+    except FileProblems as error:
+        return list(error.problems)
+    found: list[Problem] = list(getattr(loaded, "warnings", ()))
+    if isinstance(loaded, Campaign):
+        found += _runs(loaded)
+    return found
+
+
+def _runs(campaign: Campaign) -> list[Problem]:
+    """The problems of the runs, and noise of columns that no run has."""
+    found: list[Problem] = []
+    measured: set[str] = set()
+    for entry in campaign.runs:
+        try:
+            measured |= set(load_run(entry.file, campaign.design.kind).columns)
+        except FileProblems as error:
+            found += error.problems
+    if found:
+        return found
+    findings = load_yaml(campaign.source).findings()
+    for name in campaign.noise:
+        if name not in measured:
+            findings.warn(f"noise.{name}", "no run of the campaign has this column", "leave it out")
+    return findings.problems

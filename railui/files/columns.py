@@ -1,0 +1,67 @@
+"""The columns of a run: name, unit, what each one is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that the model knows: part is clock, track, response or coach (forces of the coach)."""
+
+    name: str
+    unit: str
+    part: str
+    caption: str
+
+
+COLUMNS: dict[str, Column] = {
+    c.name: c
+    for c in (
+        Column("t", "s", "clock", "time"),
+        Column("s", "m", "clock", "distance of the leading wheelset"),
+        Column("v", "m/s", "clock", "speed"),
+        Column("yw", "m", "track", "lateral deviation of the track"),
+        Column("phiw", "rad", "track", "cross-level of the track"),
+        Column("gauge", "m", "track", "gauge deviation"),
+        Column("e1", "m", "response", "leading wheelset relative to the rails"),
+        Column("e2", "m", "response", "trailing wheelset relative to the rails"),
+        Column("ay1", "m/s^2", "response", "acceleration of the leading axle boxes"),
+        Column("ay2", "m/s^2", "response", "acceleration of the trailing axle boxes"),
+        Column("ayf", "m/s^2", "response", "acceleration of the frame centre"),
+        Column("rf", "rad/s", "response", "yaw rate of the frame"),
+        Column("d1", "m", "response", "deflection of the leading primary suspension"),
+        Column("d2", "m", "response", "deflection of the trailing primary suspension"),
+        Column("psi1", "rad", "response", "yaw of the leading wheelset"),
+        Column("psi2", "rad", "response", "yaw of the trailing wheelset"),
+        Column("Qy", "N", "coach", "force of the coach on the frame"),
+        Column("Qpsi", "N*m", "coach", "moment of the coach on the frame"),
+    )
+}
+# a one-mass rig: any unit but for the time
+RIG_COLUMNS: dict[str, Column] = {
+    c.name: c
+    for c in (
+        Column("t", "s", "clock", "time"),
+        Column("u", "", "track", "input"),
+        Column("z", "", "response", "motion of the mass"),
+        Column("vz", "", "response", "speed of the mass"),
+        Column("az", "", "response", "acceleration of the mass"),
+    )
+}
+# what nrmse is the mean over
+JUDGED = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
+
+
+def columns_of(form: str) -> dict[str, Column]:
+    """The columns of a bogie's or a rig's runs."""
+    return RIG_COLUMNS if form == "rig" else COLUMNS
+
+
+def named(form: str, *parts: str) -> tuple[str, ...]:
+    """The names of the columns of some parts.
+
+    >>> named("bogie", "track")
+    ('yw', 'phiw', 'gauge')
+    """
+    return tuple(c.name for c in columns_of(form).values() if c.part in parts)

@@ -1,0 +1,36 @@
+"""Files that a campaign or a study names: where they lie, and the vehicle in one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from .design import Design, load_design
+from .effect_records import Catalogue
+from .problems import FileProblems, Findings, nearest
+
+
+def vehicle_of(
+    source: Path, data: Mapping[str, Any], findings: Findings, catalogue: Catalogue | None
+) -> Design | None:
+    """The design that `vehicle:` names, relative to the file; its problems join the findings."""
+    named = data.get("vehicle")
+    if not isinstance(named, str):
+        return None
+    path = source.parent / named
+    if not path.is_file():
+        findings.add("vehicle", f"no file {named!r}", neighbour(path))
+        return None
+    try:
+        return load_design(path, catalogue)
+    except FileProblems as error:
+        findings.problems += error.problems
+        return None
+
+
+def neighbour(path: Path) -> str:
+    """The remedy for a missing file: the nearest name beside it."""
+    beside = sorted(p.name for p in path.parent.iterdir()) if path.parent.is_dir() else []
+    told = nearest(path.name, beside)
+    return told if told.startswith("did you mean") else f"give a path relative to {path.parent}"

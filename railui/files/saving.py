@@ -1,0 +1,108 @@
+"""Writing designs and campaigns as new files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from .campaign import Campaign
+from .designed import Design
+from .numbers import number_text, scalar_text
+from .parameters import FORMS, PARAMETERS
+from .placed_effects import PlacedEffect
+from .schema_line import schema_name
+from .writing import write_text
+
+
+def design_text(design: Design) -> str:
+    """A design as a complete file: every number in SI with all its digits, symbols and units in comments."""
+    lines = [f"schema: {schema_name('design')}", f"name: {scalar_text(design.name)}"]
+    tree = _tree({p.path: design.values[p.path] for p in FORMS[design.kind]} | dict(design.settings))
+    for top in ("vehicle", "contact", "riding"):
+        if top in tree:
+            lines.append(f"{top}:")
+            lines += [
+                f"  {key}: {flow(value)}{_remark(f'{top}.{key}', value)}" for key, value in tree[top].items()
+            ]
+    lines += _entries("effects", design.effects)
+    if design.adjustment is not None:
+        a = design.adjustment
+        lines += [
+            "adjustment:",
+            f"  campaign: {scalar_text(a.campaign)}",
+            f"  sha256: {scalar_text(a.sha256)}",
+            f"  names: {flow(list(a.names))}",
+            "  covariance:",
+        ]
+        lines += [f"    - {flow(list(row))}" for row in a.covariance]
+    return "\n".join(lines) + "\n"
+
+
+def save_design(design: Design, path: str | Path) -> Path:
+    """Writes a design as a complete new file, whole or not at all. Returns the path."""
+    return write_text(path, design_text(design))
+
+
+def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path | None = None) -> str:
+    """A campaign as a file to stand in `directory`; `vehicle` (a path) takes the declared one's place."""
+    home = Path(directory).resolve()
+
+    def beside(path: Path) -> str:
+        return Path(os.path.relpath(path.resolve(), home)).as_posix()
+
+    declared = vehicle if vehicle is not None else campaign.design.source
+    lines = [f"schema: {schema_name('campaign')}", f"name: {scalar_text(campaign.name)}"]
+    if declared is not None:
+        lines.append(f"vehicle: {scalar_text(beside(Path(declared)))}")
+    lines.append("runs:")
+    lines += [f"  - {flow({'file': beside(run.file), 'role': run.role})}" for run in campaign.runs]
+    lines += [f"noise: {flow(dict(campaign.noise))}", f"noise_band: {number_text(campaign.noise_band)}"]
+    lines += [f"adjust: {flow(list(campaign.adjust))}"]
+    if campaign.band is not None:
+        lines.append(f"band: {flow(list(campaign.band))}")
+    cut = f"{number_text(100 * campaign.cut_share)} %" if campaign.cut_share else campaign.cut
+    lines += [f"cut: {flow(cut)}", f"material: {number_text(campaign.material)}"]
+    lines += _entries("sensors", campaign.sensors)
+    return "\n".join([*lines, f"track: {campaign.track}"]) + "\n"
+
+
+def save_campaign(campaign: Campaign, path: str | Path, vehicle: str | Path | None = None) -> Path:
+    """Writes a campaign as a complete new file; paths in it are relative to where it stands."""
+    return write_text(path, campaign_text(campaign, Path(path).parent, vehicle))
+
+
+def flow(value: Any) -> str:
+    """A value in one line.
+
+    >>> flow({"kind": "free_play", "half_width": 3e-4, "on": [1, 2.5]})
+    '{kind: free_play, half_width: 0.0003, on: [1, 2.5]}'
+    """
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(flow(item) for item in value) + "]"
+    return scalar_text(value)
+
+
+def _entries(key: str, effects: Iterable[PlacedEffect]) -> list[str]:
+    entries = [f"  - {flow(effect.entry())}" for effect in effects]
+    return [f"{key}:", *entries] if entries else []
+
+
+def _tree(values: Mapping[str, Any]) -> dict[str, Any]:
+    root: dict[str, Any] = {}
+    for path, value in values.items():
+        *groups, key = path.split(".")
+        here = root
+        for group in groups:
+            here = here.setdefault(group, {})
+        here[key] = value
+    return root
+
+
+def _remark(path: str, value: Any) -> str:
+    names = [path] if not isinstance(value, Mapping) else [f"{path}.{key}" for key in value]
+    told = [PARAMETERS[name] for name in names if name in PARAMETERS]
+    return "  # " + ", ".join(f"{p.symbol} [{p.unit}]" for p in told) if told else ""

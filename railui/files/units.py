@@ -1,0 +1,270 @@
+"""Quantities: a number in SI, or a number with its unit, to SI and back."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+
+# Base labels. Radian and cycle carry no dimension but are told apart: 1 Hz is not 1 rad/s.
+BASE = ("m", "kg", "s", "A", "rad", "cycle")
+ANGLES = (BASE.index("rad"), BASE.index("cycle"))
+Dimension = tuple[int, ...]
+
+PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "da": 1e1,
+            "k": 1e3, "M": 1e6, "G": 1e9}  # fmt: skip
+
+# symbol: factor to SI, powers of the base labels, whether prefixes go with it
+SYMBOLS: dict[str, tuple[float, dict[str, int], bool]] = {
+    "m": (1.0, {"m": 1}, True),
+    "g": (1e-3, {"kg": 1}, True),
+    "t": (1e3, {"kg": 1}, False),
+    "s": (1.0, {"s": 1}, True),
+    "min": (60.0, {"s": 1}, False),
+    "h": (3600.0, {"s": 1}, False),
+    "A": (1.0, {"A": 1}, True),
+    "V": (1.0, {"m": 2, "kg": 1, "s": -3, "A": -1}, True),
+    "N": (1.0, {"m": 1, "kg": 1, "s": -2}, True),
+    "J": (1.0, {"m": 2, "kg": 1, "s": -2}, True),
+    "W": (1.0, {"m": 2, "kg": 1, "s": -3}, True),
+    "Pa": (1.0, {"m": -1, "kg": 1, "s": -2}, True),
+    "bar": (1e5, {"m": -1, "kg": 1, "s": -2}, True),
+    "Hz": (1.0, {"cycle": 1, "s": -1}, True),
+    "rev": (1.0, {"cycle": 1}, False),
+    "rpm": (1.0 / 60.0, {"cycle": 1, "s": -1}, False),
+    "rad": (1.0, {"rad": 1}, True),
+    "deg": (math.pi / 180.0, {"rad": 1}, False),
+    "°": (math.pi / 180.0, {"rad": 1}, False),
+    "%": (1e-2, {}, False),
+    "‰": (1e-3, {}, False),
+}
+RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻"
+RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻"
+SUPERSCRIPT = re.compile(f"[{RAISED}]+")
+PLAIN = str.maketrans(RAISED + "·⋅×", "0123456789-***")
+NUMBER = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
+TOKEN = re.compile(r"\^\(?[-+]?\d+\)?|[*/()]|1(?![\d.])|[^\W\d_]+|[%‰°]|\S")
+
+EXAMPLES = {"m": "7 mm", "m/s": "144 km/h", "s": "2 s", "Hz": "1.2 Hz", "N": "55 kN", "N/m": "3.0 MN/m",
+            "N*m/rad": "0.2 MN*m/rad", "N*s/m": "30 kN*s/m", "N*m*s/rad": "30 kN*m*s/rad", "kg": "2900 kg",
+            "kg*m^2": "3300 kg*m^2", "rad": "0.3 mrad", "rad/s": "0.3 mrad/s", "m/s^2": "0.05 m/s^2",
+            "1": "0.15"}  # fmt: skip
+
+
+class UnitError(ValueError):
+    """A quantity that cannot be read: `message` says what, `remedy` what to write instead."""
+
+    def __init__(self, message: str, remedy: str) -> None:
+        super().__init__(f"{message}, {remedy}")
+        self.message, self.remedy = message, remedy
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit: factor to SI and the powers of m, kg, s, A, rad, cycle."""
+
+    text: str
+    factor: float
+    dimension: Dimension
+
+    def fits(self, other: Unit) -> bool:
+        """Same dimension; an angle may be left out, but never exchanged for a cycle."""
+        plain = all(
+            a == b
+            for i, (a, b) in enumerate(zip(self.dimension, other.dimension, strict=True))
+            if i not in ANGLES
+        )
+        angles = [(self.dimension[i], other.dimension[i]) for i in ANGLES]
+        left_out = all(a == 0 for a, _ in angles)
+        return plain and (left_out or all(a == b for a, b in angles))
+
+
+def example(unit: str) -> str:
+    """A quantity of this unit as one would write it.
+
+    >>> example("N*s/m")
+    '30 kN*s/m'
+    """
+    return EXAMPLES.get(unit, f"2.5 {unit}" if unit != "1" else "0.15")
+
+
+class _Reader:
+    """Reads products, quotients, powers and brackets from left to right."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        plain = SUPERSCRIPT.sub(lambda match: f"^{match[0]}", text).replace("**", "^").translate(PLAIN)
+        self.tokens = TOKEN.findall(plain)
+        self.factor, self.powers = 1.0, dict.fromkeys(BASE, 0)
+
+    def whole(self) -> Unit:
+        self.product(1)
+        if self.tokens:
+            raise self.fail()
+        return Unit(self.text, self.factor, tuple(self.powers[name] for name in BASE))
+
+    def product(self, sign: int) -> None:
+        self.one(-sign if self.take("/") else sign)
+        while self.tokens and self.tokens[0] != ")":
+            over = self.take("/")
+            if not over:
+                self.take("*")
+            self.one(-sign if over else sign)
+
+    def one(self, sign: int) -> None:
+        if self.take("("):
+            self.product(sign)
+            if not self.take(")"):
+                raise self.fail("lacks a closing bracket")
+        elif not self.take("1"):
+            if not self.tokens or not re.match(r"[^\W\d_]|[%‰°]", self.tokens[0]):
+                raise self.fail()
+            factor, powers = symbol_of(self.tokens.pop(0))
+            power = sign * self.power()
+            self.factor *= factor**power
+            for name, p in powers.items():
+                self.powers[name] += p * power
+
+    def power(self) -> int:
+        if not self.tokens or not self.tokens[0].startswith("^") or self.tokens[0] == "^":
+            return 1
+        power = int(self.tokens.pop(0).strip("^()"))
+        if abs(power) > 9:
+            raise self.fail("has a power beyond 9")
+        return power
+
+    def take(self, token: str) -> bool:
+        found = bool(self.tokens) and self.tokens[0] == token
+        if found:
+            self.tokens.pop(0)
+        return found
+
+    def fail(self, what: str = "") -> UnitError:
+        where = f"cannot be read at {self.tokens[0]!r}" if self.tokens else "ends too early"
+        return UnitError(f"the unit {self.text!r} {what or where}", "write units like kN*s/m, m/s^2, 1/m")
+
+
+def symbol_of(symbol: str) -> tuple[float, dict[str, int]]:
+    """Factor and powers of one symbol with its prefix; UnitError where it is unknown."""
+    if symbol in SYMBOLS:
+        factor, powers, _ = SYMBOLS[symbol]
+        return factor, powers
+    for prefix, scale in PREFIXES.items():
+        bare = symbol.removeprefix(prefix)
+        if bare != symbol and bare in SYMBOLS and SYMBOLS[bare][2]:
+            factor, powers, _ = SYMBOLS[bare]
+            return (1.0 if symbol == "kg" else scale * factor), powers
+    raise UnitError(
+        f"unknown unit {symbol!r}", f"known are {', '.join(SYMBOLS)} with prefixes n u m c d da k M G"
+    )
+
+
+@lru_cache(maxsize=512)
+def parse_unit(text: str) -> Unit:
+    """The unit that a text names; UnitError where it names none.
+
+    >>> parse_unit("kN*s/m").factor
+    1000.0
+    >>> parse_unit("m/s^2").dimension
+    (1, 0, -2, 0, 0, 0)
+    """
+    if len(text) > 60:
+        raise UnitError(
+            f"the unit {text[:20]!r}... is {len(text)} characters long", "write units like kN*s/m"
+        )
+    return _Reader(text).whole()
+
+
+def split(text: str) -> tuple[float, str]:
+    """The number and the unit of a quantity written as one string.
+
+    >>> split("30 kN*s/m")
+    (30.0, 'kN*s/m')
+    """
+    match = NUMBER.match(text.strip())
+    if match is None:
+        raise UnitError(f"{text!r} is no quantity", "write a number, or a number and its unit such as '7 mm'")
+    rest = text.strip()[match.end() :].strip()
+    if re.match(r",\d", rest):
+        raise UnitError(f"{text!r} has a decimal comma", f"write {text.strip().replace(',', '.', 1)!r}")
+    return float(match[0]), rest
+
+
+def quantity(value: object, unit: str) -> float:
+    """A value in SI: a number as it is, a string converted; UnitError where its dimension is not `unit`'s.
+
+    >>> quantity("7 mm", "m"), quantity("144 km/h", "m/s"), quantity(0.15, "1")
+    (0.007, 40.0, 0.15)
+    """
+    number, text = _number(value, unit)
+    if text:
+        given, wanted = _parse_for(value, text, unit), parse_unit(unit)
+        if not given.fits(wanted):
+            raise UnitError(
+                f"{value!r} has the unit {text}, {_expected(unit)} is expected",
+                f"write for example {example(unit)!r}",
+            )
+        # one rounding: 7 mm is exactly 0.007
+        number = _scaled(number, given.factor)
+    if not math.isfinite(number):
+        raise UnitError(f"{value!r} is not finite", f"write for example {example(unit)!r}")
+    return number
+
+
+def own_quantity(value: object) -> float:
+    """A value where any unit goes (a rig in its own units): the number in SI of whatever it names.
+
+    >>> own_quantity("95 kg"), own_quantity(3)
+    (95.0, 3.0)
+    """
+    number, text = _number(value, "1")
+    number = _scaled(number, parse_unit(text).factor) if text else number
+    if not math.isfinite(number):
+        raise UnitError(f"{value!r} is not finite", "write a number")
+    return number
+
+
+def convert(value: float, source: str, target: str) -> float:
+    """A value from one unit to another of the same dimension.
+
+    >>> convert(40.0, "m/s", "km/h")
+    144.0
+    """
+    a, b = parse_unit(source), parse_unit(target)
+    if not (a.fits(b) or b.fits(a)):
+        raise UnitError(f"{source} is not {target}", f"{_expected(target)} is expected")
+    return _scaled(value, a.factor / b.factor)
+
+
+def _number(value: object, unit: str) -> tuple[float, str]:
+    if isinstance(value, str):
+        return split(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise UnitError(f"{_word(value)} is no quantity", f"write for example {example(unit)!r}")
+    return float(value), ""
+
+
+def _word(value: object) -> str:
+    names = {dict: "a group of keys", list: "a list", type(None): "nothing"}
+    return names.get(type(value), str(value).lower())
+
+
+def _parse_for(value: object, text: str, unit: str) -> Unit:
+    try:
+        return parse_unit(text)
+    except UnitError as error:
+        raise UnitError(f"{value!r}: {error.message}", f"write for example {example(unit)!r}") from None
+
+
+def _expected(unit: str) -> str:
+    return "a number without unit" if unit == "1" else f"a unit like {unit}"
+
+
+def _scaled(number: float, factor: float) -> float:
+    inverse = 1.0 / factor
+    if factor < 1.0 and inverse == round(inverse):
+        return number / inverse
+    if factor < 1.0 and abs(inverse - round(inverse)) < 1e-9 * inverse:
+        return number / round(inverse)
+    return number * factor

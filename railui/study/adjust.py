@@ -1,0 +1,402 @@
+"""Model adjustment: parameters from measured motions, by output error, with sixteen parallel models."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, optimize
+
+from railui.core import Filter
+from railui.files.parameters import PARAMETERS
+from railui.study.judge import initial_state, weights
+from railui.study.measured import Measurement, Stretch, filter_for, filtered, simulate, steps_for
+from railui.study.model import Model
+
+Floats = NDArray[np.float64]
+Report = Callable[[str], None]
+
+DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of Levenberg, tried side by side
+LEAP = 1.5  # largest logarithm of the ratio in one step
+STABLE = -0.02  # 1/s, the least damping of a linear vehicle that a fit may reach
+UNSEEN = 0.9  # share of the prior's standard deviation that remains: the data did not see the parameter
+CORRELATED = 0.95
+
+
+def silent(_: str) -> None:
+    """Reports nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A stretch made ready for the fit: measured channels filtered and weighted [channel, kept], start, steps."""
+
+    stretch: Stretch
+    filter: Filter
+    y: Floats
+    start: Floats
+    steps: int
+
+
+def targets(model: Model, measurement: Measurement, stretches: Sequence[Stretch]) -> list[Target]:
+    """Stretches prepared for a model: weights from noise and what track noise leaves, initial states estimated."""
+    ready = []
+    for stretch in stretches:
+        campaign = measurement.campaign
+        w = weights(model, measurement, stretch)
+        rate = 1.0 / stretch.dt
+        every = 1 if campaign.band is None else max(1, int(rate / (2.4 * min(campaign.band[1], 0.45 * rate))))
+        y = filtered(campaign, stretch, stretch.measured(stretch.channels))[:, ::every] * w[:, None]
+        start = initial_state(model, stretch, measurement.noise)
+        ready.append(
+            Target(stretch, filter_for(campaign, stretch, w, every), y, start, steps_for(model, stretch))
+        )
+    return ready
+
+
+@dataclass(frozen=True)
+class Free:
+    """The numbers that a fit moves: paths, bounds, priors (sd infinite: none), usual size of each.
+
+    ratio: steps are ratios, for effect numbers whose size is not known beforehand.
+    """
+
+    paths: tuple[str, ...]
+    low: Floats
+    high: Floats
+    size: Floats
+    prior: Floats
+    prior_sd: Floats
+    ratio: NDArray[np.bool_]
+
+
+def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> Free:
+    """Bounds and priors of paths, from the one list of parameters and the catalogue."""
+    low, high, size, prior, sd, ratio = [], [], [], [], [], []
+    values = declared.design.values
+    for path in paths:
+        now = float(model.row[model.columns[path]])
+        if path in PARAMETERS:
+            p = PARAMETERS[path]
+            mean = values[path]
+            usual = p.usual if np.isfinite(p.usual[1]) else (min(0.0, 10 * mean), max(10 * mean, 1.0))
+            if path.startswith("vehicle.rig"):
+                reach = 100.0 * max(abs(mean), rig_scale(model, path))
+                usual = (-reach if path.endswith("gain") else 0.0, reach)
+            low.append(min(usual[0], 0.1 * mean))
+            high.append(max(usual[1], 10 * mean))
+            size.append(max(abs(mean), 0.01 * (high[-1] - low[-1])))
+            prior.append(mean)
+            sd.append(p.prior if p.prior is not None else np.inf)
+            ratio.append(False)
+            continue
+        bounds = _effect_bounds(model, path)
+        ratio.append(bounds[0] >= 0 and now > 0)
+        low.append(max(bounds[0], 1e-4 * now) if ratio[-1] else bounds[0])
+        high.append(bounds[1])
+        size.append(max(abs(now), 1e-3 * (bounds[1] - bounds[0]) if np.isfinite(bounds[1]) else 0.0, 1e-12))
+        prior.append(now)
+        sd.append(np.inf)
+    numbers = (np.array(x, dtype=float) for x in (low, high, size, prior, sd))
+    return Free(tuple(paths), *numbers, np.array(ratio))
+
+
+def rig_scale(model: Model, path: str) -> float:
+    """A usual size of a rig's parameter where its declared value is zero: 10 Hz, a tenth of critical damping."""
+    m, w = model.design.values["vehicle.rig.mass"], 62.8
+    return {"stiffness": m * w * w, "damping": 0.2 * m * w}.get(path.rpartition(".")[2], 1.0)
+
+
+def _effect_bounds(model: Model, path: str) -> tuple[float, float]:
+    group, number, key = path.split(".", 2)
+    if key.startswith("force."):
+        return -np.inf, np.inf
+    if group == "sensors":
+        from railui import core
+
+        p = next(p for p in core.record(model.sensors[int(number)].kind)["parameters"] if p["key"] == key)
+        return float(p["minimum"]), float(p["maximum"])
+    parameter = model.design.parameter(path)
+    return parameter.minimum, parameter.maximum
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Inner products per block of time: gram [block, channel, 1 + p, 1 + p] of the residual and its p sensitivities."""
+
+    gram: Floats
+    samples: int
+
+    @property
+    def total(self) -> Floats:
+        return np.asarray(self.gram.sum(axis=(0, 1)))
+
+    @property
+    def rss(self) -> float:
+        return float(self.total[0, 0])
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """An adjusted model: values [p] of the free paths with covariance [p, p], and how the fit went."""
+
+    model: Model
+    free: Free
+    x: Floats
+    covariance: Floats
+    normal: Normal
+    cost: float
+    iterations: int
+    simulations: int
+    status: str
+    constrained: bool = False
+    targets: tuple[Target, ...] = field(default=(), repr=False)
+
+    @property
+    def sd(self) -> Floats:
+        """Standard deviations of the values [p]."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    def flags(self) -> list[str | None]:
+        """bound, unseen, correlated or None of each free path."""
+        sd = self.sd
+        scaled = self.covariance / np.outer(np.maximum(sd, 1e-300), np.maximum(sd, 1e-300))
+        off = np.abs(scaled - np.diag(np.diag(scaled)))
+        out: list[str | None] = []
+        for i in range(len(self.x)):
+            width = 1e-6 * self.free.size[i]
+            if self.x[i] <= self.free.low[i] + width or self.x[i] >= self.free.high[i] - width:
+                out.append("bound")
+            elif np.isfinite(self.free.prior_sd[i]) and sd[i] > UNSEEN * self.free.prior_sd[i]:
+                out.append("unseen")
+            elif off.size and off[i].max() > CORRELATED:
+                out.append("correlated")
+            else:
+                out.append(None)
+        return out
+
+
+class Adjuster:
+    """Output-error least squares of one structure over prepared stretches."""
+
+    def __init__(
+        self, model: Model, free: Free, ready: Sequence[Target], *, block: float, stable: bool, jobs: int | None
+    ) -> None:
+        self.model, self.free, self.ready = model, free, list(ready)
+        self.block, self.stable, self.jobs = block, stable, jobs
+        self.columns = [model.columns[p] for p in free.paths]
+        self.simulations = 0
+        self.constrained = False
+        count = sum(t.y.size for t in ready)
+        rate, band = 1.0 / ready[0].stretch.dt, None
+        if len(ready[0].filter.sos):
+            band = ready[0].filter.every
+        # neighbouring samples of a band-passed signal do not tell new things
+        share = 0.4 if band else min(1.0, 2.0 * 40.0 / rate)
+        self.informed = share * count
+
+    def rows(self, x: Floats) -> Floats:
+        """Rows [n, row] of the vehicle with the free numbers x [n, p]."""
+        rows = np.tile(self.model.row, (len(x), 1))
+        rows[:, self.columns] = x
+        return rows
+
+    def _series(self, target: Target, x: Floats) -> tuple[Floats, NDArray[np.int64]]:
+        self.simulations += len(x)
+        return simulate(
+            self.model,
+            target.stretch,
+            target.stretch.channels,
+            batch=self.model.batch(self.rows(x)),
+            vehicles=self.model.vehicles(target.stretch.coach_forces),
+            steps=target.steps,
+            filter=target.filter,
+            initial=target.start,
+            jobs=self.jobs,
+        )
+
+    def residuals(self, x: Floats) -> Floats:
+        """Sum of weighted squares of each row of x [n, p]; infinite where a vehicle diverges or may not go."""
+        allowed = np.array([self._allowed(row) for row in x])
+        out = np.where(allowed, 0.0, np.inf)
+        if not allowed.any():
+            return out
+        for target in self.ready:
+            series, lost = self._series(target, x[allowed])
+            squares = np.sum((series - target.y) ** 2, axis=(1, 2))
+            out[allowed] += np.where((lost < 0) & np.isfinite(squares), squares, np.inf)
+        return out
+
+    def _allowed(self, x: Floats) -> bool:
+        if not self.stable or self.model.design.kind != "bogie":
+            return True
+        rows = self.rows(x[None])
+        speeds = {v for t in self.ready for v in t.stretch.speeds}
+        worst = max(float(self.model.eigenvalues(v, rows)[0, 0].real) for v in speeds)
+        if worst > STABLE:
+            self.constrained = True
+        return worst <= STABLE
+
+    def steps(self, x: Floats) -> Floats:
+        """Steps of the forward differences, 1e-5 relative, 1e-4 where effects stand; inwards at an upper bound."""
+        relative = 1e-4 if self.model.effects else 1e-5
+        delta = relative * np.maximum(np.abs(x), 0.1 * self.free.size)
+        return np.where(x + delta > self.free.high, -delta, delta)
+
+    def linearise(self, x: Floats) -> Normal:
+        """Residual and sensitivities at x as inner products per block."""
+        delta = self.steps(x)
+        tried = np.vstack([x, x + np.diag(delta)])
+        grams, count = [], 0
+        for target in self.ready:
+            series, lost = self._series(target, tried)
+            if np.any(lost >= 0):
+                raise ValueError(f"the vehicle diverges on {target.stretch.file} at a point of the fit")
+            series[1:] -= series[0]
+            series[1:] /= delta[:, None, None]
+            series[0] = target.y - series[0]
+            grams.append(block_gram(series, self.block_samples(target)))
+            count += target.y.size
+        return Normal(np.concatenate(grams), count)
+
+    def block_samples(self, target: Target) -> int:
+        return max(8, round(self.block / (target.stretch.dt * target.filter.every)))
+
+    def cost(self, rss: Floats, x: Floats) -> Floats:
+        """Deviance [n]: informed samples times the logarithm of the misfit, plus the priors."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(
+                self.informed * np.log(rss) + np.sum(((x - self.free.prior) / self.free.prior_sd) ** 2, axis=-1)
+            )
+
+    def fit(self, x: Floats, *, tolerance: float, most: int = 30) -> Fit:
+        """Gauss-Newton with Levenberg's damping from x [p]; the dampings are tried side by side in lanes."""
+        free, status = self.free, "iterations"
+        x = np.clip(x, free.low, free.high)
+        normal = self.linearise(x)
+        cost = float(self.cost(np.array([normal.rss]), x[None])[0])
+        iteration, calm = 0, 0
+        for iteration in range(1, most + 1):  # noqa: B007
+            a, g = self._equations(normal, x)
+            tried = np.array([self._step(a, g, x, damping) for damping in DAMPINGS])
+            tried = np.vstack([tried, x + 0.3 * (tried[0] - x), x + 0.5 * (tried[2] - x)])
+            costs = self.cost(self.residuals(tried), tried)
+            best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
+            if not costs[best] < cost:
+                status = "converged"
+                break
+            gain = (cost - float(costs[best])) / self.informed
+            x, cost = tried[best], float(costs[best])
+            normal = self.linearise(x)
+            calm = calm + 1 if gain < tolerance else 0
+            if calm >= (1 if gain < 0.1 * tolerance else 2):
+                status = "converged"
+                break
+        return Fit(
+            self.model.with_row(free.paths, x),
+            free,
+            x,
+            self._covariance(normal, x),
+            normal,
+            cost,
+            iteration,
+            self.simulations,
+            status,
+            self.constrained,
+            tuple(self.ready),
+        )
+
+    def _equations(self, normal: Normal, x: Floats) -> tuple[Floats, Floats]:
+        total = normal.total
+        factor = self.informed / normal.rss
+        precision = 1.0 / self.free.prior_sd**2
+        a = factor * total[1:, 1:] + np.diag(precision)
+        g = factor * total[1:, 0] + precision * (self.free.prior - x)
+        return a, g
+
+    def _step(self, a: Floats, g: Floats, x: Floats, damping: float) -> Floats:
+        """One damped step within the bounds; numbers of unknown size move by ratios."""
+        free = self.free
+        unit = np.where(free.ratio, x, 1.0)
+        a, g = a * np.outer(unit, unit), g * unit
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-30 * np.max(np.diag(a)) + 1e-300))
+        scaled = a * np.outer(scale, scale) + (damping + 1e-12) * np.eye(len(a))
+        try:
+            root = linalg.cholesky(scaled)
+        except linalg.LinAlgError:
+            root = linalg.cholesky(scaled + 1e-6 * np.eye(len(a)))
+        right = linalg.solve_triangular(root, g * scale, trans="T")
+        with np.errstate(divide="ignore", invalid="ignore"):
+            low = np.where(free.ratio, np.maximum(np.log(free.low / x), -LEAP), free.low - x) / scale
+            high = np.where(free.ratio, np.minimum(np.log(free.high / x), LEAP), free.high - x) / scale
+        # a whisker of width where a bound is met, as the solver wants it
+        bounds = (np.minimum(low, -1e-12), np.maximum(high, 1e-12))
+        step = scale * optimize.lsq_linear(root, right, bounds, method="bvls").x
+        return np.clip(np.where(free.ratio, x * np.exp(step * free.ratio), x + step), free.low, free.high)
+
+    def _covariance(self, normal: Normal, x: Floats) -> Floats:
+        """Covariance [p, p] by the scores of the blocks, which keep what is correlated in time together (HAC)."""
+        precision = 1.0 / self.free.prior_sd**2
+        total, blocks = normal.total, normal.gram.sum(axis=1)
+        factor = self.informed / normal.rss
+        a = total[1:, 1:] + np.diag(precision) / factor
+        scores = blocks[:, 1:, 0]
+        scores = scores - scores.mean(axis=0)
+        middle = scores.T @ scores + np.diag(precision) / factor**2
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
+        inverse = linalg.pinvh(a * np.outer(scale, scale)) * np.outer(scale, scale)
+        return np.asarray(inverse @ middle @ inverse)
+
+
+def block_gram(series: Floats, block: int) -> Floats:
+    """Inner products [block, channel, row, row] of series [row, channel, n] over blocks of so many samples."""
+    rows, channels, n = series.shape
+    count = -(-n // block)
+    padded = np.zeros((rows, channels, count * block))
+    padded[:, :, :n] = series
+    cut = padded.reshape(rows, channels, count, block).transpose(2, 1, 0, 3)
+    return np.asarray(cut @ cut.transpose(0, 1, 3, 2))
+
+
+def block_seconds(model: Model, stretches: Sequence[Stretch]) -> float:
+    """Three hunting periods of the model [s], at least one second; a fiftieth of a rig's record."""
+    if model.design.kind != "bogie":
+        return max(s.samples * s.dt for s in stretches) / 50.0
+    values = [model.eigenvalues(s.mean_speed)[0] for s in stretches]
+    hunting = min((abs(z[np.argmax(np.where(z.imag > 1.0, z.real, -np.inf))].imag) for z in values), default=6.0)
+    return max(1.0, 3.0 * 2.0 * np.pi / max(hunting, 3.0))
+
+
+def adjust(
+    model: Model,
+    measurement: Measurement,
+    paths: Sequence[str],
+    declared: Model,
+    *,
+    ready: Sequence[Target] | None = None,
+    start: Floats | None = None,
+    stable: bool = True,
+    tolerance: float = 1e-6,
+    most: int = 30,
+    jobs: int | None = None,
+) -> Fit:
+    """Adjust the numbers at `paths` of a model to the adjusting runs of a measurement, from `start` [p]."""
+    if ready is None:
+        ready = targets(model, measurement, measurement.adjust)
+    free = free_parameters(model, paths, declared)
+    seconds = block_seconds(declared, [t.stretch for t in ready])
+    adjuster = Adjuster(model, free, ready, block=seconds, stable=stable, jobs=jobs)
+    x = model.row[adjuster.columns] if start is None else start
+    return adjuster.fit(x, tolerance=tolerance, most=most)
+
+
+def restarted(fit: Fit, measurement: Measurement) -> list[Target]:
+    """The stretches of a fit with weights and initial states renewed for the adjusted model."""
+    return targets(fit.model, measurement, [t.stretch for t in fit.targets])
+
+
+def with_targets(fit: Fit, ready: Sequence[Target]) -> Fit:
+    """The fit with other prepared stretches."""
+    return replace(fit, targets=tuple(ready))

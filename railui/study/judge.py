@@ -1,0 +1,175 @@
+"""A model judged on runs: error per channel as the loop report defines it, initial states, noise floor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.core import Batch
+from railui.study.measured import (
+    COMPARED,
+    RIG_RESPONSES,
+    Measurement,
+    Stretch,
+    filter_for,
+    filtered,
+    nrmse,
+    overall,
+    simulate,
+    steps_for,
+)
+from railui.study.model import Model
+
+Floats = NDArray[np.float64]
+START = 4.0  # seconds on which an initial state is estimated
+SCALES = (5e-3, 3e-3)  # usual displacement [m] and yaw [rad], the ridge of the estimate
+RATES = (0.05, 0.03)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """nrmse per channel and overall (NaN where diverged), the series simulated per stretch, where it diverged."""
+
+    channels: Mapping[str, float]
+    nrmse: float
+    series: tuple[Floats, ...]
+    diverged: tuple[tuple[str, float], ...]
+
+
+def compared(stretch: Stretch) -> list[str]:
+    """The channels that count in nrmse."""
+    return [c for c in stretch.channels if c in COMPARED or c in RIG_RESPONSES]
+
+
+def initial_state(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> Floats:
+    """The state [q, q'] with which a stretch begins, from its first 4 s by linear least squares, twice.
+
+    Offsets of the channels are estimated along; a ridge of usual motions holds what the sensors do not see.
+    """
+    channels = stretch.channels
+    vehicles = model.vehicles(stretch.coach_forces)
+    states, own = vehicles.states(model.single()), 2 * len(_scales(stretch, model))
+    scale = np.concatenate([_scales(stretch, model), _rates(stretch, model)])
+    own = len(scale)
+    steps = steps_for(model, stretch)
+    n = min(stretch.samples, max(round(START / stretch.dt), 8 * own))
+    table = np.ascontiguousarray(stretch.table(model.half_wheelbase(), steps)[: 2 * steps * (n - 1) + 1])
+    sd = np.array([max(noise.get(c, 0.0), 0.02 * stretch.columns[c].std(), 1e-12) for c in channels])
+    x = stretch.measured(channels)[:, :n] / sd[:, None]
+    offsets = np.kron(np.eye(len(channels)), np.ones((n, 1)))
+    guess = np.zeros(states)
+    for _ in range(2):
+        starts = np.tile(guess, (own + 1, 1))
+        starts[1:, :own] += np.diag(1e-3 * scale)
+        batch = Batch.of(*(np.tile(a, (own + 1, 1)) for a in _single(model)), initial=starts)
+        series, lost = vehicles.simulate(batch, table, stretch.dt, steps, channels)
+        if np.any(lost >= 0):
+            return np.zeros(states)
+        series = series / sd[None, :, None]
+        jacobian = (series[1:] - series[0]).reshape(own, -1).T / 1e-3
+        a = np.vstack([np.hstack([jacobian, offsets]), np.eye(own + len(channels))[:own]])
+        b = np.concatenate([(x - series[0]).ravel(), -guess[:own] / scale])
+        guess = guess.copy()
+        guess[:own] += scale * np.linalg.lstsq(a, b, rcond=None)[0][:own]
+    return guess
+
+
+def _single(model: Model) -> tuple[Floats, Floats, Floats]:
+    one = model.single()
+    return one.numbers, one.effects, one.amounts
+
+
+def _scales(stretch: Stretch, model: Model) -> Floats:
+    if stretch.kind == "rig":
+        column = stretch.columns[stretch.channels[0]]
+        return np.array([max(float(np.std(column)), 1e-12)])
+    coach = [SCALES[0]] if any(e.kind == "coach_mode" for e in model.effects) and not stretch.coach_forces else []
+    return np.array([*SCALES * 3, *coach])
+
+
+def _rates(stretch: Stretch, model: Model) -> Floats:
+    if stretch.kind == "rig":
+        return _scales(stretch, model) / stretch.dt * 0.1
+    coach = [RATES[0]] * (len(_scales(stretch, model)) - 6)
+    return np.array([*RATES * 3, *coach])
+
+
+def judge(model: Model, measurement: Measurement, stretches: Sequence[Stretch]) -> Judgement:
+    """The error of a model on stretches: initial states estimated on each, nothing else."""
+    pairs, series, lost = [], [], []
+    for stretch in stretches:
+        start = initial_state(model, stretch, measurement.noise)
+        channels = stretch.channels
+        z, diverged = simulate(model, stretch, channels, initial=start)
+        z = z[0]
+        if diverged[0] >= 0:
+            lost.append((stretch.file, float(stretch.columns["t"][diverged[0]])))
+            z = np.full_like(z, np.nan)
+        series.append(z)
+        used = [i for i, c in enumerate(channels) if c in compared(stretch)]
+        x = filtered(measurement.campaign, stretch, stretch.measured(channels)[used])
+        y = filtered(measurement.campaign, stretch, z[used]) if diverged[0] < 0 else np.full_like(x, np.nan)
+        pairs.append(([channels[i] for i in used], x, y))
+    errors = nrmse(pairs)
+    return Judgement(errors, overall(errors), tuple(series), tuple(lost))
+
+
+@dataclass(frozen=True)
+class Floor:
+    """What nrmse noise alone would leave: mean and spread over the seeds, per channel, and sensors only."""
+
+    nrmse: float
+    sd: float
+    channels: Mapping[str, float]
+    sensors_only: float
+
+
+def floor(model: Model, measurement: Measurement, stretches: Sequence[Stretch], seeds: int = 20) -> Floor:
+    """The floor of files.md: the model taken as true, simulated again on noisy track, sensor noise added."""
+    campaign, noise = measurement.campaign, measurement.noise
+    per_seed: list[list[tuple[Sequence[str], Floats, Floats]]] = [[] for _ in range(seeds)]
+    quiet: list[list[tuple[Sequence[str], Floats, Floats]]] = [[] for _ in range(seeds)]
+    for index, stretch in enumerate(stretches):
+        channels = compared(stretch)
+        steps = steps_for(model, stretch)
+        start = initial_state(model, stretch, noise)
+        truth = simulate(model, stretch, channels, steps=steps, initial=start)[0][0]
+        clean = filtered(campaign, stretch, truth)
+        for seed in range(seeds):
+            rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
+            table = stretch.noisy_table(noise, campaign.noise_band, rng, model.half_wheelbase(), steps)
+            z = simulate(model, stretch, channels, steps=steps, table=table, initial=start)[0][0]
+            sd = np.array([noise.get(c, 0.0) for c in channels])
+            white = filtered(campaign, stretch, sd[:, None] * rng.standard_normal(truth.shape))
+            per_seed[seed].append((channels, clean + white, filtered(campaign, stretch, z)))
+            quiet[seed].append((channels, clean + white, clean))
+    all_channels = [nrmse(pairs) for pairs in per_seed]
+    totals = [overall(c) for c in all_channels]
+    return Floor(
+        float(np.mean(totals)),
+        float(np.std(totals)),
+        {c: float(np.mean([e[c] for e in all_channels])) for c in all_channels[0]},
+        float(np.mean([overall(nrmse(pairs)) for pairs in quiet])),
+    )
+
+
+def weights(model: Model, measurement: Measurement, stretch: Stretch, seeds: int = 3) -> Floats:
+    """1 / standard deviation per channel of what sensor noise and track noise leave in the band, [channel]."""
+    channels, noise, campaign = stretch.channels, measurement.noise, measurement.campaign
+    sd = np.array([noise.get(c, 0.0) for c in channels])
+    flat = filter_for(campaign, stretch, np.ones(len(channels)))
+    rng = np.random.default_rng(np.random.SeedSequence([7, stretch.number]))
+    white = filtered(campaign, stretch, rng.standard_normal((1, min(stretch.samples, 4000))))
+    variance = (sd * white.std()) ** 2
+    steps = steps_for(model, stretch)
+    clean, lost = simulate(model, stretch, channels, steps=steps, filter=flat)
+    if lost[0] < 0 and stretch.kind != "rig":
+        for _ in range(seeds):
+            table = stretch.noisy_table(noise, campaign.noise_band, rng, model.half_wheelbase(), steps)
+            noisy, _ = simulate(model, stretch, channels, steps=steps, filter=flat, table=table)
+            variance = variance + np.var(noisy[0] - clean[0], axis=1) / seeds
+    measured = filtered(campaign, stretch, stretch.measured(channels)).var(axis=1)
+    return np.asarray(1.0 / np.sqrt(np.maximum(variance, 1e-6 * measured + 1e-300)))

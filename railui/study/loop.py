@@ -1,0 +1,194 @@
+"""The loop: adjust, find the residual, trace it to an effect that the model lacks, add it, adjust again, judge."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.files.campaign import Campaign, load_campaign
+from railui.study.adjust import Fit, Report, adjust, restarted, silent, targets
+from railui.study.candidates import Candidate, candidates
+from railui.study.confirm import Refit, confirm, held_out
+from railui.study.judge import Floor, Judgement, floor, judge
+from railui.study.measured import Measurement, read
+from railui.study.model import Model
+from railui.study.outside import Outside, look_outside
+from railui.study.trace import Trace, trace
+
+Floats = NDArray[np.float64]
+SIGNIFICANT = 0.01  # family-wise p from which a residual is worth a fit
+STRUCTURED = 0.01  # partial rho^2 from which a residual is worth a fit
+EFFECTS = 3
+ADEQUATE = 1.10  # after over floor up to which nothing is left to find
+OUTSIDE = 1.25  # after over floor from which a structured rest is said to be outside the catalogue
+REST = 0.05  # partial rho^2, or share that a measured curve explains, which makes a rest structured
+SIMPLER = 1.02  # within so much of the best misfit the simpler law is taken
+LOOKALIKE = 1.10  # within so much of the best error, judged on what no fit saw, two laws look alike
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One turn of the loop: what was seen, what was fitted, what was added."""
+
+    trace: Trace
+    refits: tuple[Refit, ...]
+    added: Refit | None
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """All that the loop found; the report is made of it."""
+
+    measurement: Measurement
+    declared: Model
+    before: Fit
+    after: Fit
+    judged: dict[str, Judgement]
+    floor: Floor
+    steps: tuple[Step, ...]
+    last: Trace
+    verdict: str
+    outside: Outside | None
+    seconds: float
+    seed: int
+
+    @property
+    def unexplained(self) -> float:
+        """Error over floor."""
+        return self.judged["after"].nrmse / self.floor.nrmse
+
+
+def adjusted(measurement: Measurement, declared: Model, *, jobs: int | None = None, report: Report = silent) -> Fit:
+    """The declared vehicle adjusted: once for weights and initial states, once with them renewed."""
+    paths = measurement.campaign.adjust
+    ready = targets(declared, measurement, measurement.adjust)
+    fit = adjust(declared, measurement, paths, declared, ready=ready, tolerance=1e-4, jobs=jobs)
+    report(f"adjusted {len(paths)} parameters in {fit.iterations} iterations, once more with the noise as it arrives")
+    again = adjust(fit.model, measurement, paths, declared, ready=restarted(fit, measurement), jobs=jobs)
+    return replace(again, simulations=fit.simulations + again.simulations)
+
+
+def final_fit(fit: Fit, measurement: Measurement, declared: Model, *, jobs: int | None = None) -> Fit:
+    """Everything adjusted once more with weights and initial states of the model as found."""
+    stable = not any(e.kind in ("flange_contact", "creep_saturation") for e in fit.model.effects)
+    return adjust(
+        fit.model, measurement, fit.free.paths, declared, ready=restarted(fit, measurement), stable=stable, jobs=jobs
+    )
+
+
+def close_loop(
+    measurement: Measurement,
+    *,
+    without: Collection[str] = (),
+    seed: int = 0,
+    jobs: int | None = None,
+    report: Report = silent,
+) -> Found:
+    """Close the loop on a measurement. The validating runs judge; no fit sees them."""
+    began = time.perf_counter()
+    campaign = measurement.campaign
+    declared = Model(campaign.design, campaign.sensors)
+    judged = {"declared": judge(declared, measurement, measurement.validate)}
+    report(f"declared vehicle: nrmse {judged['declared'].nrmse:.4f}")
+    before = adjusted(measurement, declared, jobs=jobs, report=report)
+    judged["before"] = judged["after"] = judge(before.model, measurement, measurement.validate)
+    noise = floor(before.model, measurement, measurement.validate)
+    report(f"adjusted, no effect: nrmse {judged['before'].nrmse:.4f}, noise floor {noise.nrmse:.4f}")
+    fit, steps = before, list[Step]()
+    for _ in range(EFFECTS):
+        seen = _trace(fit, measurement, without, jobs, seed)
+        report(f"trace: {len(seen.best)} candidates, best partial rho^2 {seen.rho2:.3f}, family-wise p {seen.p:.4f}")
+        if seen.p > SIGNIFICANT or seen.rho2 < STRUCTURED:
+            steps.append(Step(seen, (), None))
+            break
+        refits = confirm(fit, seen, measurement, declared, campaign.adjust, jobs=jobs, report=report)
+        chosen = select(refits)
+        added = None
+        if chosen is not None:
+            trial = final_fit(chosen.fit, measurement, declared, jobs=jobs)
+            result = judge(trial.model, measurement, measurement.validate)
+            report(f"  with {chosen.candidate.kind if chosen.candidate else ''}: nrmse {result.nrmse:.4f}")
+            if result.nrmse <= (1.0 - campaign.material) * judged["after"].nrmse:
+                added = replace(chosen, fit=trial, held_out=held_out(trial))
+                fit, judged["after"] = trial, result
+        steps.append(Step(seen, tuple(refits), added))
+        if added is None:
+            break
+        noise = floor(fit.model, measurement, measurement.validate)
+        if judged["after"].nrmse <= (1.0 + 0.5 * (ADEQUATE - 1.0)) * noise.nrmse:
+            break
+    if steps[-1].added is not None:
+        last = _trace(fit, measurement, without, jobs, seed)
+    else:
+        last = steps[-1].trace
+    found_any = any(s.added for s in steps)
+    outside = None
+    ratio = judged["after"].nrmse / noise.nrmse
+    if ratio > ADEQUATE and last.p <= SIGNIFICANT:
+        outside = look_outside(fit, measurement, declared, jobs=jobs, report=report)
+        gain = 1.0 - outside.judgement.nrmse / judged["after"].nrmse if outside else 0.0
+        if outside is None or (ratio < OUTSIDE and found_any) or gain < campaign.material:
+            outside = None
+        else:
+            fit, judged["after"] = outside.fit, outside.judgement
+            noise = floor(fit.model, measurement, measurement.validate)
+    verdict = "outside" if outside else "effect" if found_any else "none"
+    report(f"verdict {verdict}: nrmse {judged['after'].nrmse:.4f}, floor {noise.nrmse:.4f}")
+    return Found(
+        measurement, declared, before, fit, judged, noise, tuple(steps), last, verdict, outside,
+        time.perf_counter() - began, seed,
+    )  # fmt: skip
+
+
+def _trace(fit: Fit, measurement: Measurement, without: Collection[str], jobs: int | None, seed: int) -> Trace:
+    loaded = measurement.campaign.track == "loaded"
+    found = candidates(fit.model, measurement.adjust, without=without, loaded=loaded)
+    return trace(fit, found, jobs=jobs, seed=seed)
+
+
+def select(refits: Sequence[Refit]) -> Refit | None:
+    """The best fit, or the one with fewest parameters among those that are as good."""
+    if not refits:
+        return None
+    near = [r for r in refits if r.rss <= SIMPLER * refits[0].rss]
+    return min(near, key=lambda r: (len(r.fit.x), _restricted(r.candidate), r.rss))
+
+
+def _restricted(candidate: Candidate | None) -> int:
+    """An effect on both wheelsets before one on a single wheelset."""
+    return 0 if candidate is None or candidate.wheelset is None else 1
+
+
+def lookalikes(step: Step) -> list[str]:
+    """Kinds that fit at the place of the added effect as well as it does."""
+    if step.added is None or step.added.candidate is None:
+        return []
+    best = min(float(r.held_out.sum()) for r in step.refits)
+    place = step.added.candidate.at
+    alike = [
+        r.candidate.kind
+        for r in step.refits
+        if r.candidate is not None and r.candidate.at == place and np.sqrt(r.held_out.sum() / best) <= LOOKALIKE
+    ]
+    return list(dict.fromkeys([step.added.candidate.kind, *alike]))
+
+
+def loop(
+    campaign: str | Path | Campaign,
+    *,
+    without: Collection[str] = (),
+    seed: int = 0,
+    jobs: int | None = None,
+    report: Report = silent,
+) -> Found:
+    """Close the loop on a campaign (its directory, its file, or as loaded).
+
+    Raises FileProblems where a file cannot be used.
+    """
+    loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
+    return close_loop(read(loaded), without=without, seed=seed, jobs=jobs, report=report)

@@ -1,0 +1,236 @@
+"""Measured runs cut into unbroken stretches, and what is compared of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from railui.core import Batch, Filter, Vehicles
+from railui.files.campaign import Campaign
+from railui.files.run import Run, load_run
+from railui.study.model import Model
+from railui.track import band_limited_noise, distance, input_table
+
+Floats = NDArray[np.float64]
+
+COMPARED = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
+RESPONSES = (*COMPARED, "psi1", "psi2")
+RIG_RESPONSES = ("z", "vz", "az")
+COACH = ("Qy", "Qpsi")
+TRACK = ("yw", "phiw", "gauge")
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """An unbroken piece of a measured run: columns [n] each, dt [s] between samples."""
+
+    file: str
+    role: str
+    number: int
+    columns: Mapping[str, Floats]
+    dt: float
+    kind: str = "bogie"
+    tables: dict[tuple[float, int], Floats] = field(default_factory=dict, repr=False)
+
+    @property
+    def samples(self) -> int:
+        return len(self.columns["t"])
+
+    @property
+    def channels(self) -> list[str]:
+        """The responses that were measured here."""
+        known = RIG_RESPONSES if self.kind == "rig" else RESPONSES
+        return [c for c in known if c in self.columns]
+
+    @property
+    def coach_forces(self) -> tuple[str, ...]:
+        """Measured forces of the coach, which drive the model."""
+        return tuple(q for q in COACH if q in self.columns)
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """Slowest and fastest [m/s]."""
+        if self.kind == "rig":
+            return 1.0, 1.0
+        return float(self.columns["v"].min()), float(self.columns["v"].max())
+
+    @property
+    def mean_speed(self) -> float:
+        return 1.0 if self.kind == "rig" else float(self.columns["v"].mean())
+
+    def table(self, half_wheelbase: float, steps: int) -> Floats:
+        """The input table of this stretch, made once for each number of steps."""
+        key = (half_wheelbase, steps)
+        if key not in self.tables:
+            self.tables[key] = self._table(self.columns, half_wheelbase, steps)
+        return self.tables[key]
+
+    def _table(self, c: Mapping[str, Floats], half_wheelbase: float, steps: int) -> Floats:
+        if self.kind == "rig":
+            return _rig_table(c, self.dt, steps)
+        track = (c["yw"], c.get("phiw"), c.get("gauge"))
+        coach = (c.get("Qy"), c.get("Qpsi"))
+        return input_table(c["t"], c["s"], c["v"], *track, half_wheelbase, steps, *coach)
+
+    def noisy_table(
+        self, noise: Mapping[str, float], band: float, rng: np.random.Generator, half_wheelbase: float, steps: int
+    ) -> Floats:
+        """The table with noise of the declared standard deviations on its track columns."""
+        columns = dict(self.columns)
+        for q in TRACK:
+            if noise.get(q) and q in columns:
+                columns[q] = columns[q] + band_limited_noise(rng, columns["s"], noise[q], band)
+        return self._table(columns, half_wheelbase, steps)
+
+    def measured(self, channels: Sequence[str]) -> Floats:
+        """Measured channels [channel, n]."""
+        return np.stack([self.columns[c] for c in channels])
+
+
+def _rig_table(c: Mapping[str, Floats], dt: float, steps: int) -> Floats:
+    """Columns t, 1, u, u', u'' at half steps, u a cubic spline in time."""
+    from scipy.interpolate import CubicSpline
+
+    n = len(c["t"])
+    at = np.arange(2 * steps * (n - 1) + 1) * (dt / (2 * steps))
+    table = np.zeros((len(at), 5))
+    table[:, 0], table[:, 1] = at, 1.0
+    if "u" in c:
+        spline = CubicSpline(np.arange(n) * dt, c["u"])
+        for order in range(3):
+            table[:, 2 + order] = spline(at, order)
+    return table
+
+
+def stretches(run: Run, name: str, role: str, kind: str = "bogie") -> list[Stretch]:
+    """The stretches of a run that are used, in their order."""
+    known = ("t", "u", *RIG_RESPONSES) if kind == "rig" else ("t", "s", "v", *TRACK, *COACH, *RESPONSES)
+    found = []
+    for number, piece in enumerate(run.stretches):
+        columns = {k: np.ascontiguousarray(run.columns[k][piece]) for k in known if k in run.columns}
+        if kind != "rig" and "s" not in columns:
+            columns["s"] = distance(columns["t"], columns["v"])
+        usable = {k: x for k, x in columns.items() if k not in RESPONSES or np.all(np.isfinite(x))}
+        found.append(Stretch(name, role, number, usable, 1.0 / run.rate, kind))
+    return found
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A campaign with its runs read: stretches by role, noise of every column (declared, or estimated)."""
+
+    campaign: Campaign
+    runs: tuple[Run, ...]
+    stretches: tuple[Stretch, ...]
+    noise: Mapping[str, float]
+
+    @property
+    def adjust(self) -> list[Stretch]:
+        return [s for s in self.stretches if s.role == "adjust"]
+
+    @property
+    def validate(self) -> list[Stretch]:
+        return [s for s in self.stretches if s.role == "validate"]
+
+
+def read(campaign: Campaign) -> Measurement:
+    """Read the runs of a campaign. Raises FileProblems for a run that cannot be used."""
+    kind = campaign.design.kind
+    runs, found = [], []
+    for entry in campaign.runs:
+        run = load_run(entry.file, kind)
+        runs.append(run)
+        found += stretches(run, entry.name, entry.role, kind)
+    noise = dict(estimated_noise(found)) | dict(campaign.noise)
+    return Measurement(campaign, tuple(runs), tuple(found), noise)
+
+
+def estimated_noise(found: Sequence[Stretch]) -> dict[str, float]:
+    """White sensor noise of each response from the highest tenth of its spectrum; track columns: none."""
+    noise: dict[str, list[float]] = {}
+    for s in found:
+        for c in s.channels:
+            _, density = signal.welch(s.columns[c], 1.0, nperseg=min(1024, s.samples))
+            top = density[-max(len(density) // 10, 1) : -1]
+            noise.setdefault(c, []).append(float(np.sqrt(np.median(top) * 0.5)))
+    return {c: float(np.median(values)) for c, values in noise.items()}
+
+
+def band_pass(band: tuple[float, float] | None, rate: float) -> Floats:
+    """Sections of the Butterworth band-pass of the comparison; none for a band of None."""
+    if band is None:
+        return np.zeros((0, 6))
+    high = min(band[1], 0.45 * rate)
+    return np.asarray(signal.butter(4, [band[0], high], "bandpass", fs=rate, output="sos"))
+
+
+def cut_samples(campaign: Campaign, stretch: Stretch) -> int:
+    """Samples left out at both ends."""
+    return round(campaign.cut_of(stretch.samples * stretch.dt) / stretch.dt)
+
+
+def filter_for(campaign: Campaign, stretch: Stretch, weights: Floats, every: int = 1) -> Filter:
+    """The comparison's filter of a stretch; weights [channel]."""
+    sos = band_pass(campaign.band, 1.0 / stretch.dt)
+    zi = signal.sosfilt_zi(sos) if len(sos) else np.zeros((0, 2))
+    pad = 3 * (2 * len(sos) + 1 - min((sos[:, 2] == 0).sum(), (sos[:, 5] == 0).sum())) if len(sos) else 0
+    return Filter(
+        np.ascontiguousarray(sos), np.ascontiguousarray(zi), int(pad), cut_samples(campaign, stretch), weights, every
+    )
+
+
+def filtered(campaign: Campaign, stretch: Stretch, x: Floats) -> Floats:
+    """The comparison as it is defined: sosfiltfilt of each channel [channel, n], then the cut."""
+    sos = band_pass(campaign.band, 1.0 / stretch.dt)
+    y = signal.sosfiltfilt(sos, x, axis=-1) if len(sos) else x - x.mean(axis=-1, keepdims=True)
+    cut = cut_samples(campaign, stretch)
+    return np.asarray(y[..., cut : x.shape[-1] - cut])
+
+
+def simulate(
+    model: Model,
+    stretch: Stretch,
+    channels: Sequence[str],
+    *,
+    batch: Batch | None = None,
+    vehicles: Vehicles | None = None,
+    steps: int | None = None,
+    table: Floats | None = None,
+    filter: Filter | None = None,
+    initial: Floats | None = None,
+    jobs: int | None = 1,
+) -> tuple[Floats, NDArray[np.int64]]:
+    """Series [vehicle, channel, n] of one or many vehicles over a stretch, and where each diverged (-1: never)."""
+    vehicles = vehicles or model.vehicles(stretch.coach_forces)
+    batch = model.single() if batch is None else batch
+    if initial is not None:
+        batch = batch.with_initial(initial)
+    steps = steps or steps_for(model, stretch)
+    table = stretch.table(model.half_wheelbase(), steps) if table is None else table
+    return vehicles.simulate(batch, table, stretch.dt, steps, channels, filter=filter, jobs=jobs)
+
+
+def steps_for(model: Model, stretch: Stretch) -> int:
+    """RK4 steps per sample that the vehicle needs on this stretch."""
+    return model.vehicles(stretch.coach_forces).steps(model.single(), *stretch.speeds, stretch.dt)[0]
+
+
+def nrmse(pairs: Sequence[tuple[Sequence[str], Floats, Floats]]) -> dict[str, float]:
+    """Per channel sqrt(sum (x - z)^2 / sum x^2) over all stretches; pairs of (channels, measured, simulated)."""
+    error: dict[str, float] = {}
+    power: dict[str, float] = {}
+    for channels, x, z in pairs:
+        for i, c in enumerate(channels):
+            error[c] = error.get(c, 0.0) + float(np.sum((x[i] - z[i]) ** 2))
+            power[c] = power.get(c, 0.0) + float(np.sum(x[i] ** 2))
+    return {c: float(np.sqrt(error[c] / power[c])) if power[c] > 0 else float("nan") for c in error}
+
+
+def overall(channels: Mapping[str, float]) -> float:
+    """Root of the mean of the squares over the compared channels."""
+    used = [v for c, v in channels.items() if c in COMPARED or c in RIG_RESPONSES]
+    return float(np.sqrt(np.mean(np.square(used)))) if used else float("nan")

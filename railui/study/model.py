@@ -1,0 +1,157 @@
+"""A design as rows of numbers: the bridge from paths to the lanes of the kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui import core
+from railui.core import Batch, Placement, Vehicles
+from railui.files.design import Design, PlacedEffect
+
+Floats = NDArray[np.float64]
+
+
+def numbers_of(design: Design) -> Floats:
+    """The numbers of a design in the kernel's order, shape [parameters of its kind]."""
+    special = {"vehicle.rig.input": lambda: core.RIG_INPUTS[design.rig_input]}
+    return np.array([special[p]() if p in special else design.values[p] for p in core.parameters(design.kind)])
+
+
+def effect_row(effect: PlacedEffect) -> list[float]:
+    """The numbers of one effect in the kernel's order."""
+    values: dict[str, Any] = dict(effect.parameters)
+    if effect.against is not None:
+        values["against"] = effect.against
+    return core.effect_numbers(effect.kind, values)
+
+
+def placement(effect: PlacedEffect) -> Placement:
+    """Where an effect stands, as the kernel wants it."""
+    return Placement(effect.kind, effect.at, effect.wheelset, len(effect_row(effect)))
+
+
+@dataclass(frozen=True)
+class Model:
+    """A design ready for the kernel, with sensor effects behind it (they belong to a campaign).
+
+    Its row is its numbers, then those of its effects, shape [row]; a batch is many rows of one structure.
+    """
+
+    design: Design
+    sensors: tuple[PlacedEffect, ...] = ()
+
+    @property
+    def effects(self) -> tuple[PlacedEffect, ...]:
+        return (*self.design.effects, *self.sensors)
+
+    @cached_property
+    def row(self) -> Floats:
+        """All numbers of this vehicle, shape [row]."""
+        tail = [x for effect in self.effects for x in effect_row(effect)]
+        return np.concatenate([numbers_of(self.design), np.array(tail, dtype=float)])
+
+    @cached_property
+    def columns(self) -> dict[str, int]:
+        """Path of a number -> its column in the row; sensors stand at `sensors.0.delay`."""
+        found = {p: i for i, p in enumerate(core.parameters(self.design.kind))}
+        at = len(found)
+        for group, effects in (("effects", self.design.effects), ("sensors", self.sensors)):
+            for i, effect in enumerate(effects):
+                width = len(effect_row(effect))
+                if effect.kind != "measured_force":
+                    keys = [p["key"] for p in core.record(effect.kind)["parameters"]]
+                    found |= {f"{group}.{i}.{key}": at + j for j, key in enumerate(keys)}
+                else:
+                    half = (width - 2) // 2
+                    found |= {f"{group}.{i}.force.{j}": at + 2 + half + j for j in range(half)}
+                at += width
+        return found
+
+    def vehicles(self, measured: Sequence[str] = (), extra: Sequence[Placement] = ()) -> Vehicles:
+        """The structure of this vehicle in the kernel, with further placed effects behind its own."""
+        return Vehicles(self.design.kind, [*map(placement, self.effects), *extra], measured)
+
+    def batch(self, rows: Floats, extra: Floats | None = None, amounts: Floats | None = None) -> Batch:
+        """Vehicles from rows [n, row], with the numbers [n, ...] and amounts [n, k] of further effects."""
+        n, own = len(rows), len(core.parameters(self.design.kind))
+        effects = rows[:, own:] if extra is None else np.hstack([rows[:, own:], extra])
+        full = np.ones((n, len(self.effects)))
+        return Batch.of(rows[:, :own], effects, full if amounts is None else np.hstack([full, amounts]))
+
+    def single(self) -> Batch:
+        """This vehicle alone."""
+        return self.batch(self.row[None])
+
+    def with_row(self, paths: Sequence[str], values: Floats) -> Model:
+        """The vehicle with other values at some paths."""
+        changes: dict[str, float] = {}
+        sensors = [dict(s.parameters) for s in self.sensors]
+        curves: dict[int, dict[int, float]] = {}
+        for path, value in zip(paths, values, strict=True):
+            group, _, rest = path.partition(".")
+            if group == "sensors":
+                sensors[int(rest.partition(".")[0])][rest.partition(".")[2]] = float(value)
+            elif group == "effects" and rest.count(".") == 2:
+                curves.setdefault(int(rest.split(".")[0]), {})[int(rest.split(".")[2])] = float(value)
+            else:
+                changes[path] = float(value)
+        design = self.design.with_values(changes)
+        if curves:
+            design = design.with_effects(_with_curves(design.effects, curves))
+        placed = tuple(
+            PlacedEffect(s.kind, s.at, s.wheelset, p) for s, p in zip(self.sensors, sensors, strict=True)
+        )
+        return Model(design, placed)
+
+    def with_effect(self, effect: PlacedEffect) -> Model:
+        """The vehicle (or its sensors) with one effect more."""
+        if core.record(effect.kind)["acts"] == "sensor":
+            return Model(self.design, (*self.sensors, effect))
+        return Model(self.design.with_effects((*self.design.effects, effect)), self.sensors)
+
+    def without(self, index: int) -> Model:
+        """The vehicle without one of `effects`."""
+        own = len(self.design.effects)
+        if index >= own:
+            return Model(self.design, tuple(s for i, s in enumerate(self.sensors) if i != index - own))
+        return Model(
+            self.design.with_effects(e for i, e in enumerate(self.design.effects) if i != index), self.sensors
+        )
+
+    def effect_paths(self) -> list[str]:
+        """Paths of the numbers of all effects and sensors that a fit may move."""
+        paths = []
+        for group, effects in (("effects", self.design.effects), ("sensors", self.sensors)):
+            for i, effect in enumerate(effects):
+                if effect.kind == "measured_force":
+                    width = len(effect.parameters["force"])  # type: ignore[arg-type]
+                    paths += [f"{group}.{i}.force.{j}" for j in range(width)]
+                    continue
+                free = [p for p in core.record(effect.kind)["parameters"] if p["role"] in ("strength", "shape")]
+                paths += [f"{group}.{i}.{p['key']}" for p in free]
+        return paths
+
+    def half_wheelbase(self) -> float:
+        """a [m]; 0 for a vehicle of one mass."""
+        return self.design.values.get("vehicle.geometry.half_wheelbase", 0.0)
+
+    def eigenvalues(self, speed: float, rows: Floats | None = None) -> NDArray[np.complex128]:
+        """Eigenvalues [n, 2 x degrees of freedom] of the linear vehicle at a speed [m/s], largest real part first."""
+        return self.vehicles().eigenvalues(self.batch(self.row[None] if rows is None else rows), speed)
+
+
+def _with_curves(effects: Sequence[PlacedEffect], curves: Mapping[int, Mapping[int, float]]) -> list[PlacedEffect]:
+    out = list(effects)
+    for i, points in curves.items():
+        force = list(out[i].parameters["force"])  # type: ignore[arg-type]
+        for j, value in points.items():
+            force[j] = value
+        parameters = dict(out[i].parameters) | {"force": tuple(force)}
+        out[i] = PlacedEffect(out[i].kind, out[i].at, out[i].wheelset, parameters, out[i].against)
+    return out

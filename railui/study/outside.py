@@ -1,0 +1,174 @@
+"""Outside the catalogue: where a missing force acts, and its measured curve against motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from railui import core
+from railui.files.design import PlacedEffect
+from railui.files.effect_records import PER_WHEELSET
+from railui.study.adjust import Adjuster, Fit, Report, adjust, restarted, silent
+from railui.study.judge import Judgement, judge
+from railui.study.measured import Measurement, simulate
+from railui.study.model import Model
+
+Floats = NDArray[np.float64]
+POINTS = 9  # of a measured curve
+REACH = 2.5  # standard deviations of the motion that the curve spans to either side
+PLACES = (
+    "secondary_lateral",
+    "secondary_yaw",
+    "primary_lateral",
+    "primary_yaw",
+    "wheelset",
+    "wheelset_yaw",
+    "rig",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Outside:
+    """The place, the measured curve (force [points] against motion [points]) and the model that carries it."""
+
+    at: str
+    wheelset: int | None
+    against: str
+    motion: Floats
+    force: Floats
+    sd: Floats
+    motion_unit: str
+    force_unit: str
+    explained: float
+    fit: Fit
+    judgement: Judgement
+
+
+@dataclass(frozen=True)
+class _Spot:
+    at: str
+    wheelset: int | None
+    against: str
+    grid: Floats
+    size: float
+
+
+def look_outside(
+    fit: Fit, measurement: Measurement, declared: Model, *, jobs: int | None = None, report: Report = silent
+) -> Outside | None:
+    """Fit a free curve of force at every place, take the one that explains most, adjust all with it."""
+    spots = _spots(fit)
+    shares = sorted(((_explained(fit, s), i) for i, s in enumerate(spots)), reverse=True)
+    tried = []
+    for share, i in shares[:2]:
+        spot = spots[i]
+        effect = PlacedEffect(
+            "measured_force",
+            spot.at,
+            spot.wheelset,
+            {"motion": tuple(spot.grid), "force": (0.0,) * len(spot.grid)},
+            spot.against,
+        )
+        model = fit.model.with_effect(effect)
+        paths = [*fit.free.paths, *[p for p in model.effect_paths() if p not in fit.free.paths]]
+        try:
+            found = adjust(model, measurement, paths, declared, ready=restarted(replace(fit, model=model), measurement),
+                           tolerance=1e-5, most=12, jobs=jobs)  # fmt: skip
+        except ValueError:
+            continue
+        judged = judge(found.model, measurement, measurement.validate)
+        report(f"  curve against {spot.against} at {spot.at}: explains {share:.2f}, nrmse {judged.nrmse:.4f}")
+        tried.append((found.normal.rss, share, spot, found, judged))
+    if not tried:
+        return None
+    _, share, spot, found, judged = min(tried, key=lambda x: x[0])
+    curve = found.model.design.effects[-1]
+    n = len(spot.grid)
+    yaw = spot.at.endswith("_yaw")
+    z = "rad" if yaw else "m"
+    return Outside(
+        spot.at, spot.wheelset, spot.against, spot.grid, np.array(curve.parameters["force"]), found.sd[-n:],
+        {"z": z, "v": f"{z}/s", "s": "m"}[spot.against], "N*m" if yaw else "N", share, found, judged,
+    )  # fmt: skip
+
+
+def _spots(fit: Fit) -> list[_Spot]:
+    """Places and what a curve there may stand against, with its grid of motion."""
+    model, stretches = fit.model, [t.stretch for t in fit.targets]
+    linear = model.vehicles().sites(model.single())
+    barred = {p for s in stretches for q, p in (("Qy", "secondary_lateral"), ("Qpsi", "secondary_yaw")) if q in s.columns}
+    out = []
+    for at in PLACES:
+        ports = [w for place, w in linear if place == at and w < 3]
+        if not ports or at in barred:
+            continue
+        for wheelset in (None, 1, 2) if at in PER_WHEELSET else (None,):
+            if at in ("wheelset", "wheelset_yaw") and wheelset is None:
+                continue
+            used = [w for w in ports if wheelset is None or w == wheelset]
+            for against in ("z", "v"):
+                sd = _motion(fit, at, used, against)
+                k = linear[(at, used[0])][0]
+                size = (k if k > 0 else 1e6) * _motion(fit, at, used, "z")
+                out.append(_Spot(at, wheelset, against, sd * np.linspace(-REACH, REACH, POINTS), size))
+    return out
+
+
+def _motion(fit: Fit, at: str, wheelsets: Sequence[int], against: str) -> float:
+    channels = [f"{against}.{at}.{w}" for w in wheelsets]
+    sds = [simulate(fit.model, t.stretch, channels, steps=t.steps, initial=t.start)[0][0].std() for t in fit.targets]
+    return float(np.mean(sds)) or 1e-6
+
+
+def _explained(fit: Fit, spot: _Spot) -> float:
+    """Share of the squared residual that a free curve at a spot explains beyond the adjustable parameters."""
+    adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=1)
+    n = len(spot.grid)
+    size = len(adjuster.columns) + 1 + n
+    gram = np.zeros((size, size))
+    delta = adjuster.steps(fit.x)
+    for t in fit.targets:
+        base, _ = adjuster._series(t, np.vstack([fit.x, fit.x + np.diag(delta)]))
+        base[1:] = (base[1:] - base[0]) / delta[:, None, None]
+        base[0] = t.y - base[0]
+        hats = _hats(fit, spot, t)
+        if hats is None:
+            return 0.0
+        rows = np.vstack([base.reshape(len(base), -1), hats.reshape(n, -1)])
+        gram += rows @ rows.T
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    gram = gram * np.outer(scale, scale)
+    own = len(adjuster.columns) + 1
+    inner = gram[1:own, 1:own] + 1e-9 * np.eye(own - 1)
+    whole = gram[1:, 1:] + 1e-6 * np.eye(size - 1)
+    rest = gram[0, 0] - gram[0, 1:own] @ linalg.solve(inner, gram[1:own, 0], assume_a="pos")
+    left = gram[0, 0] - gram[0, 1:] @ linalg.solve(whole, gram[1:, 0], assume_a="pos")
+    return float(1.0 - left / rest)
+
+
+def _hats(fit: Fit, spot: _Spot, target) -> Floats | None:  # type: ignore[no-untyped-def]
+    """Output difference per unit of each point of the curve [point, channel, n]."""
+    n = len(spot.grid)
+    unit = 1e-3 * spot.size
+    rows = [
+        core.effect_numbers(
+            "measured_force",
+            {"against": spot.against, "motion": spot.grid, "force": unit * np.eye(n)[i] if i < n else np.zeros(n)},
+        )
+        for i in [n, *range(n)]
+    ]
+    place = core.Placement("measured_force", spot.at, spot.wheelset, len(rows[0]))
+    try:
+        vehicles = fit.model.vehicles(target.stretch.coach_forces, [place])
+        batch = fit.model.batch(np.tile(fit.model.row, (n + 1, 1)), np.array(rows), np.ones((n + 1, 1)))
+        series, lost = simulate(
+            fit.model, target.stretch, target.stretch.channels, batch=batch, vehicles=vehicles, steps=target.steps,
+            filter=target.filter, initial=target.start,
+        )  # fmt: skip
+    except ValueError:
+        return None
+    return None if np.any(lost >= 0) else (series[1:] - series[0]) / unit

@@ -1,0 +1,122 @@
+"""The road: a track at one speed, as the tables that drive vehicles along it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.files.track_file import COARSEST, FINEST, load_track
+from railui.track import Track, equally_spaced, parse_spec, track_table
+
+Floats = NDArray[np.float64]
+FILE = re.compile(r"\.(csv|txt)(\.gz)?\Z", re.IGNORECASE)
+MOST_TABLES = 8  # of one road; a search over the wheelbase needs one per design
+
+
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """A track and where it comes from: a file with its hash, or a synthetic one with its seed."""
+
+    track: Track
+    name: str
+    file: Path | None = None
+    sha256: str = ""
+    seed: int | None = None
+    notes: tuple[str, ...] = ()
+
+
+def is_track_file(track: object) -> bool:
+    """Does this name a file (a track or a run), not the spec of a synthetic track?
+
+    >>> is_track_file("line.csv"), is_track_file("erri_b176_low length=2000")
+    (True, False)
+    """
+    if isinstance(track, Path):
+        return True
+    return isinstance(track, str) and bool(FILE.search(track) or (len(track) < 400 and Path(track).is_file()))
+
+
+def lay(track: Track | Laid | str | Path, seed: int | None = None) -> Laid:
+    """The track that an argument names: a Track, a spec, the path of a track or of a run.
+
+    `seed` takes the place of the spec's own. A run's longest stretch is laid anew at equal spacing. Raises
+    FileProblems for a faulty file, ValueError for a faulty spec or a seed that a track cannot have.
+
+    >>> laid = lay("erri_b176_low length=500", seed=3)
+    >>> laid.name, len(laid.track)
+    ('erri_b176_low length=500 seed=3 spacing=0.1 shortest=3 longest=150 scale=1', 5000)
+    """
+    if isinstance(track, str) and not is_track_file(track):
+        spec = parse_spec(track)
+        spec = spec if seed is None else replace(spec, seed=seed)
+        return Laid(spec.build(), str(spec), seed=spec.seed)
+    if seed is not None:
+        raise ValueError(f"{_named(track)} is no synthetic track: it has no seed")
+    if isinstance(track, Laid):
+        return track
+    if isinstance(track, Track):
+        return Laid(track, _named(track))
+    return _from_file(Path(track))
+
+
+def _named(track: Track | Laid | str | Path) -> str:
+    if isinstance(track, Laid):
+        return track.name
+    return f"a track of {track.length:g} m" if isinstance(track, Track) else Path(track).name
+
+
+def _from_file(path: Path) -> Laid:
+    columns = load_track(path)
+    lines = (columns.yw, columns.phiw, columns.gauge)
+    if not columns.from_run:
+        track = Track(columns.s, *lines, columns.conventions)
+        return Laid(track, path.name, path, columns.sha256)
+    spacing = float(np.clip(round(float(np.median(np.diff(columns.s))), 3), FINEST, COARSEST))
+    track = equally_spaced(columns.s, *lines, spacing=spacing, conventions=columns.conventions)
+    note = f"track of the run {path.name}: its longest stretch, {track.length:.6g} m, laid anew every {spacing:g} m"
+    return Laid(track, path.name, path, columns.sha256, notes=(note,))
+
+
+@dataclass(frozen=True, eq=False)
+class Road:
+    """A track at a speed [m/s]; its input tables are made once per wheelbase and step count."""
+
+    laid: Laid
+    speed: float
+    _tables: dict[tuple[float, int], Floats] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        if not 0 < self.speed < np.inf:
+            raise ValueError(f"speed must be positive: {self.speed:g} m/s")
+
+    @property
+    def track(self) -> Track:
+        """What the wheelsets meet."""
+        return self.laid.track
+
+    @property
+    def dt(self) -> float:
+        """Time between two samples [s]."""
+        return self.track.spacing / self.speed
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample [s]."""
+        return self.track.length / self.speed
+
+    def table(self, half_wheelbase: float, steps: int) -> Floats:
+        """The input table for a wheelbase 2a [m] and RK4 steps per sample, see `track_table`."""
+        key = (float(half_wheelbase), int(steps))
+        if key not in self._tables:
+            while len(self._tables) >= MOST_TABLES:
+                self._tables.pop(next(iter(self._tables)), None)
+            self._tables[key] = track_table(self.track, self.speed, *key)[0]
+        return self._tables[key]
+
+    def place(self, sample: int) -> float:
+        """Distance s [m] at a sample."""
+        return float(self.track.s[sample])

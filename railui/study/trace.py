@@ -1,0 +1,235 @@
+"""The trace: a little of every candidate effect beside the adjusted vehicle, correlated with the residual.
+
+The output difference of two parallel models, after what the adjustable parameters absorb has been projected
+out, against the residual: a partial rho (Broersen 1976, ch. 5 and 6; the score test of statistics).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from railui.core import jobs_or_all
+from railui.study.adjust import Adjuster, Fit
+from railui.study.candidates import Bundle, Candidate, bundles
+from railui.study.measured import simulate
+
+Floats = NDArray[np.float64]
+AMOUNT = 0.05  # of a candidate beside the adjusted vehicle
+BOOTSTRAPS = 2000
+POWER = 1.2816  # normal quantile of 90 % power
+VANISHED = 1e-3  # share of a difference left by the projection below which nothing new is in it
+
+
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """One shape of a candidate seen against the residual.
+
+    rho: partial correlation; amount: of it that would explain the residual best; explained: share of the squared
+    residual; scores [block]: what each block of time says; norm: squared length of its difference.
+    """
+
+    candidate: Candidate
+    shape: int
+    rho: float
+    amount: float
+    scores: Floats
+    norm: float
+
+    @property
+    def t(self) -> float:
+        """The score over its standard deviation from blocks (HAC)."""
+        spread = self.spread
+        return float(self.scores.sum() / spread) if spread > 0 else 0.0
+
+    @property
+    def spread(self) -> float:
+        centred = self.scores - self.scores.mean()
+        return float(np.sqrt(np.sum(centred**2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """All sightings, the best of each candidate first; family-wise p; the misfit that was searched."""
+
+    sightings: tuple[Sighting, ...]
+    best: tuple[Sighting, ...]
+    p: float
+    critical: float
+    rss: float
+
+    @property
+    def rho2(self) -> float:
+        """Share of the squared residual that the best candidate explains."""
+        return max((signed(s) ** 2 for s in self.best), default=0.0)
+
+
+def signed(s: Sighting) -> float:
+    """rho as evidence: one-sided candidates count a negative one as none."""
+    return max(s.rho, 0.0) if s.candidate.one_sided else abs(s.rho)
+
+
+@dataclass(frozen=True, eq=False)
+class _Base:
+    """Residual and sensitivities of the adjusted vehicle in blocks [block, 1 + p, sample] of one stretch."""
+
+    blocks: Floats
+    length: int
+
+
+def trace(fit: Fit, found: Sequence[Candidate], *, jobs: int | None = None, seed: int = 0) -> Trace:
+    """See every candidate against the residual of a fit."""
+    adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=1)
+    length = [max(8, round(block_length(fit) / (t.stretch.dt * t.filter.every))) for t in fit.targets]
+    bases = [_base(adjuster, fit, i, length[i]) for i in range(len(fit.targets))]
+    gram = np.sum([np.einsum("bin,bjn->ij", b.blocks, b.blocks) for b in bases], axis=0)
+    precision = np.diag(1.0 / fit.free.prior_sd**2) * fit.normal.rss / max(adjuster.informed, 1.0)
+    solver = _Projector(gram, precision)
+    work = bundles(found)
+    with ThreadPoolExecutor(jobs_or_all(jobs)) as pool:
+        parts = list(pool.map(lambda bundle: _look(adjuster, fit, bases, solver, bundle), work))
+    sightings = tuple(s for part in parts for s in part)
+    best: dict[Candidate, Sighting] = {}
+    for s in sightings:
+        if s.candidate not in best or signed(s) > signed(best[s.candidate]):
+            best[s.candidate] = s
+    ranked = tuple(sorted(best.values(), key=lambda s: -signed(s)))
+    p, critical = family_wise(sightings, seed)
+    return Trace(sightings, ranked, p, critical, solver.rest)
+
+
+def block_length(fit: Fit) -> float:
+    """Seconds per block: three hunting periods."""
+    from railui.study.adjust import block_seconds
+
+    return block_seconds(fit.model, [t.stretch for t in fit.targets])
+
+
+class _Projector:
+    """Takes off what the adjustable parameters absorb, by inner products alone."""
+
+    def __init__(self, gram: Floats, precision: Floats) -> None:
+        self.inner, self.right = gram[1:, 1:] + precision, gram[1:, 0]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(self.inner), 1e-300))
+        self.inverse = linalg.pinvh(self.inner * np.outer(scale, scale), rtol=1e-10) * np.outer(scale, scale)
+        self.beta = self.inverse @ self.right
+        self.rest = float(gram[0, 0] - self.right @ self.beta)
+        self.sensitivities = gram[1:, 1:]
+
+
+def _base(adjuster: Adjuster, fit: Fit, index: int, length: int) -> _Base:
+    target = fit.targets[index]
+    delta = adjuster.steps(fit.x)
+    tried = np.vstack([fit.x, fit.x + np.diag(delta)])
+    series, _ = adjuster._series(target, tried)
+    series[1:] = (series[1:] - series[0]) / delta[:, None, None]
+    series[0] = target.y - series[0]
+    return _Base(_in_blocks(series, length), length)
+
+
+def _in_blocks(series: Floats, length: int) -> Floats:
+    """[row, channel, n] -> [block, row, channel x length], the last block filled up with zeros."""
+    rows, channels, n = series.shape
+    count = -(-n // length)
+    padded = np.zeros((rows, channels, count * length))
+    padded[:, :, :n] = series
+    blocks = padded.reshape(rows, channels, count, length).transpose(2, 0, 1, 3)
+    return np.ascontiguousarray(blocks.reshape(count, rows, channels * length))
+
+
+def differences(fit: Fit, index: int, bundle: Bundle, amount: float = AMOUNT) -> tuple[Floats, NDArray[np.bool_]]:
+    """Output differences per amount [lane, channel, n] of a bundle on a stretch, and which lanes are sound."""
+    target, model = fit.targets[index], fit.model
+    numbers, amounts = bundle.numbers(), bundle.amounts(amount)
+    numbers = np.vstack([numbers[:1], numbers])
+    amounts = np.vstack([np.zeros_like(amounts[:1]), amounts])
+    vehicles = model.vehicles(target.stretch.coach_forces, bundle.placements)
+    batch = model.batch(np.tile(model.row, (len(numbers), 1)), numbers, amounts)
+    steps = np.array([_steps(vehicles, batch.select([i]), target) for i in range(len(batch))])
+    sound = (steps > 0) & (steps <= max(8, target.steps))
+    if not sound[0] or not sound[1:].any():
+        return np.zeros((len(numbers) - 1, *target.y.shape)), np.zeros(len(numbers) - 1, dtype=bool)
+    used = int(steps[sound].max())
+    start = target.start if vehicles.states(batch.select([0])) >= len(target.start) and not _grows(bundle) else None
+    series, lost = simulate(
+        model,
+        target.stretch,
+        target.stretch.channels,
+        batch=batch.select(np.flatnonzero(sound)),
+        vehicles=vehicles,
+        steps=used,
+        filter=target.filter,
+        initial=start,
+    )
+    full = np.zeros((len(numbers), *series.shape[1:]))
+    full[sound] = series
+    fine = sound.copy()
+    fine[np.flatnonzero(sound)[lost >= 0]] = False
+    out = (full[1:] - full[0]) / amount
+    out[~fine[1:]] = 0.0
+    return out, fine[1:] & fine[0]
+
+
+def _grows(bundle: Bundle) -> bool:
+    return bundle.members[0].kind == "coach_mode"
+
+
+def _steps(vehicles, batch, target) -> int:  # type: ignore[no-untyped-def]
+    try:
+        return int(vehicles.steps(batch, *target.stretch.speeds, target.stretch.dt)[0])
+    except ValueError:
+        return -1
+
+
+def _look(adjuster: Adjuster, fit: Fit, bases: Sequence[_Base], solver: _Projector, bundle: Bundle) -> list[Sighting]:
+    """Score every lane of a bundle by inner products with residual and sensitivities, block by block."""
+    lanes = len(bundle.lanes)
+    cross, norm = [], np.zeros(lanes)
+    sound = np.ones(lanes, dtype=bool)
+    for i, base in enumerate(bases):
+        series, fine = differences(fit, i, bundle)
+        sound &= fine
+        blocks = _in_blocks(series, base.length)
+        cross.append(blocks @ base.blocks.transpose(0, 2, 1))
+        norm += np.einsum("bln,bln->l", blocks, blocks)
+    with_base = np.concatenate(cross)  # [block, lane, 1 + p]
+    total = with_base.sum(axis=0)
+    beta = total[:, 1:] @ solver.inverse
+    left = norm - 2 * np.einsum("lp,lp->l", beta, total[:, 1:]) + np.einsum("lp,pq,lq->l", beta, solver.sensitivities, beta)
+    inner = np.concatenate([np.einsum("bin,bjn->bij", b.blocks, b.blocks) for b in bases])
+    found = []
+    for lane, (member, shape) in enumerate(bundle.lanes):
+        if not sound[lane] or left[lane] <= VANISHED * max(norm[lane], 1e-300):
+            continue
+        b = beta[lane]
+        scores = with_base[:, lane, 0] - inner[:, 1:, 0] @ b
+        scores = scores - with_base[:, lane, 1:] @ solver.beta + np.einsum("bpq,p,q->b", inner[:, 1:, 1:], b, solver.beta)
+        projection = float(scores.sum())
+        rho = projection / np.sqrt(left[lane] * max(solver.rest, 1e-300))
+        amount = projection / left[lane]
+        found.append(Sighting(bundle.members[member], shape, float(rho), float(amount), scores, float(left[lane])))
+    return found
+
+
+def family_wise(sightings: Sequence[Sighting], seed: int) -> tuple[float, float]:
+    """p of the best score against the maximum over the library, and the critical score at 1 %.
+
+    Under "nothing missing" the blocks' scores, centred, are given random signs (wild bootstrap of blocks).
+    """
+    if not sightings:
+        return 1.0, float("inf")
+    scores = np.array([s.scores - s.scores.mean() for s in sightings])
+    scores /= np.maximum(np.sqrt(np.sum(scores**2, axis=1, keepdims=True)), 1e-300)
+    one = np.array([s.candidate.one_sided for s in sightings])
+    seen = np.array([s.t if s.candidate.one_sided else abs(s.t) for s in sightings])
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 11]))
+    signs = rng.choice([-1.0, 1.0], size=(BOOTSTRAPS, scores.shape[1]))
+    drawn = signs @ scores.T
+    highest = np.where(one, drawn, np.abs(drawn)).max(axis=1)
+    p = (1 + int(np.sum(highest >= seen.max()))) / (1 + BOOTSTRAPS)
+    return p, float(np.quantile(highest, 0.99))

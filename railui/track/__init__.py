@@ -1,0 +1,42 @@
+"""Track: spectra, synthetic and measured lines, and the input tables that drive a vehicle."""
+
+from railui.track.line import Track, equally_spaced
+from railui.track.measure import BANDS, NearestSpectrum, TrackSpectrum, band_sd, nearest_spectrum, psd
+from railui.track.spectra import (
+    QUANTITIES,
+    SPECTRA,
+    Quantity,
+    Spectrum,
+    spectrum_density,
+    spectrum_named,
+    spectrum_sd,
+)
+from railui.track.synthetic import TrackSpec, band_limited_noise, parse_spec, synthetic_track
+from railui.track.table import COLUMNS, distance, input_table, run_table, track_table
+
+__all__ = [
+    "BANDS",
+    "COLUMNS",
+    "QUANTITIES",
+    "SPECTRA",
+    "NearestSpectrum",
+    "Quantity",
+    "Spectrum",
+    "Track",
+    "TrackSpec",
+    "TrackSpectrum",
+    "band_limited_noise",
+    "band_sd",
+    "distance",
+    "equally_spaced",
+    "input_table",
+    "nearest_spectrum",
+    "parse_spec",
+    "psd",
+    "run_table",
+    "spectrum_density",
+    "spectrum_named",
+    "spectrum_sd",
+    "synthetic_track",
+    "track_table",
+]

@@ -1,0 +1,1 @@
+"""Second opinion on the equations: measured campaigns generated in plain numpy, without the kernel."""

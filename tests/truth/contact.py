@@ -1,0 +1,134 @@
+"""Wheel on rail: rolling radii, contact angles, creepages and creep forces, (3.2)-(3.5) and (3.8), per wheel.
+
+Arrays run [wheelset, vehicle]; the wheels of a wheelset are two names, 1 on the right and 2 on the left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from .laws import Array, beyond, saturation, saturation_slope
+from .road import Point
+
+
+class Seen(NamedTuple):
+    """How a wheelset stands to its rails: e and e' (without u'), y', psi, psi', and the rail's own u."""
+
+    e: Array
+    ed: Array
+    yd: Array
+    psi: Array
+    psid: Array
+    u: Array | None
+
+
+class Contact:
+    """The contact chain of a batch; `letters` are the vehicle's, `effects` come from contact_fields."""
+
+    def __init__(self, letters: Mapping[str, Array], effects: Mapping[str, Array]) -> None:
+        self.b, self.r, self.N, self.delta, self.lam = (letters[x] for x in ("b", "r", "N", "delta", "lam"))
+        self.creep = tuple(letters[x] * self.N for x in ("kappa_x", "kappa_y", "kappa_s"))
+        self.eb, self.sb = letters["epsilon"] / self.b, letters["sigma"] / self.b
+        self.behind = np.array([[0.0], [2.0]]) * letters["a"]  # distance from the leading wheelset
+        self.c = c = dict(effects)
+        self.limit = c["mu"] * self.N
+        # what no vehicle of the batch has is skipped
+        self.saturates = bool(np.isfinite(c["mu"]).any())
+        self.flanges = bool(np.isfinite(c["h"]).any())
+        self.yields = bool(c["yields"].any())
+        self.curved = any((c[name] != 0.0).any() for name in ("lam_g", "l3"))
+        self.along = any((c[name] != 0.0).any() for name in ("e_0", "sway", "drift", "depth"))
+
+    def rolling(self, e: Array, p: Point) -> Array:
+        """(r_i1 - r_i2)/2 = (lambda + lambda_g g)(e - e_0)(1 + l3 (e - e_0)^2)."""
+        c, lam, x = self.c, self.lam, e
+        if self.along:
+            s = p.s - self.behind
+            lam = lam * (1.0 + c["drift"] * s / 1000.0)
+            x = e - c["e_0"] - c["sway"] * np.sin(2.0 * np.pi * s / c["wavelength"] + c["phase"])
+        if not self.curved:
+            return lam * x
+        return (lam + c["lam_g"] * p.g) * x * (1.0 + c["l3"] * x * x)
+
+    def coefficients(self, p: Point) -> tuple[Array, ...]:
+        """kappa_x N, kappa_y N, kappa_s N, smaller where patches of the rail are wet."""
+        if not self.along:
+            return self.creep
+        s, c = p.s - self.behind, self.c
+        dry = 1.0 - c["depth"] * (0.5 - 0.5 * np.cos(2.0 * np.pi * s / c["patch"]))
+        return tuple(k * dry for k in self.creep)
+
+    def flange(self, e: Array) -> Array:
+        """Lateral force of the flanges on the wheelset beyond the clearance."""
+        return -self.c["k_f"] * beyond(e, self.c["h"])
+
+    def forces(self, w: Seen, p: Point, other: Array) -> tuple[Array, Array, Array | None]:
+        """Q_yi, Q_psii of the rails on each wheelset, and u_i' of rails that yield to them and to `other`."""
+        V, b, r, N = p.V, self.b, self.r, self.N
+        kxN, kyN, ksN = self.coefficients(p)
+        half, tilt, turn = self.rolling(w.e, p), self.eb * w.e - p.phiw, w.psid / V
+        r_1, r_2 = r + half, r - half  # (3.8)
+        gamma_1, gamma_2 = self.delta + tilt, self.delta - tilt
+        phi, phid = p.phiw - self.sb * w.e, p.phiwd - self.sb * w.ed
+
+        # creep and spin (3.5)
+        u_x1, u_x2 = (r - r_1) / r - b * turn, (r - r_2) / r + b * turn
+        u_n1, u_n2 = (-gamma_1 - phi) / r + turn, (gamma_2 - phi) / r + turn
+        u_y = (w.yd - r * phid) / V - w.psi
+        T_x1, T_x2, spin_1, spin_2 = kxN * u_x1, kxN * u_x2, ksN * u_n1, ksN * u_n2
+
+        # the rail's u' takes (1 + r sigma/b) u'/V off the lateral creep: through y' - u' and through phi'
+        ud = None
+        if w.u is not None:
+            share = (1.0 + r * self.sb) / V
+            still = other - N * (gamma_1 - gamma_2) - self.c["k_r"] * -w.u
+            ud = self.rail(still, ((T_x1, spin_1), (T_x2, spin_2)), kyN, u_y, share)
+            u_y = u_y - share * ud
+
+        # creep forces (3.2)-(3.4), saturated together
+        T_y1, T_y2 = kyN * u_y + spin_1, kyN * u_y + spin_2
+        if self.saturates:
+            f_1 = saturation(np.sqrt(T_x1 * T_x1 + T_y1 * T_y1) / self.limit)
+            f_2 = saturation(np.sqrt(T_x2 * T_x2 + T_y2 * T_y2) / self.limit)
+            T_x1, T_y1, T_x2, T_y2 = f_1 * T_x1, f_1 * T_y1, f_2 * T_x2, f_2 * T_y2
+        Y_1, Y_2 = N * gamma_1 + T_y1, -N * gamma_2 + T_y2
+        return -Y_1 - Y_2, b * (T_x1 - T_x2) + b * w.psi * (Y_1 - Y_2), ud
+
+    def rail(
+        self, still: Array, wheels: tuple[tuple[Array, Array], ...], kyN: Array, u_y: Array, share: Array
+    ) -> Array:
+        """u' from k_r u + c_r u' + Q_y(u') + flange = 0; `still` is all of it that does not know u'.
+
+        The sum's slope lies between c_r and c_r + 2 kappa_y N share, which keeps Newton's steps in.
+        """
+        c_r = self.c["c_r"]
+        steepest = 2.0 * kyN * share
+
+        def force(ud: Array) -> tuple[Array, Array]:
+            total, slope = still + c_r * ud, c_r
+            for T_x, spin in wheels:
+                T_y = kyN * (u_y - share * ud) + spin
+                if not self.saturates:
+                    total, slope = total - T_y, slope + kyN * share
+                    continue
+                T = np.maximum(np.sqrt(T_x * T_x + T_y * T_y), 1e-300)
+                f = saturation(T / self.limit)
+                bend = saturation_slope(T / self.limit) * T_y * T_y / (T * self.limit)
+                total, slope = total - f * T_y, slope + (f + bend) * kyN * share
+            return total, slope
+
+        at_rest, _ = force(np.zeros_like(still))
+        ud, far = -at_rest / (c_r + steepest), -at_rest / np.maximum(c_r, 1e-9 * steepest)
+        low, high = np.minimum(ud, far), np.maximum(ud, far)
+        for _ in range(60 if self.saturates else 0):
+            total, slope = force(ud)
+            low, high = np.where(total < 0.0, ud, low), np.where(total > 0.0, ud, high)
+            step = ud - total / slope
+            step = np.where((step < low) | (step > high), 0.5 * (low + high), step)
+            if (np.abs(step - ud) <= 1e-13 * (np.abs(step) + 1e-6)).all():
+                break
+            ud = step
+        return ud * self.c["yields"]
