@@ -1,3 +1,50 @@
 """railui: bogie suspensions designed on models that measurement has corrected."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from railui.files.check import Anything
+    from railui.study.loop import loop
+    from railui.study.optimise import optimise
+    from railui.study.ride import ride, ride_many, simulate
+    from railui.track import synthetic_track
+
 __version__ = "0.1.0"
+
+__all__ = ["load", "loop", "optimise", "ride", "ride_many", "simulate", "synthetic_track"]
+
+# where each name lives: read when it is asked for, so that the import is quick
+_HOMES = {
+    "loop": "railui.study.loop",
+    "optimise": "railui.study.optimise",
+    "ride": "railui.study.ride",
+    "ride_many": "railui.study.ride",
+    "simulate": "railui.study.ride",
+    "synthetic_track": "railui.track",
+}
+
+
+def load(path: str) -> Anything:
+    """Loads any of our files: a design, a campaign, a study, a run or a track; FileProblems with every fault.
+
+    >>> load("designs/test_bogie.yaml").value("contact.flange_clearance")
+    0.007
+    """
+    from railui.files.check import load as load_file
+    from railui.track import parse_spec
+
+    return load_file(path, check_track=parse_spec)
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        from importlib import import_module
+
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOMES])

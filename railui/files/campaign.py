@@ -17,6 +17,7 @@ from .parameters import DEFAULT_ADJUST
 from .placed_effects import PlacedEffect
 from .problems import FileProblems, Findings, Problem, nearest
 from .references import neighbour, vehicle_of
+from .run_units import RATES, rate_factor
 from .schema_line import check_schema
 from .table import read_header
 from .units import UnitError, convert, quantity, split
@@ -123,8 +124,9 @@ def _runs(home: Path, raw: Any, findings: Findings) -> tuple[RunEntry, ...]:
     seen: dict[Path, int] = {}
     for i, entry in enumerate(raw if isinstance(raw, list) else []):
         name = entry.get("file") if isinstance(entry, dict) else None
-        if not isinstance(name, str):
-            continue
+        if name is None or isinstance(name, list | dict | float):
+            continue  # told by the model
+        name = str(name)
         path = home / name
         if not path.is_file():
             findings.add(f"runs.{i}.file", f"no file {name!r}", neighbour(path))
@@ -157,9 +159,7 @@ def _noise(raw: Any, form: str, runs: tuple[RunEntry, ...], findings: Findings) 
         path = f"noise.{name}"
         known = [n for n, c in columns.items() if c.part != "clock"]
         if name in columns and name not in known:
-            findings.add(
-                path, f"{name} has no noise here: it is the clock of the run", "leave it out", key=True
-            )
+            findings.add(path, f"{name} has no noise here: it is the clock of the run", "leave it out", key=True)
         elif name not in columns:
             findings.add(path, "unknown column", nearest(name, known), key=True)
         else:
@@ -171,26 +171,26 @@ def _noise(raw: Any, form: str, runs: tuple[RunEntry, ...], findings: Findings) 
 
 
 def _deviation(value: Any, name: str, form: str, runs: tuple[RunEntry, ...]) -> float:
-    if form == "rig" and isinstance(value, str):
-        number, unit = split(value)
-        value = number if not unit else _in_label(number, unit, name, runs)
-    number = quantity(value, columns_of(form)[name].unit or "1")
+    number = _of_rig(value, name, runs) if form == "rig" else quantity(value, columns_of(form)[name].unit)
     if number < 0:
         raise UnitError(f"{value!r} is no standard deviation", "give 0 or more")
     return number
 
 
-def _in_label(number: float, unit: str, name: str, runs: tuple[RunEntry, ...]) -> float:
-    """A deviation in the unit that the column of a rig's run is labelled with."""
+def _of_rig(value: Any, name: str, runs: tuple[RunEntry, ...]) -> float:
+    """A deviation in the units in which the columns of a rig's run are read."""
     labels: Mapping[str, str | None] = {}
     for run in runs[:1]:
         try:
             header = read_header(run.file)
             labels = dict(zip(header.names, header.units, strict=True))
         except FileProblems:
-            return number
+            break  # the run tells its own problems
     label = labels.get(name) or ""
-    return number if label in ("", unit) else convert(number, unit, label)
+    number, unit = split(value) if isinstance(value, str) else (quantity(value, "1"), "")
+    if unit and label and unit != label:
+        number = convert(number, unit, label)
+    return number * rate_factor(labels.get("z") or "", label, RATES[name]) if name in RATES else number
 
 
 def _band_rises(raw: Any, findings: Findings) -> None:
@@ -222,9 +222,7 @@ def _adjust(given: Any, design: Design | None, findings: Findings) -> tuple[str,
     return tuple(found)
 
 
-def _sensors(
-    raw: Any, findings: Findings, catalogue: Catalogue | None, form: str
-) -> tuple[PlacedEffect, ...]:
+def _sensors(raw: Any, findings: Findings, catalogue: Catalogue | None, form: str) -> tuple[PlacedEffect, ...]:
     if not isinstance(raw, list) or not raw:
         return ()
     known = kernel_catalogue() if catalogue is None else catalogue

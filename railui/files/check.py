@@ -45,9 +45,7 @@ def recognise(path: str | Path) -> str:
         findings = Findings(str(path))
         findings.add(
             "",
-            "is no file of railui"
-            if kind is None
-            else f"is a {kind}: railui writes it, but does not read it",
+            "is no file of railui" if kind is None else f"is a {kind}: railui writes it, but does not read it",
             remedy,
         )
         findings.stop()

@@ -50,9 +50,7 @@ def parse_design(
     return design
 
 
-def _read(
-    document: Document, findings: Findings, source: Path | None, catalogue: Catalogue | None
-) -> Design | None:
+def _read(document: Document, findings: Findings, source: Path | None, catalogue: Catalogue | None) -> Design | None:
     data = document.value
     if not isinstance(data, dict):
         findings.add("", "is no design", "write `vehicle:` and `contact:` groups")
@@ -64,9 +62,7 @@ def _read(
     model = check_group(
         design_model(form), data, findings, extra=[p.path for p in FORMS[form]] + list(settings_of(form))
     )
-    values = (
-        _numbers(data, form) if model is None else {p.path: float(_at(model, p.path)) for p in FORMS[form]}
-    )
+    values = _numbers(data, form) if model is None else {p.path: float(_at(model, p.path)) for p in FORMS[form]}
     raw = data.get("effects")
     effects: tuple[PlacedEffect, ...] = ()
     if isinstance(raw, list) and raw:
@@ -110,9 +106,7 @@ def _form(data: dict[str, Any], findings: Findings) -> tuple[str | None, dict[st
     beside = [f"vehicle.{key}" for key in vehicle if key != "rig"]
     beside += [key for key in ("contact", "riding") if key in data]
     for path in beside:
-        findings.add(
-            path, "a rig is one mass, it has no such group", "leave it out, or leave `rig` out", key=True
-        )
+        findings.add(path, "a rig is one mass, it has no such group", "leave it out, or leave `rig` out", key=True)
     kept = {key: value for key, value in data.items() if key not in beside}
     return "rig", kept | {"vehicle": {"rig": vehicle["rig"]}}
 
@@ -147,23 +141,15 @@ def _numbers(data: dict[str, Any], form: str) -> dict[str, float]:
 
 def _cushion(model: Any, form: str, findings: Findings) -> None:
     if form == "bogie" and (model.riding.cushion_frequency is None) != (model.riding.cushion_damping is None):
-        findings.add(
-            "riding", "a seat cushion needs cushion_frequency and cushion_damping", "give both, or none"
-        )
+        findings.add("riding", "a seat cushion needs cushion_frequency and cushion_damping", "give both, or none")
 
 
-def _balance(
-    values: dict[str, float], effects: tuple[PlacedEffect, ...], form: str, findings: Findings
-) -> None:
+def _balance(values: dict[str, float], effects: tuple[PlacedEffect, ...], form: str, findings: Findings) -> None:
     """Warns where four wheel loads do not carry the masses above the rails; a coach unknown may be any."""
     if form != "bogie":
         return
     load = 4 * values["vehicle.wheel_load"]
-    coach = [
-        float(m)
-        for e in effects
-        if e.kind == "coach_mode" and isinstance(m := e.parameters.get("mass"), float)
-    ]
+    coach = [float(m) for e in effects if e.kind == "coach_mode" and isinstance(m := e.parameters.get("mass"), float)]
     masses = values["vehicle.frame.mass"] + 2 * values["vehicle.wheelset.mass"] + sum(coach)
     weight, path = GRAVITY * masses, "vehicle.wheel_load"
     share = "" if coach else ", and a coach would add to them"
@@ -211,9 +197,7 @@ def _adjusted(design: Design, model: Any, findings: Findings) -> Design:
             "take the file that the adjustment wrote",
         )
     elif any(
-        abs(rows[i][j] - rows[j][i]) > 1e-6 * math.sqrt(rows[i][i] * rows[j][j])
-        for i in range(n)
-        for j in range(i)
+        abs(rows[i][j] - rows[j][i]) > 1e-6 * math.sqrt(rows[i][i] * rows[j][j]) for i in range(n) for j in range(i)
     ):
         findings.add("adjustment.covariance", "is not symmetric", "take the file that the adjustment wrote")
     adjustment = Adjustment(given.campaign, given.sha256, tuple(given.names), tuple(map(tuple, rows)))

@@ -124,9 +124,7 @@ class Design:
 
     def parameter(self, path: str) -> Parameter:
         """The record of a path: symbol, unit, caption, range; that of an effect comes from the catalogue."""
-        if path in self.values or (
-            self.kind == "bogie" and path.startswith("riding.") and path in PARAMETERS
-        ):
+        if path in self.values or (self.kind == "bogie" and path.startswith("riding.") and path in PARAMETERS):
             return PARAMETERS[path]
         effect, key = self._effect_at(path)
         record = record_of(effect.kind, self._catalogue()) if effect is not None else None
@@ -209,12 +207,7 @@ class Design:
 
     def _effect_at(self, path: str) -> tuple[PlacedEffect | None, str]:
         steps = path.split(".")
-        if (
-            len(steps) == 3
-            and steps[0] == "effects"
-            and steps[1].isdecimal()
-            and int(steps[1]) < len(self.effects)
-        ):
+        if len(steps) == 3 and steps[0] == "effects" and steps[1].isdecimal() and int(steps[1]) < len(self.effects):
             return self.effects[int(steps[1])], steps[2]
         return None, ""
 
@@ -229,11 +222,7 @@ class Design:
             return FileProblems([Problem(name, 0, 0, path, f"is a group of {len(group)} numbers", told)])
         groups = {p[:i] for p in known for i, c in enumerate(p) if c == "."}
         ends = [p for p in known if p.rpartition(".")[2] == path.rpartition(".")[2]]
-        told = (
-            f"did you mean {ends[0]!r}?"
-            if ends and path not in ends
-            else nearest(path, [*known, *sorted(groups)])
-        )
+        told = f"did you mean {ends[0]!r}?" if ends and path not in ends else nearest(path, [*known, *sorted(groups)])
         return FileProblems([Problem(name, 0, 0, path, "no such parameter", told)])
 
 

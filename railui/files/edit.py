@@ -39,9 +39,7 @@ def _edit(document: Document, path: str, value: Any) -> str:
     findings, node, steps = document.findings(), document.root, path.split(".")
     while steps:
         if node.alias:
-            findings.add(
-                path, "stands in an alias, an edit would change the anchor too", "write the group out"
-            )
+            findings.add(path, "stands in an alias, an edit would change the anchor too", "write the group out")
             findings.stop()
         # a key may itself be a dotted path
         count = next((n for n in range(len(steps), 0, -1) if ".".join(steps[:n]) in node.children), 0)
@@ -72,13 +70,9 @@ def _value_text(value: Any, before: Any = None) -> str:
     return scalar_text(value)
 
 
-def _added(
-    document: Document, node: Node, steps: list[str], value: Any, path: str, findings: Findings
-) -> str:
+def _added(document: Document, node: Node, steps: list[str], value: Any, path: str, findings: Findings) -> str:
     if node.kind == "list" and not (steps[0].isdecimal() and int(steps[0]) == len(node.children)):
-        findings.add(
-            path, f"the list has {len(node.children)} entries", f"name one of 0 to {len(node.children)}"
-        )
+        findings.add(path, f"the list has {len(node.children)} entries", f"name one of 0 to {len(node.children)}")
     elif node.kind == "scalar" and node.value is not None:
         findings.add(path, "is no group", "name a path below a group")
     findings.stop()
@@ -131,8 +125,6 @@ def _near(changed: str, path: str) -> bool:
 def _leaves(value: Any, path: str = "") -> dict[str, Any]:
     if isinstance(value, dict | list):
         items = value.items() if isinstance(value, dict) else enumerate(value)
-        inner = {
-            p: v for k, child in items for p, v in _leaves(child, f"{path}.{k}" if path else str(k)).items()
-        }
+        inner = {p: v for k, child in items for p, v in _leaves(child, f"{path}.{k}" if path else str(k)).items()}
         return inner or {path: type(value).__name__}
     return {path: value}

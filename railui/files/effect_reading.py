@@ -47,17 +47,13 @@ def read_effects(
     return tuple(effects.values())
 
 
-def told_twice(
-    effects: Mapping[int, PlacedEffect], findings: Findings, path: str, catalogue: Catalogue
-) -> None:
+def told_twice(effects: Mapping[int, PlacedEffect], findings: Findings, path: str, catalogue: Catalogue) -> None:
     """Two effects that supersede the same linear term at the same place are an error that names both."""
     seen: list[tuple[str, int, PlacedEffect]] = []
     for i, effect in effects.items():
         record = record_of(effect.kind, catalogue) or {}
         mine = TERMS.get(str(record.get("supersedes")), ())
-        clash = next(
-            ((t, j, o) for t, j, o in seen if t in mine and o.at == effect.at and _meet(o, effect)), None
-        )
+        clash = next(((t, j, o) for t, j, o in seen if t in mine and o.at == effect.at and _meet(o, effect)), None)
         if clash is not None:
             term, j, other = clash
             pair = f"{effect.kind} and {other.kind} ({join(path, str(j))})"
@@ -80,9 +76,7 @@ class _Reader:
 
     def effect(self, raw: Any, path: str) -> PlacedEffect | None:
         if not isinstance(raw, dict):
-            self.findings.add(
-                path, "is no effect", "write {kind: free_play, at: primary_lateral, half_width: 0.3 mm}"
-            )
+            self.findings.add(path, "is no effect", "write {kind: free_play, at: primary_lateral, half_width: 0.3 mm}")
             return None
         record = self.record(raw, path)
         if record is None:
@@ -107,9 +101,7 @@ class _Reader:
             return None
         record = record_of(str(raw["kind"]), self.catalogue)
         if record is None:
-            self.findings.add(
-                join(path, "kind"), f"unknown kind {raw['kind']!r}", nearest(str(raw["kind"]), kinds)
-            )
+            self.findings.add(join(path, "kind"), f"unknown kind {raw['kind']!r}", nearest(str(raw["kind"]), kinds))
         elif is_sensor(record) and not self.sensors:
             self.findings.add(
                 join(path, "kind"),
@@ -135,17 +127,11 @@ class _Reader:
         if at is None and len(places) == 1:
             return places[0]
         if at is None:
-            self.findings.add(
-                path, f"{record['kind']} has no place", f"add `at:`, one of {', '.join(places)}"
-            )
+            self.findings.add(path, f"{record['kind']} has no place", f"add `at:`, one of {', '.join(places)}")
         elif not places:
-            self.findings.add(
-                join(path, "at"), f"{record['kind']} has no place at a {self.form}", "leave it out"
-            )
+            self.findings.add(join(path, "at"), f"{record['kind']} has no place at a {self.form}", "leave it out")
         elif at not in places:
-            self.findings.add(
-                join(path, "at"), f"{record['kind']} cannot stand at {at!r}", nearest(str(at), places)
-            )
+            self.findings.add(join(path, "at"), f"{record['kind']} cannot stand at {at!r}", nearest(str(at), places))
         else:
             return str(at)
         return None
@@ -198,9 +184,7 @@ class _Reader:
                 elif not parameter.get("optional"):
                     default = None if is_curve(record) else default_at(parameter, at, self.values)
                     if default is None:
-                        raise UnitError(
-                            "is missing and has no default here", f"add `{key}:` with a unit like {unit}"
-                        )
+                        raise UnitError("is missing and has no default here", f"add `{key}:` with a unit like {unit}")
                     read[key] = default
                     defaulted.add(key)
             except UnitError as error:
@@ -222,9 +206,7 @@ class _Reader:
                 "give as many, two at least",
             )
         elif any(b <= a for a, b in pairwise(motion)):
-            self.findings.add(
-                join(path, "motion"), "does not rise from value to value", "sort the curve by its motion"
-            )
+            self.findings.add(join(path, "motion"), "does not rise from value to value", "sort the curve by its motion")
 
 
 def unit_of(parameter: Record, at: str, against: str | None = None) -> str:
@@ -235,9 +217,7 @@ def unit_of(parameter: Record, at: str, against: str | None = None) -> str:
     return unit_at(word, at)
 
 
-def _read(
-    value: Any, parameter: Record, at: str, unit: str, values: Mapping[str, float], *, curve: bool
-) -> Number:
+def _read(value: Any, parameter: Record, at: str, unit: str, values: Mapping[str, float], *, curve: bool) -> Number:
     if not curve:
         return _inside(_one(value, at, unit), value, parameter, at, values)
     if not isinstance(value, Iterable) or isinstance(value, str | dict):

@@ -91,7 +91,7 @@ def site(at: str, values: Mapping[str, float]) -> dict[str, float]:
         ),
         "secondary_yaw": (get("vehicle.secondary.yaw_stiffness"), get("vehicle.secondary.yaw_damping")),
         "primary_lateral": (2 * get(f"{primary}.lateral_stiffness", 0.0), 0.0),
-        "primary_yaw": (2 * b_c**2 * get(f"{primary}.longitudinal_stiffness", 0.0), 0.0),
+        "primary_yaw": (2 * b_c * b_c * get(f"{primary}.longitudinal_stiffness", 0.0), 0.0),
         "rig": (get("vehicle.rig.stiffness"), get("vehicle.rig.damping")),
     }
     k, c = springs.get(at, (None, None))
@@ -103,6 +103,8 @@ def site(at: str, values: Mapping[str, float]) -> dict[str, float]:
         "r": get("vehicle.geometry.rolling_radius"),
     }
     if at != "rig":
+        # where no damper is declared: the spring's force at 10 rad/s
+        known["c"] = c or (k / REFERENCE["w"] if k else None)
         known |= REFERENCE | {"F": k * REFERENCE["z"] if k else None}
     return {name: value for name, value in known.items() if value}
 

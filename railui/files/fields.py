@@ -52,9 +52,7 @@ def quantity_schema(unit: str, /, **more: Any) -> dict[str, Any]:
     return {"anyOf": [{"type": "number"}, {"type": "string", "description": text}], **more}
 
 
-def measure(
-    unit: str, minimum: float | None = None, *, above: bool = False, maximum: float | None = None
-) -> Reader:
+def measure(unit: str, minimum: float | None = None, *, above: bool = False, maximum: float | None = None) -> Reader:
     """A quantity of a unit ("" for any) with bounds."""
 
     def read(value: Any) -> float:
@@ -122,9 +120,7 @@ def whole(minimum: int = 0) -> Reader:
     def read(value: Any) -> int:
         number = int(value) if isinstance(value, float) and value.is_integer() else value
         if isinstance(number, bool) or not isinstance(number, int) or not minimum <= number < 2**63:
-            raise UnitError(
-                f"{value!r} is no whole number from {minimum} on", f"write for example {max(minimum, 1)}"
-            )
+            raise UnitError(f"{value!r} is no whole number from {minimum} on", f"write for example {max(minimum, 1)}")
         return number
 
     return Reader(read, {"type": "integer", "minimum": minimum})

@@ -9,6 +9,7 @@ from .display import display
 from .units import UnitError, example, quantity
 
 INFINITE = math.inf
+BEYOND = 1e15  # more than any number of a vehicle: a slip of the pen
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Parameter:
     default: float | None = None
     origin: str = ""
     minimum: float = 0.0
-    maximum: float = INFINITE
+    maximum: float = BEYOND
     above: bool = False
     usual: tuple[float, float] = (0.0, INFINITE)
     prior: float | None = None
@@ -90,9 +91,7 @@ VEHICLE = (
         "vehicle.wheelset",
         _positive("mass", "m_a", "kg", "mass of one wheelset", 500, 4e3),
         _positive("yaw_inertia", "I_za", "kg*m^2", "yaw inertia of one wheelset", 200, 3e3),
-        Parameter(
-            "spin_inertia", "I_ya", "kg*m^2", "spin inertia of one wheelset", 0.0, SPIN, usual=(20, 400)
-        ),
+        Parameter("spin_inertia", "I_ya", "kg*m^2", "spin inertia of one wheelset", 0.0, SPIN, usual=(20, 400)),
     ),
     *_under(
         "vehicle.geometry",
@@ -107,18 +106,14 @@ VEHICLE = (
             above=True,
             usual=(0.5, 0.9),
         ),
-        _positive(
-            "half_spring_base", "b_c", "m", "half the lateral distance of the primary springs", 0.4, 1.2
-        ),
+        _positive("half_spring_base", "b_c", "m", "half the lateral distance of the primary springs", 0.4, 1.2),
         _positive("rolling_radius", "r", "m", "nominal rolling radius", 0.2, 0.7),
     ),
     _positive("vehicle.wheel_load", "N", "N", "load of one wheel on the rail", 1e4, 2e5),
     *_under(
         "vehicle.primary",
         Parameter("lateral_stiffness", "c_y", "N/m", "lateral stiffness per axle box", usual=(1e5, 1e8)),
-        Parameter(
-            "longitudinal_stiffness", "c_x", "N/m", "longitudinal stiffness per axle box", usual=(1e5, 1e8)
-        ),
+        Parameter("longitudinal_stiffness", "c_x", "N/m", "longitudinal stiffness per axle box", usual=(1e5, 1e8)),
     ),
     *_under(
         "vehicle.secondary",
@@ -155,9 +150,7 @@ CONTACT = (
     ),
     *_under(
         "contact",
-        Parameter(
-            "spin_creep", "kappa_s", "m", SPIN_CREEP, 0.25, CHECK, maximum=100.0, usual=(0.0, 1.0), prior=0.05
-        ),
+        Parameter("spin_creep", "kappa_s", "m", SPIN_CREEP, 0.25, CHECK, maximum=100.0, usual=(0.0, 1.0), prior=0.05),
         Parameter("flange_clearance", "c", "m", CLEARANCE, 0.007, NEW_WHEELS, 0.0, 0.1, True, (0.002, 0.02)),
     ),
 )
@@ -188,9 +181,7 @@ def _optional(key: str, symbol: str, unit: str, caption: str, *usual: float, abo
 RIDING = _under(
     "riding",
     _optional("journey", "T_j", "s", "duration of the journey", 600, 43200),
-    Parameter(
-        "comfort_weight", "w", "1", "weight of comfort in the score", maximum=1.0, usual=(0, 1), optional=True
-    ),
+    Parameter("comfort_weight", "w", "1", "weight of comfort in the score", maximum=1.0, usual=(0, 1), optional=True),
     Parameter(
         "admissible_flange_fraction",
         "phi_a",

@@ -72,9 +72,7 @@ class Findings:
             path = path.rpartition(".")[0]
         return places.get(path, self.marks.get(path, (1, 1) if self.marks else NOWHERE))
 
-    def add(
-        self, path: str, message: str, remedy: str = "", *, key: bool = False, place: Place | None = None
-    ) -> None:
+    def add(self, path: str, message: str, remedy: str = "", *, key: bool = False, place: Place | None = None) -> None:
         """An error at a path."""
         line, column = self.place(path, key) if place is None else place
         self.problems.append(Problem(self.file, line, column, path, message, remedy))
@@ -105,9 +103,8 @@ def nearest(name: str, known: Iterable[str]) -> str:
     "did you mean 'mass'?"
     """
     names = list(known)
-    close = get_close_matches(name, names, n=1, cutoff=0.6) or get_close_matches(
-        name.lower(), names, n=1, cutoff=0.6
-    )
+    same = [known_name for known_name in names if known_name.lower() == name.lower()]
+    close = same or get_close_matches(name, names, n=1, cutoff=0.6)
     if close:
         return f"did you mean {close[0]!r}?"
     if len(names) > MANY:

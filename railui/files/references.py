@@ -11,14 +11,12 @@ from .effect_records import Catalogue
 from .problems import FileProblems, Findings, nearest
 
 
-def vehicle_of(
-    source: Path, data: Mapping[str, Any], findings: Findings, catalogue: Catalogue | None
-) -> Design | None:
+def vehicle_of(source: Path, data: Mapping[str, Any], findings: Findings, catalogue: Catalogue | None) -> Design | None:
     """The design that `vehicle:` names, relative to the file; its problems join the findings."""
     named = data.get("vehicle")
-    if not isinstance(named, str):
-        return None
-    path = source.parent / named
+    if named is None or isinstance(named, list | dict | float):
+        return None  # told by the model
+    path = source.parent / str(named)
     if not path.is_file():
         findings.add("vehicle", f"no file {named!r}", neighbour(path))
         return None

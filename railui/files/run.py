@@ -64,9 +64,7 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
     _drop_dead(columns, form, notes, findings, table, responses)
     findings.stop()
     rows = np.flatnonzero(np.isfinite(columns["t"]))
-    columns = (
-        columns if rows.size == len(table.rows) else {name: column[rows] for name, column in columns.items()}
-    )
+    columns = columns if rows.size == len(table.rows) else {name: column[rows] for name, column in columns.items()}
     rate = sampling(table, columns["t"], rows, findings)
     findings.stop()
     if form == "rig":
@@ -112,24 +110,16 @@ def _columns(
     return to_si(table, known, findings)
 
 
-def _required(
-    table: Table, columns: Mapping[str, Floats], form: str, findings: Findings, responses: bool
-) -> None:
+def _required(table: Table, columns: Mapping[str, Floats], form: str, findings: Findings, responses: bool) -> None:
     for name in ("t",) if form == "rig" else ("t", "v", "yw"):
         if name not in table.names:
             column = columns_of(form)[name]
             told = nearest(name, [n for n in table.names if n not in columns_of(form)])
-            hint = (
-                told
-                if told.startswith("did you mean")
-                else f"add `{name} [{column.unit}]`, the {column.caption}"
-            )
+            hint = told if told.startswith("did you mean") else f"add `{name} [{column.unit}]`, the {column.caption}"
             findings.add(name, "this column is missing", hint, place=table.header)
     measured = named(form, "response")
     if responses and not set(measured) & set(table.names):
-        findings.add(
-            "", "no response is measured", f"add at least one of {', '.join(measured)}", place=table.header
-        )
+        findings.add("", "no response is measured", f"add at least one of {', '.join(measured)}", place=table.header)
 
 
 def _drop_dead(
@@ -141,15 +131,11 @@ def _drop_dead(
         if column is None:
             continue
         values = column[np.isfinite(column)]
-        constant = values.size == 0 or (
-            np.ptp(values) == 0 and (name in named(form, "response") or values[0] != 0)
-        )
+        constant = values.size == 0 or (np.ptp(values) == 0 and (name in named(form, "response") or values[0] != 0))
         if constant and not (form == "rig" and name == "u" and values.size):
             told = "has no value" if values.size == 0 else f"is {values[0]:g} throughout"
             if name == "yw":
-                findings.add(
-                    name, told, "the track is needed: record it, or give the right column", place=table.header
-                )
+                findings.add(name, told, "the track is needed: record it, or give the right column", place=table.header)
             else:
                 notes.append(f"{name} {told}: not used")
                 del columns[name]

@@ -14,9 +14,7 @@ NONE = ("", "-", "1")
 RATES = {"vz": 1, "az": 2}
 
 
-def to_si(
-    table: Table, known: Mapping[str, Column], findings: Findings
-) -> tuple[dict[str, Floats], dict[str, str]]:
+def to_si(table: Table, known: Mapping[str, Column], findings: Findings) -> tuple[dict[str, Floats], dict[str, str]]:
     """The known columns in SI, and the unit in which each was written; faults are told at the header."""
     columns: dict[str, Floats] = {}
     units: dict[str, str] = {}

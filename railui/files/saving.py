@@ -23,9 +23,7 @@ def design_text(design: Design) -> str:
     for top in ("vehicle", "contact", "riding"):
         if top in tree:
             lines.append(f"{top}:")
-            lines += [
-                f"  {key}: {flow(value)}{_remark(f'{top}.{key}', value)}" for key, value in tree[top].items()
-            ]
+            lines += [f"  {key}: {flow(value)}{_remark(f'{top}.{key}', value)}" for key, value in tree[top].items()]
     lines += _entries("effects", design.effects)
     if design.adjustment is not None:
         a = design.adjustment

@@ -78,7 +78,5 @@ def _effect(record: Record) -> dict[str, Any]:
 def _without_samples(value: Any) -> Any:
     """Samples serve our own remedies, editors know no such word."""
     if isinstance(value, dict):
-        return {
-            k: _without_samples(v) for k, v in value.items() if not (k == "sample" and isinstance(v, str))
-        }
+        return {k: _without_samples(v) for k, v in value.items() if not (k == "sample" and isinstance(v, str))}
     return [_without_samples(v) for v in value] if isinstance(value, list) else value

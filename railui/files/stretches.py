@@ -118,7 +118,5 @@ def _pieces(good: NDArray[np.bool_], jumps: NDArray[np.intp]) -> list[slice]:
     cut = np.zeros(good.size, dtype=bool)
     cut[jumps + 1] = True
     starts = np.flatnonzero(good & (cut | ~np.concatenate(([False], good[:-1]))))
-    ends = (
-        np.flatnonzero(good & (np.concatenate((cut[1:], [True])) | ~np.concatenate((good[1:], [False])))) + 1
-    )
+    ends = np.flatnonzero(good & (np.concatenate((cut[1:], [True])) | ~np.concatenate((good[1:], [False])))) + 1
     return [slice(int(a), int(b)) for a, b in zip(starts, ends, strict=True)]

@@ -96,12 +96,7 @@ def load_study(
     cases: dict[str, Any] = told if isinstance(told, dict) else {}
     check_tracks(cases.get("track"), source.parent, findings, check_track)
     scenario = read_scenarios(cases.get("scenario"), design, findings)
-    if (
-        design is not None
-        and design.adjustment is None
-        and isinstance(cases.get("draws"), int)
-        and cases["draws"] > 0
-    ):
+    if design is not None and design.adjustment is None and isinstance(cases.get("draws"), int) and cases["draws"] > 0:
         findings.add(
             "cases.draws",
             "the vehicle has no adjustment to draw from",
@@ -114,9 +109,7 @@ def load_study(
         name=model.name or source.stem,
         design=design,
         variables=variables,
-        cases=Cases(
-            tuple(c.track), tuple(c.speed), tuple(c.seed), scenario, c.draws, c.radius, c.cant_deficiency
-        ),
+        cases=Cases(tuple(c.track), tuple(c.speed), tuple(c.seed), scenario, c.draws, c.radius, c.cant_deficiency),
         objectives=objectives,
         constraints=constraints,
         method=Method(**model.method.model_dump()),

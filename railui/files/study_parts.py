@@ -81,9 +81,7 @@ def _key(name: str, where: str, findings: Findings) -> bool:
     if name in NUMBERS:
         return True
     if name in RESULTS:
-        findings.add(
-            where, f"{name} is a word, not a number", "aim at score, weighted_acceleration or flange_margin"
-        )
+        findings.add(where, f"{name} is a word, not a number", "aim at score, weighted_acceleration or flange_margin")
     else:
         findings.add(where, f"{name!r} is no result of ride, stability or curve", nearest(name, NUMBERS))
     return False
@@ -110,9 +108,7 @@ def read_constraints(raw: Any, findings: Findings) -> tuple[Constraint, ...]:
         where = f"constraints.{i}"
         match = CONSTRAINT.match(text) if isinstance(text, str) else None
         if match is None or match[2] not in (">=", "<=") or not match[3]:
-            findings.add(
-                where, f"{text!r} is no constraint", 'write "linear_damping >= 0.05" or "wear_number <= 200"'
-            )
+            findings.add(where, f"{text!r} is no constraint", 'write "linear_damping >= 0.05" or "wear_number <= 200"')
         elif _key(match[1], where, findings):
             try:
                 number, unit = split(match[3])
@@ -135,9 +131,7 @@ def check_tracks(raw: Any, home: Path, findings: Findings, check: Callable[[str]
             continue
         faulty = [part for part in text.split()[1:] if not SPEC.match(part)]
         if not text.split() or faulty:
-            findings.add(
-                where, f"{text!r} is no track", "write a name and key=value pairs: erri_b176_low length=2000"
-            )
+            findings.add(where, f"{text!r} is no track", "write a name and key=value pairs: erri_b176_low length=2000")
         elif check is not None:
             try:
                 check(text)

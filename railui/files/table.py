@@ -69,9 +69,7 @@ def read_table(path: str | Path) -> Table:
             line += block.count(b"\n")
             rows += len(part)
             if rows > MOST_ROWS:
-                findings.add(
-                    "", f"has more than {MOST_ROWS} rows", "cut the recording into parts", place=(line, 1)
-                )
+                findings.add("", f"has more than {MOST_ROWS} rows", "cut the recording into parts", place=(line, 1))
                 break
             if len(findings.problems) >= MOST_TOLD:
                 break
@@ -81,9 +79,7 @@ def read_table(path: str | Path) -> Table:
         findings.add("", "has a header and no row", "give one row per sample", place=(header.line, 1))
     findings.stop()
     data = np.concatenate(parts)[:, : len(header.names)]
-    return Table(
-        str(path), header.names, header.units, data, header.comments, (header.line, 1), header.places
-    )
+    return Table(str(path), header.names, header.units, data, header.comments, (header.line, 1), header.places)
 
 
 def write_table(
@@ -155,9 +151,7 @@ def _named(text: str, line: int, comments: tuple[str, ...], findings: Findings) 
         if not name:
             findings.add("", f"column {i + 1} has no name", "write `name [unit]`", place=(line, places[i]))
         elif name in names[:i]:
-            findings.add(
-                name, "stands twice in the header", "keep one of the columns", place=(line, places[i])
-            )
+            findings.add(name, "stands twice in the header", "keep one of the columns", place=(line, places[i]))
     findings.stop()
     return Header(names, units, places, line, comments, separator, len(cells))
 
@@ -172,9 +166,7 @@ def _blocks(stream: IO[bytes], start: bytes, findings: Findings) -> Iterator[byt
         more = _read(stream, BLOCK, findings)
         total += len(more)
         if total > MOST_BYTES:
-            findings.add(
-                "", f"is larger than {MOST_BYTES} bytes uncompressed", "cut the recording into parts"
-            )
+            findings.add("", f"is larger than {MOST_BYTES} bytes uncompressed", "cut the recording into parts")
             raise FileProblems(findings.problems)
         if not more:
             if rest[cut:].strip():

@@ -94,7 +94,7 @@ def _cell(cell: str, i: int, cells: list[str], header: Header, line: int, findin
     name = header.names[i] if i < len(header.names) else ""
     findings.add(
         name,
-        f"{cell.strip()!r} is no number",
+        f"{cell.strip()[:40]!r} is no number",
         "write a number, or leave the cell empty",
         place=(line, column),
     )

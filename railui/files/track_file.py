@@ -79,9 +79,7 @@ def save_track(
 ) -> Path:
     """Writes a track (m, m, rad, m) whole or not at all; returns the path."""
     given = {"s": s, "yw": yw, "phiw": phiw, "gauge": gauge}
-    columns = {
-        f"{name} [{COLUMNS[name].unit}]": column for name, column in given.items() if column is not None
-    }
+    columns = {f"{name} [{COLUMNS[name].unit}]": column for name, column in given.items() if column is not None}
     return write_table(path, columns, conventions, digits=12)
 
 

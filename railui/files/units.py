@@ -71,9 +71,7 @@ class Unit:
     def fits(self, other: Unit) -> bool:
         """Same dimension; an angle may be left out, but never exchanged for a cycle."""
         plain = all(
-            a == b
-            for i, (a, b) in enumerate(zip(self.dimension, other.dimension, strict=True))
-            if i not in ANGLES
+            a == b for i, (a, b) in enumerate(zip(self.dimension, other.dimension, strict=True)) if i not in ANGLES
         )
         angles = [(self.dimension[i], other.dimension[i]) for i in ANGLES]
         left_out = all(a == 0 for a, _ in angles)
@@ -155,9 +153,7 @@ def symbol_of(symbol: str) -> tuple[float, dict[str, int]]:
         if bare != symbol and bare in SYMBOLS and SYMBOLS[bare][2]:
             factor, powers, _ = SYMBOLS[bare]
             return (1.0 if symbol == "kg" else scale * factor), powers
-    raise UnitError(
-        f"unknown unit {symbol!r}", f"known are {', '.join(SYMBOLS)} with prefixes n u m c d da k M G"
-    )
+    raise UnitError(f"unknown unit {symbol!r}", f"known are {', '.join(SYMBOLS)} with prefixes n u m c d da k M G")
 
 
 @lru_cache(maxsize=512)
@@ -170,9 +166,7 @@ def parse_unit(text: str) -> Unit:
     (1, 0, -2, 0, 0, 0)
     """
     if len(text) > 60:
-        raise UnitError(
-            f"the unit {text[:20]!r}... is {len(text)} characters long", "write units like kN*s/m"
-        )
+        raise UnitError(f"the unit {text[:20]!r}... is {len(text)} characters long", "write units like kN*s/m")
     return _Reader(text).whole()
 
 

@@ -38,13 +38,9 @@ def read_text(path: str | Path, file: str | None = None) -> str:
         with Path(path).open("rb") as handle:
             data = handle.read(LARGEST + 1)
     except OSError as error:
-        raise one_problem(
-            name, (0, 0), f"cannot be read ({error.strerror})", "give the path of a file"
-        ) from None
+        raise one_problem(name, (0, 0), f"cannot be read ({error.strerror})", "give the path of a file") from None
     if len(data) > LARGEST:
-        raise one_problem(
-            name, (0, 0), f"is larger than {LARGEST} bytes", "keep measured data in CSV files beside it"
-        )
+        raise one_problem(name, (0, 0), f"is larger than {LARGEST} bytes", "keep measured data in CSV files beside it")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -81,9 +81,7 @@ class Composer:
         root: Node | None = None
         for event in self.events:
             if isinstance(event, yaml.DocumentStartEvent) and root is not None:
-                raise one_problem(
-                    self.file, _place(event), "a second document begins", "keep one document in a file"
-                )
+                raise one_problem(self.file, _place(event), "a second document begins", "keep one document in a file")
             if isinstance(event, yaml.NodeEvent):
                 root = self.node(event, "", 1)[0]
         if root is None or (root.kind == "scalar" and root.value is None):
@@ -93,9 +91,7 @@ class Composer:
     def node(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
         """A node, how many values it holds and how deep it goes."""
         if depth > DEEPEST:
-            raise one_problem(
-                self.file, _place(event), f"is nested deeper than {DEEPEST}", "flatten it", path
-            )
+            raise one_problem(self.file, _place(event), f"is nested deeper than {DEEPEST}", "flatten it", path)
         if isinstance(event, yaml.AliasEvent):
             made = self.alias(event, path, depth)
         elif isinstance(event, yaml.ScalarEvent):
@@ -123,9 +119,7 @@ class Composer:
             )
         node, size, height = self.anchors[event.anchor]
         if depth + height - 1 > DEEPEST:
-            raise one_problem(
-                self.file, _place(event), f"is nested deeper than {DEEPEST}", "flatten it", path
-            )
+            raise one_problem(self.file, _place(event), f"is nested deeper than {DEEPEST}", "flatten it", path)
         self.values += size
         if self.values > MOST_VALUES:
             raise one_problem(
@@ -163,9 +157,7 @@ class Composer:
                 node.end = _end(key) if node.flow else _last(node)
                 break
             if not isinstance(key, yaml.ScalarEvent):
-                raise one_problem(
-                    self.file, _place(key), "a key that is no word", "write `name: value`", path
-                )
+                raise one_problem(self.file, _place(key), "a key that is no word", "write `name: value`", path)
             name = key.value
             child, n, deep = self.node(next(self.events), join(path, name), depth + 1)
             if name in node.children:
@@ -197,9 +189,7 @@ class Composer:
 
     def tag(self, event: Any, path: str) -> None:
         if event.tag and event.tag != "!" and event.tag not in TAGS:
-            self.findings.add(
-                path, f"the tag {event.tag} is not read", "write the plain value", place=_place(event)
-            )
+            self.findings.add(path, f"the tag {event.tag} is not read", "write the plain value", place=_place(event))
 
 
 def _index(event: Any) -> int:

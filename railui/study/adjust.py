@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 Report = Callable[[str], None]
 
 DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of Levenberg, tried side by side
+CURVE = 2.0  # prior standard deviation of a measured curve's points, in its largest force
+STIFFEST = 16  # RK4 steps per sample up to which a fit may go
 LEAP = 1.5  # largest logarithm of the ratio in one step
 STABLE = -0.02  # 1/s, the least damping of a linear vehicle that a fit may reach
 UNSEEN = 0.9  # share of the prior's standard deviation that remains: the data did not see the parameter
@@ -96,9 +98,10 @@ def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> Free
         ratio.append(bounds[0] >= 0 and now > 0)
         low.append(max(bounds[0], 1e-4 * now) if ratio[-1] else bounds[0])
         high.append(bounds[1])
-        size.append(max(abs(now), 1e-3 * (bounds[1] - bounds[0]) if np.isfinite(bounds[1]) else 0.0, 1e-12))
-        prior.append(now)
-        sd.append(np.inf)
+        size.append(max(abs(now), _curve_size(model, path), 1e-12))
+        curve = _curve_size(model, path)
+        prior.append(0.0 if curve else now)
+        sd.append(CURVE * curve if curve else np.inf)
     numbers = (np.array(x, dtype=float) for x in (low, high, size, prior, sd))
     return Free(tuple(paths), *numbers, np.array(ratio))
 
@@ -107,6 +110,15 @@ def rig_scale(model: Model, path: str) -> float:
     """A usual size of a rig's parameter where its declared value is zero: 10 Hz, a tenth of critical damping."""
     m, w = model.design.values["vehicle.rig.mass"], 62.8
     return {"stiffness": m * w * w, "damping": 0.2 * m * w}.get(path.rpartition(".")[2], 1.0)
+
+
+def _curve_size(model: Model, path: str) -> float:
+    """The largest force of a measured curve, for the points where it is zero; 0 for other numbers."""
+    group, number, key = path.split(".", 2)
+    if not key.startswith("force."):
+        return 0.0
+    force = model.design.effects[int(number)].parameters["force"]
+    return float(np.max(np.abs(force)))
 
 
 def _effect_bounds(model: Model, path: str) -> tuple[float, float]:
@@ -230,6 +242,9 @@ class Adjuster:
         return out
 
     def _allowed(self, x: Floats) -> bool:
+        """May a vehicle be tried? Not where it is too stiff for the samples, or unstable where it must not be."""
+        if self.model.effects and not self._steps_fit(x):
+            return False
         if not self.stable or self.model.design.kind != "bogie":
             return True
         rows = self.rows(x[None])
@@ -238,6 +253,17 @@ class Adjuster:
         if worst > STABLE:
             self.constrained = True
         return worst <= STABLE
+
+    def _steps_fit(self, x: Floats) -> bool:
+        batch = self.model.batch(self.rows(x[None]))
+        try:
+            return all(
+                self.model.vehicles(t.stretch.coach_forces).steps(batch, *t.stretch.speeds, t.stretch.dt)[0]
+                <= max(STIFFEST, t.steps)
+                for t in self.ready
+            )
+        except ValueError:
+            return False
 
     def steps(self, x: Floats) -> Floats:
         """Steps of the forward differences, 1e-5 relative, 1e-4 where effects stand; inwards at an upper bound."""

@@ -25,8 +25,7 @@ SIGNIFICANT = 0.01  # family-wise p from which a residual is worth a fit
 STRUCTURED = 0.01  # partial rho^2 from which a residual is worth a fit
 EFFECTS = 3
 ADEQUATE = 1.10  # after over floor up to which nothing is left to find
-OUTSIDE = 1.25  # after over floor from which a structured rest is said to be outside the catalogue
-REST = 0.05  # partial rho^2, or share that a measured curve explains, which makes a rest structured
+UNEXPLAINED = 1.5  # after over floor from which something is missing, whatever it looks like
 SIMPLER = 1.02  # within so much of the best misfit the simpler law is taken
 LOOKALIKE = 1.10  # within so much of the best error, judged on what no fit saw, two laws look alike
 
@@ -61,6 +60,9 @@ class Found:
     def unexplained(self) -> float:
         """Error over floor."""
         return self.judged["after"].nrmse / self.floor.nrmse
+
+
+NOTHING = Trace((), (), 1.0, float("inf"), 0.0)
 
 
 def adjusted(measurement: Measurement, declared: Model, *, jobs: int | None = None, report: Report = silent) -> Fit:
@@ -122,19 +124,18 @@ def close_loop(
         noise = floor(fit.model, measurement, measurement.validate)
         if judged["after"].nrmse <= (1.0 + 0.5 * (ADEQUATE - 1.0)) * noise.nrmse:
             break
-    if steps[-1].added is not None:
-        last = _trace(fit, measurement, without, jobs, seed)
-    else:
-        last = steps[-1].trace
+    last = _trace(fit, measurement, without, jobs, seed) if steps[-1].added else steps[-1].trace
     found_any = any(s.added for s in steps)
     outside = None
     ratio = judged["after"].nrmse / noise.nrmse
-    if ratio > ADEQUATE and last.p <= SIGNIFICANT:
-        outside = look_outside(fit, measurement, declared, jobs=jobs, report=report)
-        gain = 1.0 - outside.judgement.nrmse / judged["after"].nrmse if outside else 0.0
-        if outside is None or (ratio < OUTSIDE and found_any) or gain < campaign.material:
-            outside = None
-        else:
+    structured = last.p <= SIGNIFICANT and last.rho2 >= STRUCTURED
+    if ratio > UNEXPLAINED or (ratio > ADEQUATE and structured):
+        seen_outside = look_outside(fit, measurement, declared, jobs=jobs, report=report)
+        gain = 1.0 - seen_outside.judgement.nrmse / judged["after"].nrmse if seen_outside else 0.0
+        gains = bool(gain >= campaign.material)
+        if seen_outside and (gains or (ratio > UNEXPLAINED and not found_any)):
+            outside = seen_outside
+        if outside and gains:
             fit, judged["after"] = outside.fit, outside.judgement
             noise = floor(fit.model, measurement, measurement.validate)
     verdict = "outside" if outside else "effect" if found_any else "none"
@@ -142,6 +143,26 @@ def close_loop(
     return Found(
         measurement, declared, before, fit, judged, noise, tuple(steps), last, verdict, outside,
         time.perf_counter() - began, seed,
+    )  # fmt: skip
+
+
+def adjust_only(
+    measurement: Measurement, *, seed: int = 0, jobs: int | None = None, report: Report = silent
+) -> Found:
+    """The first half of the loop: the declared vehicle adjusted and judged, nothing traced."""
+    began = time.perf_counter()
+    declared = Model(measurement.campaign.design, measurement.campaign.sensors)
+    before = adjusted(measurement, declared, jobs=jobs, report=report)
+    judged = {
+        "declared": judge(declared, measurement, measurement.validate),
+        "before": judge(before.model, measurement, measurement.validate),
+    }
+    judged["after"] = judged["before"]
+    noise = floor(before.model, measurement, measurement.validate)
+    seconds = time.perf_counter() - began
+    return Found(
+        measurement, declared, before, before, judged, noise, (Step(NOTHING, (), None),), NOTHING, "none", None,
+        seconds, seed,
     )  # fmt: skip
 
 

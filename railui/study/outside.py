@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,9 @@ from scipy import linalg
 from railui import core
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import PER_WHEELSET
-from railui.study.adjust import Adjuster, Fit, Report, adjust, restarted, silent
+from railui.study.adjust import Adjuster, Fit, Report, adjust, silent
+from railui.study.confirm import retarget
+from railui.study.equivalent import Origin, origins
 from railui.study.judge import Judgement, judge
 from railui.study.measured import Measurement, simulate
 from railui.study.model import Model
@@ -20,6 +22,8 @@ from railui.study.model import Model
 Floats = NDArray[np.float64]
 POINTS = 9  # of a measured curve
 REACH = 2.5  # standard deviations of the motion that the curve spans to either side
+SMOOTH = 3e-3  # penalty on the bends of a curve, in its own scale
+CLEAR = 0.5  # share that a curve explains from which its place is believed
 PLACES = (
     "secondary_lateral",
     "secondary_yaw",
@@ -60,40 +64,67 @@ class _Spot:
 def look_outside(
     fit: Fit, measurement: Measurement, declared: Model, *, jobs: int | None = None, report: Report = silent
 ) -> Outside | None:
-    """Fit a free curve of force at every place, take the one that explains most, adjust all with it."""
-    spots = _spots(fit)
-    shares = sorted(((_explained(fit, s), i) for i, s in enumerate(spots)), reverse=True)
-    tried = []
-    for share, i in shares[:2]:
-        spot = spots[i]
-        effect = PlacedEffect(
-            "measured_force",
-            spot.at,
-            spot.wheelset,
-            {"motion": tuple(spot.grid), "force": (0.0,) * len(spot.grid)},
-            spot.against,
-        )
-        model = fit.model.with_effect(effect)
-        paths = [*fit.free.paths, *[p for p in model.effect_paths() if p not in fit.free.paths]]
-        try:
-            found = adjust(model, measurement, paths, declared, ready=restarted(replace(fit, model=model), measurement),
-                           tolerance=1e-5, most=12, jobs=jobs)  # fmt: skip
-        except ValueError:
-            continue
-        judged = judge(found.model, measurement, measurement.validate)
-        report(f"  curve against {spot.against} at {spot.at}: explains {share:.2f}, nrmse {judged.nrmse:.4f}")
-        tried.append((found.normal.rss, share, spot, found, judged))
-    if not tried:
+    """Say where something acts that no entry of the catalogue makes, draw its force there, adjust all with it."""
+    origin = origins(fit, measurement)[0]
+    report(f"  the rest looks like forces at {origin.at} {origin.wheelset or ''}: share {origin.share:.2f}")
+    seen = [(*_explained(fit, spot), spot) for spot in _spots(fit)]
+    seen = sorted((s for s in seen if s[0] > 0), key=lambda s: -s[0])
+    if not seen:
         return None
-    _, share, spot, found, judged = min(tried, key=lambda x: x[0])
+    if seen[0][0] < CLEAR and seen[0][0] < origin.share:
+        near = [s for s in seen if _beside(s[2], origin)]
+        seen = near or seen
+    results = []
+    for share, force, spot in seen[:2]:
+        found = _fit_curve(fit, measurement, declared, spot, force, jobs)
+        if found is not None:
+            judged = judge(found.model, measurement, measurement.validate)
+            report(f"  curve against {spot.against} at {spot.at}: explains {share:.2f}, nrmse {judged.nrmse:.4f}")
+            results.append((found.normal.rss, share, spot, found, judged))
+    if not results:
+        return None
+    _, share, spot, found, judged = min(results, key=lambda r: r[0])
+    at, wheelset = (spot.at, spot.wheelset) if share >= CLEAR else (origin.at, origin.wheelset)
     curve = found.model.design.effects[-1]
-    n = len(spot.grid)
     yaw = spot.at.endswith("_yaw")
     z = "rad" if yaw else "m"
     return Outside(
-        spot.at, spot.wheelset, spot.against, spot.grid, np.array(curve.parameters["force"]), found.sd[-n:],
-        {"z": z, "v": f"{z}/s", "s": "m"}[spot.against], "N*m" if yaw else "N", share, found, judged,
-    )  # fmt: skip
+        at,
+        wheelset,
+        spot.against,
+        spot.grid,
+        np.array(curve.parameters["force"]),
+        np.insert(found.sd[-len(spot.grid) + 1 :], len(spot.grid) // 2, 0.0),
+        {"z": z, "v": f"{z}/s", "s": "m"}[spot.against],
+        "N*m" if yaw else "N",
+        max(share, origin.share),
+        found,
+        judged,
+    )
+
+
+def _beside(spot: _Spot, origin: Origin) -> bool:
+    """Can a curve at the spot stand for forces at the origin?"""
+    same = ("wheelset", "wheelset_yaw") if origin.at == "contact" else (origin.at,)
+    return spot.at in same and (origin.wheelset is None or spot.wheelset in (None, origin.wheelset))
+
+
+def _fit_curve(
+    fit: Fit, measurement: Measurement, declared: Model, spot: _Spot, force: Floats, jobs: int | None
+) -> Fit | None:
+    """Everything adjusted with a free curve at a spot, from the linear estimate of its points."""
+    middle = len(force) // 2  # a constant force is not seen in the band: the curve is pinned at rest
+    points = {"motion": tuple(float(x) for x in spot.grid), "force": tuple(float(x - force[middle]) for x in force)}
+    try:
+        model = fit.model.with_effect(PlacedEffect("measured_force", spot.at, spot.wheelset, points, spot.against))
+        more = [p for p in model.effect_paths() if p not in fit.free.paths and not p.endswith(f".force.{middle}")]
+        paths = [*fit.free.paths, *more]
+        return adjust(
+            model, measurement, paths, declared, ready=retarget(model, fit.targets, measurement), tolerance=1e-5,
+            most=15, jobs=jobs,
+        )  # fmt: skip
+    except ValueError:
+        return None
 
 
 def _spots(fit: Fit) -> list[_Spot]:
@@ -124,8 +155,8 @@ def _motion(fit: Fit, at: str, wheelsets: Sequence[int], against: str) -> float:
     return float(np.mean(sds)) or 1e-6
 
 
-def _explained(fit: Fit, spot: _Spot) -> float:
-    """Share of the squared residual that a free curve at a spot explains beyond the adjustable parameters."""
+def _explained(fit: Fit, spot: _Spot) -> tuple[float, Floats]:
+    """Share of the squared residual that a free curve explains beyond the adjustable parameters, and its forces."""
     adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=1)
     n = len(spot.grid)
     size = len(adjuster.columns) + 1 + n
@@ -137,17 +168,21 @@ def _explained(fit: Fit, spot: _Spot) -> float:
         base[0] = t.y - base[0]
         hats = _hats(fit, spot, t)
         if hats is None:
-            return 0.0
+            return 0.0, np.zeros(n)
         rows = np.vstack([base.reshape(len(base), -1), hats.reshape(n, -1)])
         gram += rows @ rows.T
     scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
     gram = gram * np.outer(scale, scale)
     own = len(adjuster.columns) + 1
     inner = gram[1:own, 1:own] + 1e-9 * np.eye(own - 1)
-    whole = gram[1:, 1:] + 1e-6 * np.eye(size - 1)
+    whole = gram[1:, 1:] + 1e-9 * np.eye(size - 1)
+    bend = np.diff(np.eye(n), 2, axis=0) / scale[own:]
+    whole[own - 1 :, own - 1 :] += SMOOTH * bend.T @ bend / np.mean(bend**2)
     rest = gram[0, 0] - gram[0, 1:own] @ linalg.solve(inner, gram[1:own, 0], assume_a="pos")
-    left = gram[0, 0] - gram[0, 1:] @ linalg.solve(whole, gram[1:, 0], assume_a="pos")
-    return float(1.0 - left / rest)
+    solution = linalg.solve(whole, gram[1:, 0], assume_a="pos")
+    left = gram[0, 0] - gram[0, 1:] @ solution
+    force = solution[own - 1 :] * scale[own:] / scale[0]
+    return float(1.0 - left / rest), np.asarray(force)
 
 
 def _hats(fit: Fit, spot: _Spot, target) -> Floats | None:  # type: ignore[no-untyped-def]

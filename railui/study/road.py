@@ -77,8 +77,8 @@ def _from_file(path: Path) -> Laid:
         return Laid(track, path.name, path, columns.sha256)
     spacing = float(np.clip(round(float(np.median(np.diff(columns.s))), 3), FINEST, COARSEST))
     track = equally_spaced(columns.s, *lines, spacing=spacing, conventions=columns.conventions)
-    note = f"track of the run {path.name}: its longest stretch, {track.length:.6g} m, laid anew every {spacing:g} m"
-    return Laid(track, path.name, path, columns.sha256, notes=(note,))
+    stretch = f"its longest stretch, {track.length:.6g} m, laid anew every {spacing:g} m"
+    return Laid(track, path.name, path, columns.sha256, notes=(f"track of the run {path.name}: {stretch}",))
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,11 +111,13 @@ class Road:
     def table(self, half_wheelbase: float, steps: int) -> Floats:
         """The input table for a wheelbase 2a [m] and RK4 steps per sample, see `track_table`."""
         key = (float(half_wheelbase), int(steps))
-        if key not in self._tables:
-            while len(self._tables) >= MOST_TABLES:
-                self._tables.pop(next(iter(self._tables)), None)
-            self._tables[key] = track_table(self.track, self.speed, *key)[0]
-        return self._tables[key]
+        table = self._tables.get(key)
+        if table is None:  # several threads may come here at once: each makes the same
+            table = track_table(self.track, self.speed, *key)[0]
+            for oldest in list(self._tables)[: 1 - MOST_TABLES]:
+                self._tables.pop(oldest, None)
+            self._tables[key] = table
+        return table
 
     def place(self, sample: int) -> float:
         """Distance s [m] at a sample."""

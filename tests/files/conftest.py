@@ -39,7 +39,13 @@ def record(kind: str, at: list[str], supersedes: str | None = None, **parameters
     """A record as the kernel states it; each parameter: unit, default, minimum, maximum, times."""
     keys = ("unit", "default", "minimum", "maximum", "times")
     told = [
-        {"key": key, "symbol": key[0], "origin": "", "optional": key == "blow_off", **dict(zip(keys, p, strict=True))}
+        {
+            "key": key,
+            "symbol": key[0],
+            "origin": "",
+            "optional": key == "blow_off",
+            **dict(zip(keys, p, strict=True)),
+        }
         for key, p in parameters.items()
     ]
     return {"kind": kind, "title": kind, "source": "", "at": at, "supersedes": supersedes, "parameters": told}
@@ -103,7 +109,11 @@ def run_rows(seconds: float = 20.0, rate: float = 50.0) -> dict[str, np.ndarray]
     n = round(seconds * rate)
     t, wave = np.arange(n) / rate, np.random.default_rng(0)
     names = ("yw [m]", "e1 [m]", "ay1 [m/s^2]")
-    return {"t [s]": t, "v [m/s]": np.full(n, 40.0), **{name: 1e-3 * wave.standard_normal(n) for name in names}}
+    return {
+        "t [s]": t,
+        "v [m/s]": np.full(n, 40.0),
+        **{name: 1e-3 * wave.standard_normal(n) for name in names},
+    }
 
 
 def csv(columns: dict[str, np.ndarray], separator: str = ",") -> str:

@@ -30,7 +30,12 @@ def rewritten(folder: Path, *changes: tuple[str, str]) -> Path:
 def test_what_is_left_out_takes_its_default(campaign_folder: Path) -> None:
     campaign = load_campaign(campaign_folder)
     assert (campaign.band, campaign.cut, campaign.cut_share) == ((0.3, 40.0), 2.0, 0.0)
-    assert (campaign.noise_band, campaign.material, campaign.track, campaign.sensors) == (2.5, 0.1, "unloaded", ())
+    assert (campaign.noise_band, campaign.material, campaign.track, campaign.sensors) == (
+        2.5,
+        0.1,
+        "unloaded",
+        (),
+    )
     assert len(campaign.adjust) == 17
     assert campaign.adjust[0] == "contact.leading.conicity" and campaign.adjust[-1] == "vehicle.secondary.yaw_damping"
     assert campaign.cut_of(50.0) == 2.0
@@ -52,13 +57,19 @@ def test_runs_keep_their_roles_and_the_names_they_are_given(campaign_folder: Pat
 
 def test_every_key_is_read(campaign_folder: Path, catalogue: Records) -> None:
     more = (
-        "schema: railui.campaign/1\nnoise_band: 3 m\nadjust: [contact.leading, vehicle.frame.mass, contact.leading.roll]\n"
-        "band: [0.5 Hz, 20 Hz]\ncut: 3 s\nmaterial: 0.2\nsensors: [{kind: sensor_offset, at: e1, offset: 0.2 mm}]\n"
-        "track: loaded\n"
+        "schema: railui.campaign/1\nnoise_band: 3 m\n"
+        "adjust: [contact.leading, vehicle.frame.mass, contact.leading.roll]\n"
+        "band: [0.5 Hz, 20 Hz]\ncut: 3 s\nmaterial: 0.2\n"
+        "sensors: [{kind: sensor_offset, at: e1, offset: 0.2 mm}]\ntrack: loaded\n"
     )
     campaign = load_campaign(rewritten(campaign_folder, ("", more)), catalogue)
     assert campaign.adjust[-1] == "vehicle.frame.mass" and len(campaign.adjust) == 7
-    assert (campaign.noise_band, campaign.band, campaign.cut, campaign.material) == (3.0, (0.5, 20.0), 3.0, 0.2)
+    assert (campaign.noise_band, campaign.band, campaign.cut, campaign.material) == (
+        3.0,
+        (0.5, 20.0),
+        3.0,
+        0.2,
+    )
     assert campaign.sensors[0].parameters == {"offset": 0.2e-3}
     assert campaign.track == "loaded"
 
@@ -69,7 +80,10 @@ def test_every_fault_is_told_at_once_at_its_place(campaign_folder: Path, catalog
         ("run_a.csv", "run_A.csv"),
         ("role: validate", "role: judge"),
         ("e1: 0.05 mm, rf: 0.3 mrad/s", "e1: 0.05 kg, t: 1 ms, e3: 1, ay1: -1"),
-        ("", "adjust: [contact.leadin, vehicle.primary]\nband: [40 Hz, 0.3 Hz]\ncut: 60 %\nmaterial: 2\ntrack: lost\n"),
+        (
+            "",
+            "adjust: [contact.leadin, vehicle.primary]\nband: [40 Hz, 0.3 Hz]\ncut: 60 %\nmaterial: 2\ntrack: lost\n",
+        ),
         ("", "sensors: [{kind: sensor_gain, at: e2}, {kind: free_play, at: primary_lateral}]\nbends: 3\n"),
     )
     found = told(lambda: load_campaign(campaign_folder, catalogue))
@@ -97,7 +111,10 @@ def test_faults_of_the_vehicle_are_told_with_the_vehicle_s_name(campaign_folder:
     vehicle = campaign_folder / "vehicle.yaml"
     vehicle.write_text(vehicle.read_text().replace("55 kN", "55 m"))
     rewritten(campaign_folder, ("", "cut: 2 m\n"))
-    assert [Path(p.file).name for p in told(lambda: load_campaign(campaign_folder))] == ["campaign.yaml", "vehicle.yaml"]
+    assert [Path(p.file).name for p in told(lambda: load_campaign(campaign_folder))] == [
+        "campaign.yaml",
+        "vehicle.yaml",
+    ]
 
 
 def test_a_run_that_adjusts_cannot_judge(campaign_folder: Path, told: Told) -> None:
@@ -138,6 +155,14 @@ def test_a_rig_holds_its_mass_and_compares_without_a_band(rig_folder: Path) -> N
 
 def test_noise_of_a_rig_is_in_the_units_of_its_run(rig_folder: Path) -> None:
     assert load_campaign(rig_folder).noise == {"z": 0.01, "u": 0.002}
+
+
+def test_noise_of_a_rate_follows_the_unit_of_the_motion(rig_folder: Path) -> None:
+    for name in ("run_a.csv", "run_b.csv"):
+        path = rig_folder / name
+        path.write_text(path.read_text().replace("u [V]", "az [m/s^2]"))
+    rewritten(rig_folder, ("u: 2 mV", "az: 5 mm/s^2"))
+    assert load_campaign(rig_folder).noise == pytest.approx({"z": 0.01, "az": 5.0})
 
 
 def test_a_rig_may_free_its_mass_but_not_everything(rig_folder: Path, told: Told) -> None:

@@ -55,7 +55,11 @@ def test_a_design_of_the_documents_loads_with_its_effects(bogie: str, catalogue:
 def test_riding_defaults_depend_on_the_use(bogie: str, use: str, journey: float, weight: float) -> None:
     riding = parse_design(f"{bogie}riding: {{use: {use}}}\n").riding
     assert (riding.journey, riding.comfort_weight) == (journey, weight)
-    assert (riding.admissible_flange_fraction, riding.floor_frequency, riding.floor_damping) == (0.05, 1.2, 0.2)
+    assert (riding.admissible_flange_fraction, riding.floor_frequency, riding.floor_damping) == (
+        0.05,
+        1.2,
+        0.2,
+    )
     assert riding.cushion_frequency is None
 
 
@@ -147,7 +151,9 @@ def test_wheels_that_carry_less_than_the_bogie_weighs_give_a_warning(bogie: str)
 
 
 @pytest.mark.parametrize(("mass", "warned"), [("15.8 t", False), ("10 t", True), ("25 t", True)])
-def test_with_a_declared_coach_the_balance_goes_both_ways(bogie: str, catalogue: Records, mass: str, warned: bool) -> None:
+def test_with_a_declared_coach_the_balance_goes_both_ways(
+    bogie: str, catalogue: Records, mass: str, warned: bool
+) -> None:
     text = f"{bogie}effects: [{{kind: coach_mode, mass: {mass}}}]\n"
     assert bool(parse_design(text, catalogue=catalogue).warnings) is warned
 
@@ -193,7 +199,9 @@ def test_an_unknown_path_names_the_nearest(bogie: str, told: Told) -> None:
 
 def test_overrides_are_checked_and_leave_the_original_alone(bogie: str, told: Told) -> None:
     design = parse_design(bogie)
-    changed = design.with_values({"vehicle.primary.lateral_stiffness": "4 kN/m", "riding.use": "local", "riding.journey": "2 h"})
+    changed = design.with_values(
+        {"vehicle.primary.lateral_stiffness": "4 kN/m", "riding.use": "local", "riding.journey": "2 h"}
+    )
     assert changed.value("vehicle.primary.lateral_stiffness") == 4000.0
     assert (changed.riding.journey, changed.riding.comfort_weight) == (7200.0, 0.4)
     assert design.value("vehicle.primary.lateral_stiffness") == 3e6
@@ -251,12 +259,16 @@ def test_an_adjustment_holds_names_and_covariance(bogie: str) -> None:
     assert adjustment.covariance == ((1e-4, 0.5), (0.5, 2500.0))
 
 
-@pytest.mark.parametrize("covariance", ["[[1, 2]]", "[[1, 2], [3, 4]]", "[[-1, 0], [0, 1]]", "[[.nan, 0], [0, 1]]", "[[1], [1]]"])
+@pytest.mark.parametrize(
+    "covariance", ["[[1, 2]]", "[[1, 2], [3, 4]]", "[[-1, 0], [0, 1]]", "[[.nan, 0], [0, 1]]", "[[1], [1]]"]
+)
 def test_a_covariance_that_is_none_is_refused(bogie: str, covariance: str, told: Told) -> None:
     assert told(lambda: parse_design(bogie + ADJUSTED % covariance))[0].key == "adjustment.covariance"
 
 
 def test_resolved_designs_differ_where_they_do_something_else(bogie: str) -> None:
     design: Design = parse_design(bogie)
-    assert design.resolved() == parse_design(bogie.replace("55 kN", "55000 N").replace("test bogie", "other")).resolved()
+    assert (
+        design.resolved() == parse_design(bogie.replace("55 kN", "55000 N").replace("test bogie", "other")).resolved()
+    )
     assert design.resolved() != design.with_values({"contact.spin_creep": 0.3}).resolved()

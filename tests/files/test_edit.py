@@ -65,9 +65,7 @@ def test_a_text_block_is_replaced_whole() -> None:
     assert edit_values("a: |\n  one\n  two\nb: 1\n", {"a": "three"}) == "a: three\nb: 1\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "path"), [("l: &a {x: 1}\nt: *a\n", "t.x"), ("a: [1]\n", "a.3"), ("a: b\n", "a.c")]
-)
+@pytest.mark.parametrize(("text", "path"), [("l: &a {x: 1}\nt: *a\n", "t.x"), ("a: [1]\n", "a.3"), ("a: b\n", "a.c")])
 def test_what_cannot_be_edited_is_refused(text: str, path: str, told: Told) -> None:
     assert told(lambda: edit_values(text, {path: 2}))[0].key == path
 
@@ -88,7 +86,7 @@ def test_a_saved_design_is_the_same_design(bogie: str, catalogue: Records, tmp_p
         "effects:\n  - {kind: free_play, at: primary_lateral, wheelset: 2, half_width: 0.3 mm}\n"
         "  - {kind: measured_force, at: secondary_yaw, against: v, motion: [0, 1], force: [0, 3.3]}\n"
         "riding: {use: local, journey: 20 min}\n"
-        "adjustment: {campaign: a b, sha256: \"00e1\", names: [effects.0.half_width], covariance: [[1.5e-9]]}\n"
+        'adjustment: {campaign: a b, sha256: "00e1", names: [effects.0.half_width], covariance: [[1.5e-9]]}\n'
     )
     design = parse_design(text, catalogue=catalogue)
     path = save_design(design, tmp_path / "adjusted.yaml")

@@ -54,7 +54,8 @@ def test_numbers_are_si_whatever_their_unit(with_effects: Callable[[str], Design
     design = with_effects(
         "  - {kind: free_play, at: primary_yaw, half_width: 0.3 mrad}\n"
         "  - {kind: quadratic_damper, at: secondary_yaw, damping: 2 kN*m*s^2/rad^2}\n"
-        "  - {kind: maxwell_damper, at: secondary_lateral, stiffness: 5 MN/m, damping: 20 kN*s/m, blow_off: 8 kN}\n"
+        "  - {kind: maxwell_damper, at: secondary_lateral, stiffness: 5 MN/m, damping: 20 kN*s/m,"
+        " blow_off: 8 kN}\n"
     )
     assert [dict(e.parameters) for e in design.effects] == [
         {"half_width": 0.3e-3},
@@ -64,10 +65,15 @@ def test_numbers_are_si_whatever_their_unit(with_effects: Callable[[str], Design
     assert design.unit("effects.2.blow_off") == "N"
 
 
-def test_a_parameter_left_out_is_a_multiple_of_the_declared_spring(with_effects: Callable[[str], Design]) -> None:
+def test_a_parameter_left_out_is_a_multiple_of_the_declared_spring(
+    with_effects: Callable[[str], Design],
+) -> None:
     design = with_effects("  - {kind: spring, at: primary_lateral}\n  - {kind: maxwell_damper, at: secondary_yaw}\n")
     assert design.effects[0].parameters == {"stiffness": 2 * 3e6}
-    assert design.effects[1].parameters == {"stiffness": 2e5, "damping": 2e4}  # the optional blow-off stays off
+    assert design.effects[1].parameters == {
+        "stiffness": 2e5,
+        "damping": 2e4,
+    }  # the optional blow-off stays off
 
 
 def test_a_place_that_is_the_only_one_may_be_left_out(with_effects: Callable[[str], Design]) -> None:
@@ -155,7 +161,10 @@ def test_effects_added_by_a_program_are_checked_too(bogie: str, catalogue: Recor
     play = PlacedEffect("free_play", "primary_lateral", 2, {"half_width": 4e-4})
     assert design.with_effects([play]).effects == (play,)
     assert told(lambda: design.with_effects([play, play]))[0].key == "effects.1"
-    assert design.with_effects([play]).with_values({"effects.0.half_width": "0.5 mm"}).value("effects.0.half_width") == 5e-4
+    assert (
+        design.with_effects([play]).with_values({"effects.0.half_width": "0.5 mm"}).value("effects.0.half_width")
+        == 5e-4
+    )
 
 
 def test_the_record_of_an_effect_tells_unit_and_range(with_effects: Callable[[str], Design]) -> None:

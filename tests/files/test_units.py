@@ -13,8 +13,26 @@ from railui.files.numbers import like, number_text, scalar_text
 from railui.files.units import UnitError, convert, parse_unit, quantity, split
 from railui.files.yaml_nodes import scalar
 
-SI = ["m", "kg", "s", "N", "N/m", "N*m/rad", "N*s/m", "N*m*s/rad", "kg*m^2", "rad", "rad/s", "m/s", "m/s^2", "Hz", "1", "1/m",
-      "1/m^2", "N*s^2/m^2"]  # fmt: skip
+SI = [
+    "m",
+    "kg",
+    "s",
+    "N",
+    "N/m",
+    "N*m/rad",
+    "N*s/m",
+    "N*m*s/rad",
+    "kg*m^2",
+    "rad",
+    "rad/s",
+    "m/s",
+    "m/s^2",
+    "Hz",
+    "1",
+    "1/m",
+    "1/m^2",
+    "N*s^2/m^2",
+]
 finite = st.floats(min_value=1e-12, max_value=1e12) | st.floats(min_value=-1e12, max_value=-1e-12)
 
 
@@ -53,7 +71,14 @@ def test_a_yaw_stiffness_may_leave_the_radian_out() -> None:
 
 @pytest.mark.parametrize(
     ("text", "unit"),
-    [("3 kN", "N*m"), ("3 N*m/rad", "N*m"), ("2 rad/s", "Hz"), ("2 Hz", "rad/s"), ("5 kg", "N"), ("1 m", "1")],
+    [
+        ("3 kN", "N*m"),
+        ("3 N*m/rad", "N*m"),
+        ("2 rad/s", "Hz"),
+        ("2 Hz", "rad/s"),
+        ("5 kg", "N"),
+        ("1 m", "1"),
+    ],
 )
 def test_another_dimension_is_refused_with_an_example(text: str, unit: str) -> None:
     with pytest.raises(UnitError) as caught:
@@ -62,7 +87,9 @@ def test_another_dimension_is_refused_with_an_example(text: str, unit: str) -> N
     quantity(caught.value.remedy.split("'")[1], unit)  # what it proposes can be read
 
 
-@pytest.mark.parametrize("text", ["3 m/", "3 (m", "3 m^", "3 m^99", "3 *m", "3 m*", "3 foo", "7,5 mm", "x", "", "1e999 m"])
+@pytest.mark.parametrize(
+    "text", ["3 m/", "3 (m", "3 m^", "3 m^99", "3 *m", "3 m*", "3 foo", "7,5 mm", "x", "", "1e999 m"]
+)
 def test_what_is_no_quantity_is_refused(text: str) -> None:
     with pytest.raises(UnitError):
         quantity(text, "m")
@@ -98,7 +125,14 @@ def test_display_brings_the_number_near_one(value: float, unit: str) -> None:
 
 @given(finite, st.sampled_from(["mm", "km/h", "kN*s/m", "MN*m/rad", "mrad/s", "t", "min", "deg"]))
 def test_a_value_converted_there_and_back_is_the_same(value: float, unit: str) -> None:
-    si = {"mm": "m", "km/h": "m/s", "kN*s/m": "N*s/m", "MN*m/rad": "N*m/rad", "mrad/s": "rad/s", "t": "kg"}.get(unit)
+    si = {
+        "mm": "m",
+        "km/h": "m/s",
+        "kN*s/m": "N*s/m",
+        "MN*m/rad": "N*m/rad",
+        "mrad/s": "rad/s",
+        "t": "kg",
+    }.get(unit)
     target = si or {"min": "s", "deg": "rad"}[unit]
     assert convert(convert(value, target, unit), unit, target) == pytest.approx(value, rel=1e-14)
 

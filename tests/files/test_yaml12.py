@@ -19,12 +19,35 @@ Told = Callable[[Callable[[], object]], list[Problem]]
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("1e6", 1e6), ("on", "on"), ("off", "off"), ("yes", "yes"), ("no", "no"), ("y", "y"), ("true", True), ("False", False),
-        ("0o17", 15), ("017", 17), ("0x1F", 31), ("1_000", "1_000"), ("1:30", "1:30"), ("2001-01-01", "2001-01-01"), ("~", None),
-        ("null", None), (".5", 0.5), ("-2.", -2.0), ("+3", 3), (".inf", float("inf")), ("5 mm", "5 mm"), ("=", "="), ("<<", "<<"),
-        ("'5'", "5"), ('"on"', "on"), ("!!str 5", "5"), ("!!float 3", 3.0),
+        ("1e6", 1e6),
+        ("on", "on"),
+        ("off", "off"),
+        ("yes", "yes"),
+        ("no", "no"),
+        ("y", "y"),
+        ("true", True),
+        ("False", False),
+        ("0o17", 15),
+        ("017", 17),
+        ("0x1F", 31),
+        ("1_000", "1_000"),
+        ("1:30", "1:30"),
+        ("2001-01-01", "2001-01-01"),
+        ("~", None),
+        ("null", None),
+        (".5", 0.5),
+        ("-2.", -2.0),
+        ("+3", 3),
+        (".inf", float("inf")),
+        ("5 mm", "5 mm"),
+        ("=", "="),
+        ("<<", "<<"),
+        ("'5'", "5"),
+        ('"on"', "on"),
+        ("!!str 5", "5"),
+        ("!!float 3", 3.0),
     ],
-)  # fmt: skip
+)
 def test_scalars_follow_the_core_schema_of_yaml_1_2(text: str, value: object) -> None:
     read = parse(f"a: {text}").value["a"]
     assert read == value and type(read) is type(value)
@@ -51,12 +74,21 @@ def test_every_duplicate_key_is_told_at_once(told: Told) -> None:
 @pytest.mark.parametrize(
     ("text", "line", "column"),
     [
-        ("a: [1", 2, 1), ("a: *x", 1, 4), ("---\na: 1\n---\nb: 2", 3, 1), ("", 1, 1), ("# nothing\n", 1, 1),
-        ("a: !!python/object:os.system {}", 1, 4), ("a: !mine 1", 1, 4), ("? [a, b]\n: 1", 1, 3), ("a:\tb: c", 1, 5),
+        ("a: [1", 2, 1),
+        ("a: *x", 1, 4),
+        ("---\na: 1\n---\nb: 2", 3, 1),
+        ("", 1, 1),
+        ("# nothing\n", 1, 1),
+        ("a: !!python/object:os.system {}", 1, 4),
+        ("a: !mine 1", 1, 4),
+        ("? [a, b]\n: 1", 1, 3),
+        ("a:\tb: c", 1, 5),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_plain_yaml_is_refused_where_it_stands(text: str, line: int, column: int, told: Told) -> None:
-    assert [(p.line, p.column) for p in told(lambda: parse(text + ("\n" if text == "a: [1" else "")))] == [(line, column)]
+    assert [(p.line, p.column) for p in told(lambda: parse(text + ("\n" if text == "a: [1" else "")))] == [
+        (line, column)
+    ]
 
 
 def test_an_anchor_may_be_used_again() -> None:
@@ -112,7 +144,11 @@ def test_marks_are_the_same_without_the_compiled_parser(monkeypatch: pytest.Monk
 
 
 plain = st.recursive(
-    st.none() | st.booleans() | st.integers(-(10**9), 10**9) | st.floats(allow_nan=False) | st.sampled_from(["on", "a b", "1e", "x: y"]),
+    st.none()
+    | st.booleans()
+    | st.integers(-(10**9), 10**9)
+    | st.floats(allow_nan=False)
+    | st.sampled_from(["on", "a b", "1e", "x: y"]),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from("abcd"), inner, max_size=3),
     max_leaves=12,
 )

@@ -127,10 +127,13 @@ class Bogie:
 
     def motion(self, place: str, q: Array, coach: Array | float = 0.0) -> Array:
         """Motion (of rates: rate) at a place [row, vehicle]."""
+        found: Array
         if place == "primary_lateral":
-            return q[2:4] - q[0] - self.arms * q[1]
+            found = q[2:4] - q[0] - self.arms * q[1]
+            return found
         if place == "primary_yaw":
-            return q[4:6] - q[1]
+            found = q[4:6] - q[1]
+            return found
         if place == "linkage":
             return q[4:5] + q[5:6]
         if place == "secondary_lateral":

@@ -59,15 +59,14 @@ class Order:
     wander: float = 1.15  # m/s: standard deviation of the speed within a run
     seconds: tuple[float, float] = (70.0, 45.0)
     rate: float = 200.0  # samples per second
-    noise: Mapping[str, float] = field(
-        default_factory=dict
-    )  # standard deviations other than NOISE's; 0: none
+    noise: Mapping[str, float] = field(default_factory=dict)  # standard deviations other than NOISE's; 0: none
     noise_band: float = 2.5  # m
     coloured: float = 0.0  # s: correlation time of the sensors' noise
     unmeasured: float = 0.0  # N: standard deviation of a random force on the frame
     columns: Sequence[str] = ()  # beyond the usual ones: psi1, psi2, Qy, Qpsi
     declared: Vehicle = DECLARED
     vehicle: Vehicle | None = None  # the true one; drawn round the declared where None
+    centre: Mapping[str, float] = field(default_factory=dict)  # letter to factor: kappa_x 0.65 on worn rails
     steps: int | None = None
 
 
@@ -95,8 +94,10 @@ def drawn(order: Order, attempt: int = 0) -> Vehicle:
     if order.vehicle is not None:
         return order.vehicle
     rng = np.random.default_rng([order.seed, 11, attempt])
+    d = order.declared
+    for x, factor in order.centre.items():
+        d = replace(d, **{x: _times(getattr(d, x), factor)})
     for _ in range(200):
-        d = order.declared
         letters: dict[str, Any] = {x: getattr(d, x) * (1.0 + rng.uniform(-w, w)) for x, w in SPREAD.items()}
         for x, w in SPREAD_BY_WHEELSET.items():  # mostly common to both wheelsets, a fifth their own
             both, own = rng.uniform(-0.8 * w, 0.8 * w), rng.uniform(-0.2 * w, 0.2 * w, 2)
@@ -105,6 +106,10 @@ def drawn(order: Order, attempt: int = 0) -> Vehicle:
         if min(decay(vehicle, v + 2.0 * order.wander) for v in order.speeds) > DECAY:
             return vehicle
     raise ValueError(f"no stable vehicle near the declared one at {order.speeds} m/s: lower the speeds")
+
+
+def _times(value: Any, factor: float) -> Any:
+    return tuple(x * factor for x in value) if isinstance(value, tuple) else value * factor
 
 
 def _prepare(order: Order, attempt: int) -> tuple[Vehicle, list[Table], list[list[Effect]]]:
@@ -121,15 +126,16 @@ def campaigns(orders: Sequence[Order]) -> list[Campaign]:
     """Many campaigns at once, side by side where they take the same steps; raises where all tries derail."""
     done: dict[int, Campaign] = {}
     for attempt in range(6):
-        pending = {k: _prepare(order, attempt) for k, order in enumerate(orders) if k not in done}
-        by_steps: dict[int, list[int]] = {}
+        open_ones = [k for k, x in enumerate(orders) if k not in done and (x.vehicle is None or not attempt)]
+        pending = {k: _prepare(orders[k], attempt) for k in open_ones}
+        alike: dict[tuple[int, float], list[int]] = {}
         for k, (vehicle, tables, effects) in pending.items():
             n = orders[k].steps or max(
                 steps_for(Bogie([vehicle], [e]), float(run.v.min()), 1.0 / orders[k].rate)
                 for run, e in zip(tables, effects, strict=True)
             )
-            by_steps.setdefault(n, []).append(k)
-        for n, members in by_steps.items():
+            alike.setdefault((n, orders[k].rate), []).append(k)
+        for (n, _), members in alike.items():
             vehicles = [pending[k][0] for k in members for _ in (0, 1)]
             tables = [run for k in members for run in pending[k][1]]
             effects = [one for k in members for one in pending[k][2]]
@@ -141,9 +147,7 @@ def campaigns(orders: Sequence[Order]) -> list[Campaign]:
         if len(done) == len(orders):
             return [done[k] for k in range(len(orders))]
     missing = [orders[k].name for k in range(len(orders)) if k not in done]
-    raise ArithmeticError(
-        f"{', '.join(missing)}: derails with every vehicle drawn; weaken the effects or the track"
-    )
+    raise ArithmeticError(f"{', '.join(missing)}: derails with every vehicle drawn; weaken the effects or the track")
 
 
 def campaign(order: Order) -> Campaign:
@@ -224,9 +228,7 @@ def main(words: Sequence[str] | None = None) -> None:
     """The command line."""
     p = argparse.ArgumentParser(prog="python -m tests.truth.campaign", description=__doc__)
     p.add_argument("out", type=Path)
-    p.add_argument(
-        "--effect", action="append", default=[], metavar='"KIND at=PLACE wheelset=1 NAME=NUMBER ..."'
-    )
+    p.add_argument("--effect", action="append", default=[], metavar='"KIND at=PLACE wheelset=1 NAME=NUMBER ..."')
     p.add_argument("--seed", type=int, default=0)
     p.add_argument("--name")
     p.add_argument("--track", choices=["low", "high"], default="low")
@@ -236,10 +238,9 @@ def main(words: Sequence[str] | None = None) -> None:
     p.add_argument("--coloured", type=float, default=0.0, metavar="SECONDS")
     p.add_argument("--unmeasured", type=float, default=0.0, metavar="NEWTON")
     p.add_argument("--columns", nargs="*", default=[], choices=["psi1", "psi2", "Qy", "Qpsi"])
+    p.add_argument("--centre", default="", metavar="kappa_x=0.65,kappa_y=0.65", help="where the draw is centred")
     p.add_argument("--as-declared", action="store_true", help="the true vehicle is the declared one")
-    p.add_argument(
-        "--truth", type=Path, help="where the truth goes; not beside the campaign, tracers might peek"
-    )
+    p.add_argument("--truth", type=Path, help="where the truth goes; not beside the campaign, tracers might peek")
     given = p.parse_args(words)
     order = Order(
         effects=[parse(text) for text in given.effect],
@@ -252,6 +253,7 @@ def main(words: Sequence[str] | None = None) -> None:
         coloured=given.coloured,
         unmeasured=given.unmeasured,
         columns=given.columns,
+        centre={x: float(w) for x, w in (pair.split("=") for pair in given.centre.split(",") if pair)},
         vehicle=DECLARED if given.as_declared else None,
     )
     write(campaign(order), given.out, given.truth)

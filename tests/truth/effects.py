@@ -85,9 +85,7 @@ KINDS: dict[str, Kind] = {
         silent=False,
     ),
     "rail_flexibility": Kind(("track",), ("stiffness", "damping"), cycle="loss"),
-    "run_out": force(
-        laws.run_out, "force", "rolling_radius", at=("wheelset",), optional={"phase": 0.0}, silent=False
-    ),
+    "run_out": force(laws.run_out, "force", "rolling_radius", at=("wheelset",), optional={"phase": 0.0}, silent=False),
     "steady_force": force(laws.steady_force, "force", at=("frame", "frame_yaw"), odd=False, silent=False),
     "coach_mode": Kind(
         ("secondary_lateral",), ("mass", "stiffness", "damping"), supersedes="spring and damper", cycle="loss"
@@ -126,9 +124,7 @@ KINDS: dict[str, Kind] = {
     "fading_damper": stranger(
         outside.fading_damper, "damping", "energy", at=SUSPENSIONS, optional={"cooling": 20.0}, states=1
     ),
-    "hung_mass": stranger(
-        outside.hung_mass, "mass", "stiffness", "damping", at=("frame", "frame_yaw"), states=2
-    ),
+    "hung_mass": stranger(outside.hung_mass, "mass", "stiffness", "damping", at=("frame", "frame_yaw"), states=2),
 }
 
 

@@ -68,9 +68,7 @@ WHEEL = {
 
 def paths(vehicle: Vehicle) -> dict[str, float]:
     """Every number of a vehicle under its name in design files."""
-    found = {
-        f"{group}.{name}": getattr(vehicle, x) for group, names in BODY.items() for name, x in names.items()
-    }
+    found = {f"{group}.{name}": getattr(vehicle, x) for group, names in BODY.items() for name, x in names.items()}
     for i, wheelset in enumerate(("leading", "trailing")):
         found |= {f"contact.{wheelset}.{name}": getattr(vehicle, x)[i] for name, x in WHEEL.items()}
     rest = {"vehicle.wheel_load": vehicle.N, "contact.spin_creep": vehicle.kappa_s}
@@ -138,7 +136,5 @@ def write_run(path: Path, run: Mapping[str, Array], units: Mapping[str, str], ti
 
 def facts_text(facts: Mapping[str, Any]) -> str:
     """YAML of one line a fact, each value as JSON."""
-    lines = [
-        f"{k}: {json.dumps(x, default=lambda array: np.asarray(array).tolist())}" for k, x in facts.items()
-    ]
+    lines = [f"{k}: {json.dumps(x, default=lambda array: np.asarray(array).tolist())}" for k, x in facts.items()]
     return "\n".join(lines) + "\n"

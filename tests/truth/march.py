@@ -34,9 +34,7 @@ def steps_for(bogie: Bogie, V: float, dt: float, product: float = 1.2) -> int:
     return max(2, int(np.ceil(worst * dt / product)))
 
 
-def march(
-    bogie: Bogie, roads: Sequence[Road], steps: int, state: Array | None = None
-) -> tuple[Array, Array, Array]:
+def march(bogie: Bogie, roads: Sequence[Road], steps: int, state: Array | None = None) -> tuple[Array, Array, Array]:
     """States, accelerations and coach forces at the samples: [sample, row, vehicle].
 
     All runs share the times of the longest one; state: [row, vehicle] in the order inside.
@@ -97,6 +95,9 @@ def simulate_many(
     state: Array | None = None,
 ) -> list[dict[str, Array]]:
     """Channels of each vehicle on its own table; state [12] or [12, vehicle]: q then q', model order."""
+    longest = max((run.t for run in tables), key=len)
+    if not all(np.allclose(run.t, longest[: len(run.t)], rtol=0.0, atol=1e-9) for run in tables):
+        raise ValueError("runs side by side share their sample times; simulate the others apart")
     effects = [[] for _ in vehicles] if effects is None else effects
     drives = [" ".join(w for w, q in (("y", t.Qy), ("psi", t.Qpsi)) if q is not None) for t in tables]
     bogie = Bogie(vehicles, effects, drives)

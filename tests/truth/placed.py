@@ -73,9 +73,7 @@ class Group:
         return self.kind.states, self.rows.stop - self.rows.start, len(self.p["k0"])
 
 
-def grouped(
-    batch: Sequence[Sequence[Effect]], declared: Callable[[int, str], tuple[float, float]]
-) -> list[Group]:
+def grouped(batch: Sequence[Sequence[Effect]], declared: Callable[[int, str], tuple[float, float]]) -> list[Group]:
     """Force effects of a batch gathered by kind and place; declared(k, place): spring and damper there."""
     found: dict[tuple[str, str, slice | int, int], list[tuple[int, Effect]]] = {}
     for k, effects in enumerate(batch):
@@ -88,17 +86,13 @@ def grouped(
     return [_group(members, len(batch), declared) for members in found.values()]
 
 
-def _group(
-    members: list[tuple[int, Effect]], size: int, declared: Callable[[int, str], tuple[float, float]]
-) -> Group:
+def _group(members: list[tuple[int, Effect]], size: int, declared: Callable[[int, str], tuple[float, float]]) -> Group:
     first, filled = members[0][1], [one.filled() for _, one in members]
     who = [k for k, _ in members]
     p: dict[str, Any] = {"at": first.at}
     for name in filled[0]:
         values = [f[name] for f in filled]
-        p[name] = (
-            values if isinstance(values[0], str | list | tuple | np.ndarray) else np.array(values, float)
-        )
+        p[name] = values if isinstance(values[0], str | list | tuple | np.ndarray) else np.array(values, float)
     p["k0"], p["c0"] = (np.array(x, float) for x in zip(*(declared(k, first.at) for k in who), strict=True))
     if first.kind == "frame_rumble":
         p["harmonics"] = [_rumble(f["highest"], int(f["seed"])) for f in filled]

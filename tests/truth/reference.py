@@ -108,9 +108,7 @@ def corners(bogie: Bogie, road: Road, effects: Sequence[Effect]) -> list[Event]:
         return e
 
     def at(place: str, i: int) -> Callable[[float, Array], float]:
-        return lambda t, x: float(
-            bogie.motion(place, x[:6, None], x[bogie.coach][:1] if bogie.coached else 0.0)[i, 0]
-        )
+        return lambda t, x: float(bogie.motion(place, x[:6, None], x[bogie.coach][:1] if bogie.coached else 0.0)[i, 0])
 
     for i in (0, 1):
         if np.isfinite(bogie.contact.c["h"][i, 0]):

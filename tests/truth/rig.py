@@ -202,9 +202,7 @@ def main(words: Sequence[str] | None = None) -> None:
     given = p.parse_args(words)
     known = [text if "at=" in text else f"{text} at=rig" for text in given.effect]
     bench = Bench([parse(text) for text in known], given.seed, free=given.free, noise=given.noise)
-    true = write(
-        replace(bench, name=given.out.name, declared=replace(bench.declared, input=given.input)), given.out
-    )
+    true = write(replace(bench, name=given.out.name, declared=replace(bench.declared, input=given.input)), given.out)
     print(f"true: stiffness {true.k:.6g}, damping {true.c:.6g}, gain {true.gain:.6g}")
 
 

@@ -27,9 +27,7 @@ class Table:
     Qpsi: Array | None = None
 
 
-def table(
-    v: float, yw: Array, phiw: Array | None = None, gauge: Array | None = None, rate: float = 200.0
-) -> Table:
+def table(v: float, yw: Array, phiw: Array | None = None, gauge: Array | None = None, rate: float = 200.0) -> Table:
     """A run at constant speed v [m/s] with `rate` samples a second."""
     t = np.arange(len(yw)) / rate
     rest = np.zeros(len(yw))
@@ -79,7 +77,7 @@ class Road:
         out = np.zeros((len(t), WIDTH))
         for i, behind in enumerate((0.0, 2.0 * self.a)):
             here = np.maximum(s - behind, run.s[0])
-            moving = v * ((s - behind >= run.s[0]) & (t <= run.t[-1]))
+            moving = v * ((s - behind >= run.s[0]) & (t <= run.t[-1] + 1e-9))
             (yw, phiw, g), (dyw, dphiw, _) = self.rails(here).T, self.slopes(here).T
             out[:, 0 + i], out[:, 2 + i] = yw + self.r * phiw, moving * (dyw + self.r * dphiw)
             out[:, 4 + i], out[:, 6 + i] = phiw, moving * dphiw

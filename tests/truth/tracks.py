@@ -89,9 +89,7 @@ def quantities(level: str, length: float, seed: int, scale: float = 1.0) -> dict
     }
 
 
-def speed_profile(
-    mean: float, t: Array, rng: np.random.Generator, spread: float = 1.15
-) -> tuple[Array, Array]:
+def speed_profile(mean: float, t: Array, rng: np.random.Generator, spread: float = 1.15) -> tuple[Array, Array]:
     """Speed [m/s] that wanders round its mean below 0.5 m/s^2, and its exact integral [m] from t = 0."""
     period = np.array([1.0, 0.5, 0.3]) * rng.uniform(0.8, 1.2, 3) * max(float(t[-1]), 30.0)
     omega, phase = 2.0 * np.pi / period, rng.uniform(0.0, 2.0 * np.pi, 3)

@@ -2,8 +2,6 @@
 pub mod effect;
 #[cfg(test)]
 mod laws;
-#[cfg(test)]
-mod laws;
 
 use crate::lanes::{Lanes, Part};
 use effect::{Creep, Effect, Force, Numbers, Record, Rolling, RollingRadius, Site, Slopes};

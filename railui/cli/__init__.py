@@ -1,0 +1,98 @@
+"""The batch door: one command per question, each in a file of its own that is read when it is asked for."""
+
+from __future__ import annotations
+
+import importlib
+import shlex
+import sys
+from typing import Any
+
+import click
+
+# what each command answers; its file is read when it runs, so that --help is quick
+COMMANDS = {
+    "check": "Every problem of any of our files, with its place and remedy.",
+    "effects": "The catalogue of effects that the linear model lacks.",
+    "track": "A synthetic track, or what a track contains.",
+    "ride": "The riding quality of a design on a track.",
+    "adjust": "Adjust a model's parameters to a measured campaign.",
+    "loop": "Adjust, trace what the model lacks, add it, adjust again, report.",
+    "optimise": "Search for better suspensions.",
+    "bench": "How quick the kernel is on this machine.",
+}
+FAILED, WRONG, INTERRUPTED = 1, 2, 130
+
+
+class Door(click.Group):
+    """A group whose commands are read when they are called, and whose errors end with their exit codes."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name not in COMMANDS:
+            return None
+        found: click.Command = importlib.import_module(f"{__name__}.{name}").command
+        return found
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            from railui.files.problems import nearest
+
+            ctx.fail(f"no command {args[0]!r}, {nearest(args[0], COMMANDS)}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        ctx.meta["railui.words"] = list(args)
+        return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            again = shlex.join(["railui", *ctx.meta["railui.words"]])
+            click.echo(f"\ninterrupted; the same again: {again}", err=True)
+            ctx.exit(INTERRUPTED)
+        except (ValueError, RuntimeError, OSError) as error:
+            # click's own errors and exits are RuntimeErrors of their kind
+            if isinstance(error, click.exceptions.Exit | click.Abort | BrokenPipeError):
+                raise
+            if ctx.meta.get("railui.verbose", 0):
+                import traceback
+
+                traceback.print_exc(file=sys.stderr)
+            ctx.exit(_told(error))
+
+
+def _told(error: Exception) -> int:
+    """Tells an error on stderr; returns the exit code that it has."""
+    from railui.files.problems import FileProblems
+    from railui.files.units import UnitError
+
+    if isinstance(error, FileProblems):
+        for problem in error.problems:
+            click.echo(str(problem), err=True)
+        return WRONG
+    click.echo(f"railui: {error}", err=True)
+    return WRONG if isinstance(error, UnitError) else FAILED
+
+
+@click.group(cls=Door, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="railui", prog_name="railui")
+@click.pass_context
+def cli(ctx: click.Context) -> None:
+    """Bogie suspensions designed on models that measurement has corrected.
+
+    \b
+    stdout is data, stderr is narration. Numbers are SI or carry a unit ("144 km/h").
+    Exit codes: 0 done, 1 failed, 2 wrong use or a wrong file, 3 may work later,
+    4 done but a limit is violated, 130 interrupted.
+    """
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())

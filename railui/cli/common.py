@@ -1,0 +1,190 @@
+"""What all commands share: options, overrides, the envelope of their JSON, narration."""
+
+from __future__ import annotations
+
+import functools
+import json
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from railui.files.design import Design
+    from railui.files.problems import Problem
+
+PAUSE = 10.0  # s between two lines of progress where there is no terminal
+WIDE = 160  # columns of a table where there is no terminal
+
+
+@dataclass
+class Invocation:
+    """One call of a command: its common options, its narration (stderr) and its data (stdout, JSON)."""
+
+    json: str | None = None
+    quiet: bool = False
+    verbose: int = 0
+    seed: int | None = None
+    jobs: int | None = None
+    _told: float = field(default=0.0, repr=False)
+    _open: bool = field(default=False, repr=False)
+
+    def say(self, text: str) -> None:
+        """A line of narration."""
+        if not self.quiet:
+            self.close()
+            click.echo(text, err=True)
+
+    def warn(self, problems: Sequence[Problem] | Sequence[str]) -> None:
+        """Warnings, a line each."""
+        for problem in problems:
+            self.say(problem if not isinstance(problem, str) else f"warning: {problem}")  # type: ignore[arg-type]
+
+    def progress(self, text: str) -> None:
+        """How far long work is: one line rewritten on a terminal, elsewhere a line now and then (-v: all)."""
+        if self.quiet:
+            return
+        if sys.stderr.isatty() and not self.verbose:
+            click.echo(f"\r\x1b[2K{text}", err=True, nl=False)
+            self._open = True
+        elif self.verbose or time.monotonic() - self._told >= PAUSE:
+            self._told = time.monotonic()
+            click.echo(text, err=True)
+
+    def close(self) -> None:
+        """Ends the line of progress."""
+        if self._open:
+            click.echo("", err=True)
+            self._open = False
+
+    def show(self, data: Any) -> None:
+        """A text or a rich table for the reader: on stdout, or on stderr where JSON has stdout."""
+        self.close()
+        if self.json == "-" and self.quiet:
+            return
+        if isinstance(data, str):
+            click.echo(data, err=self.json == "-")
+            return
+        from rich.console import Console
+
+        stream = sys.stderr if self.json == "-" else sys.stdout
+        Console(file=stream, width=None if stream.isatty() else WIDE).print(data)
+
+    def document(
+        self, kind: str, body: Mapping[str, Any], inputs: Sequence[str | Path] = (), seed: int | None = None
+    ) -> dict[str, Any]:
+        """The JSON document of a command: the envelope first, then its keys; every number finite or None."""
+        import railui
+        from railui.core import simd
+
+        head = {
+            "schema": f"railui.{kind}/1",
+            "version": railui.__version__,
+            "inputs": [{"file": str(path), "sha256": sha256_of(path)} for path in inputs],
+            "seed": self.seed if seed is None else seed,
+            "simd": simd(),
+        }
+        return {**head, **finite(dict(body))}
+
+    def emit(self, document: Mapping[str, Any]) -> None:
+        """Writes a document where --json asks for it."""
+        if self.json is None:
+            return
+        text = json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+        if self.json == "-":
+            click.echo(text, nl=False)
+        else:
+            from railui.files.writing import write_text
+
+            write_text(self.json, text)
+            self.say(f"wrote {self.json}")
+
+
+def sha256_of(path: str | Path) -> str | None:
+    """The hash of a file, None where it cannot be read."""
+    from railui.files.writing import sha256_file
+
+    try:
+        return sha256_file(path)
+    except OSError:
+        return None
+
+
+def finite(value: Any) -> Any:
+    """A value as JSON may hold it: arrays as lists, numbers that are not finite as None.
+
+    >>> finite({"a": (1, float("nan")), "b": True})
+    {'a': [1, None], 'b': True}
+    """
+    if isinstance(value, Mapping):
+        return {str(key): finite(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):  # arrays and numbers of numpy
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, float) and not (-1.8e308 < value < 1.8e308):
+        return None
+    return value
+
+
+def options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options of every command; the function gets them as `call`, an Invocation."""
+
+    @click.option("--json", "json_to", metavar="FILE", help="Write the result as JSON; - for stdout.")
+    @click.option("-q", "--quiet", is_flag=True, help="No narration.")
+    @click.option("-v", "--verbose", count=True, help="More narration; the whole trace of an error.")
+    @click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers.")
+    @click.option("--jobs", type=click.IntRange(min=1), help="Threads; all that the machine has by default.")
+    @click.pass_context
+    @functools.wraps(command)
+    def wrapped(
+        ctx: click.Context, /, json_to: str | None, quiet: bool, verbose: int, seed: int | None, jobs: int | None,
+        **more: Any,
+    ) -> Any:  # fmt: skip
+        ctx.meta["railui.verbose"] = verbose
+        call = Invocation(json_to, quiet, verbose, seed, jobs)
+        try:
+            return command(call=call, **more)
+        finally:
+            call.close()
+
+    return wrapped
+
+
+def design_argument(command: Callable[..., Any]) -> Callable[..., Any]:
+    """A design and its overrides, as arguments `design` and `overrides`."""
+    command = click.argument("overrides", nargs=-1, metavar="[PATH=VALUE]...", callback=_overrides)(command)
+    return click.argument("design", metavar="DESIGN")(command)
+
+
+def _overrides(ctx: click.Context, parameter: click.Parameter, words: tuple[str, ...]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for word in words:
+        path, equals, value = word.partition("=")
+        if not equals or not path.strip() or not value.strip():
+            raise click.BadParameter(
+                f"{word!r} is no override: write PATH=VALUE, such as vehicle.primary.lateral_stiffness=4e6",
+                ctx, parameter,
+            )  # fmt: skip
+        found[path.strip()] = value.strip()
+    return found
+
+
+def load_vehicle(call: Invocation, path: str, overrides: Mapping[str, str]) -> Design:
+    """The design of a file with its overrides; its warnings are told. FileProblems with every fault."""
+    from railui.files.design import load_design
+
+    design = load_design(Path(path))
+    call.warn(design.warnings)
+    return design.with_values(overrides) if overrides else design
+
+
+def refuse(message: str) -> click.UsageError:
+    """Wrong use of a command, exit code 2."""
+    return click.UsageError(message, click.get_current_context(silent=True))

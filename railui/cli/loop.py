@@ -1,0 +1,137 @@
+"""railui loop: adjust, trace what the model lacks, add it, adjust again, report."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from railui.cli.common import Invocation, options, refuse
+
+if TYPE_CHECKING:
+    from railui.study.loop import Found
+
+ROWS = 8
+
+
+@click.command("loop")
+@click.argument("campaign", metavar="CAMPAIGN")
+@click.option("-o", "--out", metavar="DIR", help="Where the results go; railui-loop beside the campaign by default.")
+@click.option("--without", metavar="KIND,KIND", default="", help="Effects that the trace may not name.")
+@options
+def command(campaign: str, out: str | None, without: str, call: Invocation) -> None:
+    """Close the loop on a measured CAMPAIGN (its directory or campaign.yaml).
+
+    \b
+    railui loop designs/campaigns/worn_axle_box
+    railui loop campaign.yaml -o results --json - --seed 1
+
+    The declared vehicle is adjusted to the runs of role adjust; what remains is traced to an effect of the
+    catalogue; the effect is added and everything adjusted again; the error stands for the runs of role
+    validate, which no fit has seen. Every verdict (none, effect, outside) ends with exit code 0.
+    """
+    from railui.files.campaign import campaign_file, load_campaign
+    from railui.report.loop import loop_report
+    from railui.report.loop_files import ForeignFiles, check_directory, write_loop
+    from railui.study.loop import close_loop
+    from railui.study.measured import read
+
+    barred = barred_kinds(without)
+    source = campaign_file(campaign)
+    directory = Path(out) if out is not None else source.parent / "railui-loop"
+    try:
+        check_directory(directory)
+    except ForeignFiles as error:
+        raise refuse(str(error)) from None
+    log: list[str] = []
+    report = narrator(call, log)
+    loaded = load_campaign(source)
+    call.warn(loaded.warnings)
+    found = close_loop(read(loaded), without=barred, seed=call.seed or 0, jobs=call.jobs, report=report)
+    data = loop_report(found)
+    log.append(str(data["sentence"]))
+    write_loop(found, data, directory, log)
+    show(call, found, data)
+    call.emit(data)
+    call.say(f"written to {directory}: loop.json, adjusted.yaml, campaign.yaml, report.html, simulated channels")
+
+
+def barred_kinds(text: str) -> list[str]:
+    """The kinds of --without; a usage error names the nearest for one that is unknown."""
+    from railui import core
+    from railui.files.problems import nearest
+
+    kinds = [k.strip() for k in text.split(",") if k.strip()]
+    known = [str(r["kind"]) for r in core.catalogue()]
+    for kind in kinds:
+        if kind not in known:
+            raise refuse(f"no effect {kind!r} in the catalogue, {nearest(kind, known)}")
+    return kinds
+
+
+def narrator(call: Invocation, log: list[str]) -> Any:
+    """Tells every line with the seconds since the start, and keeps it for the log."""
+    began = time.perf_counter()
+
+    def report(text: str) -> None:
+        line = f"{time.perf_counter() - began:6.1f} s  {text}"
+        log.append(line)
+        call.say(line)
+
+    return report
+
+
+def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
+    """The verdict, the errors per channel and the effects, for the reader."""
+    from rich.table import Table
+
+    call.show(f"\n{data['sentence']}\n")
+    table = Table(title="error (nrmse) on the runs that no fit has seen", title_justify="left")
+    table.add_column("")
+    channels = list(data["declared"]["channels"])
+    for name in ("all", *channels):
+        table.add_column(name, justify="right")
+    for which in ("declared", "before", "after", "floor"):
+        row = data[which]
+        cells = [row["nrmse"], *(row["channels"].get(c) for c in channels)]
+        table.add_row(which, *(("-" if v is None else f"{v:.3f}") for v in cells))
+    call.show(table)
+    if data["effects"]:
+        call.show(effects_table(data))
+    elif found.outside is None:
+        call.show(smallest_table(data))
+
+
+def effects_table(data: dict[str, Any]) -> Any:
+    """The effects found, with their numbers."""
+    from rich.table import Table
+
+    from railui.files.display import display
+
+    table = Table(title="effects found", title_justify="left")
+    for name in ("kind", "at", "wheelset", "parameter", "value", "standard deviation"):
+        table.add_column(name)
+    for effect in data["effects"]:
+        for key, p in effect["parameters"].items():
+            sd = "-" if p["sd"] is None else display(p["sd"], p["unit"])
+            where = "both" if effect["wheelset"] is None else str(effect["wheelset"])
+            table.add_row(effect["kind"], effect["at"], where, key, display(p["value"], p["unit"]), sd)
+    return table
+
+
+def smallest_table(data: dict[str, Any]) -> Any:
+    """The smallest effects that this campaign would have shown."""
+    from rich.table import Table
+
+    from railui.files.display import display
+
+    table = Table(title="would have been seen with 90 % power", title_justify="left")
+    for name in ("kind", "at", "smallest"):
+        table.add_column(name)
+    rows = [r for r in data["detectable"] if r["wheelset"] is None and r["value"] is not None]
+    wanted = ("free_play", "dry_friction", "creep_saturation", "spring", "hysteresis", "flange_contact")
+    for row in [r for k in wanted for r in rows if r["kind"] == k][: 2 * ROWS]:
+        table.add_row(row["kind"], row["at"], f"{row['parameter']} {display(row['value'], row['unit'])}")
+    return table

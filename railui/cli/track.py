@@ -1,0 +1,120 @@
+"""railui track: synthetic tracks, and what a track contains."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from railui.cli.common import Invocation, options, refuse
+
+if TYPE_CHECKING:
+    from railui.study.road import Laid
+
+
+@click.command("track")
+@click.argument("spec", nargs=-1, metavar="[SPEC]...")
+@click.option("-o", "--output", metavar="TRACK.csv", help="Where the track is written; - for stdout.")
+@click.option("--spectrum", metavar="RUN|TRACK", help="Tell what a track, or that of a run, contains.")
+@options
+def command(spec: tuple[str, ...], output: str | None, spectrum: str | None, call: Invocation) -> None:
+    """Write a synthetic track, or tell the spectrum of one.
+
+    \b
+    railui track erri_b176_low length=2000 seed=1 -o line.csv
+    railui track --spectrum line.csv
+
+    A SPEC is a name (erri_b176_low, erri_b176_high, fra_1 to fra_6, sncf_good, sncf_poor) and key=value
+    pairs of length, seed, spacing, shortest, longest, scale. Spectra are one-sided, per rad/m.
+    """
+
+    if bool(spec) == bool(spectrum):
+        raise refuse("give either the SPEC of a track to write, or --spectrum and a file")
+    if spec and output is None and call.json is None:
+        raise refuse("give -o TRACK.csv (- for stdout), or --json")
+    if output == "-" and call.json == "-":
+        raise refuse("stdout can take the track or the JSON, not both")
+    laid = _read(spectrum) if spectrum else _spec(" ".join(spec), call.seed)
+    if laid.file is not None and output is not None:
+        raise refuse("-o writes a synthetic track: give its SPEC")
+    if output is not None:
+        _write(laid, output, call)
+    if spectrum or call.json is not None:
+        body = contents(laid)
+        if spectrum:
+            call.show(_table(laid, body))
+        inputs = [laid.file] if laid.file is not None else []
+        call.emit(call.document("track", body, inputs, laid.seed))
+    elif output != "-":
+        call.say(f"{len(laid.track)} places of {laid.name} written to {output}")
+
+
+def _spec(text: str, seed: int | None) -> Laid:
+    from railui.study.road import lay
+
+    try:
+        return lay(text, seed)
+    except ValueError as error:
+        raise refuse(str(error)) from None
+
+
+def _read(name: str) -> Laid:
+    from pathlib import Path
+
+    from railui.study.road import is_track_file, lay
+
+    file = is_track_file(name) or (len(name.split()) == 1 and "." in name)
+    return lay(Path(name)) if file else _spec(name, None)
+
+
+def _write(laid: Laid, output: str, call: Invocation) -> None:
+    from railui.files.track_file import save_track
+
+    track = laid.track
+    columns = (track.s, track.yw, track.phiw, track.gauge)
+    if output != "-":
+        save_track(output, *columns, conventions=track.conventions)
+        return
+    for line in track.conventions:
+        click.echo(f"# {line}")
+    click.echo("s [m],yw [m],phiw [rad],gauge [m]")
+    click.echo("\n".join(",".join(f"{x:.12g}" for x in row) for row in zip(*columns, strict=True)))
+
+
+def contents(laid: Laid) -> dict[str, Any]:
+    """What a track contains: bands, one-sided densities per rad/m, the nearest known spectrum."""
+    from railui.track import BANDS, band_sd, nearest_spectrum, psd
+
+    track = laid.track
+    sds = {quantity: band_sd(track, quantity=quantity) for quantity in ("yw", "phiw", "gauge")}
+    bands = [
+        {"from": low, "to": high, **{f"sd_{name}": float(sd[i]) for name, sd in sds.items()}}
+        for i, (low, high) in enumerate(BANDS)
+    ]
+    nearest, spectrum = nearest_spectrum(track), psd(track)
+    notes = list(laid.notes)
+    if track.length < 3 * BANDS[-1][1]:
+        notes.append(f"the track is {track.length:.4g} m long: its waves above {track.length / 3:.3g} m are few")
+    return {
+        "track": laid.name,
+        "length": track.length,
+        "spacing": track.spacing,
+        "samples": len(track),
+        "bands": bands,
+        "nearest": None if nearest is None else {"name": nearest.name, "factor": nearest.factor},
+        "spectrum": {name: getattr(spectrum, name) for name in spectrum._fields},
+        "conventions": list(track.conventions),
+        "notes": [*notes, "spectrum: one-sided, per rad/m"],
+    }
+
+
+def _table(laid: Laid, body: dict[str, Any]) -> Any:
+    from rich.table import Table
+
+    nearest = body["nearest"]
+    told = f"nearest: {nearest['name']} times {nearest['factor']:.3g}" if nearest else "flat"
+    table = Table("wavelengths [m]", "sd yw [mm]", "sd phiw [mrad]", "sd gauge [mm]", title=laid.name, caption=told)
+    for band in body["bands"]:
+        values = (f"{1e3 * band[key]:.3f}" for key in ("sd_yw", "sd_phiw", "sd_gauge"))
+        table.add_row(f"{band['from']:g} to {band['to']:g}", *values)
+    return table

@@ -1,0 +1,1 @@
+"""Reports: results as data, files and pages."""

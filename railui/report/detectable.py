@@ -1,0 +1,80 @@
+"""What a campaign could have shown: the smallest of every effect that the same test finds with 90 % power."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from railui import core
+from railui.files.effect_reading import unit_of
+from railui.study.candidates import Candidate
+from railui.study.trace import POWER, Sighting, Trace
+
+CHANCE = 0.9
+MARGIN = 1.1  # the gain on the validating runs scatters about what the adjusting runs promise
+
+
+def smallest_amount(s: Sighting, trace: Trace, material: float) -> float:
+    """Amount of a shape that passes both gates: the family-wise score, and the material gain."""
+    needed = (trace.critical + POWER) * s.spread / s.norm
+    gain = (1.0 / (1.0 - material) ** 2 - 1.0) * trace.rss
+    return max(needed, MARGIN * float(np.sqrt(gain / s.norm)))
+
+
+def detectable(trace: Trace, material: float) -> list[dict[str, Any]]:
+    """One row per kind, place and wheelset: parameter, its smallest value, unit, power; value null where unknown."""
+    rows = []
+    by_candidate: dict[Candidate, list[Sighting]] = {}
+    for s in trace.sightings:
+        by_candidate.setdefault(s.candidate, []).append(s)
+    for candidate, seen in by_candidate.items():
+        key, value = _smallest(candidate, seen, trace, material)
+        record = core.record(candidate.kind)
+        parameter = next(p for p in record["parameters"] if p["key"] == key)
+        rows.append(
+            {
+                "kind": candidate.kind,
+                "at": candidate.at,
+                "wheelset": candidate.wheelset,
+                "parameter": key,
+                "value": value,
+                "unit": unit_of(parameter, candidate.at),
+                "power": CHANCE,
+            }
+        )
+    return rows
+
+
+def _smallest(candidate: Candidate, seen: list[Sighting], trace: Trace, material: float) -> tuple[str, float | None]:
+    key = candidate.strength
+    amounts = [smallest_amount(s, trace, material) for s in seen]
+    if key is not None:
+        return key, float(min(a * abs(candidate.shapes[s.shape][key]) for a, s in zip(amounts, seen, strict=True)))
+    record = core.record(candidate.kind)
+    key = str(record["parameters"][0]["key"])
+    if record["acts"] == "sensor":
+        neutral = 1.0 if key == "gain" else 0.0
+        return key, float(neutral + amounts[0] * (candidate.shapes[0][key] - neutral))
+    return key, _crossing([candidate.shapes[s.shape] for s in seen], amounts, key)
+
+
+def _crossing(shapes: list[Any], amounts: list[float], key: str) -> float | None:
+    """The parameter at which the whole effect is just enough: log-log between (or beyond) the shapes that were run."""
+    others = [tuple(v for k, v in s.items() if k != key) for s in shapes]
+    same = [i for i, o in enumerate(others) if o == others[0]]
+    x = np.log([shapes[i][key] for i in same])
+    y = np.log([amounts[i] for i in same])
+    order = np.argsort(x)
+    x, y = x[order], y[order]
+    if len(x) < 2:
+        return None
+    for i in range(len(x) - 1):
+        if (y[i] > 0) != (y[i + 1] > 0):
+            return float(np.exp(x[i] - y[i] * (x[i + 1] - x[i]) / (y[i + 1] - y[i])))
+    i = 0 if abs(y[0]) < abs(y[-1]) else len(x) - 2
+    slope = (y[i + 1] - y[i]) / (x[i + 1] - x[i])
+    if abs(slope) < 0.1:
+        return None
+    edge = i if i == 0 else i + 1
+    return float(np.exp(x[edge] - y[edge] / slope))

@@ -1,0 +1,293 @@
+"""The loop report as data: the keys of railui.loop/1, SI, finite or null."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import railui
+from railui import core
+from railui.files.design import PlacedEffect
+from railui.files.effect_reading import unit_of
+from railui.report.detectable import detectable
+from railui.study.adjust import Fit
+from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
+from railui.study.judge import Judgement
+from railui.study.loop import Found, Step, lookalikes
+from railui.study.measured import Stretch
+from railui.study.trace import Sighting
+from railui.study.weighting import W_D, cascade, one_mass, weighted_rms
+
+Floats = NDArray[np.float64]
+
+
+def finite(value: Any) -> Any:
+    """The same data with NaN and infinity as null and numpy's numbers as Python's."""
+    if isinstance(value, Mapping):
+        return {str(k): finite(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [finite(v) for v in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return value
+
+
+def loop_report(found: Found) -> dict[str, Any]:
+    """The loop report of files.md."""
+    campaign = found.measurement.campaign
+    report = {
+        "schema": "railui.loop/1",
+        "version": railui.__version__,
+        "inputs": [{"file": str(campaign.source), "sha256": campaign.sha256}],
+        "seed": found.seed,
+        "simd": core.simd(),
+        "seconds": found.seconds,
+        "campaign": campaign.name,
+        "runs": _runs(found),
+        "declared": _judged(found.judged["declared"]),
+        "before": _judged(found.judged["before"]) | {"constrained": found.before.constrained},
+        "after": _judged(found.judged["after"]),
+        "floor": {
+            "nrmse": found.floor.nrmse,
+            "sd": found.floor.sd,
+            "channels": found.floor.channels,
+            "sensors_only": found.floor.sensors_only,
+            "source": "declared" if campaign.noise else "estimated",
+        },
+        "unexplained": found.unexplained,
+        "verdict": found.verdict,
+        "sentence": sentence(found),
+        "effects": _effects(found.after),
+        "outside": _outside(found),
+        "classes": [alike for step in found.steps if (alike := lookalikes(step))],
+        "ranking": ranking(found),
+        "traces": _traces(found),
+        "detectable": detectable(found.last, campaign.material),
+        "means": _means(found),
+        "riding": _riding(found),
+        "parameters": _parameters(found),
+        "simulations": found.before.simulations + found.after.simulations,
+        "notes": _notes(found),
+    }
+    return dict(finite(report))
+
+
+def sentence(found: Found) -> str:
+    """The verdict in one sentence."""
+    before, after = found.judged["before"].nrmse, found.judged["after"].nrmse
+    ratio = found.unexplained
+    if found.verdict == "none":
+        text = f"Nothing is missing that this campaign can show: error {after:.3f}, noise floor {found.floor.nrmse:.3f}"
+    elif found.verdict == "effect":
+        names = " and ".join(_name(e) for e in found.after.model.effects if e.kind != "measured_force")
+        text = f"Missing was {names}: error {before:.3f} before, {after:.3f} after, noise floor {found.floor.nrmse:.3f}"
+    else:
+        o = found.outside
+        where = f"{o.at}" + (f" of wheelset {o.wheelset}" if o and o.wheelset else "") if o else "an unknown place"
+        text = (
+            f"Something is missing that is not in the catalogue; it acts at {where}: error {before:.3f} before, "
+            f"{after:.3f} with the measured curve, noise floor {found.floor.nrmse:.3f}"
+        )
+    if ratio > 1.5:
+        return f"Something is still missing ({ratio:.1f} times the noise floor is left). {text}."
+    return f"{text}."
+
+
+def _name(effect: PlacedEffect) -> str:
+    title = core.record(effect.kind)["title"]
+    return f"{title} at {effect.at}" + (f" of wheelset {effect.wheelset}" if effect.wheelset else "")
+
+
+def _runs(found: Found) -> list[dict[str, Any]]:
+    return [
+        {
+            "file": entry.name,
+            "role": entry.role,
+            "sha256": run.sha256,
+            "samples": len(run),
+            "stretches": len(run.stretches),
+            "counts": dict(run.counts),
+            "ignored": list(run.ignored),
+            "notes": list(run.notes),
+        }
+        for entry, run in zip(found.measurement.campaign.runs, found.measurement.runs, strict=True)
+    ]
+
+
+def _judged(judgement: Judgement) -> dict[str, Any]:
+    out: dict[str, Any] = {"nrmse": judgement.nrmse, "channels": dict(judgement.channels)}
+    if judgement.diverged:
+        file, at = judgement.diverged[0]
+        out["diverged"] = {"file": file, "at_s": at}
+    return out
+
+
+def _effects(fit: Fit) -> list[dict[str, Any]]:
+    sd = dict(zip(fit.free.paths, fit.sd, strict=True))
+    rows = []
+    for group, effects in (("effects", fit.model.design.effects), ("sensors", fit.model.sensors)):
+        for i, effect in enumerate(effects):
+            if effect.kind == "measured_force":
+                continue
+            parameters = {}
+            for p in core.record(effect.kind)["parameters"]:
+                value = effect.parameters.get(p["key"])
+                if value is None or p["role"] == "run":
+                    continue
+                spread = sd.get(f"{group}.{i}.{p['key']}")
+                parameters[p["key"]] = {"value": value, "sd": spread, "unit": unit_of(p, effect.at)}
+            rows.append({"kind": effect.kind, "at": effect.at, "wheelset": effect.wheelset, "parameters": parameters})
+    return rows
+
+
+def _outside(found: Found) -> dict[str, Any] | None:
+    o = found.outside
+    if o is None:
+        return None
+    return {
+        "at": o.at,
+        "wheelset": o.wheelset,
+        "against": o.against,
+        "motion": list(o.motion),
+        "force": list(o.force),
+        "sd": list(o.sd),
+        "motion_unit": o.motion_unit,
+        "force_unit": o.force_unit,
+    }
+
+
+def _turn(found: Found) -> Step:
+    """The step whose ranking tells most: the one that added the first effect, else the last."""
+    return next((s for s in found.steps if s.added), found.steps[-1])
+
+
+def ranking(found: Found) -> list[dict[str, Any]]:
+    """One row per candidate, best first, nothing added among them."""
+    step = _turn(found)
+    base = Refit(None, found.before, held_out(found.before))
+    nothing = held_out_nrmse(base)
+    refits = [*step.refits, base]
+    weights = bootstrap_weights(refits, found.seed)
+    rows = [{"kind": "none", "at": None, "wheelset": None, "rho": 0.0, "nrmse": nothing, "refitted": True,
+             "weight": float(weights[-1])}]  # fmt: skip
+    fitted = {}
+    for refit, weight in zip(step.refits, weights, strict=False):
+        fitted[refit.candidate] = (held_out_nrmse(refit), float(weight))
+    for s in step.trace.best:
+        nrmse, weight = fitted.get(s.candidate, (nothing * _left(s, step.trace.rss), 0.0))
+        c = s.candidate
+        rows.append({"kind": c.kind, "at": c.at, "wheelset": c.wheelset, "rho": s.rho, "nrmse": nrmse,
+                     "refitted": c in fitted, "weight": weight})  # fmt: skip
+    rows.sort(key=lambda r: r["nrmse"])
+    added = step.added.candidate if step.added else None
+    if added is not None:
+        rows.sort(key=lambda r: (r["kind"], r["at"], r["wheelset"]) != (added.kind, added.at, added.wheelset))
+    return rows
+
+
+def _left(s: Sighting, rss: float) -> float:
+    """Error with the candidate over that without, its amount estimated on four fifths and judged on the other."""
+    if s.candidate.one_sided and s.rho < 0:
+        return 1.0
+    folds = np.array([part.sum() for part in np.array_split(s.scores, FOLDS)])
+    norm = s.norm / FOLDS
+    amount = (folds.sum() - folds) / (s.norm - norm)
+    gain = float(np.sum(2.0 * amount * folds - amount**2 * norm))
+    return float(np.sqrt(max(1.0 - gain / rss, 0.0)))
+
+
+def _traces(found: Found) -> list[dict[str, Any]]:
+    """What is significant but gains less than is material."""
+    rows = []
+    step = found.steps[-1]
+    if step.added is None and step.refits:
+        for refit in step.refits[:3]:
+            c = refit.candidate
+            if c is not None:
+                rows.append({"kind": c.kind, "at": c.at, "wheelset": c.wheelset, "p": step.trace.p,
+                             "rho": refit.sighting.rho if refit.sighting else None,
+                             "nrmse": held_out_nrmse(refit)})  # fmt: skip
+    return rows
+
+
+def _trimmed(found: Found, stretch: Stretch, x: Floats) -> Floats:
+    cut = round(found.measurement.campaign.cut_of(stretch.samples * stretch.dt) / stretch.dt)
+    return np.asarray(x[..., cut : x.shape[-1] - cut])
+
+
+def _means(found: Found) -> dict[str, float]:
+    sums: dict[str, list[float]] = {}
+    stretches = found.measurement.validate
+    for stretch, z in zip(stretches, found.judged["after"].series, strict=True):
+        difference = _trimmed(found, stretch, stretch.measured(stretch.channels) - z)
+        for c, d in zip(stretch.channels, difference, strict=True):
+            sums.setdefault(c, []).append(float(d.mean()))
+    return {c: float(np.mean(v)) for c, v in sums.items()}
+
+
+def _riding(found: Found) -> dict[str, dict[str, float | None]]:
+    """The model as judge of riding quality (thesis 2.3): measured, declared, before, after on the validating runs."""
+    stretches = found.measurement.validate
+    measured = [s.measured(s.channels) for s in stretches]
+    series = {"measured": measured} | {k: list(found.judged[k].series) for k in ("declared", "before", "after")}
+    return {k: _ride_of(found, stretches, v) for k, v in series.items()}
+
+
+def _ride_of(found: Found, stretches: list[Stretch], series: list[Floats]) -> dict[str, float | None]:
+    design = found.declared.design
+    if design.kind != "bogie":
+        return {}
+    clearance = design.values["contact.flange_clearance"]
+    weight = cascade(one_mass(design.riding.floor_frequency, design.riding.floor_damping), W_D)
+    out: dict[str, list[float]] = {}
+    for stretch, x in zip(stretches, series, strict=True):
+        columns = dict(zip(stretch.channels, _trimmed(found, stretch, x), strict=True))
+        for i in (1, 2):
+            if f"e{i}" in columns:
+                out.setdefault(f"sd_e{i}", []).append(float(columns[f"e{i}"].std()))
+        touching = [float(np.mean(np.abs(columns[e]) >= clearance)) for e in ("e1", "e2") if e in columns]
+        if touching:
+            out.setdefault("flange_fraction", []).append(max(touching))
+        if "ayf" in columns and np.all(np.isfinite(columns["ayf"])):
+            out.setdefault("weighted_acceleration", []).append(weighted_rms(columns["ayf"], stretch.dt, weight))
+    keys = ("sd_e1", "sd_e2", "flange_fraction", "weighted_acceleration")
+    return {k: float(np.mean(out[k])) if out.get(k) else None for k in keys}
+
+
+def _parameters(found: Found) -> dict[str, dict[str, Any]]:
+    before = dict(zip(found.before.free.paths, zip(found.before.x, found.before.sd, strict=True), strict=True))
+    flags = dict(zip(found.after.free.paths, found.after.flags(), strict=True))
+    rows = {}
+    for path, value, sd in zip(found.after.free.paths, found.after.x, found.after.sd, strict=True):
+        if path not in before:
+            continue
+        was, was_sd = before[path]
+        flag = flags[path]
+        moved = found.after is not found.before and abs(value - was) > 2.0 * max(was_sd, sd)
+        if moved and flag in (None, "correlated"):
+            flag = "moved"
+        rows[path] = {
+            "declared": found.declared.design.values[path],
+            "before": was,
+            "value": value,
+            "sd": sd,
+            "unit": found.declared.design.unit(path),
+            "flag": flag,
+        }
+    return rows
+
+
+def _notes(found: Found) -> list[str]:
+    notes = [f"{entry.name}: {note}" for entry, run in zip(found.measurement.campaign.runs, found.measurement.runs,
+                                                           strict=True) for note in run.notes]  # fmt: skip
+    for name, judgement in found.judged.items():
+        notes += [f"{name}: the vehicle diverges on {file} at {at:.2f} s, its error is null" for file, at in judgement.diverged]
+    return notes

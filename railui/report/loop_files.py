@@ -1,0 +1,109 @@
+"""What a loop leaves behind: report, adjusted design, campaign with its sensors, simulated channels of every run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.files.design import Adjustment, Design
+from railui.files.saving import save_campaign, save_design
+from railui.files.writing import write_text
+from railui.study.judge import Judgement, judge
+from railui.study.loop import Found
+
+Floats = NDArray[np.float64]
+OURS = ("loop.json", "adjusted.yaml", "campaign.yaml", "log.txt", "report.html")
+DIGITS = "%.9g"
+
+
+class ForeignFiles(ValueError):
+    """The directory holds files that a loop did not write."""
+
+
+def check_directory(directory: Path) -> None:
+    """Raises ForeignFiles where a directory holds files that are not ours: nothing of others is overwritten."""
+    if not directory.exists():
+        return
+    if not directory.is_dir():
+        raise ForeignFiles(f"{directory} is a file: name a directory")
+    foreign = [f.name for f in sorted(directory.iterdir()) if f.name not in OURS and not _simulated(f.name)]
+    if foreign:
+        names = ", ".join(foreign[:3])
+        raise ForeignFiles(f"{directory} holds files of others ({names}): name a new directory with -o")
+
+
+def _simulated(name: str) -> bool:
+    return name.startswith("simulated_") and name.endswith(".csv.gz")
+
+
+def adjusted_design(found: Found) -> Design:
+    """The design as found, with the covariance of what was adjusted."""
+    campaign, fit = found.measurement.campaign, found.after
+    kept = [i for i, p in enumerate(fit.free.paths) if p in set(fit.model.design.paths())]
+    covariance = fit.covariance[np.ix_(kept, kept)]
+    adjustment = Adjustment(
+        campaign.name,
+        campaign.sha256,
+        tuple(fit.free.paths[i] for i in kept),
+        tuple(tuple(float(x) for x in row) for row in 0.5 * (covariance + covariance.T)),
+    )
+    return replace(fit.model.design, name=f"{campaign.design.name}, adjusted to {campaign.name}", adjustment=adjustment)
+
+
+def write_loop(found: Found, report: Mapping[str, Any], directory: Path, log: Sequence[str]) -> None:
+    """Write everything into a directory; each file appears whole or not at all."""
+    directory.mkdir(parents=True, exist_ok=True)
+    write_text(directory / "loop.json", json.dumps(report, indent=1, allow_nan=False) + "\n")
+    save_design(adjusted_design(found), directory / "adjusted.yaml")
+    campaign = replace(found.measurement.campaign, sensors=found.after.model.sensors)
+    save_campaign(campaign, directory / "campaign.yaml", directory / "adjusted.yaml")
+    write_simulated(found, directory)
+    write_text(directory / "log.txt", "\n".join(log) + "\n")
+
+
+def write_simulated(found: Found, directory: Path) -> None:
+    """simulated_NAME.csv.gz of every run: t and declared, before, after of each channel."""
+    measurement = found.measurement
+    adjusting = {
+        "declared": judge(found.declared, measurement, measurement.adjust),
+        "before": judge(found.before.model, measurement, measurement.adjust),
+        "after": judge(found.after.model, measurement, measurement.adjust),
+    }
+    for entry, run in zip(measurement.campaign.runs, measurement.runs, strict=True):
+        judged = found.judged if entry.role == "validate" else adjusting
+        stretches = [s for s in measurement.stretches if s.role == entry.role]
+        columns: dict[str, Floats] = {"t": run.columns["t"]}
+        for which in ("declared", "before", "after"):
+            for stretch, z in zip(stretches, judged[which].series, strict=True):
+                if stretch.file == entry.name:
+                    _lay(columns, which, stretch.channels, run.stretches[stretch.number], z)
+        name = Path(entry.name).name.removesuffix(".gz").removesuffix(".csv")
+        write_text(directory / f"simulated_{name}.csv.gz", _csv(columns))
+
+
+def _lay(columns: dict[str, Floats], which: str, channels: Sequence[str], rows: slice, z: Floats) -> None:
+    for channel, values in zip(channels, z, strict=True):
+        column = columns.setdefault(f"{which}.{channel}", np.full(len(columns["t"]), np.nan))
+        column[rows] = values
+
+
+def _csv(columns: Mapping[str, Floats]) -> str:
+    table = np.stack(list(columns.values()), axis=1)
+    lines = [",".join(columns)]
+    empty = np.isnan(table)
+    row = ",".join([DIGITS] * table.shape[1])
+    for values, gap in zip(table, empty, strict=True):
+        if gap.any():
+            lines.append(",".join("" if g else DIGITS % v for v, g in zip(values, gap, strict=True)))
+        else:
+            lines.append(row % tuple(values))
+    return "\n".join(lines) + "\n"
+
+
+__all__ = ["ForeignFiles", "Judgement", "adjusted_design", "check_directory", "write_loop", "write_simulated"]

@@ -1,0 +1,93 @@
+"""The comfort point: what lies between the frame and the passenger, and the weightings behind it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from railui.files.designed import Riding
+from railui.study.discretise import discretise
+from railui.study.model import Model
+from railui.study.weighting import (
+    W_D,
+    Analog,
+    brick_wall_1974,
+    cascade,
+    comfort_cascades,
+    one_mass,
+    weighted_rms,
+)
+
+Floats = NDArray[np.float64]
+
+COACH: Final = "coach centre, its own mass on spring and damper"
+BARELY: Final = 1e-6  # share of critical damping of an undamped coach, for its transfer to exist
+
+
+def coach(model: Model) -> int | None:
+    """Which effect puts a coach above the frame, None where there is none."""
+    return next((i for i, e in enumerate(model.design.effects) if e.kind == "coach_mode"), None)
+
+
+def floor_of(model: Model, row: Floats) -> Riding:
+    """The riding settings of one row; a coach's own transfer, w0^2 = k/m and 2 z w0 = c/m, is the floor's.
+
+    That is what a mass on spring and damper above the frame passes on of the frame's acceleration.
+    """
+    riding, number = model.design.riding, coach(model)
+    if number is None:
+        return riding
+    paths = (f"effects.{number}.{key}" for key in ("mass", "stiffness", "damping"))
+    m, k, c = (float(row[model.columns[path]]) for path in paths)
+    w0 = float(np.sqrt(k / m))
+    return replace(riding, floor_frequency=w0 / (2 * np.pi), floor_damping=max(c / (2 * m * w0), BARELY))
+
+
+def comfort_sections(model: Model, rows: Floats, dt: float) -> dict[str, Floats]:
+    """Streaming filters [n, sections, 6] from the frame's acceleration to each weighted one, `dt` [s] apart.
+
+    Those of `comfort_cascades`, and for goods `acceleration`, which is not weighted.
+    """
+    ridings = [floor_of(model, row) for row in rows] if coach(model) is not None else [model.design.riding]
+    kinds = {riding: i for i, riding in enumerate(dict.fromkeys(ridings))}
+    made = [_sections(riding, dt) for riding in kinds]
+    pick = [kinds[riding] for riding in ridings] if len(kinds) > 1 else [0] * len(rows)
+    return {name: np.stack([one[name] for one in made])[pick] for name in made[0]}
+
+
+def _sections(riding: Riding, dt: float) -> dict[str, Floats]:
+    found = comfort_cascades(riding, dt)
+    if riding.use == "goods":
+        found["acceleration"] = discretise(before(riding), dt)
+    return found
+
+
+def before(riding: Riding) -> Analog:
+    """The transfer from the frame to the comfort point: floor, and the cushion where there is one."""
+    factors = [one_mass(riding.floor_frequency, riding.floor_damping)]
+    if riding.cushion_frequency is not None and riding.cushion_damping is not None:
+        factors.append(one_mass(riding.cushion_frequency, riding.cushion_damping))
+    return cascade(*factors)
+
+
+def reference(model: Model, acceleration: ArrayLike, dt: float) -> dict[str, float]:
+    """Weighted accelerations [m/s^2] of the frame's acceleration [samples] in the frequency domain.
+
+    W_d and the brick wall of the 1970s at the comfort point, by the convention of `weighted_rms`: beside
+    them stand the streaming forms.
+    """
+    point = before(floor_of(model, model.row))
+
+    def wd(f: Floats) -> Floats:
+        return point.modulus(f) * W_D.modulus(f)
+
+    def wall(f: Floats) -> Floats:
+        return point.modulus(f) * brick_wall_1974(f)
+
+    return {
+        "weighted_acceleration": weighted_rms(acceleration, dt, wd),
+        "weighted_acceleration_1974": weighted_rms(acceleration, dt, wall),
+    }

@@ -1,0 +1,136 @@
+"""Equivalent input signals: where a force must act to make the residual, whatever its law (thesis 6.2).
+
+At every frequency the residual of all channels is compared with the answer of the adjusted vehicle to a force at a
+place. Used to say where something is missing and to draw it, never to decide that something is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from railui import core
+from railui.core import Filter
+from railui.study.adjust import Adjuster, Fit, Target
+from railui.study.measured import Measurement, filtered, simulate
+from railui.track import input_table
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+DRAWS = 4
+SEGMENT = 5.12  # seconds of a segment of the spectra
+AS_GOOD = 0.03  # a place with fewer forces is taken within so much of the best share
+# place in reports, wheelset, the ports at which independent forces act
+SPOTS: tuple[tuple[str, int | None, tuple[tuple[str, int | None], ...]], ...] = (
+    ("secondary_lateral", None, (("secondary_lateral", None),)),
+    ("secondary_yaw", None, (("secondary_yaw", None),)),
+    ("primary_lateral", 1, (("primary_lateral", 1),)),
+    ("primary_lateral", 2, (("primary_lateral", 2),)),
+    ("primary_lateral", None, (("primary_lateral", 1), ("primary_lateral", 2))),
+    ("primary_yaw", 1, (("primary_yaw", 1),)),
+    ("primary_yaw", 2, (("primary_yaw", 2),)),
+    ("primary_yaw", None, (("primary_yaw", 1), ("primary_yaw", 2))),
+    ("contact", 1, (("wheelset", 1), ("wheelset_yaw", 1))),
+    ("contact", 2, (("wheelset", 2), ("wheelset_yaw", 2))),
+    ("wheelset_yaw", None, (("wheelset_yaw", None),)),
+    ("wheelset_yaw", 1, (("wheelset_yaw", 1),)),
+    ("wheelset_yaw", 2, (("wheelset_yaw", 2),)),
+    ("contact", None, (("wheelset", 1), ("wheelset_yaw", 1), ("wheelset", 2), ("wheelset_yaw", 2))),
+    ("wheelset", 1, (("wheelset", 1),)),
+    ("wheelset", 2, (("wheelset", 2),)),
+)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """A place and the share of the residual that forces there can make, chance taken off."""
+
+    at: str
+    wheelset: int | None
+    share: float
+    forces: int
+
+
+def origins(fit: Fit, measurement: Measurement) -> list[Origin]:
+    """Places by the share of the residual that independent forces there can make, the likeliest first.
+
+    What sensor noise and track noise leave is taken off the spectra: track noise looks like forces at the contact.
+    """
+    if fit.model.design.kind != "bogie":
+        return [Origin("rig", None, 1.0, 1)]
+    adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=None)
+    shares = np.zeros(len(SPOTS))
+    for target in fit.targets:
+        series, _ = adjuster._series(target, fit.x[None])
+        residual = target.y - series[0]
+        spectra = _spectra(residual, target) - _noise(fit, target, measurement)
+        answers = _answers(fit, target)
+        total = float(np.real(np.trace(spectra, axis1=1, axis2=2)).sum())
+        channels = len(residual)
+        for i, (_, _, ports) in enumerate(SPOTS):
+            h = np.stack([answers[p] for p in ports], axis=2)
+            q, _ = np.linalg.qr(h)
+            made = float(np.real(np.einsum("fci,fcd,fdi->", q.conj(), spectra, q)))
+            chance = len(ports) / channels
+            shares[i] += (made / total - chance) / (1.0 - chance) / len(fit.targets)
+    found = [Origin(at, w, float(s), len(p)) for (at, w, p), s in zip(SPOTS, shares, strict=True)]
+    best = max(o.share for o in found)
+    return sorted(found, key=lambda o: (o.share < best - AS_GOOD, o.forces if o.share >= best - AS_GOOD else 0, -o.share))
+
+
+def _spectra(residual: Floats, target: Target) -> Complexes:
+    """Cross spectra [frequency, channel, channel] of the residual."""
+    dt = target.stretch.dt * target.filter.every
+    n = min(round(SEGMENT / dt), residual.shape[1])
+    window = signal.windows.hann(n, sym=False)
+    starts = range(0, residual.shape[1] - n + 1, n // 2)
+    parts = np.stack([np.fft.rfft(residual[:, k : k + n] * window, axis=1) for k in starts])
+    return np.asarray(np.einsum("scf,sdf->fcd", parts, parts.conj()))
+
+
+def _noise(fit: Fit, target: Target, measurement: Measurement) -> Complexes:
+    """Cross spectra of what noise leaves, the mean of a few draws."""
+    noise, campaign, stretch = measurement.noise, measurement.campaign, target.stretch
+    model, channels = fit.model, stretch.channels
+    sd = np.array([noise.get(c, 0.0) for c in channels])
+    clean, _ = simulate(model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.start)
+    total = np.zeros(1)
+    for seed in range(DRAWS):
+        rng = np.random.default_rng(np.random.SeedSequence([seed, 17, stretch.number]))
+        table = stretch.noisy_table(noise, campaign.noise_band, rng, model.half_wheelbase(), target.steps)
+        noisy, _ = simulate(
+            model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.start, table=table
+        )
+        white = filtered(campaign, stretch, sd[:, None] * rng.standard_normal((len(channels), stretch.samples)))
+        white = white[:, :: target.filter.every] * target.filter.weights[:, None]
+        total = total + _spectra(noisy[0] - clean[0] + white, target) / DRAWS
+    return np.asarray(total)
+
+
+def _answers(fit: Fit, target: Target) -> dict[tuple[str, int | None], Complexes]:
+    """Answer [frequency, channel] of the vehicle on even track to a short pulse at each port."""
+    stretch, every = target.stretch, target.filter.every
+    dt = stretch.dt
+    n = round(SEGMENT / (dt * every)) * every
+    v = stretch.mean_speed
+    t = np.arange(n) * dt
+    width = v * dt * every
+    table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
+    ports = sorted({p for _, _, ports in SPOTS for p in ports}, key=str)
+    out: dict[tuple[str, int | None], Complexes] = {}
+    keep = Filter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 0, target.filter.weights, every)
+    for port in ports:
+        unit = 100.0
+        motion = [2 * width, 4 * width, 6 * width]
+        row = core.effect_numbers("measured_force", {"against": "s", "motion": motion, "force": [0.0, unit, 0.0]})
+        place = core.Placement("measured_force", port[0], port[1], len(row))
+        vehicles = fit.model.vehicles((), [place])
+        batch = fit.model.batch(fit.model.row[None], np.array([row]), np.ones((1, 1)))
+        series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels, filter=keep)
+        out[port] = np.fft.rfft(series[0], axis=1).T + 1e-300
+    return out
+

@@ -1,0 +1,117 @@
+"""Whatever stands in a file, it is read or its faults are told: nothing else comes out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from railui.files.check import load
+from railui.files.edit import edit_values
+from railui.files.problems import FileProblems
+from railui.files.yaml12 import parse
+
+PIECES = [
+    "",
+    "null",
+    "[]",
+    "{}",
+    "-1",
+    "on",
+    "3 kN",
+    ".nan",
+    "1e999",
+    "&a ",
+    "*a",
+    "<<: 1",
+    "- ",
+    ": ",
+    "\n",
+    "  ",
+    "#",
+    "\t",
+    "'",
+    '"',
+    "!x ",
+    "ä",
+    "%",
+    "}",
+    "]",
+    ",",
+    ";",
+    "abc",
+    "\x00",
+    "0o8",
+    "nan",
+]
+slips = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 12), st.sampled_from(PIECES)), min_size=1, max_size=3)
+quick = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+
+
+def slipped(text: str, edits: list[tuple[float, int, str]]) -> str:
+    """The text with pieces of it replaced."""
+    for where, length, piece in edits:
+        i = int(where * len(text))
+        text = text[:i] + piece + text[i + length :]
+    return text
+
+
+def read_or_told(path: Path) -> None:
+    try:
+        load(path)
+    except FileProblems as error:
+        assert error.problems and all(p.message for p in error.problems)
+
+
+@quick
+@given(edits=slips)
+def test_a_design_with_slips_is_read_or_told(bogie: str, tmp_path: Path, edits: list[tuple[float, int, str]]) -> None:
+    (tmp_path / "vehicle.yaml").write_text(slipped(bogie, edits))
+    read_or_told(tmp_path / "vehicle.yaml")
+
+
+@quick
+@given(edits=slips)
+def test_a_campaign_with_slips_is_read_or_told(campaign_folder: Path, edits: list[tuple[float, int, str]]) -> None:
+    path = campaign_folder / "campaign.yaml"
+    whole = path.read_text()
+    path.write_text(slipped(whole, edits))
+    read_or_told(path)
+    path.write_text(whole)
+
+
+@quick
+@given(edits=slips)
+def test_a_run_with_slips_is_read_or_told(
+    columns: Callable[..., dict[str, np.ndarray]],
+    as_csv: Callable[..., str],
+    tmp_path: Path,
+    edits: list[tuple[float, int, str]],
+) -> None:
+    (tmp_path / "run.csv").write_text(slipped(as_csv(columns(12.0)), edits))
+    read_or_told(tmp_path / "run.csv")
+
+
+@quick
+@given(
+    edits=slips,
+    path=st.sampled_from(["name", "vehicle.wheel_load", "contact.leading.roll", "effects.0.x", "a.b"]),
+    value=st.sampled_from([1.5, "x", [1], {"a": 2}, True]),
+)
+def test_an_edit_changes_what_was_asked_or_is_refused(bogie: str, edits: list[Any], path: str, value: Any) -> None:
+    text = slipped(bogie, edits)
+    try:
+        before = parse(text)
+    except FileProblems:
+        return
+    try:
+        after = parse(edit_values(text, {path: value}))
+    except FileProblems:
+        return
+    assert path in after.marks
+    changed = {p for p in before.marks if p not in after.marks}
+    assert all(p == path or p.startswith(f"{path}.") or path.startswith(f"{p}.") for p in changed)
