@@ -349,7 +349,7 @@ def test_two_effects_that_supersede_one_spring_are_refused() -> None:
 
 
 def test_steps_converge_to_the_reference_with_the_fourth_order() -> None:
-    run = quick(0.6)
+    run = quick(0.4)
     exact = reference(DECLARED, run)
     error = [np.abs(simulate(DECLARED, run, [], n)["e1"] - exact["e1"]).max() / exact["e1"].std() for n in (2, 4, 8)]
     assert error[2] < 1e-7
@@ -357,7 +357,7 @@ def test_steps_converge_to_the_reference_with_the_fourth_order() -> None:
 
 
 def test_steps_come_near_the_reference_with_flanges_and_free_play() -> None:
-    run = quick(0.6)
+    run = quick(0.4)
     effects = [
         effect("flange_contact", "contact", clearance=1e-3, stiffness=14.6e6),
         effect("free_play", "primary_lateral", 2, half_width=2e-4),
@@ -371,7 +371,7 @@ def test_steps_come_near_the_reference_with_flanges_and_free_play() -> None:
 
 
 RUN_OUT = parse("run_out at=wheelset wheelset=1 force=500 rolling_radius=0.46")
-SHORT = Order([RUN_OUT], seed=5, seconds=(4.0, 2.0), coloured=0.02, columns=["Qy"], steps=2)
+SHORT = Order([RUN_OUT], seed=5, seconds=(3.0, 1.5), coloured=0.02, columns=["Qy"], steps=2)
 
 
 @pytest.fixture(scope="module")

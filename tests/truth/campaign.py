@@ -46,6 +46,9 @@ DECAY = 1.0  # 1/s: least decay of the true vehicle's small motions at the speed
 WIDEST = 0.03  # m: a wheelset further out would have left the rails; another vehicle is drawn
 
 
+Structure = tuple[int, float, tuple[tuple[str, str, int | None], ...]]
+
+
 @dataclass(frozen=True)
 class Order:
     """What a campaign shall be; run a adjusts, run b validates."""
@@ -123,31 +126,34 @@ def _prepare(order: Order, attempt: int) -> tuple[Vehicle, list[Table], list[lis
 
 
 def campaigns(orders: Sequence[Order]) -> list[Campaign]:
-    """Many campaigns at once, side by side where they take the same steps; raises where all tries derail."""
+    """Many campaigns; those of one structure run side by side. Raises where all tries derail."""
     done: dict[int, Campaign] = {}
     for attempt in range(6):
         open_ones = [k for k, x in enumerate(orders) if k not in done and (x.vehicle is None or not attempt)]
         pending = {k: _prepare(orders[k], attempt) for k in open_ones}
-        alike: dict[tuple[int, float], list[int]] = {}
-        for k, (vehicle, tables, effects) in pending.items():
-            n = orders[k].steps or max(
-                steps_for(Bogie([vehicle], [e]), float(run.v.min()), 1.0 / orders[k].rate)
-                for run, e in zip(tables, effects, strict=True)
-            )
-            alike.setdefault((n, orders[k].rate), []).append(k)
-        for (n, _), members in alike.items():
+        alike: dict[Structure, list[int]] = {}
+        for k, what in pending.items():
+            alike.setdefault(_structure(orders[k], *what), []).append(k)
+        for (steps, _, _), members in alike.items():
             vehicles = [pending[k][0] for k in members for _ in (0, 1)]
             tables = [run for k in members for run in pending[k][1]]
             effects = [one for k in members for one in pending[k][2]]
-            seen = simulate_many(vehicles, tables, effects, n)
+            seen = simulate_many(vehicles, tables, effects, steps)
             for i, k in enumerate(members):
                 pair = seen[2 * i : 2 * i + 2]
                 if all(max(np.abs(c["e1"]).max(), np.abs(c["e2"]).max()) < WIDEST for c in pair):
-                    done[k] = _recorded(orders[k], pending[k], pair, n)
-        if len(done) == len(orders):
-            return [done[k] for k in range(len(orders))]
-    missing = [orders[k].name for k in range(len(orders)) if k not in done]
-    raise ArithmeticError(f"{', '.join(missing)}: derails with every vehicle drawn; weaken the effects or the track")
+                    done[k] = _recorded(orders[k], pending[k], pair, steps)
+    if missing := [order.name for k, order in enumerate(orders) if k not in done]:
+        raise ArithmeticError(f"{', '.join(missing)}: derails every time; weaken the effects or the track")
+    return [done[k] for k in range(len(orders))]
+
+
+def _structure(order: Order, vehicle: Vehicle, tables: list[Table], effects: list[list[Effect]]) -> Structure:
+    """Steps per sample, samples per second and where which effects sit."""
+    bogies = [Bogie([vehicle], [one]) for one in effects]
+    slowest = [float(run.v.min()) for run in tables]
+    steps = order.steps or max(steps_for(b, v, 1.0 / order.rate) for b, v in zip(bogies, slowest, strict=True))
+    return steps, order.rate, tuple((e.kind, e.at, e.wheelset) for e in effects[0])
 
 
 def campaign(order: Order) -> Campaign:

@@ -84,7 +84,7 @@ class Contact:
         ud = None
         if w.u is not None:
             share = (1.0 + r * self.sb) / V
-            still = other - N * (gamma_1 - gamma_2) - self.c["k_r"] * -w.u
+            still = other - N * (gamma_1 - gamma_2) + self.c["k_r"] * w.u
             ud = self.rail(still, ((T_x1, spin_1), (T_x2, spin_2)), kyN, u_y, share)
             u_y = u_y - share * ud
 

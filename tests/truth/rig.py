@@ -161,7 +161,8 @@ def bench_runs(bench: Bench) -> tuple[Rig, dict[str, dict[str, Array]]]:
     d = bench.declared
     k, c, gain = (1.0 + rng.uniform(-w, w) for w in (0.2, 0.5, 0.05))
     rig = bench.rig or replace(d, k=d.k * k, c=d.c * c, gain=d.gain * gain)
-    runs = {}
+    runs: dict[str, dict[str, Array]] = {}
+    noise: dict[str, float] = {}  # the sensors of both runs are those of the first
     for i, (name, seconds) in enumerate(zip("ab", bench.seconds, strict=True)):
         own = np.random.default_rng([bench.seed, 22, i])
         t = np.arange(round(seconds * bench.rate)) / bench.rate
@@ -172,7 +173,8 @@ def bench_runs(bench: Bench) -> tuple[Rig, dict[str, dict[str, Array]]]:
         seen = respond(rig, t, u, bench.effects, start)
         runs[name] = {"t": t} | ({} if u is None else {"u": u})
         for x in bench.columns:
-            runs[name][x] = seen[x] + own.normal(0.0, bench.noise * seen[x].std(), len(t))
+            sd = noise.setdefault(x, bench.noise * float(seen[x].std()))
+            runs[name][x] = seen[x] + own.normal(0.0, sd, len(t))
     return rig, runs
 
 
