@@ -100,9 +100,7 @@ class Batch:
     initial: Floats | None = None
 
     @classmethod
-    def of(
-        cls, numbers: Floats, effects: Floats | None = None, amounts: Floats | None = None, **more: Any
-    ) -> Batch:
+    def of(cls, numbers: Floats, effects: Floats | None = None, amounts: Floats | None = None, **more: Any) -> Batch:
         """A batch of contiguous arrays; effects and amounts may be absent where nothing is placed."""
         n = len(numbers)
         two = [np.ascontiguousarray(x if x is not None else np.zeros((n, 0))) for x in (effects, amounts)]

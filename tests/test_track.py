@@ -68,9 +68,7 @@ def test_fra_classes_are_their_formula_with_cross_level_as_height_over_2b(number
 def test_sncf_is_a_density_per_cycle_turned_into_one_per_radian(name, factor):
     n = 0.1  # 1/m
     per_cycle = factor * 308e-6 / (1 + n / 0.0489) ** 3
-    assert float(spectrum_density(name, "yw", 2 * np.pi * n)) == pytest.approx(
-        per_cycle / (2 * np.pi), rel=1e-12
-    )
+    assert float(spectrum_density(name, "yw", 2 * np.pi * n)) == pytest.approx(per_cycle / (2 * np.pi), rel=1e-12)
 
 
 def test_an_unknown_spectrum_names_the_nearest():
@@ -85,9 +83,7 @@ def test_an_unknown_spectrum_names_the_nearest():
 
 def test_a_synthetic_track_is_the_sum_of_its_harmonics():
     length, seed, spacing = 600.0, 5, 0.25
-    track = synthetic_track(
-        "fra_4", length=length, seed=seed, spacing=spacing, shortest=4, longest=60, ease_in=0
-    )
+    track = synthetic_track("fra_4", length=length, seed=seed, spacing=spacing, shortest=4, longest=60, ease_in=0)
     s = spacing * np.arange(2400)
     for index, quantity in enumerate(("yw", "phiw", "gauge")):
         rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, index])))
@@ -208,9 +204,7 @@ def test_the_spectrum_of_a_track_is_the_one_that_it_was_made_of():
     found = psd(synthetic_track("fra_4", length=50_000.0, seed=1))
     inside = (found.wavenumber > 2 * np.pi / 100) & (found.wavenumber < 2 * np.pi / 4)
     for quantity in ("yw", "phiw", "gauge"):
-        ratio = getattr(found, quantity)[inside] / spectrum_density(
-            "fra_4", quantity, found.wavenumber[inside]
-        )
+        ratio = getattr(found, quantity)[inside] / spectrum_density("fra_4", quantity, found.wavenumber[inside])
         assert float(np.mean(ratio)) == pytest.approx(1.0, abs=0.02)
 
 
@@ -364,9 +358,7 @@ def test_a_run_at_constant_speed_is_the_track_at_that_speed(speed, half_wheelbas
     s = spacing * np.arange(60)
     yw = 1e-3 * np.sin(np.arange(60.0))
     from_track, dt = track_table(Track(s, yw), speed, half_wheelbase, steps)
-    from_run, run_dt = run_table(
-        {"t": s / speed, "v": np.full(60, speed), "s": s, "yw": yw}, half_wheelbase, steps
-    )
+    from_run, run_dt = run_table({"t": s / speed, "v": np.full(60, speed), "s": s, "yw": yw}, half_wheelbase, steps)
     assert dt == pytest.approx(run_dt)
     np.testing.assert_allclose(from_run, from_track, atol=1e-9)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -28,15 +28,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
+Curves = Mapping[str, tuple[Floats, Floats]]  # before, after -> motion [n], force [n]
 
 # Okabe and Ito's colours; lines differ in dash and width too, bars in hatching
 COLOURS = {"declared": "#b3b3b3", "before": "#d55e00", "after": "#0072b2", "floor": "#ffffff", "measured": "#b0b0b0"}
 LINES: dict[str, dict[str, Any]] = {
-    "measured": {"color": COLOURS["measured"], "lw": 2.6, "solid_capstyle": "round"},
-    "before": {"color": COLOURS["before"], "lw": 1.0, "ls": (0, (4, 1.5))},
+    "measured": {"color": COLOURS["measured"], "lw": 2.8, "solid_capstyle": "round"},
     "after": {"color": COLOURS["after"], "lw": 1.0},
+    "before": {"color": COLOURS["before"], "lw": 1.1, "ls": (0, (2.2, 2.2))},
 }
-STYLE = {
+STYLE: Any = {
     "svg.fonttype": "none",
     "font.family": "DejaVu Sans",
     "font.size": 9,
@@ -49,13 +50,15 @@ STYLE = {
     "grid.linewidth": 0.6,
     "axes.axisbelow": True,
     "axes.titlesize": 9,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-6, 7),
     "axes.titlelocation": "left",
     "xtick.color": "#444444",
     "ytick.color": "#444444",
     "path.simplify_threshold": 0.3,
 }
 FIRST = ("e1", "ay1", "ayf", "d1")  # drawn first where they were measured
-MARGINS = (0.66, 0.12, 0.42, 0.24)  # inch: left, right, bottom, top
+LEFT, RIGHT = 0.66, 0.12  # inch beside the axes
 SHOWN = 5.0  # s of a series
 PERIODS = 25  # of a rig's main frequency, which may be anything
 POINTS = 2500  # of a line
@@ -77,16 +80,23 @@ class Picture:
         return "data:image/svg+xml;base64," + base64.b64encode(self.svg).decode("ascii")
 
 
-def drawn(name: str, alt: str, size: tuple[float, float], draw: Callable[[Axes], None]) -> Picture:
-    """A figure of one pair of axes, size [inch]."""
+def drawn(
+    name: str,
+    alt: str,
+    size: tuple[float, float],
+    draw: Callable[[Axes], None],
+    top: float = 0.24,
+    bottom: float = 0.42,
+) -> Picture:
+    """A figure of one pair of axes, size [inch], with so much above and below them."""
     import matplotlib
     from matplotlib.figure import Figure
 
-    with matplotlib.rc_context({**STYLE, "svg.hashsalt": name}):  # type: ignore[arg-type]
+    with matplotlib.rc_context({**STYLE, "svg.hashsalt": name}):
         figure = Figure(figsize=size)
-        left, right, bottom, top = MARGINS
-        ax = figure.add_axes((left / size[0], bottom / size[1], 1 - (left + right) / size[0], 1 - (bottom + top) / size[1]))
-        ax.yaxis.set_label_coords(-(left - 0.14) / (size[0] - left - right), 0.5)
+        wide, high = size[0] - LEFT - RIGHT, size[1] - bottom - top
+        ax = figure.add_axes((LEFT / size[0], bottom / size[1], wide / size[0], high / size[1]))
+        ax.yaxis.set_label_coords(-(LEFT - 0.14) / wide, 0.5)
         draw(ax)
         out = io.BytesIO()
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
@@ -109,6 +119,8 @@ def scale(values: Any, unit: str) -> tuple[float, str]:
     largest = float(given[np.isfinite(given)].max(initial=0.0))
     if largest == 0:
         return 1.0, pretty(unit)
+    if unit == "m/s" and largest < 0.1:
+        return 1e3, "mm/s"
     number, name = suited(largest, unit)
     return number / largest, pretty(name)
 
@@ -154,7 +166,7 @@ def error_bars(report: Mapping[str, Any]) -> Picture:
         ax.legend(ncols=4, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
 
     alt = "Bars of the error of every channel: declared, before, after, noise floor"
-    return drawn("errors", alt, (7.2 if len(channels) > 4 else 5.0, 2.7), draw)
+    return drawn("errors", alt, (7.2 if len(channels) > 4 else 5.0, 2.5), draw, bottom=0.25)
 
 
 # series and spectra
@@ -236,47 +248,53 @@ def series_picture(found: Found, window: Window, series: Mapping[str, Floats], c
         ax.set_xlabel("time [s]")
         ax.set_ylabel(axis(channel, unit))
 
-    return drawn(f"series-{channel}", f"{channel} over time: measured, before, after", (5.4, 2.0), draw)
+    return drawn(f"series-{channel}", f"{channel} over time: measured, before, after", (5.4, 1.9), draw, 0.08)
 
 
-def spectrum_picture(found: Found, window: Window, channel: str) -> Picture:
-    """Power spectral density of one channel over the whole stretch."""
+def spectrum_picture(found: Found, window: Window, series: Mapping[str, Floats], channel: str) -> Picture:
+    """Power spectral density of one channel over the whole stretch, in the unit of its series."""
     stretch, band = window.stretch, found.measurement.campaign.band
     row = stretch.channels.index(channel)
     lines = {"measured": stretch.columns[channel]}
     lines |= {w: found.judged[w].series[window.index][row] for w in ("before", "after")}
-    factor, unit = scale(stretch.columns[channel].std(), channel_unit(stretch, channel))
-    highest = 0.5 / stretch.dt if band is None else min(1.5 * band[1], 0.5 / stretch.dt)
+    factor, unit = scale(series["measured"][row, window.begin : window.end], channel_unit(stretch, channel))
+    segment = min(stretch.samples, max(256, stretch.samples // 5))
+    low, high = (0.0, np.inf) if band is None else (0.5 * band[0], 1.5 * band[1])
 
     def draw(ax: Axes) -> None:
         for which, line in LINES.items():
             if which in lines and np.all(np.isfinite(lines[which])):
-                segment = min(stretch.samples, max(256, stretch.samples // 5))
                 f, density = signal.welch(lines[which], 1.0 / stretch.dt, nperseg=segment)
-                kept = slice(1, np.searchsorted(f, highest))
+                kept = (f > 0) & (f >= low) & (f <= high)
                 ax.loglog(f[kept], factor**2 * density[kept], **line)
+                if which == "measured":  # what a noiseless model has below the sensors' noise tells nothing
+                    bottom = 0.1 * factor**2 * float(density[kept].min())
+        ax.set_ylim(bottom=bottom)
         ax.margins(x=0)
-        for low, high in ((0.0, band[0]), (band[1], np.inf)) if band else ():
-            left, right = ax.get_xlim()
-            ax.axvspan(max(low, left), min(high, right), color="#f1f1f1", lw=0, zorder=0)
-            ax.set_xlim(left, right)
+        left, right = ax.get_xlim()
+        for span in ((left, band[0]), (band[1], right)) if band else ():
+            ax.axvspan(*span, color="#f1f1f1", lw=0, zorder=0)
+        ax.set_xlim(left, right)
         _plain_decades(ax)
         ax.set_xlabel("frequency [Hz]")
-        ax.set_ylabel(f"[({unit})²/Hz]" if unit else "[1/Hz]")
+        squared = f"({unit})²" if "/" in unit else f"{unit}²" if unit else "1"
+        ax.set_ylabel(f"density [{squared}/Hz]")
 
-    return drawn(f"spectrum-{channel}", f"Spectrum of {channel}: measured, before, after", (4.2, 2.0), draw)
+    return drawn(f"spectrum-{channel}", f"Spectrum of {channel}: measured, before, after", (4.2, 1.9), draw, 0.08)
 
 
 def _plain_decades(ax: Axes) -> None:
-    """Frequencies as plain numbers, densities with few decades labelled and no mathematics in the text."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+    """Frequencies as 1, 2, 5, 10; densities in few decades; no mathematics in the text."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
     digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    left, right = ax.get_xlim()
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if right < 1e4 * left else (1.0,), numticks=16))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
     ax.yaxis.set_major_locator(LogLocator(numticks=5))
     ax.yaxis.set_major_formatter(FuncFormatter(lambda x, _: "10" + f"{round(np.log10(x))}".translate(digits)))
-    for one in (ax.xaxis, ax.yaxis):
-        one.set_minor_formatter(NullFormatter())
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.yaxis.set_minor_locator(NullLocator())
 
 
 # the laws: the kernel itself is the bench on which they are driven through the motion that was seen
@@ -284,46 +302,50 @@ def _plain_decades(ax: Axes) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """What is drawn of an effect: a heading, its pictures, and what they show."""
+    """What is drawn of an effect: a heading, its pictures, what they show, which lines need a key."""
 
     title: str
     pictures: tuple[Picture, ...]
     note: str
+    lines: tuple[str, ...] = ("before", "after")
 
 
 @dataclass(frozen=True, eq=False)
 class _Scene:
-    """The vehicle as found on the stretch that is shown."""
+    """A vehicle with what was found, and the one before, on the stretch that is shown."""
 
-    found: Found
-    window: Window
+    model: Model
+    before: Model
+    stretch: Stretch
     start: Floats
+    piece: slice
+    settled: slice
+
+    @classmethod
+    def of(cls, found: Found, model: Model, window: Window) -> _Scene:
+        stretch = window.stretch
+        cut = cut_samples(found.measurement.campaign, stretch)
+        start = initial_state(model, stretch, found.measurement.noise)
+        settled = slice(cut, stretch.samples - cut)
+        return cls(model, found.before.model, stretch, start, window.rows(cut), settled)
 
     @property
-    def stretch(self) -> Stretch:
-        return self.window.stretch
-
-    @property
-    def piece(self) -> slice:
-        """The rows that are shown."""
-        return self.window.rows(cut_samples(self.found.measurement.campaign, self.stretch))
-
-    @property
-    def settled(self) -> slice:
-        """All rows but those in which the initial state dies away."""
-        cut = cut_samples(self.found.measurement.campaign, self.stretch)
-        return slice(cut, self.stretch.samples - cut)
+    def path(self) -> slice:
+        """The rows of a path that is still to be followed by eye."""
+        return slice(self.piece.start, self.piece.start + max(2, (self.piece.stop - self.piece.start) // 2))
 
     def motion(self, channels: Sequence[str], model: Model | None = None) -> Floats:
-        """Channels [channel, n] of the vehicle as found (or another of its structure)."""
-        return simulate(model or self.found.after.model, self.stretch, channels, initial=self.start)[0][0]
+        """Channels [channel, n] of the vehicle (or another with its states)."""
+        series, lost = simulate(model or self.model, self.stretch, channels, initial=self.start)
+        return sound(series, lost)
 
 
 def law_figures(found: Found, report: Mapping[str, Any], window: Window) -> list[Law]:
-    """Every effect of the vehicle as found over the motion actually seen, and the measured curve of `outside`."""
-    model = found.after.model
-    scene = _Scene(found, window, initial_state(model, window.stretch, found.measurement.noise))
-    laws = [_outside(scene, report["outside"])] if report["outside"] else []
+    """The measured curve of `outside`, then every effect of the vehicle as found, over the motion actually seen."""
+    model, laws = found.after.model, []
+    if found.outside is not None:
+        laws.append(_outside(_Scene.of(found, found.outside.fit.model, window), report["outside"]))
+    scene = _Scene.of(found, model, window)
     for i, effect in enumerate(model.effects):
         if effect.kind != "measured_force":
             laws.append(_law(scene, effect, f"law-{i}"))
@@ -333,15 +355,19 @@ def law_figures(found: Found, report: Mapping[str, Any], window: Window) -> list
 def _law(scene: _Scene, effect: PlacedEffect, name: str) -> Law:
     record = core.record(effect.kind)
     title = f"{record['title']}: {place(effect.at, effect.wheelset)}"
+    draw: Callable[[_Scene, PlacedEffect, str, str], Law] = _outer
     if record["acts"] == "sensor":
-        return _sensor(scene, effect, name, title)
-    if "rig" in record["at"]:
-        return _suspension(scene, effect, name, title)
-    if record["acts"] == "body":
-        return _coach(scene, name, title)
-    if effect.at in ("contact", "track"):
-        return _contact(scene, effect, name, title)
-    return _outer(scene, effect, name, title)
+        draw = _sensor
+    elif "rig" in record["at"]:
+        draw = _suspension
+    elif record["acts"] == "body":
+        draw = _coach
+    elif effect.at in ("contact", "track"):
+        draw = _contact
+    try:
+        return draw(scene, effect, name, title)
+    except ValueError as problem:  # too stiff to be stepped, or diverged
+        return Law(title, (), f"Not drawn: {problem}.", ())
 
 
 def resisted(z: Floats, dt: float, mass: float, effects: Sequence[PlacedEffect], k: float, c: float) -> Floats:
@@ -349,7 +375,7 @@ def resisted(z: Floats, dt: float, mass: float, effects: Sequence[PlacedEffect],
 
     The kernel's own laws: they stand under a mass that they cannot move, on a base that makes the motion.
     """
-    t = dt * np.arange(len(z))
+    t = np.linspace(0.0, dt * (len(z) - 1), len(z))
     bench = Stretch("", "", 0, {"t": t, "u": -z}, dt, "rig")
     vehicles = Vehicles("rig", [Placement(e.kind, "rig", None, len(effect_row(e))) for e in effects])
     numbers = np.array([[HEAVY * mass, k, c, 1.0, core.RIG_INPUTS["base_displacement"]]])
@@ -358,8 +384,16 @@ def resisted(z: Floats, dt: float, mass: float, effects: Sequence[PlacedEffect],
     start = np.zeros(vehicles.states(batch))
     start[:2] = z[0], CubicSpline(t, z)(0.0, 1)
     steps = vehicles.steps(batch, 1.0, 1.0, dt)[0]
-    series, _ = vehicles.simulate(batch.with_initial(start), bench.table(0.0, steps), dt, steps, ["v.rig.0", "az"])
-    return np.stack([-HEAVY * mass * series[0, 1], series[0, 0]])
+    channels, table = ["v.rig.0", "az"], bench.table(0.0, steps)
+    v, a = sound(*vehicles.simulate(batch.with_initial(start), table, dt, steps, channels))
+    return np.stack([-HEAVY * mass * a, v])
+
+
+def sound(series: Floats, lost: NDArray[np.int64]) -> Floats:
+    """The series [channel, n] of the first vehicle; ValueError where it diverged."""
+    if lost[0] >= 0:
+        raise ValueError("the vehicle diverges")
+    return np.asarray(series[0])
 
 
 def _mass(model: Model) -> float:
@@ -376,7 +410,7 @@ def _at(model: Model, at: str, wheelset: int) -> tuple[list[PlacedEffect], float
 
 def _port(scene: _Scene, at: str, wheelset: int | None) -> tuple[int, Floats]:
     """The port of an effect (that which moves most, where it has two) and its motion z."""
-    sites = scene.found.after.model.vehicles().sites(scene.found.after.model.single())
+    sites = scene.model.vehicles().sites(scene.model.single())
     linkage = wheelset is None and (at, 3) in sites
     ports = [w for a, w in sites if a == at and ((w == 3) if linkage else w < 3 and wheelset in (None, w))]
     motion = scene.motion([f"z.{at}.{w}" for w in ports])
@@ -387,25 +421,33 @@ def _port(scene: _Scene, at: str, wheelset: int | None) -> tuple[int, Floats]:
 def _suspension(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     """Whole force of the place against displacement, and the effect's own against what rules it."""
     at, (w, z) = effect.at, _port(scene, effect.at, effect.wheelset)
-    dt, mass = scene.stretch.dt, _mass(scene.found.after.model)
-    kept = scene.settled
-    here, k, c = _at(scene.found.after.model, at, w)
-    whole, v = resisted(z, dt, mass, here, k, c)
-    was, _ = resisted(z, dt, mass, *_at(scene.found.before.model, at, w))
+    mass, (_, k, c) = _mass(scene.model), _at(scene.model, at, w)
+    picture, whole, v = _whole(scene, at, w, z, f"{name}-whole")
     superseded = str(core.record(effect.kind)["supersedes"] or "")
-    own = resisted(z, dt, mass, [effect], k, c)[0] - resisted(z, dt, mass, [], k, c)[0]
+    own = resisted(z, scene.stretch.dt, mass, [effect], k, c)[0] - resisted(z, scene.stretch.dt, mass, [], k, c)[0]
     own = own + ("stiffness" in superseded) * k * z + ("damping" in superseded) * c * v
-    z_unit, v_unit, f_unit = (unit_at(word, at) for word in ("z", "v", "F"))
-    here_name = place(at, w if w in (1, 2) else None)
-    curves = {"before": (z, was), "after": (z, whole)}
-    pictures = [_force_picture(scene, name, f"whole force, {here_name}", curves, ("z", z_unit), f_unit)]
+    pictures = [picture]
     if np.std(own - whole) > 0.01 * np.std(whole):
-        ruled, x, unit = ("z", z, z_unit)
-        if _explained(v[kept], own[kept]) > _explained(z[kept], own[kept]):
-            ruled, x, unit = "v", v, v_unit
-        alone = {"after": (x, own)}
-        pictures.append(_force_picture(scene, f"{name}-own", "the effect alone", alone, (ruled, unit), f_unit))
+        kept = scene.settled
+        by_speed = _explained(v[kept], own[kept]) > _explained(z[kept], own[kept])
+        motion, x = ("v", v) if by_speed else ("z", z)
+        alone, units = {"after": (x, own)}, (unit_at(motion, at), unit_at("F", at))
+        pictures.append(_force_picture(scene, f"{name}-own", "the effect alone", alone, (motion, units[0]), units[1]))
     return Law(title, tuple(pictures), "Force that resists the motion, over the motion of the validating run.")
+
+
+def _whole(scene: _Scene, at: str, w: int, z: Floats, name: str) -> tuple[Picture, Floats, Floats]:
+    """All that resists a motion z at a port, before and after, drawn; and force and speed [n] after."""
+    dt, mass = scene.stretch.dt, _mass(scene.model)
+    whole, v = resisted(z, dt, mass, *_at(scene.model, at, w))
+    was, _ = resisted(z, dt, mass, *_at(scene.before, at, w))
+    heading = f"whole {_force_word(unit_at('F', at))}, {place(at, w if w in (1, 2) else None)}"
+    curves = {"before": (z, was), "after": (z, whole)}
+    return _force_picture(scene, name, heading, curves, ("z", unit_at("z", at)), unit_at("F", at)), whole, v
+
+
+def _force_word(unit: str) -> str:
+    return "moment" if unit.endswith("*m") else "force"
 
 
 def _explained(x: Floats, y: Floats, bins: int = 100) -> float:
@@ -416,31 +458,30 @@ def _explained(x: Floats, y: Floats, bins: int = 100) -> float:
     return 1.0 - within / total if total > 0 else 1.0
 
 
-def _force_picture(
-    scene: _Scene, name: str, title: str, curves: Mapping[str, tuple[Floats, Floats]], motion: tuple[str, str], unit: str
-) -> Picture:
-    """Force against motion: a curve where the motion rules it, else the path of the seconds shown."""
+def _force_picture(scene: _Scene, name: str, title: str, curves: Curves, motion: tuple[str, str], unit: str) -> Picture:
+    """Force against motion: a curve where the motion rules it, else the path of some seconds."""
     words = {"z": "displacement z", "v": "speed v", "e": "displacement e from the rails"}[motion[0]]
-    seen = next(iter(curves.values()))[0][scene.settled]
+    kept = scene.settled
+    ruled = {which: _explained(x[kept], y[kept]) >= FUNCTION for which, (x, y) in curves.items()}
+    shown = kept if all(ruled.values()) else scene.path
+    seen = next(iter(curves.values()))[0][shown]
     x_scale, x_unit = scale(seen, motion[1])
-    y_scale, y_unit = scale([y[scene.settled] for _, y in curves.values()], unit)
+    y_scale, y_unit = scale([y[shown] for _, y in curves.values()], unit)
 
     def draw(ax: Axes) -> None:
         for which, (x, y) in curves.items():
-            a, b = x[scene.settled], y[scene.settled]
-            if _explained(a, b) >= FUNCTION:
+            a, b = x[shown], y[shown]
+            if ruled[which]:
                 order = np.argsort(a)
                 order = order[:: max(1, len(order) // POINTS)]
                 a, b = a[order], b[order]
-            else:
-                a, b = x[scene.piece], y[scene.piece]
             ax.plot(x_scale * a, y_scale * b, **LINES[which] | {"lw": 1.4})
         _seen(ax, x_scale * seen)
         ax.set_title(title)
         ax.set_xlabel(axis(words, x_unit))
-        ax.set_ylabel(axis("moment" if unit.endswith("*m") else "force", y_unit))
+        ax.set_ylabel(axis(_force_word(unit), y_unit))
 
-    return drawn(name, f"{title}: force against {words}", (4.7, 3.0), draw)
+    return drawn(name, f"{title}: {_force_word(unit)} against {words}", (4.7, 3.0), draw)
 
 
 def _seen(ax: Axes, x: Floats) -> None:
@@ -473,7 +514,7 @@ def _held(scene: _Scene, model: Model, moved: bool) -> dict[str, Floats]:
             table[:, column] = spline(at)[i]
             table[:, column + 1] = spline(at, 1)[i] / table[:, 1]
     channels = ["ay1", "ay2", "v.wheelset_yaw.1", "v.wheelset_yaw.2"]
-    series = vehicles.simulate(batch, table, stretch.dt, steps, channels)[0][0]
+    series = sound(*vehicles.simulate(batch, table, stretch.dt, steps, channels))
     m = row[columns["vehicle.wheelset.mass"]]
     inertia = row[columns["vehicle.wheelset.yaw_inertia"]]
     turned = inertia * np.gradient(series[2:], stretch.dt, axis=1)
@@ -482,48 +523,58 @@ def _held(scene: _Scene, model: Model, moved: bool) -> dict[str, Floats]:
 
 def _contact(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     """Lateral force and yaw moment of the contact on a wheelset held straight, against e."""
-    w = effect.wheelset or 1
+    w, model = effect.wheelset or 1, scene.model
     e = scene.motion([f"e{w}"])[0]
-    model = scene.found.after.model
     others = Model(model.design.with_effects(x for x in model.design.effects if x is not effect))
-    now, was, linear = (_held(scene, m, True) for m in (model, scene.found.before.model, others))
-    pictures = []
-    for key, unit, words in (("Y", "N", "lateral force"), ("M", "N*m", "yaw moment")):
-        f, without = now[f"{key}{w}"], linear[f"{key}{w}"]
-        if np.std(f - without) > 0.02 * np.std(without):
-            curves = {"before": (e, was[f"{key}{w}"]), "after": (e, f)}
-            caption = f"{words} of the rails on wheelset {w}"
-            pictures.append(_contact_picture(scene, f"{name}-{key}", caption, curves, unit, w))
+    now, was, without = (_held(scene, m, True) for m in (model, scene.before, others))
+    change = {k: _rms(now[k] - without[k]) / _rms(without[k]) for k in (f"Y{w}", f"M{w}")}
+    gauge, fan, pictures = _gauge_under(scene, w), False, []
+    for key, unit, words in ((f"Y{w}", "N", "lateral force"), (f"M{w}", "N*m", "yaw moment")):
+        if change[key] < 0.5 * max(change.values()):
+            continue
+        curves = {"before": (e, was[key]), "after": (e, now[key])}
+        heading = f"{words} of the rails on wheelset {w}"
+        ruled = {k: _explained(x[scene.settled], f[scene.settled]) >= FUNCTION for k, (x, f) in curves.items()}
+        fan = gauge is not None and ruled["before"] and not ruled["after"]
+        if fan and gauge is not None:
+            pictures.append(_fan_picture(scene, f"{name}-{key}", heading, curves, gauge, unit))
+        else:
+            pictures.append(_force_picture(scene, f"{name}-{key}", heading, curves, ("e", "m"), unit))
     note = "The rails moved under a wheelset held straight, as far as they were seen to move."
+    if fan:
+        return Law(title, tuple(pictures), f"{note} Dots: after, coloured by the gauge.", ("before",))
     return Law(title, tuple(pictures), note)
 
 
-def _contact_picture(
-    scene: _Scene, name: str, title: str, curves: Mapping[str, tuple[Floats, Floats]], unit: str, wheelset: int
-) -> Picture:
-    """As `_force_picture`; where e alone does not rule the force, points coloured by the gauge."""
-    x, y = curves["after"]
-    gauge = scene.stretch.columns.get("gauge")
-    kept = scene.settled
-    if gauge is None or not np.any(gauge) or _explained(x[kept], y[kept]) >= FUNCTION:
-        return _force_picture(scene, name, title, curves, ("e", "m"), unit)
-    s = scene.stretch.columns["s"]
-    back = 2.0 * scene.found.after.model.half_wheelbase() * (wheelset - 1)
-    under = np.interp(s - back, s, gauge)
-    some = np.arange(scene.stretch.samples)[kept][:: max(1, scene.stretch.samples // 1500)]
-    x_scale, x_unit = scale(x, "m")
-    y_scale, y_unit = scale(y, unit)
-    g_scale, g_unit = scale(under, "m")
+def _rms(x: Floats) -> float:
+    return float(np.sqrt(np.mean(x**2)))
+
+
+def _gauge_under(scene: _Scene, wheelset: int) -> Floats | None:
+    """Gauge deviation [n] under a wheelset, None where none was measured."""
+    gauge, s = scene.stretch.columns.get("gauge"), scene.stretch.columns.get("s")
+    if gauge is None or s is None or not np.any(gauge):
+        return None
+    return np.interp(s - 2.0 * scene.model.half_wheelbase() * (wheelset - 1), s, gauge)
+
+
+def _fan_picture(scene: _Scene, name: str, title: str, curves: Curves, gauge: Floats, unit: str) -> Picture:
+    """As `_force_picture` where e alone does not rule the force: dots coloured by the gauge."""
+    (x, y), (_, was) = curves["after"], curves["before"]
+    some = np.arange(len(x))[scene.settled][:: max(1, len(x) // 1200)]
+    order = some[np.argsort(x[some])]
+    x_scale, x_unit = scale(x[some], "m")
+    y_scale, y_unit = scale(y[some], unit)
+    g_scale, g_unit = scale(gauge[some], "m")
 
     def draw(ax: Axes) -> None:
-        dots = ax.scatter(x_scale * x[some], y_scale * y[some], s=5, c=g_scale * under[some], cmap="cividis", lw=0)
-        order = np.argsort(curves["before"][0][some])
-        ax.plot(x_scale * x[some][order], y_scale * curves["before"][1][some][order], **LINES["before"] | {"lw": 1.4})
-        ax.figure.colorbar(dots, ax=ax, label=axis("gauge deviation", g_unit), pad=0.02)
-        _seen(ax, x_scale * x[kept])
+        dots = ax.scatter(x_scale * x[some], y_scale * y[some], s=5, c=g_scale * gauge[some], cmap="cividis", lw=0)
+        ax.plot(x_scale * x[order], y_scale * was[order], **LINES["before"] | {"lw": 1.4})
+        ax.figure.colorbar(dots, ax=ax, label=axis("gauge deviation", g_unit), pad=0.03)
+        _seen(ax, x_scale * x[some])
         ax.set_title(title)
         ax.set_xlabel(axis("displacement e from the rails", x_unit))
-        ax.set_ylabel(axis("moment" if unit.endswith("*m") else "force", y_unit))
+        ax.set_ylabel(axis(_force_word(unit), y_unit))
 
     return drawn(name, f"{title} against e, coloured by the gauge", (4.7, 3.0), draw)
 
@@ -532,10 +583,10 @@ def _outer(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     """A force that hangs on the way alone: on a wheelset held still, against distance."""
     w, key, unit = effect.wheelset or 1, "M" if effect.at.endswith("_yaw") else "Y", unit_at("F", effect.at)
     if not effect.at.startswith("wheelset"):
-        return Law(title, (), "A constant: there is no curve to draw.")
-    f = _held(scene, Model(scene.found.after.model.design.with_effects([effect])), False)[f"{key}{w}"]
+        return Law(title, (), "A constant: there is no curve to draw.", ())
+    f = _held(scene, Model(scene.model.design.with_effects([effect])), False)[f"{key}{w}"]
     s = scene.stretch.columns["s"][scene.piece]
-    radius = scene.found.after.model.design.values["vehicle.geometry.rolling_radius"]
+    radius = scene.model.design.values["vehicle.geometry.rolling_radius"]
     some = s <= s[0] + 8 * np.pi * radius
     factor, name_of = scale(f, unit)
 
@@ -547,12 +598,12 @@ def _outer(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
         ax.set_ylabel(axis("moment" if key == "M" else "force", name_of))
 
     picture = drawn(name, f"{title}: force against distance", (4.7, 3.0), draw)
-    return Law(title, (picture,), "Four turns of the wheelset.")
+    return Law(title, (picture,), "Four turns of the wheelset.", ("after",))
 
 
-def _coach(scene: _Scene, name: str, title: str) -> Law:
+def _coach(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     """Force between frame and coach against the frame's motion, from the balance of the simulated frame."""
-    model, before = scene.found.after.model, scene.found.before.model
+    model, before = scene.model, scene.before
     y, a = scene.motion(["z.frame.0", "ayf"])
     mass, dt = _mass(model), scene.stretch.dt
     primary = 0.0
@@ -568,7 +619,7 @@ def _coach(scene: _Scene, name: str, title: str) -> Law:
 def _sensor(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     """What a sensor shows against what the vehicle does."""
     channel, stretch = effect.at, scene.stretch
-    true = scene.motion([channel], Model(scene.found.after.model.design))[0][scene.piece]
+    true = scene.motion([channel], Model(scene.model.design))[0][scene.piece]
     shown = scene.motion([channel])[0][scene.piece]
     measured = stretch.columns[channel][scene.piece]
     factor, unit = scale(measured, channel_unit(stretch, channel))
@@ -581,37 +632,37 @@ def _sensor(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
         ax.set_ylabel(axis(f"{channel} as shown", unit))
 
     picture = drawn(name, f"{title}: what the sensor shows against what the vehicle does", (4.7, 3.0), draw)
-    return Law(title, (picture,), "Grey: measured; dashed: a true sensor; blue: the sensor as found.")
+    return Law(title, (picture,), "Grey: measured; dashed: a true sensor; blue: the sensor as found.", ())
 
 
 def _outside(scene: _Scene, o: Mapping[str, Any]) -> Law:
-    """The measured curve with its error bars, over the motion actually seen."""
-    path = o.get("parameter")
+    """The measured curve with its error bars, over the motion actually seen, and with it the place's whole force."""
+    path, pictures = o.get("parameter"), []
     rows = [r for r in zip(o["motion"], o["force"], o["sd"], strict=True) if None not in r[:2]]
     x, y, sd = np.array([[r[0], r[1], r[2] or 0.0] for r in rows]).T
     sign = 1.0 if path else -1.0
     x_scale, x_unit = scale(x, o["motion_unit"])
     y_scale, y_unit = scale(y, o["force_unit"])
-    motion = list(_motion_seen(scene, o))
+    curve = scene.model.design.effects[-1] if scene.model.design.effects else None
+    motion: list[Floats] = []
+    if curve is not None and curve.kind == "measured_force" and o["against"] in ("z", "v"):
+        w, z = _port(scene, curve.at, curve.wheelset)
+        picture, _, v = _whole(scene, curve.at, w, z, "outside-whole")
+        pictures.append(picture)
+        motion = [(z if o["against"] == "z" else v)[scene.settled]]
 
     def draw(ax: Axes) -> None:
         ax.errorbar(x_scale * x, sign * y_scale * y, yerr=2 * y_scale * sd, color=COLOURS["after"], lw=1.2, marker="o",
                     ms=4, capsize=3, ecolor="#444444", elinewidth=0.9)  # fmt: skip
-        if motion:
-            _seen(ax, x_scale * motion[0])
+        for seen in motion:
+            _seen(ax, x_scale * seen)
         words = {"z": "displacement z", "v": "speed v", "s": "distance s"}[o["against"]]
+        ax.set_title("the curve alone")
         ax.set_xlabel(axis(words, x_unit))
-        ax.set_ylabel(axis(path or ("moment" if o["force_unit"].endswith("*m") else "force"), y_unit))
+        ax.set_ylabel(axis(path or _force_word(o["force_unit"]), y_unit))
 
     where = place(o["at"], o["wheelset"]) if o.get("at") else "along the track"
-    picture = drawn("outside", f"Measured curve, {where}", (4.7, 3.0), draw)
-    note = "Bars: two standard deviations." + ("" if path else " Force that resists the motion: F of the files is its negative.")
-    return Law(f"measured curve: {where}", (picture,), note)
-
-
-def _motion_seen(scene: _Scene, o: Mapping[str, Any]) -> Iterator[Floats]:
-    """What the curve stands against, where the vehicle has it."""
-    sites = scene.found.after.model.vehicles().sites(scene.found.after.model.single())
-    ports = [w for at, w in sites if at == o.get("at") and o["wheelset"] in (None, w)]
-    if ports and o["against"] in ("z", "v"):
-        yield scene.motion([f"{o['against']}.{o['at']}.{ports[0]}"])[0][scene.settled]
+    pictures.append(drawn("outside", f"Measured curve, {where}", (4.7, 3.0), draw))
+    turned = "" if path else " Force that resists the motion: the negative of F in the files."
+    lines = ("before", "after") if len(pictures) > 1 else ()
+    return Law(f"measured curve: {where}", tuple(pictures), "Bars: two standard deviations." + turned, lines)

@@ -176,8 +176,8 @@ def ranking(found: Found) -> list[dict[str, Any]]:
     nothing = held_out_nrmse(base)
     refits = [*step.refits, base]
     weights = bootstrap_weights(refits, found.seed)
-    rows = [{"kind": "none", "at": None, "wheelset": None, "rho": 0.0, "nrmse": nothing, "refitted": True,
-             "weight": float(weights[-1])}]  # fmt: skip
+    none = {"kind": "none", "at": None, "wheelset": None, "rho": 0.0, "nrmse": nothing, "refitted": True}
+    rows: list[dict[str, Any]] = [none | {"weight": float(weights[-1])}]
     fitted = {}
     for refit, weight in zip(step.refits, weights, strict=False):
         fitted[refit.candidate] = (held_out_nrmse(refit), float(weight))
@@ -186,7 +186,7 @@ def ranking(found: Found) -> list[dict[str, Any]]:
         c = s.candidate
         rows.append({"kind": c.kind, "at": c.at, "wheelset": c.wheelset, "rho": s.rho, "nrmse": nrmse,
                      "refitted": c in fitted, "weight": weight})  # fmt: skip
-    rows.sort(key=lambda r: r["nrmse"])
+    rows.sort(key=lambda r: float(r["nrmse"]))
     added = step.added.candidate if step.added else None
     if added is not None:
         rows.sort(key=lambda r: (r["kind"], r["at"], r["wheelset"]) != (added.kind, added.at, added.wheelset))
@@ -289,5 +289,6 @@ def _notes(found: Found) -> list[str]:
     notes = [f"{entry.name}: {note}" for entry, run in zip(found.measurement.campaign.runs, found.measurement.runs,
                                                            strict=True) for note in run.notes]  # fmt: skip
     for name, judgement in found.judged.items():
-        notes += [f"{name}: the vehicle diverges on {file} at {at:.2f} s, its error is null" for file, at in judgement.diverged]
+        told = "its error is null"
+        notes += [f"{name}: the vehicle diverges on {file} at {at:.2f} s, {told}" for file, at in judgement.diverged]
     return notes

@@ -52,9 +52,7 @@ def targets(model: Model, measurement: Measurement, stretches: Sequence[Stretch]
         every = 1 if campaign.band is None else max(1, int(rate / (2.4 * min(campaign.band[1], 0.45 * rate))))
         y = filtered(campaign, stretch, stretch.measured(stretch.channels))[:, ::every] * w[:, None]
         start = initial_state(model, stretch, measurement.noise)
-        ready.append(
-            Target(stretch, filter_for(campaign, stretch, w, every), y, start, steps_for(model, stretch))
-        )
+        ready.append(Target(stretch, filter_for(campaign, stretch, w, every), y, start, steps_for(model, stretch)))
     return ready
 
 
@@ -102,8 +100,8 @@ def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> Free
         curve = _curve_size(model, path)
         prior.append(0.0 if curve else now)
         sd.append(CURVE * curve if curve else np.inf)
-    numbers = (np.array(x, dtype=float) for x in (low, high, size, prior, sd))
-    return Free(tuple(paths), *numbers, np.array(ratio))
+    a, b, c, d, e = (np.array(x, dtype=float) for x in (low, high, size, prior, sd))
+    return Free(tuple(paths), a, b, c, d, e, np.array(ratio))
 
 
 def rig_scale(model: Model, path: str) -> float:
@@ -114,7 +112,7 @@ def rig_scale(model: Model, path: str) -> float:
 
 def _curve_size(model: Model, path: str) -> float:
     """The largest force of a measured curve, for the points where it is zero; 0 for other numbers."""
-    group, number, key = path.split(".", 2)
+    _, number, key = path.split(".", 2)
     if not key.startswith("force."):
         return 0.0
     force = model.design.effects[int(number)].parameters["force"]

@@ -53,7 +53,7 @@ def candidates(
     """All candidates for a vehicle and its runs; `without` bars kinds, `loaded` the rail's flexibility."""
     sites = _sites(model, stretches)
     measured = {c for s in stretches for c in s.channels if c in (*COMPARED, *RIG_RESPONSES)}
-    driven = {p for s in stretches for q, p in (("Qy", "secondary_lateral"), ("Qpsi", "secondary_yaw")) if q in s.columns}
+    driven = driven_places(stretches)
     has_gauge = any(np.any(s.columns.get("gauge", np.zeros(1))) for s in stretches)
     found = []
     for record in core.catalogue():
@@ -71,6 +71,12 @@ def candidates(
                 if _compatible(model, candidate):
                     found.append(candidate)
     return found
+
+
+def driven_places(stretches: Sequence[Stretch]) -> set[str]:
+    """Places where a measured force of the coach acts in place of everything else."""
+    pairs = (("Qy", "secondary_lateral"), ("Qpsi", "secondary_yaw"))
+    return {place for s in stretches for q, place in pairs if q in s.columns}
 
 
 def _compatible(model: Model, candidate: Candidate) -> bool:
@@ -97,7 +103,8 @@ def _sites(model: Model, stretches: Sequence[Stretch]) -> dict[str, dict[str, fl
     rms = dict(zip(channels, np.sqrt(square), strict=True))
     values = model.design.values
     general = {"w": W, "m": values.get("vehicle.frame.mass", values.get("vehicle.rig.mass", 1.0)), "1": 1.0}
-    general |= {"h": values.get("contact.flange_clearance", 1.0), "r": values.get("vehicle.geometry.rolling_radius", 1.0)}
+    general["h"] = values.get("contact.flange_clearance", 1.0)
+    general["r"] = values.get("vehicle.geometry.rolling_radius", 1.0)
     found: dict[str, dict[str, float]] = {"contact": dict(general), "track": dict(general)}
     if model.design.kind == "rig":
         found = {}

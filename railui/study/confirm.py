@@ -44,7 +44,7 @@ class Refit:
 def chosen(trace: Trace) -> list[Sighting]:
     """Sightings to confirm: the best five, all near the best, and effects with memory further down."""
     top = trace.rho2
-    picked = []
+    picked: list[Sighting] = []
     for i, s in enumerate(trace.best):
         share = signed(s) ** 2 / max(top, 1e-300)
         memory = core.record(s.candidate.kind)["states"] > 0
@@ -101,7 +101,8 @@ def confirm(
         found = _roughly(fit, trace, s, measurement, declared, base, jobs)
         if found is not None:
             rough.append((s, found))
-            report(f"  {_name(s.candidate):48s} rho {s.rho:+.3f}   misfit {found.normal.rss / fit.normal.rss:.4f} of before")
+            share = found.normal.rss / fit.normal.rss
+            report(f"  {_name(s.candidate):48s} rho {s.rho:+.3f}   misfit {share:.4f} of before")
     if not rough:
         return []
     least = min(f.normal.rss for _, f in rough)
@@ -126,7 +127,13 @@ def _name(c: Candidate) -> str:
 
 
 def _roughly(
-    fit: Fit, trace: Trace, s: Sighting, measurement: Measurement, declared: Model, base: Sequence[str], jobs: int | None
+    fit: Fit,
+    trace: Trace,
+    s: Sighting,
+    measurement: Measurement,
+    declared: Model,
+    base: Sequence[str],
+    jobs: int | None,
 ) -> Fit | None:
     best: Fit | None = None
     for parameters in starts(trace, s):

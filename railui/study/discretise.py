@@ -96,9 +96,7 @@ def _held(system: System, dt: float) -> System:
 def _zeros_from_one(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> ComplexArray:
     """The zeros as distances z - 1, nearest first: where the pencil of the system is singular."""
     n = len(a)
-    upper, lower = linalg.eigvals(
-        np.block([[a, b], [c, d]]), np.diag([1.0] * n + [0.0]), homogeneous_eigvals=True
-    )
+    upper, lower = linalg.eigvals(np.block([[a, b], [c, d]]), np.diag([1.0] * n + [0.0]), homogeneous_eigvals=True)
     order = np.argsort(-np.abs(lower))[:n]  # the one that is left out lies at infinity
     upper, found = upper[order], upper[order] / lower[order]
     real, above = found[upper.imag == 0].real, found[upper.imag > 0]

@@ -79,7 +79,12 @@ def origins(fit: Fit, measurement: Measurement) -> list[Origin]:
             shares[i] += (made / total - chance) / (1.0 - chance) / len(fit.targets)
     found = [Origin(at, w, float(s), len(p)) for (at, w, p), s in zip(SPOTS, shares, strict=True)]
     best = max(o.share for o in found)
-    return sorted(found, key=lambda o: (o.share < best - AS_GOOD, o.forces if o.share >= best - AS_GOOD else 0, -o.share))
+
+    def order(o: Origin) -> tuple[bool, int, float]:
+        near = o.share >= best - AS_GOOD
+        return not near, o.forces if near else 0, -o.share
+
+    return sorted(found, key=order)
 
 
 def _spectra(residual: Floats, target: Target) -> Complexes:
@@ -98,7 +103,7 @@ def _noise(fit: Fit, target: Target, measurement: Measurement) -> Complexes:
     model, channels = fit.model, stretch.channels
     sd = np.array([noise.get(c, 0.0) for c in channels])
     clean, _ = simulate(model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.start)
-    total = np.zeros(1)
+    total: Complexes = np.zeros((1, 1, 1), dtype=complex)
     for seed in range(DRAWS):
         rng = np.random.default_rng(np.random.SeedSequence([seed, 17, stretch.number]))
         table = stretch.noisy_table(noise, campaign.noise_band, rng, model.half_wheelbase(), target.steps)
@@ -133,4 +138,3 @@ def _answers(fit: Fit, target: Target) -> dict[tuple[str, int | None], Complexes
         series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels, filter=keep)
         out[port] = np.fft.rfft(series[0], axis=1).T + 1e-300
     return out
-

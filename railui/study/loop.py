@@ -146,9 +146,7 @@ def close_loop(
     )  # fmt: skip
 
 
-def adjust_only(
-    measurement: Measurement, *, seed: int = 0, jobs: int | None = None, report: Report = silent
-) -> Found:
+def adjust_only(measurement: Measurement, *, seed: int = 0, jobs: int | None = None, report: Report = silent) -> Found:
     """The first half of the loop: the declared vehicle adjusted and judged, nothing traced."""
     began = time.perf_counter()
     declared = Model(measurement.campaign.design, measurement.campaign.sensors)

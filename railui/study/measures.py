@@ -104,16 +104,12 @@ def guidance_part(log_fraction: ArrayLike, admissible: float) -> FloatArray:
     0.00872
     """
     if not LEAST_SHARE < admissible <= 1:
-        raise ValueError(
-            f"admissible_flange_fraction must be above {LEAST_SHARE:g} and at most 1: {admissible:g}"
-        )
+        raise ValueError(f"admissible_flange_fraction must be above {LEAST_SHARE:g} and at most 1: {admissible:g}")
     decades = np.log(admissible) - np.asarray(log_fraction, dtype=np.float64)
     return _clamped(decades / np.log(admissible / LEAST_SHARE))
 
 
-def goods_part(
-    rms: ArrayLike, peak: ArrayLike | None, rms_limit: float, peak_limit: float | None
-) -> FloatArray:
+def goods_part(rms: ArrayLike, peak: ArrayLike | None, rms_limit: float, peak_limit: float | None) -> FloatArray:
     """What goods have instead of comfort: 1 - rms/limit or, if that is less, 1 - peak/limit, 0 to 1.
 
     Accelerations [m/s^2] where the load lies. Raises ValueError where a peak limit is set and no peak is

@@ -104,9 +104,7 @@ class Model:
         design = self.design.with_values(changes)
         if curves:
             design = design.with_effects(_with_curves(design.effects, curves))
-        placed = tuple(
-            PlacedEffect(s.kind, s.at, s.wheelset, p) for s, p in zip(self.sensors, sensors, strict=True)
-        )
+        placed = tuple(PlacedEffect(s.kind, s.at, s.wheelset, p) for s, p in zip(self.sensors, sensors, strict=True))
         return Model(design, placed)
 
     def with_effect(self, effect: PlacedEffect) -> Model:
@@ -120,9 +118,7 @@ class Model:
         own = len(self.design.effects)
         if index >= own:
             return Model(self.design, tuple(s for i, s in enumerate(self.sensors) if i != index - own))
-        return Model(
-            self.design.with_effects(e for i, e in enumerate(self.design.effects) if i != index), self.sensors
-        )
+        return Model(self.design.with_effects(e for i, e in enumerate(self.design.effects) if i != index), self.sensors)
 
     def effect_paths(self) -> list[str]:
         """Paths of the numbers of all effects and sensors that a fit may move."""

@@ -13,6 +13,7 @@ from railui import core
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import PER_WHEELSET
 from railui.study.adjust import Adjuster, Fit, Report, adjust, silent
+from railui.study.candidates import driven_places
 from railui.study.confirm import retarget
 from railui.study.equivalent import Origin, origins
 from railui.study.judge import Judgement, judge
@@ -131,7 +132,7 @@ def _spots(fit: Fit) -> list[_Spot]:
     """Places and what a curve there may stand against, with its grid of motion."""
     model, stretches = fit.model, [t.stretch for t in fit.targets]
     linear = model.vehicles().sites(model.single())
-    barred = {p for s in stretches for q, p in (("Qy", "secondary_lateral"), ("Qpsi", "secondary_yaw")) if q in s.columns}
+    barred = driven_places(stretches)
     out = []
     for at in PLACES:
         ports = [w for place, w in linear if place == at and w < 3]

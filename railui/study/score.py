@@ -73,9 +73,7 @@ def score_many(statistics: Mapping[str, Any], riding: Riding, clearance: float) 
         raise ValueError(f"comfort_weight must lie between 0 and 1: {riding.comfort_weight:g}")
     if not clearance > 0:
         raise ValueError(f"the flange clearance must be positive: {clearance:g} m")
-    wheelsets = {
-        name: np.asarray(statistics[name], np.float64) for name in ("mean_e", "sd_e", "flange_fractions")
-    }
+    wheelsets = {name: np.asarray(statistics[name], np.float64) for name in ("mean_e", "sd_e", "flange_fractions")}
     scalars = {name: np.asarray(statistics[name], np.float64) for name in _single(statistics)}
     lost = np.asarray(statistics.get("diverged", False), dtype=bool)
     for pair in wheelsets.values():
@@ -121,9 +119,7 @@ def _single(statistics: Mapping[str, Any]) -> list[str]:
 def _goods(scalars: Mapping[str, FloatArray], riding: Riding) -> FloatArray:
     limit = getattr(riding, "rms_limit", None)
     if limit is None or "acceleration" not in scalars:
-        raise ValueError(
-            "use: goods needs riding.rms_limit [m/s^2], which has no default, and the rms acceleration"
-        )
+        raise ValueError("use: goods needs riding.rms_limit [m/s^2], which has no default, and the rms acceleration")
     peak_limit = getattr(riding, "peak_limit", None)
     return goods_part(scalars["acceleration"], scalars.get("acceleration_peak"), limit, peak_limit)
 

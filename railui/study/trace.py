@@ -200,7 +200,8 @@ def _look(adjuster: Adjuster, fit: Fit, bases: Sequence[_Base], solver: _Project
     with_base = np.concatenate(cross)  # [block, lane, 1 + p]
     total = with_base.sum(axis=0)
     beta = total[:, 1:] @ solver.inverse
-    left = norm - 2 * np.einsum("lp,lp->l", beta, total[:, 1:]) + np.einsum("lp,pq,lq->l", beta, solver.sensitivities, beta)
+    left = norm - 2 * np.einsum("lp,lp->l", beta, total[:, 1:])
+    left = left + np.einsum("lp,pq,lq->l", beta, solver.sensitivities, beta)
     inner = np.concatenate([np.einsum("bin,bjn->bij", b.blocks, b.blocks) for b in bases])
     found = []
     for lane, (member, shape) in enumerate(bundle.lanes):
@@ -208,7 +209,8 @@ def _look(adjuster: Adjuster, fit: Fit, bases: Sequence[_Base], solver: _Project
             continue
         b = beta[lane]
         scores = with_base[:, lane, 0] - inner[:, 1:, 0] @ b
-        scores = scores - with_base[:, lane, 1:] @ solver.beta + np.einsum("bpq,p,q->b", inner[:, 1:, 1:], b, solver.beta)
+        scores = scores - with_base[:, lane, 1:] @ solver.beta
+        scores = scores + np.einsum("bpq,p,q->b", inner[:, 1:, 1:], b, solver.beta)
         projection = float(scores.sum())
         rho = projection / np.sqrt(left[lane] * max(solver.rest, 1e-300))
         amount = projection / left[lane]

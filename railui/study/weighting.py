@@ -90,9 +90,7 @@ def one_mass(frequency: float, damping: float) -> Analog:
 W_D: Final = cascade(*band_limits(0.4, 100.0), transition(2.0, 2.0, 0.63))
 """W_d of ISO 2631-1:1997, horizontal. The printed 0.212 at 10 Hz is a misprint: the filter gives 0.2017."""
 
-W_K: Final = cascade(
-    *band_limits(0.4, 100.0), transition(12.5, 12.5, 0.63), upward_step(2.37, 0.91, 3.35, 0.91)
-)
+W_K: Final = cascade(*band_limits(0.4, 100.0), transition(12.5, 12.5, 0.63), upward_step(2.37, 0.91, 3.35, 0.91))
 """W_k of ISO 2631-1:1997, vertical."""
 
 W_1974: Final = cascade(*band_limits(1.0, 80.0), transition(1.4, np.sqrt(2 * 1.4), 0.68))
@@ -217,9 +215,7 @@ def comfort_cascades(riding: ComfortPoint, dt: float, floor: bool = True) -> dic
     """
     cushion = (riding.cushion_frequency, riding.cushion_damping)
     if cushion.count(None) == 1:
-        raise ValueError(
-            f"a cushion needs both cushion_frequency and cushion_damping: {cushion[0]}, {cushion[1]}"
-        )
+        raise ValueError(f"a cushion needs both cushion_frequency and cushion_damping: {cushion[0]}, {cushion[1]}")
     before = ((riding.floor_frequency, riding.floor_damping),) if floor else ()
     if cushion[0] is not None and cushion[1] is not None:
         before = (*before, (cushion[0], cushion[1]))

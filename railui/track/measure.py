@@ -16,9 +16,7 @@ FloatArray = NDArray[np.float64]
 BANDS: Final = ((3.0, 25.0), (25.0, 70.0), (70.0, 150.0))  # m, the wavelength ranges D1 to D3 of EN 13848
 
 
-def band_sd(
-    track: Track, bands: Sequence[tuple[float, float]] = BANDS, quantity: Quantity = "yw"
-) -> FloatArray:
+def band_sd(track: Track, bands: Sequence[tuple[float, float]] = BANDS, quantity: Quantity = "yw") -> FloatArray:
     """Standard deviation [m, rad] of a track column per band of wavelengths [m], shape [bands].
 
     The line through both ends is taken off (a jump between them would leak into every band), then the lines

@@ -204,9 +204,7 @@ def _beyond(spec: TrackSpec, spectrum: Spectrum) -> str:
     return f" (stated for {spectrum.stated_from:g} to {spectrum.stated_to:g} m only: continued beyond)"
 
 
-def band_limited_noise(
-    rng: np.random.Generator, s: ArrayLike, sd: float, shortest_wavelength: float
-) -> FloatArray:
+def band_limited_noise(rng: np.random.Generator, s: ArrayLike, sd: float, shortest_wavelength: float) -> FloatArray:
     """Noise of a track column at the places `s` [m]: Gaussian, flat above a wavelength [m], nothing below.
 
     Shape of s; `sd` (its unit) is the standard deviation of the process, a record scatters about it. s need

@@ -136,9 +136,7 @@ def distance(t: ArrayLike, v: ArrayLike) -> FloatArray:
     return np.asarray(CubicSpline(time, speed).antiderivative()(time), dtype=np.float64)
 
 
-def run_table(
-    columns: Mapping[str, ArrayLike], half_wheelbase: float, steps: int
-) -> tuple[FloatArray, float]:
+def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: float, steps: int) -> tuple[FloatArray, float]:
     """The table of one unbroken stretch of a measured run, and the interval dt [s] of its samples.
 
     `columns` by their names in the run file: t, v, yw, and s, phiw, gauge, Qy, Qpsi where measured (s

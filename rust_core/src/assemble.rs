@@ -4,6 +4,9 @@ use crate::error::{Error, Result, expect_len};
 use crate::wheelset::Wheelset;
 use nalgebra::DMatrix;
 
+/// A symmetric term at a port: its row, stiffness, damping.
+pub type Term<'a> = (&'a [(usize, f64)], f64, f64);
+
 /// A row of coefficients: z = sum of row x q, and a force returns through the same row.
 pub type Row = Vec<(usize, f64)>;
 
@@ -176,7 +179,7 @@ impl Assembly {
     }
 
     /// State matrix of x = [q, q'] at a speed, with further symmetric terms at ports: (port row, k, c).
-    pub fn state_matrix(&self, speed: f64, more: &[(&[(usize, f64)], f64, f64)]) -> DMatrix<f64> {
+    pub fn state_matrix(&self, speed: f64, more: &[Term<'_>]) -> DMatrix<f64> {
         let n = self.dofs.len();
         let (mut k, mut c) = (self.stiffness.clone(), self.damping.clone());
         for w in &self.wheelsets {

@@ -28,7 +28,7 @@ impl Course<'_> {
     pub fn check(&self, columns: usize) -> Result<()> {
         expect_len("columns of the input table", self.columns, columns)?;
         let rows = self.table.len() / self.columns.max(1);
-        if rows == 0 || self.steps == 0 || (rows - 1) % (2 * self.steps) != 0 {
+        if rows == 0 || self.steps == 0 || !(rows - 1).is_multiple_of(2 * self.steps) {
             let expected = 2 * self.steps * (rows.saturating_sub(1) / (2 * self.steps).max(1)) + 1;
             return Err(Error::Shape {
                 what: "rows of the input table".into(),
@@ -195,7 +195,7 @@ fn look<P: Part>(
         x[i].store(&mut values[i], at);
     }
     let mut lost = false;
-    for lane in at..at + P::WIDTH {
+    for (lane, lost_at) in diverged.iter_mut().enumerate().skip(at).take(P::WIDTH) {
         let of = |i: usize| values[i].0[lane];
         let on_rails = if group.wheelsets.is_empty() {
             (0..group.dofs).all(|i| of(i).abs() <= group.limit)
@@ -204,9 +204,8 @@ fn look<P: Part>(
                 (of(w.y) - row[w.column]).abs() <= group.limit && of(w.psi).abs() <= group.limit
             })
         };
-        if diverged[lane].is_none() && (!on_rails || (0..group.states).any(|i| !of(i).is_finite()))
-        {
-            diverged[lane] = Some(k);
+        if lost_at.is_none() && (!on_rails || (0..group.states).any(|i| !of(i).is_finite())) {
+            *lost_at = Some(k);
             h.0[lane] = 0.0;
             for value in values[..group.states].iter_mut() {
                 value.0[lane] = 0.0;

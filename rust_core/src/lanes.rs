@@ -45,6 +45,8 @@ pub trait Part:
     fn store(self, to: &mut Lanes, at: usize);
     /// self * b + c
     fn mul_add(self, b: Self, c: Self) -> Self;
+    /// c - self * b
+    fn neg_mul_add(self, b: Self, c: Self) -> Self;
     fn min(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
     fn abs(self) -> Self;
@@ -52,6 +54,8 @@ pub trait Part:
     fn copy_sign(self, sign: Self) -> Self;
     /// `yes` where self < limit, else `no`.
     fn if_less(self, limit: Self, yes: Self, no: Self) -> Self;
+    /// Is any lane at or above the limit?
+    fn any_from(self, limit: Self) -> bool;
     /// Nearest whole number; abs(self) < 2^51.
     fn round(self) -> Self;
     /// 2^self for a whole number between -1000 and 1000.
@@ -100,7 +104,7 @@ pub trait Part:
     }
 }
 
-const PI_HIGH: f64 = 3.141_592_653_589_793;
+const PI_HIGH: f64 = std::f64::consts::PI;
 const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
 /// Taylor coefficients of sin(x)/x in x^2, highest first: 1e-16 at pi/2.
 const SINE: [f64; 11] = [
@@ -190,6 +194,14 @@ impl<P: Part> Part for Pair<P> {
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         Pair(self.0.mul_add(b.0, c.0), self.1.mul_add(b.1, c.1))
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, b: Self, c: Self) -> Self {
+        Pair(self.0.neg_mul_add(b.0, c.0), self.1.neg_mul_add(b.1, c.1))
+    }
+    #[inline(always)]
+    fn any_from(self, limit: Self) -> bool {
+        self.0.any_from(limit.0) | self.1.any_from(limit.1)
     }
     #[inline(always)]
     fn min(self, o: Self) -> Self {
@@ -292,6 +304,14 @@ impl Part for Portable {
         self * b + c
     }
     #[inline(always)]
+    fn neg_mul_add(self, b: Self, c: Self) -> Self {
+        c - self * b
+    }
+    #[inline(always)]
+    fn any_from(self, limit: Self) -> bool {
+        self.0.iter().zip(&limit.0).any(|(a, b)| a >= b)
+    }
+    #[inline(always)]
     fn min(self, o: Self) -> Self {
         self.with(o, |a, b| if a < b { a } else { b })
     }
@@ -336,7 +356,7 @@ impl Part for Portable {
 
 macro_rules! intel {
     ($name:ident, $reg:ty, $width:expr, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident,
-     $div:ident, $fma:ident, $min:ident, $max:ident, $sqrt:ident) => {
+     $div:ident, $fma:ident, $fnma:ident, $min:ident, $max:ident, $sqrt:ident) => {
         #[derive(Clone, Copy)]
         pub struct $name($reg);
 
@@ -386,17 +406,20 @@ macro_rules! intel {
             }
             #[inline(always)]
             fn load(from: &Lanes, at: usize) -> Self {
-                let lanes = &from.0[at..at + $width];
-                $name(unsafe { $load(lanes.as_ptr()) })
+                // the mask keeps the read inside: no check, no branch
+                $name(unsafe { $load(from.0.as_ptr().add(at & (LANES - $width))) })
             }
             #[inline(always)]
             fn store(self, to: &mut Lanes, at: usize) {
-                let lanes = &mut to.0[at..at + $width];
-                unsafe { $store(lanes.as_mut_ptr(), self.0) }
+                unsafe { $store(to.0.as_mut_ptr().add(at & (LANES - $width)), self.0) }
             }
             #[inline(always)]
             fn mul_add(self, b: Self, c: Self) -> Self {
                 $name(unsafe { $fma(self.0, b.0, c.0) })
+            }
+            #[inline(always)]
+            fn neg_mul_add(self, b: Self, c: Self) -> Self {
+                $name(unsafe { $fnma(self.0, b.0, c.0) })
             }
             #[inline(always)]
             fn min(self, o: Self) -> Self {
@@ -439,6 +462,10 @@ macro_rules! intel_bits {
             })
         }
         #[inline(always)]
+        fn any_from(self, limit: Self) -> bool {
+            unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GE_OQ>(self.0, limit.0)) != 0 }
+        }
+        #[inline(always)]
         fn exp2_whole(self) -> Self {
             let shifted = self + Self::splat(MAGIC + 1023.0);
             V3(unsafe {
@@ -473,6 +500,10 @@ macro_rules! intel_bits {
             })
         }
         #[inline(always)]
+        fn any_from(self, limit: Self) -> bool {
+            unsafe { _mm512_cmp_pd_mask::<_CMP_GE_OQ>(self.0, limit.0) != 0 }
+        }
+        #[inline(always)]
         fn exp2_whole(self) -> Self {
             let shifted = self + Self::splat(MAGIC + 1023.0);
             V4(unsafe {
@@ -494,6 +525,7 @@ intel!(
     _mm256_mul_pd,
     _mm256_div_pd,
     _mm256_fmadd_pd,
+    _mm256_fnmadd_pd,
     _mm256_min_pd,
     _mm256_max_pd,
     _mm256_sqrt_pd
@@ -510,6 +542,7 @@ intel!(
     _mm512_mul_pd,
     _mm512_div_pd,
     _mm512_fmadd_pd,
+    _mm512_fnmadd_pd,
     _mm512_min_pd,
     _mm512_max_pd,
     _mm512_sqrt_pd

@@ -98,8 +98,10 @@ impl Observer for Sums {
                 let get = |i: usize| P::load(&section[i], at);
                 // transposed direct form II
                 let y = get(0).mul_add(w, P::load(m0, at));
-                (get(1) * w - get(3) * y + P::load(m1, at)).store(m0, at);
-                (get(2) * w - get(4) * y).store(m1, at);
+                get(3)
+                    .neg_mul_add(y, get(1).mul_add(w, P::load(m1, at)))
+                    .store(m0, at);
+                get(4).neg_mul_add(y, get(2) * w).store(m1, at);
                 w = y;
             }
             let square = w * w;

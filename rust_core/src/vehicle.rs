@@ -4,7 +4,7 @@ use crate::effects::effect::{Kind, Site, Slopes, Supersedes};
 use crate::effects::{Law, PlacedLaw};
 use crate::error::{Error, Result, expect_len};
 use crate::lanes::{LANES, Lanes, Part};
-use crate::wheelset::{RailLanes, WheelsetLanes};
+use crate::wheelset::{Passing, RailLanes, WheelsetLanes};
 
 /// Room for the state of one vehicle.
 pub const STATES: usize = 64;
@@ -303,7 +303,7 @@ impl Structure {
         Ok(group)
     }
 
-    /// Sparse rows of K and C over x = [q, q'].
+    /// Sparse rows of -K and -C over x = [q, q'].
     fn matrix(vehicles: &[&Assembly]) -> Vec<Vec<(usize, Lanes)>> {
         let n = vehicles[0].dofs.len();
         let entry = |i: usize, j: usize| {
@@ -375,14 +375,9 @@ impl Structure {
                     .iter()
                     .map(|v| self.ports(v, placed))
                     .collect::<Result<_>>()?;
-                for port in 0..ports[0].len() {
-                    let row = (0..ports[0][port].0.len())
-                        .map(|k| {
-                            (
-                                ports[0][port].0[k].0,
-                                Lanes::from_fn(|l| ports[l][port].0[k].1),
-                            )
-                        })
+                for (port, (first, _)) in ports[0].iter().enumerate() {
+                    let row = (0..first.len())
+                        .map(|k| (first[k].0, Lanes::from_fn(|l| ports[l][port].0[k].1)))
                         .collect();
                     let numbers = lanes(&|l| ports[l][port].1);
                     group.forces.push(law(row, numbers, group.states));
@@ -485,7 +480,7 @@ impl Group {
         for (i, entries) in self.matrix.iter().enumerate() {
             let mut force = P::zero();
             for (j, a) in entries {
-                force = force - P::load(a, at) * x[j & 63];
+                force = P::load(a, at).mul_add(x[j & 63], force);
             }
             dx[(n + i) & 63] = force;
         }
@@ -494,10 +489,13 @@ impl Group {
             dx[(n + dof) & 63] = f;
         }
         if !self.wheelsets.is_empty() {
-            let speed = P::splat(row[1]) * P::load(&self.speed_scale, at);
-            let inv_speed = P::splat(1.0 / row[1]) * P::load(&self.inv_speed_scale, at);
+            let track = Passing {
+                row,
+                speed: P::splat(row[1]) * P::load(&self.speed_scale, at),
+                inv_speed: P::splat(1.0 / row[1]) * P::load(&self.inv_speed_scale, at),
+            };
             for wheelset in &self.wheelsets {
-                wheelset.add(at, row, speed, inv_speed, n, x, dx);
+                wheelset.add(at, &track, n, x, dx);
             }
         }
         for law in &self.forces {

@@ -76,6 +76,14 @@ pub struct WheelsetLanes {
     pub rail: Option<RailLanes>,
 }
 
+/// The track as a group passes it: the input row, the speed and its inverse.
+#[derive(Clone, Copy)]
+pub struct Passing<'a, P> {
+    pub row: &'a [f64],
+    pub speed: P,
+    pub inv_speed: P,
+}
+
 /// The rail under the wheelset: k_r u + c_r u' = -Q_y.
 #[derive(Clone, Debug)]
 pub struct RailLanes {
@@ -118,13 +126,16 @@ impl WheelsetLanes {
     pub fn add<P: Part>(
         &self,
         part: usize,
-        row: &[f64],
-        speed: P,
-        inv_speed: P,
+        track: &Passing<'_, P>,
         n: usize,
         x: &[P; 64],
         dx: &mut [P; 64],
     ) {
+        let Passing {
+            row,
+            speed,
+            inv_speed,
+        } = *track;
         let g = |l: &Lanes| P::load(l, part);
         let track: &[f64] = &row[self.column..self.column + 5];
         let (y, psi) = (x[self.y & 63], x[self.psi & 63]);
@@ -132,10 +143,10 @@ impl WheelsetLanes {
         let r = g(&self.r);
         let phi_w = P::splat(track[2]);
         let dphi_w = P::splat(track[3]) * speed;
-        let mut e = y - P::splat(track[0]) - r * phi_w;
-        let de = vy - P::splat(track[1]) * speed - r * dphi_w;
+        let mut e = r.neg_mul_add(phi_w, y - P::splat(track[0]));
+        let de = r.neg_mul_add(dphi_w, P::splat(track[1]).neg_mul_add(speed, vy));
         if let Some(rail) = &self.rail {
-            e = e - g(&rail.alpha) * x[rail.state & 63];
+            e = g(&rail.alpha).neg_mul_add(x[rail.state & 63], e);
         }
 
         // (r_1 - r_2)/2
@@ -162,13 +173,14 @@ impl WheelsetLanes {
 
         // creepages (3.5): longitudinal -/+, lateral, spin without and with the contact angle
         let b = g(&self.b);
-        let tx = g(&self.kx_n) * dr.mul_add(g(&self.inv_r), b * vpsi * inv_speed);
-        let dphi = dphi_w - g(&self.sigma_b) * de;
-        let u_y = (vy - r * dphi).mul_add(inv_speed, -psi);
-        let spin = vpsi.mul_add(inv_speed, -(g(&self.spin_b) * e));
+        let turn = vpsi * inv_speed;
+        let tx = g(&self.kx_n) * dr.mul_add(g(&self.inv_r), b * turn);
+        let dphi = g(&self.sigma_b).neg_mul_add(de, dphi_w);
+        let u_y = r.neg_mul_add(dphi, vy).mul_add(inv_speed, -psi);
+        let spin = g(&self.spin_b).neg_mul_add(e, turn);
         let ty = g(&self.ky_n).mul_add(u_y, g(&self.ks_n) * spin);
         let ty_delta = g(&self.spin_delta);
-        let gravity = g(&self.n2) * (phi_w - g(&self.eps_b) * e);
+        let gravity = g(&self.n2) * g(&self.eps_b).neg_mul_add(e, phi_w);
         let mut flange = P::zero();
         for law in &self.forces {
             let mut unused = P::zero();
@@ -206,10 +218,10 @@ impl WheelsetLanes {
 
         // (3.4); T_x1 = -f_1 t_x, T_x2 = f_2 t_x
         let q_y = outer - ty_1 - ty_2;
-        let q_psi = b * (psi * (g(&self.delta_n2) + ty_1 - ty_2) - tx * (f_1 + f_2));
+        let q_psi = b * tx.neg_mul_add(f_1 + f_2, psi * (g(&self.delta_n2) + ty_1 - ty_2));
         let gyro = g(&self.gyro) * speed;
         dx[(n + self.y) & 63] = dx[(n + self.y) & 63] + gyro.mul_add(vpsi, q_y);
-        dx[(n + self.psi) & 63] = dx[(n + self.psi) & 63] + (q_psi - gyro * vy);
+        dx[(n + self.psi) & 63] = dx[(n + self.psi) & 63] + gyro.neg_mul_add(vy, q_psi);
     }
 
     #[inline(always)]

@@ -24,9 +24,7 @@ from railui.study.measures import (
 from railui.study.score import CLASSES, KEYS, riding_class, riding_quality, score_many
 
 CLEARANCE = 0.007
-LONG = SimpleNamespace(
-    use="long_distance", journey=4 * 3600.0, comfort_weight=0.6, admissible_flange_fraction=0.05
-)
+LONG = SimpleNamespace(use="long_distance", journey=4 * 3600.0, comfort_weight=0.6, admissible_flange_fraction=0.05)
 LOCAL = SimpleNamespace(use="local", journey=3600.0, comfort_weight=0.4, admissible_flange_fraction=0.05)
 
 
@@ -221,9 +219,7 @@ def test_goods_are_judged_by_rms_and_peak_against_their_limits():
     assert float(goods_part(0.5, None, 2.0, None)) == pytest.approx(1 - 0.5 / 2)
     assert float(goods_part(0.5, 3.0, 2.0, 4.0)) == pytest.approx(1 - 3 / 4)
     assert float(goods_part(3.0, None, 2.0, None)) == 0.0
-    goods = SimpleNamespace(
-        **(vars(LOCAL) | {"use": "goods", "journey": 0.0, "rms_limit": 2.0, "peak_limit": None})
-    )
+    goods = SimpleNamespace(**(vars(LOCAL) | {"use": "goods", "journey": 0.0, "rms_limit": 2.0, "peak_limit": None}))
     passengers = riding_quality(ride(), LOCAL, CLEARANCE)
     load = riding_quality(ride(acceleration=0.5), goods, CLEARANCE)
     comfort = math.log(60 * passengers["comfort_hours"]) / math.log(1440)

@@ -55,9 +55,7 @@ def test_w_d_at_10_hz_is_what_the_filter_gives_and_not_the_misprint():
 
 
 def test_w_k_has_the_values_of_iso_2631_1():
-    np.testing.assert_allclose(
-        W_K.modulus([1, 4, 8, 16]), np.array([482, 967, 1036, 768]) / 1000, rtol=0, atol=8e-4
-    )
+    np.testing.assert_allclose(W_K.modulus([1, 4, 8, 16]), np.array([482, 967, 1036, 768]) / 1000, rtol=0, atol=8e-4)
 
 
 def test_the_floor_passes_what_its_formula_says():
@@ -83,14 +81,10 @@ def test_the_brick_wall_of_the_1970s_is_0_1_2_over_f_0():
 def test_the_streaming_form_of_the_1970s_differs_by_what_its_caption_says():
     frequency = np.array([1, 1.25, 1.5, 2, 3, 4, 8, 16, 31.5, 63, 80])
     off = 20 * np.log10(W_1974.modulus(frequency) / brick_wall_1974(frequency))
-    np.testing.assert_allclose(
-        off, [-1.96, -0.41, 0.04, -0.58, 0.21, 0.24, 0.09, 0.02, -0.10, -1.41, -3.01], atol=0.01
-    )
+    np.testing.assert_allclose(off, [-1.96, -0.41, 0.04, -0.58, 0.21, 0.24, 0.09, 0.02, -0.10, -1.41, -3.01], atol=0.01)
 
 
-@pytest.mark.parametrize(
-    "before", [np.ones_like, lambda f: FLOOR.modulus(f) ** 2], ids=["white", "on the floor"]
-)
+@pytest.mark.parametrize("before", [np.ones_like, lambda f: FLOOR.modulus(f) ** 2], ids=["white", "on the floor"])
 def test_the_rms_of_the_streaming_form_agrees_within_2_percent(before):
     frequency = np.arange(0.005, 400, 0.005)
     power = before(frequency)
@@ -136,9 +130,7 @@ def test_the_whole_cascade_is_exact_for_input_linear_between_samples(name, dt):
     dt=st.floats(0.0005, 0.02),
     name=st.sampled_from(list(COMFORT_WEIGHTS)),
 )
-def test_sections_are_exact_for_any_floor_and_cushion_even_where_both_are_alike(
-    floor, cushion, alike, dt, name
-):
+def test_sections_are_exact_for_any_floor_and_cushion_even_where_both_are_alike(floor, cushion, alike, dt, name):
     cushion = floor if alike else cushion
     weight = cascade(one_mass(*floor), one_mass(*cushion), COMFORT_WEIGHTS[name])
     frequency = np.array([0.5, 1.0, 3.0, 10.0])

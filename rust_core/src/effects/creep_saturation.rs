@@ -39,9 +39,12 @@ impl Creep for CreepSaturation {
     fn factor<P: Part>(p: Numbers<'_>, tx: P, ty: P) -> P {
         let limit: P = p.get(0);
         let (x, y) = (tx * limit, ty * limit);
-        let q = x.mul_add(x, y * y).sqrt();
+        let square = x.mul_add(x, y * y);
+        let q = square.sqrt();
+        let one = P::splat(1.0);
+        let rising = q.mul_add(P::splat(-1.0 / 3.0), square.mul_add(P::splat(1.0 / 27.0), one));
         let three = P::splat(3.0);
-        let rising = q.mul_add(q.mul_add(P::splat(1.0 / 27.0), P::splat(-1.0 / 3.0)), P::splat(1.0));
-        q.if_less(three, rising, P::splat(1.0) / q.max(three))
+        // full sliding is rare: its division is made only where a lane slides
+        if q.any_from(three) { q.if_less(three, rising, one / q.max(three)) } else { rising }
     }
 }

@@ -168,8 +168,7 @@ pub const fn param(
 }
 
 pub const STIFFNESS_ORIGIN: &str = "as stiff as the declared spring; 0.01 to 100 times it";
-pub const FORCE_ORIGIN: &str =
-    "a third of the declared spring's force at 5 mm (5 mrad); up to 100 times it, for springs that friction outdoes";
+pub const FORCE_ORIGIN: &str = "a third of the declared spring's force at 5 mm (5 mrad); up to 100 times it, for springs that friction outdoes";
 pub const SUSPENSIONS: &[&str] = &[
     "secondary_lateral",
     "secondary_yaw",
