@@ -3,10 +3,7 @@ use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder)
-        .expect("the crate has a src folder")
-        .flatten()
-    {
+    for entry in std::fs::read_dir(folder).expect("the crate has a src folder").flatten() {
         let path = entry.path();
         if path.is_dir() {
             sources(&path, found);

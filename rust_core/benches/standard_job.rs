@@ -24,18 +24,8 @@ fn table() -> Vec<f64> {
             (y, dy)
         };
         let (lead, trail) = (wave(s), wave(s - 2.56));
-        let row = [
-            lead.0,
-            lead.1,
-            0.3 * lead.0,
-            0.3 * lead.1,
-            0.0,
-            trail.0,
-            trail.1,
-            0.3 * trail.0,
-            0.3 * trail.1,
-            0.0,
-        ];
+        let row =
+            [lead.0, lead.1, 0.3 * lead.0, 0.3 * lead.1, 0.0, trail.0, trail.1, 0.3 * trail.0, 0.3 * trail.1, 0.0];
         table.extend([s, 40.0]);
         table.extend(row);
         table.extend([0.0, 0.0]);
@@ -44,15 +34,8 @@ fn table() -> Vec<f64> {
 }
 
 fn bogies(reduced: bool) -> Vec<f64> {
-    let mut p = vec![
-        2900.0, 3300.0, 1850.0, 1050.0, 120.0, 1.28, 0.75, 1.0, 0.46, 55e3, 3e6, 8e6, 0.0, 0.0,
-        3e4, 3e4,
-    ];
-    let (angle, roll, spin) = if reduced {
-        (0.0, 0.0, 0.0)
-    } else {
-        (0.05, 0.05, 0.25)
-    };
+    let mut p = vec![2900.0, 3300.0, 1850.0, 1050.0, 120.0, 1.28, 0.75, 1.0, 0.46, 55e3, 3e6, 8e6, 0.0, 0.0, 3e4, 3e4];
+    let (angle, roll, spin) = if reduced { (0.0, 0.0, 0.0) } else { (0.05, 0.05, 0.25) };
     for _ in 0..2 {
         p.extend([0.18, 130.0, 120.0, 8.0, angle, roll]);
     }
@@ -61,13 +44,7 @@ fn bogies(reduced: bool) -> Vec<f64> {
         .flat_map(|d| {
             p.iter()
                 .enumerate()
-                .map(move |(i, x)| {
-                    if i > 9 {
-                        x * (1.0 + 0.1 * ((d * 31 + i * 17) as f64).sin())
-                    } else {
-                        *x
-                    }
-                })
+                .map(move |(i, x)| if i > 9 { x * (1.0 + 0.1 * ((d * 31 + i * 17) as f64).sin()) } else { *x })
                 .collect::<Vec<_>>()
         })
         .collect()
@@ -75,49 +52,24 @@ fn bogies(reduced: bool) -> Vec<f64> {
 
 fn main() {
     let placed = vec![
-        Placed {
-            law: Law::CreepSaturation,
-            at: "contact".into(),
-            wheelset: 0,
-            count: 1,
-        },
-        Placed {
-            law: Law::FlangeContact,
-            at: "contact".into(),
-            wheelset: 0,
-            count: 2,
-        },
+        Placed { law: Law::CreepSaturation, at: "contact".into(), wheelset: 0, count: 1 },
+        Placed { law: Law::FlangeContact, at: "contact".into(), wheelset: 0, count: 2 },
     ];
     let table = table();
-    let course = Course {
-        table: &table,
-        columns: 14,
-        steps: 1,
-        dt: 0.0025,
-    };
+    let course = Course { table: &table, columns: 14, steps: 1, dt: 0.0025 };
     let cancel = AtomicBool::new(false);
     let section = [0.2, 0.3, 0.1, 1.0, -0.5, 0.2];
-    let cascades: Vec<Vec<f64>> = [4, 4, 3]
-        .iter()
-        .map(|n| section.repeat(n * DESIGNS))
-        .collect();
+    let cascades: Vec<Vec<f64>> = [4, 4, 3].iter().map(|n| section.repeat(n * DESIGNS)).collect();
     let clearance = vec![7e-3; DESIGNS];
-    for (name, effects, comfort) in [
-        ("full", true, true),
-        ("full, no comfort", true, false),
-        ("linear", false, false),
-    ] {
+    for (name, effects, comfort) in [("full", true, true), ("full, no comfort", true, false), ("linear", false, false)]
+    {
         let structure = Structure {
             kind: "bogie".into(),
             measured: Vec::new(),
             placed: if effects { placed.clone() } else { Vec::new() },
         };
         let numbers = bogies(false);
-        let effect_numbers = if effects {
-            [0.35, 7e-3, 14.6e6].repeat(DESIGNS)
-        } else {
-            Vec::new()
-        };
+        let effect_numbers = if effects { [0.35, 7e-3, 14.6e6].repeat(DESIGNS) } else { Vec::new() };
         let amounts = vec![1.0; if effects { 2 * DESIGNS } else { 0 }];
         let many = Many {
             structure: &structure,
@@ -128,37 +80,21 @@ fn main() {
             speed_scale: &[],
             initial: &[],
         };
-        let channels = if comfort {
-            vec!["e1", "e2", "ayf"]
-        } else {
-            vec!["e1", "e2"]
-        };
+        let channels = if comfort { vec!["e1", "e2", "ayf"] } else { vec!["e1", "e2"] };
         let weighing = Weighing {
             channels: channels.into_iter().map(String::from).collect(),
             clearance: &clearance,
-            cascades: if comfort {
-                cascades.iter().map(Vec::as_slice).collect()
-            } else {
-                Vec::new()
-            },
+            cascades: if comfort { cascades.iter().map(Vec::as_slice).collect() } else { Vec::new() },
             block: if comfort { 2000 } else { 0 },
         };
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(1)
-            .build()
-            .expect("a thread");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
         let best = (0..7)
             .map(|_| {
                 let began = Instant::now();
-                pool.install(|| score(&many, &course, &weighing, &cancel))
-                    .expect("a ride");
+                pool.install(|| score(&many, &course, &weighing, &cancel)).expect("a ride");
                 began.elapsed().as_secs_f64()
             })
             .fold(f64::INFINITY, f64::min);
-        println!(
-            "{} {name}: {:.1} ns per design-step",
-            lanes::level().name(),
-            best / (DESIGNS * SAMPLES) as f64 * 1e9
-        );
+        println!("{} {name}: {:.1} ns per design-step", lanes::level().name(), best / (DESIGNS * SAMPLES) as f64 * 1e9);
     }
 }

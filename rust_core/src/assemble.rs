@@ -90,53 +90,21 @@ impl Assembly {
     }
 
     /// A port with the linear spring and damper that stand there already.
-    fn port(
-        &mut self,
-        at: &'static str,
-        wheelset: u8,
-        row: &[(usize, f64)],
-        stiffness: f64,
-        damping: f64,
-    ) {
-        let site = Site {
-            stiffness,
-            damping,
-            motion: 0.01,
-            speed: 0.3,
-            ..Site::default()
-        };
-        self.ports.push(Port {
-            at,
-            wheelset,
-            row: row.to_vec(),
-            site,
-        });
+    fn port(&mut self, at: &'static str, wheelset: u8, row: &[(usize, f64)], stiffness: f64, damping: f64) {
+        let site = Site { stiffness, damping, motion: 0.01, speed: 0.3, ..Site::default() };
+        self.ports.push(Port { at, wheelset, row: row.to_vec(), site });
     }
 
     fn channel(&mut self, name: &str, order: Order, row: &[(usize, f64)]) -> &mut Channel {
-        self.channels.push(Channel {
-            name: name.into(),
-            order,
-            row: row.to_vec(),
-            inputs: Vec::new(),
-            rail: None,
-        });
+        self.channels.push(Channel { name: name.into(), order, row: row.to_vec(), inputs: Vec::new(), rail: None });
         self.channels.last_mut().expect("just pushed")
     }
 
     /// The motion at every port as channels `z.PLACE.WHEELSET` and `v.PLACE.WHEELSET`.
     fn port_channels(&mut self) {
         for port in self.ports.clone() {
-            self.channel(
-                &format!("z.{}.{}", port.at, port.wheelset),
-                Order::Position,
-                &port.row,
-            );
-            self.channel(
-                &format!("v.{}.{}", port.at, port.wheelset),
-                Order::Velocity,
-                &port.row,
-            );
+            self.channel(&format!("z.{}.{}", port.at, port.wheelset), Order::Position, &port.row);
+            self.channel(&format!("v.{}.{}", port.at, port.wheelset), Order::Velocity, &port.row);
         }
     }
 
@@ -157,10 +125,8 @@ impl Assembly {
         let coach = self.dofs.len();
         self.dofs.push("y_c");
         self.mass.push(mass);
-        for (matrix, declared, new) in [
-            (&mut self.stiffness, site.stiffness, k),
-            (&mut self.damping, site.damping, c),
-        ] {
+        for (matrix, declared, new) in [(&mut self.stiffness, site.stiffness, k), (&mut self.damping, site.damping, c)]
+        {
             let mut grown = matrix.clone().resize(coach + 1, coach + 1, 0.0);
             grown[(y, y)] += alpha * (new - declared);
             grown[(y, coach)] -= alpha * new;
@@ -169,11 +135,7 @@ impl Assembly {
             *matrix = grown;
         }
         self.ports[place].row.push((coach, -alpha));
-        for channel in self
-            .channels
-            .iter_mut()
-            .filter(|c| c.name.contains(".secondary_lateral."))
-        {
+        for channel in self.channels.iter_mut().filter(|c| c.name.contains(".secondary_lateral.")) {
             channel.row.push((coach, -alpha));
         }
     }
@@ -217,11 +179,7 @@ pub fn eigenvalues(a: DMatrix<f64>) -> Vec<(f64, f64)> {
     let Some(schur) = nalgebra::linalg::Schur::try_new(a, f64::EPSILON, 10_000) else {
         return Vec::new();
     };
-    let mut values: Vec<_> = schur
-        .complex_eigenvalues()
-        .iter()
-        .map(|z| (z.re, z.im))
-        .collect();
+    let mut values: Vec<_> = schur.complex_eigenvalues().iter().map(|z| (z.re, z.im)).collect();
     values.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1)));
     values
 }
@@ -251,11 +209,7 @@ pub fn assemble(kind: &str, p: &[f64], measured: &[String]) -> Result<Assembly> 
     expect_len(&format!("numbers of a {kind}"), p.len(), names.len())?;
     for (name, value) in names.iter().zip(p) {
         if !value.is_finite() {
-            return Err(Error::Value {
-                what: (*name).into(),
-                value: *value,
-                rule: "finite",
-            });
+            return Err(Error::Value { what: (*name).into(), value: *value, rule: "finite" });
         }
     }
     let mut vehicle = match kind {
@@ -310,30 +264,16 @@ pub const BOGIE: [&str; 30] = [
 /// The bogie of model.md: q = [y, psi, y1, psi1, y2, psi2], (3.1) and (3.10).
 fn bogie(p: &[f64], measured: &[String]) -> Assembly {
     let [m_b, i_zb, m_a, i_za, i_ya, a, b, b_c, r, n] = p[..10].try_into().expect("ten numbers");
-    let [c_y, c_x, mut c_sy, mut c_spsi, mut k_y, mut k_psi] =
-        p[10..16].try_into().expect("six numbers");
-    let (drives_y, drives_psi) = (
-        measured.iter().any(|q| q == "Qy"),
-        measured.iter().any(|q| q == "Qpsi"),
-    );
+    let [c_y, c_x, mut c_sy, mut c_spsi, mut k_y, mut k_psi] = p[10..16].try_into().expect("six numbers");
+    let (drives_y, drives_psi) = (measured.iter().any(|q| q == "Qy"), measured.iter().any(|q| q == "Qpsi"));
     if drives_y {
         (c_sy, k_y) = (0.0, 0.0);
     }
     if drives_psi {
         (c_spsi, k_psi) = (0.0, 0.0);
     }
-    let mut v = Assembly::of(&[
-        ("y", m_b),
-        ("psi", i_zb),
-        ("y1", m_a),
-        ("psi1", i_za),
-        ("y2", m_a),
-        ("psi2", i_za),
-    ]);
-    let lateral = [
-        [(2, 1.0), (0, -1.0), (1, -a)],
-        [(4, 1.0), (0, -1.0), (1, a)],
-    ];
+    let mut v = Assembly::of(&[("y", m_b), ("psi", i_zb), ("y1", m_a), ("psi1", i_za), ("y2", m_a), ("psi2", i_za)]);
+    let lateral = [[(2, 1.0), (0, -1.0), (1, -a)], [(4, 1.0), (0, -1.0), (1, a)]];
     let yaw = [[(3, 1.0), (1, -1.0)], [(5, 1.0), (1, -1.0)]];
     let yaw_stiffness = 2.0 * c_x * b_c * b_c;
     v.spring(&[(0, 1.0)], c_sy);
@@ -445,13 +385,8 @@ fn wheelset_on_springs(p: &[f64]) -> Assembly {
     v
 }
 
-pub const RIG: [&str; 5] = [
-    "vehicle.rig.mass",
-    "vehicle.rig.stiffness",
-    "vehicle.rig.damping",
-    "vehicle.rig.gain",
-    "vehicle.rig.input",
-];
+pub const RIG: [&str; 5] =
+    ["vehicle.rig.mass", "vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain", "vehicle.rig.input"];
 
 /// One mass on a test bench: m z'' + c z' + k z + effects = gain u; input 0 force, 1 base displacement,
 /// 2 base acceleration. With a moving base the co-ordinate is the deflection, which the suspension feels.
@@ -467,11 +402,8 @@ fn rig(p: &[f64]) -> Assembly {
         1 => (0, 4, -m * gain),
         _ => (0, 2, -m * gain),
     });
-    for (name, order, column) in [
-        ("z", Order::Position, 2),
-        ("vz", Order::Velocity, 3),
-        ("az", Order::Acceleration, 4),
-    ] {
+    for (name, order, column) in [("z", Order::Position, 2), ("vz", Order::Velocity, 3), ("az", Order::Acceleration, 4)]
+    {
         let channel = v.channel(name, order, &[(0, 1.0)]);
         if input as u8 == 1 {
             channel.inputs = vec![(column, gain)];

@@ -27,18 +27,10 @@ impl Filter {
 
     pub fn check(&self, channels: usize, samples: usize) -> Result<()> {
         crate::error::expect_len("weights", self.weights.len(), channels)?;
-        crate::error::expect_len(
-            "initial states of the filter",
-            self.zi.len(),
-            self.sos.len(),
-        )?;
+        crate::error::expect_len("initial states of the filter", self.zi.len(), self.sos.len())?;
         if samples <= self.pad || samples <= 2 * self.cut || self.every == 0 {
             let what = "samples of a stretch".to_string();
-            return Err(Error::Shape {
-                what,
-                got: samples,
-                expected: self.pad.max(2 * self.cut) + 1,
-            });
+            return Err(Error::Shape { what, got: samples, expected: self.pad.max(2 * self.cut) + 1 });
         }
         Ok(())
     }
@@ -52,12 +44,8 @@ pub fn sense(group: &Group, series: &mut [Lanes], samples: usize, dt: f64) {
         };
         let x = &mut series[c * samples..(c + 1) * samples];
         match law {
-            Law::SensorGain => x
-                .iter_mut()
-                .for_each(|x| *x = Lanes::from_fn(|l| x.0[l] * number.0[l])),
-            Law::SensorOffset => x
-                .iter_mut()
-                .for_each(|x| *x = Lanes::from_fn(|l| x.0[l] + number.0[l])),
+            Law::SensorGain => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] * number.0[l])),
+            Law::SensorOffset => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] + number.0[l])),
             _ => (0..LANES).for_each(|l| delay(x, l, number.0[l] / dt)),
         }
     }
@@ -72,18 +60,13 @@ fn delay(x: &mut [Lanes], lane: usize, by: f64) {
     let part = by - whole;
     // nodes at -4 .. 3 around the sample before k - by
     let weights: [f64; 8] = std::array::from_fn(|i| {
-        (0..8)
-            .filter(|j| *j != i)
-            .map(|j| ((1.0 - part) - (j as f64 - 3.0)) / (i as f64 - j as f64))
-            .product()
+        (0..8).filter(|j| *j != i).map(|j| ((1.0 - part) - (j as f64 - 3.0)) / (i as f64 - j as f64)).product()
     });
     let last = x.len() as i64 - 1;
     let old: Vec<f64> = x.iter().map(|x| x.0[lane]).collect();
     for (k, x) in x.iter_mut().enumerate() {
         let base = k as i64 - whole as i64 - 1;
-        x.0[lane] = (0..8)
-            .map(|i| weights[i] * old[(base + i as i64 - 3).clamp(0, last) as usize])
-            .sum();
+        x.0[lane] = (0..8).map(|i| weights[i] * old[(base + i as i64 - 3).clamp(0, last) as usize]).sum();
     }
 }
 
@@ -92,16 +75,7 @@ pub fn filtered(series: &[Lanes], samples: usize, filter: &Filter) -> Vec<Lanes>
     let channels = series.len() / samples;
     let kept = filter.kept(samples);
     let mut out = vec![Lanes::ZERO; channels * kept];
-    dispatch(
-        level(),
-        FiltFilt {
-            series,
-            samples,
-            filter,
-            out: &mut out,
-            kept,
-        },
-    );
+    dispatch(level(), FiltFilt { series, samples, filter, out: &mut out, kept });
     out
 }
 
@@ -118,13 +92,7 @@ impl Job for FiltFilt<'_> {
 
     #[inline(always)]
     fn run<P: Part>(self) {
-        let FiltFilt {
-            series,
-            samples,
-            filter,
-            out,
-            kept,
-        } = self;
+        let FiltFilt { series, samples, filter, out, kept } = self;
         let pad = if filter.sos.is_empty() { 0 } else { filter.pad };
         let mut work = vec![Lanes::ZERO; samples + 2 * pad];
         for (c, x) in series.chunks_exact(samples).enumerate() {

@@ -8,42 +8,19 @@ pub enum Error {
     #[error("no effect {0:?} in the catalogue")]
     Effect(String),
     #[error("{kind} cannot stand at {at:?}; it stands at {known}")]
-    Place {
-        kind: String,
-        at: String,
-        known: String,
-    },
+    Place { kind: String, at: String, known: String },
     #[error("this vehicle has no place {at:?} for wheelset {wheelset}")]
     Site { at: String, wheelset: u8 },
     #[error("{first} and {second} both supersede the linear term at {at}: only one can")]
-    Superseded {
-        first: String,
-        second: String,
-        at: String,
-    },
+    Superseded { first: String, second: String, at: String },
     #[error("no channel {0:?}; this vehicle has {1}")]
     Channel(String, String),
     #[error("{what}: {got} given, {expected} expected")]
-    Shape {
-        what: String,
-        got: usize,
-        expected: usize,
-    },
+    Shape { what: String, got: usize, expected: usize },
     #[error("{what} is {value}, it must be {rule}")]
-    Value {
-        what: String,
-        value: f64,
-        rule: &'static str,
-    },
-    #[error(
-        "the fastest motion needs {needed:.0} steps per sample of {dt} s, {limit} are allowed; {remedy}"
-    )]
-    Stiff {
-        needed: f64,
-        dt: f64,
-        limit: usize,
-        remedy: &'static str,
-    },
+    Value { what: String, value: f64, rule: &'static str },
+    #[error("the fastest motion needs {needed:.0} steps per sample of {dt} s, {limit} are allowed; {remedy}")]
+    Stiff { needed: f64, dt: f64, limit: usize, remedy: &'static str },
     #[error("interrupted")]
     Interrupted,
 }
@@ -52,13 +29,5 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 /// A count that must match.
 pub fn expect_len(what: &str, got: usize, expected: usize) -> Result<()> {
-    if got == expected {
-        Ok(())
-    } else {
-        Err(Error::Shape {
-            what: what.into(),
-            got,
-            expected,
-        })
-    }
+    if got == expected { Ok(()) } else { Err(Error::Shape { what: what.into(), got, expected }) }
 }

@@ -30,11 +30,7 @@ impl Course<'_> {
         let rows = self.table.len() / self.columns.max(1);
         if rows == 0 || self.steps == 0 || !(rows - 1).is_multiple_of(2 * self.steps) {
             let expected = 2 * self.steps * (rows.saturating_sub(1) / (2 * self.steps).max(1)) + 1;
-            return Err(Error::Shape {
-                what: "rows of the input table".into(),
-                got: rows,
-                expected,
-            });
+            return Err(Error::Shape { what: "rows of the input table".into(), got: rows, expected });
         }
         Ok(())
     }
@@ -42,15 +38,7 @@ impl Course<'_> {
 
 /// What watches the steps: called at every sample with the state, its rate and the input row.
 pub trait Observer {
-    fn sample<P: Part>(
-        &mut self,
-        group: &Group,
-        at: usize,
-        k: usize,
-        row: &[f64],
-        x: &[P; STATES],
-        dx: &[P; STATES],
-    );
+    fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]);
 }
 
 /// Samples between two looks at divergence and cancellation.
@@ -68,23 +56,8 @@ pub fn run<O: Observer>(
 ) -> Result<[Option<usize>; LANES]> {
     course.check(group.columns)?;
     let mut diverged = [None; LANES];
-    dispatch(
-        level(),
-        Run {
-            group,
-            course,
-            initial,
-            live,
-            observer,
-            cancel,
-            diverged: &mut diverged,
-        },
-    );
-    if cancel.load(Ordering::Relaxed) {
-        Err(Error::Interrupted)
-    } else {
-        Ok(diverged)
-    }
+    dispatch(level(), Run { group, course, initial, live, observer, cancel, diverged: &mut diverged });
+    if cancel.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(diverged) }
 }
 
 struct Run<'a, O> {
@@ -102,15 +75,7 @@ impl<O: Observer> Job for Run<'_, O> {
 
     #[inline(always)]
     fn run<P: Part>(self) {
-        let Run {
-            group,
-            course,
-            initial,
-            live,
-            observer,
-            cancel,
-            diverged,
-        } = self;
+        let Run { group, course, initial, live, observer, cancel, diverged } = self;
         let (samples, steps, states) = (course.samples(), course.steps, group.states);
         let mut x = [P::zero(); STATES];
         let mut stage = [P::zero(); STATES];
@@ -121,11 +86,7 @@ impl<O: Observer> Job for Run<'_, O> {
                 break;
             }
             for (i, x) in x.iter_mut().enumerate() {
-                *x = if i < initial.len() {
-                    P::load(&initial[i], at)
-                } else {
-                    P::zero()
-                };
+                *x = if i < initial.len() { P::load(&initial[i], at) } else { P::zero() };
             }
             let mut h = Lanes::from_fn(|l| course.dt / steps as f64 * group.inv_speed_scale.0[l]);
             for k in 0..samples {
@@ -133,15 +94,7 @@ impl<O: Observer> Job for Run<'_, O> {
                     if cancel.load(Ordering::Relaxed) {
                         return;
                     }
-                    look(
-                        group,
-                        at,
-                        k,
-                        course.row(2 * steps * k),
-                        &mut x,
-                        &mut h,
-                        diverged,
-                    );
+                    look(group, at, k, course.row(2 * steps * k), &mut x, &mut h, diverged);
                 }
                 let first = course.row(2 * steps * k);
                 group.rate(at, first, &x, &mut dx);
@@ -200,9 +153,10 @@ fn look<P: Part>(
         let on_rails = if group.wheelsets.is_empty() {
             (0..group.dofs).all(|i| of(i).abs() <= group.limit)
         } else {
-            group.wheelsets.iter().all(|w| {
-                (of(w.y) - row[w.column]).abs() <= group.limit && of(w.psi).abs() <= group.limit
-            })
+            group
+                .wheelsets
+                .iter()
+                .all(|w| (of(w.y) - row[w.column]).abs() <= group.limit && of(w.psi).abs() <= group.limit)
         };
         if lost_at.is_none() && (!on_rails || (0..group.states).any(|i| !of(i).is_finite())) {
             *lost_at = Some(k);
@@ -229,28 +183,15 @@ pub struct Series {
 
 impl Series {
     pub fn new(group: &Group, samples: usize) -> Self {
-        Series {
-            samples,
-            lanes: vec![Lanes::ZERO; group.readings.len() * samples],
-        }
+        Series { samples, lanes: vec![Lanes::ZERO; group.readings.len() * samples] }
     }
 }
 
 impl Observer for Series {
     #[inline(always)]
-    fn sample<P: Part>(
-        &mut self,
-        group: &Group,
-        at: usize,
-        k: usize,
-        row: &[f64],
-        x: &[P; STATES],
-        dx: &[P; STATES],
-    ) {
+    fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) {
         for (c, reading) in group.readings.iter().enumerate() {
-            reading
-                .read(at, row, x, dx)
-                .store(&mut self.lanes[c * self.samples + k], at);
+            reading.read(at, row, x, dx).store(&mut self.lanes[c * self.samples + k], at);
         }
     }
 }

@@ -31,12 +31,7 @@ impl Lanes {
 
 /// A few lanes at once, as wide as the machine takes them.
 pub trait Part:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     const WIDTH: usize;
     fn splat(x: f64) -> Self;
@@ -128,21 +123,9 @@ fn exp<P: Part>(x: P) -> P {
     let r = n.mul_add(P::splat(-0.693_147_180_369_123_8), x);
     let r = n.mul_add(P::splat(-1.908_214_929_270_587_7e-10), r);
     let mut p = P::splat(1.0 / 6_227_020_800.0);
-    for k in [
-        479_001_600.0,
-        39_916_800.0,
-        3_628_800.0,
-        362_880.0,
-        40_320.0,
-        5_040.0,
-        720.0,
-        120.0,
-        24.0,
-        6.0,
-        2.0,
-        1.0,
-        1.0,
-    ] {
+    for k in
+        [479_001_600.0, 39_916_800.0, 3_628_800.0, 362_880.0, 40_320.0, 5_040.0, 720.0, 120.0, 24.0, 6.0, 2.0, 1.0, 1.0]
+    {
         p = p.mul_add(r, P::splat(1.0 / k));
     }
     p * n.exp2_whole()
@@ -225,10 +208,7 @@ impl<P: Part> Part for Pair<P> {
     }
     #[inline(always)]
     fn if_less(self, limit: Self, yes: Self, no: Self) -> Self {
-        Pair(
-            self.0.if_less(limit.0, yes.0, no.0),
-            self.1.if_less(limit.1, yes.1, no.1),
-        )
+        Pair(self.0.if_less(limit.0, yes.0, no.0), self.1.if_less(limit.1, yes.1, no.1))
     }
     #[inline(always)]
     fn round(self) -> Self {
@@ -333,13 +313,7 @@ impl Part for Portable {
     }
     #[inline(always)]
     fn if_less(self, limit: Self, yes: Self, no: Self) -> Self {
-        Portable(std::array::from_fn(|i| {
-            if self.0[i] < limit.0[i] {
-                yes.0[i]
-            } else {
-                no.0[i]
-            }
-        }))
+        Portable(std::array::from_fn(|i| if self.0[i] < limit.0[i] { yes.0[i] } else { no.0[i] }))
     }
     #[inline(always)]
     fn round(self) -> Self {
@@ -347,10 +321,7 @@ impl Part for Portable {
     }
     #[inline(always)]
     fn exp2_whole(self) -> Self {
-        Portable(
-            self.0
-                .map(|x| f64::from_bits((x + (MAGIC + 1023.0)).to_bits() << 52)),
-        )
+        Portable(self.0.map(|x| f64::from_bits((x + (MAGIC + 1023.0)).to_bits() << 52)))
     }
 }
 
@@ -457,9 +428,7 @@ macro_rules! intel_bits {
         }
         #[inline(always)]
         fn if_less(self, limit: Self, yes: Self, no: Self) -> Self {
-            V3(unsafe {
-                _mm256_blendv_pd(no.0, yes.0, _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, limit.0))
-            })
+            V3(unsafe { _mm256_blendv_pd(no.0, yes.0, _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, limit.0)) })
         }
         #[inline(always)]
         fn any_from(self, limit: Self) -> bool {
@@ -468,9 +437,7 @@ macro_rules! intel_bits {
         #[inline(always)]
         fn exp2_whole(self) -> Self {
             let shifted = self + Self::splat(MAGIC + 1023.0);
-            V3(unsafe {
-                _mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_castpd_si256(shifted.0)))
-            })
+            V3(unsafe { _mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_castpd_si256(shifted.0))) })
         }
     };
     (V4) => {
@@ -483,21 +450,12 @@ macro_rules! intel_bits {
             V4(unsafe {
                 let sign = _mm512_castpd_si512(_mm512_set1_pd(-0.0));
                 let (a, b) = (_mm512_castpd_si512(self.0), _mm512_castpd_si512(s.0));
-                _mm512_castsi512_pd(_mm512_or_si512(
-                    _mm512_andnot_si512(sign, a),
-                    _mm512_and_si512(sign, b),
-                ))
+                _mm512_castsi512_pd(_mm512_or_si512(_mm512_andnot_si512(sign, a), _mm512_and_si512(sign, b)))
             })
         }
         #[inline(always)]
         fn if_less(self, limit: Self, yes: Self, no: Self) -> Self {
-            V4(unsafe {
-                _mm512_mask_blend_pd(
-                    _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, limit.0),
-                    no.0,
-                    yes.0,
-                )
-            })
+            V4(unsafe { _mm512_mask_blend_pd(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, limit.0), no.0, yes.0) })
         }
         #[inline(always)]
         fn any_from(self, limit: Self) -> bool {
@@ -506,9 +464,7 @@ macro_rules! intel_bits {
         #[inline(always)]
         fn exp2_whole(self) -> Self {
             let shifted = self + Self::splat(MAGIC + 1023.0);
-            V4(unsafe {
-                _mm512_castsi512_pd(_mm512_slli_epi64::<52>(_mm512_castpd_si512(shifted.0)))
-            })
+            V4(unsafe { _mm512_castsi512_pd(_mm512_slli_epi64::<52>(_mm512_castpd_si512(shifted.0))) })
         }
     };
 }
@@ -632,13 +588,7 @@ mod tests {
                     (if f == 0 { p.tanh() } else { p.sin() }).store(&mut y, at);
                 }
                 for i in 0..LANES {
-                    assert!(
-                        (y.0[i] - g(x.0[i])).abs() < 1e-14,
-                        "{} {} {}",
-                        x.0[i],
-                        y.0[i],
-                        g(x.0[i])
-                    );
+                    assert!((y.0[i] - g(x.0[i])).abs() < 1e-14, "{} {} {}", x.0[i], y.0[i], g(x.0[i]));
                 }
             }
         }

@@ -35,17 +35,12 @@ impl Many<'_> {
     fn initial(&self, from: usize, live: usize) -> Vec<Lanes> {
         let states = self.initial.len() / self.count;
         (0..states)
-            .map(|s| {
-                Lanes::from_fn(|l| self.initial[(from + if l < live { l } else { 0 }) * states + s])
-            })
+            .map(|s| Lanes::from_fn(|l| self.initial[(from + if l < live { l } else { 0 }) * states + s]))
             .collect()
     }
 
     fn groups(&self) -> Vec<(usize, usize)> {
-        (0..self.count)
-            .step_by(LANES)
-            .map(|from| (from, (self.count - from).min(LANES)))
-            .collect()
+        (0..self.count).step_by(LANES).map(|from| (from, (self.count - from).min(LANES))).collect()
     }
 }
 
@@ -61,11 +56,7 @@ fn series(
     let group = many.structure.group(&singles, channels)?;
     let initial = many.initial(from, live);
     if initial.len() > group.states {
-        return Err(Error::Shape {
-            what: "initial states".into(),
-            got: initial.len(),
-            expected: group.states,
-        });
+        return Err(Error::Shape { what: "initial states".into(), got: initial.len(), expected: group.states });
     }
     let mut series = Series::new(&group, course.samples());
     let diverged = run(&group, course, &initial, live, &mut series, cancel)?;
@@ -80,10 +71,7 @@ fn transpose(lanes: &[Lanes], live: usize, out: &mut [f64]) {
     for begin in (0..n).step_by(64) {
         let end = (begin + 64).min(n);
         for l in 0..live {
-            for (to, from) in out[l * n + begin..l * n + end]
-                .iter_mut()
-                .zip(&lanes[begin..end])
-            {
+            for (to, from) in out[l * n + begin..l * n + end].iter_mut().zip(&lanes[begin..end]) {
                 *to = from.0[l];
             }
         }
@@ -105,10 +93,8 @@ pub fn simulate(
     let row = channels.len() * filter.map_or(samples, |f| f.kept(samples));
     let mut out = vec![0.0; many.count * row];
     let mut diverged = vec![None; many.count];
-    out.par_chunks_mut((LANES * row).max(1))
-        .zip(diverged.par_chunks_mut(LANES))
-        .zip(many.groups())
-        .try_for_each(|((out, lost), group)| {
+    out.par_chunks_mut((LANES * row).max(1)).zip(diverged.par_chunks_mut(LANES)).zip(many.groups()).try_for_each(
+        |((out, lost), group)| {
             let (mut lanes, found) = series(many, course, channels, group, cancel)?;
             if let Some(filter) = filter {
                 lanes = filtered(&lanes, samples, filter);
@@ -116,7 +102,8 @@ pub fn simulate(
             transpose(&lanes, group.1, out);
             lost.copy_from_slice(&found[..group.1]);
             Ok::<(), Error>(())
-        })?;
+        },
+    )?;
     Ok((out, diverged))
 }
 
@@ -142,12 +129,7 @@ pub struct Weighing<'a> {
     pub block: usize,
 }
 
-pub fn score(
-    many: &Many<'_>,
-    course: &Course<'_>,
-    weighing: &Weighing<'_>,
-    cancel: &AtomicBool,
-) -> Result<Scores> {
+pub fn score(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>, cancel: &AtomicBool) -> Result<Scores> {
     let samples = course.samples();
     let parts: Vec<_> = many
         .groups()
@@ -162,42 +144,20 @@ pub fn score(
                 .iter()
                 .map(|all| {
                     let n = all.len() / many.count;
-                    cascade(
-                        &(from..from + live)
-                            .map(|i| &all[i * n..(i + 1) * n])
-                            .collect::<Vec<_>>(),
-                    )
+                    cascade(&(from..from + live).map(|i| &all[i * n..(i + 1) * n]).collect::<Vec<_>>())
                 })
                 .collect();
             let mut sums = Sums::new(samples, clearance, cascades, weighing.block);
-            let lost = run(
-                &group,
-                course,
-                &many.initial(from, live),
-                live,
-                &mut sums,
-                cancel,
-            )?;
+            let lost = run(&group, course, &many.initial(from, live), live, &mut sums, cancel)?;
             Ok::<_, Error>((sums, lost, live))
         })
         .collect::<Result<_>>()?;
-    let mut scores = Scores {
-        displacement: Vec::new(),
-        rms: Vec::new(),
-        blocks: Vec::new(),
-        diverged: Vec::new(),
-    };
+    let mut scores = Scores { displacement: Vec::new(), rms: Vec::new(), blocks: Vec::new(), diverged: Vec::new() };
     for (sums, lost, live) in parts {
         for (lane, lost) in lost.iter().enumerate().take(live) {
             scores.displacement.push(sums.displacement(lane));
-            scores.rms.push(
-                (0..weighing.cascades.len())
-                    .map(|c| sums.rms(c, lane))
-                    .collect(),
-            );
-            scores
-                .blocks
-                .push(sums.blocks.iter().map(|b| b.0[lane]).collect());
+            scores.rms.push((0..weighing.cascades.len()).map(|c| sums.rms(c, lane)).collect());
+            scores.blocks.push(sums.blocks.iter().map(|b| b.0[lane]).collect());
             scores.diverged.push(*lost);
         }
     }

@@ -8,9 +8,7 @@ use crate::integrate::Course;
 use crate::lanes;
 use crate::many::{self, Many, Weighing};
 use crate::vehicle::{Placed, Structure};
-use numpy::{
-    PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
-};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -31,17 +29,9 @@ impl From<Error> for PyErr {
 /// The pool of so many threads; made once.
 fn pool(jobs: usize) -> Arc<rayon::ThreadPool> {
     static POOLS: OnceLock<Mutex<HashMap<usize, Arc<rayon::ThreadPool>>>> = OnceLock::new();
-    let mut pools = POOLS
-        .get_or_init(Default::default)
-        .lock()
-        .unwrap_or_else(|e| e.into_inner());
+    let mut pools = POOLS.get_or_init(Default::default).lock().unwrap_or_else(|e| e.into_inner());
     let pool = pools.entry(jobs).or_insert_with(|| {
-        Arc::new(
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(jobs)
-                .build()
-                .expect("threads can be started"),
-        )
+        Arc::new(rayon::ThreadPoolBuilder::new().num_threads(jobs).build().expect("threads can be started"))
     });
     pool.clone()
 }
@@ -59,15 +49,12 @@ fn away<T: Send>(
             let (send, receive) = mpsc::channel();
             let cancel = &cancel;
             let worker = scope.spawn(move || {
-                let out = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-                    pool(jobs).install(|| work(cancel))
-                }));
+                let out =
+                    std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| pool(jobs).install(|| work(cancel))));
                 let _ = send.send(());
                 out
             });
-            while let Err(mpsc::RecvTimeoutError::Timeout) =
-                receive.recv_timeout(Duration::from_millis(50))
-            {
+            while let Err(mpsc::RecvTimeoutError::Timeout) = receive.recv_timeout(Duration::from_millis(50)) {
                 if let Err(error) = Python::attach(|py| py.check_signals()) {
                     cancel.store(true, Ordering::Relaxed);
                     interrupt = Some(error);
@@ -83,14 +70,11 @@ fn away<T: Send>(
     match done {
         Ok(Ok(result)) => Ok(result?),
         Ok(Err(panic)) | Err(panic) => {
-            let what = panic.downcast_ref::<String>().cloned().unwrap_or_else(|| {
-                panic
-                    .downcast_ref::<&str>()
-                    .map_or_else(|| "unknown".into(), |s| (*s).to_string())
-            });
-            Err(PyRuntimeError::new_err(format!(
-                "the kernel failed: {what}; this is a fault of railui"
-            )))
+            let what = panic
+                .downcast_ref::<String>()
+                .cloned()
+                .unwrap_or_else(|| panic.downcast_ref::<&str>().map_or_else(|| "unknown".into(), |s| (*s).to_string()));
+            Err(PyRuntimeError::new_err(format!("the kernel failed: {what}; this is a fault of railui")))
         }
     }
 }
@@ -138,10 +122,7 @@ fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         d.set_item("odd", record.odd)?;
         d.set_item("dissipates", record.dissipates)?;
         d.set_item("candidate", record.candidate)?;
-        d.set_item(
-            "shapes",
-            record.shapes.iter().map(|s| s.to_vec()).collect::<Vec<_>>(),
-        )?;
+        d.set_item("shapes", record.shapes.iter().map(|s| s.to_vec()).collect::<Vec<_>>())?;
         let params = PyList::empty(py);
         for p in record.params {
             let q = PyDict::new(py);
@@ -218,14 +199,8 @@ impl Batch<'_> {
             numbers: self.numbers.as_slice()?,
             effects: self.effects.as_slice()?,
             amounts: self.amounts.as_slice()?,
-            speed_scale: self
-                .speed_scale
-                .as_ref()
-                .map_or(Ok(&[][..]), |s| s.as_slice())?,
-            initial: self
-                .initial
-                .as_ref()
-                .map_or(Ok(&[][..]), |s| s.as_slice())?,
+            speed_scale: self.speed_scale.as_ref().map_or(Ok(&[][..]), |s| s.as_slice())?,
+            initial: self.initial.as_ref().map_or(Ok(&[][..]), |s| s.as_slice())?,
         })
     }
 }
@@ -245,28 +220,13 @@ impl<'a> Rows<'a> {
 }
 
 /// sos, zi, pad, cut, weights, every
-type FilterParts<'py> = (
-    Matrix<'py>,
-    Matrix<'py>,
-    usize,
-    usize,
-    PyReadonlyArray1<'py, f64>,
-    usize,
-);
+type FilterParts<'py> = (Matrix<'py>, Matrix<'py>, usize, usize, PyReadonlyArray1<'py, f64>, usize);
 
 fn filter(parts: FilterParts<'_>) -> PyResult<Filter> {
     let (sos, zi, pad, cut, weights, every) = parts;
     Ok(Filter {
-        sos: sos
-            .as_slice()?
-            .chunks_exact(6)
-            .map(|s| s.try_into().expect("six"))
-            .collect(),
-        zi: zi
-            .as_slice()?
-            .chunks_exact(2)
-            .map(|s| s.try_into().expect("two"))
-            .collect(),
+        sos: sos.as_slice()?.chunks_exact(6).map(|s| s.try_into().expect("six")).collect(),
+        zi: zi.as_slice()?.chunks_exact(2).map(|s| s.try_into().expect("two")).collect(),
         pad,
         cut,
         weights: weights.as_slice()?.to_vec(),
@@ -284,28 +244,15 @@ struct Vehicle {
 impl Vehicle {
     /// placed: (kind, place, wheelset 0-2, count of numbers)
     #[new]
-    fn new(
-        kind: String,
-        placed: Vec<(String, String, u8, usize)>,
-        measured: Vec<String>,
-    ) -> PyResult<Self> {
+    fn new(kind: String, placed: Vec<(String, String, u8, usize)>, measured: Vec<String>) -> PyResult<Self> {
         let placed = placed
             .into_iter()
             .map(|(kind, at, wheelset, count)| {
                 let law = Law::named(&kind).ok_or(Error::Effect(kind))?;
-                Ok(Placed {
-                    law,
-                    at,
-                    wheelset,
-                    count,
-                })
+                Ok(Placed { law, at, wheelset, count })
             })
             .collect::<Result<Vec<_>, Error>>()?;
-        let structure = Structure {
-            kind,
-            measured,
-            placed,
-        };
+        let structure = Structure { kind, measured, placed };
         structure.check()?;
         Ok(Vehicle { structure })
     }
@@ -326,23 +273,12 @@ impl Vehicle {
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Vec<i64>)> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        let course = Course {
-            table: table.as_slice()?,
-            columns: table.shape()[1],
-            steps,
-            dt,
-        };
+        let course = Course { table: table.as_slice()?, columns: table.shape()[1], steps, dt };
         course.check(assemble::columns(&self.structure.kind))?;
         let filter = filter_parts.map(filter).transpose()?;
-        let (series, lost) = away(py, jobs, |cancel| {
-            many::simulate(&many, &course, &channels, filter.as_ref(), cancel)
-        })?;
-        Ok((
-            PyArray1::from_vec(py, series),
-            lost.into_iter()
-                .map(|k| k.map_or(-1, |k| k as i64))
-                .collect(),
-        ))
+        let (series, lost) =
+            away(py, jobs, |cancel| many::simulate(&many, &course, &channels, filter.as_ref(), cancel))?;
+        Ok((PyArray1::from_vec(py, series), lost.into_iter().map(|k| k.map_or(-1, |k| k as i64)).collect()))
     }
 
     /// Statistics of a ride: (e [vehicle x 2 x 3], rms [vehicle x cascade], blocks [vehicle x block], diverged).
@@ -360,109 +296,52 @@ impl Vehicle {
         cascades: Vec<PyReadonlyArray3<'py, f64>>,
         block: usize,
         jobs: usize,
-    ) -> PyResult<(
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray1<f64>>,
-        Vec<i64>,
-    )> {
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Vec<i64>)> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        let course = Course {
-            table: table.as_slice()?,
-            columns: table.shape()[1],
-            steps,
-            dt,
-        };
+        let course = Course { table: table.as_slice()?, columns: table.shape()[1], steps, dt };
         course.check(assemble::columns(&self.structure.kind))?;
         let weighing = Weighing {
             channels,
             clearance: clearance.as_slice()?,
-            cascades: cascades
-                .iter()
-                .map(|c| c.as_slice())
-                .collect::<Result<_, _>>()?,
+            cascades: cascades.iter().map(|c| c.as_slice()).collect::<Result<_, _>>()?,
             block,
         };
-        let scores = away(py, jobs, |cancel| {
-            many::score(&many, &course, &weighing, cancel)
-        })?;
+        let scores = away(py, jobs, |cancel| many::score(&many, &course, &weighing, cancel))?;
         let flat = |x: Vec<Vec<f64>>| PyArray1::from_vec(py, x.concat());
         Ok((
-            PyArray1::from_vec(
-                py,
-                scores
-                    .displacement
-                    .iter()
-                    .flatten()
-                    .flatten()
-                    .copied()
-                    .collect(),
-            ),
+            PyArray1::from_vec(py, scores.displacement.iter().flatten().flatten().copied().collect()),
             flat(scores.rms),
             flat(scores.blocks),
-            scores
-                .diverged
-                .into_iter()
-                .map(|k| k.map_or(-1, |k| k as i64))
-                .collect(),
+            scores.diverged.into_iter().map(|k| k.map_or(-1, |k| k as i64)).collect(),
         ))
     }
 
     /// RK4 steps per sample that each vehicle needs between two speeds.
-    fn steps(
-        &self,
-        batch: Batch<'_>,
-        slowest: f64,
-        fastest: f64,
-        dt: f64,
-        limit: usize,
-    ) -> PyResult<Vec<usize>> {
+    fn steps(&self, batch: Batch<'_>, slowest: f64, fastest: f64, dt: f64, limit: usize) -> PyResult<Vec<usize>> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        (0..many.count)
-            .map(|i| {
-                Ok(self
-                    .structure
-                    .steps(&many.single(i), slowest, fastest, dt, limit)?)
-            })
-            .collect()
+        (0..many.count).map(|i| Ok(self.structure.steps(&many.single(i), slowest, fastest, dt, limit)?)).collect()
     }
 
     /// Eigenvalues (real, imaginary) of each linear vehicle, without its effects but with the coach's body, at a speed.
     fn eigenvalues(&self, batch: Batch<'_>, speed: f64) -> PyResult<Vec<Vec<(f64, f64)>>> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        (0..many.count)
-            .map(|i| Ok(self.structure.assemble(&many.single(i))?.eigenvalues(speed)))
-            .collect()
+        (0..many.count).map(|i| Ok(self.structure.assemble(&many.single(i))?.eigenvalues(speed))).collect()
     }
 
     /// Linear spring and damper, (stiffness, damping), at every port of the first vehicle: {(place, wheelset): ...}.
     fn sites(&self, batch: Batch<'_>) -> PyResult<HashMap<(String, u8), (f64, f64)>> {
         let rows = batch.rows()?;
-        let vehicle = self
-            .structure
-            .assemble(&rows.of(&self.structure).single(0))?;
-        Ok(vehicle
-            .ports
-            .iter()
-            .map(|p| {
-                (
-                    (p.at.to_string(), p.wheelset),
-                    (p.site.stiffness, p.site.damping),
-                )
-            })
-            .collect())
+        let vehicle = self.structure.assemble(&rows.of(&self.structure).single(0))?;
+        Ok(vehicle.ports.iter().map(|p| ((p.at.to_string(), p.wheelset), (p.site.stiffness, p.site.damping))).collect())
     }
 
     /// How many states the vehicle has, those of its effects last.
     fn states(&self, batch: Batch<'_>) -> PyResult<usize> {
         let rows = batch.rows()?;
-        Ok(self
-            .structure
-            .group(&[rows.of(&self.structure).single(0)], &[])?
-            .states)
+        Ok(self.structure.group(&[rows.of(&self.structure).single(0)], &[])?.states)
     }
 }
 

@@ -62,29 +62,15 @@ fn add<P: Part>(to: &mut Lanes, at: usize, value: P) {
 
 impl Observer for Sums {
     #[inline(always)]
-    fn sample<P: Part>(
-        &mut self,
-        group: &Group,
-        at: usize,
-        k: usize,
-        row: &[f64],
-        x: &[P; STATES],
-        dx: &[P; STATES],
-    ) {
+    fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) {
         let clearance = P::load(&self.clearance, at);
         let wheelsets = group.readings.len().min(2);
         for i in 0..wheelsets {
             let e = group.readings[i].read(at, row, x, dx);
             let [sum, squares, touching] = &mut self.e[i];
             add(sum, at, e);
-            P::load(squares, at)
-                .mul_add(P::splat(1.0), e * e)
-                .store(squares, at);
-            add(
-                touching,
-                at,
-                e.abs().if_less(clearance, P::zero(), P::splat(1.0)),
-            );
+            P::load(squares, at).mul_add(P::splat(1.0), e * e).store(squares, at);
+            add(touching, at, e.abs().if_less(clearance, P::zero(), P::splat(1.0)));
         }
         if group.readings.len() < 3 {
             return;
@@ -98,20 +84,14 @@ impl Observer for Sums {
                 let get = |i: usize| P::load(&section[i], at);
                 // transposed direct form II
                 let y = get(0).mul_add(w, P::load(m0, at));
-                get(3)
-                    .neg_mul_add(y, get(1).mul_add(w, P::load(m1, at)))
-                    .store(m0, at);
+                get(3).neg_mul_add(y, get(1).mul_add(w, P::load(m1, at))).store(m0, at);
                 get(4).neg_mul_add(y, get(2) * w).store(m1, at);
                 w = y;
             }
             let square = w * w;
             add(&mut self.squares[c], at, square);
             if c == 0 && self.block > 0 && k / self.block < self.blocks.len() {
-                add(
-                    &mut self.blocks[k / self.block],
-                    at,
-                    square * P::splat(1.0 / self.block as f64),
-                );
+                add(&mut self.blocks[k / self.block], at, square * P::splat(1.0 / self.block as f64));
             }
         }
     }

@@ -72,16 +72,10 @@ impl Structure {
             let record = placed.law.record();
             if !record.at.contains(&placed.at.as_str()) {
                 let known = record.at.join(", ");
-                return Err(Error::Place {
-                    kind: record.key.into(),
-                    at: placed.at.clone(),
-                    known,
-                });
+                return Err(Error::Place { kind: record.key.into(), at: placed.at.clone(), known });
             }
             for other in &self.placed[..i] {
-                let both = other.wheelset == 0
-                    || placed.wheelset == 0
-                    || other.wheelset == placed.wheelset;
+                let both = other.wheelset == 0 || placed.wheelset == 0 || other.wheelset == placed.wheelset;
                 let first = other.law.record();
                 if other.at == placed.at
                     && both
@@ -89,11 +83,7 @@ impl Structure {
                     && record.supersedes != Supersedes::Nothing
                 {
                     let (first, second) = (first.key.into(), record.key.into());
-                    return Err(Error::Superseded {
-                        first,
-                        second,
-                        at: placed.at.clone(),
-                    });
+                    return Err(Error::Superseded { first, second, at: placed.at.clone() });
                 }
             }
         }
@@ -113,23 +103,16 @@ impl Structure {
     /// The effects that act in this run, with the range of their numbers.
     fn acting(&self) -> impl Iterator<Item = (usize, &Placed, std::ops::Range<usize>)> {
         let mut begin = 0;
-        self.placed
-            .iter()
-            .enumerate()
-            .filter_map(move |(i, placed)| {
-                let range = begin..begin + placed.count;
-                begin = range.end;
-                (!self.driven(&placed.at)).then_some((i, placed, range))
-            })
+        self.placed.iter().enumerate().filter_map(move |(i, placed)| {
+            let range = begin..begin + placed.count;
+            begin = range.end;
+            (!self.driven(&placed.at)).then_some((i, placed, range))
+        })
     }
 
     /// One vehicle with the bodies that its effects add.
     pub fn assemble(&self, one: &Single<'_>) -> Result<Assembly> {
-        expect_len(
-            "numbers of the effects",
-            one.effects.len(),
-            self.effect_numbers(),
-        )?;
+        expect_len("numbers of the effects", one.effects.len(), self.effect_numbers())?;
         expect_len("amounts", one.amounts.len(), self.placed.len())?;
         let mut vehicle = assemble(&self.kind, one.numbers, &self.measured)?;
         for (i, placed, range) in self.acting() {
@@ -142,18 +125,11 @@ impl Structure {
     }
 
     /// Where a placed effect stands: rows and sites of its ports.
-    fn ports(
-        &self,
-        vehicle: &Assembly,
-        placed: &Placed,
-    ) -> Result<Vec<(crate::assemble::Row, Site)>> {
+    fn ports(&self, vehicle: &Assembly, placed: &Placed) -> Result<Vec<(crate::assemble::Row, Site)>> {
         let linkage = placed.at == "wheelset_yaw" && placed.wheelset == 0;
         let found = vehicle.places(&placed.at, if linkage { 3 } else { placed.wheelset });
         if found.is_empty() {
-            return Err(Error::Site {
-                at: placed.at.clone(),
-                wheelset: placed.wheelset,
-            });
+            return Err(Error::Site { at: placed.at.clone(), wheelset: placed.wheelset });
         }
         Ok(found.iter().map(|p| (p.row.clone(), p.site)).collect())
     }
@@ -170,21 +146,12 @@ impl Structure {
     }
 
     fn at_wheelsets(&self, vehicle: &Assembly, placed: &Placed) -> Vec<usize> {
-        (0..vehicle.wheelsets.len())
-            .filter(|i| placed.wheelset == 0 || placed.wheelset as usize == i + 1)
-            .collect()
+        (0..vehicle.wheelsets.len()).filter(|i| placed.wheelset == 0 || placed.wheelset as usize == i + 1).collect()
     }
 
     /// Smallest power of two of RK4 steps per sample: abs(lambda) h <= 1 for the linear vehicle (accuracy), and
     /// 0.7 of RK4's bound 2.78 with every effect's steepest slopes added (stability).
-    pub fn steps(
-        &self,
-        one: &Single<'_>,
-        slowest: f64,
-        fastest: f64,
-        dt: f64,
-        limit: usize,
-    ) -> Result<usize> {
+    pub fn steps(&self, one: &Single<'_>, slowest: f64, fastest: f64, dt: f64, limit: usize) -> Result<usize> {
         let vehicle = self.assemble(one)?;
         let mut rows = Vec::new();
         let mut rate: f64 = 0.0;
@@ -205,9 +172,7 @@ impl Structure {
                 }
                 Kind::Force | Kind::Rail => {
                     for i in self.at_wheelsets(&vehicle, placed) {
-                        let slopes = placed
-                            .law
-                            .stiffest(p, &Self::contact_site(&vehicle, i, slowest));
+                        let slopes = placed.law.stiffest(p, &Self::contact_site(&vehicle, i, slowest));
                         rate = rate.max(slopes.rate);
                         rows.push((vec![(vehicle.wheelsets[i].y, 1.0)], slopes));
                     }
@@ -215,16 +180,8 @@ impl Structure {
                 _ => {}
             }
         }
-        let more: Vec<_> = rows
-            .iter()
-            .map(|(row, s)| (row.as_slice(), s.stiffness, s.damping))
-            .collect();
-        let radius = |values: &[(f64, f64)]| {
-            values
-                .iter()
-                .map(|(re, im)| re.hypot(*im))
-                .fold(0.0, f64::max)
-        };
+        let more: Vec<_> = rows.iter().map(|(row, s)| (row.as_slice(), s.stiffness, s.damping)).collect();
+        let radius = |values: &[(f64, f64)]| values.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
         let mut needed: f64 = 1.0;
         for speed in [slowest, fastest] {
             needed = needed.max(radius(&eigenvalues(vehicle.state_matrix(speed, &[]))) * dt);
@@ -234,12 +191,7 @@ impl Structure {
         let steps = (needed.max(1.0).ceil() as usize).next_power_of_two();
         if steps > limit {
             let remedy = "raise the mass, soften the stiffest element or sample more often";
-            return Err(Error::Stiff {
-                needed,
-                dt,
-                limit,
-                remedy,
-            });
+            return Err(Error::Stiff { needed, dt, limit, remedy });
         }
         Ok(steps)
     }
@@ -247,10 +199,7 @@ impl Structure {
     /// Sixteen vehicles side by side; fewer are filled up with the first.
     pub fn group(&self, singles: &[Single<'_>], channels: &[String]) -> Result<Group> {
         self.check()?;
-        let some: Vec<Assembly> = singles
-            .iter()
-            .map(|one| self.assemble(one))
-            .collect::<Result<_>>()?;
+        let some: Vec<Assembly> = singles.iter().map(|one| self.assemble(one)).collect::<Result<_>>()?;
         let of = |i: usize| if i < some.len() { i } else { 0 };
         let vehicles: Vec<&Assembly> = (0..LANES).map(|i| &some[of(i)]).collect();
         let ones: Vec<&Single<'_>> = (0..LANES).map(|i| &singles[of(i)]).collect();
@@ -262,22 +211,12 @@ impl Structure {
             states: 2 * n,
             columns: columns(&self.kind),
             matrix: Self::matrix(&vehicles),
-            inv_mass: (0..n)
-                .map(|i| Lanes::from_fn(|l| 1.0 / vehicles[l].mass[i]))
-                .collect(),
+            inv_mass: (0..n).map(|i| Lanes::from_fn(|l| 1.0 / vehicles[l].mass[i])).collect(),
             inputs: (0..first.inputs.len())
-                .map(|i| {
-                    (
-                        first.inputs[i].0,
-                        first.inputs[i].1,
-                        Lanes::from_fn(|l| vehicles[l].inputs[i].2),
-                    )
-                })
+                .map(|i| (first.inputs[i].0, first.inputs[i].1, Lanes::from_fn(|l| vehicles[l].inputs[i].2)))
                 .collect(),
             wheelsets: (0..first.wheelsets.len())
-                .map(|i| {
-                    WheelsetLanes::new(&vehicles.iter().map(|v| v.wheelsets[i]).collect::<Vec<_>>())
-                })
+                .map(|i| WheelsetLanes::new(&vehicles.iter().map(|v| v.wheelsets[i]).collect::<Vec<_>>()))
                 .collect(),
             forces: Vec::new(),
             speed_scale: scale,
@@ -289,16 +228,10 @@ impl Structure {
         for (i, placed, range) in self.acting() {
             self.place(&mut group, &vehicles, &ones, i, placed, range)?;
         }
-        group.readings = channels
-            .iter()
-            .map(|name| Self::reading(&group, &vehicles, name))
-            .collect::<Result<Vec<_>>>()?;
+        group.readings =
+            channels.iter().map(|name| Self::reading(&group, &vehicles, name)).collect::<Result<Vec<_>>>()?;
         if group.states > STATES {
-            return Err(Error::Shape {
-                what: "states of a vehicle".into(),
-                got: group.states,
-                expected: STATES,
-            });
+            return Err(Error::Shape { what: "states of a vehicle".into(), got: group.states, expected: STATES });
         }
         Ok(group)
     }
@@ -309,21 +242,10 @@ impl Structure {
         let entry = |i: usize, j: usize| {
             Lanes::from_fn(|l| {
                 let v = vehicles[l];
-                if j < n {
-                    v.stiffness[(i, j)]
-                } else {
-                    v.damping[(i, j - n)]
-                }
+                if j < n { v.stiffness[(i, j)] } else { v.damping[(i, j - n)] }
             })
         };
-        (0..n)
-            .map(|i| {
-                (0..2 * n)
-                    .map(|j| (j, entry(i, j)))
-                    .filter(|(_, a)| !a.is_zero())
-                    .collect()
-            })
-            .collect()
+        (0..n).map(|i| (0..2 * n).map(|j| (j, entry(i, j))).filter(|(_, a)| !a.is_zero()).collect()).collect()
     }
 
     fn place(
@@ -338,47 +260,24 @@ impl Structure {
         let record = placed.law.record();
         let alpha = Lanes::from_fn(|l| ones[l].amounts[index]);
         let lanes = |site: &dyn Fn(usize) -> Site| -> Vec<Lanes> {
-            let per_lane: Vec<Vec<f64>> = (0..LANES)
-                .map(|l| {
-                    placed
-                        .law
-                        .prepare(&ones[l].effects[range.clone()], &site(l))
-                })
-                .collect();
-            (0..per_lane[0].len())
-                .map(|k| Lanes::from_fn(|l| per_lane[l][k]))
-                .collect()
+            let per_lane: Vec<Vec<f64>> =
+                (0..LANES).map(|l| placed.law.prepare(&ones[l].effects[range.clone()], &site(l))).collect();
+            (0..per_lane[0].len()).map(|k| Lanes::from_fn(|l| per_lane[l][k])).collect()
         };
-        let law = |row, lanes, state| PlacedLaw {
-            law: placed.law,
-            row,
-            lanes,
-            alpha,
-            state,
-            has_state: record.states > 0,
-        };
+        let law =
+            |row, lanes, state| PlacedLaw { law: placed.law, row, lanes, alpha, state, has_state: record.states > 0 };
         match record.kind {
             Kind::Body => {}
             Kind::Sensor => {
-                let neutral = if placed.law == Law::SensorGain {
-                    1.0
-                } else {
-                    0.0
-                };
-                let number = Lanes::from_fn(|l| {
-                    neutral + alpha.0[l] * (ones[l].effects[range.start] - neutral)
-                });
+                let neutral = if placed.law == Law::SensorGain { 1.0 } else { 0.0 };
+                let number = Lanes::from_fn(|l| neutral + alpha.0[l] * (ones[l].effects[range.start] - neutral));
                 group.sensors.push((placed.law, placed.at.clone(), number));
             }
             Kind::Force if placed.at != "contact" => {
-                let ports: Vec<_> = vehicles
-                    .iter()
-                    .map(|v| self.ports(v, placed))
-                    .collect::<Result<_>>()?;
+                let ports: Vec<_> = vehicles.iter().map(|v| self.ports(v, placed)).collect::<Result<_>>()?;
                 for (port, (first, _)) in ports[0].iter().enumerate() {
-                    let row = (0..first.len())
-                        .map(|k| (first[k].0, Lanes::from_fn(|l| ports[l][port].0[k].1)))
-                        .collect();
+                    let row =
+                        (0..first.len()).map(|k| (first[k].0, Lanes::from_fn(|l| ports[l][port].0[k].1))).collect();
                     let numbers = lanes(&|l| ports[l][port].1);
                     group.forces.push(law(row, numbers, group.states));
                     group.states += record.states;
@@ -411,22 +310,12 @@ impl Structure {
     fn reading(group: &Group, vehicles: &[&Assembly], name: &str) -> Result<Reading> {
         let of = |v: &Assembly| v.channels.iter().position(|c| c.name == name);
         let Some(k) = of(vehicles[0]) else {
-            let known = vehicles[0]
-                .channels
-                .iter()
-                .map(|c| c.name.as_str())
-                .collect::<Vec<_>>()
-                .join(", ");
+            let known = vehicles[0].channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
             return Err(Error::Channel(name.into(), known));
         };
         let channel = &vehicles[0].channels[k];
         let terms: Vec<(usize, Lanes)> = (0..channel.row.len())
-            .map(|t| {
-                (
-                    channel.row[t].0,
-                    Lanes::from_fn(|l| vehicles[l].channels[k].row[t].1),
-                )
-            })
+            .map(|t| (channel.row[t].0, Lanes::from_fn(|l| vehicles[l].channels[k].row[t].1)))
             .collect();
         let n = group.dofs;
         let shifted = |by: usize| terms.iter().map(|(i, a)| (i + by, *a)).collect::<Vec<_>>();
@@ -439,19 +328,9 @@ impl Structure {
             state.push((rail.state, Lanes::from_fn(|l| -rail.alpha.0[l])));
         }
         let inputs = (0..channel.inputs.len())
-            .map(|t| {
-                (
-                    channel.inputs[t].0,
-                    Lanes::from_fn(|l| vehicles[l].channels[k].inputs[t].1),
-                )
-            })
+            .map(|t| (channel.inputs[t].0, Lanes::from_fn(|l| vehicles[l].channels[k].inputs[t].1)))
             .collect();
-        Ok(Reading {
-            name: name.into(),
-            state,
-            rate,
-            inputs,
-        })
+        Ok(Reading { name: name.into(), state, rate, inputs })
     }
 }
 
@@ -506,9 +385,7 @@ impl Group {
                 v = a.mul_add(x[(n + i) & 63], v);
             }
             let mut own = P::zero();
-            let force = law
-                .law
-                .force(law.numbers(at), z, v, row[0], x[law.state & 63], &mut own);
+            let force = law.law.force(law.numbers(at), z, v, row[0], x[law.state & 63], &mut own);
             if law.has_state {
                 dx[law.state & 63] = own;
             }

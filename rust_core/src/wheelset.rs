@@ -33,17 +33,11 @@ impl Wheelset {
         let spin = w.kappa_s * (w.epsilon - w.sigma) / (w.b * w.r);
         let k = [
             [2.0 * w.n * (w.epsilon / w.b - spin), -2.0 * w.kappa_y * w.n],
-            [
-                2.0 * w.b * w.n * w.kappa_x * w.lambda / w.r,
-                -2.0 * w.b * w.n * (1.0 - w.kappa_s / w.r) * w.delta,
-            ],
+            [2.0 * w.b * w.n * w.kappa_x * w.lambda / w.r, -2.0 * w.b * w.n * (1.0 - w.kappa_s / w.r) * w.delta],
         ];
         let gyro = w.i_ya * speed * w.sigma / (w.b * w.r);
         let c = [
-            [
-                2.0 * w.kappa_y * w.n * roll / speed,
-                2.0 * w.kappa_s * w.n / speed - gyro,
-            ],
+            [2.0 * w.kappa_y * w.n * roll / speed, 2.0 * w.kappa_s * w.n / speed - gyro],
             [gyro, 2.0 * w.b * w.b * w.n * w.kappa_x / speed],
         ];
         (k, c)
@@ -123,19 +117,8 @@ impl WheelsetLanes {
 
     /// Adds Q_y, Q_psi and the gyroscopic moments to `force` (from row `dofs` on), and u' where the rail yields.
     #[inline(always)]
-    pub fn add<P: Part>(
-        &self,
-        part: usize,
-        track: &Passing<'_, P>,
-        n: usize,
-        x: &[P; 64],
-        dx: &mut [P; 64],
-    ) {
-        let Passing {
-            row,
-            speed,
-            inv_speed,
-        } = *track;
+    pub fn add<P: Part>(&self, part: usize, track: &Passing<'_, P>, n: usize, x: &[P; 64], dx: &mut [P; 64]) {
+        let Passing { row, speed, inv_speed } = *track;
         let g = |l: &Lanes| P::load(l, part);
         let track: &[f64] = &row[self.column..self.column + 5];
         let (y, psi) = (x[self.y & 63], x[self.psi & 63]);
@@ -153,19 +136,9 @@ impl WheelsetLanes {
         let dr = if self.rolls.is_empty() {
             g(&self.lambda) * e
         } else {
-            let mut to = RollingRadius {
-                shift: P::zero(),
-                conicity: g(&self.lambda),
-                cubic: P::zero(),
-            };
+            let mut to = RollingRadius { shift: P::zero(), conicity: g(&self.lambda), cubic: P::zero() };
             for roll in &self.rolls {
-                roll.law.roll(
-                    roll.numbers(part),
-                    g(&roll.alpha),
-                    P::splat(track[4]),
-                    row[0],
-                    &mut to,
-                );
+                roll.law.roll(roll.numbers(part), g(&roll.alpha), P::splat(track[4]), row[0], &mut to);
             }
             let d = e - to.shift;
             to.conicity * d * (to.cubic * d).mul_add(d, P::splat(1.0))
@@ -184,9 +157,7 @@ impl WheelsetLanes {
         let mut flange = P::zero();
         for law in &self.forces {
             let mut unused = P::zero();
-            let f = law
-                .law
-                .force(law.numbers(part), e, de, row[0], P::zero(), &mut unused);
+            let f = law.law.force(law.numbers(part), e, de, row[0], P::zero(), &mut unused);
             flange = g(&law.alpha).mul_add(f, flange);
         }
         let outer = gravity + flange;

@@ -7,11 +7,7 @@ fn a_module_uses_only_those_above_it() {
     let lib = std::fs::read_to_string(src.join("lib.rs")).expect("lib.rs");
     let order: Vec<&str> = lib
         .lines()
-        .filter_map(|l| {
-            l.trim_start_matches("pub ")
-                .strip_prefix("mod ")
-                .and_then(|l| l.strip_suffix(';'))
-        })
+        .filter_map(|l| l.trim_start_matches("pub ").strip_prefix("mod ").and_then(|l| l.strip_suffix(';')))
         .collect();
     assert!(order.len() > 8, "{order:?}");
     for (floor, name) in order.iter().enumerate() {
@@ -21,10 +17,7 @@ fn a_module_uses_only_those_above_it() {
         }
         for file in files.iter().filter(|f| f.exists()) {
             let text = std::fs::read_to_string(file).expect("a source file");
-            let code = text
-                .split("#[cfg(test)]\nmod tests")
-                .next()
-                .unwrap_or_default();
+            let code = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
             for above in &order[floor + 1..] {
                 assert!(
                     !code.contains(&format!("crate::{above}")),

@@ -4,10 +4,7 @@ use railui_core::assemble::assemble;
 
 /// The bogie of the model's check values, no secondary spring.
 fn check_bogie() -> Vec<f64> {
-    let mut p = vec![
-        2900.0, 3300.0, 1850.0, 1050.0, 120.0, 1.28, 0.75, 1.0, 0.46, 55e3, 3e6, 8e6, 0.0, 0.0,
-        3e4, 3e4,
-    ];
+    let mut p = vec![2900.0, 3300.0, 1850.0, 1050.0, 120.0, 1.28, 0.75, 1.0, 0.46, 55e3, 3e6, 8e6, 0.0, 0.0, 3e4, 3e4];
     for _ in 0..2 {
         p.extend([0.18, 130.0, 120.0, 8.0, 0.05, 0.05]);
     }
@@ -16,15 +13,9 @@ fn check_bogie() -> Vec<f64> {
 }
 
 fn least_damped(speed: f64) -> (f64, f64, f64) {
-    let z = assemble("bogie", &check_bogie(), &[])
-        .expect("a bogie")
-        .eigenvalues(speed);
+    let z = assemble("bogie", &check_bogie(), &[]).expect("a bogie").eigenvalues(speed);
     let oscillation = z.iter().find(|z| z.1 > 0.0).expect("it oscillates");
-    (
-        oscillation.0,
-        oscillation.1,
-        z.iter().map(|z| z.0).fold(f64::INFINITY, f64::min),
-    )
+    (oscillation.0, oscillation.1, z.iter().map(|z| z.0).fold(f64::INFINITY, f64::min))
 }
 
 #[test]
@@ -36,12 +27,7 @@ fn the_bogie_has_the_eigenvalues_of_the_model() {
         (60.0, -0.34808, 30.17447, -89.564),
     ] {
         let (re, im, low) = least_damped(speed);
-        assert!(
-            (re - real).abs() < 1e-5
-                && (im - frequency).abs() < 1e-5
-                && (low - fastest).abs() < 1e-3,
-            "{speed}"
-        );
+        assert!((re - real).abs() < 1e-5 && (im - frequency).abs() < 1e-5 && (low - fastest).abs() < 1e-3, "{speed}");
     }
 }
 
@@ -50,11 +36,7 @@ fn the_bogie_turns_unstable_at_its_critical_speed() {
     let (mut low, mut high) = (60.0, 63.0);
     while high - low > 1e-7 {
         let middle = 0.5 * (low + high);
-        if least_damped(middle).0 < 0.0 {
-            low = middle
-        } else {
-            high = middle
-        }
+        if least_damped(middle).0 < 0.0 { low = middle } else { high = middle }
     }
     assert!((low - 61.64024).abs() < 1e-5, "{low}");
 }
@@ -78,8 +60,7 @@ impl Wheel {
     fn neutral(self) -> (f64, f64) {
         let Wheel { m, i, f11, f22, b, lambda, r, s_y, s_psi } = self;
         let w2 = (f22 * s_psi + f11 * b * b * s_y) / (f22 * i + f11 * b * b * m);
-        let v2 =
-            4.0 * f11 * f22 * b * b * w2 / (4.0 * f11 * f22 * lambda * b / r + (s_y - m * w2) * (s_psi - i * w2));
+        let v2 = 4.0 * f11 * f22 * b * b * w2 / (4.0 * f11 * f22 * lambda * b / r + (s_y - m * w2) * (s_psi - i * w2));
         (v2.sqrt(), w2.sqrt())
     }
 

@@ -3,14 +3,8 @@ use super::effect::*;
 use super::*;
 use crate::lanes::{LANES, Lanes, Portable};
 
-const SITE: Site = Site {
-    stiffness: 6e6,
-    damping: 3e4,
-    motion: 0.01,
-    speed: 0.3,
-    wheel_load: 55e3,
-    creep_damping: 4.5e5,
-};
+const SITE: Site =
+    Site { stiffness: 6e6, damping: 3e4, motion: 0.01, speed: 0.3, wheel_load: 55e3, creep_damping: 4.5e5 };
 
 /// Defaults of a law in SI at a place like the primary suspension.
 fn defaults(record: &Record) -> Vec<f64> {
@@ -33,11 +27,7 @@ fn defaults(record: &Record) -> Vec<f64> {
         "1" => 1.0,
         other => panic!("a test must know the scale {other}"),
     };
-    record
-        .params
-        .iter()
-        .map(|p| p.default * scale(p.times))
-        .collect()
+    record.params.iter().map(|p| p.default * scale(p.times)).collect()
 }
 
 struct Ready {
@@ -53,36 +43,17 @@ fn forces() -> Vec<Ready> {
         .filter(|law| law.record().kind == Kind::Force)
         .map(|law| {
             let raw = defaults(law.record());
-            let lanes = law
-                .prepare(&raw, &SITE)
-                .into_iter()
-                .map(Lanes::splat)
-                .collect();
-            Ready {
-                law: *law,
-                record: law.record(),
-                raw,
-                lanes,
-            }
+            let lanes = law.prepare(&raw, &SITE).into_iter().map(Lanes::splat).collect();
+            Ready { law: *law, record: law.record(), raw, lanes }
         })
         .collect()
 }
 
 /// F and x' at (z, v, x).
 fn force(r: &Ready, z: f64, v: f64, x: f64) -> (f64, f64) {
-    let numbers = Numbers {
-        lanes: &r.lanes,
-        at: 0,
-    };
+    let numbers = Numbers { lanes: &r.lanes, at: 0 };
     let mut dx = Portable::zero();
-    let f = r.law.force(
-        numbers,
-        Portable::splat(z),
-        Portable::splat(v),
-        0.0,
-        Portable::splat(x),
-        &mut dx,
-    );
+    let f = r.law.force(numbers, Portable::splat(z), Portable::splat(v), 0.0, Portable::splat(x), &mut dx);
     let (mut a, mut b) = (Lanes::ZERO, Lanes::ZERO);
     f.store(&mut a, 0);
     dx.store(&mut b, 0);
@@ -93,11 +64,7 @@ fn force(r: &Ready, z: f64, v: f64, x: f64) -> (f64, f64) {
 fn keys_are_known_once_and_found_by_name() {
     for law in CATALOGUE {
         assert_eq!(Law::named(law.record().key), Some(*law));
-        assert!(
-            !law.record().at.is_empty()
-                && !law.record().source.is_empty()
-                && !law.record().title.is_empty()
-        );
+        assert!(!law.record().at.is_empty() && !law.record().source.is_empty() && !law.record().title.is_empty());
     }
 }
 
@@ -105,12 +72,7 @@ fn keys_are_known_once_and_found_by_name() {
 fn a_default_lies_in_its_range_and_names_its_origin() {
     for law in CATALOGUE {
         for p in law.record().params {
-            assert!(
-                p.minimum <= p.default && p.default <= p.maximum,
-                "{} {}",
-                law.record().key,
-                p.key
-            );
+            assert!(p.minimum <= p.default && p.default <= p.maximum, "{} {}", law.record().key, p.key);
             assert!(!p.origin.is_empty());
         }
     }
@@ -120,19 +82,9 @@ fn a_default_lies_in_its_range_and_names_its_origin() {
 fn a_shape_gives_every_number_that_is_searched_for() {
     for law in CATALOGUE {
         let r = law.record();
-        let searched = r
-            .params
-            .iter()
-            .filter(|p| !matches!(p.role, Role::Optional | Role::Run))
-            .count();
+        let searched = r.params.iter().filter(|p| !matches!(p.role, Role::Optional | Role::Run)).count();
         assert_eq!(r.candidate, !r.shapes.is_empty(), "{}", r.key);
-        assert!(
-            r.shapes
-                .iter()
-                .all(|s| s.len() >= searched && s.len() <= r.params.len()),
-            "{}",
-            r.key
-        );
+        assert!(r.shapes.iter().all(|s| s.len() >= searched && s.len() <= r.params.len()), "{}", r.key);
     }
 }
 
@@ -169,108 +121,59 @@ fn no_energy_is_made_over_a_closed_cycle_by_a_law_that_dissipates() {
                 scale += (f * v * h).abs();
             }
         }
-        assert!(
-            work <= 1e-3 * scale,
-            "{} makes {work} J of {scale}",
-            r.record.key
-        );
+        assert!(work <= 1e-3 * scale, "{} makes {work} J of {scale}", r.record.key);
     }
 }
 
 #[test]
 fn the_steepest_slope_bounds_finite_differences() {
-    for r in forces()
-        .iter()
-        .filter(|r| r.record.dissipates && r.record.supersedes == Supersedes::Nothing)
-    {
+    for r in forces().iter().filter(|r| r.record.dissipates && r.record.supersedes == Supersedes::Nothing) {
         let slopes = r.law.stiffest(&r.raw, &SITE);
         let (mut dz, mut dv): (f64, f64) = (0.0, 0.0);
         for i in -20..=20 {
             for j in -20..=20 {
-                let (z, v) = (
-                    SITE.motion * f64::from(i) / 20.0,
-                    SITE.speed * f64::from(j) / 20.0,
-                );
+                let (z, v) = (SITE.motion * f64::from(i) / 20.0, SITE.speed * f64::from(j) / 20.0);
                 let (a, b) = (1e-7 * SITE.motion, 1e-7 * SITE.speed);
                 dz = dz.max(-(force(r, z + a, v, 0.2).0 - force(r, z - a, v, 0.2).0) / (2.0 * a));
                 dv = dv.max(-(force(r, z, v + b, 0.2).0 - force(r, z, v - b, 0.2).0) / (2.0 * b));
             }
         }
-        assert!(
-            dz <= slopes.stiffness * 1.001 + 1e-3,
-            "{} dF/dz {dz} {}",
-            r.record.key,
-            slopes.stiffness
-        );
-        assert!(
-            dv <= slopes.damping * 1.001 + 1e-3,
-            "{} dF/dv {dv} {}",
-            r.record.key,
-            slopes.damping
-        );
+        assert!(dz <= slopes.stiffness * 1.001 + 1e-3, "{} dF/dz {dz} {}", r.record.key, slopes.stiffness);
+        assert!(dv <= slopes.damping * 1.001 + 1e-3, "{} dF/dv {dv} {}", r.record.key, slopes.damping);
     }
 }
 
 #[test]
 fn two_laws_at_a_place_can_be_told_apart() {
     // laws with a state of their own answer to a history, not to a point
-    let all: Vec<_> = forces()
-        .into_iter()
-        .filter(|r| r.record.states == 0)
-        .collect();
+    let all: Vec<_> = forces().into_iter().filter(|r| r.record.states == 0).collect();
     let points: Vec<_> = (0..60)
-        .map(|i| {
-            (
-                9e-3 * (i as f64 * 0.7).sin(),
-                0.2 * (i as f64 * 1.1).cos(),
-                0.5 * (i as f64).sin(),
-            )
-        })
+        .map(|i| (9e-3 * (i as f64 * 0.7).sin(), 0.2 * (i as f64 * 1.1).cos(), 0.5 * (i as f64).sin()))
         .collect();
-    let curve = |r: &Ready| {
-        points
-            .iter()
-            .map(|(z, v, x)| force(r, *z, *v, *x).0)
-            .collect::<Vec<_>>()
-    };
+    let curve = |r: &Ready| points.iter().map(|(z, v, x)| force(r, *z, *v, *x).0).collect::<Vec<_>>();
     for (i, a) in all.iter().enumerate() {
         for b in &all[..i] {
-            let shared = a
-                .record
-                .at
-                .iter()
-                .any(|at| b.record.at.contains(at) && *at == "primary_lateral");
+            let shared = a.record.at.iter().any(|at| b.record.at.contains(at) && *at == "primary_lateral");
             if !shared || a.record.key == "measured_force" || b.record.key == "measured_force" {
                 continue;
             }
             let (x, y) = (curve(a), curve(b));
             let dot = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(s, t)| s * t).sum::<f64>();
             let cosine = dot(&x, &y) / (dot(&x, &x) * dot(&y, &y)).sqrt();
-            assert!(
-                cosine.abs() < 0.999,
-                "{} and {}: {cosine}",
-                a.record.key,
-                b.record.key
-            );
+            assert!(cosine.abs() < 0.999, "{} and {}: {cosine}", a.record.key, b.record.key);
         }
     }
 }
 
 #[test]
 fn friction_saturates_at_its_force() {
-    let r = forces()
-        .into_iter()
-        .find(|r| r.record.key == "dry_friction")
-        .expect("in the list");
+    let r = forces().into_iter().find(|r| r.record.key == "dry_friction").expect("in the list");
     assert!((force(&r, 0.0, 10.0, 0.0).0 + r.raw[0]).abs() < 1e-9 * r.raw[0]);
 }
 
 #[test]
 fn free_play_and_the_declared_spring_make_nothing_inside_and_a_spring_beyond() {
-    let r = forces()
-        .into_iter()
-        .find(|r| r.record.key == "free_play")
-        .expect("in the list");
+    let r = forces().into_iter().find(|r| r.record.key == "free_play").expect("in the list");
     let whole = |z: f64| force(&r, z, 0.0, 0.0).0 - SITE.stiffness * z;
     let h = r.raw[0];
     assert!(whole(0.9 * h).abs() < 1e-9 * SITE.stiffness * h);
@@ -281,18 +184,11 @@ fn free_play_and_the_declared_spring_make_nothing_inside_and_a_spring_beyond() {
 fn the_creep_factor_follows_the_cubic_and_then_the_friction_limit() {
     // q = T/(mu N): 1 - q/3 + q^2/27 at q = 1.5, 1/q at q = 6
     let mu = 0.3;
-    let lanes: Vec<_> = Law::CreepSaturation
-        .prepare(&[mu], &SITE)
-        .into_iter()
-        .map(Lanes::splat)
-        .collect();
+    let lanes: Vec<_> = Law::CreepSaturation.prepare(&[mu], &SITE).into_iter().map(Lanes::splat).collect();
     let factor = |q: f64| {
         let t = q * mu * SITE.wheel_load;
         let f = Law::CreepSaturation.factor(
-            Numbers {
-                lanes: &lanes,
-                at: 0,
-            },
+            Numbers { lanes: &lanes, at: 0 },
             Portable::splat(0.6 * t),
             Portable::splat(0.8 * t),
         );

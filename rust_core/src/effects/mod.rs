@@ -110,10 +110,7 @@ catalogue! {
 
 impl Law {
     pub fn named(key: &str) -> Option<Law> {
-        CATALOGUE
-            .iter()
-            .copied()
-            .find(|law| law.record().key == key)
+        CATALOGUE.iter().copied().find(|law| law.record().key == key)
     }
 }
 
@@ -131,9 +128,6 @@ pub struct PlacedLaw {
 impl PlacedLaw {
     #[inline(always)]
     pub fn numbers(&self, at: usize) -> Numbers<'_> {
-        Numbers {
-            lanes: &self.lanes,
-            at,
-        }
+        Numbers { lanes: &self.lanes, at }
     }
 }
