@@ -242,7 +242,7 @@ impl Structure {
         let entry = |i: usize, j: usize| {
             Lanes::from_fn(|l| {
                 let v = vehicles[l];
-                if j < n { v.stiffness[(i, j)] } else { v.damping[(i, j - n)] }
+                if j < n { -v.stiffness[(i, j)] } else { -v.damping[(i, j - n)] }
             })
         };
         (0..n).map(|i| (0..2 * n).map(|j| (j, entry(i, j))).filter(|(_, a)| !a.is_zero()).collect()).collect()
