@@ -68,11 +68,12 @@ FUNCTION = 0.98  # share explained by the motion from which a law is drawn as a 
 
 @dataclass(frozen=True)
 class Picture:
-    """One figure: what it shows, in words for those who do not see it, and its SVG."""
+    """One figure: what it shows, in words for those who do not see it, its SVG, its natural width [px]."""
 
     name: str
     alt: str
     svg: bytes
+    width: int
 
     @property
     def source(self) -> str:
@@ -101,7 +102,8 @@ def drawn(
         out = io.BytesIO()
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
     # matplotlib measures with its own font; a reader without it gets a narrower one
-    return Picture(name, alt, out.getvalue().replace(b"'DejaVu Sans'", b"Helvetica, Arial, 'DejaVu Sans', sans-serif"))
+    svg = out.getvalue().replace(b"'DejaVu Sans'", b"Helvetica, Arial, 'DejaVu Sans', sans-serif")
+    return Picture(name, alt, svg, round(100 * size[0]))
 
 
 def pretty(unit: str) -> str:
@@ -119,8 +121,8 @@ def scale(values: Any, unit: str) -> tuple[float, str]:
     largest = float(given[np.isfinite(given)].max(initial=0.0))
     if largest == 0:
         return 1.0, pretty(unit)
-    if unit == "m/s" and largest < 0.1:
-        return 1e3, "mm/s"
+    if unit in ("m", "m/s") and 1e-4 <= largest < 10.0:  # the trade speaks of millimetres
+        return (1e3, "mm" + unit[1:]) if largest < 0.1 else (1.0, unit)
     number, name = suited(largest, unit)
     return number / largest, pretty(name)
 
@@ -189,9 +191,17 @@ class Window:
 def compared_series(found: Found, index: int) -> dict[str, Floats]:
     """measured, before, after of a validating stretch in the band of the comparison, each [channel, kept]."""
     stretch, campaign = found.measurement.validate[index], found.measurement.campaign
+    return {w: filtered(campaign, stretch, x) for w, x in raw_series(found, index).items()}
+
+
+def raw_series(found: Found, index: int) -> dict[str, Floats]:
+    """measured, before, after as they are, each [channel, n], without what diverges, or before where it is after."""
+    stretch = found.measurement.validate[index]
     series = {"measured": stretch.measured(stretch.channels)}
     series |= {w: found.judged[w].series[index] for w in ("before", "after")}
-    return {w: filtered(campaign, stretch, x) for w, x in series.items() if np.all(np.isfinite(x))}
+    if found.before is found.after:
+        del series["before"]
+    return {w: x for w, x in series.items() if np.all(np.isfinite(x))}
 
 
 def telling(found: Found) -> Window:
@@ -202,7 +212,7 @@ def telling(found: Found) -> Window:
         x = series["measured"]
         power = np.maximum(x.var(axis=1, keepdims=True), 1e-300)
         gain = np.sum(x**2 / power, axis=0)
-        if found.before is not found.after and {"before", "after"} <= set(series):
+        if {"before", "after"} <= set(series):
             gain = np.sum(((x - series["before"]) ** 2 - (x - series["after"]) ** 2) / power, axis=0)
         width = max(2, min(x.shape[1], round(_seconds(stretch) / stretch.dt)))
         sums = np.cumsum(np.concatenate([[0.0], gain]))
@@ -227,9 +237,12 @@ def shown_channels(stretch: Stretch) -> list[str]:
     return [*(c for c in FIRST if c in judged), *(c for c in judged if c not in FIRST)]
 
 
-def channel_unit(stretch: Stretch, channel: str) -> str:
-    """SI unit of a channel; none for a rig, whose numbers are in the units of its run."""
-    return columns_of(stretch.kind)[channel].unit
+def units_of(found: Found, stretch: Stretch) -> Mapping[str, str]:
+    """Unit of every channel: SI, or for a rig as its run calls it."""
+    if stretch.kind != "rig":
+        return {c.name: c.unit for c in columns_of(stretch.kind).values()}
+    entries = zip(found.measurement.campaign.runs, found.measurement.runs, strict=True)
+    return next(run.units for entry, run in entries if entry.name == stretch.file)
 
 
 def series_picture(found: Found, window: Window, series: Mapping[str, Floats], channel: str) -> Picture:
@@ -238,7 +251,7 @@ def series_picture(found: Found, window: Window, series: Mapping[str, Floats], c
     row = stretch.channels.index(channel)
     piece = slice(window.begin, window.end, max(1, (window.end - window.begin) // POINTS))
     t = stretch.columns["t"][cut_samples(found.measurement.campaign, stretch) :]
-    factor, unit = scale(series["measured"][row, piece], channel_unit(stretch, channel))
+    factor, unit = scale(series["measured"][row, piece], units_of(found, stretch)[channel])
 
     def draw(ax: Axes) -> None:
         for which, line in LINES.items():
@@ -255,15 +268,14 @@ def spectrum_picture(found: Found, window: Window, series: Mapping[str, Floats],
     """Power spectral density of one channel over the whole stretch, in the unit of its series."""
     stretch, band = window.stretch, found.measurement.campaign.band
     row = stretch.channels.index(channel)
-    lines = {"measured": stretch.columns[channel]}
-    lines |= {w: found.judged[w].series[window.index][row] for w in ("before", "after")}
-    factor, unit = scale(series["measured"][row, window.begin : window.end], channel_unit(stretch, channel))
+    lines = {w: x[row] for w, x in raw_series(found, window.index).items()}
+    factor, unit = scale(series["measured"][row, window.begin : window.end], units_of(found, stretch)[channel])
     segment = min(stretch.samples, max(256, stretch.samples // 5))
     low, high = (0.0, np.inf) if band is None else (0.5 * band[0], 1.5 * band[1])
 
     def draw(ax: Axes) -> None:
         for which, line in LINES.items():
-            if which in lines and np.all(np.isfinite(lines[which])):
+            if which in lines:
                 f, density = signal.welch(lines[which], 1.0 / stretch.dt, nperseg=segment)
                 kept = (f > 0) & (f >= low) & (f <= high)
                 ax.loglog(f[kept], factor**2 * density[kept], **line)
@@ -320,6 +332,7 @@ class _Scene:
     start: Floats
     piece: slice
     settled: slice
+    units: Mapping[str, str]
 
     @classmethod
     def of(cls, found: Found, model: Model, window: Window) -> _Scene:
@@ -327,7 +340,12 @@ class _Scene:
         cut = cut_samples(found.measurement.campaign, stretch)
         start = initial_state(model, stretch, found.measurement.noise)
         settled = slice(cut, stretch.samples - cut)
-        return cls(model, found.before.model, stretch, start, window.rows(cut), settled)
+        return cls(model, found.before.model, stretch, start, window.rows(cut), settled, units_of(found, stretch))
+
+    def unit(self, word: str, at: str) -> str:
+        """Unit of z, v or F at a place; at a rig as the run calls it."""
+        named = {"z": "z", "v": "vz"}.get(word, "")
+        return self.units.get(named, "1") if at == "rig" else unit_at(word, at)
 
     @property
     def path(self) -> slice:
@@ -431,7 +449,7 @@ def _suspension(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> L
         kept = scene.settled
         by_speed = _explained(v[kept], own[kept]) > _explained(z[kept], own[kept])
         motion, x = ("v", v) if by_speed else ("z", z)
-        alone, units = {"after": (x, own)}, (unit_at(motion, at), unit_at("F", at))
+        alone, units = {"after": (x, own)}, (scene.unit(motion, at), scene.unit("F", at))
         pictures.append(_force_picture(scene, f"{name}-own", "the effect alone", alone, (motion, units[0]), units[1]))
     return Law(title, tuple(pictures), "Force that resists the motion, over the motion of the validating run.")
 
@@ -443,7 +461,7 @@ def _whole(scene: _Scene, at: str, w: int, z: Floats, name: str) -> tuple[Pictur
     was, _ = resisted(z, dt, mass, *_at(scene.before, at, w))
     heading = f"whole {_force_word(unit_at('F', at))}, {place(at, w if w in (1, 2) else None)}"
     curves = {"before": (z, was), "after": (z, whole)}
-    return _force_picture(scene, name, heading, curves, ("z", unit_at("z", at)), unit_at("F", at)), whole, v
+    return _force_picture(scene, name, heading, curves, ("z", scene.unit("z", at)), scene.unit("F", at)), whole, v
 
 
 def _force_word(unit: str) -> str:
@@ -622,7 +640,7 @@ def _sensor(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     true = scene.motion([channel], Model(scene.model.design))[0][scene.piece]
     shown = scene.motion([channel])[0][scene.piece]
     measured = stretch.columns[channel][scene.piece]
-    factor, unit = scale(measured, channel_unit(stretch, channel))
+    factor, unit = scale(measured, scene.units[channel])
 
     def draw(ax: Axes) -> None:
         ax.plot(factor * true, factor * measured, **LINES["measured"] | {"lw": 1.4})

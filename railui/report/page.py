@@ -61,7 +61,7 @@ def number(value: float | None, digits: int = 3) -> str:
     """A number as one writes it: so many digits, no exponent between 0.0001 and a million.
 
     >>> number(0.05383), number(611939), number(2.5e7), number(None)
-    ('0.0538', '612000', '2.5·10⁷', '–')
+    ('0.0538', '612000', '2.50·10⁷', '–')
     """
     if value is None or not math.isfinite(value):
         return DASH
@@ -70,8 +70,9 @@ def number(value: float | None, digits: int = 3) -> str:
     order = math.floor(math.log10(abs(value)))
     if -5 < order < 6:
         return f"{round(value, digits - 1 - order):.{max(0, digits - 1 - order)}f}".replace("-", "−")
-    raised = str(order).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-    return f"{value / 10.0**order:.{digits}g}·10{raised}".replace("-", "−")
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    raised = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{mantissa}·10{raised}".replace("-", "−")
 
 
 def with_sd(value: float | None, sd: float | None) -> str:
@@ -128,17 +129,19 @@ def contents(found: Found, report: Report) -> Row:
         "effects": effects(report, figures.law_figures(found, report, window)),
         "channels": channels(found, window),
         "main": MAIN,
+        "lines": [w for w in ("measured", "before", "after") if w in figures.raw_series(found, window.index)],
         "window": {"file": window.stretch.file, "speed": None if kind == "rig" else number(window.stretch.mean_speed)},
         "band": f"{band[0]:g} to {band[1]:g} Hz" if band else None,
         "ranking": ranking(report),
         "classes": [[title(k) for k in one] for one in report["classes"] if len(one) > 1],
-        "traces": [candidate(row, 1.0) for row in report.get("traces", ())],
+        "traces": [candidate(row) for row in report.get("traces", ())],
         "parameters": parameters(report),
         "riding": riding(report),
         "detectable": detectable(report),
+        "rig": kind == "rig",
         "power": sorted({f"{100 * r['power']:.0f} %" for r in report["detectable"] if r["power"]}),
         "runs": [run(r) for r in report["runs"]],
-        "means": means(report, kind),
+        "means": means(report, figures.units_of(found, window.stretch)),
         "floor": floor(report),
         "notes": notes(report),
         "provenance": provenance(report),
@@ -151,14 +154,14 @@ def errors(report: Report) -> Row:
     base = report["floor"]["nrmse"]
     given = [v for w in WHICH for v in (report[w]["nrmse"], *report[w]["channels"].values()) if v]
     decimals = 3 if min(given, default=1.0) >= 0.01 else 4 if min(given) >= 1e-3 else 6
-    rows = []
+    same, rows = report["verdict"] == "none", []
     for which in WHICH:
         one = report[which]
-        total = one["nrmse"]
+        total, held = one["nrmse"], ", held stable" if one.get("constrained") else ""
         rows.append(
             {
                 "which": which,
-                "meaning": MEANING[which] + (", held stable" if one.get("constrained") else ""),
+                "meaning": "nothing was added" if which == "after" and same else MEANING[which] + held,
                 "all": f"{total:.{decimals}f}" if total is not None else "diverged",
                 "ratio": f"{total / base:.2f}" if total is not None and base else DASH,
                 "channels": [DASH if (v := one["channels"].get(c)) is None else f"{v:.{decimals}f}" for c in names],
@@ -202,26 +205,27 @@ def channels(found: Found, window: figures.Window) -> list[Row]:
 
 
 def ranking(report: Report) -> Row:
-    """The best candidates, and nothing added wherever it stands; bars in per cent of the widest."""
+    """The best candidates, and nothing added wherever it stands."""
     rows = report["ranking"]
-    widest = max((r["nrmse"] or 0.0 for r in rows[:TOP] if r["nrmse"]), default=0.0)
-    widest = max([widest, *(r["nrmse"] or 0.0 for r in rows if r["kind"] == "none")])
+    nothing = next((r["nrmse"] for r in rows if r["kind"] == "none"), None)
     shown = [(i, r) for i, r in enumerate(rows, 1) if i <= TOP or r["kind"] == "none"]
-    return {"rows": [candidate(r, widest) | {"rank": i} for i, r in shown], "count": len(rows)}
+    widest = max([r["nrmse"] for _, r in shown if r["nrmse"]], default=0.0)
+    return {"rows": [candidate(r, widest, nothing) | {"rank": i} for i, r in shown], "count": len(rows)}
 
 
-def candidate(row: Mapping[str, Any], widest: float) -> Row:
-    """One candidate in words, with the widths of its bars."""
-    rho, error = row["rho"], row["nrmse"]
+def candidate(row: Mapping[str, Any], widest: float = 0.0, nothing: float | None = None) -> Row:
+    """One candidate in words, with bars in per cent; hollow where it is estimated, faint where it gains nothing."""
+    rho, error, none = row["rho"], row["nrmse"], row["kind"] == "none"
+    idle = not none and None not in (nothing, error) and error >= nothing
     return {
         "title": title(row["kind"]),
-        "none": row["kind"] == "none",
+        "none": none,
         "place": place(row["at"], row["wheelset"]) if row["at"] else "",
-        "rho": DASH if row["kind"] == "none" or rho is None else f"{rho:.2f}",
+        "rho": DASH if none or rho is None else f"{rho:.2f}".replace("-", "−"),
         "rho_width": f"{100 * min(1.0, abs(rho or 0.0)):.1f}",
-        "against": (rho or 0.0) < 0,
         "nrmse": number(error),
         "nrmse_width": f"{100 * min(1.0, (error or 0.0) / widest):.1f}" if widest else "0",
+        "bar": ("" if row.get("refitted", True) else " guess") + (" idle" if idle else ""),
         "refitted": row.get("refitted", True),
         "weight": f"{100 * row['weight']:.0f} %" if row.get("weight") else "",
         "p": number(row.get("p"), 2),
@@ -306,12 +310,11 @@ def run(r: Mapping[str, Any]) -> Row:
     }
 
 
-def means(report: Report, kind: str) -> list[Row]:
+def means(report: Report, units: Mapping[str, str]) -> list[Row]:
     """Mean of measured less simulated, which no band sees."""
-    known = columns_of(kind)
     rows = []
     for c, value in report["means"].items():
-        factor, unit = scale(value, known[c].unit)
+        factor, unit = scale(value, units[c])
         rows.append({"name": c, "value": number(_times(factor, value), 2), "unit": unit})
     return rows
 

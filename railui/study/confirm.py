@@ -12,7 +12,7 @@ from railui import core
 from railui.study.adjust import Fit, Report, Target, adjust, silent
 from railui.study.candidates import Candidate
 from railui.study.judge import initial_state
-from railui.study.measured import Measurement, steps_for
+from railui.study.measured import Measurement, filtered, steps_for
 from railui.study.model import Model
 from railui.study.trace import Sighting, Trace, signed
 
@@ -23,6 +23,7 @@ MOST = 9
 MEMORY = 0.1  # effects with states of their own are fitted from this share on
 CLOSE = 1.25  # within so much of the best misfit a fit is carried to its end
 COARSE, FINE = 1e-3, 1e-6
+PART = 24.0  # seconds of each stretch on which candidates are fitted roughly
 FOLDS = 5
 BOOTSTRAPS = 200
 
@@ -96,25 +97,44 @@ def confirm(
     report: Report = silent,
 ) -> list[Refit]:
     """Fit what the trace named; the misfits within a quarter of the best are carried to convergence. Best first."""
+    short = shortened(fit.targets, measurement)
+    base_misfit = adjust(fit.model, measurement, base, declared, ready=short, most=0, jobs=jobs).normal.rss
     rough = []
     for s in chosen(trace):
-        found = _roughly(fit, trace, s, measurement, declared, base, jobs)
+        found = _roughly(fit.model, short, trace, s, measurement, declared, base, jobs)
         if found is not None:
             rough.append((s, found))
-            share = found.normal.rss / fit.normal.rss
+            share = found.normal.rss / base_misfit
             report(f"  {_name(s.candidate):48s} rho {s.rho:+.3f}   misfit {share:.4f} of before")
     if not rough:
         return []
     least = min(f.normal.rss for _, f in rough)
     refits = []
     for s, f in rough:
-        if f.normal.rss <= CLOSE * least and f.status != "converged":
-            f = adjust(
-                f.model, measurement, f.free.paths, declared, ready=f.targets, tolerance=FINE, jobs=jobs,
-                stable=_stable(f.model),
-            )  # fmt: skip
-        refits.append(Refit(s.candidate, f, held_out(f), s))
+        near = f.normal.rss <= CLOSE * least
+        whole = _fitted(
+            f.model, retarget(f.model, fit.targets, measurement), measurement, declared, f.free.paths, jobs,
+            tolerance=FINE if near else COARSE, most=30 if near else 1,
+        )  # fmt: skip
+        if whole is not None:
+            refits.append(Refit(s.candidate, whole, held_out(whole), s))
     return sorted(refits, key=lambda r: r.rss)
+
+
+def shortened(ready: Sequence[Target], measurement: Measurement) -> list[Target]:
+    """The first part of every stretch, enough to tell candidates apart roughly."""
+    out = []
+    for t in ready:
+        n = min(t.stretch.samples, round(PART / t.stretch.dt))
+        if t.stretch.kind == "rig" or n == t.stretch.samples:
+            out.append(t)
+            continue
+        columns = {k: np.ascontiguousarray(x[:n]) for k, x in t.stretch.columns.items()}
+        stretch = replace(t.stretch, columns=columns, tables={})
+        weights = t.filter.weights
+        y = filtered(measurement.campaign, stretch, stretch.measured(stretch.channels))[:, :: t.filter.every]
+        out.append(replace(t, stretch=stretch, y=y * weights[:, None]))
+    return out
 
 
 def _stable(model: Model) -> bool:
@@ -127,7 +147,8 @@ def _name(c: Candidate) -> str:
 
 
 def _roughly(
-    fit: Fit,
+    base_model: Model,
+    short: Sequence[Target],
     trace: Trace,
     s: Sighting,
     measurement: Measurement,
@@ -135,22 +156,39 @@ def _roughly(
     base: Sequence[str],
     jobs: int | None,
 ) -> Fit | None:
+    """The best of a few steps from every start, on the shortened runs."""
     best: Fit | None = None
     for parameters in starts(trace, s):
         try:
-            model = fit.model.with_effect(s.candidate.placed(parameters))
-            ready = retarget(model, fit.targets, measurement)
-            paths = [*base, *model.effect_paths()]
-            start = np.array([model.row[model.columns[p]] for p in paths])
-            found = adjust(
-                model, measurement, paths, declared, ready=ready, start=start, tolerance=COARSE, most=6, jobs=jobs,
-                stable=_stable(model),
-            )  # fmt: skip
+            model = base_model.with_effect(s.candidate.placed(parameters))
+            ready = retarget(model, short, measurement)
         except ValueError:
             continue  # this start cannot be simulated: another may
-        if best is None or found.cost < best.cost:
+        paths = [*base, *model.effect_paths()]
+        found = _fitted(model, ready, measurement, declared, paths, jobs, tolerance=COARSE, most=6)
+        if found is not None and (best is None or found.cost < best.cost):
             best = found
     return best
+
+
+def _fitted(
+    model: Model,
+    ready: Sequence[Target],
+    measurement: Measurement,
+    declared: Model,
+    paths: Sequence[str],
+    jobs: int | None,
+    *,
+    tolerance: float,
+    most: int,
+) -> Fit | None:
+    try:
+        return adjust(
+            model, measurement, paths, declared, ready=ready, tolerance=tolerance, most=most, jobs=jobs,
+            stable=_stable(model),
+        )  # fmt: skip
+    except ValueError:
+        return None
 
 
 def held_out(fit: Fit) -> Floats:
