@@ -134,6 +134,8 @@ def axis(name: str, unit: str) -> str:
 
 def place(at: str, wheelset: int | None = None) -> str:
     """A place in words."""
+    if at == "wheelset" and wheelset:
+        return f"wheelset {wheelset}"
     return at.replace("_", " ") + (f", wheelset {wheelset}" if wheelset else "")
 
 
@@ -440,28 +442,39 @@ def _suspension(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> L
     """Whole force of the place against displacement, and the effect's own against what rules it."""
     at, (w, z) = effect.at, _port(scene, effect.at, effect.wheelset)
     mass, (_, k, c) = _mass(scene.model), _at(scene.model, at, w)
-    picture, whole, v = _whole(scene, at, w, z, f"{name}-whole")
+    curves, v = _whole(scene, at, w, z)
     superseded = str(core.record(effect.kind)["supersedes"] or "")
     own = resisted(z, scene.stretch.dt, mass, [effect], k, c)[0] - resisted(z, scene.stretch.dt, mass, [], k, c)[0]
     own = own + ("stiffness" in superseded) * k * z + ("damping" in superseded) * c * v
-    pictures = [picture]
-    if np.std(own - whole) > 0.01 * np.std(whole):
-        kept = scene.settled
-        by_speed = _explained(v[kept], own[kept]) > _explained(z[kept], own[kept])
-        motion, x = ("v", v) if by_speed else ("z", z)
-        alone, units = {"after": (x, own)}, (scene.unit(motion, at), scene.unit("F", at))
-        pictures.append(_force_picture(scene, f"{name}-own", "the effect alone", alone, (motion, units[0]), units[1]))
-    return Law(title, tuple(pictures), "Force that resists the motion, over the motion of the validating run.")
+    kept = scene.settled
+    ruling = ("v", v) if _explained(v[kept], own[kept]) > _explained(z[kept], own[kept]) else ("z", z)
+    heading = _whole_title(scene, at, w)
+    note = "Force that resists the motion, over the motion of the validating run."
+    if np.std(own - curves["after"]) < 0.01 * np.std(own):  # nothing else stands there
+        return Law(title, (_motion_picture(scene, f"{name}-whole", heading, curves, ruling, at),), note)
+    whole = _motion_picture(scene, f"{name}-whole", heading, curves, ("z", z), at)
+    alone = _motion_picture(scene, f"{name}-own", "the effect alone", {"after": own}, ruling, at)
+    return Law(title, (whole, alone), note)
 
 
-def _whole(scene: _Scene, at: str, w: int, z: Floats, name: str) -> tuple[Picture, Floats, Floats]:
-    """All that resists a motion z at a port, before and after, drawn; and force and speed [n] after."""
+def _whole(scene: _Scene, at: str, w: int, z: Floats) -> tuple[dict[str, Floats], Floats]:
+    """All that resists a motion z at a port, before and after [n], and the speed [n]."""
     dt, mass = scene.stretch.dt, _mass(scene.model)
     whole, v = resisted(z, dt, mass, *_at(scene.model, at, w))
     was, _ = resisted(z, dt, mass, *_at(scene.before, at, w))
-    heading = f"whole {_force_word(unit_at('F', at))}, {place(at, w if w in (1, 2) else None)}"
-    curves = {"before": (z, was), "after": (z, whole)}
-    return _force_picture(scene, name, heading, curves, ("z", scene.unit("z", at)), scene.unit("F", at)), whole, v
+    return {"before": was, "after": whole}, v
+
+
+def _whole_title(scene: _Scene, at: str, w: int) -> str:
+    return f"whole {_force_word(scene.unit('F', at))}, {place(at, w if w in (1, 2) else None)}"
+
+
+def _motion_picture(
+    scene: _Scene, name: str, title: str, forces: Mapping[str, Floats], motion: tuple[str, Floats], at: str
+) -> Picture:
+    """Forces against a motion (z or v, and its values) at a place."""
+    curves = {which: (motion[1], force) for which, force in forces.items()}
+    return _force_picture(scene, name, title, curves, (motion[0], scene.unit(motion[0], at)), scene.unit("F", at))
 
 
 def _force_word(unit: str) -> str:
@@ -629,8 +642,8 @@ def _coach(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
         primary = primary + resisted(z, dt, mass, *_at(model, "primary_lateral", w))[0]
     force = primary - mass * a
     was, _ = resisted(y, dt, mass, *_at(before, "secondary_lateral", 0))
-    curves = {"before": (y, was), "after": (y, force)}
-    picture = _force_picture(scene, name, "force between frame and coach", curves, ("z", "m"), "N")
+    forces = {"before": was, "after": force}
+    picture = _motion_picture(scene, name, "force between frame and coach", forces, ("z", y), "secondary_lateral")
     return Law(title, (picture,), "Force that resists the motion of the frame; the coach moves with it.")
 
 
@@ -665,8 +678,9 @@ def _outside(scene: _Scene, o: Mapping[str, Any]) -> Law:
     motion: list[Floats] = []
     if curve is not None and curve.kind == "measured_force" and o["against"] in ("z", "v"):
         w, z = _port(scene, curve.at, curve.wheelset)
-        picture, _, v = _whole(scene, curve.at, w, z, "outside-whole")
-        pictures.append(picture)
+        forces, v = _whole(scene, curve.at, w, z)
+        heading = _whole_title(scene, curve.at, w)
+        pictures.append(_motion_picture(scene, "outside-whole", heading, forces, ("z", z), curve.at))
         motion = [(z if o["against"] == "z" else v)[scene.settled]]
 
     def draw(ax: Axes) -> None:

@@ -71,19 +71,25 @@ def number(value: float | None, digits: int = 3) -> str:
     if -5 < order < 6:
         return f"{round(value, digits - 1 - order):.{max(0, digits - 1 - order)}f}".replace("-", "−")
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    raised = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-    return f"{mantissa}·10{raised}".replace("-", "−")
+    return f"{mantissa}·{_power(int(exponent))}".replace("-", "−")
+
+
+def _power(exponent: int) -> str:
+    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def with_sd(value: float | None, sd: float | None) -> str:
     """A value to the decimals that its standard deviation leaves, which has two digits.
 
-    >>> with_sd(2.69562, 0.00487), with_sd(0.2, None)
-    ('2.6956 ± 0.0049', '0.200')
+    >>> with_sd(2.69562, 0.00487), with_sd(4.5e10, 2.2e8), with_sd(0.2, None)
+    ('2.6956 ± 0.0049', '(4.500 ± 0.022)·10¹⁰', '0.200')
     """
     if value is None or not sd or not math.isfinite(sd):
         return number(value)
-    decimals = min(8, max(0, 1 - math.floor(math.log10(sd))))
+    order = math.floor(math.log10(max(abs(value), sd)))
+    if not -5 < order < 6:
+        return f"({with_sd(value / 10.0**order, sd / 10.0**order)})·{_power(order)}"
+    decimals = max(0, 1 - math.floor(math.log10(sd)))
     return f"{value:.{decimals}f} ± {sd:.{decimals}f}".replace("-", "−")
 
 

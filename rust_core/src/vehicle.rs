@@ -4,7 +4,7 @@ use crate::effects::effect::{Kind, Site, Slopes, Supersedes};
 use crate::effects::{Law, PlacedLaw};
 use crate::error::{Error, Result, expect_len};
 use crate::lanes::{LANES, Lanes, Part};
-use crate::wheelset::{Passing, RailLanes, WheelsetLanes};
+use crate::wheelset::{Motion, Passing, RailLanes, WheelsetLanes};
 
 /// Room for the state of one vehicle.
 pub const STATES: usize = 64;
@@ -59,6 +59,8 @@ pub struct Group {
     pub speed_scale: Lanes,
     pub inv_speed_scale: Lanes,
     pub limit: f64,
+    /// Set where the structure is a bogie with nothing but laws of the contact: its suspension in closed form.
+    pub plain: Option<PlainBogie>,
     pub readings: Vec<Reading>,
     /// Sensor laws in order: the channel, which of delay, gain, offset, and its numbers times the amount.
     pub sensors: Vec<(Law, String, Lanes)>,
@@ -222,11 +224,16 @@ impl Structure {
             speed_scale: scale,
             inv_speed_scale: Lanes::from_fn(|l| 1.0 / scale.0[l]),
             limit: first.limit,
+            plain: None,
             readings: Vec::new(),
             sensors: Vec::new(),
         };
         for (i, placed, range) in self.acting() {
             self.place(&mut group, &vehicles, &ones, i, placed, range)?;
+        }
+        let contact_only = group.forces.is_empty() && group.inputs.is_empty() && group.states == 12;
+        if self.kind == "bogie" && contact_only {
+            group.plain = Some(PlainBogie::new(&ones, &group));
         }
         group.readings =
             channels.iter().map(|name| Self::reading(&group, &vehicles, name)).collect::<Result<Vec<_>>>()?;
@@ -288,7 +295,7 @@ impl Structure {
                     let numbers = lanes(&|l| Self::contact_site(vehicles[l], i, 40.0));
                     let wheelset = &mut group.wheelsets[i];
                     match record.kind {
-                        Kind::Force => wheelset.forces.push(law(Vec::new(), numbers, 0)),
+                        Kind::Force => wheelset.laws.push(law(Vec::new(), numbers, 0)),
                         Kind::Creep => wheelset.creeps.push(law(Vec::new(), numbers, 0)),
                         Kind::Rolling => wheelset.rolls.push(law(Vec::new(), numbers, 0)),
                         _ => {
@@ -351,10 +358,86 @@ impl Reading {
     }
 }
 
+/// The suspension of the bogie as its elements: fewer products than rows of K, all at fixed places.
+#[derive(Clone, Debug)]
+pub struct PlainBogie {
+    a: Lanes,
+    lateral: Lanes,
+    yaw: Lanes,
+    /// Per unit of mass: secondary stiffness and damping of y, of psi.
+    secondary: [Lanes; 4],
+    inv_mass: [Lanes; 4],
+}
+
+impl PlainBogie {
+    fn new(ones: &[&Single<'_>], group: &Group) -> Self {
+        let number = |i: usize| Lanes::from_fn(|l| ones[l].numbers[i]);
+        let inv_mass = [0, 1, 2, 3].map(|i| group.inv_mass[i]);
+        let over = |i: usize, m: usize| Lanes::from_fn(|l| ones[l].numbers[i] * inv_mass[m].0[l]);
+        PlainBogie {
+            a: number(5),
+            lateral: Lanes::from_fn(|l| 2.0 * ones[l].numbers[10]),
+            yaw: Lanes::from_fn(|l| 2.0 * ones[l].numbers[11] * ones[l].numbers[7] * ones[l].numbers[7]),
+            secondary: [over(12, 0), over(14, 0), over(13, 1), over(15, 1)],
+            inv_mass,
+        }
+    }
+
+    /// (3.1) and (3.10) with the contact forces of both wheelsets.
+    #[inline(always)]
+    fn rate<P: Part>(
+        &self,
+        wheelsets: &[WheelsetLanes],
+        at: usize,
+        track: &Passing<'_, P>,
+        x: &[P; 64],
+        dx: &mut [P; 64],
+    ) {
+        let g = |l: &Lanes| P::load(l, at);
+        let (y, psi, vy, vpsi) = (x[0], x[1], x[6], x[7]);
+        let arm = g(&self.a) * psi;
+        let pull_1 = g(&self.lateral) * (x[2] - y - arm);
+        let pull_2 = g(&self.lateral) * (x[4] - y + arm);
+        let turn_1 = g(&self.yaw) * (x[3] - psi);
+        let turn_2 = g(&self.yaw) * (x[5] - psi);
+        let [c_y, k_y, c_psi, k_psi] = &self.secondary;
+        let [m_b, i_b, m_a, i_a] = &self.inv_mass;
+        let (m_a, i_a) = (g(m_a), g(i_a));
+        let held_y = g(c_y).mul_add(y, g(k_y) * vy);
+        let held_psi = g(c_psi).mul_add(psi, g(k_psi) * vpsi);
+        let moment = g(&self.a).mul_add(pull_1 - pull_2, turn_1 + turn_2);
+        for i in 0..6 {
+            dx[i] = x[6 + i];
+        }
+        dx[6] = g(m_b).mul_add(pull_1 + pull_2, -held_y);
+        dx[7] = g(i_b).mul_add(moment, -held_psi);
+        let lead = Motion { y: x[2], psi: x[3], vy: x[8], vpsi: x[9] };
+        let (q_y, q_psi, _) = wheelsets[0].forces(at, track, &lead, P::zero());
+        dx[8] = m_a * (q_y - pull_1);
+        dx[9] = i_a * (q_psi - turn_1);
+        let trail = Motion { y: x[4], psi: x[5], vy: x[10], vpsi: x[11] };
+        let (q_y, q_psi, _) = wheelsets[1].forces(at, track, &trail, P::zero());
+        dx[10] = m_a * (q_y - pull_2);
+        dx[11] = i_a * (q_psi - turn_2);
+    }
+}
+
 impl Group {
+    #[inline(always)]
+    fn passing<'a, P: Part>(&self, at: usize, row: &'a [f64]) -> Passing<'a, P> {
+        Passing {
+            row,
+            speed: P::splat(row[1]) * P::load(&self.speed_scale, at),
+            inv_speed: P::splat(1.0 / row[1]) * P::load(&self.inv_speed_scale, at),
+        }
+    }
+
     /// dx = rate of change of x under the input row, in one fixed order: K and C, inputs, wheelsets, laws, masses.
     #[inline(always)]
     pub fn rate<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+        if let Some(plain) = &self.plain {
+            return plain.rate(&self.wheelsets, at, &self.passing(at, row), x, dx);
+        }
         let n = self.dofs;
         for (i, entries) in self.matrix.iter().enumerate() {
             let mut force = P::zero();
@@ -368,11 +451,7 @@ impl Group {
             dx[(n + dof) & 63] = f;
         }
         if !self.wheelsets.is_empty() {
-            let track = Passing {
-                row,
-                speed: P::splat(row[1]) * P::load(&self.speed_scale, at),
-                inv_speed: P::splat(1.0 / row[1]) * P::load(&self.inv_speed_scale, at),
-            };
+            let track = self.passing(at, row);
             for wheelset in &self.wheelsets {
                 wheelset.add(at, &track, n, x, dx);
             }

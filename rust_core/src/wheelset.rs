@@ -64,7 +64,7 @@ pub struct WheelsetLanes {
     delta_n2: Lanes,
     sigma_b: Lanes,
     gyro: Lanes,
-    pub forces: Vec<PlacedLaw>,
+    pub laws: Vec<PlacedLaw>,
     pub creeps: Vec<PlacedLaw>,
     pub rolls: Vec<PlacedLaw>,
     pub rail: Option<RailLanes>,
@@ -76,6 +76,15 @@ pub struct Passing<'a, P> {
     pub row: &'a [f64],
     pub speed: P,
     pub inv_speed: P,
+}
+
+/// Lateral and yaw motion of a wheelset.
+#[derive(Clone, Copy)]
+pub struct Motion<P> {
+    pub y: P,
+    pub psi: P,
+    pub vy: P,
+    pub vpsi: P,
 }
 
 /// The rail under the wheelset: k_r u + c_r u' = -Q_y.
@@ -108,28 +117,41 @@ impl WheelsetLanes {
             delta_n2: lanes(&|w| 2.0 * w.n * w.delta),
             sigma_b: lanes(&|w| w.sigma / w.b),
             gyro: lanes(&|w| w.i_ya * w.sigma / (w.b * w.r)),
-            forces: Vec::new(),
+            laws: Vec::new(),
             creeps: Vec::new(),
             rolls: Vec::new(),
             rail: None,
         }
     }
 
-    /// Adds Q_y, Q_psi and the gyroscopic moments to `force` (from row `dofs` on), and u' where the rail yields.
+    /// Adds Q_y, Q_psi and the gyroscopic moments to the forces dx[n ..], and u' where the rail yields.
     #[inline(always)]
     pub fn add<P: Part>(&self, part: usize, track: &Passing<'_, P>, n: usize, x: &[P; 64], dx: &mut [P; 64]) {
+        let (iy, ipsi) = ((n + self.y) & 63, (n + self.psi) & 63);
+        let at = Motion { y: x[self.y & 63], psi: x[self.psi & 63], vy: x[iy], vpsi: x[ipsi] };
+        let u = self.rail.as_ref().map_or(P::zero(), |rail| x[rail.state & 63]);
+        let (q_y, q_psi, du) = self.forces(part, track, &at, u);
+        dx[iy] = dx[iy] + q_y;
+        dx[ipsi] = dx[ipsi] + q_psi;
+        if let Some(rail) = &self.rail {
+            dx[rail.state & 63] = du;
+        }
+    }
+
+    /// Q_y, Q_psi with the gyroscopic moments, and u' of the rail whose movement is u.
+    #[inline(always)]
+    pub fn forces<P: Part>(&self, part: usize, track: &Passing<'_, P>, motion: &Motion<P>, u: P) -> (P, P, P) {
         let Passing { row, speed, inv_speed } = *track;
+        let Motion { y, psi, vy, vpsi } = *motion;
         let g = |l: &Lanes| P::load(l, part);
         let track: &[f64] = &row[self.column..self.column + 5];
-        let (y, psi) = (x[self.y & 63], x[self.psi & 63]);
-        let (vy, vpsi) = (x[(n + self.y) & 63], x[(n + self.psi) & 63]);
         let r = g(&self.r);
         let phi_w = P::splat(track[2]);
         let dphi_w = P::splat(track[3]) * speed;
         let mut e = r.neg_mul_add(phi_w, y - P::splat(track[0]));
         let de = r.neg_mul_add(dphi_w, P::splat(track[1]).neg_mul_add(speed, vy));
         if let Some(rail) = &self.rail {
-            e = g(&rail.alpha).neg_mul_add(x[rail.state & 63], e);
+            e = g(&rail.alpha).neg_mul_add(u, e);
         }
 
         // (r_1 - r_2)/2
@@ -155,7 +177,7 @@ impl WheelsetLanes {
         let ty_delta = g(&self.spin_delta);
         let gravity = g(&self.n2) * g(&self.eps_b).neg_mul_add(e, phi_w);
         let mut flange = P::zero();
-        for law in &self.forces {
+        for law in &self.laws {
             let mut unused = P::zero();
             let f = law.law.force(law.numbers(part), e, de, row[0], P::zero(), &mut unused);
             flange = g(&law.alpha).mul_add(f, flange);
@@ -165,12 +187,12 @@ impl WheelsetLanes {
         let mut ty_1 = ty - ty_delta;
         let mut ty_2 = ty + ty_delta;
         let (mut f_1, mut f_2) = (P::splat(1.0), P::splat(1.0));
+        let mut du = P::zero();
         if let Some(rail) = &self.rail {
             // u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage
             let alpha = g(&rail.alpha);
             let slope = g(&self.ky_n) * inv_speed * (r * g(&self.sigma_b) + P::splat(1.0));
-            let held = g(&rail.stiffness) * x[rail.state & 63];
-            let mut du = P::zero();
+            let held = g(&rail.stiffness) * u;
             let turns = if self.creeps.is_empty() { 1 } else { 8 };
             for _ in 0..turns {
                 let free = outer - f_1 * (ty - ty_delta) - f_2 * (ty + ty_delta) + held;
@@ -180,7 +202,6 @@ impl WheelsetLanes {
                 ty_2 = ty + ty_delta - moved;
                 (f_1, f_2) = self.saturation(part, tx, ty_1, ty_2);
             }
-            dx[rail.state & 63] = du;
         } else if !self.creeps.is_empty() {
             (f_1, f_2) = self.saturation(part, tx, ty_1, ty_2);
         }
@@ -191,8 +212,7 @@ impl WheelsetLanes {
         let q_y = outer - ty_1 - ty_2;
         let q_psi = b * tx.neg_mul_add(f_1 + f_2, psi * (g(&self.delta_n2) + ty_1 - ty_2));
         let gyro = g(&self.gyro) * speed;
-        dx[(n + self.y) & 63] = dx[(n + self.y) & 63] + gyro.mul_add(vpsi, q_y);
-        dx[(n + self.psi) & 63] = dx[(n + self.psi) & 63] + gyro.neg_mul_add(vy, q_psi);
+        (gyro.mul_add(vpsi, q_y), gyro.neg_mul_add(vy, q_psi), du)
     }
 
     #[inline(always)]

@@ -1,0 +1,220 @@
+"""Every effect of the catalogue at every place of a bogie, alone and together, against the independent generator."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from railui import core
+from railui.core import Placement
+from tests.kernel.pairs import (
+    ROUNDING,
+    assert_same,
+    batch,
+    change,
+    driven,
+    effect_row,
+    enough,
+    interval,
+    kernel,
+    spots,
+    straight,
+    structure,
+    table,
+    uneven,
+)
+from tests.truth.effects import Effect, effect, parse
+from tests.truth.march import simulate, simulate_many
+
+# usual motion and speed at a place, and a stiffness of the order of what is there
+USUAL = {
+    "secondary_lateral": (4e-3, 0.05, 4e5),
+    "secondary_yaw": (1e-3, 0.02, 2e6),
+    "primary_lateral": (5e-4, 0.02, 6e6),
+    "primary_yaw": (3.5e-4, 8e-3, 16e6),
+    "wheelset": (4e-3, 0.05, 1e6),
+    "wheelset_yaw": (1e-3, 0.02, 4e6),
+    "frame": (4e-3, 0.05, 4e5),
+    "frame_yaw": (1e-3, 0.02, 2e6),
+    "contact": (2e-3, 0.05, 2e6),
+    "track": (1e-4, 1e-3, 2e7),
+}
+CURVE = ([-1.5, -0.4, 0.3, 1.2], [0.6, 0.25, -0.1, -0.7])
+
+
+def strong(kind: str, at: str) -> dict[str, Any]:
+    """Parameters in the size of what happens at a place: strong, and no stiffer than one step per sample bears."""
+    z, v, k = USUAL[at]
+    words: dict[str, dict[str, Any]] = {
+        "spring": {"stiffness": 0.3 * k},
+        "viscous_damper": {"damping": 0.2 * k * z / v},
+        "free_play": {"half_width": 0.5 * z},
+        "cubic_stiffness": {"stiffness": 0.1 * k / z**2},
+        "quadratic_stiffness": {"stiffness": 0.07 * k / z},
+        "bump_stop": {"gap": 0.5 * z, "stiffness": 0.6 * k},
+        "dry_friction": {"force": 0.3 * k * z, "slip_speed": 0.7 * v},
+        "hysteresis": {"stiffness": 0.5 * k, "yield": 0.5 * k * z},
+        "quadratic_damper": {"damping": 0.1 * k * z / v**2},
+        "asymmetric_damper": {"ratio": 0.8},
+        "maxwell_damper": {"stiffness": 0.3 * k, "damping": 0.3 * k * z / v},
+        "flange_contact": {"clearance": 0.5 * z, "stiffness": 14.6e6},
+        "run_out": {"force": 3e3, "rolling_radius": 0.4623, "phase": 0.7},
+        "steady_force": {"force": 0.3 * k * z},
+        "measured_force": {"motion": [x * z for x in CURVE[0]], "force": [x * k * z for x in CURVE[1]]},
+        "creep_saturation": {"friction": 0.15},
+        "nonlinear_conicity": {"cubic": 2e4},
+        "gauge_conicity": {"per_gauge": -15.0},
+        "rolling_line_offset": {"offset": 1.5e-3},
+        "rail_flexibility": {"stiffness": 2e7, "damping": 1e5},
+        "coach_mode": {"mass": 1.5e4, "stiffness": 3e5, "damping": 2e4},
+    }
+    assert kind in words, f"{kind} is new in the catalogue: it needs a law in tests/truth and its numbers here"
+    return words[kind]
+
+
+RUN, VEHICLE = straight(1.5), uneven(11)
+
+
+@cache
+def truths(kind: str) -> dict[tuple[str, int | None], dict[str, Any]]:
+    """The generator's answer for a kind at all its places, in one batch."""
+    places = [(at, wheelset) for _, at, wheelset in spots([kind])]
+    effects = [[effect(kind, at, wheelset, **strong(kind, at))] for at, wheelset in places]
+    found = simulate_many([VEHICLE] * len(places), [RUN] * len(places), effects, 1)
+    return dict(zip(places, found, strict=True))
+
+
+@pytest.mark.parametrize(("kind", "at", "wheelset"), list(spots()))
+def test_an_effect_moves_the_bogie_as_it_moves_the_generator_s(kind: str, at: str, wheelset: int | None) -> None:
+    found = kernel(VEHICLE, RUN, [effect(kind, at, wheelset, **strong(kind, at))])
+    assert change(found, kernel(VEHICLE, RUN)) > 1e-3
+    assert_same(found, truths(kind)[at, wheelset], ROUNDING)
+
+
+def test_every_catalogued_kind_of_the_generator_is_in_the_kernel_s_list_and_the_other_way_round() -> None:
+    from tests.truth.effects import KINDS
+
+    assert {r["kind"] for r in core.catalogue()} == {kind for kind, known in KINDS.items() if known.catalogued}
+
+
+# ------------------------------------------------------------------------------------------------ effects together
+
+SECONDARY = "maxwell_damper at=secondary_yaw stiffness=2e6 damping=4e4"
+COACH = "coach_mode at=secondary_lateral mass=15e3 stiffness=3e5 damping=2e4"
+FLANGE = "flange_contact at=contact clearance=0.002 stiffness=14.6e6"
+SLIP = "creep_saturation at=contact friction=0.15"
+RAIL = "rail_flexibility at=track stiffness=2e7 damping=1e5"
+CONTACT = (
+    "gauge_conicity at=contact per_gauge=-15",
+    "nonlinear_conicity at=contact wheelset=1 cubic=2e4",
+    "rolling_line_offset at=contact wheelset=2 offset=0.001",
+)
+TOGETHER = {
+    "friction_below_a_coach": (COACH, "dry_friction at=secondary_lateral force=800 slip_speed=0.02"),
+    "stop_and_damper_below_a_coach": (
+        "maxwell_damper at=secondary_lateral stiffness=1e6 damping=3e4",
+        COACH,
+        "bump_stop at=secondary_lateral gap=0.002 stiffness=1e6",
+    ),
+    "each_wheelset_on_its_own_friction": (
+        "creep_saturation at=contact wheelset=1 friction=0.1",
+        "creep_saturation at=contact wheelset=2 friction=0.3",
+    ),
+    "rail_and_flange": (RAIL, FLANGE),
+    "rail_and_saturation": (RAIL, SLIP),
+    "rail_under_one_wheelset_and_saturation": ("rail_flexibility at=track wheelset=1 stiffness=2e7 damping=1e5", SLIP),
+    "soft_rail_and_sliding_wheels": (
+        "rail_flexibility at=track stiffness=5e6 damping=1e4",
+        "creep_saturation at=contact friction=0.05",
+    ),
+    "rail_saturation_and_flange": (RAIL, SLIP, FLANGE),
+    "the_whole_contact": (RAIL, SLIP, FLANGE, *CONTACT),
+    "twice_the_same": (
+        "dry_friction at=secondary_lateral force=500 slip_speed=0.03",
+        "dry_friction at=secondary_lateral force=300 slip_speed=0.01",
+    ),
+    "linkage": ("spring at=wheelset_yaw stiffness=2e6", "viscous_damper at=wheelset_yaw damping=2e4"),
+    "a_whole_vehicle": (
+        FLANGE,
+        SLIP,
+        *CONTACT,
+        "hysteresis at=primary_lateral stiffness=3e6 yield=800",
+        "free_play at=primary_yaw wheelset=2 half_width=1e-4",
+        "spring at=wheelset_yaw stiffness=2e6",
+        "run_out at=wheelset wheelset=1 force=1000 rolling_radius=0.461 phase=1",
+        "steady_force at=frame force=500",
+        "dry_friction at=secondary_lateral force=500 slip_speed=0.03",
+        SECONDARY,
+    ),
+}
+
+
+@cache
+def truths_together() -> dict[str, dict[str, Any]]:
+    effects = [[parse(word) for word in words] for words in TOGETHER.values()]
+    found = simulate_many([VEHICLE] * len(effects), [RUN] * len(effects), effects, 2)
+    return dict(zip(TOGETHER, found, strict=True))
+
+
+@pytest.mark.parametrize("name", list(TOGETHER))
+def test_effects_together_move_the_bogie_as_they_move_the_generator_s(name: str) -> None:
+    effects = [parse(word) for word in TOGETHER[name]]
+    found = kernel(VEHICLE, RUN, effects, 2)
+    assert_same(found, truths_together()[name], ROUNDING)
+    plain = kernel(VEHICLE, RUN, steps=2)
+    for i in range(len(effects)):
+        without = kernel(VEHICLE, RUN, effects[:i] + effects[i + 1 :], 2)
+        assert change(found, without) > 1e-3, f"{effects[i].kind} does nothing here"
+    assert change(found, plain) > 1e-3
+
+
+def test_a_curve_against_speed_is_read_at_the_speed() -> None:
+    places = [(at, wheelset) for _, at, wheelset in spots(["measured_force"]) if wheelset != 2]
+    effects = []
+    for at, wheelset in places:
+        z, v, k = USUAL[at]
+        curve = {"motion": [x * v for x in CURVE[0]], "force": [0.5 * x * k * z for x in CURVE[1]]}
+        effects.append(effect("measured_force", at, wheelset, **curve, against="v"))
+    found = simulate_many([VEHICLE] * len(places), [RUN] * len(places), [[e] for e in effects], 1)
+    for one, truth in zip(effects, found, strict=True):
+        assert_same(kernel(VEHICLE, RUN, [one]), truth, ROUNDING)
+        assert change(truth, kernel(VEHICLE, RUN)) > 1e-3
+
+
+def test_a_curve_against_the_distance_is_a_coach_force_that_was_measured_along_it() -> None:
+    run = driven(straight(3.0), 3e3)
+    assert run.Qy is not None
+    grid = np.arange(run.s[0], run.s[-1] + 0.04, 0.05)
+    force = 3e3 * np.sin(2.0 * np.pi * grid / 31.0 + 0.4)
+    numbers = core.effect_numbers("measured_force", {"motion": grid, "force": force, "against": "s"})
+    bare = batch([uneven(3)])
+    bare.numbers[0, [core.parameters("bogie").index(f"vehicle.secondary.lateral_{x}") for x in ("stiffness", "damping")]] = 0.0
+    made = core.Vehicles("bogie", [Placement("measured_force", "frame", None, len(numbers))])
+    one = core.Batch.of(bare.numbers, np.array([numbers]), np.ones((1, 1)))
+    run_0 = straight(3.0)
+    found, _ = made.simulate(one, table(run_0, uneven(3).a, 2), interval(run), 2, ["e1", "ayf"])
+    truth = simulate(uneven(3), run, steps=2)
+    # linear between points 0.05 m apart: (2 pi 0.05/31)^2/8 = 1.3e-5 of the force
+    assert_same(dict(zip(("e1", "ayf"), found[0], strict=True)), truth, 1e-4)
+
+
+# ------------------------------------------------------------------------------------------------- a valve that opens
+
+
+@pytest.mark.parametrize(
+    "word",
+    [
+        "maxwell_damper at=secondary_yaw stiffness=5e6 damping=1e5 blow_off=800",
+        "maxwell_damper at=primary_yaw wheelset=1 stiffness=16e6 damping=7e5 blow_off=2000",
+    ],
+)
+def test_a_blown_off_damper_comes_back_in_time(word: str) -> None:
+    run, one = straight(1.5), [parse(word)]
+    free = [effect(one[0].kind, one[0].at, one[0].wheelset, **{**one[0].parameters, "blow_off": 1e9})]
+    truth = simulate(VEHICLE, run, one, 32)
+    found = kernel(VEHICLE, run, one, 16)
+    assert change(found, kernel(VEHICLE, run, free, 16)) > 1e-2
+    assert_same({"e1": found["e1"], "psi1": found["psi1"]}, truth, 1e-4)
