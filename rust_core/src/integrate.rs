@@ -76,7 +76,7 @@ impl<O: Observer> Job for Run<'_, O> {
     #[inline(always)]
     fn run<P: Part>(self) {
         let Run { group, course, initial, live, observer, cancel, diverged } = self;
-        let (samples, steps, states) = (course.samples(), course.steps, group.states);
+        let (samples, steps, states, n) = (course.samples(), course.steps, group.states, group.dofs);
         let mut x = [P::zero(); STATES];
         let mut stage = [P::zero(); STATES];
         let mut sum = [P::zero(); STATES];
@@ -114,7 +114,12 @@ impl<O: Observer> Job for Run<'_, O> {
                             }
                         }
                         if turn == 3 {
-                            for i in 0..states {
+                            for i in 0..n {
+                                let end = sixth.mul_add(sum[i & 63] + stage[(n + i) & 63], x[i & 63]);
+                                x[i & 63] = end;
+                                stage[i & 63] = end;
+                            }
+                            for i in n..states {
                                 let end = sixth.mul_add(sum[i & 63] + dx[i & 63], x[i & 63]);
                                 x[i & 63] = end;
                                 stage[i & 63] = end;
@@ -122,12 +127,27 @@ impl<O: Observer> Job for Run<'_, O> {
                             continue;
                         }
                         let ahead = if turn == 2 { h } else { half };
-                        let (kept, weight) = if turn == 0 { (0.0, 1.0) } else { (1.0, 2.0) };
-                        let (kept, weight) = (P::splat(kept), P::splat(weight));
-                        for i in 0..states {
-                            let slope = dx[i & 63];
-                            sum[i & 63] = weight.mul_add(slope, kept * sum[i & 63]);
-                            stage[i & 63] = ahead.mul_add(slope, x[i & 63]);
+                        // the positions' slopes are the velocities of the stage, which the second loop replaces
+                        if turn == 0 {
+                            for i in 0..n {
+                                sum[i & 63] = stage[(n + i) & 63];
+                                stage[i & 63] = ahead.mul_add(stage[(n + i) & 63], x[i & 63]);
+                            }
+                            for i in n..states {
+                                sum[i & 63] = dx[i & 63];
+                                stage[i & 63] = ahead.mul_add(dx[i & 63], x[i & 63]);
+                            }
+                        } else {
+                            let two = P::splat(2.0);
+                            for i in 0..n {
+                                let slope = stage[(n + i) & 63];
+                                sum[i & 63] = two.mul_add(slope, sum[i & 63]);
+                                stage[i & 63] = ahead.mul_add(slope, x[i & 63]);
+                            }
+                            for i in n..states {
+                                sum[i & 63] = two.mul_add(dx[i & 63], sum[i & 63]);
+                                stage[i & 63] = ahead.mul_add(dx[i & 63], x[i & 63]);
+                            }
                         }
                     }
                 }

@@ -271,8 +271,16 @@ impl Structure {
                 (0..LANES).map(|l| placed.law.prepare(&ones[l].effects[range.clone()], &site(l))).collect();
             (0..per_lane[0].len()).map(|k| Lanes::from_fn(|l| per_lane[l][k])).collect()
         };
-        let law =
-            |row, lanes, state| PlacedLaw { law: placed.law, row, lanes, alpha, state, has_state: record.states > 0 };
+        let law = |row, lanes, state| PlacedLaw {
+            law: placed.law,
+            row,
+            lanes,
+            alpha,
+            state,
+            has_state: record.states > 0,
+            whole: alpha.0.iter().all(|a| *a == 1.0),
+            looks_at_speed: placed.law.looks_at_speed(),
+        };
         match record.kind {
             Kind::Body => {}
             Kind::Sensor => {
@@ -406,9 +414,6 @@ impl PlainBogie {
         let held_y = g(c_y).mul_add(y, g(k_y) * vy);
         let held_psi = g(c_psi).mul_add(psi, g(k_psi) * vpsi);
         let moment = g(&self.a).mul_add(pull_1 - pull_2, turn_1 + turn_2);
-        for i in 0..6 {
-            dx[i] = x[6 + i];
-        }
         dx[6] = g(m_b).mul_add(pull_1 + pull_2, -held_y);
         dx[7] = g(i_b).mul_add(moment, -held_psi);
         let lead = Motion { y: x[2], psi: x[3], vy: x[8], vpsi: x[9] };
@@ -432,7 +437,8 @@ impl Group {
         }
     }
 
-    /// dx = rate of change of x under the input row, in one fixed order: K and C, inputs, wheelsets, laws, masses.
+    /// dx[n ..] = rate of change of velocities and own states under the input row (that of the n positions stands in x),
+    /// in one fixed order: K and C, inputs, wheelsets, laws, masses.
     #[inline(always)]
     pub fn rate<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
         if let Some(plain) = &self.plain {
@@ -474,7 +480,6 @@ impl Group {
             }
         }
         for i in 0..n {
-            dx[i & 63] = x[(n + i) & 63];
             dx[(n + i) & 63] = dx[(n + i) & 63] * P::load(&self.inv_mass[i], at);
         }
     }

@@ -51,18 +51,24 @@ pub struct WheelsetLanes {
     pub psi: usize,
     pub column: usize,
     lambda: Lanes,
-    inv_r: Lanes,
     r: Lanes,
     b: Lanes,
-    kx_n: Lanes,
-    ky_n: Lanes,
-    ks_n: Lanes,
+    /// kappa_x N / r and b kappa_x N
+    kx_r: Lanes,
+    kx_b: Lanes,
+    /// kappa_y N and kappa_y N (1 + r sigma/b), r times it, kappa_y N r sigma/b
+    ky: Lanes,
+    ky_roll: Lanes,
+    ky_roll_r: Lanes,
+    ky_sigma: Lanes,
+    /// kappa_s N, kappa_s N (epsilon - sigma)/(b r), kappa_s N delta/r
+    ks: Lanes,
+    ks_e: Lanes,
+    ks_delta: Lanes,
+    /// 2 N, 2 N epsilon/b, 2 N delta
     n2: Lanes,
-    eps_b: Lanes,
-    spin_b: Lanes,
-    spin_delta: Lanes,
-    delta_n2: Lanes,
-    sigma_b: Lanes,
+    n2_e: Lanes,
+    n2_delta: Lanes,
     gyro: Lanes,
     pub laws: Vec<PlacedLaw>,
     pub creeps: Vec<PlacedLaw>,
@@ -104,18 +110,20 @@ impl WheelsetLanes {
             psi: one[0].psi,
             column: one[0].column,
             lambda: lanes(&|w| w.lambda),
-            inv_r: lanes(&|w| 1.0 / w.r),
             r: lanes(&|w| w.r),
             b: lanes(&|w| w.b),
-            kx_n: lanes(&|w| w.kappa_x * w.n),
-            ky_n: lanes(&|w| w.kappa_y * w.n),
-            ks_n: lanes(&|w| w.kappa_s * w.n),
+            kx_r: lanes(&|w| w.kappa_x * w.n / w.r),
+            kx_b: lanes(&|w| w.kappa_x * w.n * w.b),
+            ky: lanes(&|w| w.kappa_y * w.n),
+            ky_roll: lanes(&|w| w.kappa_y * w.n * (1.0 + w.r * w.sigma / w.b)),
+            ky_roll_r: lanes(&|w| w.kappa_y * w.n * (1.0 + w.r * w.sigma / w.b) * w.r),
+            ky_sigma: lanes(&|w| w.kappa_y * w.n * w.r * w.sigma / w.b),
+            ks: lanes(&|w| w.kappa_s * w.n),
+            ks_e: lanes(&|w| w.kappa_s * w.n * (w.epsilon - w.sigma) / (w.b * w.r)),
+            ks_delta: lanes(&|w| w.kappa_s * w.n * w.delta / w.r),
             n2: lanes(&|w| 2.0 * w.n),
-            eps_b: lanes(&|w| w.epsilon / w.b),
-            spin_b: lanes(&|w| (w.epsilon - w.sigma) / (w.b * w.r)),
-            spin_delta: lanes(&|w| w.kappa_s * w.n * w.delta / w.r),
-            delta_n2: lanes(&|w| 2.0 * w.n * w.delta),
-            sigma_b: lanes(&|w| w.sigma / w.b),
+            n2_e: lanes(&|w| 2.0 * w.n * w.epsilon / w.b),
+            n2_delta: lanes(&|w| 2.0 * w.n * w.delta),
             gyro: lanes(&|w| w.i_ya * w.sigma / (w.b * w.r)),
             laws: Vec::new(),
             creeps: Vec::new(),
@@ -145,11 +153,8 @@ impl WheelsetLanes {
         let Motion { y, psi, vy, vpsi } = *motion;
         let g = |l: &Lanes| P::load(l, part);
         let track: &[f64] = &row[self.column..self.column + 5];
-        let r = g(&self.r);
         let phi_w = P::splat(track[2]);
-        let dphi_w = P::splat(track[3]) * speed;
-        let mut e = r.neg_mul_add(phi_w, y - P::splat(track[0]));
-        let de = r.neg_mul_add(dphi_w, P::splat(track[1]).neg_mul_add(speed, vy));
+        let mut e = g(&self.r).neg_mul_add(phi_w, y - P::splat(track[0]));
         if let Some(rail) = &self.rail {
             e = g(&rail.alpha).neg_mul_add(u, e);
         }
@@ -166,18 +171,22 @@ impl WheelsetLanes {
             to.conicity * d * (to.cubic * d).mul_add(d, P::splat(1.0))
         };
 
-        // creepages (3.5): longitudinal -/+, lateral, spin without and with the contact angle
-        let b = g(&self.b);
-        let turn = vpsi * inv_speed;
-        let tx = g(&self.kx_n) * dr.mul_add(g(&self.inv_r), b * turn);
-        let dphi = g(&self.sigma_b).neg_mul_add(de, dphi_w);
-        let u_y = r.neg_mul_add(dphi, vy).mul_add(inv_speed, -psi);
-        let spin = g(&self.spin_b).neg_mul_add(e, turn);
-        let ty = g(&self.ky_n).mul_add(u_y, g(&self.ks_n) * spin);
-        let ty_delta = g(&self.spin_delta);
-        let gravity = g(&self.n2) * g(&self.eps_b).neg_mul_add(e, phi_w);
+        // creepages (3.5) into (3.3), without and with the contact angle: t_x = kappa_x N (dr/r + b psi'/V),
+        // t_y = kappa_y N u_y + kappa_s N u_n, where phi' = phi_w' - sigma e'/b and y_w'/V = dy_w/ds
+        let tx = g(&self.kx_r).mul_add(dr, g(&self.kx_b) * vpsi * inv_speed);
+        let moving = g(&self.ky_roll).mul_add(vy, g(&self.ks) * vpsi);
+        let laid = g(&self.ky_sigma).mul_add(P::splat(track[1]), g(&self.ky_roll_r) * P::splat(track[3]));
+        let held = g(&self.ky).mul_add(psi, g(&self.ks_e).mul_add(e, laid));
+        let ty = moving.mul_add(inv_speed, -held);
+        let ty_delta = g(&self.ks_delta);
+        let gravity = g(&self.n2_e).neg_mul_add(e, g(&self.n2) * phi_w);
         let mut flange = P::zero();
         for law in &self.laws {
+            let de = if law.looks_at_speed {
+                g(&self.r).neg_mul_add(P::splat(track[3]), P::splat(-track[1])).mul_add(speed, vy)
+            } else {
+                P::zero()
+            };
             let mut unused = P::zero();
             let f = law.law.force(law.numbers(part), e, de, row[0], P::zero(), &mut unused);
             flange = g(&law.alpha).mul_add(f, flange);
@@ -191,7 +200,7 @@ impl WheelsetLanes {
         if let Some(rail) = &self.rail {
             // u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage
             let alpha = g(&rail.alpha);
-            let slope = g(&self.ky_n) * inv_speed * (r * g(&self.sigma_b) + P::splat(1.0));
+            let slope = g(&self.ky_roll) * inv_speed;
             let held = g(&rail.stiffness) * u;
             let turns = if self.creeps.is_empty() { 1 } else { 8 };
             for _ in 0..turns {
@@ -210,7 +219,7 @@ impl WheelsetLanes {
 
         // (3.4); T_x1 = -f_1 t_x, T_x2 = f_2 t_x
         let q_y = outer - ty_1 - ty_2;
-        let q_psi = b * tx.neg_mul_add(f_1 + f_2, psi * (g(&self.delta_n2) + ty_1 - ty_2));
+        let q_psi = g(&self.b) * tx.neg_mul_add(f_1 + f_2, psi * (g(&self.n2_delta) + ty_1 - ty_2));
         let gyro = g(&self.gyro) * speed;
         (gyro.mul_add(vpsi, q_y), gyro.neg_mul_add(vy, q_psi), du)
     }
@@ -220,9 +229,15 @@ impl WheelsetLanes {
         let one = P::splat(1.0);
         let (mut f_1, mut f_2) = (one, one);
         for creep in &self.creeps {
-            let alpha = P::load(&creep.alpha, part);
-            f_1 = f_1 * alpha.mul_add(creep.law.factor(creep.numbers(part), tx, ty_1) - one, one);
-            f_2 = f_2 * alpha.mul_add(creep.law.factor(creep.numbers(part), tx, ty_2) - one, one);
+            let mut of_1 = creep.law.factor(creep.numbers(part), tx, ty_1);
+            let mut of_2 = creep.law.factor(creep.numbers(part), tx, ty_2);
+            if !creep.whole {
+                let alpha = P::load(&creep.alpha, part);
+                of_1 = alpha.mul_add(of_1 - one, one);
+                of_2 = alpha.mul_add(of_2 - one, one);
+            }
+            f_1 = f_1 * of_1;
+            f_2 = f_2 * of_2;
         }
         (f_1, f_2)
     }

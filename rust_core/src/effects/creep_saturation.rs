@@ -29,7 +29,8 @@ impl Effect for CreepSaturation {
     };
 
     fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
-        vec![1.0 / (p[0] * site.wheel_load)]
+        let limit = p[0] * site.wheel_load;
+        vec![1.0 / (limit * limit)]
     }
 }
 
@@ -37,9 +38,7 @@ impl Creep for CreepSaturation {
     // q = T/(mu N); factor 1 - q/3 + q^2/27 for q < 3, else 1/q
     #[inline(always)]
     fn factor<P: Part>(p: Numbers<'_>, tx: P, ty: P) -> P {
-        let limit: P = p.get(0);
-        let (x, y) = (tx * limit, ty * limit);
-        let square = x.mul_add(x, y * y);
+        let square = tx.mul_add(tx, ty * ty) * p.get(0);
         let q = square.sqrt();
         let one = P::splat(1.0);
         let rising = q.mul_add(P::splat(-1.0 / 3.0), square.mul_add(P::splat(1.0 / 27.0), one));

@@ -123,6 +123,9 @@ impl Numbers<'_> {
 
 /// F(z, v, x) beyond the superseded linear term, and x' of an own state; s is the distance run.
 pub trait Force: Effect {
+    /// Does the law look at the speed v?
+    const SPEED: bool = true;
+
     fn force<P: Part>(p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P;
 }
 

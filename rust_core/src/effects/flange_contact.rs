@@ -32,6 +32,8 @@ impl Effect for FlangeContact {
 }
 
 impl Force for FlangeContact {
+    const SPEED: bool = false;
+
     // F = -k (abs(e) - h) sign e beyond h
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, e: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {

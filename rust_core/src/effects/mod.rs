@@ -54,6 +54,14 @@ macro_rules! catalogue {
                 }
             }
 
+            /// Does the law look at the speed?
+            pub fn looks_at_speed(self) -> bool {
+                match self {
+                    $(Law::$force => <$f::$force as Force>::SPEED,)*
+                    _ => false,
+                }
+            }
+
             #[inline(always)]
             pub fn factor<P: Part>(self, p: Numbers<'_>, tx: P, ty: P) -> P {
                 match self {
@@ -123,6 +131,9 @@ pub struct PlacedLaw {
     pub alpha: Lanes,
     pub state: usize,
     pub has_state: bool,
+    /// All amounts are one: nothing to blend.
+    pub whole: bool,
+    pub looks_at_speed: bool,
 }
 
 impl PlacedLaw {

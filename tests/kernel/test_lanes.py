@@ -1,0 +1,170 @@
+"""The same digits on any number of threads, in any lane, beside any neighbours, and at amount 0."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from railui import core
+from railui.core import Batch, Vehicles
+from tests.kernel.pairs import (
+    CHANNELS,
+    ROUNDING,
+    Floats,
+    assert_same,
+    batch,
+    change,
+    interval,
+    kernel,
+    spots,
+    straight,
+    structure,
+    table,
+    uneven,
+)
+from tests.kernel.test_effects import strong
+from tests.truth.effects import Effect, effect, parse
+
+RUN = straight(1.0)
+EFFECTS = [
+    parse("creep_saturation at=contact friction=0.05"),
+    parse("flange_contact at=contact clearance=0.002 stiffness=14.6e6"),
+    parse("rail_flexibility at=track wheelset=2 stiffness=2e7 damping=1e5"),
+    parse("hysteresis at=secondary_lateral stiffness=4e5 yield=800"),
+    parse("dry_friction at=primary_yaw force=1500 slip_speed=0.006"),
+    parse("run_out at=wheelset force=1500 rolling_radius=0.46 phase=0.2"),
+]
+COUNT = 33
+
+
+@cache
+def many(with_effects: bool) -> tuple[Vehicles, Batch]:
+    """Thirty-three different bogies of one structure."""
+    effects = EFFECTS if with_effects else []
+    vehicles = [replace(uneven(seed), a=1.28) for seed in range(COUNT)]
+    return structure(vehicles[0], effects), batch(vehicles, [effects] * COUNT)
+
+
+def series(made: Vehicles, some: Batch, jobs: int = 1) -> Floats:
+    return made.simulate(some, table(RUN, 1.28, 2), interval(RUN), 2, CHANNELS, jobs=jobs)[0]
+
+
+@cache
+def alone(with_effects: bool) -> Floats:
+    """Each of them simulated by itself, [vehicle, channel, sample]."""
+    made, all_of_them = many(with_effects)
+    return np.concatenate([series(made, all_of_them.select([k])) for k in range(COUNT)])
+
+
+@pytest.mark.parametrize("with_effects", [False, True], ids=["plain", "effects"])
+@pytest.mark.parametrize("count", [1, 2, 15, 16, 17, 33])
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_vehicle_has_the_same_digits_alone_and_in_a_batch_of_any_size(
+    with_effects: bool, count: int, jobs: int
+) -> None:
+    made, all_of_them = many(with_effects)
+    found = series(made, all_of_them.select(slice(0, count)), jobs)
+    assert np.array_equal(found, alone(with_effects)[:count])
+
+
+@pytest.mark.parametrize("with_effects", [False, True], ids=["plain", "effects"])
+def test_a_vehicle_has_the_same_digits_in_every_lane(with_effects: bool) -> None:
+    made, all_of_them = many(with_effects)
+    order = np.random.default_rng(0).permutation(COUNT)
+    assert np.array_equal(series(made, all_of_them.select(order), 2), alone(with_effects)[order])
+
+
+def beside(k: int, neighbours: Batch) -> Floats:
+    """Vehicle k of the thirty-three between two neighbours."""
+    made, all_of_them = many(True)
+    rows = [neighbours.select([0]), all_of_them.select([k]), neighbours.select([1])]
+    names = ("numbers", "effects", "amounts")
+    return series(made, Batch.of(*(np.concatenate([getattr(one, name) for one in rows]) for name in names)))[1]
+
+
+def test_neighbours_whose_wheels_slide_leave_a_vehicle_its_digits() -> None:
+    sliding = [parse("creep_saturation at=contact friction=0.01"), *EFFECTS[1:]]
+    neighbours = batch([replace(uneven(k), a=1.28) for k in (50, 51)], [sliding] * 2)
+    assert np.array_equal(beside(4, neighbours), alone(True)[4])
+
+
+@pytest.mark.parametrize("amount", [0.0, 0.05, 0.7])
+def test_neighbours_with_other_amounts_leave_a_vehicle_its_digits(amount: float) -> None:
+    neighbours = batch([replace(uneven(k), a=1.28) for k in (50, 51)], [EFFECTS] * 2, amount)
+    assert np.array_equal(beside(7, neighbours), alone(True)[7])
+
+
+# ----------------------------------------------------------------------------------------------------- amounts
+
+OTHERS = [parse("spring at=primary_lateral stiffness=1e6"), parse("creep_saturation at=contact friction=0.2")]
+
+
+def sensors() -> list[Effect]:
+    numbers = {"sensor_delay": {"delay": 0.01}, "sensor_gain": {"gain": 1.3}, "sensor_offset": {"offset": 0.2}}
+    return [Effect(r["kind"], "ayf", None, numbers[r["kind"]]) for r in core.catalogue() if r["acts"] == "sensor"]
+
+
+EVERYWHERE = [*(effect(k, at, w, **strong(k, at)) for k, at, w in spots()), *sensors()]
+
+
+@pytest.mark.parametrize("one", EVERYWHERE, ids=lambda e: f"{e.kind}-{e.at}-{e.wheelset}")
+def test_amount_zero_is_the_vehicle_without_the_effect_to_the_last_digit(one: Effect) -> None:
+    vehicle, run = uneven(20), straight(0.5)
+    found = with_amounts(vehicle, [*OTHERS, one], run, [1.0, 1.0, 0.0])
+    without = with_amounts(vehicle, OTHERS, run, [1.0, 1.0])
+    assert np.array_equal(found, without)
+    assert not np.array_equal(with_amounts(vehicle, [*OTHERS, one], run, [1.0, 1.0, 1.0]), without)
+
+
+def with_amounts(vehicle, effects: Sequence[Effect], run, amounts: Sequence[float]) -> Floats:
+    one = replace(batch([vehicle], [list(effects)]), amounts=np.array([amounts]))
+    return structure(vehicle, effects).simulate(one, table(run, vehicle.a, 1), interval(run), 1, CHANNELS)[0][0]
+
+
+@pytest.mark.parametrize("one", EVERYWHERE, ids=lambda e: f"{e.kind}-{e.at}-{e.wheelset}")
+def test_amount_zero_of_the_only_effect_is_the_plain_bogie(one: Effect) -> None:
+    # the plain bogie may be summed in another order
+    vehicle, run = uneven(21), straight(0.5)
+    assert_same(kernel(vehicle, run, [one], amount=0.0), kernel(vehicle, run), ROUNDING)
+
+
+LINEAR_IN_AMOUNT = ("spring", "viscous_damper", "steady_force", "nonlinear_conicity", "gauge_conicity", "coach_mode")
+
+
+@pytest.mark.parametrize("one", EVERYWHERE, ids=lambda e: f"{e.kind}-{e.at}-{e.wheelset}")
+def test_a_small_amount_moves_the_vehicle_in_proportion(one: Effect) -> None:
+    vehicle, run = uneven(22), straight(0.5)
+    plain = with_amounts(vehicle, [one], run, [0.0])
+    tiny, twice = (with_amounts(vehicle, [one], run, [a]) - plain for a in (1e-4, 2e-4))
+    moved = np.abs(tiny).max(axis=1)
+    assert moved.max() > 0.0
+    assert np.abs(twice - 2.0 * tiny).max(axis=1)[moved > 1e-12].max() < 0.05 * moved.max()
+
+
+# ---------------------------------------------------------------------------------------------------- SIMD levels
+
+PORTABLE = """
+import json, sys
+from railui import core
+from tests.kernel import test_lanes as here
+made, some = here.many(True)
+print(json.dumps([core.simd(), here.series(made, some.select([0, 1])).tolist()]))
+"""
+
+
+def test_without_vector_instructions_the_kernel_agrees_to_1e_9() -> None:
+    environment = {**os.environ, "RAILUI_SIMD": "portable"}
+    done = subprocess.run([sys.executable, "-c", PORTABLE], capture_output=True, text=True, env=environment, check=True)
+    level, found = json.loads(done.stdout)
+    assert level == "portable"
+    here = alone(True)[:2]
+    apart = np.abs(np.array(found) - here).max(axis=2) / here.std(axis=2)
+    assert apart.max() < 1e-9
