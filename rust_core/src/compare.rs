@@ -38,15 +38,16 @@ impl Filter {
 
 /// Sensor laws on the simulated channels: x(t) -> gain x(t - delay) + offset.
 pub fn sense(group: &Group, series: &mut [Lanes], samples: usize, dt: f64) {
-    for (law, channel, number) in &group.sensors {
-        let Some(c) = group.readings.iter().position(|r| r.name == *channel) else {
-            continue;
-        };
-        let x = &mut series[c * samples..(c + 1) * samples];
-        match law {
-            Law::SensorGain => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] * number.0[l])),
-            Law::SensorOffset => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] + number.0[l])),
-            _ => (0..LANES).for_each(|l| delay(x, l, number.0[l] / dt)),
+    // in the order of the formula, however they are listed
+    for law in [Law::SensorDelay, Law::SensorGain, Law::SensorOffset] {
+        for (_, channel, number) in group.sensors.iter().filter(|(other, ..)| *other == law) {
+            let Some(c) = group.readings.iter().position(|r| r.name == *channel) else { continue };
+            let x = &mut series[c * samples..(c + 1) * samples];
+            match law {
+                Law::SensorGain => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] * number.0[l])),
+                Law::SensorOffset => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] + number.0[l])),
+                _ => (0..LANES).for_each(|l| delay(x, l, number.0[l] / dt)),
+            }
         }
     }
 }
@@ -146,11 +147,12 @@ fn centre<P: Part>(work: &mut [Lanes], at: usize) {
 /// All sections over the whole work, from the steady state of its first value.
 #[inline(always)]
 fn pass<P: Part>(filter: &Filter, work: &mut [Lanes], at: usize) {
+    // zi of a later section holds the gain of those before it
+    let first = P::load(&work[0], at);
     for (s, zi) in filter.sos.iter().zip(&filter.zi) {
         let [b0, b1, b2, a0, a1, a2] = *s;
         let get = |b: f64| P::splat(b / a0);
         let (b0, b1, b2, a1, a2) = (get(b0), get(b1), get(b2), get(a1), get(a2));
-        let first = P::load(&work[0], at);
         let (mut m0, mut m1) = (P::splat(zi[0]) * first, P::splat(zi[1]) * first);
         for x in work.iter_mut() {
             let w = P::load(x, at);

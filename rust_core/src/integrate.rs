@@ -39,10 +39,15 @@ impl Course<'_> {
 /// What watches the steps: called at every sample with the state, its rate and the input row.
 pub trait Observer {
     fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]);
+    /// A lane was found off the rails at a sample; what it did since the last look is not worth keeping.
+    fn lost(&mut self, _lane: usize, _k: usize) {}
 }
 
 /// Samples between two looks at divergence and cancellation.
 const LOOK: usize = 64;
+
+/// No channel of a vehicle reaches this.
+const WILD: f64 = 1e12;
 
 /// Run sixteen vehicles (the first `live` count) from `initial` (one entry per state; none: at rest).
 /// Returns per lane the sample at which it was found diverged; its state is zero from there on.
@@ -56,8 +61,34 @@ pub fn run<O: Observer>(
 ) -> Result<[Option<usize>; LANES]> {
     course.check(group.columns)?;
     let mut diverged = [None; LANES];
-    dispatch(level(), Run { group, course, initial, live, observer, cancel, diverged: &mut diverged });
+    let watch = &mut *observer;
+    dispatch(level(), Run { group, course, initial, live, observer: watch, cancel, diverged: &mut diverged });
+    for (lane, k) in diverged.iter().enumerate() {
+        if let Some(k) = k {
+            observer.lost(lane, *k);
+        }
+    }
     if cancel.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(diverged) }
+}
+
+/// The arrays of a run, set apart: at distances of 4096 bytes loads and stores would take each other for the same.
+#[repr(C)]
+struct Room<P> {
+    x: [P; STATES],
+    apart_1: [P; 5],
+    stage: [P; STATES],
+    apart_2: [P; 5],
+    sum: [P; STATES],
+    apart_3: [P; 5],
+    dx: [P; STATES],
+}
+
+impl<P: Part> Room<P> {
+    #[inline(always)]
+    fn new() -> Self {
+        let (all, apart) = ([P::zero(); STATES], [P::zero(); 5]);
+        Room { x: all, apart_1: apart, stage: all, apart_2: apart, sum: all, apart_3: apart, dx: all }
+    }
 }
 
 struct Run<'a, O> {
@@ -77,10 +108,8 @@ impl<O: Observer> Job for Run<'_, O> {
     fn run<P: Part>(self) {
         let Run { group, course, initial, live, observer, cancel, diverged } = self;
         let (samples, steps, states, n) = (course.samples(), course.steps, group.states, group.dofs);
-        let mut x = [P::zero(); STATES];
-        let mut stage = [P::zero(); STATES];
-        let mut sum = [P::zero(); STATES];
-        let mut dx = [P::zero(); STATES];
+        let mut room = Room::new();
+        let Room { x, stage, sum, dx, .. } = &mut room;
         for at in (0..LANES).step_by(P::WIDTH) {
             if at >= live {
                 break;
@@ -96,7 +125,7 @@ impl<O: Observer> Job for Run<'_, O> {
                     if cancel.load(Ordering::Relaxed) {
                         return;
                     }
-                    look(group, at, k, course.row(2 * steps * k), &mut x, &mut h, diverged);
+                    look(group, at, k, course.row(2 * steps * k), x, &mut h, diverged);
                     stage[..states].copy_from_slice(&x[..states]);
                 }
                 let h = P::load(&h, at);
@@ -106,9 +135,9 @@ impl<O: Observer> Job for Run<'_, O> {
                     let begin = 2 * (steps * k + step);
                     for turn in 0..4 {
                         let row = course.row(begin + (turn + 1) / 2);
-                        group.rate(at, row, &stage, &mut dx);
+                        group.rate(at, row, stage, dx);
                         if turn == 0 && step == 0 {
-                            observer.sample(group, at, k, row, &stage, &dx);
+                            observer.sample(group, at, k, row, stage, dx);
                             if k + 1 == samples {
                                 break 'along;
                             }
@@ -124,6 +153,7 @@ impl<O: Observer> Job for Run<'_, O> {
                                 x[i & 63] = end;
                                 stage[i & 63] = end;
                             }
+                            group.settle(at, x, stage);
                             continue;
                         }
                         let ahead = if turn == 2 { h } else { half };
@@ -216,6 +246,20 @@ impl Observer for Series {
     fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) {
         for (c, reading) in group.readings.iter().enumerate() {
             reading.read(at, row, x, dx).store(&mut self.lanes[c * self.samples + k], at);
+        }
+    }
+
+    /// Zero from where the lane's channels leave every scale: what overflows here would be NaN behind a filter.
+    fn lost(&mut self, lane: usize, k: usize) {
+        let channels = self.lanes.len() / self.samples;
+        let mut gone = false;
+        for k in k.saturating_sub(LOOK)..=k {
+            let at = |c: usize| c * self.samples + k;
+            gone |= (0..channels).any(|c| self.lanes[at(c)].0[lane].abs().total_cmp(&WILD).is_gt());
+            for c in 0..if gone { channels } else { 0 } {
+                let at = at(c);
+                self.lanes[at].0[lane] = 0.0;
+            }
         }
     }
 }

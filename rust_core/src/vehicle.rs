@@ -61,6 +61,8 @@ pub struct Group {
     pub limit: f64,
     /// Set where the structure is a bogie with nothing but laws of the contact: its suspension in closed form.
     pub plain: Option<PlainBogie>,
+    /// Own states that are held within a largest magnitude at the end of every step.
+    held: Vec<(usize, Lanes)>,
     pub readings: Vec<Reading>,
     /// Sensor laws in order: the channel, which of delay, gain, offset, and its numbers times the amount.
     pub sensors: Vec<(Law, String, Lanes)>,
@@ -225,6 +227,7 @@ impl Structure {
             inv_speed_scale: Lanes::from_fn(|l| 1.0 / scale.0[l]),
             limit: first.limit,
             plain: None,
+            held: Vec::new(),
             readings: Vec::new(),
             sensors: Vec::new(),
         };
@@ -295,6 +298,10 @@ impl Structure {
                         (0..first.len()).map(|k| (first[k].0, Lanes::from_fn(|l| ports[l][port].0[k].1))).collect();
                     let numbers = lanes(&|l| ports[l][port].1);
                     group.forces.push(law(row, numbers, group.states));
+                    if placed.law.largest(&ones[0].effects[range.clone()]).is_some() {
+                        let of = |l: usize| placed.law.largest(&ones[l].effects[range.clone()]);
+                        group.held.push((group.states, Lanes::from_fn(|l| of(l).unwrap_or(f64::MAX))));
+                    }
                     group.states += record.states;
                 }
             }
@@ -434,6 +441,16 @@ impl Group {
             row,
             speed: P::splat(row[1]) * P::load(&self.speed_scale, at),
             inv_speed: P::splat(1.0 / row[1]) * P::load(&self.inv_speed_scale, at),
+        }
+    }
+
+    /// Hold own states within their largest magnitude, in the state and in the stage that follows it.
+    #[inline(always)]
+    pub fn settle<P: Part>(&self, at: usize, x: &mut [P; STATES], stage: &mut [P; STATES]) {
+        for (i, limit) in &self.held {
+            let held = x[i & 63].clamp(P::load(limit, at));
+            x[i & 63] = held;
+            stage[i & 63] = held;
         }
     }
 

@@ -198,20 +198,13 @@ impl WheelsetLanes {
         let (mut f_1, mut f_2) = (P::splat(1.0), P::splat(1.0));
         let mut du = P::zero();
         if let Some(rail) = &self.rail {
-            // u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage
-            let alpha = g(&rail.alpha);
-            let slope = g(&self.ky_roll) * inv_speed;
-            let held = g(&rail.stiffness) * u;
-            let turns = if self.creeps.is_empty() { 1 } else { 8 };
-            for _ in 0..turns {
-                let free = outer - f_1 * (ty - ty_delta) - f_2 * (ty + ty_delta) + held;
-                du = -free / (alpha * slope).mul_add(f_1 + f_2, g(&rail.damping));
-                let moved = alpha * slope * du;
-                ty_1 = ty - ty_delta - moved;
-                ty_2 = ty + ty_delta - moved;
-                (f_1, f_2) = self.saturation(part, tx, ty_1, ty_2);
-            }
-        } else if !self.creeps.is_empty() {
+            // what u' takes off the creep force of each wheel, through y' - u' and through the roll
+            let share = g(&rail.alpha) * g(&self.ky_roll) * inv_speed;
+            let still = g(&rail.stiffness).mul_add(u, outer);
+            du = self.yielding(part, g(&rail.damping), still, share, tx, [ty_1, ty_2]);
+            (ty_1, ty_2) = (share.neg_mul_add(du, ty_1), share.neg_mul_add(du, ty_2));
+        }
+        if !self.creeps.is_empty() {
             (f_1, f_2) = self.saturation(part, tx, ty_1, ty_2);
         }
         ty_1 = f_1 * ty_1;
@@ -224,6 +217,46 @@ impl WheelsetLanes {
         (gyro.mul_add(vpsi, q_y), gyro.neg_mul_add(vy, q_psi), du)
     }
 
+    /// u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage.
+    ///
+    /// `still`: k_r u + Q_y without creep forces; `ty`: those at u' = 0. With saturation the sum's slope lies between
+    /// c_r and c_r + 2 share, which keeps Newton's steps in; a lane that has arrived stays, whatever its neighbours do.
+    #[inline(always)]
+    fn yielding<P: Part>(&self, part: usize, damping: P, still: P, share: P, tx: P, ty: [P; 2]) -> P {
+        let steepest = share.mul_add(P::splat(2.0), damping);
+        if self.creeps.is_empty() {
+            return (ty[0] + ty[1] - still) / steepest;
+        }
+        let (none, one, half) = (P::zero(), P::splat(1.0), P::splat(0.5));
+        let sum = |du: P| {
+            let (ty_1, ty_2) = (share.neg_mul_add(du, ty[0]), share.neg_mul_add(du, ty[1]));
+            let (f_1, f_2) = self.saturation(part, tx, ty_1, ty_2);
+            f_2.neg_mul_add(ty_2, f_1.neg_mul_add(ty_1, damping.mul_add(du, still)))
+        };
+        let at_rest = sum(none);
+        let (near, far) = (-at_rest / steepest, -at_rest / damping);
+        let (mut low, mut high) = (near.min(far), near.max(far));
+        let nudge = (high - low).mul_add(P::splat(1e-7), P::splat(1e-9));
+        let (mut du, mut on_the_way) = (near, one);
+        for _ in 0..40 {
+            let total = sum(du);
+            low = total.if_less(none, du, low);
+            high = total.if_less(none, high, du);
+            let slope = ((sum(du + nudge) - total) / nudge).max(damping);
+            let step = du - total / slope;
+            let middle = half * (low + high);
+            let inside = step.if_less(low, middle, high.if_less(step, middle, step));
+            let moved = (inside - du).abs();
+            du = on_the_way.if_less(half, du, inside);
+            let near_enough = inside.abs().mul_add(P::splat(1e-9), P::splat(1e-13));
+            on_the_way = moved.if_less(near_enough, none, on_the_way);
+            if !on_the_way.any_from(half) {
+                break;
+            }
+        }
+        du
+    }
+
     #[inline(always)]
     fn saturation<P: Part>(&self, part: usize, tx: P, ty_1: P, ty_2: P) -> (P, P) {
         let one = P::splat(1.0);
@@ -233,8 +266,12 @@ impl WheelsetLanes {
             let mut of_2 = creep.law.factor(creep.numbers(part), tx, ty_2);
             if !creep.whole {
                 let alpha = P::load(&creep.alpha, part);
-                of_1 = alpha.mul_add(of_1 - one, one);
-                of_2 = alpha.mul_add(of_2 - one, one);
+                // amount 1 has the same digits as where nobody blends
+                let blend = |of: P| {
+                    let part = alpha.mul_add(of - one, one);
+                    alpha.if_less(one, part, one.if_less(alpha, part, of))
+                };
+                (of_1, of_2) = (blend(of_1), blend(of_2));
             }
             f_1 = f_1 * of_1;
             f_2 = f_2 * of_2;

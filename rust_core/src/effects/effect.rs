@@ -105,6 +105,11 @@ pub trait Effect {
     fn stiffest(_p: &[f64], _site: &Site) -> Slopes {
         Slopes::default()
     }
+
+    /// Largest magnitude of the own state, where it has one: it is held there at the end of every step.
+    fn largest(_p: &[f64]) -> Option<f64> {
+        None
+    }
 }
 
 /// The prepared numbers of a part of the lanes.

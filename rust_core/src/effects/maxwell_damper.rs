@@ -50,6 +50,11 @@ impl Effect for MaxwellDamper {
     fn stiffest(p: &[f64], _: &Site) -> Slopes {
         Slopes { stiffness: p[0], damping: 0.0, rate: p[0] / p[1] }
     }
+
+    // f that overshoots within a step would come back late: an error of first order
+    fn largest(p: &[f64]) -> Option<f64> {
+        Some(p[2])
+    }
 }
 
 impl Force for MaxwellDamper {

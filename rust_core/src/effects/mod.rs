@@ -46,6 +46,13 @@ macro_rules! catalogue {
                 }
             }
 
+            pub fn largest(self, p: &[f64]) -> Option<f64> {
+                match self {
+                    $(Law::$force => <$f::$force as Effect>::largest(p),)*
+                    _ => None,
+                }
+            }
+
             #[inline(always)]
             pub fn force<P: Part>(self, p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P {
                 match self {
