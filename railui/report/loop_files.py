@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from railui.files.design import Adjustment, Design
 from railui.files.saving import save_campaign, save_design
 from railui.files.writing import write_text
+from railui.report.page import write_page
 from railui.study.judge import Judgement, judge
 from railui.study.loop import Found
 
@@ -64,6 +65,7 @@ def write_loop(found: Found, report: Mapping[str, Any], directory: Path, log: Se
     campaign = replace(found.measurement.campaign, sensors=found.after.model.sensors)
     save_campaign(campaign, directory / "campaign.yaml", directory / "adjusted.yaml")
     write_simulated(found, directory)
+    write_page(found, report, directory / "report.html")
     write_text(directory / "log.txt", "\n".join(log) + "\n")
 
 

@@ -11,7 +11,7 @@ from railui import core
 from railui.files.columns import columns_of
 from railui.files.parameters import PARAMETERS
 from railui.files.writing import write_text
-from railui.report import figures
+from railui.report import figures, laws
 from railui.report.figures import place, pretty, scale
 from railui.study.loop import Found
 
@@ -132,7 +132,7 @@ def contents(found: Found, report: Report) -> Row:
         "verdict": VERDICTS[report["verdict"]],
         "errors": errors(report),
         "bars": figures.error_bars(report),
-        "effects": effects(report, figures.law_figures(found, report, window)),
+        "effects": effects(report, laws.law_figures(found, report, window)),
         "channels": channels(found, window),
         "main": MAIN,
         "lines": [w for w in ("measured", "before", "after") if w in figures.raw_series(found, window.index)],
@@ -176,7 +176,7 @@ def errors(report: Report) -> Row:
     return {"channels": names, "rows": rows}
 
 
-def effects(report: Report, laws: Sequence[figures.Law]) -> list[Row]:
+def effects(report: Report, laws: Sequence[laws.Law]) -> list[Row]:
     """The measured curve of `outside`, then every effect of the vehicle as found: its numbers and its law."""
     curve = [{"law": laws[0], "parameters": [], "source": ""}] if report["outside"] else []
     return curve + [

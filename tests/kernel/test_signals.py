@@ -56,9 +56,7 @@ def test_every_lane_goes_through_the_filter_by_itself() -> None:
     found = structure(VEHICLE).simulate(
         batch([uneven(61), uneven(62)]), table(RUN, 1.28, 1), DT, 1, ("e1", "ayf"), filter=band
     )[0]
-    single = structure(VEHICLE).simulate(
-        batch([uneven(62)]), table(RUN, 1.28, 1), DT, 1, ("e1", "ayf"), filter=band
-    )[0]
+    single = structure(VEHICLE).simulate(batch([uneven(62)]), table(RUN, 1.28, 1), DT, 1, ("e1", "ayf"), filter=band)[0]
     assert np.array_equal(found[1], single[0])
 
 
@@ -128,5 +126,7 @@ def test_sensors_see_what_the_generator_s_sensors_see() -> None:
 
 def test_half_a_sensor_law_is_half_its_parameter() -> None:
     plain = kernel(VEHICLE, RUN)["e2"]
-    half = kernel(VEHICLE, RUN, [effect("sensor_gain", "e2", gain=3.0), effect("sensor_offset", "e2", offset=1.0)], amount=0.5)
+    half = kernel(
+        VEHICLE, RUN, [effect("sensor_gain", "e2", gain=3.0), effect("sensor_offset", "e2", offset=1.0)], amount=0.5
+    )
     assert np.allclose(half["e2"], 2.0 * plain + 0.5, rtol=0.0, atol=1e-14)
