@@ -40,6 +40,8 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
 
     barred = barred_kinds(without)
     source = campaign_file(campaign)
+    loaded = load_campaign(source)
+    call.warn(loaded.warnings)
     directory = Path(out) if out is not None else source.parent / "railui-loop"
     try:
         check_directory(directory)
@@ -47,8 +49,6 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
         raise refuse(str(error)) from None
     log: list[str] = []
     report = narrator(call, log)
-    loaded = load_campaign(source)
-    call.warn(loaded.warnings)
     found = close_loop(read(loaded), without=barred, seed=call.seed or 0, jobs=call.jobs, report=report)
     data = loop_report(found)
     log.append(str(data["sentence"]))

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.files.campaign import Campaign, load_campaign
-from railui.study.adjust import Fit, Report, adjust, restarted, silent, targets
+from railui.study.adjust import STABLE, Fit, Report, adjust, restarted, silent, targets
 from railui.study.candidates import Candidate, candidates
 from railui.study.confirm import Refit, confirm, held_out
 from railui.study.judge import Floor, Judgement, floor, judge
-from railui.study.measured import Measurement, read
+from railui.study.measured import Measurement, Stretch, read
 from railui.study.model import Model
 from railui.study.outside import Outside, look_outside
 from railui.study.trace import Trace, trace
@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 SIGNIFICANT = 0.01  # family-wise p from which a residual is worth a fit
 STRUCTURED = 0.01  # partial rho^2 from which a residual is worth a fit
 EFFECTS = 3
+SOFTER = 20  # times that a start is made less conical
 ADEQUATE = 1.10  # after over floor up to which nothing is left to find
 UNEXPLAINED = 1.5  # after over floor from which something is missing, whatever it looks like
 SIMPLER = 1.02  # within so much of the best misfit the simpler law is taken
@@ -68,11 +69,29 @@ NOTHING = Trace((), (), 1.0, float("inf"), 0.0)
 def adjusted(measurement: Measurement, declared: Model, *, jobs: int | None = None, report: Report = silent) -> Fit:
     """The declared vehicle adjusted: once for weights and initial states, once with them renewed."""
     paths = measurement.campaign.adjust
-    ready = targets(declared, measurement, measurement.adjust)
-    fit = adjust(declared, measurement, paths, declared, ready=ready, tolerance=1e-4, jobs=jobs)
+    start = stabilised(declared, measurement.adjust)
+    if start is not declared:
+        report("the declared vehicle is unstable at a speed of the campaign: the fit starts at a lower conicity")
+    ready = targets(start, measurement, measurement.adjust)
+    fit = adjust(start, measurement, paths, declared, ready=ready, tolerance=1e-4, jobs=jobs)
     report(f"adjusted {len(paths)} parameters in {fit.iterations} iterations, once more with the noise as it arrives")
     again = adjust(fit.model, measurement, paths, declared, ready=restarted(fit, measurement), jobs=jobs)
     return replace(again, simulations=fit.simulations + again.simulations)
+
+
+def stabilised(declared: Model, stretches: Sequence[Stretch]) -> Model:
+    """The declared vehicle, or one of lower conicity that is stable at every speed of the stretches, to start from."""
+    if declared.design.kind != "bogie":
+        return declared
+    model = declared
+    conicities = [f"contact.{where}.conicity" for where in ("leading", "trailing")]
+    speeds = {v for s in stretches for v in s.speeds}
+    for _ in range(SOFTER):
+        if max(float(model.eigenvalues(v)[0, 0].real) for v in speeds) <= STABLE:
+            break
+        lower = np.array([0.8 * model.design.values[c] for c in conicities])
+        model = model.with_row(conicities, lower)
+    return model
 
 
 def final_fit(fit: Fit, measurement: Measurement, declared: Model, *, jobs: int | None = None) -> Fit:

@@ -1,0 +1,1 @@
+"""Campaigns drawn blind and traced: how often the loop names what was planted."""

@@ -1,0 +1,46 @@
+"""Campaigns of the independent generator read as measurements, made once for all tests."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from railui.files.campaign import load_campaign
+from railui.study.adjust import Fit
+from railui.study.loop import adjusted
+from railui.study.measured import Measurement, read
+from railui.study.model import Model
+from tests.truth.campaign import Campaign, Order, campaign, write
+from tests.truth.effects import parse
+
+SHORT = (25.0, 20.0)  # s
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A campaign with its truth, as measured, and the declared vehicle."""
+
+    truth: Campaign
+    measurement: Measurement
+    declared: Model
+
+
+@cache
+def made(*effects: str, seed: int = 3, seconds: tuple[float, float] = SHORT, columns: Sequence[str] = ()) -> Made:
+    """A campaign with planted effects, each written as `kind at=place name=number`."""
+    order = Order([parse(text) for text in effects], seed=seed, seconds=seconds, columns=columns)
+    truth = campaign(order)
+    with tempfile.TemporaryDirectory() as folder:
+        write(truth, Path(folder))
+        measurement = read(load_campaign(folder))
+    return Made(truth, measurement, Model(measurement.campaign.design))
+
+
+@cache
+def fitted(*effects: str, **more: int) -> Fit:
+    """The declared vehicle of such a campaign, adjusted without an effect."""
+    one = made(*effects, **more)
+    return adjusted(one.measurement, one.declared, jobs=2)

@@ -1,0 +1,162 @@
+"""The trace: what it names on planted effects, what it says of noise, and which candidates it looks for."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from railui.study.candidates import Candidate, bundles, candidates
+from railui.study.loop import adjusted
+from railui.study.trace import Sighting, family_wise, signed, trace
+from tests.blind.made import fitted, made
+from tests.truth.campaign import noisy
+from tests.truth.effects import effect, sense
+
+BRIEF = (25.0, 12.0)  # s; the trace reads the first run alone
+PLANTED = {
+    "free_play": "free_play at=primary_lateral half_width=4e-4",
+    "dry_friction": "dry_friction at=secondary_lateral force=1500 slip_speed=5e-3",
+    "gauge_conicity": "gauge_conicity at=contact per_gauge=-40",
+}
+
+
+def traced(fit, measurement):
+    return trace(fit, candidates(fit.model, measurement.adjust), jobs=2)
+
+
+def test_with_nothing_missing_no_candidate_explains_two_hundredths():
+    assert traced(fitted(), made().measurement).rho2 < 0.02
+
+
+@pytest.mark.parametrize("kind", PLANTED)
+def test_a_planted_effect_is_first(kind: str):
+    more = {} if kind == "free_play" else {"seconds": BRIEF}
+    one, fit = made(PLANTED[kind], **more), fitted(PLANTED[kind], **more)
+    seen = traced(fit, one.measurement)
+    first = seen.best[0].candidate
+    assert (first.kind, first.at, first.wheelset) == (kind, one.truth.order.effects[0].at, None)
+    assert seen.rho2 > 0.05
+    assert seen.p < 0.01
+
+
+def test_a_late_sensor_is_first():
+    one = made()
+    order, clean = one.truth.order, one.truth.clean["a"]
+    late = sense(clean, clean["t"], [effect("sensor_delay", "ay1", delay=0.01)])
+    columns = noisy(late, order, np.random.default_rng(8))
+    stretch = replace(one.measurement.adjust[0], columns={**one.measurement.adjust[0].columns, **columns}, tables={})
+    measurement = replace(one.measurement, stretches=(stretch, *one.measurement.validate))
+    fit = adjusted(measurement, one.declared, jobs=2)
+    first = traced(fit, measurement).best[0]
+    assert (first.candidate.kind, first.candidate.at) == ("sensor_delay", "ay1")
+    # the amount counts in the delay of the candidate's own shape
+    assert first.amount * first.candidate.shapes[first.shape]["delay"] == pytest.approx(0.01, rel=0.5)
+
+
+def made_up(rng: np.random.Generator, kinds: list[Candidate], blocks: int = 40) -> list[Sighting]:
+    """Sightings of pure noise, a third of it common to all."""
+    common = rng.standard_normal(blocks)
+    scores = [rng.standard_normal(blocks) + 0.6 * common for _ in kinds]
+    return [Sighting(c, 0, float(s.sum()), 1.0, s, 1.0) for c, s in zip(kinds, scores, strict=True)]
+
+
+TWO_SIDED = [Candidate("cubic_stiffness", "primary_lateral", w) for w in (None, 1, 2)] * 4
+ONE_SIDED = [Candidate("dry_friction", "primary_lateral", w) for w in (None, 1, 2)] * 4
+
+
+def test_the_family_wise_p_of_noise_is_even():
+    rng = np.random.default_rng(1)
+    p = np.array([family_wise(made_up(rng, [*TWO_SIDED, *ONE_SIDED]), seed)[0] for seed in range(200)])
+    assert 0.35 < np.median(p) < 0.65
+    for level in (0.05, 0.2, 0.8):
+        # four binomial deviations
+        assert np.mean(p <= level) == pytest.approx(level, abs=4.0 * np.sqrt(level * (1.0 - level) / len(p)))
+
+
+def test_the_critical_score_is_beyond_what_noise_reaches_in_a_hundred_libraries_but_one():
+    rng = np.random.default_rng(2)
+    over = 0
+    for seed in range(100):
+        seen = made_up(rng, TWO_SIDED)
+        over += max(abs(s.t) for s in seen) > family_wise(seen, seed)[1]
+    assert over <= 5
+
+
+def test_a_negative_rho_is_no_evidence_for_a_one_sided_candidate():
+    scores = np.random.default_rng(3).standard_normal(40) - 3.0
+    friction, cubic = (Sighting(c[0], 0, -0.6, -1.0, scores, 1.0) for c in (ONE_SIDED, TWO_SIDED))
+    assert signed(friction) == 0.0
+    assert signed(cubic) == pytest.approx(0.6)
+    assert family_wise([friction], 0)[0] > 0.99
+    assert family_wise([cubic], 0)[0] < 0.01
+
+
+def test_without_sightings_nothing_is_significant():
+    assert family_wise([], 0)[0] == 1.0
+
+
+def library(**more) -> list[Candidate]:
+    return candidates(fitted().model, made().measurement.adjust, **more)
+
+
+def test_bundles_hold_every_shape_of_every_candidate_once():
+    found = library()
+    held = Counter((pack.members[member], shape) for pack in bundles(found) for member, shape in pack.lanes)
+    assert held == Counter((c, shape) for c in found for shape in range(len(c.shapes)))
+
+
+def test_a_lane_of_a_bundle_has_a_little_of_its_own_effect_alone():
+    for pack in bundles(library()):
+        amounts = pack.amounts(0.05)
+        assert np.all((amounts > 0).sum(axis=1) == 1)
+        assert [int(row.argmax()) for row in amounts] == [member for member, _ in pack.lanes]
+        assert len(pack.numbers()) == len(pack.lanes)
+
+
+def test_candidates_have_shapes_and_stand_once_each():
+    found = library()
+    assert len(found) == len(set(found)) > 80
+    assert all(c.shapes for c in found)
+    assert {(c.at, c.wheelset) for c in found if c.kind == "free_play"} >= {
+        ("primary_lateral", w) for w in (None, 1, 2)
+    }
+
+
+def test_barred_kinds_are_no_candidates():
+    barred = {"free_play", "bump_stop"}
+    assert {c.kind for c in library()} - {c.kind for c in library(without=barred)} == barred
+
+
+def test_a_track_measured_under_load_bars_the_rails():
+    assert {c.kind for c in library()} - {c.kind for c in library(loaded=True)} == {"rail_flexibility"}
+
+
+def test_without_a_gauge_there_is_no_gauge_conicity():
+    stretch = made().measurement.adjust[0]
+    bare = replace(stretch, columns={k: x for k, x in stretch.columns.items() if k != "gauge"}, tables={})
+    kinds = {c.kind for c in candidates(fitted().model, [bare])}
+    assert {c.kind for c in library()} - kinds == {"gauge_conicity"}
+
+
+def test_where_the_coach_is_measured_nothing_else_acts():
+    stretch = made().measurement.adjust[0]
+    driven = replace(stretch, columns={**stretch.columns, "Qy": np.zeros(stretch.samples)}, tables={})
+    places = {c.at for c in candidates(fitted().model, [driven])}
+    assert "secondary_lateral" not in places
+    assert "secondary_yaw" in places
+
+
+def test_an_effect_of_the_model_is_no_candidate_again():
+    one = next(c for c in library() if (c.kind, c.at, c.wheelset) == ("free_play", "primary_lateral", None))
+    model = fitted().model.with_effect(one.placed(one.shapes[3]))
+    assert one not in candidates(model, made().measurement.adjust)
+
+
+def test_only_measured_channels_have_sensors_to_blame():
+    stretch = made().measurement.adjust[0]
+    fewer = replace(stretch, columns={k: x for k, x in stretch.columns.items() if k != "d1"}, tables={})
+    at = {c.at for c in candidates(fitted().model, [fewer]) if c.kind == "sensor_delay"}
+    assert at == {"e1", "e2", "ay1", "ay2", "ayf", "rf", "d2"}
