@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 Report = Callable[[str], None]
 
 DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of Levenberg, tried side by side
+PHASE = 0.3  # rad, a usual size of a phase
 CURVE = 2.0  # prior standard deviation of a measured curve's points, in its largest force
 STIFFEST = 16  # RK4 steps per sample up to which a fit may go
 LEAP = 1.5  # largest logarithm of the ratio in one step
@@ -96,7 +97,7 @@ def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> Free
         ratio.append(bounds[0] >= 0 and now > 0)
         low.append(max(bounds[0], 1e-4 * now) if ratio[-1] else bounds[0])
         high.append(bounds[1])
-        size.append(max(abs(now), _curve_size(model, path), 1e-12))
+        size.append(max(abs(now), _curve_size(model, path), PHASE if path in model.run_paths() else 1e-12))
         curve = _curve_size(model, path)
         prior.append(0.0 if curve else now)
         sd.append(CURVE * curve if curve else np.inf)

@@ -17,6 +17,7 @@ from railui.study.model import Model
 Floats = NDArray[np.float64]
 SUSPENSIONS = ("secondary_lateral", "secondary_yaw", "primary_lateral", "primary_yaw")
 W = 10.0  # rad/s, the corner that dampers are measured by
+QUADRATURE = 0.5 * np.pi  # what belongs to a run is seen in two phases
 PACKED = 2  # kinds with at most so many shapes share their groups
 
 
@@ -36,6 +37,11 @@ class Candidate:
         if core.record(self.kind)["acts"] == "sensor":
             return False
         return all(p["minimum"] >= 0 for p in found)
+
+    @property
+    def phased(self) -> bool:
+        """Does it stand in two phases, the second half of its shapes in quadrature to the first?"""
+        return any(p["role"] == "run" for p in core.record(self.kind)["parameters"])
 
     @property
     def strength(self) -> str | None:
@@ -66,6 +72,8 @@ def candidates(
             if not known:
                 continue
             shapes = tuple(_shape(record, shape, sites.get(at, {})) for shape in record["shapes"])
+            if any(p["role"] == "run" for p in record["parameters"]):
+                shapes += tuple(s | {"phase": QUADRATURE} for s in shapes)
             for wheelset in (None, 1, 2) if at in PER_WHEELSET else (None,):
                 candidate = Candidate(kind, at, wheelset, shapes)
                 if _compatible(model, candidate):

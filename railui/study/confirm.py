@@ -79,7 +79,8 @@ def starts(trace: Trace, sighting: Sighting) -> list[dict[str, float]]:
                 shape = {k: neutral + s.amount * (v - neutral) for k, v in shape.items()}
             out.append(shape)
             continue
-        out.append(shape | {key: shape[key] * s.amount})
+        phase = {} if s.phase is None else {"phase": s.phase}
+        out.append(shape | {key: shape[key] * s.amount} | phase)
     key = sighting.candidate.strength
     if key is not None:
         out.append(out[0] | {key: 0.3 * out[0][key]})

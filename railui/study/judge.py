@@ -49,9 +49,26 @@ def initial_state(model: Model, stretch: Stretch, noise: Mapping[str, float]) ->
 
     Offsets of the channels are estimated along; a ridge of usual motions holds what the sensors do not see.
     """
+    return _start(model, stretch, noise)[0]
+
+
+def with_phases(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> Model:
+    """The vehicle with the phases that belong to this run, estimated on its first 4 s beside the initial state."""
+    for path in model.run_paths():
+        centre, reach = 0.0, np.pi
+        for _ in range(3):
+            tried = centre + reach * np.linspace(-1.0, 1.0, 13)
+            misfits = [_start(model.with_row([path], np.array([p])), stretch, noise)[1] for p in tried]
+            centre, reach = float(tried[int(np.argmin(misfits))]), reach / 6.0
+        model = model.with_row([path], np.array([centre]))
+    return model
+
+
+def _start(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> tuple[Floats, float]:
+    """Initial state and the misfit that it leaves."""
     channels = stretch.channels
     vehicles = model.vehicles(stretch.coach_forces)
-    states, own = vehicles.states(model.single()), 2 * len(_scales(stretch, model))
+    states = vehicles.states(model.single())
     scale = np.concatenate([_scales(stretch, model), _rates(stretch, model)])
     own = len(scale)
     steps = steps_for(model, stretch)
@@ -60,21 +77,23 @@ def initial_state(model: Model, stretch: Stretch, noise: Mapping[str, float]) ->
     sd = np.array([max(noise.get(c, 0.0), 0.02 * stretch.columns[c].std(), 1e-12) for c in channels])
     x = stretch.measured(channels)[:, :n] / sd[:, None]
     offsets = np.kron(np.eye(len(channels)), np.ones((n, 1)))
-    guess = np.zeros(states)
+    guess, misfit = np.zeros(states), np.inf
     for _ in range(2):
         starts = np.tile(guess, (own + 1, 1))
         starts[1:, :own] += np.diag(1e-3 * scale)
         batch = Batch.of(*(np.tile(a, (own + 1, 1)) for a in _single(model)), initial=starts)
         series, lost = vehicles.simulate(batch, table, stretch.dt, steps, channels)
         if np.any(lost >= 0):
-            return np.zeros(states)
+            return np.zeros(states), np.inf
         series = series / sd[None, :, None]
         jacobian = (series[1:] - series[0]).reshape(own, -1).T / 1e-3
         a = np.vstack([np.hstack([jacobian, offsets]), np.eye(own + len(channels))[:own]])
         b = np.concatenate([(x - series[0]).ravel(), -guess[:own] / scale])
+        found = np.linalg.lstsq(a, b, rcond=None)[0]
+        misfit = float(np.sum((b - a @ found) ** 2))
         guess = guess.copy()
-        guess[:own] += scale * np.linalg.lstsq(a, b, rcond=None)[0][:own]
-    return guess
+        guess[:own] += scale * found[:own]
+    return guess, misfit
 
 
 def _single(model: Model) -> tuple[Floats, Floats, Floats]:
@@ -101,6 +120,7 @@ def judge(model: Model, measurement: Measurement, stretches: Sequence[Stretch]) 
     """The error of a model on stretches: initial states estimated on each, nothing else."""
     pairs, series, lost = [], [], []
     for stretch in stretches:
+        model = with_phases(model, stretch, measurement.noise)
         start = initial_state(model, stretch, measurement.noise)
         channels = stretch.channels
         z, diverged = simulate(model, stretch, channels, initial=start)

@@ -129,9 +129,18 @@ class Model:
                     width = len(effect.parameters["force"])  # type: ignore[arg-type]
                     paths += [f"{group}.{i}.force.{j}" for j in range(width)]
                     continue
-                free = [p for p in core.record(effect.kind)["parameters"] if p["role"] in ("strength", "shape")]
+                free = [p for p in core.record(effect.kind)["parameters"] if p["role"] in ("strength", "shape", "run")]
                 paths += [f"{group}.{i}.{p['key']}" for p in free]
         return paths
+
+    def run_paths(self) -> list[str]:
+        """Paths of what belongs to a run and not to the vehicle: phases."""
+        return [
+            f"effects.{i}.{p['key']}"
+            for i, effect in enumerate(self.design.effects)
+            for p in core.record(effect.kind)["parameters"]
+            if p["role"] == "run"
+        ]
 
     def half_wheelbase(self) -> float:
         """a [m]; 0 for a vehicle of one mass."""

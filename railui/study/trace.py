@@ -40,6 +40,7 @@ class Sighting:
     amount: float
     scores: Floats
     norm: float
+    phase: float | None = None
 
     @property
     def t(self) -> float:
@@ -69,6 +70,25 @@ class Trace:
         return max((signed(s) ** 2 for s in self.best), default=0.0)
 
 
+def merged(sightings: Sequence[Sighting]) -> tuple[Sighting, ...]:
+    """Sightings of phased candidates joined with those in quadrature: the phase that explains most."""
+    out = [s for s in sightings if not s.candidate.phased]
+    pairs: dict[tuple[Candidate, int], list[Sighting]] = {}
+    for s in sightings:
+        if s.candidate.phased:
+            pairs.setdefault((s.candidate, s.shape % (len(s.candidate.shapes) // 2)), []).append(s)
+    for (candidate, shape), pair in pairs.items():
+        if len(pair) < 2:
+            continue
+        sine, cosine = sorted(pair, key=lambda s: s.shape)
+        phase = float(np.arctan2(cosine.amount, sine.amount))
+        a, b = np.cos(phase), np.sin(phase)
+        scores, norm = a * sine.scores + b * cosine.scores, a * a * sine.norm + b * b * cosine.norm
+        amount = float(np.hypot(sine.amount, cosine.amount))
+        out.append(Sighting(candidate, shape, float(np.hypot(sine.rho, cosine.rho)), amount, scores, norm, phase))
+    return tuple(out)
+
+
 def signed(s: Sighting) -> float:
     """rho as evidence: one-sided candidates count a negative one as none."""
     return max(s.rho, 0.0) if s.candidate.one_sided else abs(s.rho)
@@ -93,7 +113,7 @@ def trace(fit: Fit, found: Sequence[Candidate], *, jobs: int | None = None, seed
     work = bundles(found)
     with ThreadPoolExecutor(jobs_or_all(jobs)) as pool:
         parts = list(pool.map(lambda bundle: _look(adjuster, fit, bases, solver, bundle), work))
-    sightings = tuple(s for part in parts for s in part)
+    sightings = merged([s for part in parts for s in part])
     best: dict[Candidate, Sighting] = {}
     for s in sightings:
         if s.candidate not in best or signed(s) > signed(best[s.candidate]):
