@@ -1,10 +1,10 @@
-# run: the main job on the bundled campaign; test: everything; check: style and floors; bench: speed
+# run: the main job on the bundled campaign; test: everything; check: style and floors; bench: speed; blind: planted effects
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test check bench clean
+.PHONY: run test check bench blind clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -24,6 +24,9 @@ check: .stamp-build
 
 bench: .stamp-build
 	$(BIN)/railui bench
+
+blind: .stamp-build
+	$(BIN)/python -m tests.blind.blind --campaigns 20 --seed 1000
 
 # the outer pip serves where ensurepip is missing
 .stamp-venv: constraints.txt

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from railui.files.check import Anything
-    from railui.study.loop import loop
+    from railui.report.loop import loop
     from railui.study.optimise import optimise
     from railui.study.ride import ride, ride_many, simulate
     from railui.track import synthetic_track
@@ -17,7 +17,7 @@ __all__ = ["load", "loop", "optimise", "ride", "ride_many", "simulate", "synthet
 
 # where each name lives: read when it is asked for, so that the import is quick
 _HOMES = {
-    "loop": "railui.study.loop",
+    "loop": "railui.report.loop",
     "optimise": "railui.study.optimise",
     "ride": "railui.study.ride",
     "ride_many": "railui.study.ride",

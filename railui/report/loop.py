@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,15 @@ from numpy.typing import NDArray
 
 import railui
 from railui import core
+from railui.files.campaign import Campaign
 from railui.files.design import PlacedEffect
 from railui.files.effect_reading import unit_of
 from railui.report.detectable import detectable
-from railui.study.adjust import Fit
+from railui.study.adjust import Fit, Report, silent
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
 from railui.study.judge import Judgement
 from railui.study.loop import Found, Step, lookalikes
+from railui.study.loop import loop as close
 from railui.study.measured import Stretch
 from railui.study.trace import Sighting
 from railui.study.weighting import W_D, cascade, one_mass, weighted_rms
@@ -38,6 +41,22 @@ def finite(value: Any) -> Any:
     if isinstance(value, (float, np.floating)):
         return float(value) if math.isfinite(value) else None
     return value
+
+
+def loop(
+    campaign: str | Path | Campaign,
+    *,
+    without: Collection[str] = (),
+    seed: int = 0,
+    jobs: int | None = None,
+    report: Report = silent,
+) -> dict[str, Any]:
+    """Close the loop on a campaign (its directory, its file, or as loaded); returns the loop report as data.
+
+    `without` bars kinds of effects, `report` is told how far the work is. Raises FileProblems where a file cannot be
+    used. Source: Broersen 1976.
+    """
+    return loop_report(close(campaign, without=without, seed=seed, jobs=jobs, report=report))
 
 
 def loop_report(found: Found) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from railui.files.design import Adjustment, Design
 from railui.files.saving import save_campaign, save_design
 from railui.files.writing import write_text
 from railui.report.page import write_page
-from railui.study.judge import Judgement, judge
+from railui.study.judge import judge
 from railui.study.loop import Found
 
 Floats = NDArray[np.float64]
@@ -106,6 +106,3 @@ def _csv(columns: Mapping[str, Floats]) -> str:
         else:
             lines.append(row % tuple(values))
     return "\n".join(lines) + "\n"
-
-
-__all__ = ["ForeignFiles", "Judgement", "adjusted_design", "check_directory", "write_loop", "write_simulated"]

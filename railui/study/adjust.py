@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, optimize
 
+from railui import core
 from railui.core import Filter
 from railui.files.parameters import PARAMETERS
 from railui.study.judge import initial_state, weights
@@ -24,6 +25,7 @@ CURVE = 2.0  # prior standard deviation of a measured curve's points, in its lar
 STIFFEST = 16  # RK4 steps per sample up to which a fit may go
 LEAP = 1.5  # largest logarithm of the ratio in one step
 STABLE = -0.02  # 1/s, the least damping of a linear vehicle that a fit may reach
+INFORMED = 0.4  # share of the samples that is counted as independent against the priors
 UNSEEN = 0.9  # share of the prior's standard deviation that remains: the data did not see the parameter
 CORRELATED = 0.95
 
@@ -125,8 +127,6 @@ def _effect_bounds(model: Model, path: str) -> tuple[float, float]:
     if key.startswith("force."):
         return -np.inf, np.inf
     if group == "sensors":
-        from railui import core
-
         p = next(p for p in core.record(model.sensors[int(number)].kind)["parameters"] if p["key"] == key)
         return float(p["minimum"]), float(p["maximum"])
     parameter = model.design.parameter(path)
@@ -200,13 +200,8 @@ class Adjuster:
         self.columns = [model.columns[p] for p in free.paths]
         self.simulations = 0
         self.constrained = False
-        count = sum(t.y.size for t in ready)
-        rate, band = 1.0 / ready[0].stretch.dt, None
-        if len(ready[0].filter.sos):
-            band = ready[0].filter.every
-        # neighbouring samples of a band-passed signal do not tell new things
-        share = 0.4 if band else min(1.0, 2.0 * 40.0 / rate)
-        self.informed = share * count
+        # neighbouring samples of a signal do not all tell new things
+        self.informed = INFORMED * sum(t.y.size for t in ready)
 
     def rows(self, x: Floats) -> Floats:
         """Rows [n, row] of the vehicle with the free numbers x [n, p]."""
@@ -214,7 +209,7 @@ class Adjuster:
         rows[:, self.columns] = x
         return rows
 
-    def _series(self, target: Target, x: Floats) -> tuple[Floats, NDArray[np.int64]]:
+    def series(self, target: Target, x: Floats) -> tuple[Floats, NDArray[np.int64]]:
         self.simulations += len(x)
         return simulate(
             self.model,
@@ -235,7 +230,7 @@ class Adjuster:
         if not allowed.any():
             return out
         for target in self.ready:
-            series, lost = self._series(target, x[allowed])
+            series, lost = self.series(target, x[allowed])
             squares = np.sum((series - target.y) ** 2, axis=(1, 2))
             out[allowed] += np.where((lost < 0) & np.isfinite(squares), squares, np.inf)
         return out
@@ -276,7 +271,7 @@ class Adjuster:
         tried = np.vstack([x, x + np.diag(delta)])
         grams, count = [], 0
         for target in self.ready:
-            series, lost = self._series(target, tried)
+            series, lost = self.series(target, tried)
             if np.any(lost >= 0):
                 raise ValueError(f"the vehicle diverges on {target.stretch.file} at a point of the fit")
             series[1:] -= series[0]
@@ -420,8 +415,3 @@ def adjust(
 def restarted(fit: Fit, measurement: Measurement) -> list[Target]:
     """The stretches of a fit with weights and initial states renewed for the adjusted model."""
     return targets(fit.model, measurement, [t.stretch for t in fit.targets])
-
-
-def with_targets(fit: Fit, ready: Sequence[Target]) -> Fit:
-    """The fit with other prepared stretches."""
-    return replace(fit, targets=tuple(ready))

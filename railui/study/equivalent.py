@@ -65,7 +65,7 @@ def origins(fit: Fit, measurement: Measurement) -> list[Origin]:
     adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=None)
     shares = np.zeros(len(SPOTS))
     for target in fit.targets:
-        series, _ = adjuster._series(target, fit.x[None])
+        series, _ = adjuster.series(target, fit.x[None])
         residual = target.y - series[0]
         spectra = _spectra(residual, target) - _noise(fit, target, measurement)
         answers = _answers(fit, target)

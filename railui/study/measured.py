@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
+from scipy.interpolate import CubicSpline
 
 from railui.core import Batch, Filter, Vehicles
 from railui.files.campaign import Campaign
@@ -93,8 +94,6 @@ class Stretch:
 
 def _rig_table(c: Mapping[str, Floats], dt: float, steps: int) -> Floats:
     """Columns t, 1, u, u', u'' at half steps, u a cubic spline in time."""
-    from scipy.interpolate import CubicSpline
-
     n = len(c["t"])
     at = np.arange(2 * steps * (n - 1) + 1) * (dt / (2 * steps))
     table = np.zeros((len(at), 5))

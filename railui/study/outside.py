@@ -12,7 +12,7 @@ from scipy import linalg
 from railui import core
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import PER_WHEELSET
-from railui.study.adjust import Adjuster, Fit, Report, adjust, silent
+from railui.study.adjust import Adjuster, Fit, Report, Target, adjust, silent
 from railui.study.candidates import driven_places
 from railui.study.confirm import retarget
 from railui.study.equivalent import Origin, origins
@@ -164,7 +164,7 @@ def _explained(fit: Fit, spot: _Spot) -> tuple[float, Floats]:
     gram = np.zeros((size, size))
     delta = adjuster.steps(fit.x)
     for t in fit.targets:
-        base, _ = adjuster._series(t, np.vstack([fit.x, fit.x + np.diag(delta)]))
+        base, _ = adjuster.series(t, np.vstack([fit.x, fit.x + np.diag(delta)]))
         base[1:] = (base[1:] - base[0]) / delta[:, None, None]
         base[0] = t.y - base[0]
         hats = _hats(fit, spot, t)
@@ -186,7 +186,7 @@ def _explained(fit: Fit, spot: _Spot) -> tuple[float, Floats]:
     return float(1.0 - left / rest), np.asarray(force)
 
 
-def _hats(fit: Fit, spot: _Spot, target) -> Floats | None:  # type: ignore[no-untyped-def]
+def _hats(fit: Fit, spot: _Spot, target: Target) -> Floats | None:
     """Output difference per unit of each point of the curve [point, channel, n]."""
     n = len(spot.grid)
     unit = 1e-3 * spot.size

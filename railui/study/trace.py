@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from railui.core import jobs_or_all
-from railui.study.adjust import Adjuster, Fit
+from railui.core import Batch, Vehicles, jobs_or_all
+from railui.study.adjust import Adjuster, Fit, Target, block_seconds
 from railui.study.candidates import Bundle, Candidate, bundles
 from railui.study.measured import simulate
 
@@ -125,8 +125,6 @@ def trace(fit: Fit, found: Sequence[Candidate], *, jobs: int | None = None, seed
 
 def block_length(fit: Fit) -> float:
     """Seconds per block: three hunting periods."""
-    from railui.study.adjust import block_seconds
-
     return block_seconds(fit.model, [t.stretch for t in fit.targets])
 
 
@@ -146,7 +144,7 @@ def _base(adjuster: Adjuster, fit: Fit, index: int, length: int) -> _Base:
     target = fit.targets[index]
     delta = adjuster.steps(fit.x)
     tried = np.vstack([fit.x, fit.x + np.diag(delta)])
-    series, _ = adjuster._series(target, tried)
+    series, _ = adjuster.series(target, tried)
     series[1:] = (series[1:] - series[0]) / delta[:, None, None]
     series[0] = target.y - series[0]
     return _Base(_in_blocks(series, length), length)
@@ -199,7 +197,7 @@ def _grows(bundle: Bundle) -> bool:
     return bundle.members[0].kind == "coach_mode"
 
 
-def _steps(vehicles, batch, target) -> int:  # type: ignore[no-untyped-def]
+def _steps(vehicles: Vehicles, batch: Batch, target: Target) -> int:
     try:
         return int(vehicles.steps(batch, *target.stretch.speeds, target.stretch.dt)[0])
     except ValueError:

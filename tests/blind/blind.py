@@ -24,7 +24,7 @@ from tests.truth.campaign import campaigns, write
 
 MATERIAL = 0.9  # floor over before from which nothing planted can lower the error by a tenth
 ADEQUATE, CLEAN = 1.10, 1.5  # after over floor
-BATCH = 5
+BATCH = 1  # a campaign that derails holds up the others of its batch
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,7 @@ class Line:
     number: int
     sort: str
     planted: str
+    nuisance: str
     verdict: str
     named: str
     right_name: bool | None
@@ -62,8 +63,8 @@ def traced(plant: Plant, folder: Path) -> Line:
     except Exception as problem:
         text = f"{type(problem).__name__}: {problem}"
         seconds = time.perf_counter() - began
-        return Line(plant.order.seed, plant.sort, plant.text, "exception", "", False, False, False, nan, nan, nan, nan,
-                    nan, seconds, text)  # fmt: skip
+        who = (plant.order.seed, plant.sort, plant.text, plant.nuisance)
+        return Line(*who, "exception", "", False, False, False, nan, nan, nan, nan, nan, seconds, text)
     return judged(plant, found)
 
 
@@ -98,7 +99,7 @@ def judged(plant: Plant, found: Found) -> Line:
         place = all(bool(near) for near in pairs)
     first_trace = found.steps[0].trace
     return Line(
-        plant.order.seed, plant.sort, plant.text, found.verdict, " + ".join(words), name, kind, place,
+        plant.order.seed, plant.sort, plant.text, plant.nuisance, found.verdict, " + ".join(words), name, kind, place,
         errors["declared"], errors["before"], errors["after"], found.floor.nrmse, first_trace.rho2, found.seconds,
     )  # fmt: skip
 
@@ -172,6 +173,8 @@ def totals(lines: Sequence[Line]) -> list[str]:
     two = [x for x in lines if x.sort == "two" and x.material]
     nothing = [x for x in lines if x.sort == "nothing"]
     strangers = [x for x in lines if x.sort == "outside" and (x.material or x.verdict == "exception")]
+    # coloured noise and unmeasured forces are not in the floor: they leave up to 1.3 of it with the right effect
+    clean = [x for x in [*one, *two] if not x.nuisance]
     weak = [x for x in lines if x.sort in ("catalogue", "two", "outside") and not x.material and x.after == x.after]
     out = [
         counted("right name, one effect", [bool(x.right_name) for x in one]),
@@ -184,7 +187,7 @@ def totals(lines: Sequence[Line]) -> list[str]:
         counted(
             "outside the catalogue, its place", [bool(x.right_place) for x in strangers if x.right_place is not None]
         ),
-        counted("after at most 1.10 floor, catalogue", [x.after <= ADEQUATE * x.floor for x in [*one, *two]]),
+        counted("after at most 1.10 floor, noise as declared", [x.after <= ADEQUATE * x.floor for x in clean]),
         counted("exceptions", [x.verdict == "exception" for x in lines]),
         counted("diverged on a validating run", [not np.isfinite(x.after) and x.verdict != "exception" for x in lines]),
     ]
@@ -195,7 +198,10 @@ def totals(lines: Sequence[Line]) -> list[str]:
     return out
 
 
-HEAD = f"{'no':>5s} {'planted':54s} {'verdict':9s} {'named':52s} name class  decl. before after floor  a/f    s"
+HEAD = (
+    f"{'no':>5s} {'planted':54s} {'nuisance':10s} {'verdict':9s} {'named':52s} name class  "
+    "decl. before after floor  a/f    s"
+)
 
 
 def printed(x: Line) -> str:
@@ -205,8 +211,9 @@ def printed(x: Line) -> str:
     if not x.material and x.verdict == "none" and x.sort != "nothing":
         name = kind = "weak"
     return (
-        f"{x.number:5d} {x.planted:54.54s} {x.verdict:9s} {(x.named or x.problem or '-'):52.52s} {name:4s} {kind:5s} "
-        f"{x.declared:6.3f} {x.before:6.3f} {x.after:5.3f} {x.floor:5.3f} {x.after / x.floor:5.2f} {x.seconds:4.0f}"
+        f"{x.number:5d} {x.planted:54.54s} {x.nuisance:10s} {x.verdict:9s} {(x.named or x.problem or '-'):52.52s} "
+        f"{name:4s} {kind:5s} {x.declared:6.3f} {x.before:6.3f} {x.after:5.3f} {x.floor:5.3f} "
+        f"{x.after / x.floor:5.2f} {x.seconds:4.0f}"
     )
 
 

@@ -38,8 +38,12 @@ class Plant:
     @property
     def text(self) -> str:
         named = [f"{e.kind} {e.at}{f' {e.wheelset}' if e.wheelset else ''}" for e in self.effects] or ["nothing"]
-        more = ["coloured"] * bool(self.order.coloured) + ["unmeasured"] * bool(self.order.unmeasured)
-        return " + ".join(named) + (f" ({', '.join(more)})" if more else "")
+        return " + ".join(named)
+
+    @property
+    def nuisance(self) -> str:
+        """What is not as the campaign file declares it."""
+        return "coloured" if self.order.coloured else "unmeasured" if self.order.unmeasured else ""
 
 
 def suspended(kind: str, at: str, wheelset: int | None, size: int) -> Effect:
@@ -50,8 +54,8 @@ def suspended(kind: str, at: str, wheelset: int | None, size: int) -> Effect:
         "spring": {"stiffness": (0.4, 1.0)[size] * k},
         "viscous_damper": {"damping": (0.15, 0.5)[size] * force / v},
         "free_play": {"half_width": (0.5, 1.2)[size] * z},
-        "cubic_stiffness": {"stiffness": (0.1, 0.4)[size] * k / z**2},
-        "quadratic_stiffness": {"stiffness": (0.15, 0.3)[size] * k / z},
+        "cubic_stiffness": {"stiffness": (0.03, 0.12)[size] * k / z**2},
+        "quadratic_stiffness": {"stiffness": (0.05, 0.12)[size] * k / z},
         "bump_stop": {"gap": (1.2, 0.8)[size] * z, "stiffness": (1.5, 3.0)[size] * k},
         "dry_friction": {"force": (0.25, 0.7)[size] * force, "slip_speed": 0.15 * v},
         "hysteresis": {"stiffness": (1.0, 2.0)[size] * k, "yield": (0.3, 0.8)[size] * force},
