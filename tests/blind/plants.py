@@ -59,7 +59,7 @@ def suspended(kind: str, at: str, wheelset: int | None, size: int) -> Effect:
         "bump_stop": {"gap": (1.2, 0.8)[size] * z, "stiffness": (1.5, 3.0)[size] * k},
         "dry_friction": {"force": (0.25, 0.7)[size] * force, "slip_speed": 0.15 * v},
         "hysteresis": {"stiffness": (1.0, 2.0)[size] * k, "yield": (0.3, 0.8)[size] * force},
-        "quadratic_damper": {"damping": (0.3, 0.8)[size] * force / v**2},
+        "quadratic_damper": {"damping": (0.1, 0.25)[size] * force / v**2},
         "asymmetric_damper": {"ratio": (0.5, 1.0)[size]},
         "maxwell_damper": {"stiffness": (0.6, 1.5)[size] * k, "damping": (0.6, 1.5)[size] * force / v},
     }
@@ -89,8 +89,9 @@ def catalogue() -> list[tuple[str, str, int | None]]:
     found: list[tuple[str, str, int | None]] = []
     for kind in ("free_play", "cubic_stiffness", "quadratic_stiffness", "bump_stop", "dry_friction", "hysteresis"):
         found += [(kind, at, w) for at in USUAL for w in ((None, 1, 2) if at in PAIRED else (None,))]
-    for kind in ("quadratic_damper", "maxwell_damper"):
-        found += [(kind, at, w) for at in USUAL for w in ((None, 2) if at in PAIRED else (None,))]
+    found += [("maxwell_damper", at, w) for at in USUAL for w in ((None, 2) if at in PAIRED else (None,))]
+    # against a wheelset's yaw it is so stiff that the generator wants hundreds of steps per sample
+    found += [("quadratic_damper", at, None) for at in ("primary_lateral", "secondary_lateral", "secondary_yaw")]
     found += [("asymmetric_damper", "secondary_lateral", None), ("spring", "secondary_lateral", None)]
     found += [("spring", "secondary_yaw", None), ("spring", "primary_lateral", 1), ("spring", "primary_yaw", 2)]
     found += [("viscous_damper", at, w) for at in PAIRED for w in (None, 1)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from tests.kernel.pairs import (
     uneven,
     wandering,
 )
+from tests.truth.bogie import Vehicle
 from tests.truth.effects import parse
 from tests.truth.files import paths
 from tests.truth.march import simulate, simulate_many
@@ -50,11 +52,13 @@ def test_every_number_of_a_bogie_moves_it_as_it_moves_the_generator_s() -> None:
 WHEEL_RAIL = ("lam", "kappa_x", "kappa_y", "epsilon", "delta", "sigma")
 
 
-def nudged(vehicle, letter):
+def nudged(vehicle: Vehicle, letter: str) -> Vehicle:
+    """A vehicle with one of its numbers a tenth larger."""
     name, i = (letter[:-1], int(letter[-1])) if letter[-1] in "01" else (letter, None)
     value = getattr(vehicle, name)
     new = 1.1 * value if i is None else tuple(x * (1.1 if i == j else 1.0) for j, x in enumerate(value))
-    return replace(vehicle, **{name: new})
+    changed: dict[str, Any] = {name: new}
+    return replace(vehicle, **changed)
 
 
 @pytest.mark.parametrize("steps", [2, 4])

@@ -16,17 +16,14 @@ from tests.kernel.pairs import (
     batch,
     change,
     driven,
-    effect_row,
-    enough,
     interval,
     kernel,
     spots,
     straight,
-    structure,
     table,
     uneven,
 )
-from tests.truth.effects import Effect, effect, parse
+from tests.truth.effects import effect, parse
 from tests.truth.march import simulate, simulate_many
 
 # usual motion and speed at a place, and a stiffness of the order of what is there
@@ -214,9 +211,10 @@ def test_a_curve_against_the_distance_is_a_coach_force_that_was_measured_along_i
     ],
 )
 def test_a_blown_off_damper_comes_back_in_time(word: str) -> None:
-    run, one = straight(1.5), [parse(word)]
+    # with the force held but not the damper's state, the error was of first order: 6e-4 here
+    run, one = straight(1.0), [parse(word)]
     free = [effect(one[0].kind, one[0].at, one[0].wheelset, **{**one[0].parameters, "blow_off": 1e9})]
-    truth = simulate(VEHICLE, run, one, 32)
-    found = kernel(VEHICLE, run, one, 16)
-    assert change(found, kernel(VEHICLE, run, free, 16)) > 1e-2
+    truth = simulate(VEHICLE, run, one, 16)
+    found = kernel(VEHICLE, run, one, 8)
+    assert change(found, kernel(VEHICLE, run, free, 8)) > 1e-2
     assert_same({"e1": found["e1"], "psi1": found["psi1"]}, truth, 1e-4)

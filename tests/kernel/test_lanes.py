@@ -21,7 +21,6 @@ from tests.kernel.pairs import (
     Floats,
     assert_same,
     batch,
-    change,
     interval,
     kernel,
     spots,
@@ -31,7 +30,9 @@ from tests.kernel.pairs import (
     uneven,
 )
 from tests.kernel.test_effects import strong
+from tests.truth.bogie import Vehicle
 from tests.truth.effects import Effect, effect, parse
+from tests.truth.road import Table
 
 RUN = straight(1.0)
 EFFECTS = [
@@ -124,7 +125,7 @@ def test_amount_zero_is_the_vehicle_without_the_effect_to_the_last_digit(one: Ef
     assert not np.array_equal(with_amounts(vehicle, [*OTHERS, one], run, [1.0, 1.0, 1.0]), without)
 
 
-def with_amounts(vehicle, effects: Sequence[Effect], run, amounts: Sequence[float]) -> Floats:
+def with_amounts(vehicle: Vehicle, effects: Sequence[Effect], run: Table, amounts: Sequence[float]) -> Floats:
     one = replace(batch([vehicle], [list(effects)]), amounts=np.array([amounts]))
     return structure(vehicle, effects).simulate(one, table(run, vehicle.a, 1), interval(run), 1, CHANNELS)[0][0]
 
@@ -134,9 +135,6 @@ def test_amount_zero_of_the_only_effect_is_the_plain_bogie(one: Effect) -> None:
     # the plain bogie may be summed in another order
     vehicle, run = uneven(21), straight(0.5)
     assert_same(kernel(vehicle, run, [one], amount=0.0), kernel(vehicle, run), ROUNDING)
-
-
-LINEAR_IN_AMOUNT = ("spring", "viscous_damper", "steady_force", "nonlinear_conicity", "gauge_conicity", "coach_mode")
 
 
 @pytest.mark.parametrize("one", EVERYWHERE, ids=lambda e: f"{e.kind}-{e.at}-{e.wheelset}")

@@ -11,11 +11,11 @@ from scipy.interpolate import CubicSpline
 
 from railui import core
 from railui.core import Batch, Placement, Vehicles
-from tests.kernel.pairs import Floats, apart, assert_same
+from tests.kernel.pairs import ROUNDING, Floats, apart, assert_same
 from tests.truth.effects import Effect, effect, parse
 from tests.truth.rig import Rig, respond
 
-RATE, SECONDS, STEPS = 1000.0, 1.5, 2
+RATE, SECONDS, STEPS = 1000.0, 1.0, 2
 T = np.arange(round(RATE * SECONDS)) / RATE
 CHANNELS = ("z", "vz", "az")
 # in the size of what the rig does: 2 mm at 25 rad/s on 60 kN/m
@@ -24,7 +24,7 @@ EFFECTS = {
     "viscous_damper": {"damping": 400.0},
     "free_play": {"half_width": 1e-3},
     "cubic_stiffness": {"stiffness": 1e10},
-    "quadratic_stiffness": {"stiffness": 5e6},
+    "quadratic_stiffness": {"stiffness": 2e6},
     "bump_stop": {"gap": 1e-3, "stiffness": 1e5},
     "dry_friction": {"force": 40.0, "slip_speed": 0.01},
     "hysteresis": {"stiffness": 4e4, "yield": 40.0},
@@ -33,7 +33,7 @@ EFFECTS = {
     "maxwell_damper": {"stiffness": 6e4, "damping": 1e3},
     "measured_force": {"motion": [-3e-3, -1e-3, 5e-4, 2e-3], "force": [90.0, 10.0, -30.0, -60.0], "against": "v"},
 }
-INPUTS = {"force": 120.0, "base_displacement": 2e-3, "base_acceleration": 1.5}  # amplitude in the unit of u
+INPUTS = {"force": 120.0, "base_displacement": 1.2e-3, "base_acceleration": 1.2}  # amplitude in the unit of u
 
 
 def shaken(kind: str) -> Floats:
@@ -46,20 +46,28 @@ def shaken(kind: str) -> Floats:
 
 
 def kernel(
-    rig: Rig, u: Floats | None, effects: Sequence[Effect] = (), start: tuple[float, float] = (0.0, 0.0)
+    rig: Rig,
+    u: Floats | None,
+    effects: Sequence[Effect] = (),
+    start: tuple[float, float] = (0.0, 0.0),
+    steps: int = STEPS,
 ) -> dict[str, Floats]:
-    """Channels of the kernel's rig: rows t, 1, u, u', u'' at the half steps."""
+    """Channels of the kernel's rig: rows t, 1, u, u', u'' at the half steps; start is (z, v).
+
+    Over a moving base its co-ordinate is the deflection z - gain u.
+    """
     rows = [core.effect_numbers(e.kind, dict(e.parameters)) for e in effects]
     placed = [Placement(e.kind, e.at, None, len(row)) for e, row in zip(effects, rows, strict=True)]
     numbers = np.array([[rig.m, rig.k, rig.c, rig.gain, core.RIG_INPUTS[rig.input]]])
-    one = Batch.of(numbers, np.array([sum(rows, [])]), np.ones((1, len(rows))))
-    at = np.arange(2 * STEPS * (len(T) - 1) + 1) / (2 * STEPS * RATE)
+    one = Batch.of(numbers, np.array([[x for row in rows for x in row]]), np.ones((1, len(rows))))
+    at = np.arange(2 * steps * (len(T) - 1) + 1) / (2 * steps * RATE)
     table = np.zeros((len(at), 5))
     table[:, 0], table[:, 1] = at, 1.0
     if u is not None:
         table[:, 2:] = np.stack([CubicSpline(T, u)(at, order) for order in range(3)], axis=1)
-    initial = np.array(start, float)[None]
-    found, lost = Vehicles("rig", placed).simulate(one.with_initial(initial), table, 1 / RATE, STEPS, CHANNELS)
+    base = rig.gain * table[0, 2:4] if rig.input == "base_displacement" else 0.0
+    initial = (np.array(start, float) - base)[None]
+    found, lost = Vehicles("rig", placed).simulate(one.with_initial(initial), table, 1 / RATE, steps, CHANNELS)
     assert lost[0] == -1
     return dict(zip(CHANNELS, found[0], strict=True))
 
@@ -83,9 +91,11 @@ def test_a_linear_rig_answers_its_input(kind: str, gain: float) -> None:
 @pytest.mark.parametrize("name", EFFECTS)
 def test_a_rig_with_an_effect_answers_its_input(kind: str, name: str) -> None:
     rig, u, one = Rig(input=kind), shaken(kind), [effect(name, "rig", **EFFECTS[name])]
-    found = kernel(rig, u, one)
+    # over a moving base the two take different co-ordinates, whose steps err differently at the corners of a law
+    steps, within = (2 * STEPS, 1e-5) if kind == "base_displacement" else (STEPS, ROUNDING)
+    found = kernel(rig, u, one, steps=steps)
     assert change(found, kernel(rig, u)) > 1e-2
-    assert_same(found, respond(rig, T, u, one, steps=STEPS), 1e-5)
+    assert_same(found, respond(rig, T, u, one, steps=steps), within)
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -93,7 +103,7 @@ def test_a_rig_with_an_effect_rings_down(name: str) -> None:
     rig, one, start = Rig(), [effect(name, "rig", **EFFECTS[name])], (4e-3, -0.02)
     found = kernel(rig, None, one, start)
     assert change(found, kernel(rig, None, start=start)) > 1e-2
-    assert_same(found, respond(rig, T, None, one, start, steps=STEPS), 1e-5)
+    assert_same(found, respond(rig, T, None, one, start, steps=STEPS), ROUNDING)
 
 
 def test_a_free_rig_rings_down_as_the_textbook_says() -> None:
@@ -112,13 +122,13 @@ def test_effects_at_a_rig_act_side_by_side() -> None:
         parse("dry_friction at=rig force=10 slip_speed=0.02"),
     ]
     rig, u = Rig(), shaken("force")
-    assert_same(kernel(rig, u, together), respond(rig, T, u, together, steps=STEPS), 1e-5)
+    assert_same(kernel(rig, u, together), respond(rig, T, u, together, steps=STEPS), ROUNDING)
 
 
 def test_a_blown_off_damper_at_a_rig_gives_no_more_than_its_limit() -> None:
     one = [effect("maxwell_damper", "rig", stiffness=6e4, damping=1e3, blow_off=30.0)]
     rig, u = Rig(), shaken("force")
-    found, truth = kernel(rig, u, one), respond(rig, T, u, one, steps=16)
+    found, truth = kernel(rig, u, one), respond(rig, T, u, one, steps=8)
     assert change(found, kernel(rig, u, [effect("maxwell_damper", "rig", stiffness=6e4, damping=1e3)])) > 0.05
     assert_same({"z": found["z"], "vz": found["vz"]}, truth, 1e-4)
     force = rig.m * found["az"] + rig.c * found["vz"] + rig.k * found["z"] - u
@@ -126,12 +136,8 @@ def test_a_blown_off_damper_at_a_rig_gives_no_more_than_its_limit() -> None:
 
 
 def test_a_base_that_moves_from_the_first_sample_finds_the_mass_at_rest() -> None:
-    # the kernel's co-ordinate is the deflection z - gain u
-    rig = Rig(gain=0.8, input="base_displacement")
-    u = 2e-3 * np.cos(15.0 * T + 0.5)
-    spline = CubicSpline(T, u)
-    start = (-rig.gain * float(spline(0.0)), -rig.gain * float(spline(0.0, 1)))
-    found = kernel(rig, u, start=start)
+    rig, u = Rig(gain=0.8, input="base_displacement"), 2e-3 * np.cos(15.0 * T + 0.5)
+    found = kernel(rig, u)
     assert found["z"][0] == pytest.approx(0.0, abs=1e-15)
     assert_same(found, respond(rig, T, u, steps=STEPS), 1e-5)
 
