@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from railui.core import Batch, Vehicles, jobs_or_all
-from railui.study.adjust import Adjuster, Fit, Target, block_seconds
+from railui.study.adjust import STIFFEST, Adjuster, Fit, Target, block_seconds
 from railui.study.candidates import Bundle, Candidate, bundles
 from railui.study.measured import simulate
 
@@ -169,7 +169,7 @@ def differences(fit: Fit, index: int, bundle: Bundle, amount: float = AMOUNT) ->
     vehicles = model.vehicles(target.stretch.coach_forces, bundle.placements)
     batch = model.batch(np.tile(model.row, (len(numbers), 1)), numbers, amounts)
     steps = np.array([_steps(vehicles, batch.select([i]), target) for i in range(len(batch))])
-    sound = (steps > 0) & (steps <= max(8, target.steps))
+    sound = (steps > 0) & (steps <= max(STIFFEST, steps[0]))
     if not sound[0] or not sound[1:].any():
         return np.zeros((len(numbers) - 1, *target.y.shape)), np.zeros(len(numbers) - 1, dtype=bool)
     used = int(steps[sound].max())
@@ -250,6 +250,9 @@ def family_wise(sightings: Sequence[Sighting], seed: int) -> tuple[float, float]
     rng = np.random.default_rng(np.random.SeedSequence([seed, 11]))
     signs = rng.choice([-1.0, 1.0], size=(BOOTSTRAPS, scores.shape[1]))
     drawn = signs @ scores.T
+    # each draw over its own spread, as the score that was seen is over its own
+    blocks = scores.shape[1]
+    drawn /= np.sqrt(np.maximum(1.0 - drawn**2 / blocks, 1.0 / blocks))
     highest = np.where(one, drawn, np.abs(drawn)).max(axis=1)
     p = (1 + int(np.sum(highest >= seen.max()))) / (1 + BOOTSTRAPS)
     return p, float(np.quantile(highest, 0.99))

@@ -133,8 +133,8 @@ impl<O: Observer> Job for Run<'_, O> {
                 let sixth = h * P::splat(1.0 / 6.0);
                 for step in 0..steps {
                     let begin = 2 * (steps * k + step);
-                    for turn in 0..4 {
-                        let row = course.row(begin + (turn + 1) / 2);
+                    for turn in 0..4_usize {
+                        let row = course.row(begin + turn.div_ceil(2));
                         group.rate(at, row, stage, dx);
                         if turn == 0 && step == 0 {
                             observer.sample(group, at, k, row, stage, dx);

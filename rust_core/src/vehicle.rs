@@ -176,7 +176,12 @@ impl Structure {
                 }
                 Kind::Force | Kind::Rail => {
                     for i in self.at_wheelsets(&vehicle, placed) {
-                        let slopes = placed.law.stiffest(p, &Self::contact_site(&vehicle, i, slowest));
+                        let mut site = Self::contact_site(&vehicle, i, slowest);
+                        // a wheel that slides does not damp the rail
+                        if self.placed.iter().any(|c| c.law.record().kind == Kind::Creep) {
+                            site.creep_damping = 0.0;
+                        }
+                        let slopes = scaled(placed.law.stiffest(p, &site));
                         rate = rate.max(slopes.rate);
                         rows.push((vec![(vehicle.wheelsets[i].y, 1.0)], slopes));
                     }

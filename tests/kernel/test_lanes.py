@@ -88,7 +88,8 @@ def beside(k: int, neighbours: Batch) -> Floats:
     made, all_of_them = many(True)
     rows = [neighbours.select([0]), all_of_them.select([k]), neighbours.select([1])]
     names = ("numbers", "effects", "amounts")
-    return series(made, Batch.of(*(np.concatenate([getattr(one, name) for one in rows]) for name in names)))[1]
+    between = Batch.of(*(np.concatenate([getattr(one, name) for one in rows]) for name in names))
+    return np.asarray(series(made, between)[1])
 
 
 def test_neighbours_whose_wheels_slide_leave_a_vehicle_its_digits() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,11 +16,11 @@ from tests.kernel.pairs import ROUNDING, Floats, apart, assert_same
 from tests.truth.effects import Effect, effect, parse
 from tests.truth.rig import Rig, respond
 
-RATE, SECONDS, STEPS = 1000.0, 1.0, 2
+RATE, SECONDS, STEPS = 1000.0, 0.6, 2
 T = np.arange(round(RATE * SECONDS)) / RATE
 CHANNELS = ("z", "vz", "az")
 # in the size of what the rig does: 2 mm at 25 rad/s on 60 kN/m
-EFFECTS = {
+EFFECTS: dict[str, dict[str, Any]] = {
     "spring": {"stiffness": 3e4},
     "viscous_damper": {"damping": 400.0},
     "free_play": {"half_width": 1e-3},

@@ -20,7 +20,7 @@ from tests.kernel.pairs import (
 from tests.truth.effects import parse
 
 VEHICLE = uneven(40)
-RUN = straight(2.0)
+RUN = straight(1.2)
 
 
 def test_the_steps_of_a_case_are_not_raised_by_its_neighbours() -> None:
