@@ -128,7 +128,8 @@ def test_amount_zero_is_the_vehicle_without_the_effect_to_the_last_digit(one: Ef
 
 def with_amounts(vehicle: Vehicle, effects: Sequence[Effect], run: Table, amounts: Sequence[float]) -> Floats:
     one = replace(batch([vehicle], [list(effects)]), amounts=np.array([amounts]))
-    return structure(vehicle, effects).simulate(one, table(run, vehicle.a, 1), interval(run), 1, CHANNELS)[0][0]
+    found, _ = structure(vehicle, effects).simulate(one, table(run, vehicle.a, 1), interval(run), 1, CHANNELS)
+    return np.asarray(found[0])
 
 
 @pytest.mark.parametrize("one", EVERYWHERE, ids=lambda e: f"{e.kind}-{e.at}-{e.wheelset}")
