@@ -265,18 +265,22 @@ class Adjuster:
         delta = relative * np.maximum(np.abs(x), 0.1 * self.free.size)
         return np.where(x + delta > self.free.high, -delta, delta)
 
+    def sensitivities(self, target: Target, x: Floats) -> tuple[Floats, NDArray[np.int64]]:
+        """The residual, then the sensitivity of each number [1 + p, channel, n], and where vehicles diverged."""
+        delta = self.steps(x)
+        series, lost = self.series(target, np.vstack([x, x + np.diag(delta)]))
+        series[1:] -= series[0]
+        series[1:] /= delta[:, None, None]
+        series[0] = target.y - series[0]
+        return series, lost
+
     def linearise(self, x: Floats) -> Normal:
         """Residual and sensitivities at x as inner products per block."""
-        delta = self.steps(x)
-        tried = np.vstack([x, x + np.diag(delta)])
         grams, count = [], 0
         for target in self.ready:
-            series, lost = self.series(target, tried)
+            series, lost = self.sensitivities(target, x)
             if np.any(lost >= 0):
                 raise ValueError(f"the vehicle diverges on {target.stretch.file} at a point of the fit")
-            series[1:] -= series[0]
-            series[1:] /= delta[:, None, None]
-            series[0] = target.y - series[0]
             grams.append(block_gram(series, self.block_samples(target)))
             count += target.y.size
         return Normal(np.concatenate(grams), count)

@@ -68,7 +68,9 @@ def look_outside(
     """Say where something acts that no entry of the catalogue makes, draw its force there, adjust all with it."""
     origin = origins(fit, measurement)[0]
     report(f"  the rest looks like forces at {origin.at} {origin.wheelset or ''}: share {origin.share:.2f}")
-    seen = [(*_explained(fit, spot), spot) for spot in _spots(fit)]
+    adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=jobs)
+    bases = [adjuster.sensitivities(t, fit.x)[0] for t in fit.targets]
+    seen = [(*_explained(fit, bases, spot), spot) for spot in _spots(fit)]
     seen = sorted((s for s in seen if s[0] > 0), key=lambda s: -s[0])
     if not seen:
         return None
@@ -156,25 +158,20 @@ def _motion(fit: Fit, at: str, wheelsets: Sequence[int], against: str) -> float:
     return float(np.mean(sds)) or 1e-6
 
 
-def _explained(fit: Fit, spot: _Spot) -> tuple[float, Floats]:
+def _explained(fit: Fit, bases: Sequence[Floats], spot: _Spot) -> tuple[float, Floats]:
     """Share of the squared residual that a free curve explains beyond the adjustable parameters, and its forces."""
-    adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=1)
     n = len(spot.grid)
-    size = len(adjuster.columns) + 1 + n
+    own = len(bases[0])
+    size = own + n
     gram = np.zeros((size, size))
-    delta = adjuster.steps(fit.x)
-    for t in fit.targets:
-        base, _ = adjuster.series(t, np.vstack([fit.x, fit.x + np.diag(delta)]))
-        base[1:] = (base[1:] - base[0]) / delta[:, None, None]
-        base[0] = t.y - base[0]
+    for t, base in zip(fit.targets, bases, strict=True):
         hats = _hats(fit, spot, t)
         if hats is None:
             return 0.0, np.zeros(n)
-        rows = np.vstack([base.reshape(len(base), -1), hats.reshape(n, -1)])
+        rows = np.vstack([base.reshape(own, -1), hats.reshape(n, -1)])
         gram += rows @ rows.T
     scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
     gram = gram * np.outer(scale, scale)
-    own = len(adjuster.columns) + 1
     inner = gram[1:own, 1:own] + 1e-9 * np.eye(own - 1)
     whole = gram[1:, 1:] + 1e-9 * np.eye(size - 1)
     bend = np.diff(np.eye(n), 2, axis=0) / scale[own:]

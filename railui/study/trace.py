@@ -142,11 +142,7 @@ class _Projector:
 
 def _base(adjuster: Adjuster, fit: Fit, index: int, length: int) -> _Base:
     target = fit.targets[index]
-    delta = adjuster.steps(fit.x)
-    tried = np.vstack([fit.x, fit.x + np.diag(delta)])
-    series, _ = adjuster.series(target, tried)
-    series[1:] = (series[1:] - series[0]) / delta[:, None, None]
-    series[0] = target.y - series[0]
+    series, _ = adjuster.sensitivities(target, fit.x)
     return _Base(_in_blocks(series, length), length)
 
 
