@@ -80,6 +80,7 @@ class Invocation:
         """The JSON document of a command: the envelope first, then its keys; every number finite or None."""
         import railui
         from railui.core import simd
+        from railui.files.writing import finite
 
         head = {
             "schema": f"railui.{kind}/1",
@@ -112,25 +113,6 @@ def sha256_of(path: str | Path) -> str | None:
         return sha256_file(path)
     except OSError:
         return None
-
-
-def finite(value: Any) -> Any:
-    """A value as JSON may hold it: arrays as lists, numbers that are not finite as None.
-
-    >>> finite({"a": (1, float("nan")), "b": True})
-    {'a': [1, None], 'b': True}
-    """
-    if isinstance(value, Mapping):
-        return {str(key): finite(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):  # arrays and numbers of numpy
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return [finite(item) for item in value]
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, float) and not (-1.8e308 < value < 1.8e308):
-        return None
-    return value
 
 
 def options(command: Callable[..., Any]) -> Callable[..., Any]:

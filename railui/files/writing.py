@@ -7,7 +7,9 @@ import hashlib
 import json
 import os
 import secrets
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 
 def write_bytes(path: str | Path, data: bytes) -> Path:
@@ -52,3 +54,22 @@ def sha256_file(path: str | Path) -> str:
     """The content hash of a file as it lies on the disk."""
     with Path(path).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def finite(value: Any) -> Any:
+    """A value as JSON may hold it: arrays as lists, numbers that are not finite as None.
+
+    >>> finite({"a": (1, float("nan")), "b": True})
+    {'a': [1, None], 'b': True}
+    """
+    if isinstance(value, Mapping):
+        return {str(key): finite(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):  # arrays and numbers of numpy
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, float) and not (-1.8e308 < value < 1.8e308):
+        return None
+    return value

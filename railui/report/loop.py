@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from railui import core
 from railui.files.campaign import Campaign
 from railui.files.design import PlacedEffect
 from railui.files.effect_reading import unit_of
+from railui.files.writing import finite
 from railui.report.detectable import detectable
 from railui.study.adjust import Fit, Report, silent
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
@@ -26,21 +26,6 @@ from railui.study.trace import Sighting
 from railui.study.weighting import W_D, cascade, one_mass, weighted_rms
 
 Floats = NDArray[np.float64]
-
-
-def finite(value: Any) -> Any:
-    """The same data with NaN and infinity as null and numpy's numbers as Python's."""
-    if isinstance(value, Mapping):
-        return {str(k): finite(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [finite(v) for v in value]
-    if isinstance(value, (bool, np.bool_)):
-        return bool(value)
-    if isinstance(value, (int, np.integer)):
-        return int(value)
-    if isinstance(value, (float, np.floating)):
-        return float(value) if math.isfinite(value) else None
-    return value
 
 
 def loop(

@@ -19,8 +19,9 @@ import pytest
 from railui import core
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import default_at
+from railui.files.writing import finite
 from railui.report import figures, laws
-from railui.report.loop import finite, loop_report
+from railui.report.loop import loop_report
 from railui.report.page import page, write_page
 from railui.study.loop import Found, loop
 from railui.study.outside import Outside
