@@ -15,6 +15,7 @@ from railui.files.parameters import PARAMETERS
 from railui.study.judge import initial_state, weights
 from railui.study.measured import Measurement, Stretch, filter_for, filtered, simulate, steps_for
 from railui.study.model import Model
+from railui.study.watch import Turn, Watch, unwatched
 
 Floats = NDArray[np.float64]
 Report = Callable[[str], None]
@@ -193,9 +194,10 @@ class Adjuster:
     """Output-error least squares of one structure over prepared stretches."""
 
     def __init__(
-        self, model: Model, free: Free, ready: Sequence[Target], *, block: float, stable: bool, jobs: int | None
-    ) -> None:
-        self.model, self.free, self.ready = model, free, list(ready)
+        self, model: Model, free: Free, ready: Sequence[Target], *, block: float, stable: bool, jobs: int | None,
+        watch: Watch = unwatched,
+    ) -> None:  # fmt: skip
+        self.model, self.free, self.ready, self.watch = model, free, list(ready), watch
         self.block, self.stable, self.jobs = block, stable, jobs
         self.columns = [model.columns[p] for p in free.paths]
         self.simulations = 0
@@ -301,8 +303,9 @@ class Adjuster:
         x = np.clip(x, free.low, free.high)
         normal = self.linearise(x)
         cost = float(self.cost(np.array([normal.rss]), x[None])[0])
+        self.watch(self._turn(0, x, normal))
         iteration, calm = 0, 0
-        for iteration in range(1, most + 1):  # noqa: B007
+        for iteration in range(1, most + 1):
             a, g = self._equations(normal, x)
             tried = np.array([self._step(a, g, x, damping) for damping in DAMPINGS])
             tried = np.vstack([tried, x + 0.3 * (tried[0] - x), x + 0.5 * (tried[2] - x)])
@@ -314,6 +317,7 @@ class Adjuster:
             gain = (cost - float(costs[best])) / self.informed
             x, cost = tried[best], float(costs[best])
             normal = self.linearise(x)
+            self.watch(self._turn(iteration, x, normal))
             calm = calm + 1 if gain < tolerance else 0
             if calm >= (1 if gain < 0.1 * tolerance else 2):
                 status = "converged"
@@ -331,6 +335,15 @@ class Adjuster:
             self.constrained,
             tuple(self.ready),
         )
+
+    def _turn(self, iteration: int, x: Floats, normal: Normal) -> Turn:
+        """What a watcher sees of a step."""
+        total = normal.total
+        power = np.sum([np.sum(t.y**2, axis=1) for t in self.ready], axis=0)
+        error = np.sqrt(normal.gram[:, :, 0, 0].sum(axis=0) / np.maximum(power, 1e-300))
+        rho = total[1:, 0] / np.sqrt(np.maximum(total[0, 0] * np.diag(total)[1:], 1e-300))
+        channels = dict(zip(self.ready[0].stretch.channels, error.tolist(), strict=True))
+        return Turn(iteration, self.free.paths, x.copy(), channels, np.asarray(rho), self.simulations)
 
     def _equations(self, normal: Normal, x: Floats) -> tuple[Floats, Floats]:
         total = normal.total
@@ -405,13 +418,14 @@ def adjust(
     tolerance: float = 1e-6,
     most: int = 30,
     jobs: int | None = None,
+    watch: Watch = unwatched,
 ) -> Fit:
     """Adjust the numbers at `paths` of a model to the adjusting runs of a measurement, from `start` [p]."""
     if ready is None:
         ready = targets(model, measurement, measurement.adjust)
     free = free_parameters(model, paths, declared)
     seconds = block_seconds(declared, [t.stretch for t in ready])
-    adjuster = Adjuster(model, free, ready, block=seconds, stable=stable, jobs=jobs)
+    adjuster = Adjuster(model, free, ready, block=seconds, stable=stable, jobs=jobs, watch=watch)
     x = model.row[adjuster.columns] if start is None else start
     return adjuster.fit(x, tolerance=tolerance, most=most)
 

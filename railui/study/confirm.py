@@ -15,6 +15,7 @@ from railui.study.judge import initial_state
 from railui.study.measured import Measurement, filtered, steps_for
 from railui.study.model import Model
 from railui.study.trace import Sighting, Trace, signed
+from railui.study.watch import Watch, unwatched
 
 Floats = NDArray[np.float64]
 BEST = 5  # candidates that are always fitted
@@ -96,12 +97,14 @@ def confirm(
     *,
     jobs: int | None = None,
     report: Report = silent,
+    watch: Watch = unwatched,
 ) -> list[Refit]:
     """Fit what the trace named; the misfits within a quarter of the best are carried to convergence. Best first."""
     short = shortened(fit.targets, measurement)
     base_misfit = adjust(fit.model, measurement, base, declared, ready=short, most=0, jobs=jobs).normal.rss
     rough = []
     for s in chosen(trace):
+        watch(s)
         found = _roughly(fit.model, short, trace, s, measurement, declared, base, jobs)
         if found is not None:
             rough.append((s, found))
@@ -119,6 +122,7 @@ def confirm(
         )  # fmt: skip
         if whole is not None:
             refits.append(Refit(s.candidate, whole, held_out(whole), s))
+            watch(refits[-1])
     return sorted(refits, key=lambda r: r.rss)
 
 

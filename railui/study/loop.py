@@ -19,6 +19,7 @@ from railui.study.measured import Measurement, Stretch, read
 from railui.study.model import Model
 from railui.study.outside import Outside, look_outside
 from railui.study.trace import Trace, trace
+from railui.study.watch import Judged, Watch, unwatched
 
 Floats = NDArray[np.float64]
 SIGNIFICANT = 0.01  # family-wise p from which a residual is worth a fit
@@ -66,16 +67,24 @@ class Found:
 NOTHING = Trace((), (), 1.0, float("inf"), 0.0)
 
 
-def adjusted(measurement: Measurement, declared: Model, *, jobs: int | None = None, report: Report = silent) -> Fit:
+def adjusted(
+    measurement: Measurement,
+    declared: Model,
+    *,
+    jobs: int | None = None,
+    report: Report = silent,
+    watch: Watch = unwatched,
+) -> Fit:
     """The declared vehicle adjusted: once for weights and initial states, once with them renewed."""
     paths = measurement.campaign.adjust
     start = stabilised(declared, measurement.adjust)
     if start is not declared:
         report("the declared vehicle is unstable at a speed of the campaign: the fit starts at a lower conicity")
     ready = targets(start, measurement, measurement.adjust)
-    fit = adjust(start, measurement, paths, declared, ready=ready, tolerance=1e-4, jobs=jobs)
+    fit = adjust(start, measurement, paths, declared, ready=ready, tolerance=1e-4, jobs=jobs, watch=watch)
     report(f"adjusted {len(paths)} parameters in {fit.iterations} iterations, once more with the noise as it arrives")
-    again = adjust(fit.model, measurement, paths, declared, ready=restarted(fit, measurement), jobs=jobs)
+    ready = restarted(fit, measurement)
+    again = adjust(fit.model, measurement, paths, declared, ready=ready, jobs=jobs, watch=watch)
     return replace(again, simulations=fit.simulations + again.simulations)
 
 
@@ -94,12 +103,15 @@ def stabilised(declared: Model, stretches: Sequence[Stretch]) -> Model:
     return model
 
 
-def final_fit(fit: Fit, measurement: Measurement, declared: Model, *, jobs: int | None = None) -> Fit:
+def final_fit(
+    fit: Fit, measurement: Measurement, declared: Model, *, jobs: int | None = None, watch: Watch = unwatched
+) -> Fit:
     """Everything adjusted once more with weights and initial states of the model as found."""
     stable = not any(e.kind in ("flange_contact", "creep_saturation") for e in fit.model.effects)
     return adjust(
-        fit.model, measurement, fit.free.paths, declared, ready=restarted(fit, measurement), stable=stable, jobs=jobs
-    )
+        fit.model, measurement, fit.free.paths, declared, ready=restarted(fit, measurement), stable=stable, jobs=jobs,
+        watch=watch,
+    )  # fmt: skip
 
 
 def close_loop(
@@ -109,41 +121,51 @@ def close_loop(
     seed: int = 0,
     jobs: int | None = None,
     report: Report = silent,
+    watch: Watch = unwatched,
 ) -> Found:
-    """Close the loop on a measurement. The validating runs judge; no fit sees them."""
+    """Close the loop on a measurement. The validating runs judge; no fit sees them.
+
+    `report` is told lines; `watch` gets `Judged`, the `Turn`s of the main fits, `Looked` of the trace, each `Trace`,
+    the `Sighting` about to be confirmed, its `Refit`, and `Floor`.
+    """
     began = time.perf_counter()
     campaign = measurement.campaign
     declared = Model(campaign.design, campaign.sensors)
     judged = {"declared": judge(declared, measurement, measurement.validate)}
+    watch(Judged("declared", judged["declared"]))
     report(f"declared vehicle: nrmse {judged['declared'].nrmse:.4f}")
-    before = adjusted(measurement, declared, jobs=jobs, report=report)
+    before = adjusted(measurement, declared, jobs=jobs, report=report, watch=watch)
     judged["before"] = judged["after"] = judge(before.model, measurement, measurement.validate)
+    watch(Judged("before", judged["before"]))
     noise = floor(before.model, measurement, measurement.validate)
+    watch(noise)
     report(f"adjusted, no effect: nrmse {judged['before'].nrmse:.4f}, noise floor {noise.nrmse:.4f}")
     fit, steps = before, list[Step]()
     for _ in range(EFFECTS):
-        seen = _trace(fit, measurement, without, jobs, seed)
+        seen = _trace(fit, measurement, without, jobs, seed, watch)
         report(f"trace: {len(seen.best)} candidates, best partial rho^2 {seen.rho2:.3f}, family-wise p {seen.p:.4f}")
         if seen.p > SIGNIFICANT or seen.rho2 < STRUCTURED:
             steps.append(Step(seen, (), None))
             break
-        refits = confirm(fit, seen, measurement, declared, campaign.adjust, jobs=jobs, report=report)
+        watch(seen)
+        refits = confirm(fit, seen, measurement, declared, campaign.adjust, jobs=jobs, report=report, watch=watch)
         chosen = select(refits)
         added = None
         if chosen is not None:
-            trial = final_fit(chosen.fit, measurement, declared, jobs=jobs)
+            trial = final_fit(chosen.fit, measurement, declared, jobs=jobs, watch=watch)
             result = judge(trial.model, measurement, measurement.validate)
             report(f"  with {chosen.candidate.kind if chosen.candidate else ''}: nrmse {result.nrmse:.4f}")
             if result.nrmse <= (1.0 - campaign.material) * judged["after"].nrmse:
                 added = replace(chosen, fit=trial, held_out=held_out(trial))
                 fit, judged["after"] = trial, result
+                watch(Judged("after", result))
         steps.append(Step(seen, tuple(refits), added))
         if added is None:
             break
         noise = floor(fit.model, measurement, measurement.validate)
         if judged["after"].nrmse <= (1.0 + 0.5 * (ADEQUATE - 1.0)) * noise.nrmse:
             break
-    last = _trace(fit, measurement, without, jobs, seed) if steps[-1].added else steps[-1].trace
+    last = _trace(fit, measurement, without, jobs, seed, watch) if steps[-1].added else steps[-1].trace
     found_any = any(s.added for s in steps)
     outside = None
     ratio = judged["after"].nrmse / noise.nrmse
@@ -165,11 +187,18 @@ def close_loop(
     )  # fmt: skip
 
 
-def adjust_only(measurement: Measurement, *, seed: int = 0, jobs: int | None = None, report: Report = silent) -> Found:
+def adjust_only(
+    measurement: Measurement,
+    *,
+    seed: int = 0,
+    jobs: int | None = None,
+    report: Report = silent,
+    watch: Watch = unwatched,
+) -> Found:
     """The first half of the loop: the declared vehicle adjusted and judged, nothing traced."""
     began = time.perf_counter()
     declared = Model(measurement.campaign.design, measurement.campaign.sensors)
-    before = adjusted(measurement, declared, jobs=jobs, report=report)
+    before = adjusted(measurement, declared, jobs=jobs, report=report, watch=watch)
     judged = {
         "declared": judge(declared, measurement, measurement.validate),
         "before": judge(before.model, measurement, measurement.validate),
@@ -183,10 +212,12 @@ def adjust_only(measurement: Measurement, *, seed: int = 0, jobs: int | None = N
     )  # fmt: skip
 
 
-def _trace(fit: Fit, measurement: Measurement, without: Collection[str], jobs: int | None, seed: int) -> Trace:
+def _trace(
+    fit: Fit, measurement: Measurement, without: Collection[str], jobs: int | None, seed: int, watch: Watch
+) -> Trace:
     loaded = measurement.campaign.track == "loaded"
     found = candidates(fit.model, measurement.adjust, without=without, loaded=loaded)
-    return trace(fit, found, jobs=jobs, seed=seed)
+    return trace(fit, found, jobs=jobs, seed=seed, watch=watch)
 
 
 def select(refits: Sequence[Refit]) -> Refit | None:
@@ -223,10 +254,11 @@ def loop(
     seed: int = 0,
     jobs: int | None = None,
     report: Report = silent,
+    watch: Watch = unwatched,
 ) -> Found:
     """Close the loop on a campaign (its directory, its file, or as loaded).
 
     Raises FileProblems where a file cannot be used.
     """
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
-    return close_loop(read(loaded), without=without, seed=seed, jobs=jobs, report=report)
+    return close_loop(read(loaded), without=without, seed=seed, jobs=jobs, report=report, watch=watch)

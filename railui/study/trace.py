@@ -18,6 +18,7 @@ from railui.core import Batch, Vehicles, jobs_or_all
 from railui.study.adjust import STIFFEST, Adjuster, Fit, Target, block_seconds
 from railui.study.candidates import Bundle, Candidate, bundles
 from railui.study.measured import simulate
+from railui.study.watch import Looked, Watch, unwatched
 
 Floats = NDArray[np.float64]
 AMOUNT = 0.05  # of a candidate beside the adjusted vehicle
@@ -102,7 +103,14 @@ class _Base:
     length: int
 
 
-def trace(fit: Fit, found: Sequence[Candidate], *, jobs: int | None = None, seed: int = 0) -> Trace:
+def trace(
+    fit: Fit,
+    found: Sequence[Candidate],
+    *,
+    jobs: int | None = None,
+    seed: int = 0,
+    watch: Watch = unwatched,
+) -> Trace:
     """See every candidate against the residual of a fit."""
     adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=1)
     length = [max(8, round(block_length(fit) / (t.stretch.dt * t.filter.every))) for t in fit.targets]
@@ -111,8 +119,13 @@ def trace(fit: Fit, found: Sequence[Candidate], *, jobs: int | None = None, seed
     precision = np.diag(1.0 / fit.free.prior_sd**2) * fit.normal.rss / max(adjuster.informed, 1.0)
     solver = _Projector(gram, precision)
     work = bundles(found)
-    with ThreadPoolExecutor(jobs_or_all(jobs)) as pool:
-        parts = list(pool.map(lambda bundle: _look(adjuster, fit, bases, solver, bundle), work))
+    pool, parts = ThreadPoolExecutor(jobs_or_all(jobs)), list[list[Sighting]]()
+    try:
+        for part in pool.map(lambda bundle: _look(adjuster, fit, bases, solver, bundle), work):
+            parts.append(part)
+            watch(Looked(len(parts), len(work), tuple(part)))
+    finally:
+        pool.shutdown(cancel_futures=True)  # whoever stops it does not wait for the rest
     sightings = merged([s for part in parts for s in part])
     best: dict[Candidate, Sighting] = {}
     for s in sightings:

@@ -1,0 +1,42 @@
+"""Whoever watches a study sees how it goes, and can stop it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from railui.files.campaign import load_campaign
+from railui.study.loop import close_loop
+from railui.study.measured import read
+from railui.study.trace import Trace
+from railui.study.watch import Judged, Looked, Stopped, Turn
+
+CAMPAIGN = Path(__file__).parents[2] / "designs/campaigns/worn_axle_box"
+
+
+def watched(until: type) -> list[object]:
+    """The events of a loop on the bundled campaign up to the first of a kind, at which it is stopped."""
+    seen: list[object] = []
+
+    def watch(event: object) -> None:
+        seen.append(event)
+        if isinstance(event, until):
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        close_loop(read(load_campaign(CAMPAIGN)), watch=watch)
+    return seen
+
+
+def test_a_loop_shows_its_errors_its_steps_and_its_trace_and_stops_when_told() -> None:
+    seen = watched(Trace)
+    turns = [e for e in seen if isinstance(e, Turn)]
+    before = next(e for e in seen if isinstance(e, Judged) and e.which == "before")
+    declared = next(e for e in seen if isinstance(e, Judged) and e.which == "declared")
+    assert before.judgement.nrmse < declared.judgement.nrmse
+    assert turns[-1].channels["e1"] < turns[0].channels["e1"]
+    # at the optimum what remains is orthogonal to what the parameters can do
+    assert max(abs(turns[-1].rho[:5])) < 0.01 < 0.1 < max(abs(turns[0].rho[:5]))
+    looked = [e for e in seen if isinstance(e, Looked)]
+    assert [e.done for e in looked] == list(range(1, looked[-1].total + 1))
