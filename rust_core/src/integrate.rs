@@ -1,6 +1,7 @@
 //! RK4 steps of a group along an input table.
 use crate::error::{Error, Result, expect_len};
 use crate::lanes::{Job, LANES, Lanes, Part, dispatch, level};
+use crate::plain::{AtSpeed, PlainBogie};
 use crate::vehicle::{Group, STATES};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -101,83 +102,145 @@ struct Run<'a, O> {
     diverged: &'a mut [Option<usize>; LANES],
 }
 
+/// A group as the step loop sees it: its size, known when compiled or not, and its rate of change.
+trait Moving<P: Part> {
+    /// Degrees of freedom and states.
+    fn size(&self) -> (usize, usize);
+    fn rate(&mut self, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]);
+}
+
+/// Any structure.
+struct General<'a> {
+    group: &'a Group,
+    at: usize,
+}
+
+impl<P: Part> Moving<P> for General<'_> {
+    #[inline(always)]
+    fn size(&self) -> (usize, usize) {
+        (self.group.dofs, self.group.states)
+    }
+
+    #[inline(always)]
+    fn rate(&mut self, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+        self.group.rate(self.at, row, x, dx);
+    }
+}
+
+/// The bogie whose rate is fused, with or without laws at the contact.
+struct Fused<'a, P, const LAWS: bool> {
+    bogie: &'a PlainBogie,
+    at: usize,
+    at_speed: AtSpeed<P>,
+}
+
+impl<P: Part, const LAWS: bool> Moving<P> for Fused<'_, P, LAWS> {
+    #[inline(always)]
+    fn size(&self) -> (usize, usize) {
+        (6, 12)
+    }
+
+    #[inline(always)]
+    fn rate(&mut self, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+        self.bogie.rate::<P, LAWS>(self.at, row, &mut self.at_speed, x, dx);
+    }
+}
+
 impl<O: Observer> Job for Run<'_, O> {
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Part>(self) {
-        let Run { group, course, initial, live, observer, cancel, diverged } = self;
-        let (samples, steps, states, n) = (course.samples(), course.steps, group.states, group.dofs);
-        let mut room = Room::new();
-        let Room { x, stage, sum, dx, .. } = &mut room;
+    fn run<P: Part>(mut self) {
         for at in (0..LANES).step_by(P::WIDTH) {
-            if at >= live {
+            if at >= self.live || self.cancel.load(Ordering::Relaxed) {
                 break;
             }
-            for (i, x) in x.iter_mut().enumerate() {
-                *x = if i < initial.len() { P::load(&initial[i], at) } else { P::zero() };
-            }
-            let mut h = Lanes::from_fn(|l| course.dt / steps as f64 * group.inv_speed_scale.0[l]);
-            stage[..states].copy_from_slice(&x[..states]);
-            // one call of rate() in all: its code stays in the cache of decoded instructions
-            'along: for k in 0..samples {
-                if k % LOOK == 0 || k + 1 == samples {
-                    if cancel.load(Ordering::Relaxed) {
-                        return;
+            match &self.group.plain {
+                None => self.along::<P>(at, General { group: self.group, at }),
+                Some(bogie) => {
+                    let at_speed = bogie.at_speed(at, self.course.row(0)[1]);
+                    if bogie.laws {
+                        self.along::<P>(at, Fused::<P, true> { bogie, at, at_speed });
+                    } else {
+                        self.along::<P>(at, Fused::<P, false> { bogie, at, at_speed });
                     }
-                    look(group, at, k, course.row(2 * steps * k), x, &mut h, diverged);
-                    stage[..states].copy_from_slice(&x[..states]);
                 }
-                let h = P::load(&h, at);
-                let half = h * P::splat(0.5);
-                let sixth = h * P::splat(1.0 / 6.0);
-                for step in 0..steps {
-                    let begin = 2 * (steps * k + step);
-                    for turn in 0..4_usize {
-                        let row = course.row(begin + turn.div_ceil(2));
-                        group.rate(at, row, stage, dx);
-                        if turn == 0 && step == 0 {
-                            observer.sample(group, at, k, row, stage, dx);
-                            if k + 1 == samples {
-                                break 'along;
-                            }
+            }
+        }
+    }
+}
+
+impl<O: Observer> Run<'_, O> {
+    /// RK4 along the course for one part of the lanes.
+    #[inline(always)]
+    fn along<P: Part>(&mut self, at: usize, mut moving: impl Moving<P>) {
+        let (group, course) = (self.group, self.course);
+        let (samples, steps, (n, states)) = (course.samples(), course.steps, moving.size());
+        let mut room = Room::new();
+        let Room { x, stage, sum, dx, .. } = &mut room;
+        for (i, x) in x.iter_mut().enumerate() {
+            *x = if i < self.initial.len() { P::load(&self.initial[i], at) } else { P::zero() };
+        }
+        let mut h = Lanes::from_fn(|l| course.dt / steps as f64 * group.inv_speed_scale.0[l]);
+        stage[..states].copy_from_slice(&x[..states]);
+        // one call of rate() in all: its code stays in the cache of decoded instructions
+        for k in 0..samples {
+            if k % LOOK == 0 || k + 1 == samples {
+                if self.cancel.load(Ordering::Relaxed) {
+                    return;
+                }
+                look(group, at, k, course.row(2 * steps * k), x, &mut h, self.diverged);
+                stage[..states].copy_from_slice(&x[..states]);
+            }
+            let h = P::load(&h, at);
+            let half = h * P::splat(0.5);
+            let sixth = h * P::splat(1.0 / 6.0);
+            for step in 0..steps {
+                let begin = 2 * (steps * k + step);
+                for turn in 0..4_usize {
+                    let row = course.row(begin + turn.div_ceil(2));
+                    moving.rate(row, stage, dx);
+                    if turn == 0 && step == 0 {
+                        self.observer.sample(group, at, k, row, stage, dx);
+                        if k + 1 == samples {
+                            return;
                         }
-                        if turn == 3 {
-                            for i in 0..n {
-                                let end = sixth.mul_add(sum[i & 63] + stage[(n + i) & 63], x[i & 63]);
-                                x[i & 63] = end;
-                                stage[i & 63] = end;
-                            }
-                            for i in n..states {
-                                let end = sixth.mul_add(sum[i & 63] + dx[i & 63], x[i & 63]);
-                                x[i & 63] = end;
-                                stage[i & 63] = end;
-                            }
-                            group.settle(at, x, stage);
-                            continue;
+                    }
+                    if turn == 3 {
+                        for i in 0..n {
+                            let end = sixth.mul_add(sum[i & 63] + stage[(n + i) & 63], x[i & 63]);
+                            x[i & 63] = end;
+                            stage[i & 63] = end;
                         }
-                        let ahead = if turn == 2 { h } else { half };
-                        // the positions' slopes are the velocities of the stage, which the second loop replaces
-                        if turn == 0 {
-                            for i in 0..n {
-                                sum[i & 63] = stage[(n + i) & 63];
-                                stage[i & 63] = ahead.mul_add(stage[(n + i) & 63], x[i & 63]);
-                            }
-                            for i in n..states {
-                                sum[i & 63] = dx[i & 63];
-                                stage[i & 63] = ahead.mul_add(dx[i & 63], x[i & 63]);
-                            }
-                        } else {
-                            let two = P::splat(2.0);
-                            for i in 0..n {
-                                let slope = stage[(n + i) & 63];
-                                sum[i & 63] = two.mul_add(slope, sum[i & 63]);
-                                stage[i & 63] = ahead.mul_add(slope, x[i & 63]);
-                            }
-                            for i in n..states {
-                                sum[i & 63] = two.mul_add(dx[i & 63], sum[i & 63]);
-                                stage[i & 63] = ahead.mul_add(dx[i & 63], x[i & 63]);
-                            }
+                        for i in n..states {
+                            let end = sixth.mul_add(sum[i & 63] + dx[i & 63], x[i & 63]);
+                            x[i & 63] = end;
+                            stage[i & 63] = end;
+                        }
+                        group.settle(at, x, stage);
+                        continue;
+                    }
+                    let ahead = if turn == 2 { h } else { half };
+                    // the positions' slopes are the velocities of the stage, which the second loop replaces
+                    if turn == 0 {
+                        for i in 0..n {
+                            sum[i & 63] = stage[(n + i) & 63];
+                            stage[i & 63] = ahead.mul_add(stage[(n + i) & 63], x[i & 63]);
+                        }
+                        for i in n..states {
+                            sum[i & 63] = dx[i & 63];
+                            stage[i & 63] = ahead.mul_add(dx[i & 63], x[i & 63]);
+                        }
+                    } else {
+                        let two = P::splat(2.0);
+                        for i in 0..n {
+                            let slope = stage[(n + i) & 63];
+                            sum[i & 63] = two.mul_add(slope, sum[i & 63]);
+                            stage[i & 63] = ahead.mul_add(slope, x[i & 63]);
+                        }
+                        for i in n..states {
+                            sum[i & 63] = two.mul_add(dx[i & 63], sum[i & 63]);
+                            stage[i & 63] = ahead.mul_add(dx[i & 63], x[i & 63]);
                         }
                     }
                 }

@@ -4,6 +4,7 @@ pub mod lanes;
 pub mod effects;
 pub mod wheelset;
 pub mod assemble;
+pub mod plain;
 pub mod vehicle;
 pub mod integrate;
 pub mod ride;

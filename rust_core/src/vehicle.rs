@@ -4,7 +4,8 @@ use crate::effects::effect::{Kind, Site, Slopes, Supersedes};
 use crate::effects::{Law, PlacedLaw};
 use crate::error::{Error, Result, expect_len};
 use crate::lanes::{LANES, Lanes, Part};
-use crate::wheelset::{Motion, Passing, RailLanes, WheelsetLanes};
+use crate::plain::{ContactNumbers, NO_LIMIT, PlainBogie};
+use crate::wheelset::{Passing, RailLanes, WheelsetLanes};
 
 /// Room for the state of one vehicle.
 pub const STATES: usize = 64;
@@ -59,7 +60,7 @@ pub struct Group {
     pub speed_scale: Lanes,
     pub inv_speed_scale: Lanes,
     pub limit: f64,
-    /// Set where the structure is a bogie with nothing but laws of the contact: its suspension in closed form.
+    /// Set where the structure is a bogie with nothing but saturation and flange: its rate in one piece.
     pub plain: Option<PlainBogie>,
     /// Own states that are held within a largest magnitude at the end of every step.
     held: Vec<(usize, Lanes)>,
@@ -239,9 +240,8 @@ impl Structure {
         for (i, placed, range) in self.acting() {
             self.place(&mut group, &vehicles, &ones, i, placed, range)?;
         }
-        let contact_only = group.forces.is_empty() && group.inputs.is_empty() && group.states == 12;
-        if self.kind == "bogie" && contact_only {
-            group.plain = Some(PlainBogie::new(&ones, &group));
+        if self.kind == "bogie" && group.forces.is_empty() && group.inputs.is_empty() && group.states == 12 {
+            group.plain = Self::plain(&group, &vehicles, &ones);
         }
         group.readings =
             channels.iter().map(|name| Self::reading(&group, &vehicles, name)).collect::<Result<Vec<_>>>()?;
@@ -249,6 +249,28 @@ impl Structure {
             return Err(Error::Shape { what: "states of a vehicle".into(), got: group.states, expected: STATES });
         }
         Ok(group)
+    }
+
+    /// The fused bogie where nothing but one whole saturation and one whole flange acts at each wheelset.
+    fn plain(group: &Group, vehicles: &[&Assembly], ones: &[&Single<'_>]) -> Option<PlainBogie> {
+        let one_of =
+            |laws: &[PlacedLaw], law: Law| laws.is_empty() || (laws.len() == 1 && laws[0].law == law && laws[0].whole);
+        let fits = |w: &WheelsetLanes| {
+            one_of(&w.creeps, Law::CreepSaturation) && one_of(&w.laws, Law::FlangeContact) && w.rolls.is_empty()
+        };
+        if !group.wheelsets.iter().all(fits) {
+            return None;
+        }
+        let contact = |l: usize, i: usize| {
+            let (one, lanes) = (&vehicles[l].wheelsets[i], &group.wheelsets[i]);
+            let flange = lanes.laws.first().map_or([1.0, 0.0], |f| [f.lanes[0].0[l], f.lanes[1].0[l]]);
+            let limit = lanes.creeps.first().map_or(NO_LIMIT, |c| c.lanes[0].0[l].sqrt().recip());
+            ContactNumbers { wheelset: *one, limit, clearance: flange[0], flange: flange[1] }
+        };
+        let contacts: Vec<_> = (0..LANES).map(|l| [contact(l, 0), contact(l, 1)]).collect();
+        let numbers: Vec<_> = ones.iter().map(|one| one.numbers).collect();
+        let laws = group.wheelsets.iter().any(|w| !w.creeps.is_empty() || !w.laws.is_empty());
+        Some(PlainBogie::new(&numbers, &contacts, &group.speed_scale, laws))
     }
 
     /// Sparse rows of -K and -C over x = [q, q'].
@@ -378,67 +400,6 @@ impl Reading {
     }
 }
 
-/// The suspension of the bogie as its elements: fewer products than rows of K, all at fixed places.
-#[derive(Clone, Debug)]
-pub struct PlainBogie {
-    a: Lanes,
-    lateral: Lanes,
-    yaw: Lanes,
-    /// Per unit of mass: secondary stiffness and damping of y, of psi.
-    secondary: [Lanes; 4],
-    inv_mass: [Lanes; 4],
-}
-
-impl PlainBogie {
-    fn new(ones: &[&Single<'_>], group: &Group) -> Self {
-        let number = |i: usize| Lanes::from_fn(|l| ones[l].numbers[i]);
-        let inv_mass = [0, 1, 2, 3].map(|i| group.inv_mass[i]);
-        let over = |i: usize, m: usize| Lanes::from_fn(|l| ones[l].numbers[i] * inv_mass[m].0[l]);
-        PlainBogie {
-            a: number(5),
-            lateral: Lanes::from_fn(|l| 2.0 * ones[l].numbers[10]),
-            yaw: Lanes::from_fn(|l| 2.0 * ones[l].numbers[11] * ones[l].numbers[7] * ones[l].numbers[7]),
-            secondary: [over(12, 0), over(14, 0), over(13, 1), over(15, 1)],
-            inv_mass,
-        }
-    }
-
-    /// (3.1) and (3.10) with the contact forces of both wheelsets.
-    #[inline(always)]
-    fn rate<P: Part>(
-        &self,
-        wheelsets: &[WheelsetLanes],
-        at: usize,
-        track: &Passing<'_, P>,
-        x: &[P; 64],
-        dx: &mut [P; 64],
-    ) {
-        let g = |l: &Lanes| P::load(l, at);
-        let (y, psi, vy, vpsi) = (x[0], x[1], x[6], x[7]);
-        let arm = g(&self.a) * psi;
-        let pull_1 = g(&self.lateral) * (x[2] - y - arm);
-        let pull_2 = g(&self.lateral) * (x[4] - y + arm);
-        let turn_1 = g(&self.yaw) * (x[3] - psi);
-        let turn_2 = g(&self.yaw) * (x[5] - psi);
-        let [c_y, k_y, c_psi, k_psi] = &self.secondary;
-        let [m_b, i_b, m_a, i_a] = &self.inv_mass;
-        let (m_a, i_a) = (g(m_a), g(i_a));
-        let held_y = g(c_y).mul_add(y, g(k_y) * vy);
-        let held_psi = g(c_psi).mul_add(psi, g(k_psi) * vpsi);
-        let moment = g(&self.a).mul_add(pull_1 - pull_2, turn_1 + turn_2);
-        dx[6] = g(m_b).mul_add(pull_1 + pull_2, -held_y);
-        dx[7] = g(i_b).mul_add(moment, -held_psi);
-        let lead = Motion { y: x[2], psi: x[3], vy: x[8], vpsi: x[9] };
-        let (q_y, q_psi, _) = wheelsets[0].forces(at, track, &lead, P::zero());
-        dx[8] = m_a * (q_y - pull_1);
-        dx[9] = i_a * (q_psi - turn_1);
-        let trail = Motion { y: x[4], psi: x[5], vy: x[10], vpsi: x[11] };
-        let (q_y, q_psi, _) = wheelsets[1].forces(at, track, &trail, P::zero());
-        dx[10] = m_a * (q_y - pull_2);
-        dx[11] = i_a * (q_psi - turn_2);
-    }
-}
-
 impl Group {
     #[inline(always)]
     fn passing<'a, P: Part>(&self, at: usize, row: &'a [f64]) -> Passing<'a, P> {
@@ -463,9 +424,6 @@ impl Group {
     /// in one fixed order: K and C, inputs, wheelsets, laws, masses.
     #[inline(always)]
     pub fn rate<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
-        if let Some(plain) = &self.plain {
-            return plain.rate(&self.wheelsets, at, &self.passing(at, row), x, dx);
-        }
         let n = self.dofs;
         for (i, entries) in self.matrix.iter().enumerate() {
             let mut force = P::zero();
