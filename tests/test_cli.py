@@ -25,7 +25,7 @@ STUDY = """\
 name: small
 vehicle: {vehicle}
 variables: {{vehicle.secondary.yaw_damping: [5e3, 2e5]}}
-cases: {{track: erri_b176_low length=200, speed: 40 m/s, seed: [1]}}
+cases: {{track: erri_b176_low length=200, speed: 40 m/s, seed: [1], scenario: [{{}}]}}
 objectives: [{{minimise: weighted_acceleration}}]
 constraints: ["linear_damping >= {least}"]
 method: {{population: 4, generations: 2}}

@@ -20,10 +20,11 @@ from .study_parts import (
     Variable,
     check_tracks,
     read_constraints,
+    read_method,
     read_objectives,
-    read_scenarios,
     read_variables,
 )
+from .study_scenarios import read_scenarios, usual_scenarios
 from .writing import sha256_file
 from .yaml12 import load
 
@@ -91,11 +92,14 @@ def load_study(
     design = vehicle_of(source, data, findings, catalogue)
     variables = read_variables(data.get("variables"), design, findings)
     objectives = read_objectives(data.get("objectives"), findings)
+    method = read_method(data.get("method"), objectives, variables, findings)
     constraints = read_constraints(data.get("constraints"), findings)
     told = data.get("cases")
     cases: dict[str, Any] = told if isinstance(told, dict) else {}
     check_tracks(cases.get("track"), source.parent, findings, check_track)
-    scenario = read_scenarios(cases.get("scenario"), design, findings)
+    varied = [variable.path for variable in variables]
+    given = cases.get("scenario") if "scenario" in cases else usual_scenarios(design, varied)
+    scenario = read_scenarios(given, design, findings)
     if design is not None and design.adjustment is None and isinstance(cases.get("draws"), int) and cases["draws"] > 0:
         findings.add(
             "cases.draws",
@@ -112,7 +116,7 @@ def load_study(
         cases=Cases(tuple(c.track), tuple(c.speed), tuple(c.seed), scenario, c.draws, c.radius, c.cant_deficiency),
         objectives=objectives,
         constraints=constraints,
-        method=Method(**model.method.model_dump()),
+        method=Method(method, model.method.population, model.method.generations, model.method.seed),
         source=source,
         sha256=sha256_file(source),
         warnings=(*findings.warnings(), *design.warnings),

@@ -11,7 +11,7 @@ from .fields import LISTED, LISTED_OR_ONE, PAIRED, Group, Reader, Text, measure,
 from .units import UnitError, quantity
 
 OVER = ("mean", "worst", "p95")
-METHODS = ("nsga2",)
+METHODS = ("nsga2", "nsga3", "cmaes", "de")
 FAST = 120.0  # m/s, above which km/h are more likely
 
 
@@ -70,9 +70,9 @@ class ObjectiveModel(Group):
 
 
 class MethodModel(Group):
-    """How to search."""
+    """How to search: by default nsga2, from four aims on nsga3; with one aim cmaes, with one variable de."""
 
-    kind: Annotated[str, word(METHODS)] = "nsga2"
+    kind: Annotated[str, word(METHODS)] | None = Field(default=None, title="nsga2, nsga3; with one aim cmaes, de")
     population: Annotated[int, whole(4)] = 64
     generations: Annotated[int, whole(1)] = 20
     seed: Annotated[int, whole()] = 1

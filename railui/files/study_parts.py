@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,8 @@ from .units import UnitError, convert, split
 
 CONSTRAINT = re.compile(r"\s*(\w+)\s*(>=|<=|>|<|==|=)?\s*(.*?)\s*\Z")
 SPEC = re.compile(r"[\w-]+=\S+\Z")
+ONE_AIM, MANY_AIMS = ("cmaes", "de"), ("nsga2", "nsga3")
+MANY = 4  # aims from which on crowding tells little and reference directions serve better
 
 
 @dataclass(frozen=True)
@@ -139,20 +141,16 @@ def check_tracks(raw: Any, home: Path, findings: Findings, check: Callable[[str]
                 findings.add(where, str(error), "")
 
 
-def read_scenarios(raw: Any, design: Design | None, findings: Findings) -> tuple[Mapping[str, Any], ...]:
-    entries = [{}] if raw is None else raw if isinstance(raw, list) else [raw]
-    scenarios: list[Mapping[str, Any]] = []
-    for i, entry in enumerate(entries):
-        changes = {} if entry is None else entry
-        if design is None or not isinstance(changes, dict):
-            continue
-        where = f"cases.scenario.{i}" if isinstance(raw, list) else "cases.scenario"
-        try:
-            changed = design.with_values(changes)
-            scenarios.append(
-                {path: changed.value(path) if path in changed.paths() else v for path, v in changes.items()}
-            )
-        except FileProblems as error:
-            for told in error.problems:
-                findings.add(f"{where}.{told.key}", told.message, told.remedy)
-    return tuple(scenarios)
+def read_method(raw: Any, objectives: Sequence[Objective], variables: Sequence[Variable], findings: Findings) -> str:
+    """The kind of search, by the number of aims where none is given; a kind that cannot serve them is a problem."""
+    one = len(objectives) == 1
+    fitting = ONE_AIM if one else MANY_AIMS
+    kind = raw.get("kind") if isinstance(raw, dict) else None
+    if kind is None:
+        usual = fitting[0] if len(objectives) < MANY else "nsga3"
+        return "de" if usual == "cmaes" and len(variables) == 1 else usual
+    if (kind == "nsga3" and one) or (kind in ONE_AIM and not one):
+        findings.add("method.kind", f"{kind} cannot search {len(objectives)} aims", f"write {' or '.join(fitting)}")
+    elif kind == "cmaes" and len(variables) == 1:
+        findings.add("method.kind", "cmaes needs two variables or more", "write de")
+    return str(kind)

@@ -14,7 +14,9 @@ from railui.files.problems import Findings
 from railui.files.results import RESULTS
 from railui.files.study import Constraint, Objective, Study
 from railui.files.yaml12 import load
-from railui.study.cases import KNOWN, Case, numbers_of, too_short
+from railui.study.answers import KNOWN
+from railui.study.cases import Case, too_short
+from railui.study.evaluate import Evaluator, Numbers, numbers_of
 
 Floats = NDArray[np.float64]
 
@@ -27,34 +29,45 @@ STIFFNESSES: Final = ("vehicle.primary.lateral_stiffness", "vehicle.primary.long
 class Judged:
     """Designs judged on all cases: objectives [n, aim], constraints [n, limit] of the worst case, by their keys.
 
-    travelled [n]: the least share of the way, 1 all of it. A design that failed in any case has infinite
-    objectives of the bad sign.
+    travelled [n]: the least share of the way, 1 all of it; reasons [n]: why a design failed, else empty. A
+    design that failed in any case has infinite objectives of the bad sign.
     """
 
     objectives: Floats
     constraints: Floats
     travelled: Floats
+    reasons: list[str]
 
     def __len__(self) -> int:
         return len(self.travelled)
 
     def select(self, order: NDArray[np.int64]) -> Judged:
         """Some of the designs."""
-        return Judged(self.objectives[order], self.constraints[order], self.travelled[order])
+        reasons = [self.reasons[i] for i in order]
+        return Judged(self.objectives[order], self.constraints[order], self.travelled[order], reasons)
 
 
-def evaluate(study: Study, cases: Sequence[Case], x: Floats, jobs: int | None = None) -> Judged:
+def keys_of(study: Study) -> list[str]:
+    """The keys of the results that a study aims at or limits, each once."""
+    return sorted({*(aim.key for aim in study.objectives), *(limit.key for limit in study.constraints)})
+
+
+def judge(study: Study, cases: Sequence[Case], x: Floats, evaluator: Evaluator) -> Judged:
     """Designs with values x [n, variable] of a study, judged on cases: all that a search asks for."""
-    keys = {*(aim.key for aim in study.objectives), *(limit.key for limit in study.constraints)}
-    numbers = numbers_of(list(cases), x, keys, jobs)
+    return judged_by(study, numbers_of(cases, x, keys_of(study), evaluator))
+
+
+def judged_by(study: Study, numbers: Numbers) -> Judged:
+    """The aims and limits of designs from their numbers on all cases."""
     objectives = [
         np.where(numbers.failed, np.inf * sign(aim), aggregate(numbers.values[aim.key], aim))
         for aim in study.objectives
     ]
     worst = {">=": np.min, "<=": np.max}
     limits = [worst[limit.relation](numbers.values[limit.key], axis=1) for limit in study.constraints]
-    held = np.array(limits).reshape(len(limits), len(x)).T
-    return Judged(np.stack(objectives, axis=1), held, numbers.travelled.min(axis=1))
+    held = np.array(limits).reshape(len(limits), len(numbers.travelled)).T
+    reasons = [next(filter(None, one), "") for one in numbers.reasons]
+    return Judged(np.stack(objectives, axis=1), held, numbers.travelled.min(axis=1), reasons)
 
 
 def sign(objective: Objective) -> float:

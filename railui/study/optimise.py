@@ -1,10 +1,12 @@
-"""The search for better suspensions: a study searched, its front ridden again, before and after compared."""
+"""The search for better suspensions: a study searched, its front evaluated again, before and after compared."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,104 +15,184 @@ from numpy.typing import NDArray
 
 from railui.files.design import Design
 from railui.files.study import Study, load_study
-from railui.study.aims import Judged, check_aims, evaluate, remarks, sign, violations
-from railui.study.cases import Case, cases_of, steppable
+from railui.study.aims import Judged, check_aims, judge, judged_by, keys_of, remarks, sign, violations
+from railui.study.answers import steppable
+from railui.study.cases import Case, cases_of
+from railui.study.evaluate import Evaluator, in_process, numbers_of
+from railui.study.one_aim import by_cmaes, polish
+from railui.study.pareto import by_pymoo, hypervolumes, knee
 from railui.study.ride import quality_of, statistics_many
 from railui.study.score import CLASSES
-from railui.study.search import Ranges, generations, knee
+from railui.study.search import Generation, Judge, Ranges, against, first_generation
 from railui.track import parse_spec
 
 Floats = NDArray[np.float64]
-Report = Callable[[str], None]
 
-FRESH: Final = 8  # sets of seeds on which the front is ridden again
+FRESH: Final = 8  # sets of seeds on which the front is evaluated again
 COMPARED: Final = (
     *("score", "comfort_hours", "weighted_acceleration", "weighted_acceleration_1974", "wz"),
     *("flange_fraction", "flange_fraction_gaussian", "flange_margin"),
 )
 
 
+@dataclass
+class Stand:
+    """Where a search stands: designs evaluated, failed (by reason), and what is going on in words."""
+
+    evaluations: int = 0
+    failures: Counter[str] = field(default_factory=Counter)
+    doing: str = ""
+
+    @property
+    def failed(self) -> int:
+        """Designs that failed in any case."""
+        return self.failures.total()
+
+
 def silent(_: str) -> None:
     """Reports nothing."""
 
 
+def unseen(_: Stand) -> None:
+    """Looks at nothing."""
+
+
 def optimise(
-    study: Study | str | Path, *, seed: int | None = None, jobs: int | None = None, report: Report = silent
+    study: Study | str | Path,
+    *,
+    seed: int | None = None,
+    jobs: int | None = None,
+    report: Callable[[str], None] = silent,
+    evaluator: Evaluator | None = None,
+    watch: Callable[[Stand], None] = unseen,
 ) -> dict[str, Any]:
     """Searches the variables of a study (or its file) for better designs; finite values or None.
 
     `pareto`: the front, the first aim's best first; `baseline`: the vehicle as it is; each with variables,
     objectives, constraints (of the worst case) and fresh (mean and sd of the objectives over 8 sets of seeds
     that the search never saw). `knee`: the index of the front's knee. `evaluations`, `failed` (designs that
-    left the track or cannot be stepped), `riding` before and after, `warnings`. Where no design keeps the
-    limits pareto is empty, knee None and `closest` the nearest. `seed` takes the place of the method's;
-    `report` is told every generation. Raises FileProblems for a study that asks for what there is not.
+    left the track or cannot be stepped), `failures` by reason, `hypervolume` after every generation, `riding`
+    before and after, `warnings`. Where no design keeps the limits pareto is empty, knee None and `closest`
+    the nearest. `seed` takes the place of the method's; `evaluator` answers instead of this process and `jobs`;
+    `report` and `watch` are told every generation. Raises FileProblems for a study that asks for what there
+    is not.
     """
     begun = time.perf_counter()
     study = load_study(study, check_track=parse_spec) if isinstance(study, str | Path) else study
-    seed = study.method.seed if seed is None else seed
-    check_aims(study)
-    cases = cases_of(study, seed=seed)
-    check_aims(study, cases)
-    declared = np.array([study.design.value(variable.path) for variable in study.variables])
-    baseline = evaluate(study, cases, declared[None], jobs)
+    if seed is not None:
+        study = replace(study, method=replace(study.method, seed=seed))
+    cases = checked_cases(study)
+    ask = evaluator or in_process(jobs)
+    declared = declared_values(study)
+    search = _Search(study, lambda x: judge(study, cases, x, ask), report, watch)
+    baseline = search.judge(declared[None])
+    front = search.run(declared)
 
-    evaluations, failed, front = 0, 0, declared[None]
-    least, nearest = np.inf, declared
-    steps = generations(study, declared, seed, lambda x: evaluate(study, cases, x, jobs))
-    for number, (x, judged, front) in enumerate(steps, 1):
-        evaluations += len(x)
-        failed += int(np.sum(judged.travelled < 1))
-        beyond = np.maximum(violations(study, judged), 0).sum(axis=1)
-        if beyond.min() < least:
-            least, nearest = float(beyond.min()), x[int(np.argmin(beyond))]
-        kept = f"{len(front)} on the front" if least == 0 else "none keeps the limits yet"
-        told = f"{evaluations} designs, {failed} failed, {kept}"
-        report(f"generation {number} of {study.method.generations}: {told}")
-
-    found, last = _front(study, cases, front if least == 0 else front[:0], jobs)
-    report(f"riding {len(found) + 1} designs again on {FRESH} sets of fresh seeds")
-    fresh = fresh_objectives(study, np.vstack([declared, found]), seed, jobs)
+    found, last = _front(study, front, search.judge)
+    search.say(f"evaluating {len(found) + 1} designs again on {FRESH} sets of fresh seeds")
+    fresh = fresh_objectives(study, np.vstack([declared, found]), ask)
     best = knee(last.objectives, np.array([sign(aim) for aim in study.objectives])) if len(found) else None
     riding = quality(cases, declared if best is None else np.stack([declared, found[best]]), jobs)
     return {
         "study": study.name,
         "aims": [{"key": aim.key, "sense": aim.sense, "over": aim.over} for aim in study.objectives],
         "limits": [limit.text for limit in study.constraints],
+        "method": vars(study.method),
         "cases": len(cases),
         "pareto": [_point(study, x, last, i, fresh[:, 1 + i]) for i, x in enumerate(found)],
         "baseline": _point(study, declared, baseline, 0, fresh[:, 0]),
         "knee": best,
-        "closest": _named(study, nearest) if best is None else None,
-        "evaluations": evaluations,
-        "failed": failed,
+        "closest": _named(study, search.nearest) if best is None else None,
+        "evaluations": search.stand.evaluations,
+        "failed": search.stand.failed,
+        "failures": dict(sorted(search.stand.failures.items())),
+        "hypervolume": hypervolumes(search.history),
         "riding": {"before": riding[0], "after": None if best is None else riding[1]},
         "warnings": remarks(study, Ranges(study.variables).unit(found), best),
         "seconds": time.perf_counter() - begun,
     }
 
 
-def _front(study: Study, cases: Sequence[Case], front: Floats, jobs: int | None) -> tuple[Floats, Judged]:
+def checked_cases(study: Study) -> list[Case]:
+    """The cases of a study that can be searched; FileProblems where it asks for what there is not."""
+    check_aims(study)
+    cases = cases_of(study)
+    check_aims(study, cases)
+    return cases
+
+
+def declared_values(study: Study) -> Floats:
+    """The variables [variable] of the vehicle as it is."""
+    return np.array([study.design.value(variable.path) for variable in study.variables])
+
+
+class _Search:
+    """A search under way: its stand, the front so far, the design nearest to the limits, the fronts there were."""
+
+    def __init__(self, study: Study, judge: Judge, report: Callable[[str], None], watch: Callable[[Stand], None]):
+        self.study, self.judge, self.report, self.watch = study, judge, report, watch
+        self.stand, self.least, self.nearest = Stand(), np.inf, declared_values(study)
+        self.history: list[tuple[int, Floats]] = []
+
+    def say(self, text: str) -> None:
+        """Tells what is going on."""
+        self.stand.doing = text
+        self.report(text)
+        self.watch(self.stand)
+
+    def run(self, declared: Floats) -> Floats:
+        """Searches by the study's method, then polishes where there is one aim; values [n, variable] of the front."""
+        study, method = self.study, self.study.method
+        first = first_generation(Ranges(study.variables), method.population, declared, method.seed)
+        by = by_cmaes if method.kind == "cmaes" else by_pymoo
+        front = self._walk(by(study, first, self.judge), f"generation {{}} of {method.generations}", declared[None])
+        if len(study.objectives) == 1:
+            front = self._walk(polish(study, front[0], self.judge), "polish {}", front)
+        return front if self.least == 0 else front[:0]
+
+    def _walk(self, steps: Iterator[Generation], words: str, front: Floats) -> Floats:
+        for number, one in enumerate(steps, 1):
+            front = one.front
+            self._count(one)
+            kept = f"{len(front)} on the front" if self.least == 0 else "none keeps the limits yet"
+            told = f"{self.stand.evaluations} designs, {self.stand.failed} failed, {kept}"
+            self.say(f"{words.format(number)}: {told}")
+        return front
+
+    def _count(self, one: Generation) -> None:
+        self.stand.evaluations += len(one.x)
+        self.stand.failures.update(reason for reason in one.judged.reasons if reason)
+        beyond = np.maximum(violations(self.study, one.judged), 0).sum(axis=1)
+        if beyond.min() < self.least:
+            self.least, self.nearest = float(beyond.min()), one.x[int(np.argmin(beyond))]
+        self.history.append((self.stand.evaluations, against(self.study, one.judged)[beyond == 0]))
+
+
+def _front(study: Study, front: Floats, judge: Judge) -> tuple[Floats, Judged]:
     """The front [n, variable], each design once, the first aim's best first, and how it is judged."""
     if not len(front):
-        return front, Judged(np.zeros((0, len(study.objectives))), np.zeros((0, len(study.constraints))), front[:, 0])
+        objectives, limits = (np.zeros((0, len(each))) for each in (study.objectives, study.constraints))
+        return front, Judged(objectives, limits, front[:, 0], [])
     found = np.unique(front, axis=0)
-    judged = evaluate(study, cases, found, jobs)
+    judged = judge(found)
     order = np.argsort(sign(study.objectives[0]) * judged.objectives[:, 0], kind="stable")
     return found[order], judged.select(order)
 
 
-def fresh_objectives(study: Study, x: Floats, seed: int, jobs: int | None) -> Floats:
+def fresh_objectives(study: Study, x: Floats, evaluator: Evaluator) -> Floats:
     """Objectives [set, design, aim] of designs x [design, variable] on seeds that the study does not use.
 
     NaN where every track is a file, which has no seeds.
     """
     found = np.full((FRESH, len(x), len(study.objectives)), np.nan)
+    sets = [cases_of(study, fresh=k) for k in range(FRESH)]
+    if all(case.road.laid.seed is None for case in sets[0]):
+        return found
+    # all sets at once, so that threads and machines have enough to do
+    numbers = numbers_of(list(chain(*sets)), x, keys_of(study), evaluator)
+    each = len(sets[0])
     for k in range(FRESH):
-        cases = cases_of(study, fresh=k, seed=seed)
-        if all(case.road.laid.seed is None for case in cases):
-            break
-        found[k] = evaluate(study, cases, x, jobs).objectives
+        found[k] = judged_by(study, numbers.of_cases(slice(k * each, (k + 1) * each))).objectives
     return found
 
 

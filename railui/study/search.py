@@ -1,15 +1,16 @@
-"""NSGA-II in ask and tell: whole generations of designs, judged elsewhere."""
+"""What every search walks in: ranges as a unit cube, the first generation, designs tried and judged together."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from railui.files.study import Study, Variable
-from railui.study.aims import BAD, Judged, sign, violations
+from railui.study.aims import BAD, Judged, sign
 
 Floats = NDArray[np.float64]
 
@@ -57,49 +58,20 @@ def first_generation(ranges: Ranges, count: int, declared: Floats, seed: int) ->
     return np.asarray(found)
 
 
-def generations(
-    study: Study, declared: Floats, seed: int, judge: Callable[[Floats], Judged]
-) -> Iterator[tuple[Floats, Judged, Floats]]:
-    """Generation by generation: values tried [n, variable], how they were judged, values of the front so far.
+@dataclass(frozen=True, eq=False)
+class Generation:
+    """Designs tried together: values x [n, variable] and how they were judged; values of the front so far."""
 
-    Designs that exceed a limit or fail come behind all that do not. Source: Deb, Pratap, Agarwal, Meyarivan,
-    A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE Trans. Evol. Comp. 6 (2002).
-    """
-    from pymoo.algorithms.moo.nsga2 import NSGA2
-    from pymoo.core.evaluator import Evaluator
-    from pymoo.core.problem import Problem
-    from pymoo.problems.static import StaticProblem
-    from pymoo.termination import get_termination
+    x: Floats
+    judged: Judged
+    front: Floats
 
-    ranges, method, k = Ranges(study.variables), study.method, len(study.variables)
-    limits = len(study.constraints) + 1
-    problem = Problem(n_var=k, n_obj=len(study.objectives), n_ieq_constr=limits, xl=np.zeros(k), xu=np.ones(k))
-    begin = first_generation(ranges, method.population, declared, seed)
-    search = NSGA2(pop_size=method.population, sampling=begin)
-    search.setup(problem, termination=get_termination("n_gen", method.generations), seed=seed, verbose=False)
+
+Judge = Callable[[Floats], Judged]
+
+
+def against(study: Study, judged: Judged) -> Floats:
+    """Objectives [n, aim] of which less is better; what is infinite or missing is as bad as can be."""
     senses = np.array([sign(objective) for objective in study.objectives])
-    while search.has_next():
-        tried = search.ask()
-        if tried is None or len(tried) == 0:  # every new design has been tried: there is nothing left to find
-            return
-        x = ranges.values(tried.get("X"))
-        judged = judge(x)
-        f = np.clip(np.nan_to_num(senses * judged.objectives, nan=BAD), -BAD, BAD)
-        Evaluator().eval(StaticProblem(problem, F=f, G=violations(study, judged)), tried)
-        search.tell(infills=tried)
-        yield x, judged, ranges.values(search.opt.get("X"))
-
-
-def knee(objectives: Floats, senses: Floats) -> int:
-    """Which of a front [n, aim] lies farthest before the plane through its ends, all aims scaled to 0 .. 1.
-
-    senses [aim]: 1 where less is better, -1 where more is. Source: Das, On characterizing the "knee" of the
-    Pareto curve, Structural Optimization 18 (1999).
-
-    >>> knee(np.array([[0.0, 1.0], [0.2, 0.3], [1.0, 0.0]]), np.array([1.0, 1.0]))
-    1
-    """
-    f = senses * objectives
-    width = np.ptp(f, axis=0)
-    scaled = (f - f.min(axis=0)) / np.where(width > 0, width, 1.0)
-    return int(np.argmin(scaled.sum(axis=1)))
+    # a NaN would cut pymoo's front without a word
+    return np.asarray(np.clip(np.nan_to_num(senses * judged.objectives, nan=BAD), -BAD, BAD))

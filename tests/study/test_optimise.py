@@ -14,12 +14,15 @@ from railui.files.problems import FileProblems
 from railui.files.saving import save_design
 from railui.files.study import Objective, Study, Variable, load_study
 from railui.study.aims import aggregate, remarks
-from railui.study.cases import cases_of, linear_damping, numbers_of, seeds_of
+from railui.study.answers import linear_damping
+from railui.study.cases import cases_of, seeds_of
+from railui.study.evaluate import numbers_of
 from railui.study.model import Model
 from railui.study.optimise import optimise
 from railui.study.outcome import save_outcome
+from railui.study.pareto import knee
 from railui.study.ride import ride
-from railui.study.search import Ranges, first_generation, knee
+from railui.study.search import Ranges, first_generation
 from railui.study.varied import Varied, draws
 
 HOME = Path(__file__).parents[2]
@@ -188,7 +191,7 @@ def test_draws_follow_the_covariance_of_the_adjustment(tmp_path: Path) -> None:
     drawn = study(
         tmp_path,
         adjusted,
-        cases="{track: [erri_b176_low length=200], speed: [40], draws: 3}",
+        cases="{track: [erri_b176_low length=200], speed: [40], scenario: [{}], draws: 3}",
     )
     numbers = numbers_of(cases_of(drawn), np.array([[3e4, 3e4]]), ["score"])
     assert numbers.values["score"].shape == (1, 3) and np.ptp(numbers.values["score"]) > 0

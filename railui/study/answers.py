@@ -1,0 +1,139 @@
+"""What the questions ride, stability and curve answer of many vehicles of one case: the keys that a study may name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.files.results import NUMBERS, RESULTS
+from railui.study.cases import Case
+from railui.study.measures import n_mv, ride_value
+from railui.study.model import Model
+from railui.study.ride import statistics_many
+from railui.study.road import Road
+from railui.study.score import score_many
+
+Floats = NDArray[np.float64]
+Answer = Callable[[Case, Floats, Collection[str], int], "Answered"]
+
+DIVERGED: Final = "left the track"
+STIFF: Final = "too stiff to be stepped"
+
+
+@dataclass(frozen=True, eq=False)
+class Answered:
+    """Numbers of n vehicles: values [n] by key, travelled [n] (the share of the way, 1 all of it), reasons [n].
+
+    A reason says why a vehicle failed; it is empty where it did not.
+    """
+
+    values: dict[str, Floats]
+    travelled: Floats
+    reasons: list[str]
+
+    @classmethod
+    def failed(cls, count: int, keys: Collection[str], reason: str) -> Answered:
+        """Vehicles of which nothing is known but why."""
+        return cls({key: np.full(count, np.nan) for key in keys}, np.zeros(count), [reason] * count)
+
+
+def answered(case: Case, rows: Floats, keys: Collection[str], jobs: int = 1) -> Answered:
+    """The keys of vehicles, rows [n, row], of one case; each question is asked once.
+
+    A vehicle's digits depend on nothing but itself. Raises ValueError for what cannot be asked of any vehicle.
+    """
+    found = Answered({}, np.ones(len(rows)), [""] * len(rows))
+    for question, answer in ANSWERS.items():
+        asked = [key for key in keys if RESULTS[key].question == question]
+        if asked:
+            one = answer(case, rows, asked, jobs)
+            found.values.update(one.values)
+            np.minimum(found.travelled, one.travelled, out=found.travelled)
+            found.reasons[:] = [a or b for a, b in zip(found.reasons, one.reasons, strict=True)]
+    return found
+
+
+def ride_answers(case: Case, rows: Floats, keys: Collection[str], jobs: int) -> Answered:
+    """Riding quality on the case's road."""
+    model, road = case.vehicle.model, case.road
+    found = Answered.failed(len(rows), keys, STIFF)
+    able, steps = steppable(model, rows, road)
+    if able.size:
+        statistics = statistics_many(model, rows[able], road, steps=steps, jobs=jobs)
+        start, length = road.track.s[0], road.track.length
+        lost = np.isfinite(statistics["lost_at"])
+        share = np.minimum((statistics["lost_at"] - start) / length, 1 - 1e-9)
+        found.travelled[able] = np.where(lost, share, 1.0)
+        for i, gone in zip(able, lost, strict=True):
+            found.reasons[i] = DIVERGED if gone else ""
+        for key, values in _scored(model, statistics, road, keys).items():
+            found.values[key][able] = values
+    return found
+
+
+def steppable(model: Model, rows: Floats, road: Road) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Which rows can be stepped on a road, and their steps per sample; the others are too stiff for it."""
+    vehicles = model.vehicles()
+
+    def steps(some: Floats) -> list[int]:
+        try:
+            return vehicles.steps(model.batch(some), road.speed, road.speed, road.dt)
+        except ValueError:
+            return []
+
+    if found := steps(rows):
+        return np.arange(len(rows)), np.array(found)
+    each = [(i, *steps(rows[i : i + 1])) for i in range(len(rows))]
+    able = np.array([pair for pair in each if len(pair) == 2], dtype=np.int64).reshape(-1, 2)
+    return able[:, 0], able[:, 1]
+
+
+def _scored(model: Model, statistics: dict[str, Floats], road: Road, keys: Collection[str]) -> dict[str, Floats]:
+    """Values [n] of ride keys from statistics, each vehicle against its own clearance."""
+    widen = float(road.track.gauge.mean()) / 2 if model.design.gauge_widens_clearance else 0.0
+    riding, clearance = model.design.riding, statistics["clearance"] + widen
+    found: dict[str, Floats] = {}
+    for c in np.unique(clearance):
+        here = np.flatnonzero(clearance == c)
+        scored = score_many({name: values[here] for name, values in statistics.items()}, riding, float(c))
+        for key in set(keys) & set(scored):
+            found.setdefault(key, np.zeros(len(clearance)))[here] = scored[key]
+    if "flange_fractions" in keys:
+        found["flange_fractions"] = statistics["flange_fractions"].max(axis=1)
+    if "wz" in keys:
+        found["wz"] = ride_value(statistics["wz"])
+    if "n_mv" in keys:
+        blocks = (n_mv(one) for one in statistics["block_rms"])
+        found["n_mv"] = np.array([np.nan if value is None else value for value in blocks])
+    return found
+
+
+def stability_answers(case: Case, rows: Floats, keys: Collection[str], jobs: int) -> Answered:
+    """Stability of the linear vehicle at the case's speed."""
+    values = {"linear_damping": linear_damping(case.vehicle.model, rows, case.road.speed)}
+    return Answered({key: values[key] for key in keys}, np.ones(len(rows)), [""] * len(rows))
+
+
+def linear_damping(model: Model, rows: Floats, speed: float) -> Floats:
+    """Damping ratio [n] of the least damped mode of linear vehicles [n, row] at a speed [m/s].
+
+    -Re(s)/abs(s) of the eigenvalue s for which it is least, whether hunting or the frame on its springs: 0
+    at the linear critical speed, negative above.
+
+    >>> from railui.study.ride import model_of
+    >>> model = model_of("designs/check_bogie.yaml")
+    >>> round(float(linear_damping(model, model.row[None], 60.0)[0]), 4)  # 0.34808/abs(0.34808 + 30.17447j)
+    0.0115
+    """
+    roots = model.eigenvalues(speed, rows)
+    size = np.abs(roots)
+    return np.asarray(np.min(-roots.real / np.where(size > 0, size, 1.0), axis=1))
+
+
+# a question answers its keys of many vehicles of one case
+ANSWERS: dict[str, Answer] = {"ride": ride_answers, "stability": stability_answers}
+KNOWN = tuple(key for key in NUMBERS if RESULTS[key].question == "ride" or key == "linear_damping")
