@@ -18,9 +18,10 @@ COMMANDS = {
     "adjust": "Adjust a model's parameters to a measured campaign.",
     "loop": "Adjust, trace what the model lacks, add it, adjust again, report.",
     "optimise": "Search for better suspensions.",
+    "status": "Where a running or finished study stands.",
     "bench": "How quick the kernel is on this machine.",
 }
-FAILED, WRONG, INTERRUPTED = 1, 2, 130
+FAILED, WRONG, LATER, INTERRUPTED = 1, 2, 3, 130
 
 
 class Door(click.Group):
@@ -72,7 +73,7 @@ class Door(click.Group):
 
 def _told(error: Exception) -> int:
     """Tells an error on stderr; returns the exit code that it has."""
-    from railui.files.problems import FileProblems
+    from railui.files.problems import FileProblems, LaterError
     from railui.files.units import UnitError
 
     if isinstance(error, FileProblems):
@@ -80,6 +81,8 @@ def _told(error: Exception) -> int:
             click.echo(str(problem), err=True)
         return WRONG
     click.echo(f"railui: {error}", err=True)
+    if isinstance(error, LaterError):
+        return LATER
     return WRONG if isinstance(error, UnitError) else FAILED
 
 

@@ -11,6 +11,7 @@ import click
 from railui.cli.common import Invocation, options
 
 if TYPE_CHECKING:
+    from railui.engine.work import Runner
     from railui.files.study import Study
 
 INFEASIBLE = 4
@@ -21,34 +22,41 @@ INFEASIBLE = 4
 @click.option(
     "-o", "--output", metavar="DIR", help="Where the result goes; railui-study/NAME beside the study by default."
 )
+@click.option("--scheduler", metavar="ADDRESS", help="Spread the work: tcp://host:8786 of a dask scheduler.")
+@click.option("--choose", type=int, multiple=True, metavar="N", help="Write design N of the front as a design file.")
+@click.option("--unlock", is_flag=True, help="Take the directory over from a process that has ended elsewhere.")
 @click.option("--dry-run", is_flag=True, help="Tell what would be searched, and stop.")
 @options
 @click.pass_context
-def command(ctx: click.Context, study: str, output: str | None, dry_run: bool, call: Invocation) -> None:
-    """Search the variables of STUDY for better designs, by NSGA-II over whole generations.
+def command(
+    ctx: click.Context, study: str, output: str | None, scheduler: str | None, choose: tuple[int, ...], unlock: bool,
+    dry_run: bool, call: Invocation,
+) -> None:  # fmt: skip
+    """Search the variables of STUDY for better designs, whole generations side by side.
 
-    Writes the study as resolved, the result and the design at the knee of the front to DIR. Exit code 4
-    where no design keeps the limits.
+    Every evaluation is kept in DIR as it arrives: the same command resumes, and finds what it would have
+    found. DIR gets the study and the vehicle as they were when it began, the result, the front, a report and
+    the design at the knee. Exit code 4 where no design keeps the limits.
     """
+    from railui.engine.session import Session
     from railui.files.study import load_study
     from railui.study.optimise import optimise
-    from railui.study.outcome import check_directory, save_outcome
     from railui.track import parse_spec
 
     told = load_study(study, check_track=parse_spec)
     call.warn(told.warnings)
     if call.seed is not None:
         told = replace(told, method=replace(told.method, seed=call.seed))
-    source = Path(study)
-    where = check_directory(told, output or source.parent / "railui-study" / source.stem)
+    where = Path(output) if output is not None else _usual(Path(study))
     if dry_run:
-        _plan(told, call)
+        _plan(told, where, call)
         return
-    found = optimise(told, jobs=call.jobs, report=call.progress)
-    call.warn(found["warnings"])
-    inputs = [study, *([str(told.design.source)] if told.design.source else []), *_files(told)]
-    document = call.document("optimise", found, inputs, told.method.seed)
-    written = save_outcome(told, document, where)
+    with Session(told, where, _runner(scheduler, call), unlock=unlock, say=call.say) as session:
+        found = optimise(told, jobs=call.jobs, report=call.progress, evaluator=session.evaluator, watch=session.watch)
+        call.warn(found["warnings"])
+        inputs = [study, *([str(told.design.source)] if told.design.source else []), *_files(told)]
+        document = call.document("optimise", found, inputs, told.method.seed)
+        written = session.finish(document, choose)
     call.show(_table(found))
     call.say(f"wrote {', '.join(str(path) for path in written)}")
     call.emit(document)
@@ -57,15 +65,33 @@ def command(ctx: click.Context, study: str, output: str | None, dry_run: bool, c
         ctx.exit(INFEASIBLE)
 
 
-def _plan(study: Study, call: Invocation) -> None:
-    from railui.study.aims import check_aims
-    from railui.study.cases import cases_of
+def _usual(source: Path) -> Path:
+    """The directory of a study: its own where it is the frozen one of a search, else one beside it."""
+    from railui.engine.outcome import STUDY
+    from railui.engine.store import FILE
 
-    check_aims(study)
-    cases = cases_of(study)
+    if source.name == STUDY and (source.parent / FILE).is_file():
+        return source.parent
+    return source.parent / "railui-study" / source.stem
+
+
+def _runner(scheduler: str | None, call: Invocation) -> Runner:
+    from railui.engine.local import Local
+
+    return Local(call.jobs)
+
+
+def _plan(study: Study, where: Path, call: Invocation) -> None:
+    from railui.engine.outcome import check_directory
+    from railui.study.optimise import FRESH, checked_cases
+
+    check_directory(study, where)
+    cases = checked_cases(study)
     steps = sum(len(case.road.track) for case in cases)
     designs = study.method.population * study.method.generations
-    call.show(f"{designs} designs on {len(cases)} cases, {designs * steps / 1e9:.3g} thousand million steps")
+    told = f"{designs} designs by {study.method.kind} on {len(cases)} cases"
+    told += f", {designs * steps / 1e9:.3g} thousand million steps, then the front on {FRESH} sets of fresh seeds"
+    call.show(f"{told}; to {where}")
     body = {"study": study.name, "evaluations": designs, "cases": len(cases), "samples": designs * steps}
     call.emit(call.document("plan", body, [study.source], study.method.seed))
 

@@ -56,6 +56,10 @@ class FileProblems(ValueError):
         return FileProblems, (self.problems,)
 
 
+class LaterError(RuntimeError):
+    """Something outside stands in the way and may work later: a port, a scheduler, a directory in use."""
+
+
 class Findings:
     """Gathers the problems of one file; knows where each dotted path stands."""
 

@@ -13,7 +13,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.files.design import Design
 from railui.files.study import Study, load_study
 from railui.study.aims import Judged, check_aims, judge, judged_by, keys_of, remarks, sign, violations
 from railui.study.answers import steppable
@@ -238,11 +237,3 @@ def _point(study: Study, x: Floats, judged: Judged, i: int, fresh: Floats) -> di
 
 def _finite(values: Floats) -> list[float | None]:
     return [float(value) if np.isfinite(value) else None for value in values]
-
-
-def knee_design(study: Study, result: dict[str, Any]) -> Design | None:
-    """The design at the knee of a result of this study, None where there is none."""
-    if result["knee"] is None:
-        return None
-    design = study.design.with_values(result["pareto"][result["knee"]]["variables"])
-    return replace(design, name=f"{study.name}, knee")

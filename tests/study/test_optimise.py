@@ -19,7 +19,6 @@ from railui.study.cases import cases_of, seeds_of
 from railui.study.evaluate import numbers_of
 from railui.study.model import Model
 from railui.study.optimise import optimise
-from railui.study.outcome import save_outcome
 from railui.study.pareto import knee
 from railui.study.ride import ride
 from railui.study.search import Ranges, first_generation
@@ -121,27 +120,6 @@ def test_designs_that_leave_the_track_fail_and_are_counted(tmp_path: Path) -> No
     assert found["failed"] > 0
     assert found["baseline"]["objectives"] == [None, None]
     assert all(value is not None for point in found["pareto"] for value in point["objectives"])
-
-
-def test_the_outcome_is_read_back_and_the_knee_rides_as_it_was_judged(
-    small: tuple[Study, dict[str, Any]], tmp_path: Path
-) -> None:
-    one, found = small
-    save_outcome(one, found, tmp_path / "out")
-    again, design = load_study(tmp_path / "out/study.yaml"), load_design(tmp_path / "out/knee.yaml")
-    assert (again.variables, again.cases, again.objectives) == (one.variables, one.cases, one.objectives)
-    assert [(c.key, c.bound) for c in again.constraints] == [("linear_damping", 0.02)]
-    assert json.loads((tmp_path / "out/result.json").read_text("utf-8"))["knee"] == found["knee"]
-    best = found["pareto"][found["knee"]]
-    numbers = numbers_of(cases_of(one), np.array([list(best["variables"].values())]), ["flange_margin"])
-    case = ride(design, one.cases.track[0], 40.0, seed=1)
-    assert case["flange_margin"] == numbers.values["flange_margin"][0, 0]
-
-
-def test_a_directory_with_foreign_files_is_refused(small: tuple[Study, dict[str, Any]], tmp_path: Path) -> None:
-    (tmp_path / "letter.txt").write_text("dear", "utf-8")
-    with pytest.raises(FileProblems, match=r"letter\.txt"):
-        save_outcome(*small, tmp_path)
 
 
 @pytest.mark.parametrize(

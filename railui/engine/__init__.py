@@ -1,0 +1,1 @@
+"""Where many cases run: threads of this machine or a cluster, a store that forgets nothing."""

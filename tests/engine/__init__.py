@@ -1,0 +1,1 @@
+"""Searches that are killed, resumed and spread."""
