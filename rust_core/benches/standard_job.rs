@@ -7,7 +7,7 @@ use railui_core::vehicle::{Placed, Structure};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-const DESIGNS: usize = 64;
+const DESIGNS: usize = 16;
 const SAMPLES: usize = 20_000;
 
 /// A pseudo-track of a few waves: the arithmetic does not care which.
@@ -88,7 +88,7 @@ fn main() {
             block: if comfort { 2000 } else { 0 },
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-        let best = (0..7)
+        let best = (0..60)
             .map(|_| {
                 let began = Instant::now();
                 pool.install(|| score(&many, &course, &weighing, &cancel)).expect("a ride");

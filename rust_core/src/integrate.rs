@@ -72,15 +72,12 @@ pub fn run<O: Observer>(
     if cancel.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(diverged) }
 }
 
-/// The arrays of a run, set apart: at distances of 4096 bytes loads and stores would take each other for the same.
+/// The states of a step, set apart: at distances of 4096 bytes loads and stores would take each other for the same.
 #[repr(C)]
 struct Room<P> {
     x: [P; STATES],
-    apart_1: [P; 5],
-    stage: [P; STATES],
-    apart_2: [P; 5],
-    sum: [P; STATES],
-    apart_3: [P; 5],
+    apart: [P; 5],
+    stages: [([P; STATES], [P; 5]); 3],
     dx: [P; STATES],
 }
 
@@ -88,7 +85,7 @@ impl<P: Part> Room<P> {
     #[inline(always)]
     fn new() -> Self {
         let (all, apart) = ([P::zero(); STATES], [P::zero(); 5]);
-        Room { x: all, apart_1: apart, stage: all, apart_2: apart, sum: all, apart_3: apart, dx: all }
+        Room { x: all, apart, stages: [(all, apart); 3], dx: all }
     }
 }
 
@@ -171,18 +168,19 @@ impl<O: Observer> Job for Run<'_, O> {
 }
 
 impl<O: Observer> Run<'_, O> {
-    /// RK4 along the course for one part of the lanes.
+    /// RK4 along the course for one part of the lanes: with x_2, x_3, x_4 the states at which the slopes k_2, k_3, k_4
+    /// are taken, x + h/6 (k_1 + 2 k_2 + 2 k_3 + k_4) = (x_2 + 2 x_3 + x_4 - x)/3 + h/6 k_4, which needs no sums.
     #[inline(always)]
     fn along<P: Part>(&mut self, at: usize, mut moving: impl Moving<P>) {
         let (group, course) = (self.group, self.course);
         let (samples, steps, (n, states)) = (course.samples(), course.steps, moving.size());
         let mut room = Room::new();
-        let Room { x, stage, sum, dx, .. } = &mut room;
+        let Room { x, stages, dx, .. } = &mut room;
         for (i, x) in x.iter_mut().enumerate() {
             *x = if i < self.initial.len() { P::load(&self.initial[i], at) } else { P::zero() };
         }
         let mut h = Lanes::from_fn(|l| course.dt / steps as f64 * group.inv_speed_scale.0[l]);
-        stage[..states].copy_from_slice(&x[..states]);
+        let (two, third) = (P::splat(2.0), P::splat(1.0 / 3.0));
         // one call of rate() in all: its code stays in the cache of decoded instructions
         for k in 0..samples {
             if k % LOOK == 0 || k + 1 == samples {
@@ -190,7 +188,6 @@ impl<O: Observer> Run<'_, O> {
                     return;
                 }
                 look(group, at, k, course.row(2 * steps * k), x, &mut h, self.diverged);
-                stage[..states].copy_from_slice(&x[..states]);
             }
             let h = P::load(&h, at);
             let half = h * P::splat(0.5);
@@ -199,51 +196,33 @@ impl<O: Observer> Run<'_, O> {
                 let begin = 2 * (steps * k + step);
                 for turn in 0..4_usize {
                     let row = course.row(begin + turn.div_ceil(2));
-                    moving.rate(row, stage, dx);
+                    let here: &[P; STATES] = if turn == 0 { x } else { &stages[turn - 1].0 };
+                    moving.rate(row, here, dx);
                     if turn == 0 && step == 0 {
-                        self.observer.sample(group, at, k, row, stage, dx);
+                        self.observer.sample(group, at, k, row, x, dx);
                         if k + 1 == samples {
                             return;
                         }
                     }
-                    if turn == 3 {
+                    // the positions' slopes are the velocities
+                    if turn < 3 {
+                        let ahead = if turn == 2 { h } else { half };
                         for i in 0..n {
-                            let end = sixth.mul_add(sum[i & 63] + stage[(n + i) & 63], x[i & 63]);
-                            x[i & 63] = end;
-                            stage[i & 63] = end;
+                            let slope = if turn == 0 { x[(n + i) & 63] } else { stages[turn - 1].0[(n + i) & 63] };
+                            stages[turn].0[i & 63] = ahead.mul_add(slope, x[i & 63]);
                         }
                         for i in n..states {
-                            let end = sixth.mul_add(sum[i & 63] + dx[i & 63], x[i & 63]);
-                            x[i & 63] = end;
-                            stage[i & 63] = end;
-                        }
-                        group.settle(at, x, stage);
-                        continue;
-                    }
-                    let ahead = if turn == 2 { h } else { half };
-                    // the positions' slopes are the velocities of the stage, which the second loop replaces
-                    if turn == 0 {
-                        for i in 0..n {
-                            sum[i & 63] = stage[(n + i) & 63];
-                            stage[i & 63] = ahead.mul_add(stage[(n + i) & 63], x[i & 63]);
-                        }
-                        for i in n..states {
-                            sum[i & 63] = dx[i & 63];
-                            stage[i & 63] = ahead.mul_add(dx[i & 63], x[i & 63]);
-                        }
-                    } else {
-                        let two = P::splat(2.0);
-                        for i in 0..n {
-                            let slope = stage[(n + i) & 63];
-                            sum[i & 63] = two.mul_add(slope, sum[i & 63]);
-                            stage[i & 63] = ahead.mul_add(slope, x[i & 63]);
-                        }
-                        for i in n..states {
-                            sum[i & 63] = two.mul_add(dx[i & 63], sum[i & 63]);
-                            stage[i & 63] = ahead.mul_add(dx[i & 63], x[i & 63]);
+                            stages[turn].0[i & 63] = ahead.mul_add(dx[i & 63], x[i & 63]);
                         }
                     }
                 }
+                let [(x_2, _), (x_3, _), (x_4, _)] = &*stages;
+                for i in 0..states {
+                    let slope = if i < n { x_4[(n + i) & 63] } else { dx[i & 63] };
+                    let sum = two.mul_add(x_3[i & 63], x_2[i & 63] + x_4[i & 63]) - x[i & 63];
+                    x[i & 63] = third.mul_add(sum, sixth * slope);
+                }
+                group.settle(at, x);
             }
         }
     }

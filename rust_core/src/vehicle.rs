@@ -410,13 +410,11 @@ impl Group {
         }
     }
 
-    /// Hold own states within their largest magnitude, in the state and in the stage that follows it.
+    /// Hold own states within their largest magnitude.
     #[inline(always)]
-    pub fn settle<P: Part>(&self, at: usize, x: &mut [P; STATES], stage: &mut [P; STATES]) {
+    pub fn settle<P: Part>(&self, at: usize, x: &mut [P; STATES]) {
         for (i, limit) in &self.held {
-            let held = x[i & 63].clamp(P::load(limit, at));
-            x[i & 63] = held;
-            stage[i & 63] = held;
+            x[i & 63] = x[i & 63].clamp(P::load(limit, at));
         }
     }
 
