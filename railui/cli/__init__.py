@@ -11,6 +11,7 @@ import click
 
 # what each command answers; its file is read when it runs, so that --help is quick
 COMMANDS = {
+    "desk": "The terminal desk; `railui` alone opens it.",
     "check": "Every problem of any of our files, with its place and remedy.",
     "effects": "The catalogue of effects that the linear model lacks.",
     "track": "A synthetic track, or what a track contains.",
@@ -97,5 +98,9 @@ def cli(ctx: click.Context) -> None:
     Exit codes: 0 done, 1 failed, 2 wrong use or a wrong file, 3 may work later,
     4 done but a limit is violated, 130 interrupted.
     """
-    if ctx.invoked_subcommand is None:
+    if ctx.invoked_subcommand is not None:
+        return
+    if sys.stdin.isatty() and sys.stdout.isatty():
+        ctx.invoke(importlib.import_module(f"{__name__}.desk").command)
+    else:
         click.echo(ctx.get_help())

@@ -1,0 +1,28 @@
+"""railui desk: the terminal desk."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+
+@click.command("desk")
+@click.argument("file", metavar="[DESIGN or CAMPAIGN]", required=False)
+@click.option("--plain", is_flag=True, help="Letters and the terminal's own colours only.")
+@click.pass_context
+def command(ctx: click.Context, file: str | None, plain: bool) -> None:
+    """Open the desk: a day's design work in the terminal.
+
+    \b
+    railui desk designs/test_bogie.yaml
+    railui desk designs/campaigns/worn_axle_box
+
+    F1 helps, ctrl+p finds every command, ctrl+q quits.
+    """
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise click.UsageError("the desk needs a terminal; without one, use the other commands", ctx)
+    from railui.desk.app import run
+
+    ctx.exit(run(Path(file) if file else None, plain=plain))

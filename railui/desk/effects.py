@@ -1,0 +1,28 @@
+"""The catalogue of effects as a list to choose from."""
+
+from __future__ import annotations
+
+from railui.files.design import Design
+from railui.files.effect_records import kernel_catalogue
+from railui.files.placed_effects import PlacedEffect
+
+OWN_RUN = ("measured_force",)  # belongs to what was measured, not to a choice
+
+
+def choices(design: Design) -> list[tuple[str, str]]:
+    """Every kind at every place where it can stand in this design: key, line to show."""
+    found = []
+    for record in kernel_catalogue():
+        if record["kind"] in OWN_RUN or record["acts"] == "sensor":
+            continue
+        for at in record["at"]:
+            if (at == "rig") == (design.kind == "rig"):
+                told = f"{record['kind'].replace('_', ' '):22} {at.replace('_', ' '):18} {record['title']}"
+                found.append((f"{record['kind']} {at}", told))
+    return found
+
+
+def placed(key: str) -> PlacedEffect:
+    """The effect of a choice, its parameters at their defaults."""
+    kind, at = key.split()
+    return PlacedEffect(kind, at)

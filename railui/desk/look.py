@@ -1,0 +1,126 @@
+"""What the desk shows of one design: riding quality, spectra, series, modes, curve; computed apart from the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from railui.files.design import Design
+from railui.study.comfort_point import before, floor_of
+from railui.study.model import Model
+from railui.study.ride import model_of, rides, simulate
+from railui.study.road import Laid, Road, is_track_file, lay
+
+Floats = NDArray[np.float64]
+SPEEDS: Final = np.linspace(5.0, 100.0, 191)  # m/s, of the modes
+SEGMENT: Final = 10.0  # s of a periodogram
+LEAST: Final = 0.5  # 1/s or rad/s: a mode slower than this is none that one sees
+
+
+@dataclass(frozen=True)
+class Case:
+    """On what the design rides: a track (spec or file), a speed [m/s]."""
+
+    track: str = "erri_b176_low length=2000 seed=1"
+    speed: float = 40.0
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A design seen on a case. quality: as `railui ride`; arrays in SI; f [Hz] of the densities [unit^2/Hz]."""
+
+    design: Design
+    case: Case
+    quality: Mapping[str, Any]
+    t: Floats
+    s: Floats
+    series: Mapping[str, Floats]
+    f: Floats
+    density: Mapping[str, Floats]
+    speeds: Floats
+    damping: Floats
+    frequency: Floats
+    critical_speed: float | None
+    clearance: float
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def linear_damping(self) -> float:
+        """Damping ratio of the least damped mode at the speed of the case."""
+        return float(np.interp(self.case.speed, self.speeds, np.nanmin(self.damping, axis=1)))
+
+
+@lru_cache(maxsize=4)
+def road(case: Case) -> Road:
+    """The road of a case, laid once. ValueError or FileProblems where there is no such track."""
+    return Road(_laid(case.track), case.speed)
+
+
+@lru_cache(maxsize=4)
+def _laid(track: str) -> Laid:
+    from pathlib import Path
+
+    return lay(Path(track) if is_track_file(track) else track)
+
+
+def look(design: Design, case: Case) -> Look:
+    """Rides a design along a case. FileProblems for what cannot ride, ValueError for a faulty case."""
+    model, way = model_of(design), road(case)
+    quality = rides([model], way)[0]
+    series = simulate(model, way.laid, case.speed, ("e1", "e2", "ayf"))
+    f, density = _densities(model, series, way.dt)
+    damping, frequency = modes(model, SPEEDS)
+    return Look(
+        design, case, quality, series["t"], series["s"], {k: series[k] for k in ("e1", "e2", "ayf")}, f, density,
+        SPEEDS, damping, frequency, critical_speed(model), design.value("contact.flange_clearance"),
+    )  # fmt: skip
+
+
+def _densities(model: Model, series: Mapping[str, Floats], dt: float) -> tuple[Floats, dict[str, Floats]]:
+    """One-sided densities of e_1, e_2, of the frame's acceleration, and of that at the comfort point."""
+    n = len(series["t"])
+    segment = min(n, max(64, round(SEGMENT / dt)))
+    found: dict[str, Floats] = {}
+    for name in ("e1", "e2", "ayf"):
+        x = series[name][np.isfinite(series[name])]
+        f, found[name] = signal.welch(x if len(x) >= segment else np.zeros(segment), 1.0 / dt, nperseg=segment)
+    kept = (f > 0.1) & (f <= 40.0)
+    transfer = before(floor_of(model, model.row)).modulus(f)
+    found["comfort"] = found["ayf"] * transfer**2
+    return f[kept], {name: np.where(x[kept] > 0, x[kept], np.nan) for name, x in found.items()}
+
+
+def modes(model: Model, speeds: Floats) -> tuple[Floats, Floats]:
+    """Damping ratio and frequency [Hz] of the oscillating modes at speeds [speed, mode], NaN where there is none."""
+    roots = np.array([model.eigenvalues(float(v))[0] for v in speeds])
+    swinging = roots.imag > LEAST
+    size = np.abs(roots)
+    damping = np.where(swinging, -roots.real / np.where(size > 0, size, 1.0), np.nan)
+    frequency = np.where(swinging, roots.imag / (2 * np.pi), np.nan)
+    most = int(swinging.sum(axis=1).max(initial=1))
+    order = np.argsort(np.where(swinging, frequency, np.inf), axis=1)[:, :most]
+    return np.take_along_axis(damping, order, axis=1), np.take_along_axis(frequency, order, axis=1)
+
+
+def critical_speed(model: Model) -> float | None:
+    """The linear critical speed [m/s]: the least damped oscillation loses its damping; None below 5 and above 200."""
+
+    def growth(v: float) -> float:
+        roots = model.eigenvalues(v)[0]
+        return float(np.max(np.where(roots.imag > LEAST, roots.real, -np.inf)))
+
+    speeds = np.arange(5.0, 200.1, 5.0)
+    above = next((i for i, v in enumerate(speeds) if growth(float(v)) > 0), None)
+    if above is None or above == 0:
+        return None
+    low, high = float(speeds[above - 1]), float(speeds[above])
+    for _ in range(24):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if growth(middle) > 0 else (middle, high)
+    return high

@@ -1,0 +1,414 @@
+"""The Design panel: a vehicle as a form, and on every change what it does on its track beside its base."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar
+
+from rich.text import Text
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding
+from textual.containers import Grid, Horizontal, Vertical
+from textual.events import Resize
+from textual.message import Message
+from textual.widget import Widget
+from textual.widgets import Input, Static
+
+from railui.desk.axis import Axis
+from railui.desk.dialogs import Name, Pick
+from railui.desk.draft import Draft, Field, Moved, span
+from railui.desk.form import Form, Head, pretty, range_text, value_text
+from railui.desk.look import Case, Look, look
+from railui.desk.messages import Failed, Seen
+from railui.desk.plot import Picture, Plot
+from railui.desk.quality import comparison
+from railui.desk.views import VIEWS, WINDOWS
+from railui.desk.work import Latest
+from railui.files.display import display
+from railui.files.problems import FileProblems
+from railui.files.study_model import read_speed
+
+WIDE, HIGH = 44, 11  # cells that a plot wants
+EMPTY = Picture(Axis(""), Axis(""), wait="riding ...")
+CASE = ("case.track", "case.speed")
+
+
+class DesignPanel(Vertical):
+    """The form on the left, what the design does on the right."""
+
+    BINDINGS: ClassVar[list[Any]] = [
+        Binding("ctrl+z", "undo", "Undo", show=False),
+        Binding("ctrl+y", "redo", "Redo", show=False),
+        Binding("v", "view(1)", "View"),
+        Binding("V", "view(-1)", "View back", show=False),
+        Binding("b", "base", "Base"),
+        Binding("x", "exchange", "A/B"),
+        Binding("a", "add", "Effect"),
+        Binding("delete", "remove", "Remove effect", show=False),
+        Binding("t", "track", "Track", show=False),
+        Binding("c", "copy", "Copy", show=False),
+    ]
+    HELP = """
+## Design
+Every change rides the design anew on its track and shows riding quality, spectra, modes and series beside the **base**
+(grey): the file as it was read, or what `b` made the base. `x` exchanges the two, A against B.
+`ctrl+z` undoes, `ctrl+y` does again, `ctrl+s` saves: the numbers change in the file, its comments stay.
+`v` shows other pictures, `a` adds an effect of the catalogue, Delete removes the one under the cursor.
+Track and speed stand on top of the form; they belong to the desk, not to the file.
+"""
+
+    class Changed(Message):
+        """The design, or what it rides on, is another."""
+
+    def __init__(self, *, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self.draft: Draft | None = None
+        self.case = Case()
+        self.view = 0
+        self.looks: tuple[Look, Look] | None = None
+        self.latest = Latest(self, "look")
+        self.trouble = ""
+
+    def compose(self) -> ComposeResult:
+        with Horizontal():
+            with Vertical(id="form-side") as side:
+                side.border_title = "Design"
+                side.border_subtitle = "←→ slide · type · ⌫ base · / find"
+                yield Form(id="form")
+                yield Static(id="about")
+                yield Input(id="entry", compact=True, select_on_focus=False)
+            with Vertical(id="answer"):
+                yield Static(id="quality")
+                with Grid(id="plots"):
+                    for i, name in enumerate(VIEWS):
+                        yield Plot(EMPTY, name, id=f"view{i}", window=WINDOWS.get(name, (0.0, 1.0)))
+
+    def on_mount(self) -> None:
+        self.query_one("#entry").display = False
+        self.query_one("#quality").border_title = "Riding quality"
+
+    # the design
+
+    def open(self, draft: Draft) -> None:
+        """Another design on the desk."""
+        self.draft, self.looks = draft, None
+        self._changed()
+        self.query_one(Form).focus()
+
+    def _changed(self) -> None:
+        """The form and all that is computed, anew; the last pictures stay until then."""
+        if self.draft is None:
+            return
+        form = self.query_one(Form)
+        base = {p: v for p, v in self.draft.base.values.items()}
+        form.fill(self._rows(self.draft), base)
+        self._about(form.field)
+        titled(self.query_one("#form-side"), f"{self.draft.name}{' ●' if self.draft.dirty else ''}")
+        self.latest.ask(partial(_seen, self.draft.design, self.draft.base, self.case, self.looks))
+        self.post_message(self.Changed())
+
+    def _rows(self, draft: Draft) -> list[Head | Field]:
+        speed = Field("case.speed", "V", "speed", "m/s", self.case.speed, 5.0, 100.0, False, "the desk")
+        track = Field("case.track", "", "track", "", self.case.track, 0, 1, False, "the desk")
+        rows: list[Head | Field] = [Head("rides on"), track, speed]
+        last = ""
+        for field in draft.fields():
+            if field.group != last:
+                last = field.group
+                rows.append(Head(self._heading(draft, last)))
+            rows.append(field)
+        return rows
+
+    def _heading(self, draft: Draft, group: str) -> str:
+        if group.startswith("effects."):
+            effect = draft.design.effects[int(group.split(".")[1])]
+            which = f" {effect.wheelset}" if effect.wheelset else ""
+            return f"{effect.kind.replace('_', ' ')} at {effect.at.replace('_', ' ')}{which}"
+        return group.removeprefix("vehicle.").replace(".", " ").replace("_", " ")
+
+    def _about(self, field: Field | None) -> None:
+        """Two lines on the parameter under the cursor."""
+        about = self.query_one("#about", Static)
+        if field is None:
+            about.update("", layout=False)
+            return
+        text = Text(no_wrap=True, overflow="ellipsis")
+        text.append(field.caption[:1].upper() + field.caption[1:], "bold")
+        if self.trouble:
+            text.append(f"\n{self.trouble}", "red")
+            about.update(text, layout=False)
+            return
+        told = [range_text(field)]
+        base = self.query_one(Form).base.get(field.path)
+        if base is not None and base != field.value:
+            told.insert(0, pretty(f"base {display(base, field.unit)}"))
+        text.append("\n" + " · ".join(t for t in told if t))
+        text.append(f"\nfrom {field.source}" if field.source else "\n", "dim")
+        about.update(text, layout=False)
+
+    # what the form asks for
+
+    @on(Form.Selected)
+    def _selected(self, event: Form.Selected) -> None:
+        self.trouble = ""
+        self._about(event.field)
+
+    @on(Form.Wanted)
+    def _wanted(self, event: Form.Wanted) -> None:
+        self.set(event.path, event.value, event.gesture)
+
+    @on(Form.Reset)
+    def _reset(self, event: Form.Reset) -> None:
+        if self.draft is not None and event.path not in CASE:
+            self.draft.reset(event.path)
+            self._changed()
+
+    @on(Form.Typing)
+    def _typing(self, event: Form.Typing) -> None:
+        field, entry = event.field, self.query_one("#entry", Input)
+        entry.display = True
+        entry.border_title = field.path
+        whole = event.begin or (value_text(field) if field.value is not None else "")
+        if isinstance(field.value, str | bool):
+            whole = event.begin or str(field.value).lower() if field.choices else str(field.value)
+        entry.value = whole
+        entry.focus()
+        entry.cursor_position = len(whole)
+
+    @on(Input.Submitted, "#entry")
+    def _typed(self, event: Input.Submitted) -> None:
+        field = self.query_one(Form).field
+        if field is None or self.set(field.path, _given(event.value)):
+            self._entered()
+
+    def on_key(self, event: Any) -> None:
+        if event.key == "escape" and self.query_one("#entry").has_focus:
+            event.stop()
+            self.trouble = ""
+            self._entered()
+            self._about(self.query_one(Form).field)
+
+    def _entered(self) -> None:
+        self.query_one("#entry").display = False
+        self.query_one(Form).focus()
+
+    @on(Form.Search)
+    def _search(self) -> None:
+        fields = [row for row in self.query_one(Form).rows if isinstance(row, Field)]
+        choices = [(f.path, f"{f.path:44} {f.caption}") for f in fields]
+        self.app.push_screen(Pick("Find a parameter", choices), self._found)
+
+    def _found(self, path: str | None) -> None:
+        if path is not None:
+            self.query_one(Form).choose(path)
+
+    def set(self, path: str, value: Any, gesture: str = "") -> bool:
+        """Another value at a path of the design or of the case; says what is wrong where it does not fit."""
+        self.trouble = ""
+        try:
+            if path in CASE:
+                self._set_case(path, value)
+            elif self.draft is not None:
+                self.draft.set(path, value, gesture)
+        except FileProblems as error:
+            first = error.problems[0]
+            self.trouble = ", ".join(t for t in (first.message, first.remedy) if t)
+        except ValueError as error:
+            self.trouble = str(error)
+        if self.trouble:
+            self._about(self.query_one(Form).field)
+            return False
+        self._changed()
+        return True
+
+    def _set_case(self, path: str, value: Any) -> None:
+        from railui.desk.look import road
+
+        case = replace(self.case, speed=read_speed(value)) if path == "case.speed" else replace(self.case, track=value)
+        road(case)
+        self.case = case
+
+    # what was computed
+
+    @on(Seen)
+    def _seen_it(self, event: Seen) -> None:
+        self.looks = (event.look, event.base)
+        quality = self.query_one("#quality", Static)
+        quality.update(comparison(event.look, event.base, quality.size.width), layout=False)
+        titled(quality, sub="")
+        self._draw([(self.view + k) % len(VIEWS) for k in range(len(VIEWS))], self.looks)
+
+    def _draw(self, order: list[int], looks: tuple[Look, Look]) -> None:
+        """One picture after the other, each in a refresh of its own: so no key waits for all of them."""
+        if looks is not self.looks:
+            return  # newer ones are being drawn
+        for k, i in enumerate(order):
+            plot = self.query_one(f"#view{i}", Plot)
+            plot.show(list(VIEWS.values())[i](*looks))
+            if plot.display:
+                self.call_after_refresh(self._draw, order[k + 1 :], looks)
+                return
+
+    @on(Failed)
+    def _failed(self, event: Failed) -> None:
+        titled(self.query_one("#quality"), sub="no new result")
+        self.trouble = event.text.splitlines()[0]
+        self._about(self.query_one(Form).field)
+
+    # pictures
+
+    def on_resize(self, event: Resize) -> None:
+        self._arrange()
+
+    def _arrange(self) -> None:
+        """As many pictures as there is room for, from the chosen one on."""
+        grid = self.query_one("#plots", Grid)
+        size = grid.size
+        columns, rows = max(1, min(3, size.width // WIDE)), max(1, min(2, size.height // HIGH))
+        count = min(len(VIEWS), columns * rows)
+        shown = [(self.view + k) % len(VIEWS) for k in range(count)]
+        grid.styles.grid_size_columns, grid.styles.grid_size_rows = columns, rows
+        for i in range(len(VIEWS)):
+            self.query_one(f"#view{i}").display = i in shown
+        order = sorted(range(len(VIEWS)), key=lambda i: (i - self.view) % len(VIEWS))
+        grid.sort_children(key=lambda w: order.index(int((w.id or "view0").removeprefix("view"))))
+
+    def action_view(self, by: int) -> None:
+        self.view = (self.view + by) % len(VIEWS)
+        self._arrange()
+
+    # actions
+
+    def action_undo(self) -> None:
+        self._told(self.draft.undo() if self.draft else None, "undone", "nothing to undo")
+
+    def action_redo(self) -> None:
+        self._told(self.draft.redo() if self.draft else None, "done again", "nothing to do again")
+
+    def _told(self, what: str | None, done: str, nothing: str) -> None:
+        self.notify(f"{done}: {what}" if what else nothing, timeout=2)
+        self._changed()
+
+    def action_base(self) -> None:
+        if self.draft is not None:
+            self.draft.compare_with_this()
+            self.notify("this is the base now", timeout=2)
+            self._changed()
+
+    def action_exchange(self) -> None:
+        if self.draft is not None:
+            self.draft.exchange()
+            self._changed()
+
+    def action_track(self) -> None:
+        self.query_one(Form).choose("case.track")
+        self.query_one(Form).action_type()
+
+    def action_add(self) -> None:
+        from railui.desk.effects import choices
+
+        if self.draft is not None:
+            self.app.push_screen(Pick("Add an effect", choices(self.draft.design)), self._add)
+
+    def _add(self, chosen: str | None) -> None:
+        from railui.desk.effects import placed
+
+        if chosen is None or self.draft is None:
+            return
+        try:
+            self.draft.with_effect(placed(chosen))
+        except FileProblems as error:
+            self.notify(error.problems[0].message, severity="error")
+            return
+        self._changed()
+        index = len(self.draft.design.effects) - 1
+        first = next((p for p in self.draft.design.paths() if p.startswith(f"effects.{index}.")), None)
+        if first is not None:
+            self.query_one(Form).choose(first)
+
+    def action_remove(self) -> None:
+        field = self.query_one(Form).field
+        if field is not None and self.draft is not None and field.path.startswith("effects."):
+            self.draft.without_effect(int(field.path.split(".")[1]))
+            self._changed()
+
+    def action_copy(self) -> None:
+        """The value under the cursor, or the whole comparison where that has the keys."""
+        field = self.query_one(Form).field
+        if field is not None:
+            self.app.copy_to_clipboard(value_text(field))
+            self.notify(f"copied {value_text(field)}", timeout=2)
+
+    def save(self) -> None:
+        """Saves into the file, or asks for a name."""
+        if self.draft is None:
+            return
+        try:
+            path = self.draft.save()
+        except Moved as reason:
+            self.notify(str(reason), severity="warning")
+            self.save_as()
+            return
+        except (FileProblems, OSError) as error:
+            self.notify(str(error), severity="error")
+            return
+        self.notify(f"saved {path}", timeout=3)
+        self._changed()
+
+    def save_as(self) -> None:
+        """Saves under a name."""
+        if self.draft is not None:
+            begin = str(self.draft.file.source or f"{self.draft.name}.yaml")
+            self.app.push_screen(Name("Save as", begin), self._save_as)
+
+    def _save_as(self, name: str | None) -> None:
+        if name is None or self.draft is None:
+            return
+        path = Path(name).expanduser()
+        path = path if path.suffix in (".yaml", ".yml") else path.with_name(f"{path.name}.yaml")
+        if path.exists() and path != self.draft.file.source:
+            self.notify(f"{path} exists: choose another name", severity="error")
+            return
+        try:
+            self.draft.save_as(path)
+        except (FileProblems, OSError) as error:
+            self.notify(str(error), severity="error")
+            return
+        self.notify(f"saved {path}", timeout=3)
+        self._changed()
+
+
+def titled(widget: Widget, title: str | None = None, sub: str | None = None) -> None:
+    """Another title, where it is another: a title draws all that stands inside again."""
+    if title is not None and widget.border_title != title:
+        widget.border_title = title
+    if sub is not None and (widget.border_subtitle or "") != sub:
+        widget.border_subtitle = sub
+
+
+def _given(text: str) -> Any:
+    """What was typed: a number where it is one, else a quantity or a word."""
+    try:
+        return float(text)
+    except ValueError:
+        return text.strip()
+
+
+def _seen(design: Any, base: Any, case: Case, last: tuple[Look, Look] | None) -> Message:
+    """Looks at a design and at its base; what is known already is not computed again."""
+    known = [seen for seen in last or () if seen.case == case]
+
+    def of(wanted: Any) -> Look:
+        same = next((seen for seen in known if seen.design.resolved() == wanted.resolved()), None)
+        if same is None:
+            same = look(wanted, case)
+            known.append(same)
+        return same
+
+    return Seen(of(design), of(base))
+
+
+__all__ = ["DesignPanel", "span"]
