@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 Record = dict[str, Any]
 
 LANES: int = _core.LANES
+CURVES = ("measured_force", "profile_shape")  # kinds whose parameters are lists
 AGAINST = {"z": 0.0, "v": 1.0, "s": 2.0}
 RIG_INPUTS = {"force": 0.0, "base_displacement": 1.0, "base_acceleration": 2.0}
 STEP_LIMIT = 64
@@ -79,6 +80,10 @@ class Placement:
 
 def effect_numbers(kind: str, values: Mapping[str, Any]) -> list[float]:
     """The numbers of one effect in the kernel's order; a parameter left out is its record's default."""
+    if kind == "profile_shape":
+        grid, *curves = (list(values[p["key"]]) for p in record(kind)["parameters"])
+        step = (grid[-1] - grid[0]) / (len(grid) - 1)
+        return [float(len(grid)), grid[0], step, *(x for curve in curves for x in curve)]
     if kind == "measured_force":
         motion, force = list(values["motion"]), list(values["force"])
         return [AGAINST[values.get("against", "z")], float(len(motion)), *motion, *force]

@@ -14,6 +14,7 @@ from .effect_records import (
     Record,
     default_at,
     is_absolute,
+    is_against,
     is_curve,
     is_sensor,
     range_at,
@@ -26,7 +27,12 @@ from .units import UnitError, own_quantity, quantity
 from .yaml_nodes import join
 
 AGAINST = ("z", "v", "s")
-TERMS = {"stiffness": ("stiffness",), "stiffness_and_damping": ("stiffness", "damping")}
+TERMS = {
+    "stiffness": ("stiffness",),
+    "stiffness_and_damping": ("stiffness", "damping"),
+    "creep_forces": ("creep forces",),
+    "rolling_radii": ("rolling radii",),
+}
 
 
 def read_effects(
@@ -84,7 +90,7 @@ class _Reader:
         at = self.place(raw, record, path)
         wheelset = self.wheelset(raw, at, path) if at else None
         against = self.against(raw, record, path)
-        known = ["kind", "at", "wheelset", *(["against"] if is_curve(record) else [])]
+        known = ["kind", "at", "wheelset", *(["against"] if is_against(record) else [])]
         known += [str(p["key"]) for p in record["parameters"]]
         for key in raw:
             if key not in known:
@@ -153,7 +159,7 @@ class _Reader:
         return None
 
     def against(self, raw: Mapping[str, Any], record: Record, path: str) -> str | None:
-        if not is_curve(record):
+        if not is_against(record):
             return None
         against = raw.get("against", "z")
         if against not in AGAINST:
@@ -190,23 +196,28 @@ class _Reader:
             except UnitError as error:
                 self.findings.add(where, error.message, error.remedy)
         if is_curve(record):
-            self.curve(read, path)
+            self.curve(read, [str(p["key"]) for p in record["parameters"]], path, even=not is_against(record))
         if len(self.findings.problems) > before:
             return None
         return PlacedEffect(str(record["kind"]), at, wheelset, read, against, frozenset(defaulted))
 
-    def curve(self, read: Mapping[str, Number], path: str) -> None:
-        motion, force = read.get("motion"), read.get("force")
-        if not isinstance(motion, tuple) or not isinstance(force, tuple):
+    def curve(self, read: Mapping[str, Number], keys: Sequence[str], path: str, *, even: bool) -> None:
+        """Lists of equal length over the first of them, which rises, by equal steps where it must be `even`."""
+        first = read.get(keys[0])
+        if not isinstance(first, tuple):
             return
-        if len(motion) != len(force) or len(motion) < 2:
-            self.findings.add(
-                join(path, "force"),
-                f"{len(force)} forces stand against {len(motion)} motions",
-                "give as many, two at least",
-            )
-        elif any(b <= a for a, b in pairwise(motion)):
-            self.findings.add(join(path, "motion"), "does not rise from value to value", "sort the curve by its motion")
+        for key in keys[1:]:
+            other = read.get(key)
+            if isinstance(other, tuple) and (len(other) != len(first) or len(first) < 2):
+                what = f"{len(other)} values of {key} stand against {len(first)} of {keys[0]}"
+                self.findings.add(join(path, key), what, "give as many, two at least")
+                return
+        steps = [b - a for a, b in pairwise(first)]
+        if min(steps, default=0.0) <= 0.0:
+            told = f"sort the curve by its {keys[0]}"
+            self.findings.add(join(path, keys[0]), "does not rise from value to value", told)
+        elif even and max(steps) > 1.001 * min(steps):
+            self.findings.add(join(path, keys[0]), "has unequal steps", "space the values equally")
 
 
 def unit_of(parameter: Record, at: str, against: str | None = None) -> str:

@@ -39,7 +39,12 @@ def is_sensor(record: Record) -> bool:
 
 
 def is_curve(record: Record) -> bool:
-    """Is it a curve, whose parameters are lists and which names what it stands against?"""
+    """Is it a curve, whose parameters are lists?"""
+    return record["kind"] in ("measured_force", "profile_shape")
+
+
+def is_against(record: Record) -> bool:
+    """Is it a curve that names what it stands against: z, v or s?"""
     return bool(record["kind"] == "measured_force")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from .campaign_model import CampaignModel
 from .design_model import design_model
 from .effect_reading import AGAINST
-from .effect_records import PER_WHEELSET, Catalogue, Record, is_curve, is_sensor, kernel_catalogue
+from .effect_records import PER_WHEELSET, Catalogue, Record, is_against, is_curve, is_sensor, kernel_catalogue
 from .schema_line import schema_name
 from .study_model import StudyModel
 
@@ -60,6 +60,7 @@ def _effect(record: Record) -> dict[str, Any]:
         properties["wheelset"] = {"enum": [1, 2, None], "description": "1 leads, 2 trails, both where absent"}
     if is_curve(record):
         value = {"type": "array", "items": value}
+    if is_against(record):
         properties["against"] = {"enum": list(AGAINST), "default": "z"}
     for p in record["parameters"]:
         told = f"{p['symbol']} [{p['unit']}]; {p.get('origin', '')}"

@@ -82,7 +82,7 @@ def law_figures(found: Found, report: Mapping[str, Any], window: Window) -> list
         laws.append(_outside(_Scene.of(found, found.outside.fit.model, window), report["outside"]))
     scene = _Scene.of(found, model, window)
     for i, effect in enumerate(model.effects):
-        if effect.kind != "measured_force":
+        if effect.kind not in core.CURVES:
             laws.append(_law(scene, effect, f"law-{i}"))
     return laws
 

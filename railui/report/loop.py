@@ -91,7 +91,7 @@ def sentence(found: Found) -> str:
     if found.verdict == "none":
         text = f"Nothing is missing that this campaign can show: error {after:.3f}, noise floor {found.floor.nrmse:.3f}"
     elif found.verdict == "effect":
-        names = " and ".join(_name(e) for e in found.after.model.effects if e.kind != "measured_force")
+        names = " and ".join(_name(e) for e in found.after.model.effects if e.kind not in core.CURVES)
         text = f"Missing was {names}: error {before:.3f} before, {after:.3f} after, noise floor {found.floor.nrmse:.3f}"
     else:
         o = found.outside
@@ -139,7 +139,7 @@ def _effects(fit: Fit) -> list[dict[str, Any]]:
     rows = []
     for group, effects in (("effects", fit.model.design.effects), ("sensors", fit.model.sensors)):
         for i, effect in enumerate(effects):
-            if effect.kind == "measured_force":
+            if effect.kind in core.CURVES:
                 continue
             parameters = {}
             for p in core.record(effect.kind)["parameters"]:

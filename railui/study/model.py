@@ -64,10 +64,10 @@ class Model:
         for group, effects in (("effects", self.design.effects), ("sensors", self.sensors)):
             for i, effect in enumerate(effects):
                 width = len(effect_row(effect))
-                if effect.kind != "measured_force":
+                if effect.kind not in core.CURVES:
                     keys = [p["key"] for p in core.record(effect.kind)["parameters"]]
                     found |= {f"{group}.{i}.{key}": at + j for j, key in enumerate(keys)}
-                else:
+                elif effect.kind == "measured_force":
                     half = (width - 2) // 2
                     found |= {f"{group}.{i}.force.{j}": at + 2 + half + j for j in range(half)}
                 at += width
@@ -128,6 +128,8 @@ class Model:
                 if effect.kind == "measured_force":
                     width = len(effect.parameters["force"])  # type: ignore[arg-type]
                     paths += [f"{group}.{i}.force.{j}" for j in range(width)]
+                    continue
+                if effect.kind in core.CURVES:
                     continue
                 free = [p for p in core.record(effect.kind)["parameters"] if p["role"] in ("strength", "shape", "run")]
                 paths += [f"{group}.{i}.{p['key']}" for p in free]

@@ -11,7 +11,7 @@ pub enum Error {
     Place { kind: String, at: String, known: String },
     #[error("this vehicle has no place {at:?} for wheelset {wheelset}")]
     Site { at: String, wheelset: u8 },
-    #[error("{first} and {second} both supersede the linear term at {at}: only one can")]
+    #[error("{first} and {second} both take the place of the same linear term at {at}: only one can")]
     Superseded { first: String, second: String, at: String },
     #[error("no channel {0:?}; this vehicle has {1}")]
     Channel(String, String),

@@ -1,6 +1,7 @@
 //! The vehicle kernel of railui. The modules, ground floor first; each may use only those above it in this list.
 pub mod error;
 pub mod lanes;
+pub mod profile;
 pub mod effects;
 pub mod wheelset;
 pub mod assemble;

@@ -105,6 +105,7 @@ fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
                 Kind::Force => "force",
                 Kind::Creep => "creep",
                 Kind::Rolling => "rolling",
+                Kind::Profile => "profile",
                 Kind::Rail => "rail",
                 Kind::Body => "body",
                 Kind::Sensor => "sensor",
@@ -116,6 +117,8 @@ fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
                 Supersedes::Nothing => None,
                 Supersedes::Stiffness => Some("stiffness"),
                 Supersedes::StiffnessAndDamping => Some("stiffness_and_damping"),
+                Supersedes::CreepForces => Some("creep_forces"),
+                Supersedes::RollingRadii => Some("rolling_radii"),
             },
         )?;
         d.set_item("states", record.states)?;

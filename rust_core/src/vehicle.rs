@@ -1,10 +1,11 @@
 //! A group of vehicles of one structure: the rate of change of its state.
 use crate::assemble::{Assembly, Order, assemble, columns, eigenvalues, parameters};
-use crate::effects::effect::{Kind, Site, Slopes, Supersedes};
+use crate::effects::effect::{Kind, Site, Slopes};
 use crate::effects::{Law, PlacedLaw};
 use crate::error::{Error, Result, expect_len};
 use crate::lanes::{LANES, Lanes, Part};
 use crate::plain::{ContactNumbers, NO_LIMIT, PlainBogie};
+use crate::profile::ShapeLanes;
 use crate::wheelset::{Passing, RailLanes, WheelsetLanes};
 
 /// Room for the state of one vehicle.
@@ -82,11 +83,7 @@ impl Structure {
             for other in &self.placed[..i] {
                 let both = other.wheelset == 0 || placed.wheelset == 0 || other.wheelset == placed.wheelset;
                 let first = other.law.record();
-                if other.at == placed.at
-                    && both
-                    && first.supersedes != Supersedes::Nothing
-                    && record.supersedes != Supersedes::Nothing
-                {
+                if other.at == placed.at && both && first.supersedes.clashes(record.supersedes) {
                     let (first, second) = (first.key.into(), record.key.into());
                     return Err(Error::Superseded { first, second, at: placed.at.clone() });
                 }
@@ -146,6 +143,8 @@ impl Structure {
             speed: 0.3,
             wheel_load: w.n,
             creep_damping: 2.0 * w.kappa_y * w.n / speed,
+            creep_slopes: [w.kappa_x * w.n, w.kappa_y * w.n],
+            gravitational: 2.0 * w.n * w.epsilon / w.b,
             ..Site::default()
         }
     }
@@ -175,7 +174,7 @@ impl Structure {
                         rows.push((row, slopes));
                     }
                 }
-                Kind::Force | Kind::Rail => {
+                Kind::Force | Kind::Profile | Kind::Rail => {
                     for i in self.at_wheelsets(&vehicle, placed) {
                         let mut site = Self::contact_site(&vehicle, i, slowest);
                         // a wheel that slides does not damp the rail
@@ -256,7 +255,10 @@ impl Structure {
         let one_of =
             |laws: &[PlacedLaw], law: Law| laws.is_empty() || (laws.len() == 1 && laws[0].law == law && laws[0].whole);
         let fits = |w: &WheelsetLanes| {
-            one_of(&w.creeps, Law::CreepSaturation) && one_of(&w.laws, Law::FlangeContact) && w.rolls.is_empty()
+            one_of(&w.creeps, Law::CreepSaturation)
+                && one_of(&w.laws, Law::FlangeContact)
+                && w.rolls.is_empty()
+                && w.shape.is_none()
         };
         if !group.wheelsets.iter().all(fits) {
             return None;
@@ -330,6 +332,12 @@ impl Structure {
                         group.held.push((group.states, Lanes::from_fn(|l| of(l).unwrap_or(f64::MAX))));
                     }
                     group.states += record.states;
+                }
+            }
+            Kind::Profile => {
+                let tables: Vec<_> = (0..LANES).map(|l| ones[l].effects[range.clone()].to_vec()).collect();
+                for i in self.at_wheelsets(vehicles[0], placed) {
+                    group.wheelsets[i].shape = Some(ShapeLanes::new(&tables, alpha));
                 }
             }
             _ => {

@@ -2,8 +2,9 @@
 //!
 //! Source: Broersen (1976), (3.2)-(3.9); letters as there.
 use crate::effects::PlacedLaw;
-use crate::effects::effect::RollingRadius;
+use crate::effects::effect::{Creeping, RollingRadius};
 use crate::lanes::{Lanes, Part};
+use crate::profile::ShapeLanes;
 
 /// The numbers of one wheelset: where it stands among the degrees of freedom, where its track is read.
 #[derive(Clone, Copy, Debug, Default)]
@@ -61,9 +62,10 @@ pub struct WheelsetLanes {
     ky_roll: Lanes,
     ky_roll_r: Lanes,
     ky_sigma: Lanes,
-    /// kappa_s N, kappa_s N (epsilon - sigma)/(b r), kappa_s N delta/r
+    /// kappa_s N, kappa_s N (epsilon - sigma)/(b r), kappa_s N epsilon/(b r), kappa_s N delta/r
     ks: Lanes,
     ks_e: Lanes,
+    ks_tilt: Lanes,
     ks_delta: Lanes,
     /// 2 N, 2 N epsilon/b, 2 N delta
     n2: Lanes,
@@ -73,6 +75,7 @@ pub struct WheelsetLanes {
     pub laws: Vec<PlacedLaw>,
     pub creeps: Vec<PlacedLaw>,
     pub rolls: Vec<PlacedLaw>,
+    pub shape: Option<ShapeLanes>,
     pub rail: Option<RailLanes>,
 }
 
@@ -91,6 +94,14 @@ pub struct Motion<P> {
     pub psi: P,
     pub vy: P,
     pub vpsi: P,
+}
+
+/// What both wheels of a wheelset creep with: t_x, the spin parts of t_y, the speed.
+#[derive(Clone, Copy)]
+struct Slipping<P> {
+    tx: P,
+    spin: [P; 2],
+    speed: P,
 }
 
 /// The rail under the wheelset: k_r u + c_r u' = -Q_y.
@@ -120,6 +131,7 @@ impl WheelsetLanes {
             ky_sigma: lanes(&|w| w.kappa_y * w.n * w.r * w.sigma / w.b),
             ks: lanes(&|w| w.kappa_s * w.n),
             ks_e: lanes(&|w| w.kappa_s * w.n * (w.epsilon - w.sigma) / (w.b * w.r)),
+            ks_tilt: lanes(&|w| w.kappa_s * w.n * w.epsilon / (w.b * w.r)),
             ks_delta: lanes(&|w| w.kappa_s * w.n * w.delta / w.r),
             n2: lanes(&|w| 2.0 * w.n),
             n2_e: lanes(&|w| 2.0 * w.n * w.epsilon / w.b),
@@ -128,6 +140,7 @@ impl WheelsetLanes {
             laws: Vec::new(),
             creeps: Vec::new(),
             rolls: Vec::new(),
+            shape: None,
             rail: None,
         }
     }
@@ -159,8 +172,9 @@ impl WheelsetLanes {
             e = g(&rail.alpha).neg_mul_add(u, e);
         }
 
-        // (r_1 - r_2)/2
-        let dr = if self.rolls.is_empty() {
+        // (r_1 - r_2)/2, and what takes the place of e in gamma_1 - gamma_2
+        let mut tilt = e;
+        let dr = if self.rolls.is_empty() && self.shape.is_none() {
             g(&self.lambda) * e
         } else {
             let mut to = RollingRadius { shift: P::zero(), conicity: g(&self.lambda), cubic: P::zero() };
@@ -168,7 +182,11 @@ impl WheelsetLanes {
                 roll.law.roll(roll.numbers(part), g(&roll.alpha), P::splat(track[4]), row[0], &mut to);
             }
             let d = e - to.shift;
-            to.conicity * d * (to.cubic * d).mul_add(d, P::splat(1.0))
+            let mut rolled = d;
+            if let Some(shape) = &self.shape {
+                (rolled, tilt) = shape.at(part, d, P::splat(track[4]), e);
+            }
+            to.conicity * rolled * (to.cubic * d).mul_add(d, P::splat(1.0))
         };
 
         // creepages (3.5) into (3.3), without and with the contact angle: t_x = kappa_x N (dr/r + b psi'/V),
@@ -176,10 +194,10 @@ impl WheelsetLanes {
         let tx = g(&self.kx_r).mul_add(dr, g(&self.kx_b) * vpsi * inv_speed);
         let moving = g(&self.ky_roll).mul_add(vy, g(&self.ks) * vpsi);
         let laid = g(&self.ky_sigma).mul_add(P::splat(track[1]), g(&self.ky_roll_r) * P::splat(track[3]));
-        let held = g(&self.ky).mul_add(psi, g(&self.ks_e).mul_add(e, laid));
-        let ty = moving.mul_add(inv_speed, -held);
+        let turned = g(&self.ks_tilt).mul_add(tilt - e, g(&self.ks_e) * e);
+        let ty = moving.mul_add(inv_speed, -(g(&self.ky).mul_add(psi, laid) + turned));
         let ty_delta = g(&self.ks_delta);
-        let gravity = g(&self.n2_e).neg_mul_add(e, g(&self.n2) * phi_w);
+        let gravity = g(&self.n2_e).neg_mul_add(tilt, g(&self.n2) * phi_w);
         let mut flange = P::zero();
         for law in &self.laws {
             let de = if law.looks_at_speed {
@@ -195,24 +213,29 @@ impl WheelsetLanes {
 
         let mut ty_1 = ty - ty_delta;
         let mut ty_2 = ty + ty_delta;
-        let (mut f_1, mut f_2) = (P::splat(1.0), P::splat(1.0));
+        let (mut tx_1, mut tx_2) = (tx, tx);
+        let creeps = if self.creeps.is_empty() {
+            None
+        } else {
+            // the part of t_y that is spin
+            let spin = (g(&self.ks) * vpsi).mul_add(inv_speed, -turned);
+            Some(Slipping { tx, spin: [spin - ty_delta, spin + ty_delta], speed })
+        };
         let mut du = P::zero();
         if let Some(rail) = &self.rail {
             // what u' takes off the creep force of each wheel, through y' - u' and through the roll
             let share = g(&rail.alpha) * g(&self.ky_roll) * inv_speed;
             let still = g(&rail.stiffness).mul_add(u, outer);
-            du = self.yielding(part, g(&rail.damping), still, share, tx, [ty_1, ty_2]);
+            du = self.yielding(part, g(&rail.damping), still, share, creeps.as_ref(), [ty_1, ty_2]);
             (ty_1, ty_2) = (share.neg_mul_add(du, ty_1), share.neg_mul_add(du, ty_2));
         }
-        if !self.creeps.is_empty() {
-            (f_1, f_2) = self.saturation(part, tx, ty_1, ty_2);
+        if let Some(creeps) = &creeps {
+            ([tx_1, ty_1], [tx_2, ty_2]) = self.creep_forces(part, creeps, ty_1, ty_2);
         }
-        ty_1 = f_1 * ty_1;
-        ty_2 = f_2 * ty_2;
 
-        // (3.4); T_x1 = -f_1 t_x, T_x2 = f_2 t_x
+        // (3.4); T_x1 = -t_x1, T_x2 = t_x2
         let q_y = outer - ty_1 - ty_2;
-        let q_psi = g(&self.b) * tx.neg_mul_add(f_1 + f_2, psi * (g(&self.n2_delta) + ty_1 - ty_2));
+        let q_psi = g(&self.b) * (psi * (g(&self.n2_delta) + ty_1 - ty_2) - (tx_1 + tx_2));
         let gyro = g(&self.gyro) * speed;
         (gyro.mul_add(vpsi, q_y), gyro.neg_mul_add(vy, q_psi), du)
     }
@@ -222,16 +245,24 @@ impl WheelsetLanes {
     /// `still`: k_r u + Q_y without creep forces; `ty`: those at u' = 0. With saturation the sum's slope lies between
     /// c_r and c_r + 2 share, which keeps Newton's steps in; a lane that has arrived stays, whatever its neighbours do.
     #[inline(always)]
-    fn yielding<P: Part>(&self, part: usize, damping: P, still: P, share: P, tx: P, ty: [P; 2]) -> P {
+    fn yielding<P: Part>(
+        &self,
+        part: usize,
+        damping: P,
+        still: P,
+        share: P,
+        creeps: Option<&Slipping<P>>,
+        ty: [P; 2],
+    ) -> P {
         let steepest = share.mul_add(P::splat(2.0), damping);
-        if self.creeps.is_empty() {
+        let Some(creeps) = creeps else {
             return (ty[0] + ty[1] - still) / steepest;
-        }
+        };
         let (none, one, half) = (P::zero(), P::splat(1.0), P::splat(0.5));
         let sum = |du: P| {
             let (ty_1, ty_2) = (share.neg_mul_add(du, ty[0]), share.neg_mul_add(du, ty[1]));
-            let (f_1, f_2) = self.saturation(part, tx, ty_1, ty_2);
-            f_2.neg_mul_add(ty_2, f_1.neg_mul_add(ty_1, damping.mul_add(du, still)))
+            let ([_, ty_1], [_, ty_2]) = self.creep_forces(part, creeps, ty_1, ty_2);
+            damping.mul_add(du, still) - ty_1 - ty_2
         };
         let at_rest = sum(none);
         let (near, far) = (-at_rest / steepest, -at_rest / damping);
@@ -257,25 +288,28 @@ impl WheelsetLanes {
         du
     }
 
+    /// T_x, T_y of both wheels where the linear law gives t_x and t_y.
     #[inline(always)]
-    fn saturation<P: Part>(&self, part: usize, tx: P, ty_1: P, ty_2: P) -> (P, P) {
+    fn creep_forces<P: Part>(&self, part: usize, slipping: &Slipping<P>, ty_1: P, ty_2: P) -> ([P; 2], [P; 2]) {
         let one = P::splat(1.0);
-        let (mut f_1, mut f_2) = (one, one);
+        let Slipping { tx, spin, speed } = *slipping;
+        let mut wheels =
+            [Creeping { tx, ty: ty_1, spin: spin[0], speed }, Creeping { tx, ty: ty_2, spin: spin[1], speed }];
         for creep in &self.creeps {
-            let mut of_1 = creep.law.factor(creep.numbers(part), tx, ty_1);
-            let mut of_2 = creep.law.factor(creep.numbers(part), tx, ty_2);
-            if !creep.whole {
-                let alpha = P::load(&creep.alpha, part);
-                // amount 1 has the same digits as where nobody blends
-                let blend = |of: P| {
-                    let part = alpha.mul_add(of - one, one);
-                    alpha.if_less(one, part, one.if_less(alpha, part, of))
-                };
-                (of_1, of_2) = (blend(of_1), blend(of_2));
+            for wheel in &mut wheels {
+                let mut whole = creep.law.creep(creep.numbers(part), wheel);
+                if !creep.whole {
+                    let alpha = P::load(&creep.alpha, part);
+                    // amount 1 has the same digits as where nobody blends
+                    let blend = |linear: P, whole: P| {
+                        let partly = alpha.mul_add(whole - linear, linear);
+                        alpha.if_less(one, partly, one.if_less(alpha, partly, whole))
+                    };
+                    whole = [blend(wheel.tx, whole[0]), blend(wheel.ty, whole[1])];
+                }
+                [wheel.tx, wheel.ty] = whole;
             }
-            f_1 = f_1 * of_1;
-            f_2 = f_2 * of_2;
         }
-        (f_1, f_2)
+        (([wheels[0].tx, wheels[0].ty]), ([wheels[1].tx, wheels[1].ty]))
     }
 }

@@ -143,7 +143,10 @@ def test_a_curve_stands_against_motion_speed_or_distance(with_effects: Callable[
     assert effect.parameters == {"motion": (-0.01, 0.0, 0.01), "force": (-2e3, 0.0, 2e3)}
     assert hash(effect) == hash(PlacedEffect(effect.kind, effect.at, None, effect.parameters, "v"))
     assert "does not rise" in told(lambda: with_effects(curve.format("z", "0, 0, 1")))[0].message
-    assert "3 forces stand against 2 motions" in told(lambda: with_effects(curve.format("z", "0, 1")))[0].message
+    assert (
+        "3 values of force stand against 2 of motion"
+        in told(lambda: with_effects(curve.format("z", "0, 1")))[0].message
+    )
     assert "unit mm/s" in told(lambda: with_effects(curve.format("z", "0, 1 mm/s, 2")))[0].message
     assert told(lambda: with_effects(curve.format("x", "0, 1, 2")))[0].key == "effects.0.against"
 

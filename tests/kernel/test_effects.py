@@ -40,6 +40,14 @@ USUAL = {
     "track": (1e-4, 1e-3, 2e7),
 }
 CURVE = ([-1.5, -0.4, 0.3, 1.2], [0.6, 0.25, -0.1, -0.7])
+# ends inside the motion, so that the straight lines beyond them are used too
+GRID = np.linspace(-3e-3, 3.5e-3, 14)
+SHAPE = {
+    "displacement": GRID.tolist(),
+    "radius": (GRID + 4e4 * GRID**3 + 30.0 * GRID**2).tolist(),
+    "radius_per_gauge": (-60.0 * GRID + 2e3 * GRID**2).tolist(),
+    "angle": (0.8 * GRID + 3e4 * GRID**3).tolist(),
+}
 
 
 def strong(kind: str, at: str) -> dict[str, Any]:
@@ -62,6 +70,16 @@ def strong(kind: str, at: str) -> dict[str, Any]:
         "steady_force": {"force": 0.3 * k * z},
         "measured_force": {"motion": [x * z for x in CURVE[0]], "force": [x * k * z for x in CURVE[1]]},
         "creep_saturation": {"friction": 0.15},
+        "vermeulen_johnson": {"friction": 0.15, "longitudinal_factor": 1.2, "lateral_factor": 1.1},
+        "shen_hedrick_elkins": {"friction": 0.15, "surface": 0.6},
+        "polach": {
+            "friction": 0.2,
+            "adhesion_reduction": 0.8,
+            "slip_reduction": 0.4,
+            "friction_ratio": 0.4,
+            "friction_decay": 0.6,
+        },
+        "profile_shape": SHAPE,
         "nonlinear_conicity": {"cubic": 2e4},
         "gauge_conicity": {"per_gauge": -15.0},
         "rolling_line_offset": {"offset": 1.5e-3},
@@ -109,6 +127,9 @@ CONTACT = (
     "nonlinear_conicity at=contact wheelset=1 cubic=2e4",
     "rolling_line_offset at=contact wheelset=2 offset=0.001",
 )
+PROFILES = " ".join(
+    ["profile_shape at=contact", *(f"{k}={','.join(map(repr, map(float, v)))}" for k, v in SHAPE.items())]
+)
 TOGETHER = {
     "friction_below_a_coach": (COACH, "dry_friction at=secondary_lateral force=800 slip_speed=0.02"),
     "stop_and_damper_below_a_coach": (
@@ -129,6 +150,11 @@ TOGETHER = {
     ),
     "rail_saturation_and_flange": (RAIL, SLIP, FLANGE),
     "the_whole_contact": (RAIL, SLIP, FLANGE, *CONTACT),
+    "rail_under_wheels_of_polach": (
+        RAIL,
+        "polach at=contact friction=0.1 slip_reduction=0.4 friction_ratio=0.4 friction_decay=0.6",
+    ),
+    "profiles_and_the_whole_contact": (RAIL, SLIP, FLANGE, *CONTACT, PROFILES),
     "twice_the_same": (
         "dry_friction at=secondary_lateral force=500 slip_speed=0.03",
         "dry_friction at=secondary_lateral force=300 slip_speed=0.01",

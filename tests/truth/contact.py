@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .laws import Array, beyond, saturation, saturation_slope
+from .laws import Array, beyond, creep_forces, saturation, saturation_slope
 from .road import Point
 
 
@@ -38,6 +38,8 @@ class Contact:
         # what no vehicle of the batch has is skipped
         self.saturates = bool(np.isfinite(c["mu"]).any())
         self.flanges = bool(np.isfinite(c["h"]).any())
+        self.only_saturation = not (c["law"] != 0.0).any()  # creep_saturation everywhere
+        self.shapes = c.pop("shape")
         self.yields = bool(c["yields"].any())
         self.curved = any((c[name] != 0.0).any() for name in ("lam_g", "l3"))
         self.along = any((c[name] != 0.0).any() for name in ("e_0", "sway", "drift", "depth"))
@@ -49,9 +51,21 @@ class Contact:
             s = p.s - self.behind
             lam = lam * (1.0 + c["drift"] * s / 1000.0)
             x = e - c["e_0"] - c["sway"] * np.sin(2.0 * np.pi * s / c["wavelength"] + c["phase"])
+        rolled = self.shaped(x, "radius") + p.g * self.shaped(x, "radius_per_gauge", 0.0)
         if not self.curved:
-            return lam * x
-        return (lam + c["lam_g"] * p.g) * x * (1.0 + c["l3"] * x * x)
+            return lam * rolled
+        return (lam + c["lam_g"] * p.g) * rolled * (1.0 + c["l3"] * x * x)
+
+    def shaped(self, x: Array, curve: str, plain: float = 1.0) -> Array:
+        """A curve of the profiles at x, straight beyond its ends; `plain` times x where there are none."""
+        if not self.shapes:
+            return plain * x
+        y = plain * x
+        for (row, k), curves in self.shapes.items():
+            spline = curves[curve]
+            inside = np.clip(x[row, k], *spline.x[[0, -1]])
+            y[row, k] = spline(inside) + spline(inside, 1) * (x[row, k] - inside)
+        return y
 
     def coefficients(self, p: Point) -> tuple[Array, ...]:
         """kappa_x N, kappa_y N, kappa_s N, smaller where patches of the rail are wet."""
@@ -69,7 +83,7 @@ class Contact:
         """Q_yi, Q_psii of the rails on each wheelset, and u_i' of rails that yield to them and to `other`."""
         V, b, r, N = p.V, self.b, self.r, self.N
         kxN, kyN, ksN = self.coefficients(p)
-        half, tilt, turn = self.rolling(w.e, p), self.eb * w.e - p.phiw, w.psid / V
+        half, tilt, turn = self.rolling(w.e, p), self.eb * self.shaped(w.e, "angle") - p.phiw, w.psid / V
         r_1, r_2 = r + half, r - half  # (3.8)
         gamma_1, gamma_2 = self.delta + tilt, self.delta - tilt
         phi, phid = p.phiw - self.sb * w.e, p.phiwd - self.sb * w.ed
@@ -85,20 +99,25 @@ class Contact:
         if w.u is not None:
             share = (1.0 + r * self.sb) / V
             still = other - N * (gamma_1 - gamma_2) + self.c["k_r"] * w.u
-            ud = self.rail(still, ((T_x1, spin_1), (T_x2, spin_2)), kyN, u_y, share)
+            ud = self.rail(still, ((T_x1, u_x1, spin_1), (T_x2, u_x2, spin_2)), kyN, u_y, share, V)
             u_y = u_y - share * ud
 
         # creep forces (3.2)-(3.4), saturated together
         T_y1, T_y2 = kyN * u_y + spin_1, kyN * u_y + spin_2
         if self.saturates:
-            f_1 = saturation(np.sqrt(T_x1 * T_x1 + T_y1 * T_y1) / self.limit)
-            f_2 = saturation(np.sqrt(T_x2 * T_x2 + T_y2 * T_y2) / self.limit)
-            T_x1, T_y1, T_x2, T_y2 = f_1 * T_x1, f_1 * T_y1, f_2 * T_x2, f_2 * T_y2
+            T_x1, T_y1 = creep_forces(self.c, N, T_x1, T_y1, spin_1, V * np.hypot(u_x1, u_y))
+            T_x2, T_y2 = creep_forces(self.c, N, T_x2, T_y2, spin_2, V * np.hypot(u_x2, u_y))
         Y_1, Y_2 = N * gamma_1 + T_y1, -N * gamma_2 + T_y2
         return -Y_1 - Y_2, b * (T_x1 - T_x2) + b * w.psi * (Y_1 - Y_2), ud
 
     def rail(
-        self, still: Array, wheels: tuple[tuple[Array, Array], ...], kyN: Array, u_y: Array, share: Array
+        self,
+        still: Array,
+        wheels: tuple[tuple[Array, Array, Array], ...],
+        kyN: Array,
+        u_y: Array,
+        share: Array,
+        V: float | Array,
     ) -> Array:
         """u' from k_r u + c_r u' + Q_y(u') + flange = 0; `still` is all of it that does not know u'.
 
@@ -109,8 +128,17 @@ class Contact:
 
         def force(ud: Array) -> tuple[Array, Array]:
             total, slope = still + c_r * ud, c_r
-            for T_x, spin in wheels:
-                T_y = kyN * (u_y - share * ud) + spin
+            for T_x, u_x, spin in wheels:
+                across = u_y - share * ud
+                T_y = kyN * across + spin
+                if not self.only_saturation:
+                    nudge = 1e-6
+                    there = [
+                        creep_forces(self.c, self.N, T_x, kyN * v + spin, spin, V * np.hypot(u_x, v))[1]
+                        for v in (across, across - share * nudge)
+                    ]
+                    total, slope = total - there[0], slope + (there[0] - there[1]) / nudge
+                    continue
                 if not self.saturates:
                     total, slope = total - T_y, slope + kyN * share
                     continue

@@ -73,7 +73,23 @@ KINDS: dict[str, Kind] = {
     "maxwell_damper": force(
         laws.maxwell_damper, "stiffness", "damping", optional={"blow_off": np.inf}, states=1, cycle="loss"
     ),
-    "creep_saturation": Kind(("contact",), ("friction",)),
+    "creep_saturation": Kind(("contact",), ("friction",), supersedes="creep forces"),
+    "vermeulen_johnson": Kind(
+        ("contact",),
+        ("friction",),
+        {"longitudinal_factor": 1.0, "lateral_factor": 1.0},
+        supersedes="creep forces",
+    ),
+    "shen_hedrick_elkins": Kind(("contact",), ("friction",), {"surface": 1.0}, supersedes="creep forces"),
+    "polach": Kind(
+        ("contact",),
+        ("friction",),
+        {"adhesion_reduction": 1.0, "slip_reduction": 1.0, "friction_ratio": 1.0, "friction_decay": 0.0},
+        supersedes="creep forces",
+    ),
+    "profile_shape": Kind(
+        ("contact",), ("displacement", "radius", "radius_per_gauge", "angle"), supersedes="rolling radii", odd=False
+    ),
     "flange_contact": Kind(("contact",), ("stiffness",), {"clearance": None}, cycle="none", rates=False),
     "nonlinear_conicity": Kind(("contact",), ("cubic",)),
     "gauge_conicity": Kind(("contact",), ("per_gauge",)),
@@ -200,7 +216,7 @@ def check_together(effects: Sequence[Effect]) -> None:
     """Raises ValueError where two effects supersede the same term, or one kind sits twice in a contact."""
     taken: dict[tuple[str, str, int], str] = {}
     for one in effects:
-        what = [w for w in ("spring", "damper") if w in KINDS[one.kind].supersedes]
+        what = [w for w in ("spring", "damper", "creep forces", "rolling radii") if w in KINDS[one.kind].supersedes]
         what += [one.kind] if one.at in ("contact", "track") and KINDS[one.kind].law is None else []
         for key in [(w, one.at, row) for w in what for row in range(2)[one.rows]]:
             if key in taken:

@@ -89,6 +89,32 @@ def measured_force(p: Parameters, z: Array, v: Array, x: Array, t: float) -> tup
     return force, None
 
 
+# laws of creep, by the number that a field of the contact chain holds
+CREEP_LAWS = ("creep_saturation", "vermeulen_johnson", "shen_hedrick_elkins", "polach")
+
+
+def creep_forces(c: Parameters, N: Array, T_x: Array, T_y: Array, spin: Array, slip: Array) -> tuple[Array, Array]:
+    """T_x, T_y of a wheel whose linear law gives T_x, T_y (spin: its part of T_y), sliding at `slip` [m/s].
+
+    Vermeulen and Johnson (1964): no spin. Shen, Hedrick and Elkins (1983): Kalker's forces with spin, times the factor
+    of Vermeulen and Johnson. Polach (2005): F = (2 Q mu/pi) (k_A e/(1 + (k_A e)^2) + atan(k_S e)), e the gradient of
+    the tangential stress, (pi/4) of linear force over limit; mu = mu_0 ((1 - A) exp(-B w) + A).
+    """
+    without_spin = c["law"] == CREEP_LAWS.index("vermeulen_johnson")
+    X = c["p_x"] * T_x
+    Y = np.where(without_spin, c["p_y"] * (T_y - spin), c["p_x"] * T_y)
+    f = saturation(np.hypot(X, Y) / (c["mu"] * N))
+    X, Y = f * X, f * Y
+    polach = c["law"] == CREEP_LAWS.index("polach")
+    if not polach.any():
+        return X, Y
+    limit = np.where(polach, c["mu"], 1.0) * ((1.0 - c["A"]) * np.exp(-c["B"] * slip) + c["A"]) * N
+    T = np.maximum(np.hypot(T_x, T_y), 1e-9)
+    e = 0.25 * np.pi * T / limit
+    F = 2.0 * limit / np.pi * (c["k_A"] * e / (1.0 + (c["k_A"] * e) ** 2) + np.arctan(c["k_S"] * e))
+    return np.where(polach, F * T_x / T, X), np.where(polach, F * T_y / T, Y)
+
+
 def saturation(q: Array) -> Array:
     """Vermeulen and Johnson: factor on both creep forces at q = T/(mu N)."""
     return np.where(q < 3.0, 1.0 - q / 3.0 + q * q / 27.0, 1.0 / np.maximum(q, 3.0))

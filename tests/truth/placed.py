@@ -7,13 +7,21 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from .effects import KINDS, Effect, Kind
-from .laws import Array
+from .laws import CREEP_LAWS, Array
 
 # field of the contact chain that a contact effect sets: neutral value, then {kind: {parameter: field}}
 NEUTRAL = {
     "mu": np.inf,
+    "law": 0.0,
+    "p_x": 1.0,
+    "p_y": 1.0,
+    "k_A": 1.0,
+    "k_S": 1.0,
+    "A": 1.0,
+    "B": 0.0,
     "h": np.inf,
     "k_f": 0.0,
     "l3": 0.0,
@@ -31,6 +39,15 @@ NEUTRAL = {
 }
 CONTACT: dict[str, dict[str, str]] = {
     "creep_saturation": {"friction": "mu"},
+    "vermeulen_johnson": {"friction": "mu", "longitudinal_factor": "p_x", "lateral_factor": "p_y"},
+    "shen_hedrick_elkins": {"friction": "mu", "surface": "p_x"},
+    "polach": {
+        "friction": "mu",
+        "adhesion_reduction": "k_A",
+        "slip_reduction": "k_S",
+        "friction_ratio": "A",
+        "friction_decay": "B",
+    },
     "flange_contact": {"clearance": "h", "stiffness": "k_f"},
     "nonlinear_conicity": {"cubic": "l3"},
     "gauge_conicity": {"per_gauge": "lam_g"},
@@ -41,16 +58,26 @@ CONTACT: dict[str, dict[str, str]] = {
 }
 
 
-def contact_fields(batch: Sequence[Sequence[Effect]], clearances: Array) -> dict[str, Array]:
+def contact_fields(batch: Sequence[Sequence[Effect]], clearances: Array) -> dict[str, Any]:
     """Contact effects of a batch as fields [wheelset, vehicle], neutral where there are none."""
-    fields = {name: np.full((2, len(batch)), value) for name, value in NEUTRAL.items()}
+    fields: dict[str, Any] = {name: np.full((2, len(batch)), value) for name, value in NEUTRAL.items()}
+    fields["shape"] = {}
     for k, effects in enumerate(batch):
+        for one in (e for e in effects if e.kind == "profile_shape"):
+            grid = np.array(one.parameters["displacement"])
+            curves = {
+                name: CubicSpline(grid, one.parameters[name], bc_type="natural")
+                for name in ("radius", "radius_per_gauge", "angle")
+            }
+            fields["shape"] |= {(row, k): curves for row in range(2)[one.rows]}
         for one in (e for e in effects if e.kind in CONTACT):
             p = {**one.filled()}
             if one.kind == "flange_contact" and p["clearance"] is None:
                 p["clearance"] = clearances[k]
             for name, target in CONTACT[one.kind].items():
                 fields[target][one.rows, k] = p[name]
+            if one.kind in CREEP_LAWS:
+                fields["law"][one.rows, k] = CREEP_LAWS.index(one.kind)
             if one.kind == "rail_flexibility":
                 fields["yields"][one.rows, k] = 1.0
     return fields

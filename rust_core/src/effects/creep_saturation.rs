@@ -20,7 +20,7 @@ impl Effect for CreepSaturation {
             "dry rail 0.35; wet 0.15; poor adhesion 0.05",
             Role::Shape,
         )],
-        supersedes: Supersedes::Nothing,
+        supersedes: Supersedes::CreepForces,
         states: 0,
         odd: true,
         dissipates: true,
@@ -37,13 +37,8 @@ impl Effect for CreepSaturation {
 impl Creep for CreepSaturation {
     // q = T/(mu N); factor 1 - q/3 + q^2/27 for q < 3, else 1/q
     #[inline(always)]
-    fn factor<P: Part>(p: Numbers<'_>, tx: P, ty: P) -> P {
-        let square = tx.mul_add(tx, ty * ty) * p.get(0);
-        let q = square.sqrt();
-        let one = P::splat(1.0);
-        let rising = q.mul_add(P::splat(-1.0 / 3.0), square.mul_add(P::splat(1.0 / 27.0), one));
-        let three = P::splat(3.0);
-        // full sliding is rare: its division is made only where a lane slides
-        if q.any_from(three) { q.if_less(three, rising, one / q.max(three)) } else { rising }
+    fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
+        let factor = cubic_saturation(wheel.tx.mul_add(wheel.tx, wheel.ty * wheel.ty) * p.get(0));
+        [factor * wheel.tx, factor * wheel.ty]
     }
 }

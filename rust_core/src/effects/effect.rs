@@ -37,6 +37,20 @@ pub enum Supersedes {
     Nothing,
     Stiffness,
     StiffnessAndDamping,
+    CreepForces,
+    RollingRadii,
+}
+
+impl Supersedes {
+    /// Do both replace the same term?
+    pub fn clashes(self, other: Supersedes) -> bool {
+        use Supersedes::{CreepForces, Nothing, RollingRadii};
+        match (self, other) {
+            (Nothing, _) | (_, Nothing) => false,
+            (CreepForces | RollingRadii, _) | (_, CreepForces | RollingRadii) => self == other,
+            _ => true,
+        }
+    }
 }
 
 /// What the law acts on.
@@ -45,6 +59,7 @@ pub enum Kind {
     Force,
     Creep,
     Rolling,
+    Profile,
     Rail,
     Body,
     Sensor,
@@ -84,6 +99,9 @@ pub struct Site {
     /// Wheel load [N], and 2 kappa_y N / V [N s/m] at the lowest speed.
     pub wheel_load: f64,
     pub creep_damping: f64,
+    /// kappa_x N, kappa_y N [N] and 2 N epsilon/b [N/m].
+    pub creep_slopes: [f64; 2],
+    pub gravitational: f64,
 }
 
 /// Steepest slopes of a law beyond the linear terms: force per z, force per v, rate of an own state [1/s].
@@ -134,9 +152,29 @@ pub trait Force: Effect {
     fn force<P: Part>(p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P;
 }
 
-/// Factor on both creep forces of a wheel.
+/// How one wheel creeps: the forces of the linear law, the part of t_y that is spin, the speed of the wheelset.
+#[derive(Clone, Copy)]
+pub struct Creeping<P> {
+    pub tx: P,
+    pub ty: P,
+    pub spin: P,
+    pub speed: P,
+}
+
+/// Creep forces of a wheel where the linear law gives t_x, t_y.
 pub trait Creep: Effect {
-    fn factor<P: Part>(p: Numbers<'_>, tx: P, ty: P) -> P;
+    fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2];
+}
+
+/// Factor of Vermeulen and Johnson at q = T/(mu N), its square given: 1 - q/3 + q^2/27 for q < 3, else 1/q.
+#[inline(always)]
+pub fn cubic_saturation<P: Part>(square: P) -> P {
+    let q = square.sqrt();
+    let one = P::splat(1.0);
+    let rising = q.mul_add(P::splat(-1.0 / 3.0), square.mul_add(P::splat(1.0 / 27.0), one));
+    let three = P::splat(3.0);
+    // full sliding is rare: its division is made only where a lane slides
+    if q.any_from(three) { q.if_less(three, rising, one / q.max(three)) } else { rising }
 }
 
 /// (r_1 - r_2)/2 = (lambda + conicity)(e - shift)(1 + cubic (e - shift)^2)

@@ -3,8 +3,16 @@ use super::effect::*;
 use super::*;
 use crate::lanes::{LANES, Lanes, Portable};
 
-const SITE: Site =
-    Site { stiffness: 6e6, damping: 3e4, motion: 0.01, speed: 0.3, wheel_load: 55e3, creep_damping: 4.5e5 };
+const SITE: Site = Site {
+    stiffness: 6e6,
+    damping: 3e4,
+    motion: 0.01,
+    speed: 0.3,
+    wheel_load: 55e3,
+    creep_damping: 4.5e5,
+    creep_slopes: [7e6, 6.5e6],
+    gravitational: 1e6,
+};
 
 /// Defaults of a law in SI at a place like the primary suspension.
 fn defaults(record: &Record) -> Vec<f64> {
@@ -180,22 +188,90 @@ fn free_play_and_the_declared_spring_make_nothing_inside_and_a_spring_beyond() {
     assert!((whole(3.0 * h) + SITE.stiffness * 2.0 * h).abs() < 1e-9 * SITE.stiffness * h);
 }
 
+/// Forces of a creep law at linear forces t_x, t_y, spin part and speed.
+fn creep(law: Law, p: &[f64], site: &Site, [tx, ty, spin, speed]: [f64; 4]) -> [f64; 2] {
+    let lanes: Vec<_> = law.prepare(p, site).into_iter().map(Lanes::splat).collect();
+    let wheel = Creeping {
+        tx: Portable::splat(tx),
+        ty: Portable::splat(ty),
+        spin: Portable::splat(spin),
+        speed: Portable::splat(speed),
+    };
+    law.creep(Numbers { lanes: &lanes, at: 0 }, &wheel).map(|f| {
+        let mut out = Lanes([0.0; LANES]);
+        f.store(&mut out, 0);
+        out.0[0]
+    })
+}
+
 #[test]
 fn the_creep_factor_follows_the_cubic_and_then_the_friction_limit() {
     // q = T/(mu N): 1 - q/3 + q^2/27 at q = 1.5, 1/q at q = 6
     let mu = 0.3;
-    let lanes: Vec<_> = Law::CreepSaturation.prepare(&[mu], &SITE).into_iter().map(Lanes::splat).collect();
     let factor = |q: f64| {
         let t = q * mu * SITE.wheel_load;
-        let f = Law::CreepSaturation.factor(
-            Numbers { lanes: &lanes, at: 0 },
-            Portable::splat(0.6 * t),
-            Portable::splat(0.8 * t),
-        );
-        let mut out = Lanes([0.0; LANES]);
-        f.store(&mut out, 0);
-        out.0[0]
+        let [x, y] = creep(Law::CreepSaturation, &[mu], &SITE, [0.6 * t, 0.8 * t, 0.0, 40.0]);
+        assert!((x / (0.6 * t) - y / (0.8 * t)).abs() < 1e-12);
+        x / (0.6 * t)
     };
     assert!((factor(1.5) - (1.0 - 0.5 + 2.25 / 27.0)).abs() < 1e-12);
     assert!((factor(6.0) - 1.0 / 6.0).abs() < 1e-12);
+}
+
+#[test]
+fn every_creep_law_starts_linear_is_odd_and_ends_at_or_below_the_friction_limit() {
+    for law in CATALOGUE.iter().filter(|law| law.record().kind == Kind::Creep) {
+        let (p, key) = (defaults(law.record()), law.record().key);
+        let limit = p[0] * SITE.wheel_load;
+        let at = |q: f64| creep(*law, &p, &SITE, [0.6 * q * limit, 0.8 * q * limit, 0.0, 40.0]);
+        let size = |[x, y]: [f64; 2]| x.hypot(y) / limit;
+        assert!((size(at(1e-6)) / 1e-6 - 1.0).abs() < 1e-5, "{key} begins with {}", size(at(1e-6)) / 1e-6);
+        assert!(size(at(1e3)) <= 1.0 + 1e-12 && size(at(30.0)) > 0.95, "{key} ends at {}", size(at(1e3)));
+        let (f, g) = (at(0.7), at(-0.7));
+        assert!((f[0] + g[0]).abs() + (f[1] + g[1]).abs() < 1e-9 * limit, "{key} is not odd");
+        // rising all the way: no law of the list falls where friction does not
+        assert!(
+            (1..60).all(|k| size(at(0.1 * f64::from(k))) > size(at(0.1 * f64::from(k - 1)))
+                || size(at(0.1 * f64::from(k))) > 1.0 - 1e-12),
+            "{key} falls"
+        );
+    }
+}
+
+#[test]
+fn polach_follows_his_formula() {
+    // F = (2 mu Q/pi)(kA e/(1 + (kA e)^2) + atan(kS e)), e = (pi/4) T/(mu Q); kA 0.8, kS 0.4; friction falls with slip
+    let (load, t) = (SITE.wheel_load, 31e3);
+    let site = Site { creep_slopes: [150.0 * load, 150.0 * load], ..SITE };
+    let slip: f64 = 40.0 * t / (150.0 * load);
+    let mu = 0.4 * ((1.0 - 0.4) * (-0.6 * slip).exp() + 0.4);
+    let e = std::f64::consts::FRAC_PI_4 * t / (mu * load);
+    let expected = 2.0 * mu * load / std::f64::consts::PI * (0.8 * e / (1.0 + 0.64 * e * e) + (0.4 * e).atan());
+    let [x, y] = creep(Law::Polach, &[0.4, 0.8, 0.4, 0.4, 0.6], &site, [0.6 * t, 0.8 * t, 0.0, 40.0]);
+    assert!((x.hypot(y) / expected - 1.0).abs() < 1e-12, "{} {expected}", x.hypot(y));
+    assert!((y / x - 0.8 / 0.6).abs() < 1e-12);
+}
+
+#[test]
+fn vermeulen_and_johnson_leave_spin_out() {
+    let with = creep(Law::VermeulenJohnson, &[0.3, 1.0, 1.0], &SITE, [3e3, 5e3 + 900.0, 900.0, 40.0]);
+    let without = creep(Law::CreepSaturation, &[0.3], &SITE, [3e3, 5e3, 0.0, 40.0]);
+    assert!((with[0] - without[0]).abs() + (with[1] - without[1]).abs() < 1e-9);
+}
+
+#[test]
+fn a_profile_that_is_a_straight_line_is_the_linear_conicity() {
+    let line = [0.0, -4e-3, 1e-3, -4e-3, -3e-3, -2e-3, -1e-3, 0.0, 1e-3];
+    let mut raw = vec![6.0, line[1], line[2]];
+    raw.extend(&line[3..]);
+    raw.extend([0.0; 6]);
+    raw.extend(&line[3..]);
+    let shape = crate::profile::ShapeLanes::new(&vec![raw; LANES], Lanes::splat(1.0));
+    for d in [-9e-3, -3.4e-3, 0.0, 2.7e-4, 8e-3] {
+        let (s, t) = shape.at(0, Portable::splat(d), Portable::splat(1e-3), Portable::splat(d));
+        let (mut a, mut b) = (Lanes::ZERO, Lanes::ZERO);
+        s.store(&mut a, 0);
+        t.store(&mut b, 0);
+        assert!((a.0[0] - d).abs() < 1e-15 && (b.0[0] - d).abs() < 1e-15, "{d}: {} {}", a.0[0], b.0[0]);
+    }
 }

@@ -4,7 +4,7 @@ pub mod effect;
 mod laws;
 
 use crate::lanes::{Lanes, Part};
-use effect::{Creep, Effect, Force, Numbers, Record, Rolling, RollingRadius, Site, Slopes};
+use effect::{Creep, Creeping, Effect, Force, Numbers, Record, Rolling, RollingRadius, Site, Slopes};
 
 macro_rules! catalogue {
     (force { $($f:ident::$force:ident,)* } creep { $($c:ident::$creep:ident,)* } rolling { $($r:ident::$roll:ident,)* }
@@ -70,10 +70,10 @@ macro_rules! catalogue {
             }
 
             #[inline(always)]
-            pub fn factor<P: Part>(self, p: Numbers<'_>, tx: P, ty: P) -> P {
+            pub fn creep<P: Part>(self, p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
                 match self {
-                    $(Law::$creep => <$c::$creep as Creep>::factor(p, tx, ty),)*
-                    _ => P::splat(1.0),
+                    $(Law::$creep => <$c::$creep as Creep>::forces(p, wheel),)*
+                    _ => [wheel.tx, wheel.ty],
                 }
             }
 
@@ -108,6 +108,9 @@ catalogue! {
     }
     creep {
         creep_saturation::CreepSaturation,
+        vermeulen_johnson::VermeulenJohnson,
+        shen_hedrick_elkins::ShenHedrickElkins,
+        polach::Polach,
     }
     rolling {
         nonlinear_conicity::NonlinearConicity,
@@ -115,6 +118,7 @@ catalogue! {
         rolling_line_offset::RollingLineOffset,
     }
     other {
+        profile_shape::ProfileShape,
         rail_flexibility::RailFlexibility,
         coach_mode::CoachMode,
         sensor_delay::SensorDelay,

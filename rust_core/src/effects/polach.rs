@@ -1,0 +1,103 @@
+//! Creep forces of Polach: adhesion and slip reduced apart, friction that falls with the speed of slip.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct Polach;
+
+impl Effect for Polach {
+    const RECORD: Record = Record {
+        key: "polach",
+        title: "creep forces of Polach",
+        source: "Polach, Vehicle System Dynamics Supplement 33 (1999); Wear 258 (2005) for the reductions and the falling \
+                 friction; spin enters with its part of the linear lateral force, which holds where spin is small",
+        kind: Kind::Creep,
+        at: &["contact"],
+        params: &[
+            param(
+                "friction",
+                "mu_0",
+                "1",
+                [0.4, 0.01, 1.0],
+                "1",
+                "at no slip: dry rail 0.55, wet 0.30 (Polach 2005); 0.4 between them",
+                Role::Shape,
+            ),
+            param(
+                "adhesion_reduction",
+                "k_A",
+                "1",
+                [1.0, 0.01, 1.0],
+                "1",
+                "1 for clean surfaces (1999); dry 1.00, wet 0.30 (2005)",
+                Role::Shape,
+            ),
+            param(
+                "slip_reduction",
+                "k_S",
+                "1",
+                [1.0, 0.01, 1.0],
+                "1",
+                "1 for clean surfaces (1999); dry 0.40, wet 0.10 (2005); at most k_A",
+                Role::Shape,
+            ),
+            param(
+                "friction_ratio",
+                "A",
+                "1",
+                [1.0, 0.01, 1.0],
+                "1",
+                "friction at endless over that at no slip: 1 (1999); 0.40 (2005)",
+                Role::Shape,
+            ),
+            param(
+                "friction_decay",
+                "B",
+                "s/m",
+                [0.0, 0.0, 10.0],
+                "1",
+                "0 (1999); dry 0.60, wet 0.20 s/m (2005)",
+                Role::Shape,
+            ),
+        ],
+        supersedes: Supersedes::CreepForces,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        // a saturation like creep_saturation, within 10 % of it: measured motions cannot tell them apart
+        candidate: false,
+        shapes: &[],
+    };
+
+    // pi/(4 mu_0 N), k_A, k_S, A, B; 1/(kappa_x N), 1/(kappa_y N)
+    fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
+        let soft = site.creep_slopes.map(|slope| if slope > 0.0 { 1.0 / slope } else { 0.0 });
+        vec![
+            std::f64::consts::FRAC_PI_4 / (p[0] * site.wheel_load),
+            p[1],
+            p[2],
+            p[3],
+            -p[4],
+            soft[0],
+            soft[1],
+        ]
+    }
+}
+
+impl Creep for Polach {
+    // e = (pi/4) T/(mu N), mu = mu_0 ((1 - A) exp(-B w) + A), w the speed of slip;
+    // F = (2 mu N/pi) (k_A e/(1 + (k_A e)^2) + atan(k_S e)), as factor on T: (k_A/(1 + (k_A e)^2) + k_S atan(k_S e)/(k_S e))/2
+    #[inline(always)]
+    fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
+        let one = P::splat(1.0);
+        let (along, across) = (wheel.tx * p.get(5), (wheel.ty - wheel.spin) * p.get(6));
+        let slip = wheel.speed * along.mul_add(along, across * across).sqrt();
+        let (last, decay): (P, P) = (p.get(3), p.get(4));
+        let friction = (one - last).mul_add((slip * decay).exp_below_zero(), last);
+        let e = wheel.tx.mul_add(wheel.tx, wheel.ty * wheel.ty).sqrt() * p.get(0) / friction;
+        let (k_a, k_s): (P, P) = (p.get(1), p.get(2));
+        let (adhesion, sliding) = (k_a * e, k_s * e);
+        let factor = k_a / adhesion.mul_add(adhesion, one) + k_s * sliding.atan_ratio();
+        let factor = factor * P::splat(0.5);
+        [factor * wheel.tx, factor * wheel.ty]
+    }
+}

@@ -1,0 +1,59 @@
+//! Creep forces of Shen, Hedrick and Elkins: Kalker's coefficients with spin, cut down for the rail's surface.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct ShenHedrickElkins;
+
+impl Effect for ShenHedrickElkins {
+    const RECORD: Record = Record {
+        key: "shen_hedrick_elkins",
+        title: "creep forces of Shen, Hedrick and Elkins",
+        source: "Shen, Hedrick and Elkins, 8th IAVSD Symposium (1983); holds where spin is small (tread contact). \
+                 Surface factor: Hobbs, British Rail DYN 52 (1967)",
+        kind: Kind::Creep,
+        at: &["contact"],
+        params: &[
+            param(
+                "friction",
+                "mu",
+                "1",
+                [0.35, 0.01, 1.0],
+                "1",
+                "dry rail 0.35; wet 0.15; poor adhesion 0.05",
+                Role::Shape,
+            ),
+            param(
+                "surface",
+                "k",
+                "1",
+                [1.0, 0.1, 1.5],
+                "1",
+                "1 where the coefficients were measured; 0.5 to 0.7 where they are Kalker's",
+                Role::Shape,
+            ),
+        ],
+        supersedes: Supersedes::CreepForces,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        // with measured coefficients (surface 1) it is creep_saturation itself
+        candidate: false,
+        shapes: &[],
+    };
+
+    fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
+        let limit = p[0] * site.wheel_load;
+        vec![1.0 / (limit * limit), p[1]]
+    }
+}
+
+impl Creep for ShenHedrickElkins {
+    // T_x = k f11 u_x, T_y = k (f22 u_y + f23 u_n), both times the factor of Vermeulen and Johnson
+    #[inline(always)]
+    fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
+        let surface: P = p.get(1);
+        let (tx, ty) = (surface * wheel.tx, surface * wheel.ty);
+        let factor = cubic_saturation(tx.mul_add(tx, ty * ty) * p.get(0));
+        [factor * tx, factor * ty]
+    }
+}

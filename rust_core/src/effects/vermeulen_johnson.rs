@@ -1,0 +1,67 @@
+//! Creep forces of Vermeulen and Johnson: an elliptical contact without spin.
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct VermeulenJohnson;
+
+impl Effect for VermeulenJohnson {
+    const RECORD: Record = Record {
+        key: "vermeulen_johnson",
+        title: "creep forces of Vermeulen and Johnson",
+        source: "Vermeulen and Johnson, Journal of Applied Mechanics 31 (1964); holds without spin",
+        kind: Kind::Creep,
+        at: &["contact"],
+        params: &[
+            param(
+                "friction",
+                "mu",
+                "1",
+                [0.35, 0.01, 1.0],
+                "1",
+                "dry rail 0.35; wet 0.15; poor adhesion 0.05",
+                Role::Shape,
+            ),
+            param(
+                "longitudinal_factor",
+                "pi/(phi C11)",
+                "1",
+                [1.0, 0.1, 3.0],
+                "1",
+                "1 where kappa_x holds the ellipse factor; `railui contact` gives it for a Kalker kappa_x",
+                Role::Shape,
+            ),
+            param(
+                "lateral_factor",
+                "pi/(psi C22)",
+                "1",
+                [1.0, 0.1, 3.0],
+                "1",
+                "1 where kappa_y holds the ellipse factor; `railui contact` gives it for a Kalker kappa_y",
+                Role::Shape,
+            ),
+        ],
+        supersedes: Supersedes::CreepForces,
+        states: 0,
+        odd: true,
+        dissipates: true,
+        // but for the spin part it is creep_saturation: measured motions cannot tell the two apart
+        candidate: false,
+        shapes: &[],
+    };
+
+    fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
+        let limit = p[0] * site.wheel_load;
+        vec![1.0 / (limit * limit), p[1], p[2]]
+    }
+}
+
+impl Creep for VermeulenJohnson {
+    // T_x = (G pi a b/phi) u_x, T_y = (G pi a b/psi) u_y, both times 1 - q/3 + q^2/27, q = T/(mu N) < 3, else 1/q
+    #[inline(always)]
+    fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
+        let tx = p.get::<P>(1) * wheel.tx;
+        let ty = p.get::<P>(2) * (wheel.ty - wheel.spin);
+        let factor = cubic_saturation(tx.mul_add(tx, ty * ty) * p.get(0));
+        [factor * tx, factor * ty]
+    }
+}
