@@ -66,6 +66,7 @@ fn main() {
         let structure = Structure {
             kind: "bogie".into(),
             measured: Vec::new(),
+            layout: None,
             placed: if effects { placed.clone() } else { Vec::new() },
         };
         let numbers = bogies(false);

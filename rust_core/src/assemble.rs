@@ -1,4 +1,5 @@
 //! Bodies and elements to matrices, rows and ports.
+use crate::effects::Law;
 use crate::effects::effect::Site;
 use crate::error::{Error, Result, expect_len};
 use crate::wheelset::Wheelset;
@@ -10,14 +11,32 @@ pub type Term<'a> = (&'a [(usize, f64)], f64, f64);
 /// A row of coefficients: z = sum of row x q, and a force returns through the same row.
 pub type Row = Vec<(usize, f64)>;
 
+/// Terms of the input table: (column, factor). The next column of a track quantity is its slope d/ds.
+pub type Inputs = Vec<(usize, f64)>;
+
+/// The number of the place between all wheelsets at once: the linkage.
+pub const LINKAGE: u8 = u8::MAX;
+
 /// A named place where effects may stand.
 #[derive(Clone, Debug)]
 pub struct Port {
-    pub at: &'static str,
+    pub at: String,
+    /// The place of the catalogue that it is one of.
+    pub class: &'static str,
     /// 0: the place belongs to no single wheelset.
     pub wheelset: u8,
     pub row: Row,
+    pub inputs: Inputs,
     pub site: Site,
+}
+
+/// A law that belongs to the vehicle itself: a stop, a spring and a damper in series.
+#[derive(Clone, Debug)]
+pub struct OwnLaw {
+    pub law: Law,
+    pub row: Row,
+    pub inputs: Inputs,
+    pub numbers: Vec<f64>,
 }
 
 /// What a channel shows of a row: position, velocity or acceleration.
@@ -34,7 +53,11 @@ pub struct Channel {
     pub name: String,
     pub order: Order,
     pub row: Row,
-    pub inputs: Vec<(usize, f64)>,
+    /// Further terms of the motion.
+    pub also: Vec<(Order, Row)>,
+    pub inputs: Inputs,
+    /// Columns that the speed multiplies.
+    pub rates: Inputs,
     /// The wheelset whose rail movement is taken off.
     pub rail: Option<usize>,
 }
@@ -43,29 +66,34 @@ pub struct Channel {
 /// described at their centres of mass.
 #[derive(Clone, Debug)]
 pub struct Assembly {
-    pub dofs: Vec<&'static str>,
+    pub dofs: Vec<String>,
     pub mass: Vec<f64>,
     pub stiffness: DMatrix<f64>,
     pub damping: DMatrix<f64>,
     pub wheelsets: Vec<Wheelset>,
     pub ports: Vec<Port>,
+    /// (degree of freedom, column, factor): forces of the input table, and those that the speed multiplies.
     pub inputs: Vec<(usize, usize, f64)>,
+    pub rates: Vec<(usize, usize, f64)>,
+    pub laws: Vec<OwnLaw>,
     pub channels: Vec<Channel>,
     /// Beyond these the run counts as diverged: abs(e_i) and abs(psi_i), or abs(q) where there is no wheelset.
     pub limit: f64,
 }
 
 impl Assembly {
-    fn of(bodies: &[(&'static str, f64)]) -> Self {
-        let n = bodies.len();
+    pub fn of(masses: &[(&str, f64)]) -> Self {
+        let n = masses.len();
         Assembly {
-            dofs: bodies.iter().map(|b| b.0).collect(),
-            mass: bodies.iter().map(|b| b.1).collect(),
+            dofs: masses.iter().map(|b| b.0.to_string()).collect(),
+            mass: masses.iter().map(|b| b.1).collect(),
             stiffness: DMatrix::zeros(n, n),
             damping: DMatrix::zeros(n, n),
             wheelsets: Vec::new(),
             ports: Vec::new(),
             inputs: Vec::new(),
+            rates: Vec::new(),
+            laws: Vec::new(),
             channels: Vec::new(),
             limit: 0.1,
         }
@@ -77,6 +105,13 @@ impl Assembly {
                 matrix[(i, j)] += a * value * b;
             }
         }
+    }
+
+    pub fn check_masses(&self) -> Result<()> {
+        let Some(i) = self.mass.iter().position(|m| m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater)) else {
+            return Ok(());
+        };
+        Err(Error::Value { what: format!("mass of {}", self.dofs[i]), value: self.mass[i], rule: "positive" })
     }
 
     /// A spring between the bodies of a row.
@@ -91,27 +126,32 @@ impl Assembly {
 
     /// A port with the linear spring and damper that stand there already.
     fn port(&mut self, at: &'static str, wheelset: u8, row: &[(usize, f64)], stiffness: f64, damping: f64) {
-        let site = Site { stiffness, damping, motion: 0.01, speed: 0.3, ..Site::default() };
-        self.ports.push(Port { at, wheelset, row: row.to_vec(), site });
+        let site = Site::moving(stiffness, damping);
+        let (row, inputs) = (row.to_vec(), Inputs::new());
+        self.ports.push(Port { at: at.into(), class: at, wheelset, row, inputs, site });
     }
 
-    fn channel(&mut self, name: &str, order: Order, row: &[(usize, f64)]) -> &mut Channel {
-        self.channels.push(Channel { name: name.into(), order, row: row.to_vec(), inputs: Vec::new(), rail: None });
+    pub fn channel(&mut self, name: &str, order: Order, row: &[(usize, f64)]) -> &mut Channel {
+        let (also, inputs, rates) = (Vec::new(), Inputs::new(), Inputs::new());
+        self.channels.push(Channel { name: name.into(), order, row: row.to_vec(), also, inputs, rates, rail: None });
         self.channels.last_mut().expect("just pushed")
     }
 
     /// The motion at every port as channels `z.PLACE.WHEELSET` and `v.PLACE.WHEELSET`.
-    fn port_channels(&mut self) {
+    pub fn port_channels(&mut self) {
         for port in self.ports.clone() {
-            self.channel(&format!("z.{}.{}", port.at, port.wheelset), Order::Position, &port.row);
-            self.channel(&format!("v.{}.{}", port.at, port.wheelset), Order::Velocity, &port.row);
+            let number = if port.wheelset == LINKAGE { "linkage".into() } else { port.wheelset.to_string() };
+            let z = self.channel(&format!("z.{}.{number}", port.at), Order::Position, &port.row);
+            z.inputs = port.inputs.clone();
+            let v = self.channel(&format!("v.{}.{number}", port.at), Order::Velocity, &port.row);
+            v.rates = port.inputs.iter().map(|(column, factor)| (column + 1, *factor)).collect();
         }
     }
 
     pub fn places(&self, at: &str, wheelset: u8) -> Vec<&Port> {
         self.ports
             .iter()
-            .filter(|p| p.at == at && (p.wheelset == wheelset || (wheelset == 0 && p.wheelset < 3)))
+            .filter(|p| p.at == at && (p.wheelset == wheelset || (wheelset == 0 && p.wheelset != LINKAGE)))
             .collect()
     }
 
@@ -123,7 +163,7 @@ impl Assembly {
         };
         let (y, site) = (self.ports[place].row[0].0, self.ports[place].site);
         let coach = self.dofs.len();
-        self.dofs.push("y_c");
+        self.dofs.push("y_c".into());
         self.mass.push(mass);
         for (matrix, declared, new) in [(&mut self.stiffness, site.stiffness, k), (&mut self.damping, site.damping, c)]
         {
@@ -140,7 +180,7 @@ impl Assembly {
         }
     }
 
-    /// State matrix of x = [q, q'] at a speed, with further symmetric terms at ports: (port row, k, c).
+    /// State matrix of x = [q, q', forces of springs and dampers in series] at a speed, with further symmetric terms at ports: (port row, k, c).
     pub fn state_matrix(&self, speed: f64, more: &[Term<'_>]) -> DMatrix<f64> {
         let n = self.dofs.len();
         let (mut k, mut c) = (self.stiffness.clone(), self.damping.clone());
@@ -157,13 +197,23 @@ impl Assembly {
             Self::element(&mut k, row, *stiffness);
             Self::element(&mut c, row, *damping);
         }
-        let mut a = DMatrix::zeros(2 * n, 2 * n);
+        let series: Vec<_> = self.laws.iter().filter(|own| own.law == Law::MaxwellDamper).collect();
+        let mut a = DMatrix::zeros(2 * n + series.len(), 2 * n + series.len());
         for i in 0..n {
             a[(i, n + i)] = 1.0;
             for j in 0..n {
                 a[(n + i, j)] = -k[(i, j)] / self.mass[i];
                 a[(n + i, n + j)] = -c[(i, j)] / self.mass[i];
             }
+        }
+        for (at, own) in series.iter().enumerate() {
+            // f' = k v - (k/c) f, F = -f
+            let (f, k, c) = (2 * n + at, own.numbers[0], own.numbers[1]);
+            for &(i, share) in &own.row {
+                a[(f, n + i)] += k * share;
+                a[(n + i, f)] -= share / self.mass[i];
+            }
+            a[(f, f)] = -k / c;
         }
         a
     }
@@ -217,13 +267,7 @@ pub fn assemble(kind: &str, p: &[f64], measured: &[String]) -> Result<Assembly> 
         "wheelset" => wheelset_on_springs(p),
         _ => rig(p),
     };
-    if let Some(i) = vehicle.mass.iter().position(|m| *m <= 0.0) {
-        return Err(Error::Value {
-            what: format!("mass of {}", vehicle.dofs[i]),
-            value: vehicle.mass[i],
-            rule: "positive",
-        });
-    }
+    vehicle.check_masses()?;
     vehicle.port_channels();
     Ok(vehicle)
 }
@@ -309,7 +353,7 @@ fn bogie(p: &[f64], measured: &[String]) -> Assembly {
         });
     }
     // the linkage between the two wheelsets
-    v.port("wheelset_yaw", 3, &[(3, 1.0), (5, 1.0)], 0.0, 0.0);
+    v.port("wheelset_yaw", LINKAGE, &[(3, 1.0), (5, 1.0)], 0.0, 0.0);
     v.port("frame", 0, &[(0, 1.0)], 0.0, 0.0);
     v.port("frame_yaw", 0, &[(1, 1.0)], 0.0, 0.0);
     for (drives, dof) in [(drives_y, 0), (drives_psi, 1)] {

@@ -5,11 +5,14 @@ pub mod profile;
 pub mod effects;
 pub mod wheelset;
 pub mod assemble;
+pub mod bodies;
 pub mod plain;
 pub mod vehicle;
 pub mod integrate;
 pub mod ride;
 pub mod compare;
 pub mod many;
+#[cfg(feature = "python")]
+mod python_layout;
 #[cfg(feature = "python")]
 mod python;

@@ -1,10 +1,10 @@
 //! Groups over threads: designs, perturbed parameters, candidates.
 use crate::compare::{Filter, filtered, sense};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, expect_len};
 use crate::integrate::{Course, Series, run};
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{Job, LANES, Lanes, Part, dispatch, level};
 use crate::ride::{Sums, cascade};
-use crate::vehicle::{Single, Structure};
+use crate::vehicle::{Group, STATES, Single, Structure};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
@@ -105,6 +105,48 @@ pub fn simulate(
         },
     )?;
     Ok((out, diverged))
+}
+
+/// The rate of change of every vehicle in its own state, [vehicle][state], under one row of the input table.
+pub fn rates(many: &Many<'_>, row: &[f64], states: &[f64]) -> Result<Vec<f64>> {
+    expect_len("columns of the input row", row.len(), many.structure.columns())?;
+    let mut out = Vec::with_capacity(states.len());
+    for (from, live) in many.groups() {
+        let singles: Vec<_> = (from..from + live).map(|i| many.single(i)).collect();
+        let group = many.structure.group(&singles, &[])?;
+        expect_len("states", states.len(), many.count * group.states)?;
+        let mut x = [Lanes::ZERO; STATES];
+        for (s, x) in x.iter_mut().enumerate().take(group.states) {
+            *x = Lanes::from_fn(|l| states[(from + if l < live { l } else { 0 }) * group.states + s]);
+        }
+        let dx = dispatch(level(), Rates { group: &group, row, x: &x });
+        out.extend((0..live).flat_map(|l| dx[..group.states].iter().map(move |d| d.0[l])));
+    }
+    Ok(out)
+}
+
+struct Rates<'a> {
+    group: &'a Group,
+    row: &'a [f64],
+    x: &'a [Lanes; STATES],
+}
+
+impl Job for Rates<'_> {
+    type Output = Vec<Lanes>;
+
+    #[inline(always)]
+    fn run<P: Part>(self) -> Vec<Lanes> {
+        let (n, mut out) = (self.group.dofs, vec![Lanes::ZERO; STATES]);
+        for at in (0..LANES).step_by(P::WIDTH) {
+            let x: [P; STATES] = std::array::from_fn(|i| P::load(&self.x[i], at));
+            let mut dx = [P::zero(); STATES];
+            self.group.rate(at, self.row, &x, &mut dx);
+            for i in 0..self.group.states {
+                (if i < n { x[n + i] } else { dx[i] }).store(&mut out[i], at);
+            }
+        }
+        out
+    }
 }
 
 /// The statistics of a ride of every vehicle.

@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::integrate::Course;
 use crate::lanes;
 use crate::many::{self, Many, Weighing};
+use crate::python_layout::Given;
 use crate::vehicle::{Placed, Structure};
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
@@ -245,9 +246,16 @@ struct Vehicle {
 
 #[pymethods]
 impl Vehicle {
-    /// placed: (kind, place, wheelset 0-2, count of numbers)
+    /// placed: (kind, place, number of the place or 0, count of numbers); layout: in the place of the kind
     #[new]
-    fn new(kind: String, placed: Vec<(String, String, u8, usize)>, measured: Vec<String>) -> PyResult<Self> {
+    #[pyo3(signature = (kind, placed, measured, layout=None))]
+    fn new(
+        kind: String,
+        placed: Vec<(String, String, u8, usize)>,
+        measured: Vec<String>,
+        layout: Option<Given>,
+    ) -> PyResult<Self> {
+        let layout = layout.map(Given::layout).transpose()?;
         let placed = placed
             .into_iter()
             .map(|(kind, at, wheelset, count)| {
@@ -255,7 +263,7 @@ impl Vehicle {
                 Ok(Placed { law, at, wheelset, count })
             })
             .collect::<Result<Vec<_>, Error>>()?;
-        let structure = Structure { kind, measured, placed };
+        let structure = Structure { kind, measured, placed, layout };
         structure.check()?;
         Ok(Vehicle { structure })
     }
@@ -277,7 +285,7 @@ impl Vehicle {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
         let course = Course { table: table.as_slice()?, columns: table.shape()[1], steps, dt };
-        course.check(assemble::columns(&self.structure.kind))?;
+        course.check(self.structure.columns())?;
         let filter = filter_parts.map(filter).transpose()?;
         let (series, lost) =
             away(py, jobs, |cancel| many::simulate(&many, &course, &channels, filter.as_ref(), cancel))?;
@@ -303,7 +311,7 @@ impl Vehicle {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
         let course = Course { table: table.as_slice()?, columns: table.shape()[1], steps, dt };
-        course.check(assemble::columns(&self.structure.kind))?;
+        course.check(self.structure.columns())?;
         let weighing = Weighing {
             channels,
             clearance: clearance.as_slice()?,
@@ -332,6 +340,42 @@ impl Vehicle {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
         (0..many.count).map(|i| Ok(self.structure.assemble(&many.single(i))?.eigenvalues(speed))).collect()
+    }
+
+    /// State matrix [vehicle, states, states] of each linear vehicle at a speed, row after row.
+    fn state_matrix<'py>(&self, py: Python<'py>, batch: Batch<'_>, speed: f64) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let rows = batch.rows()?;
+        let many = rows.of(&self.structure);
+        let mut all = Vec::new();
+        for i in 0..many.count {
+            // column by column in memory: its transpose is row by row
+            all.extend(self.structure.assemble(&many.single(i))?.state_matrix(speed, &[]).transpose().iter());
+        }
+        Ok(PyArray1::from_vec(py, all))
+    }
+
+    /// Rate of change [vehicle, state] of each vehicle in its own state under one row of the input table.
+    fn rates<'py>(
+        &self,
+        py: Python<'py>,
+        batch: Batch<'_>,
+        row: PyReadonlyArray1<'py, f64>,
+        states: Matrix<'py>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let rows = batch.rows()?;
+        let many = rows.of(&self.structure);
+        Ok(PyArray1::from_vec(py, many::rates(&many, row.as_slice()?, states.as_slice()?)?))
+    }
+
+    /// Names of the degrees of freedom: the first so many states, their rates the next.
+    fn freedoms(&self, batch: Batch<'_>) -> PyResult<Vec<String>> {
+        Ok(self.structure.assemble(&batch.rows()?.of(&self.structure).single(0))?.dofs)
+    }
+
+    /// Names of the channels that the vehicle has.
+    fn channels(&self, batch: Batch<'_>) -> PyResult<Vec<String>> {
+        let vehicle = self.structure.assemble(&batch.rows()?.of(&self.structure).single(0))?;
+        Ok(vehicle.channels.into_iter().map(|c| c.name).collect())
     }
 
     /// Linear spring and damper, (stiffness, damping), at every port of the first vehicle: {(place, wheelset): ...}.

@@ -1,5 +1,6 @@
 //! A group of vehicles of one structure: the rate of change of its state.
-use crate::assemble::{Assembly, Order, assemble, columns, eigenvalues, parameters};
+use crate::assemble::{Assembly, Inputs, LINKAGE, Order, OwnLaw, Row, assemble, columns, eigenvalues, parameters};
+use crate::bodies::Layout;
 use crate::effects::effect::{Kind, Site, Slopes};
 use crate::effects::{Law, PlacedLaw};
 use crate::error::{Error, Result, expect_len};
@@ -27,6 +28,8 @@ pub struct Structure {
     pub kind: String,
     pub measured: Vec<String>,
     pub placed: Vec<Placed>,
+    /// Of a vehicle of bodies and elements, in the place of the kind.
+    pub layout: Option<Layout>,
 }
 
 /// The numbers of one vehicle: of the kind, of its effects one after the other, their amounts, its share of the speed.
@@ -45,6 +48,8 @@ pub struct Reading {
     state: Vec<(usize, Lanes)>,
     rate: Vec<(usize, Lanes)>,
     inputs: Vec<(usize, Lanes)>,
+    /// Columns that the speed multiplies, with the lane's share of the speed.
+    rates: Vec<(usize, Lanes)>,
 }
 
 /// What the step loop needs: sixteen vehicles of one structure.
@@ -56,6 +61,7 @@ pub struct Group {
     matrix: Vec<Vec<(usize, Lanes)>>,
     inv_mass: Vec<Lanes>,
     inputs: Vec<(usize, usize, Lanes)>,
+    rates: Vec<(usize, usize, Lanes)>,
     pub wheelsets: Vec<WheelsetLanes>,
     forces: Vec<PlacedLaw>,
     pub speed_scale: Lanes,
@@ -73,10 +79,14 @@ pub struct Group {
 impl Structure {
     /// Check the placed effects against the kind of vehicle.
     pub fn check(&self) -> Result<()> {
-        parameters(&self.kind)?;
+        let known = match &self.layout {
+            Some(layout) => layout.assemble(&vec![1.0; layout.numbers])?.ports,
+            None => parameters(&self.kind).map(|_| Vec::new())?,
+        };
         for (i, placed) in self.placed.iter().enumerate() {
             let record = placed.law.record();
-            if !record.at.contains(&placed.at.as_str()) {
+            let class = known.iter().find(|p| p.at == placed.at).map_or(placed.at.as_str(), |p| p.class);
+            if !record.at.contains(&class) || (self.layout.is_some() && record.kind == Kind::Body) {
                 let known = record.at.join(", ");
                 return Err(Error::Place { kind: record.key.into(), at: placed.at.clone(), known });
             }
@@ -90,6 +100,11 @@ impl Structure {
             }
         }
         Ok(())
+    }
+
+    /// Columns of the input table that these vehicles read.
+    pub fn columns(&self) -> usize {
+        self.layout.as_ref().map_or_else(|| columns(&self.kind), Layout::columns)
     }
 
     pub fn effect_numbers(&self) -> usize {
@@ -116,7 +131,10 @@ impl Structure {
     pub fn assemble(&self, one: &Single<'_>) -> Result<Assembly> {
         expect_len("numbers of the effects", one.effects.len(), self.effect_numbers())?;
         expect_len("amounts", one.amounts.len(), self.placed.len())?;
-        let mut vehicle = assemble(&self.kind, one.numbers, &self.measured)?;
+        let mut vehicle = match &self.layout {
+            Some(layout) => layout.assemble(one.numbers)?,
+            None => assemble(&self.kind, one.numbers, &self.measured)?,
+        };
         for (i, placed, range) in self.acting() {
             if placed.law == Law::CoachMode {
                 let p = &one.effects[range];
@@ -126,14 +144,14 @@ impl Structure {
         Ok(vehicle)
     }
 
-    /// Where a placed effect stands: rows and sites of its ports.
-    fn ports(&self, vehicle: &Assembly, placed: &Placed) -> Result<Vec<(crate::assemble::Row, Site)>> {
+    /// Where a placed effect stands: rows, inputs and sites of its ports.
+    fn ports(&self, vehicle: &Assembly, placed: &Placed) -> Result<Vec<(Row, Inputs, Site)>> {
         let linkage = placed.at == "wheelset_yaw" && placed.wheelset == 0;
-        let found = vehicle.places(&placed.at, if linkage { 3 } else { placed.wheelset });
+        let found = vehicle.places(&placed.at, if linkage { LINKAGE } else { placed.wheelset });
         if found.is_empty() {
             return Err(Error::Site { at: placed.at.clone(), wheelset: placed.wheelset });
         }
-        Ok(found.iter().map(|p| (p.row.clone(), p.site)).collect())
+        Ok(found.iter().map(|p| (p.row.clone(), p.inputs.clone(), p.site)).collect())
     }
 
     fn contact_site(vehicle: &Assembly, i: usize, speed: f64) -> Site {
@@ -168,7 +186,7 @@ impl Structure {
             };
             match placed.law.record().kind {
                 Kind::Force if placed.at != "contact" => {
-                    for (row, site) in self.ports(&vehicle, placed)? {
+                    for (row, _, site) in self.ports(&vehicle, placed)? {
                         let slopes = scaled(placed.law.stiffest(p, &site));
                         rate = rate.max(slopes.rate);
                         rows.push((row, slopes));
@@ -188,6 +206,15 @@ impl Structure {
                 }
                 _ => {}
             }
+        }
+        for own in &vehicle.laws {
+            let mut slopes = own.law.stiffest(&own.numbers, &Site::default());
+            if own.law == Law::MaxwellDamper {
+                // its spring stands in the matrix, with its own state
+                slopes.stiffness = 0.0;
+            }
+            rate = rate.max(slopes.rate);
+            rows.push((own.row.clone(), slopes));
         }
         let more: Vec<_> = rows.iter().map(|(row, s)| (row.as_slice(), s.stiffness, s.damping)).collect();
         let radius = |values: &[(f64, f64)]| values.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
@@ -218,12 +245,11 @@ impl Structure {
         let mut group = Group {
             dofs: n,
             states: 2 * n,
-            columns: columns(&self.kind),
+            columns: self.columns(),
             matrix: Self::matrix(&vehicles),
             inv_mass: (0..n).map(|i| Lanes::from_fn(|l| 1.0 / vehicles[l].mass[i])).collect(),
-            inputs: (0..first.inputs.len())
-                .map(|i| (first.inputs[i].0, first.inputs[i].1, Lanes::from_fn(|l| vehicles[l].inputs[i].2)))
-                .collect(),
+            inputs: Self::driven_by(&vehicles, |v| &v.inputs),
+            rates: Self::driven_by(&vehicles, |v| &v.rates),
             wheelsets: (0..first.wheelsets.len())
                 .map(|i| WheelsetLanes::new(&vehicles.iter().map(|v| v.wheelsets[i]).collect::<Vec<_>>()))
                 .collect(),
@@ -236,6 +262,7 @@ impl Structure {
             readings: Vec::new(),
             sensors: Vec::new(),
         };
+        Self::own_laws(&mut group, &vehicles);
         for (i, placed, range) in self.acting() {
             self.place(&mut group, &vehicles, &ones, i, placed, range)?;
         }
@@ -287,6 +314,42 @@ impl Structure {
         (0..n).map(|i| (0..2 * n).map(|j| (j, entry(i, j))).filter(|(_, a)| !a.is_zero()).collect()).collect()
     }
 
+    /// Forces of the input table: (degree of freedom, column, factor), those that are zero in every lane left out.
+    fn driven_by(
+        vehicles: &[&Assembly],
+        of: impl Fn(&Assembly) -> &Vec<(usize, usize, f64)>,
+    ) -> Vec<(usize, usize, Lanes)> {
+        (0..of(vehicles[0]).len())
+            .map(|i| (of(vehicles[0])[i].0, of(vehicles[0])[i].1, Lanes::from_fn(|l| of(vehicles[l])[i].2)))
+            .filter(|(.., factor)| !factor.is_zero())
+            .collect()
+    }
+
+    /// The stops and the springs and dampers in series that belong to the vehicles themselves.
+    fn own_laws(group: &mut Group, vehicles: &[&Assembly]) {
+        for i in 0..vehicles[0].laws.len() {
+            let of = |l: usize| -> &OwnLaw { &vehicles[l].laws[i] };
+            let OwnLaw { law, row, inputs, .. } = of(0);
+            let prepared: Vec<_> = (0..LANES).map(|l| law.prepare(&of(l).numbers, &Site::default())).collect();
+            if law.largest(&of(0).numbers).is_some() {
+                let limit = Lanes::from_fn(|l| law.largest(&of(l).numbers).unwrap_or(f64::MAX));
+                group.held.push((group.states, limit));
+            }
+            group.forces.push(PlacedLaw {
+                law: *law,
+                row: (0..row.len()).map(|k| (row[k].0, Lanes::from_fn(|l| of(l).row[k].1))).collect(),
+                inputs: (0..inputs.len()).map(|k| (inputs[k].0, Lanes::from_fn(|l| of(l).inputs[k].1))).collect(),
+                lanes: (0..prepared[0].len()).map(|k| Lanes::from_fn(|l| prepared[l][k])).collect(),
+                alpha: Lanes::splat(1.0),
+                state: group.states,
+                has_state: law.record().states > 0,
+                whole: true,
+                looks_at_speed: law.looks_at_speed(),
+            });
+            group.states += law.record().states;
+        }
+    }
+
     fn place(
         &self,
         group: &mut Group,
@@ -303,9 +366,10 @@ impl Structure {
                 (0..LANES).map(|l| placed.law.prepare(&ones[l].effects[range.clone()], &site(l))).collect();
             (0..per_lane[0].len()).map(|k| Lanes::from_fn(|l| per_lane[l][k])).collect()
         };
-        let law = |row, lanes, state| PlacedLaw {
+        let law = |row, inputs, lanes, state| PlacedLaw {
             law: placed.law,
             row,
+            inputs,
             lanes,
             alpha,
             state,
@@ -322,11 +386,13 @@ impl Structure {
             }
             Kind::Force if placed.at != "contact" => {
                 let ports: Vec<_> = vehicles.iter().map(|v| self.ports(v, placed)).collect::<Result<_>>()?;
-                for (port, (first, _)) in ports[0].iter().enumerate() {
+                for (port, (first, inputs, _)) in ports[0].iter().enumerate() {
                     let row =
                         (0..first.len()).map(|k| (first[k].0, Lanes::from_fn(|l| ports[l][port].0[k].1))).collect();
-                    let numbers = lanes(&|l| ports[l][port].1);
-                    group.forces.push(law(row, numbers, group.states));
+                    let inputs =
+                        (0..inputs.len()).map(|k| (inputs[k].0, Lanes::from_fn(|l| ports[l][port].1[k].1))).collect();
+                    let numbers = lanes(&|l| ports[l][port].2);
+                    group.forces.push(law(row, inputs, numbers, group.states));
                     if placed.law.largest(&ones[0].effects[range.clone()]).is_some() {
                         let of = |l: usize| placed.law.largest(&ones[l].effects[range.clone()]);
                         group.held.push((group.states, Lanes::from_fn(|l| of(l).unwrap_or(f64::MAX))));
@@ -345,9 +411,9 @@ impl Structure {
                     let numbers = lanes(&|l| Self::contact_site(vehicles[l], i, 40.0));
                     let wheelset = &mut group.wheelsets[i];
                     match record.kind {
-                        Kind::Force => wheelset.laws.push(law(Vec::new(), numbers, 0)),
-                        Kind::Creep => wheelset.creeps.push(law(Vec::new(), numbers, 0)),
-                        Kind::Rolling => wheelset.rolls.push(law(Vec::new(), numbers, 0)),
+                        Kind::Force => wheelset.laws.push(law(Vec::new(), Vec::new(), numbers, 0)),
+                        Kind::Creep => wheelset.creeps.push(law(Vec::new(), Vec::new(), numbers, 0)),
+                        Kind::Rolling => wheelset.rolls.push(law(Vec::new(), Vec::new(), numbers, 0)),
                         _ => {
                             wheelset.rail = Some(RailLanes {
                                 state: group.states,
@@ -376,18 +442,32 @@ impl Structure {
             .collect();
         let n = group.dofs;
         let shifted = |by: usize| terms.iter().map(|(i, a)| (i + by, *a)).collect::<Vec<_>>();
-        let (mut state, rate) = match channel.order {
+        let (mut state, mut rate) = match channel.order {
             Order::Position => (shifted(0), Vec::new()),
             Order::Velocity => (shifted(n), Vec::new()),
             Order::Acceleration => (Vec::new(), shifted(n)),
         };
+        for (m, (order, row)) in channel.also.iter().enumerate() {
+            let more = (0..row.len()).map(|t| (row[t].0, Lanes::from_fn(|l| vehicles[l].channels[k].also[m].1[t].1)));
+            match order {
+                Order::Position => state.extend(more),
+                Order::Velocity => state.extend(more.map(|(i, a)| (i + n, a))),
+                Order::Acceleration => rate.extend(more.map(|(i, a)| (i + n, a))),
+            }
+        }
         if let Some(rail) = channel.rail.and_then(|i| group.wheelsets[i].rail.as_ref()) {
             state.push((rail.state, Lanes::from_fn(|l| -rail.alpha.0[l])));
         }
         let inputs = (0..channel.inputs.len())
             .map(|t| (channel.inputs[t].0, Lanes::from_fn(|l| vehicles[l].channels[k].inputs[t].1)))
             .collect();
-        Ok(Reading { name: name.into(), state, rate, inputs })
+        let rates = (0..channel.rates.len())
+            .map(|t| {
+                let factor = |l: usize| vehicles[l].channels[k].rates[t].1 * group.speed_scale.0[l];
+                (channel.rates[t].0, Lanes::from_fn(factor))
+            })
+            .collect();
+        Ok(Reading { name: name.into(), state, rate, inputs, rates })
     }
 }
 
@@ -403,6 +483,9 @@ impl Reading {
         }
         for (column, a) in &self.inputs {
             value = P::load(a, at).mul_add(P::splat(row[*column]), value);
+        }
+        for (column, a) in &self.rates {
+            value = P::load(a, at).mul_add(P::splat(row[1] * row[*column]), value);
         }
         value
     }
@@ -442,6 +525,10 @@ impl Group {
             let f = P::load(factor, at).mul_add(P::splat(row[*column]), dx[(n + dof) & 63]);
             dx[(n + dof) & 63] = f;
         }
+        for (dof, column, factor) in &self.rates {
+            let slope = self.passing::<P>(at, row).speed * P::splat(row[*column]);
+            dx[(n + dof) & 63] = P::load(factor, at).mul_add(slope, dx[(n + dof) & 63]);
+        }
         if !self.wheelsets.is_empty() {
             let track = self.passing(at, row);
             for wheelset in &self.wheelsets {
@@ -454,6 +541,11 @@ impl Group {
                 let a = P::load(a, at);
                 z = a.mul_add(x[i & 63], z);
                 v = a.mul_add(x[(n + i) & 63], v);
+            }
+            for (column, a) in &law.inputs {
+                let a = P::load(a, at);
+                z = a.mul_add(P::splat(row[*column]), z);
+                v = a.mul_add(self.passing::<P>(at, row).speed * P::splat(row[column + 1]), v);
             }
             let mut own = P::zero();
             let force = law.law.force(law.numbers(at), z, v, row[0], x[law.state & 63], &mut own);

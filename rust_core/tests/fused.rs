@@ -33,7 +33,7 @@ fn bogie(lane: usize) -> Vec<f64> {
 
 /// Largest difference of each channel over its largest value, fused against general.
 fn differences(placed: Vec<Placed>, effects: &[f64], varying: f64, scale: f64) -> Vec<f64> {
-    let structure = Structure { kind: "bogie".into(), measured: Vec::new(), placed };
+    let structure = Structure { kind: "bogie".into(), measured: Vec::new(), placed, layout: None };
     let numbers: Vec<_> = (0..LANES).map(bogie).collect();
     let amounts = vec![1.0; structure.placed.len()];
     let singles: Vec<_> = (0..LANES)

@@ -104,6 +104,13 @@ pub struct Site {
     pub gravitational: f64,
 }
 
+impl Site {
+    /// A place of the suspension, with the motion and speed that steps must hold for.
+    pub fn moving(stiffness: f64, damping: f64) -> Self {
+        Site { stiffness, damping, motion: 0.01, speed: 0.3, ..Site::default() }
+    }
+}
+
 /// Steepest slopes of a law beyond the linear terms: force per z, force per v, rate of an own state [1/s].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Slopes {

@@ -138,6 +138,8 @@ impl Law {
 pub struct PlacedLaw {
     pub law: Law,
     pub row: Vec<(usize, Lanes)>,
+    /// Terms of the input table in z; the speed times the next column is their rate.
+    pub inputs: Vec<(usize, Lanes)>,
     pub lanes: Vec<Lanes>,
     pub alpha: Lanes,
     pub state: usize,

@@ -1,0 +1,351 @@
+"""Vehicles as bodies and elements: the kinds with their numbers, and who is joined to whom."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Final
+
+from .parameters import CONTACT, INFINITE, WHEELSET_CONTACT, Parameter
+
+GROUND: Final = "ground"
+WAYS: Final = ("longitudinal", "lateral", "vertical", "yaw", "roll")
+TURNS: Final = ("yaw", "roll")
+UNLIMITED: Final = 1e9  # N: a damper without blow-off
+NONE, MIDDLE = "none where none is named", "the middle of the vehicle"
+
+
+def _number(key: str, symbol: str, unit: str, caption: str, default: float | None = 0.0, **more: object) -> Parameter:
+    origin = str(more.pop("origin", NONE if default == 0.0 else ""))
+    return replace(Parameter(key, symbol, unit, caption, default, origin), **more)  # type: ignore[arg-type]
+
+
+def _given(key: str, symbol: str, unit: str, caption: str, *usual: float) -> Parameter:
+    return Parameter(key, symbol, unit, caption, above=True, usual=(usual[0], usual[1]))
+
+
+def _place(key: str, caption: str) -> Parameter:
+    return _number(key, key[0], "m", caption, minimum=-1e3, maximum=1e3, usual=(-20.0, 20.0), origin=MIDDLE)
+
+
+def _stiff(way: str, key: str = "", default: float | None = 0.0) -> Parameter:
+    unit = "N*m/rad" if way in TURNS else "N/m"
+    return _number(key or f"{way}_stiffness", "k", unit, f"{way} stiffness", default, usual=(1e3, 1e9))
+
+
+def _damping(way: str, key: str = "", default: float | None = 0.0) -> Parameter:
+    unit = "N*m*s/rad" if way in TURNS else "N*s/m"
+    return _number(key or f"{way}_damping", "c", unit, f"{way} damping", default, usual=(1e2, 1e7))
+
+
+INERTIAS: Final = (
+    _given("mass", "m", "kg", "mass", 100, 1e5),
+    _given("yaw_inertia", "I_z", "kg*m^2", "yaw inertia", 100, 5e6),
+)
+PLACED: Final = (_place("x", "place along the vehicle, forwards"), _place("height", "height above the rails"))
+HALF_CENTRES: Final = replace(_given("half_centres", "a_c", "m", "half the distance of the two", 1, 15), default=None)
+BODY: Final = (
+    *INERTIAS,
+    _given("roll_inertia", "I_x", "kg*m^2", "roll inertia", 100, 2e5),
+    *PLACED,
+    HALF_CENTRES,
+)
+WHEELSET: Final = (
+    *INERTIAS,
+    _number("spin_inertia", "I_y", "kg*m^2", "spin inertia", usual=(20, 400)),
+    _number("half_gauge", "b", "m", "half the distance of the rolling circles", 0.75, above=True,
+            origin="standard gauge", usual=(0.5, 0.9)),
+    _given("rolling_radius", "r", "m", "nominal rolling radius", 0.2, 0.7),
+    _given("wheel_load", "N", "N", "load of one wheel on the rail", 1e4, 2e5),
+    _place("x", "place along the vehicle, forwards"),
+    _given("half_wheelbase", "a", "m", "half the wheelbase", 0.7, 2.0),
+)  # fmt: skip
+POINT: Final = (
+    *PLACED,
+    _number("y", "y", "m", "place to the right; the same on the left", usual=(0.0, 2.0), origin=MIDDLE),
+)
+FAR_POINT: Final = tuple(replace(p, path=f"{p.path}_to", caption=f"{p.caption}, second end") for p in POINT)
+LOAD: Final = _number("static_load", "P", "N", "weight that it carries, of the second body on the first",
+                      minimum=-1e7, usual=(0.0, 5e5))  # fmt: skip
+# the numbers of each kind but for its place; those that depend on its direction stand in `numbers_of`
+LAWS: Final[dict[str, tuple[Parameter, ...]]] = {
+    "spring": (*(_stiff(way) for way in WAYS), LOAD),
+    "damper": tuple(_damping(way) for way in WAYS),
+    "spring_damper": (),
+    "stop": (),
+    "link": (_stiff("axial", "stiffness", None), _damping("axial", "damping")),
+    "anti_roll_bar": (_stiff("roll", "stiffness", None),),
+    "wheelset": WHEELSET,
+}
+KINDS: Final = tuple(LAWS)
+DIRECTED: Final = ("spring_damper", "stop")
+# numbers that a file may leave out altogether: what they are then follows from the others
+STRUCTURAL: Final = frozenset(
+    {"x", "y", "height", "x_to", "y_to", "height_to", "half_centres", "half_wheelbase", "yaw_inertia", "roll_inertia"}
+)
+
+
+def numbers_of(kind: str, direction: str = "lateral") -> tuple[Parameter, ...]:
+    """Every number that an element of a kind may have, its place included."""
+    laws = LAWS[kind]
+    if kind == "spring_damper":
+        unit = "N*m" if direction in TURNS else "N"
+        blow_off = _number("blow_off", "F_b", unit, "force at which the damper yields", UNLIMITED, above=True)
+        limit = replace(blow_off, origin="no limit", usual=(1e2, 1e5))
+        laws = (_stiff(direction, "stiffness", None), _damping(direction, "damping", None), limit)
+    elif kind == "stop":
+        gap = _number("gap", "h", "rad" if direction in TURNS else "m", "free way to either side", None)
+        laws = (replace(gap, usual=(0.0, 0.1)), _stiff(direction, "stiffness", None))
+    if kind == "wheelset":
+        return laws
+    place = POINT if kind != "anti_roll_bar" else PLACED[:1]
+    return (*laws, *place, *(FAR_POINT if kind == "link" else ()))
+
+
+@dataclass(frozen=True)
+class Part:
+    """A body, an element or a floor point as a file names it: its kind, its words, the numbers that it has."""
+
+    name: str
+    kind: str
+    group: str
+    keys: tuple[str, ...]
+    words: Mapping[str, str | tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def path(self) -> str:
+        return f"{self.group}.{self.name}"
+
+    def at(self, key: str) -> str:
+        """The path of one of its numbers."""
+        return f"{self.path}.{key}"
+
+    def word(self, key: str, default: str = "") -> str:
+        """One of its words."""
+        return str(self.words.get(key, default))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The records of its numbers by their paths."""
+        if self.kind == "body":
+            known = BODY
+        elif self.kind == "floor":
+            known = PLACED
+        else:
+            known = numbers_of(self.kind, self.word("direction", "lateral"))
+        called = self.name.replace("_", " ")
+        return tuple(
+            replace(p, path=self.at(p.path), caption=f"{p.caption}, {called}") for p in known if p.path in self.keys
+        )
+
+
+@dataclass(frozen=True)
+class Member:
+    """One rigid body of the vehicle: a body, one of two like it, or a wheelset.
+
+    `number` counts wheelsets from the front, and the two of a pair; 0 where it is alone. `under` names the body
+    that a wheelset stands under, `side` is 1 in front, -1 behind.
+    """
+
+    name: str
+    part: Part
+    number: int = 0
+    side: int = 0
+    under: str | None = None
+
+    @property
+    def is_wheelset(self) -> bool:
+        return self.part.kind == "wheelset"
+
+    def free(self, way: str) -> bool:
+        """Does it yaw, does it roll?"""
+        return f"{way}_inertia" in self.part.keys
+
+
+@dataclass(frozen=True)
+class Joined:
+    """An element between two members (None: the ground); `number` tells it from those of the same element."""
+
+    part: Part
+    ends: tuple[str | None, str | None]
+    number: int
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place where effects may stand: the place of the catalogue that it is like, and its numbers (0: only one)."""
+
+    at: str
+    like: str
+    numbers: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Who is joined to whom: everything of a vehicle of bodies and elements that is not a number."""
+
+    bodies: tuple[Part, ...]
+    elements: tuple[Part, ...]
+    floor: tuple[Part, ...]
+    contacts: tuple[str, ...]
+
+    @cached_property
+    def parameters(self) -> dict[str, Parameter]:
+        """The records of all its numbers by path, in their order."""
+        parts = (*self.bodies, *self.elements, *self.floor)
+        found = {p.path: p for part in parts for p in part.parameters}
+        for name in self.contacts:
+            for p in WHEELSET_CONTACT:
+                called = f"{p.caption}, {name.replace('_', ' ')}"
+                found[f"contact.{name}.{p.path}"] = replace(p, path=f"contact.{name}.{p.path}", caption=called)
+        return found | {p.path: p for p in CONTACT if p.path.count(".") == 1}
+
+    @cached_property
+    def members(self) -> dict[str, Member]:
+        """Every rigid body by its name: bodies in their order, then wheelsets from the front."""
+        found: dict[str, Member] = {}
+        for part in self.bodies:
+            for member in _pair(part, "half_centres"):
+                found[member.name] = member
+        number = 0
+        for part in self.wheelset_parts:
+            carried = self._under(part, found)
+            pair = carried is not None and "half_wheelbase" in part.keys
+            several = pair or (carried is not None and len(carried) > 1)
+            for under in carried if carried is not None else [None]:
+                for side in (1, -1) if pair else (0,):
+                    number += 1
+                    name = f"{part.name}_{self._count(found, part) + 1}" if several else part.name
+                    found[name] = Member(name, part, number, side, under)
+        return found
+
+    @staticmethod
+    def _count(found: Mapping[str, Member], part: Part) -> int:
+        return sum(member.part is part for member in found.values())
+
+    def _under(self, part: Part, found: Mapping[str, Member]) -> list[str | None] | None:
+        under = part.word("under")
+        if not under:
+            return None
+        return [m.name for m in found.values() if not m.is_wheelset and under in (m.name, m.part.name)]
+
+    @property
+    def wheelset_parts(self) -> tuple[Part, ...]:
+        return tuple(part for part in self.elements if part.kind == "wheelset")
+
+    @cached_property
+    def wheelsets(self) -> tuple[Member, ...]:
+        """The wheelsets from the front."""
+        return tuple(m for m in self.members.values() if m.is_wheelset)
+
+    def of(self, name: str) -> list[Member]:
+        """The members that a name stands for: one, or all of a pair or family."""
+        return [m for m in self.members.values() if name in (m.name, m.part.name)]
+
+    @cached_property
+    def joints(self) -> tuple[Joined, ...]:
+        """Every element at every place where it joins two members."""
+        return tuple(joint for part in self.elements if part.kind != "wheelset" for joint in self.joints_of(part))
+
+    def joints_of(self, part: Part) -> list[Joined]:
+        """The places of one element; ValueError where its two ends do not go together."""
+        first, second = part.words["between"]
+        ends = list(self._ends(first, second))
+        return [Joined(part, (a, b), self._numbered(a, b, i, len(ends))) for i, (a, b) in enumerate(ends)]
+
+    def _numbered(self, a: str | None, b: str | None, i: int, count: int) -> int:
+        wheels = [self.members[end].number for end in (a, b) if end is not None and self.members[end].is_wheelset]
+        return wheels[0] if len(wheels) == 1 else i + 1 if count > 1 else 0
+
+    def _ends(self, first: str, second: str) -> Iterator[tuple[str | None, str | None]]:
+        a, b = ([m.name for m in self.of(name)] if name != GROUND else [None] for name in (first, second))
+        for these, those, turned in ((a, b, False), (b, a, True)):
+            under = [self.members[name].under if name is not None else None for name in these]
+            if under and all(home is not None and home in those for home in under):
+                pairs = zip(these, under, strict=True)
+                yield from ((home, name) if turned else (name, home) for name, home in pairs)
+                return
+        if len(a) == len(b):
+            yield from zip(a, b, strict=True)
+        elif len(a) == 1 or len(b) == 1:
+            yield from ((x, y) for x in a for y in b)
+        else:
+            raise ValueError(f"{len(a)} of {first} and {len(b)} of {second} do not go together")
+
+    def contact_of(self, wheelset: Member) -> str:
+        """The contact group of a wheelset: the one that it names, that of its own name, or the only one."""
+        named = wheelset.part.word("contact")
+        own = [name for name in (wheelset.name, wheelset.part.name) if name in self.contacts]
+        return named or (own[0] if own else self.contacts[0] if self.contacts else "")
+
+    def rolls(self, joint: Joined) -> bool:
+        """Does a body at either end roll?"""
+        return any(end is not None and self.members[end].free("roll") for end in joint.ends)
+
+    @cached_property
+    def places(self) -> dict[str, Place]:
+        """Where effects may stand."""
+        found: dict[str, Place] = {}
+
+        def add(at: str, like: str, number: int) -> None:
+            numbers = found[at].numbers if at in found else ()
+            found[at] = Place(at, like, (*numbers, number) if number not in numbers else numbers)
+
+        for joint in self.joints:
+            wheeled = any(end is not None and self.members[end].is_wheelset for end in joint.ends)
+            kind = "primary" if wheeled else "secondary"
+            if joint.part.kind == "link":
+                add(joint.part.name, f"{kind}_lateral", joint.number)
+                continue
+            add(f"{joint.part.name}_lateral", f"{kind}_lateral", joint.number)
+            add(f"{joint.part.name}_yaw", f"{kind}_yaw", joint.number)
+            if self.rolls(joint):
+                add(f"{joint.part.name}_roll", f"{kind}_yaw", joint.number)
+        for member in self.members.values():
+            name, like = ("wheelset",) * 2 if member.is_wheelset else (member.part.name, "frame")
+            add(name, like, member.number)
+            for way in TURNS:
+                if member.free(way):
+                    add(f"{name}_{way}", f"{like}_yaw", member.number)
+        wheelsets = tuple(w.number for w in self.wheelsets)
+        return found | {at: Place(at, at, wheelsets) for at in ("contact", "track")}
+
+    def sites(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The linear stiffness and damping at each place: site.PLACE.stiffness, site.PLACE.damping."""
+        found: dict[str, float] = {}
+        for part in self.elements:
+            if part.kind not in ("spring", "damper", "anti_roll_bar", "link"):
+                continue
+            sides = 2.0 if self.mirrored(part) else 1.0
+
+            def get(key: str, part: Part = part) -> float:
+                return values.get(part.at(key), 0.0)
+
+            arm = get("y") ** 2
+            for law in ("stiffness", "damping"):
+                told = {
+                    "_lateral": get(f"lateral_{law}"),
+                    "_yaw": get(f"yaw_{law}") + get(f"longitudinal_{law}") * arm,
+                    "_roll": get(f"roll_{law}") + get(f"vertical_{law}") * arm,
+                }
+                if part.kind == "anti_roll_bar":
+                    told = {"_roll": get(law)}
+                elif part.kind == "link":
+                    told = {"": get(law)}
+                found |= {f"site.{part.name}{end}.{law}": sides * value for end, value in told.items()}
+        return found
+
+    @staticmethod
+    def mirrored(part: Part) -> bool:
+        """Does it stand on both sides of the vehicle?"""
+        return "y" in part.keys and part.word("side", "both") == "both"
+
+
+def _pair(part: Part, half: str) -> list[Member]:
+    if half not in part.keys:
+        return [Member(part.name, part)]
+    return [Member(f"{part.name}_{i}", part, i, side) for i, side in ((1, 1), (2, -1))]
+
+
+__all__ = ["GROUND", "INFINITE", "KINDS", "Joined", "Member", "Part", "Place", "Structure", "numbers_of"]
