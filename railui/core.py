@@ -18,6 +18,7 @@ Record = dict[str, Any]
 
 LANES: int = _core.LANES
 CURVES = ("measured_force", "profile_shape")  # kinds whose parameters are lists
+LINKAGE: int = _core.LINKAGE  # the number of the place between both wheelsets of a bogie
 AGAINST = {"z": 0.0, "v": 1.0, "s": 2.0}
 RIG_INPUTS = {"force": 0.0, "base_displacement": 1.0, "base_acceleration": 2.0}
 STEP_LIMIT = 64
@@ -88,6 +89,69 @@ def effect_numbers(kind: str, values: Mapping[str, Any]) -> list[float]:
         motion, force = list(values["motion"]), list(values["force"])
         return [AGAINST[values.get("against", "z")], float(len(motion)), *motion, *force]
     return [float(values.get(p["key"], p["default"])) for p in record(kind)["parameters"]]
+
+
+Number = list[tuple[float, int]]  # a sum of factor times number of the row; empty: 0
+Point = tuple[Number, Number, Number]  # x forward, y right, height above the rails
+
+
+@dataclass(frozen=True)
+class WheelsLayout:
+    """What makes a body a wheelset; contact: conicity, creep along and across, gravity, angle, roll."""
+
+    spin_inertia: Number
+    half_gauge: Number
+    rolling_radius: Number
+    wheel_load: Number
+    contact: list[Number]
+    spin_creep: Number
+
+
+@dataclass(frozen=True)
+class BodyLayout:
+    """A rigid body: without a yaw or roll inertia it does not yaw or roll."""
+
+    name: str
+    family: str
+    number: int
+    mass: Number
+    yaw_inertia: Number | None
+    roll_inertia: Number | None
+    x: Number
+    height: Number
+    wheels: WheelsLayout | None = None
+
+
+@dataclass(frozen=True)
+class JointLayout:
+    """What acts between two bodies: (direction, "spring" | "damper" | "series" | "stop", its numbers)."""
+
+    name: str
+    number: int
+    bodies: tuple[int | None, int | None]
+    points: tuple[Point, Point]
+    mirrored: bool
+    terms: list[tuple[str, str, list[Number]]]
+    static_load: Number
+
+
+@dataclass(frozen=True)
+class FloorLayout:
+    """A place where comfort is felt."""
+
+    name: str
+    body: int
+    point: Point
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A vehicle of bodies (wheelsets from the front) and what joins them, all numbers by their place in a row."""
+
+    numbers: int
+    bodies: list[BodyLayout]
+    joints: list[JointLayout]
+    floor: list[FloorLayout]
 
 
 @dataclass(frozen=True)
@@ -163,15 +227,19 @@ class Rides:
 class Vehicles:
     """Vehicles of one structure: a kind, placed effects, and the measured forces of the coach that drive them.
 
+    A `layout` describes vehicles of bodies and elements, in the place of a kind that the kernel knows.
+
     Raises ValueError for an effect at a place where it cannot stand, or two that supersede the same term.
     """
 
-    def __init__(self, kind: str, placed: Sequence[Placement] = (), measured: Sequence[str] = ()) -> None:
+    def __init__(
+        self, kind: str, placed: Sequence[Placement] = (), measured: Sequence[str] = (), layout: Layout | None = None
+    ) -> None:
         self.kind = kind
         self.placed = tuple(placed)
         self.measured = tuple(measured)
         self._core = _core.Vehicle(
-            kind, [(p.kind, p.at, p.wheelset or 0, p.count) for p in self.placed], list(measured)
+            kind, [(p.kind, p.at, p.wheelset or 0, p.count) for p in self.placed], list(measured), layout
         )
 
     def simulate(
@@ -225,6 +293,31 @@ class Vehicles:
     def sites(self, batch: Batch) -> dict[tuple[str, int], tuple[float, float]]:
         """Linear (stiffness, damping) at every (place, wheelset) of the first vehicle; wheelset 0: none."""
         return self._core.sites(batch)
+
+    def state_matrix(self, batch: Batch, speed: float) -> Floats:
+        """A [vehicle, state, state] of x' = A x, the linear vehicles at a speed [m/s] without their effects.
+
+        x: the degrees of freedom (`freedoms`), their rates, then the forces of springs and dampers in series.
+        """
+        flat = self._core.state_matrix(batch, speed)
+        size = round(float(np.sqrt(flat.size / len(batch))))
+        return flat.reshape(len(batch), size, size)
+
+    def rates(self, batch: Batch, row: Floats, states: Floats) -> Floats:
+        """Rate of change [vehicle, state] in given states [vehicle, state] under one row of the input table.
+
+        Everything acts, effects too: what a static solution or a linearisation about one needs.
+        """
+        flat = self._core.rates(batch, np.ascontiguousarray(row), np.ascontiguousarray(states))
+        return flat.reshape(len(batch), -1)
+
+    def freedoms(self, batch: Batch) -> list[str]:
+        """Names of the degrees of freedom, such as y1, psi1, or y.frame, phi.body of bodies and elements."""
+        return self._core.freedoms(batch)
+
+    def channels(self, batch: Batch) -> list[str]:
+        """Names of all channels that the vehicle has."""
+        return self._core.channels(batch)
 
     def states(self, batch: Batch) -> int:
         """Number of states, those of the effects last."""

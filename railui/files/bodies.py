@@ -88,19 +88,25 @@ STRUCTURAL: Final = frozenset(
 
 def numbers_of(kind: str, direction: str = "lateral") -> tuple[Parameter, ...]:
     """Every number that an element of a kind may have, its place included."""
-    laws = LAWS[kind]
-    if kind == "spring_damper":
-        unit = "N*m" if direction in TURNS else "N"
-        blow_off = _number("blow_off", "F_b", unit, "force at which the damper yields", UNLIMITED, above=True)
-        limit = replace(blow_off, origin="no limit", usual=(1e2, 1e5))
-        laws = (_stiff(direction, "stiffness", None), _damping(direction, "damping", None), limit)
-    elif kind == "stop":
-        gap = _number("gap", "h", "rad" if direction in TURNS else "m", "free way to either side", None)
-        laws = (replace(gap, usual=(0.0, 0.1)), _stiff(direction, "stiffness", None))
     if kind == "wheelset":
-        return laws
-    place = POINT if kind != "anti_roll_bar" else PLACED[:1]
-    return (*laws, *place, *(FAR_POINT if kind == "link" else ()))
+        return WHEELSET
+    if kind == "anti_roll_bar":
+        return (*LAWS[kind], PLACED[0])
+    return (*LAWS[kind], *_directed(kind, direction), *POINT, *(FAR_POINT if kind == "link" else ()))
+
+
+def _directed(kind: str, direction: str) -> tuple[Parameter, ...]:
+    """The numbers whose units depend on the direction in which an element acts."""
+    turns = direction in TURNS
+    stiffness = _stiff(direction, "stiffness", None)
+    if kind == "spring_damper":
+        blow_off = _number("blow_off", "F_b", "N*m" if turns else "N", "force at which the damper yields", UNLIMITED)
+        limit = replace(blow_off, above=True, origin="no limit", usual=(1e2, 1e5))
+        return stiffness, _damping(direction, "damping", None), limit
+    if kind == "stop":
+        gap = _number("gap", "h", "rad" if turns else "m", "free way to either side", None)
+        return replace(gap, usual=(0.0, 0.1)), stiffness
+    return ()
 
 
 @dataclass(frozen=True)
@@ -112,6 +118,9 @@ class Part:
     group: str
     keys: tuple[str, ...]
     words: Mapping[str, str | tuple[str, ...]] = field(default_factory=dict)
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.kind, self.group, self.keys, tuple(sorted(map(str, self.words.items())))))
 
     @property
     def path(self) -> str:
@@ -126,10 +135,16 @@ class Part:
         return str(self.words.get(key, default))
 
     @property
+    def between(self) -> tuple[str, str]:
+        """The two names that it joins."""
+        first, second = list(self.words["between"])
+        return first, second
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         """The records of its numbers by their paths."""
         if self.kind == "body":
-            known = BODY
+            known: tuple[Parameter, ...] = BODY
         elif self.kind == "floor":
             known = PLACED
         else:
@@ -250,7 +265,7 @@ class Structure:
 
     def joints_of(self, part: Part) -> list[Joined]:
         """The places of one element; ValueError where its two ends do not go together."""
-        first, second = part.words["between"]
+        first, second = part.between
         ends = list(self._ends(first, second))
         return [Joined(part, (a, b), self._numbered(a, b, i, len(ends))) for i, (a, b) in enumerate(ends)]
 
@@ -313,7 +328,7 @@ class Structure:
 
     def sites(self, values: Mapping[str, float]) -> dict[str, float]:
         """The linear stiffness and damping at each place: site.PLACE.stiffness, site.PLACE.damping."""
-        found: dict[str, float] = {}
+        found = {"site.rolling_radius": values.get(self.wheelsets[0].part.at("rolling_radius"), 0.0)}
         for part in self.elements:
             if part.kind not in ("spring", "damper", "anti_roll_bar", "link"):
                 continue
@@ -334,6 +349,15 @@ class Structure:
                 elif part.kind == "link":
                     told = {"": get(law)}
                 found |= {f"site.{part.name}{end}.{law}": sides * value for end, value in told.items()}
+        return found
+
+    def words(self) -> dict[str, dict[str, dict[str, object]]]:
+        """Kinds and words of every part, by group and name: what is not a number."""
+        found: dict[str, dict[str, dict[str, object]]] = {}
+        for part in (*self.bodies, *self.elements, *self.floor):
+            told: dict[str, object] = {"kind": part.kind} if part.kind not in ("body", "floor") else {}
+            told |= {key: list(word) if isinstance(word, tuple) else word for key, word in part.words.items()}
+            found.setdefault(part.group.rpartition(".")[2], {})[part.name] = told
         return found
 
     @staticmethod

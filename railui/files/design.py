@@ -7,11 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from .balance import balance
+from .bodies import Structure
+from .bodies_reading import read_structure
 from .design_model import design_model
 from .designed import Adjustment, Design, Riding
 from .effect_reading import read_effects
 from .effect_records import Catalogue, kernel_catalogue
 from .fields import check_group
+from .loads import read_loads
 from .parameters import FORMS, settings_of
 from .placed_effects import PlacedEffect
 from .problems import Findings, nearest
@@ -57,21 +61,27 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         return None
     check_schema(data, "design", findings)
     form, data = _form(data, findings)
-    if form is None:
-        return None
-    model = check_group(
-        design_model(form), data, findings, extra=[p.path for p in FORMS[form]] + list(settings_of(form))
-    )
-    values = _numbers(data, form) if model is None else {p.path: float(_at(model, p.path)) for p in FORMS[form]}
+    loads, data = data.get("load"), {key: value for key, value in data.items() if key != "load"}
+    structure: Structure | None = None
+    own: dict[str, float] = {}
+    if form == "vehicle":
+        structure, own = read_structure(data, findings)
+        data = _without_structure(data)
+    extra = [p.path for p in FORMS.get(form, ())] + list(settings_of(form))
+    model = check_group(design_model(form), data, findings, extra=extra)
+    values = _numbers(data, form) if model is None else {p.path: float(_at(model, p.path)) for p in FORMS.get(form, ())}
+    values |= own
     raw = data.get("effects")
     effects: tuple[PlacedEffect, ...] = ()
-    if isinstance(raw, list) and raw:
+    if isinstance(raw, list) and raw and not (form == "vehicle" and structure is None):
         known = kernel_catalogue() if catalogue is None else catalogue
-        effects = read_effects(raw, findings, "effects", known, values, form=form)
-    if model is None:
+        effects = read_effects(raw, findings, "effects", known, values, form=form, structure=structure)
+    if model is None or (form == "vehicle" and structure is None):
         return None
     _cushion(model, form, findings)
     _balance(values, effects, form, findings)
+    if structure is not None:
+        balance(structure, values, findings)
     design = Design(
         name=str(_at(model, "name")) or (source.stem if source else form),
         kind=form,
@@ -82,29 +92,31 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         sha256=sha256_file(source) if source else sha256(document.text),
         warnings=findings.warnings(),
         catalogue=catalogue,
+        structure=structure,
     )
-    return _adjusted(design, model, findings)
+    return _adjusted(read_loads(loads, design, findings), model, findings)
 
 
-def _form(data: dict[str, Any], findings: Findings) -> tuple[str | None, dict[str, Any]]:
+def _without_structure(data: dict[str, Any]) -> dict[str, Any]:
+    """The design without what describes bodies, elements and contacts."""
+    contact = data.get("contact")
+    kept = {key: value for key, value in data.items() if key not in ("vehicle", "contact")}
+    if isinstance(contact, dict) and "gauge_widens_clearance" in contact:
+        kept["contact"] = {"gauge_widens_clearance": contact["gauge_widens_clearance"]}
+    return kept
+
+
+def _form(data: dict[str, Any], findings: Findings) -> tuple[str, dict[str, Any]]:
     """The form of the vehicle, and the data without what this form does not have."""
     vehicle = data.get("vehicle")
     if not isinstance(vehicle, dict):
         return "bogie", data
-    lists = [key for key in ("bodies", "elements") if key in vehicle]
-    for key in lists:
-        findings.add(
-            f"vehicle.{key}",
-            "this form of vehicle is not read yet",
-            "describe a bogie (frame, wheelset, geometry, ...) or a rig",
-            key=True,
-        )
-    if lists:
-        return None, data
+    if "bodies" in vehicle or "elements" in vehicle:
+        return "vehicle", data
     if "rig" not in vehicle:
         return "bogie", data
     beside = [f"vehicle.{key}" for key in vehicle if key != "rig"]
-    beside += [key for key in ("contact", "riding") if key in data]
+    beside += [key for key in ("contact", "riding", "load") if key in data]
     for path in beside:
         findings.add(path, "a rig is one mass, it has no such group", "leave it out, or leave `rig` out", key=True)
     kept = {key: value for key, value in data.items() if key not in beside}
@@ -128,7 +140,7 @@ def _stands(data: Any, path: str) -> bool:
 def _numbers(data: dict[str, Any], form: str) -> dict[str, float]:
     """What can be read of a faulty design, for the defaults of its effects."""
     values: dict[str, float] = {}
-    for p in FORMS[form]:
+    for p in FORMS.get(form, ()):
         here: Any = data
         for step in p.path.split("."):
             here = here.get(step) if isinstance(here, dict) else None
@@ -140,7 +152,7 @@ def _numbers(data: dict[str, Any], form: str) -> dict[str, float]:
 
 
 def _cushion(model: Any, form: str, findings: Findings) -> None:
-    if form == "bogie" and (model.riding.cushion_frequency is None) != (model.riding.cushion_damping is None):
+    if form != "rig" and (model.riding.cushion_frequency is None) != (model.riding.cushion_damping is None):
         findings.add("riding", "a seat cushion needs cushion_frequency and cushion_damping", "give both, or none")
 
 

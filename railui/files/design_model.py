@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from typing import Annotated, Any
 
@@ -68,10 +69,15 @@ def _group(name: str, tree: dict[str, Any]) -> type[Group]:
     return create_model(name, __base__=Group, **fields)
 
 
+def number_group(name: str, parameters: Iterable[Parameter]) -> type[Group]:
+    """The model of a group of numbers; the paths of the parameters are its keys."""
+    return _group(name, {p.path: number(p) for p in parameters})
+
+
 @cache
 def design_model(form: str) -> type[Group]:
-    """The model of a whole design of one form, "bogie" or "rig"."""
-    fields: dict[str, Any] = {p.path: number(p) for p in FORMS[form]}
+    """The model of a whole design of one form: "bogie", "rig", or "vehicle" without its bodies and elements."""
+    fields: dict[str, Any] = {p.path: number(p) for p in FORMS.get(form, ())}
     riding = {p.path: number(p) for p in RIDING}
     for path in settings_of(form):
         fields[path] = riding[path] if path in riding else setting(path)

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from .bodies import Structure
 from .effect_reading import read_effects, unit_of
 from .effect_records import Catalogue, kernel_catalogue, range_at, record_of
+from .loads import STATE, loaded
 from .parameters import BY_USE, PARAMETERS, RIDING, SETTINGS, Parameter, below, settings_of
 from .placed_effects import PlacedEffect
 from .problems import FileProblems, Findings, Problem, nearest
@@ -43,7 +45,9 @@ class Adjustment:
 
 @dataclass(frozen=True)
 class Design:
-    """A vehicle as designed: `kind` is "bogie" or "rig", `values` are SI by dotted path.
+    """A vehicle as designed: `values` are SI by dotted path.
+
+    `kind` is "bogie", "rig", or "vehicle": one of bodies and elements, whose `structure` says who joins whom.
 
     `settings` are the words, switches and riding numbers that were given; `warnings` what is odd.
 
@@ -63,6 +67,20 @@ class Design:
     sha256: str = ""
     warnings: tuple[Problem, ...] = field(default=(), compare=False)
     catalogue: Catalogue | None = field(default=None, compare=False, repr=False)
+    structure: Structure | None = None
+    loads: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    load_state: str | None = None
+    declared: Mapping[str, float] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def records(self) -> Mapping[str, Parameter]:
+        """The records of the vehicle's numbers by path."""
+        return PARAMETERS if self.structure is None else self.structure.parameters
+
+    @property
+    def at_places(self) -> Mapping[str, float]:
+        """The numbers, and with them what springs and dampers stand at each place where an effect may stand."""
+        return self.values if self.structure is None else {**self.values, **self.structure.sites(self.values)}
 
     @property
     def riding(self) -> Riding:
@@ -89,7 +107,7 @@ class Design:
         """The number at a path, SI; FileProblems naming the nearest path where there is none."""
         if path in self.values:
             return self.values[path]
-        if path in PARAMETERS and path.startswith("riding.") and self.kind == "bogie":
+        if path in PARAMETERS and path.startswith("riding.") and self.kind != "rig":
             number = getattr(self.riding, path.rpartition(".")[2])
             if number is not None:
                 return float(number)
@@ -124,14 +142,16 @@ class Design:
 
     def parameter(self, path: str) -> Parameter:
         """The record of a path: symbol, unit, caption, range; that of an effect comes from the catalogue."""
-        if path in self.values or (self.kind == "bogie" and path.startswith("riding.") and path in PARAMETERS):
+        if path in self.values:
+            return self.records[path]
+        if self.kind != "rig" and path.startswith("riding.") and path in PARAMETERS:
             return PARAMETERS[path]
         effect, key = self._effect_at(path)
         record = record_of(effect.kind, self._catalogue()) if effect is not None else None
         found = next((p for p in (record or {}).get("parameters", ()) if p["key"] == key), None)
         if effect is None or record is None or found is None:
             raise self._unknown(path)
-        low, high = range_at(found, effect.at, self.values)
+        low, high = range_at(found, effect.at, self.at_places)
         unit, title = (
             unit_of(found, effect.at, effect.against),
             f"{key.replace('_', ' ')} of the {record['title']}",
@@ -156,9 +176,18 @@ class Design:
         findings = Findings("override")
         values, settings = dict(self.values), dict(self.settings)
         entries = [effect.entry(given_only=True) for effect in self.effects]
+        state = self.load_state
+        if STATE in changes:
+            state = str(changes[STATE])
+            try:
+                values = loaded(self, state)
+            except UnitError as error:
+                findings.add(STATE, error.message, error.remedy)
         for path, value in changes.items():
-            self._change(path, value, values, settings, entries, findings)
-        return replace(self, values=values, settings=settings)._with_entries(entries, findings)
+            if path != STATE:
+                self._change(path, value, values, settings, entries, findings)
+        changed = replace(self, values=values, settings=settings, load_state=state)
+        return changed._with_entries(entries, findings)
 
     def with_effects(self, effects: Iterable[PlacedEffect]) -> Design:
         """A new design with these effects, checked against the catalogue; FileProblems otherwise."""
@@ -167,9 +196,11 @@ class Design:
     def resolved(self) -> dict[str, Any]:
         """All that decides what the design does, defaults written out: for content hashes."""
         words = {p: self.setting(p) for p in SETTINGS if p in settings_of(self.kind)}
-        riding = vars(self.riding) if self.kind == "bogie" else None
+        riding = vars(self.riding) if self.kind != "rig" else None
+        built = {} if self.structure is None else {"structure": self.structure.words()}
         return {
             "kind": self.kind,
+            **built,
             "values": dict(self.values),
             "settings": words,
             "riding": riding,
@@ -178,8 +209,9 @@ class Design:
 
     def _with_entries(self, entries: list[dict[str, Any]], findings: Findings) -> Design:
         effects = read_effects(
-            entries, findings, "effects", self._catalogue() if entries else (), self.values, form=self.kind
-        )
+            entries, findings, "effects", self._catalogue() if entries else (), self.values, form=self.kind,
+            structure=self.structure,
+        )  # fmt: skip
         findings.stop()
         return replace(self, effects=effects)
 
@@ -195,7 +227,7 @@ class Design:
         effect, key = self._effect_at(path)
         try:
             if path in values:
-                values[path] = PARAMETERS[path].read(value)
+                values[path] = self.records[path].read(value)
             elif path in settings_of(self.kind):
                 settings[path] = read_setting(path, value)
             elif effect is not None:

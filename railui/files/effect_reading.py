@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+from .bodies import Structure
 from .columns import RIG_COLUMNS, columns_of
 from .effect_records import (
     PER_WHEELSET,
@@ -44,9 +45,12 @@ def read_effects(
     *,
     form: str = "bogie",
     sensors: bool = False,
+    structure: Structure | None = None,
 ) -> tuple[PlacedEffect, ...]:
     """Effects of a list, faults told at their marks; `values` are the vehicle's numbers for the defaults."""
-    reader = _Reader(findings, catalogue, values, form, sensors)
+    if structure is not None:
+        values = {**values, **structure.sites(values)}
+    reader = _Reader(findings, catalogue, values, form, sensors, structure)
     read = {i: reader.effect(entry, join(path, str(i))) for i, entry in enumerate(raw)}
     effects = {i: effect for i, effect in read.items() if effect is not None}
     told_twice(effects, findings, path, catalogue)
@@ -79,6 +83,7 @@ class _Reader:
     values: Mapping[str, float]
     form: str
     sensors: bool
+    structure: Structure | None = None
 
     def effect(self, raw: Any, path: str) -> PlacedEffect | None:
         if not isinstance(raw, dict):
@@ -127,6 +132,8 @@ class _Reader:
     def place(self, raw: Mapping[str, Any], record: Record, path: str) -> str | None:
         if self.sensors:
             places = [at for at in map(str, record["at"]) if at in columns_of(self.form)]
+        elif self.structure is not None:
+            places = self.built(record, self.structure)
         else:
             places = [at for at in map(str, record["at"]) if (at == "rig") == (self.form == "rig")]
         at = raw.get("at")
@@ -142,10 +149,24 @@ class _Reader:
             return str(at)
         return None
 
+    @staticmethod
+    def built(record: Record, structure: Structure) -> list[str]:
+        """The places of a vehicle of bodies and elements; it has a coach of its own, and is no linkage."""
+        if record.get("acts") == "body":
+            return []
+        return [at for at, place in structure.places.items() if place.like in record["at"]]
+
     def wheelset(self, raw: Mapping[str, Any], at: str, path: str) -> int | None:
         wheelset = raw.get("wheelset")
         if wheelset is None:
             return None
+        if self.structure is not None:
+            numbers = [n for n in self.structure.places[at].numbers if n]
+            if wheelset not in numbers or isinstance(wheelset, bool):
+                told = f"write one of {numbers}, or leave the key out for all" if numbers else "leave the key out"
+                self.findings.add(join(path, "wheelset"), f"{at} has no number {wheelset!r}", told)
+                return None
+            return int(wheelset)
         if at not in PER_WHEELSET:
             self.findings.add(join(path, "wheelset"), f"{at} has no wheelset", "leave the key out")
         elif isinstance(wheelset, bool) or wheelset not in (1, 2):

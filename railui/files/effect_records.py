@@ -13,6 +13,7 @@ from .columns import COLUMNS, RIG_COLUMNS
 Record = Mapping[str, Any]
 Catalogue = Sequence[Record]
 
+TURNING = ("_yaw", "_roll")
 PER_WHEELSET = ("primary_lateral", "primary_yaw", "wheelset", "wheelset_yaw", "contact", "track")
 SENSORS = frozenset(name for name, c in (COLUMNS | RIG_COLUMNS).items() if c.part == "response")
 # the reference motion of defaults and ranges: 5 mm (5 mrad) at 10 rad/s
@@ -68,8 +69,8 @@ def _meaning(name: str, at: str) -> dict[str, int]:
         unit = (COLUMNS | RIG_COLUMNS)[at].unit
         z = {base: int(power or 1) * (-1 if sign == "/" else 1) for sign, base, power in WORD.findall(unit)}
     else:
-        z = {"rad": 1} if at.endswith("_yaw") else {"m": 1}
-    force = {"N": 1, "m": 1} if at.endswith("_yaw") else {"N": 1}
+        z = {"rad": 1} if at.endswith(TURNING) else {"m": 1}
+    force = {"N": 1, "m": 1} if at.endswith(TURNING) else {"N": 1}
     words = {"z": z, "v": {**z, "s": z.get("s", 0) - 1}, "F": force, "1": {}}
     return words.get(name, {name: 1})
 
@@ -99,13 +100,16 @@ def site(at: str, values: Mapping[str, float]) -> dict[str, float]:
         "primary_yaw": (2 * b_c * b_c * get(f"{primary}.longitudinal_stiffness", 0.0), 0.0),
         "rig": (get("vehicle.rig.stiffness"), get("vehicle.rig.damping")),
     }
-    k, c = springs.get(at, (None, None))
+    # of a vehicle of bodies and elements, `Design.at_places` says what stands at each place
+    k, c = springs.get(at, (None, None)) if "vehicle.frame.mass" in values or at == "rig" else (
+        get(f"site.{at}.stiffness"), get(f"site.{at}.damping")
+    )  # fmt: skip
     known = {
         "k": k,
         "c": c,
         "m": get("vehicle.rig.mass") if at == "rig" else get("vehicle.frame.mass"),
         "h": get("contact.flange_clearance"),
-        "r": get("vehicle.geometry.rolling_radius"),
+        "r": get("vehicle.geometry.rolling_radius") or get("site.rolling_radius"),
     }
     if at != "rig":
         # where no damper is declared: the spring's force at 10 rad/s

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from railui import core
-from railui.core import Batch, Placement, Vehicles
+from railui.core import LINKAGE, Batch, Placement, Vehicles
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import unit_at
 from railui.report.figures import COLOURS, LINES, POINTS, Picture, Window, axis, drawn, place, scale, units_of
@@ -146,8 +146,8 @@ def _at(model: Model, at: str, wheelset: int) -> tuple[list[PlacedEffect], float
 def _port(scene: _Scene, at: str, wheelset: int | None) -> tuple[int, Floats]:
     """The port of an effect (that which moves most, where it has two) and its motion z."""
     sites = scene.model.vehicles().sites(scene.model.single())
-    linkage = wheelset is None and (at, 3) in sites
-    ports = [w for a, w in sites if a == at and ((w == 3) if linkage else w < 3 and wheelset in (None, w))]
+    linkage = wheelset is None and (at, LINKAGE) in sites
+    ports = [w for a, w in sites if a == at and ((w == LINKAGE) if linkage else w != LINKAGE and wheelset in (None, w))]
     motion = scene.motion([f"z.{at}.{w}" for w in ports])
     best = int(np.argmax(motion.std(axis=1)))
     return ports[best], motion[best]
@@ -301,7 +301,7 @@ def _gauge_under(scene: _Scene, wheelset: int) -> Floats | None:
     gauge, s = scene.stretch.columns.get("gauge"), scene.stretch.columns.get("s")
     if gauge is None or s is None or not np.any(gauge):
         return None
-    return np.interp(s - 2.0 * scene.model.half_wheelbase() * (wheelset - 1), s, gauge)
+    return np.interp(s - scene.model.behind()[wheelset - 1], s, gauge)
 
 
 def _fan_picture(scene: _Scene, name: str, title: str, curves: Curves, gauge: Floats, unit: str) -> Picture:

@@ -14,7 +14,7 @@ from railui.core import Batch, Filter, Vehicles
 from railui.files.campaign import Campaign
 from railui.files.run import Run, load_run
 from railui.study.model import Model
-from railui.track import band_limited_noise, distance, input_table
+from railui.track import Behind, band_limited_noise, distance, input_table
 
 Floats = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ class Stretch:
     columns: Mapping[str, Floats]
     dt: float
     kind: str = "bogie"
-    tables: dict[tuple[float, int], Floats] = field(default_factory=dict, repr=False)
+    tables: dict[tuple[Behind, int], Floats] = field(default_factory=dict, repr=False)
 
     @property
     def samples(self) -> int:
@@ -63,14 +63,14 @@ class Stretch:
     def mean_speed(self) -> float:
         return 1.0 if self.kind == "rig" else float(self.columns["v"].mean())
 
-    def table(self, half_wheelbase: float, steps: int) -> Floats:
+    def table(self, half_wheelbase: Behind, steps: int) -> Floats:
         """The input table of this stretch, made once for each number of steps."""
         key = (half_wheelbase, steps)
         if key not in self.tables:
             self.tables[key] = self._table(self.columns, half_wheelbase, steps)
         return self.tables[key]
 
-    def _table(self, c: Mapping[str, Floats], half_wheelbase: float, steps: int) -> Floats:
+    def _table(self, c: Mapping[str, Floats], half_wheelbase: Behind, steps: int) -> Floats:
         if self.kind == "rig":
             return _rig_table(c, self.dt, steps)
         track = (c["yw"], c.get("phiw"), c.get("gauge"))
@@ -78,7 +78,7 @@ class Stretch:
         return input_table(c["t"], c["s"], c["v"], *track, half_wheelbase, steps, *coach)
 
     def noisy_table(
-        self, noise: Mapping[str, float], band: float, rng: np.random.Generator, half_wheelbase: float, steps: int
+        self, noise: Mapping[str, float], band: float, rng: np.random.Generator, half_wheelbase: Behind, steps: int
     ) -> Floats:
         """The table with noise of the declared standard deviations on its track columns."""
         columns = dict(self.columns)

@@ -12,7 +12,10 @@ from numpy.typing import NDArray
 
 from railui import core
 from railui.core import Batch, Placement, Vehicles
+from railui.files.bodies_reading import position_terms
 from railui.files.design import Design, PlacedEffect
+from railui.study.layout import layout_of, paths_of
+from railui.track import Behind, distances_behind
 
 Floats = NDArray[np.float64]
 
@@ -20,7 +23,12 @@ Floats = NDArray[np.float64]
 def numbers_of(design: Design) -> Floats:
     """The numbers of a design in the kernel's order, shape [parameters of its kind]."""
     special = {"vehicle.rig.input": lambda: core.RIG_INPUTS[design.rig_input]}
-    return np.array([special[p]() if p in special else design.values[p] for p in core.parameters(design.kind)])
+    return np.array([special[p]() if p in special else design.values[p] for p in parameters_of(design)])
+
+
+def parameters_of(design: Design) -> tuple[str, ...]:
+    """The paths of a design's numbers in the kernel's order."""
+    return core.parameters(design.kind) if design.structure is None else paths_of(design.structure)
 
 
 def effect_row(effect: PlacedEffect) -> list[float]:
@@ -59,7 +67,7 @@ class Model:
     @cached_property
     def columns(self) -> dict[str, int]:
         """Path of a number -> its column in the row; sensors stand at `sensors.0.delay`."""
-        found = {p: i for i, p in enumerate(core.parameters(self.design.kind))}
+        found = {p: i for i, p in enumerate(parameters_of(self.design))}
         at = len(found)
         for group, effects in (("effects", self.design.effects), ("sensors", self.sensors)):
             for i, effect in enumerate(effects):
@@ -75,11 +83,13 @@ class Model:
 
     def vehicles(self, measured: Sequence[str] = (), extra: Sequence[Placement] = ()) -> Vehicles:
         """The structure of this vehicle in the kernel, with further placed effects behind its own."""
-        return Vehicles(self.design.kind, [*map(placement, self.effects), *extra], measured)
+        structure = self.design.structure
+        layout = None if structure is None else layout_of(structure)
+        return Vehicles(self.design.kind, [*map(placement, self.effects), *extra], measured, layout)
 
     def batch(self, rows: Floats, extra: Floats | None = None, amounts: Floats | None = None) -> Batch:
         """Vehicles from rows [n, row], with the numbers [n, ...] and amounts [n, k] of further effects."""
-        n, own = len(rows), len(core.parameters(self.design.kind))
+        n, own = len(rows), len(parameters_of(self.design))
         effects = rows[:, own:] if extra is None else np.hstack([rows[:, own:], extra])
         full = np.ones((n, len(self.effects)))
         return Batch.of(rows[:, :own], effects, full if amounts is None else np.hstack([full, amounts]))
@@ -144,9 +154,24 @@ class Model:
             if p["role"] == "run"
         ]
 
-    def half_wheelbase(self) -> float:
-        """a [m]; 0 for a vehicle of one mass."""
-        return self.design.values.get("vehicle.geometry.half_wheelbase", 0.0)
+    def half_wheelbase(self) -> Behind:
+        """a [m] of a bogie, 0 of one mass; of bodies and elements how far each wheelset runs behind the first [m]."""
+        return self.wheelbases(self.row[None])[0]
+
+    def behind(self) -> tuple[float, ...]:
+        """How far each wheelset runs behind the first [m]."""
+        return distances_behind(self.half_wheelbase())
+
+    def wheelbases(self, rows: Floats) -> list[Behind]:
+        """`half_wheelbase` of each of many rows [n, row]."""
+        structure, columns = self.design.structure, self.columns
+        if structure is None:
+            path = "vehicle.geometry.half_wheelbase"
+            return rows[:, columns[path]].tolist() if path in columns else [0.0] * len(rows)
+        terms = [position_terms(structure, wheelset) for wheelset in structure.wheelsets]
+        places = [sum((f * rows[:, columns[p]] for f, p in one), np.zeros(len(rows))) for one in terms]
+        behind = np.stack([places[0] - x for x in places], axis=1)
+        return [tuple(one) for one in behind.tolist()]
 
     def eigenvalues(self, speed: float, rows: Floats | None = None) -> NDArray[np.complex128]:
         """Eigenvalues [n, 2 x degrees of freedom] of the linear vehicle at a speed [m/s], largest real part first."""

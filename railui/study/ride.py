@@ -35,7 +35,7 @@ def model_of(design: Given) -> Model:
     if isinstance(design, str | Path):
         design = load_design(design)
     model = design if isinstance(design, Model) else Model(design)
-    if model.design.kind != "bogie":
+    if model.design.kind == "rig":
         raise _refused(model.design, "vehicle", f"a {model.design.kind} rides no track", "give a bogie")
     riding = model.design.riding
     if riding.use == "goods" and riding.rms_limit is None:
@@ -100,13 +100,14 @@ def statistics_many(
     vehicles, batch = model.vehicles(), model.batch(rows)
     if steps is None:
         steps = np.array(vehicles.steps(batch, road.speed, road.speed, road.dt))
-    wheelbase = rows[:, model.columns["vehicle.geometry.half_wheelbase"]]
+    wheelbases = model.wheelbases(rows)
     clearance = np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]])
     sections = comfort_sections(model, rows, road.dt)
     found: dict[str, Floats] = {"steps": steps.astype(float), "clearance": clearance}
     lost = np.full(len(rows), -1)
-    for a, n in sorted(set(zip(wheelbase.tolist(), steps.tolist(), strict=True))):
-        here = np.flatnonzero((wheelbase == a) & (steps == n))
+    kinds = list(zip(wheelbases, steps.tolist(), strict=True))
+    for a, n in sorted(set(kinds)):
+        here = np.array([i for i, kind in enumerate(kinds) if kind == (a, n)])
         group = _Group(vehicles, batch.select(here), road, road.table(a, n), n, clearance[here], jobs)
         parts, lost[here] = group.statistics({name: each[here] for name, each in sections.items()})
         if model.design.gauge_widens_clearance and np.any(road.track.gauge):
@@ -161,7 +162,7 @@ class _Group:
 def structure_of(model: Model) -> tuple[Any, ...]:
     """What vehicles must share to ride in the lanes of one kernel call."""
     design = model.design
-    return (tuple(map(placement, model.effects)), design.riding, design.gauge_widens_clearance)
+    return (tuple(map(placement, model.effects)), design.riding, design.gauge_widens_clearance, design.structure)
 
 
 def rides(models: Sequence[Model], road: Road, jobs: int | None = None) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.files.track_file import COARSEST, FINEST, load_track
-from railui.track import Track, equally_spaced, parse_spec, track_table
+from railui.track import Behind, Track, equally_spaced, parse_spec, track_table
 
 Floats = NDArray[np.float64]
 FILE = re.compile(r"\.(csv|txt)(\.gz)?\Z", re.IGNORECASE)
@@ -87,7 +87,7 @@ class Road:
 
     laid: Laid
     speed: float
-    _tables: dict[tuple[float, int], Floats] = field(default_factory=dict, repr=False)
+    _tables: dict[tuple[Behind, int], Floats] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         if not 0 < self.speed < np.inf:
@@ -108,9 +108,10 @@ class Road:
         """Time from the first to the last sample [s]."""
         return self.track.length / self.speed
 
-    def table(self, half_wheelbase: float, steps: int) -> Floats:
-        """The input table for a wheelbase 2a [m] and RK4 steps per sample, see `track_table`."""
-        key = (float(half_wheelbase), int(steps))
+    def table(self, half_wheelbase: Behind, steps: int) -> Floats:
+        """The input table, see `track_table`, for half a wheelbase [m] or distances behind the first wheelset."""
+        behind = float(half_wheelbase) if isinstance(half_wheelbase, int | float) else tuple(half_wheelbase)
+        key = (behind, int(steps))
         table = self._tables.get(key)
         if table is None:  # several threads may come here at once: each makes the same
             table = track_table(self.track, self.speed, *key)[0]

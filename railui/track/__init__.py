@@ -12,13 +12,14 @@ from railui.track.spectra import (
     spectrum_sd,
 )
 from railui.track.synthetic import TrackSpec, band_limited_noise, parse_spec, synthetic_track
-from railui.track.table import COLUMNS, distance, input_table, run_table, track_table
+from railui.track.table import COLUMNS, Behind, distance, distances_behind, input_table, run_table, track_table
 
 __all__ = [
     "BANDS",
     "COLUMNS",
     "QUANTITIES",
     "SPECTRA",
+    "Behind",
     "NearestSpectrum",
     "Quantity",
     "Spectrum",
@@ -28,6 +29,7 @@ __all__ = [
     "band_limited_noise",
     "band_sd",
     "distance",
+    "distances_behind",
     "equally_spaced",
     "input_table",
     "nearest_spectrum",

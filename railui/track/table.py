@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -20,7 +20,20 @@ COLUMNS: Final = (
     *("Qy", "Qpsi"),
 )
 LEADING: Final = 2  # column where the leading wheelset's five begin
-TRAILING: Final = 7
+PER_WHEELSET: Final = 5
+Behind = float | tuple[float, ...]
+
+
+def distances_behind(wheelbase: Behind) -> tuple[float, ...]:
+    """How far each wheelset runs behind the first [m], of half the wheelbase of a bogie or of those distances.
+
+    >>> distances_behind(1.25), distances_behind((0.0, 2.5, 19.0, 21.5))
+    ((0.0, 2.5), (0.0, 2.5, 19.0, 21.5))
+    """
+    behind = (0.0, 2.0 * wheelbase) if isinstance(wheelbase, int | float) else tuple(float(x) for x in wheelbase)
+    if not behind or behind[0] != 0 or not all(0 <= x < np.inf for x in behind):
+        raise ValueError(f"wheelsets must run behind the first, which is half the wheelbase 0 or more: {wheelbase} m")
+    return behind
 
 
 def input_table(
@@ -30,12 +43,15 @@ def input_table(
     yw: ArrayLike,
     phiw: ArrayLike | None,
     gauge: ArrayLike | None,
-    half_wheelbase: float,
+    half_wheelbase: Behind,
     steps: int,
     qy: ArrayLike | None = None,
     qpsi: ArrayLike | None = None,
 ) -> FloatArray:
     """The table of half steps that drives a vehicle, shape [2 steps (n - 1) + 1, 14], columns `COLUMNS`.
+
+    Instead of half the wheelbase of a bogie: the distances of all wheelsets behind the first [m], (0, ...); the
+    table then has 4 + 5 columns per wheelset.
 
     t [s], s [m], v [m/s], yw [m], phiw [rad], gauge [m], qy [N], qpsi [N m] have n values each (None: 0);
     `steps` Runge-Kutta steps lie between two samples. Track is a not-a-knot cubic spline in s with its own
@@ -58,46 +74,43 @@ def input_table(
         raise ValueError(f"a table needs 4 samples for its splines, here are {n}")
     if steps < 1 or steps & (steps - 1):
         raise ValueError(f"steps per sample must be a power of two: {steps}")
-    if not 0 <= half_wheelbase < np.inf:
-        raise ValueError(f"half the wheelbase must be zero or positive: {half_wheelbase:g} m")
+    behind = distances_behind(half_wheelbase)
     if np.any(np.diff(time) <= 0):
         raise ValueError(f"time must increase: it does not after sample {int(np.argmin(np.diff(time)))}")
     check_increasing(place)
 
-    table = np.zeros((2 * steps * (n - 1) + 1, len(COLUMNS)))
+    coach = LEADING + PER_WHEELSET * len(behind)
+    table = np.zeros((2 * steps * (n - 1) + 1, coach + 2))
     run_on = place[0] + speed[0] * (time - time[0])
     rounding = 1e-12 * max(abs(place[0]), abs(place[-1]), 1.0)
     uniform = bool(np.all(speed == speed[0]) and np.max(np.abs(place - run_on)) <= rounding)
     table[:, 0] = _in_equal_parts(place, 2 * steps) if uniform else _in_time(time, place, steps)
     table[:, 1] = speed[0] if uniform else _in_time(time, speed, steps)
-    for index, name, values in ((12, "Qy", qy), (13, "Qpsi", qpsi)):
+    for index, name, values in ((coach, "Qy", qy), (coach + 1, "Qpsi", qpsi)):
         if values is not None:
             table[:, index] = _in_time(time, _column(name, values, n), steps)
 
     given = (("yw", yw), ("phiw", phiw), ("gauge", gauge))
     track = [np.zeros(n) if values is None else _column(name, values, n) for name, values in given]
-    _lay_track(table, place, track, half_wheelbase)
+    _lay_track(table, place, track, behind)
     return table
 
 
-def _lay_track(table: FloatArray, place: FloatArray, track: list[FloatArray], half_wheelbase: float) -> None:
-    """Write the track under both wheelsets into the table."""
-    leading = table[:, 0]
-    trailing = leading - 2 * half_wheelbase
-    before = trailing < place[0] - 1e-9  # a nanometre: rounding of s - 2 a decides nothing
-    held = np.maximum(trailing, place[0])
+def _lay_track(table: FloatArray, place: FloatArray, track: list[FloatArray], behind: Sequence[float]) -> None:
+    """Write the track under every wheelset into the table."""
     moving = [i for i in range(3) if np.any(track[i])]  # a column of zeros needs no spline
     if not moving:
         return
     spline = CubicSpline(place, np.stack([track[i] for i in moving], axis=1))
-    for base, at in ((LEADING, leading), (TRAILING, held)):
-        value, slope = spline(at), spline(at, 1)
+    for number, distance in enumerate(behind):
+        base, at = LEADING + PER_WHEELSET * number, table[:, 0] - distance
+        before = at < place[0] - 1e-9  # a nanometre: rounding of s - 2 a decides nothing
+        held = np.maximum(at, place[0]) if distance else at
+        value, slope = spline(held), spline(held, 1)
         for j, i in enumerate(moving):
             table[:, base + 2 * i] = value[:, j]
             if i < 2:  # gauge is used as it is, without its derivative
-                table[:, base + 2 * i + 1] = slope[:, j]
-    table[before, TRAILING + 1] = 0.0
-    table[before, TRAILING + 3] = 0.0
+                table[:, base + 2 * i + 1] = np.where(before & (distance > 0), 0.0, slope[:, j])
 
 
 def _column(name: str, values: ArrayLike, n: int | None = None) -> FloatArray:
@@ -136,7 +149,7 @@ def distance(t: ArrayLike, v: ArrayLike) -> FloatArray:
     return np.asarray(CubicSpline(time, speed).antiderivative()(time), dtype=np.float64)
 
 
-def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: float, steps: int) -> tuple[FloatArray, float]:
+def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: Behind, steps: int) -> tuple[FloatArray, float]:
     """The table of one unbroken stretch of a measured run, and the interval dt [s] of its samples.
 
     `columns` by their names in the run file: t, v, yw, and s, phiw, gauge, Qy, Qpsi where measured (s
@@ -160,7 +173,7 @@ def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: float, steps: in
     return table, float((t[-1] - t[0]) / (t.size - 1))
 
 
-def track_table(track: Track, speed: float, half_wheelbase: float, steps: int) -> tuple[FloatArray, float]:
+def track_table(track: Track, speed: float, half_wheelbase: Behind, steps: int) -> tuple[FloatArray, float]:
     """The table of a track at constant speed [m/s], one sample per track sample, and dt = spacing/speed [s].
 
     Raises ValueError as `input_table`, and for a speed that is not positive.

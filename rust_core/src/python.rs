@@ -399,5 +399,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(parameters, m)?)?;
     m.add_function(wrap_pyfunction!(simd, m)?)?;
     m.add_function(wrap_pyfunction!(sources, m)?)?;
+    m.add("LINKAGE", assemble::LINKAGE)?;
     m.add("LANES", lanes::LANES)
 }
