@@ -19,9 +19,10 @@ from railui.report.detectable import detectable
 from railui.study.adjust import Fit, Report, silent
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
 from railui.study.judge import Judgement
-from railui.study.loop import Found, Step, lookalikes
+from railui.study.loop import Found, lookalikes
 from railui.study.loop import loop as close
 from railui.study.measured import Stretch
+from railui.study.terms import Step
 from railui.study.trace import Sighting
 from railui.study.weighting import W_D, cascade, one_mass, weighted_rms
 
@@ -165,7 +166,7 @@ def _outside(found: Found) -> dict[str, Any] | None:
         "sd": list(o.sd),
         "motion_unit": o.motion_unit,
         "force_unit": o.force_unit,
-    }
+    } | ({} if o.course is None else {"parameter": o.course.path, "parameters": list(o.course.ratios)})
 
 
 def _turn(found: Found) -> Step:

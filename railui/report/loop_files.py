@@ -75,7 +75,7 @@ def write_simulated(found: Found, directory: Path) -> None:
     adjusting = {
         "declared": judge(found.declared, measurement, measurement.adjust),
         "before": judge(found.before.model, measurement, measurement.adjust),
-        "after": judge(found.after.model, measurement, measurement.adjust),
+        "after": found.judge(measurement.adjust),
     }
     for entry, run in zip(measurement.campaign.runs, measurement.runs, strict=True):
         judged = found.judged if entry.role == "validate" else adjusting

@@ -9,20 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, optimize
 
-from railui import core
-from railui.core import Filter
-from railui.files.parameters import PARAMETERS
-from railui.study.judge import initial_state, weights
-from railui.study.measured import Measurement, Stretch, filter_for, filtered, simulate, steps_for
+from railui.study.free import Free, free_parameters
+from railui.study.measured import Measurement, Stretch, simulate
 from railui.study.model import Model
+from railui.study.target import Target, targets
 from railui.study.watch import Turn, Watch, unwatched
 
 Floats = NDArray[np.float64]
 Report = Callable[[str], None]
 
 DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of Levenberg, tried side by side
-PHASE = 0.3  # rad, a usual size of a phase
-CURVE = 2.0  # prior standard deviation of a measured curve's points, in its largest force
 STIFFEST = 16  # RK4 steps per sample up to which a fit may go
 LEAP = 1.5  # largest logarithm of the ratio in one step
 STABLE = -0.02  # 1/s, the least damping of a linear vehicle that a fit may reach
@@ -33,105 +29,6 @@ CORRELATED = 0.95
 
 def silent(_: str) -> None:
     """Reports nothing."""
-
-
-@dataclass(frozen=True, eq=False)
-class Target:
-    """A stretch made ready for the fit: measured channels filtered and weighted [channel, kept], start, steps."""
-
-    stretch: Stretch
-    filter: Filter
-    y: Floats
-    start: Floats
-    steps: int
-
-
-def targets(model: Model, measurement: Measurement, stretches: Sequence[Stretch]) -> list[Target]:
-    """Stretches prepared for a model: weights from noise and what track noise leaves, initial states estimated."""
-    ready = []
-    for stretch in stretches:
-        campaign = measurement.campaign
-        w = weights(model, measurement, stretch)
-        rate = 1.0 / stretch.dt
-        every = 1 if campaign.band is None else max(1, int(rate / (2.4 * min(campaign.band[1], 0.45 * rate))))
-        y = filtered(campaign, stretch, stretch.measured(stretch.channels))[:, ::every] * w[:, None]
-        start = initial_state(model, stretch, measurement.noise)
-        ready.append(Target(stretch, filter_for(campaign, stretch, w, every), y, start, steps_for(model, stretch)))
-    return ready
-
-
-@dataclass(frozen=True)
-class Free:
-    """The numbers that a fit moves: paths, bounds, priors (sd infinite: none), usual size of each.
-
-    ratio: steps are ratios, for effect numbers whose size is not known beforehand.
-    """
-
-    paths: tuple[str, ...]
-    low: Floats
-    high: Floats
-    size: Floats
-    prior: Floats
-    prior_sd: Floats
-    ratio: NDArray[np.bool_]
-
-
-def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> Free:
-    """Bounds and priors of paths, from the one list of parameters and the catalogue."""
-    low, high, size, prior, sd, ratio = [], [], [], [], [], []
-    values = declared.design.values
-    for path in paths:
-        now = float(model.row[model.columns[path]])
-        if path in PARAMETERS:
-            p = PARAMETERS[path]
-            mean = values[path]
-            usual = p.usual if np.isfinite(p.usual[1]) else (min(0.0, 10 * mean), max(10 * mean, 1.0))
-            if path.startswith("vehicle.rig"):
-                reach = 100.0 * max(abs(mean), rig_scale(model, path))
-                usual = (-reach if path.endswith("gain") else 0.0, reach)
-            low.append(min(usual[0], 0.1 * mean))
-            high.append(max(usual[1], 10 * mean))
-            size.append(max(abs(mean), 0.01 * (high[-1] - low[-1])))
-            prior.append(mean)
-            sd.append(p.prior if p.prior is not None else np.inf)
-            ratio.append(False)
-            continue
-        bounds = _effect_bounds(model, path)
-        ratio.append(bounds[0] >= 0 and now > 0)
-        low.append(max(bounds[0], 1e-4 * now) if ratio[-1] else bounds[0])
-        high.append(bounds[1])
-        size.append(max(abs(now), _curve_size(model, path), PHASE if path in model.run_paths() else 1e-12))
-        curve = _curve_size(model, path)
-        prior.append(0.0 if curve else now)
-        sd.append(CURVE * curve if curve else np.inf)
-    a, b, c, d, e = (np.array(x, dtype=float) for x in (low, high, size, prior, sd))
-    return Free(tuple(paths), a, b, c, d, e, np.array(ratio))
-
-
-def rig_scale(model: Model, path: str) -> float:
-    """A usual size of a rig's parameter where its declared value is zero: 10 Hz, a tenth of critical damping."""
-    m, w = model.design.values["vehicle.rig.mass"], 62.8
-    return {"stiffness": m * w * w, "damping": 0.2 * m * w}.get(path.rpartition(".")[2], 1.0)
-
-
-def _curve_size(model: Model, path: str) -> float:
-    """The largest force of a measured curve, for the points where it is zero; 0 for other numbers."""
-    _, number, key = path.split(".", 2)
-    if not key.startswith("force."):
-        return 0.0
-    force = model.design.effects[int(number)].parameters["force"]
-    return float(np.max(np.abs(force)))
-
-
-def _effect_bounds(model: Model, path: str) -> tuple[float, float]:
-    group, number, key = path.split(".", 2)
-    if key.startswith("force."):
-        return -np.inf, np.inf
-    if group == "sensors":
-        p = next(p for p in core.record(model.sensors[int(number)].kind)["parameters"] if p["key"] == key)
-        return float(p["minimum"]), float(p["maximum"])
-    parameter = model.design.parameter(path)
-    return parameter.minimum, parameter.maximum
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,6 +62,11 @@ class Fit:
     status: str
     constrained: bool = False
     targets: tuple[Target, ...] = field(default=(), repr=False)
+    block: float = 1.0  # seconds of a block of the inner products
+
+    def block_samples(self, target: Target) -> int:
+        """Compared samples per block of the inner products."""
+        return samples_of(self.block, target)
 
     @property
     def sd(self) -> Floats:
@@ -288,7 +190,7 @@ class Adjuster:
         return Normal(np.concatenate(grams), count)
 
     def block_samples(self, target: Target) -> int:
-        return max(8, round(self.block / (target.stretch.dt * target.filter.every)))
+        return samples_of(self.block, target)
 
     def cost(self, rss: Floats, x: Floats) -> Floats:
         """Deviance [n]: informed samples times the logarithm of the misfit, plus the priors."""
@@ -334,6 +236,7 @@ class Adjuster:
             status,
             self.constrained,
             tuple(self.ready),
+            self.block,
         )
 
     def _turn(self, iteration: int, x: Floats, normal: Normal) -> Turn:
@@ -387,6 +290,11 @@ class Adjuster:
         return np.asarray(inverse @ middle @ inverse)
 
 
+def samples_of(seconds: float, target: Target) -> int:
+    """Compared samples in a block of so many seconds."""
+    return max(8, round(seconds / (target.stretch.dt * target.filter.every)))
+
+
 def block_gram(series: Floats, block: int) -> Floats:
     """Inner products [block, channel, row, row] of series [row, channel, n] over blocks of so many samples."""
     rows, channels, n = series.shape
@@ -428,8 +336,3 @@ def adjust(
     adjuster = Adjuster(model, free, ready, block=seconds, stable=stable, jobs=jobs, watch=watch)
     x = model.row[adjuster.columns] if start is None else start
     return adjuster.fit(x, tolerance=tolerance, most=most)
-
-
-def restarted(fit: Fit, measurement: Measurement) -> list[Target]:
-    """The stretches of a fit with weights and initial states renewed for the adjusted model."""
-    return targets(fit.model, measurement, [t.stretch for t in fit.targets])

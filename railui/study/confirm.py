@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from railui import core
-from railui.study.adjust import Fit, Report, Target, adjust, silent
+from railui.files.design import PlacedEffect
+from railui.study.adjust import Fit, Report, adjust, silent
 from railui.study.candidates import Candidate
-from railui.study.judge import initial_state
-from railui.study.measured import Measurement, filtered, steps_for
+from railui.study.measured import Measurement
 from railui.study.model import Model
+from railui.study.target import Target, retarget, shortened
 from railui.study.trace import Sighting, Trace, signed
 from railui.study.watch import Watch, unwatched
 
@@ -23,8 +24,10 @@ NEAR = 0.45  # share of the best explained rest from which a candidate is fitted
 MOST = 9
 MEMORY = 0.1  # effects with states of their own are fitted from this share on
 CLOSE = 1.25  # within so much of the best misfit a fit is carried to its end
-COARSE, FINE = 1e-3, 1e-6
-PART = 24.0  # seconds of each stretch on which candidates are fitted roughly
+COARSE, FINE = 1e-3, 3e-5
+PART = 18.0  # seconds of each stretch on which candidates are fitted roughly
+BEHIND = 1.6  # times the least misfit so far at which a candidate is given up after its first steps
+QUICK, PATIENT = 4, 10  # steps of a rough fit; effects with memory converge slowly
 FOLDS = 5
 BOOTSTRAPS = 200
 
@@ -53,16 +56,6 @@ def chosen(trace: Trace) -> list[Sighting]:
         if i < BEST or (share >= NEAR and len(picked) < MOST) or (memory and share >= MEMORY and len(picked) < MOST):
             picked.append(s)
     return [s for s in picked if signed(s) > 0]
-
-
-def retarget(model: Model, ready: Sequence[Target], measurement: Measurement) -> list[Target]:
-    """The same comparison for a model of another structure: steps, and initial states where bodies were added."""
-    out = []
-    for t in ready:
-        grown = any(e.kind == "coach_mode" for e in model.effects)
-        start = initial_state(model, t.stretch, measurement.noise) if grown else t.start
-        out.append(replace(t, start=start, steps=max(t.steps, steps_for(model, t.stretch))))
-    return out
 
 
 def starts(trace: Trace, sighting: Sighting) -> list[dict[str, float]]:
@@ -100,25 +93,26 @@ def confirm(
     watch: Watch = unwatched,
 ) -> list[Refit]:
     """Fit what the trace named; the misfits within a quarter of the best are carried to convergence. Best first."""
-    short = shortened(fit.targets, measurement)
-    base_misfit = adjust(fit.model, measurement, base, declared, ready=short, most=0, jobs=jobs).normal.rss
-    rough = []
+    rough = Rough(fit, measurement, declared, base, jobs)
+    found = []
     for s in chosen(trace):
         watch(s)
-        found = _roughly(fit.model, short, trace, s, measurement, declared, base, jobs)
-        if found is not None:
-            rough.append((s, found))
-            share = found.normal.rss / base_misfit
-            report(f"  {_name(s.candidate):48s} rho {s.rho:+.3f}   misfit {share:.4f} of before")
-    if not rough:
+        one = rough.fitted(trace, s)
+        if one is not None:
+            found.append((s, one))
+            share = one.normal.rss / rough.before
+            report(f"  {named(s.candidate):48s} rho {s.rho:+.3f}   misfit {share:.4f} of before")
+    if not found:
         return []
-    least = min(f.normal.rss for _, f in rough)
+    near = CLOSE * min(f.normal.rss for _, f in found)
+    several = sum(f.normal.rss <= near for _, f in found) > 1
     refits = []
-    for s, f in rough:
-        near = f.normal.rss <= CLOSE * least
+    for s, f in found:
+        close = f.normal.rss <= near
         whole = _fitted(
-            f.model, retarget(f.model, fit.targets, measurement), measurement, declared, f.free.paths, jobs,
-            tolerance=FINE if near else COARSE, most=30 if near else 1,
+            f.model, retarget(f.model, fit.targets, measurement), measurement, declared,
+            [*base, *f.model.effect_paths()], jobs,
+            tolerance=FINE if several else COARSE, most=30 if close else 0,
         )  # fmt: skip
         if whole is not None:
             refits.append(Refit(s.candidate, whole, held_out(whole), s))
@@ -126,54 +120,61 @@ def confirm(
     return sorted(refits, key=lambda r: r.rss)
 
 
-def shortened(ready: Sequence[Target], measurement: Measurement) -> list[Target]:
-    """The first part of every stretch, enough to tell candidates apart roughly."""
-    out = []
-    for t in ready:
-        n = min(t.stretch.samples, round(PART / t.stretch.dt))
-        if t.stretch.kind == "rig" or n == t.stretch.samples:
-            out.append(t)
-            continue
-        columns = {k: np.ascontiguousarray(x[:n]) for k, x in t.stretch.columns.items()}
-        stretch = replace(t.stretch, columns=columns, tables={})
-        weights = t.filter.weights
-        y = filtered(measurement.campaign, stretch, stretch.measured(stretch.channels))[:, :: t.filter.every]
-        out.append(replace(t, stretch=stretch, y=y * weights[:, None]))
-    return out
-
-
-def _stable(model: Model) -> bool:
+def stable(model: Model) -> bool:
     """Must the linear base be stable? Not where an effect can hold the hunting."""
     return not any(core.record(e.kind)["acts"] in ("creep",) or e.kind == "flange_contact" for e in model.effects)
 
 
-def _name(c: Candidate) -> str:
+def named(c: Candidate) -> str:
+    """A candidate in words."""
     return f"{c.kind} at {c.at}" + (f" {c.wheelset}" if c.wheelset else "")
 
 
-def _roughly(
-    base_model: Model,
-    short: Sequence[Target],
-    trace: Trace,
-    s: Sighting,
-    measurement: Measurement,
-    declared: Model,
-    base: Sequence[str],
-    jobs: int | None,
-) -> Fit | None:
-    """The best of a few steps from every start, on the shortened runs."""
-    best: Fit | None = None
-    for parameters in starts(trace, s):
+class Rough:
+    """Quick fits of one candidate after another on the first seconds of the runs, from several starts each.
+
+    What the data hardly see stays where it is, so that a derivative fits into one group of sixteen vehicles; a
+    candidate that is far behind the best is not carried on.
+    """
+
+    def __init__(
+        self, fit: Fit, measurement: Measurement, declared: Model, base: Sequence[str], jobs: int | None
+    ) -> None:
+        self.model, self.measurement, self.declared, self.jobs = fit.model, measurement, declared, jobs
+        self.short = shortened(fit.targets, measurement, PART)
+        held = dict(zip(fit.free.paths, fit.sd / fit.free.prior_sd, strict=True))
+        self.base = sorted(base, key=lambda p: held.get(p, 0.0))
+        at_rest = adjust(fit.model, measurement, base, declared, ready=self.short, most=0, jobs=jobs)
+        self.before = self.least = at_rest.normal.rss
+
+    def fitted(self, trace: Trace, s: Sighting) -> Fit | None:
+        """The best of a few steps from every start, or nothing where no start can be simulated."""
+        memory = core.record(s.candidate.kind)["states"] > 0
+        tries = [f for f in (self._begun(s.candidate.placed(p)) for p in starts(trace, s)) if f is not None]
+        if not tries:
+            return None
+        best = min(tries, key=lambda f: f.cost)
+        if best.normal.rss <= BEHIND * self.least or memory:
+            best = self._carried(best, PATIENT if memory else QUICK)
+        self.least = min(self.least, best.normal.rss)
+        return best
+
+    def _begun(self, effect: PlacedEffect) -> Fit | None:
         try:
-            model = base_model.with_effect(s.candidate.placed(parameters))
-            ready = retarget(model, short, measurement)
+            model = self.model.with_effect(effect)
+            ready = retarget(model, self.short, self.measurement)
         except ValueError:
-            continue  # this start cannot be simulated: another may
-        paths = [*base, *model.effect_paths()]
-        found = _fitted(model, ready, measurement, declared, paths, jobs, tolerance=COARSE, most=6)
-        if found is not None and (best is None or found.cost < best.cost):
-            best = found
-    return best
+            return None  # this start cannot be simulated: another may
+        own = model.effect_paths()
+        paths = [*self.base[: max(core.LANES - 1 - len(own), len(self.base) // 2)], *own]
+        return _fitted(model, ready, self.measurement, self.declared, paths, self.jobs, tolerance=COARSE, most=2)
+
+    def _carried(self, fit: Fit, most: int) -> Fit:
+        ready = retarget(fit.model, fit.targets, self.measurement)
+        further = _fitted(
+            fit.model, ready, self.measurement, self.declared, fit.free.paths, self.jobs, tolerance=COARSE, most=most
+        )
+        return further if further is not None and further.cost < fit.cost else fit
 
 
 def _fitted(
@@ -190,7 +191,7 @@ def _fitted(
     try:
         return adjust(
             model, measurement, paths, declared, ready=ready, tolerance=tolerance, most=most, jobs=jobs,
-            stable=_stable(model),
+            stable=stable(model),
         )  # fmt: skip
     except ValueError:
         return None

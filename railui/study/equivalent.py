@@ -14,8 +14,9 @@ from scipy import signal
 
 from railui import core
 from railui.core import Filter
-from railui.study.adjust import Adjuster, Fit, Target
+from railui.study.adjust import Adjuster, Fit
 from railui.study.measured import Measurement, filtered, simulate
+from railui.study.target import Target
 from railui.track import input_table
 
 Floats = NDArray[np.float64]

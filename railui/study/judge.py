@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from railui.study.measured import (
 from railui.study.model import Model
 
 Floats = NDArray[np.float64]
+BLOCK = 2.0  # seconds of a block of squared error
 START = 4.0  # seconds on which an initial state is estimated
 SCALES = (5e-3, 3e-3)  # usual displacement [m] and yaw [rad], the ridge of the estimate
 RATES = (0.05, 0.03)
@@ -37,6 +38,14 @@ class Judgement:
     nrmse: float
     series: tuple[Floats, ...]
     diverged: tuple[tuple[str, float], ...]
+    squares: Floats = field(default_factory=lambda: np.zeros(0))  # what each block of time adds to nrmse^2
+
+    def gain_of(self, other: Judgement) -> tuple[float, float]:
+        """Share of this squared error that another judgement of the same runs is free of, and its standard error."""
+        if not np.isfinite(self.nrmse) or not np.isfinite(other.nrmse):
+            return (1.0 if np.isfinite(other.nrmse) else -np.inf), 0.0
+        less = (self.squares - other.squares) / self.squares.sum()
+        return float(less.sum()), float(np.sqrt(len(less)) * less.std())
 
 
 def compared(stretch: Stretch) -> list[str]:
@@ -132,9 +141,29 @@ def judge(model: Model, measurement: Measurement, stretches: Sequence[Stretch]) 
         used = [i for i, c in enumerate(channels) if c in compared(stretch)]
         x = filtered(measurement.campaign, stretch, stretch.measured(channels)[used])
         y = filtered(measurement.campaign, stretch, z[used]) if diverged[0] < 0 else np.full_like(x, np.nan)
-        pairs.append(([channels[i] for i in used], x, y))
-    errors = nrmse(pairs)
-    return Judgement(errors, overall(errors), tuple(series), tuple(lost))
+        pairs.append(([channels[i] for i in used], x, y, stretch.dt))
+    return judgement_of(pairs, series, lost)
+
+
+Pair = tuple[Sequence[str], Floats, Floats, float]
+
+
+def judgement_of(pairs: Sequence[Pair], series: Sequence[Floats], lost: Sequence[tuple[str, float]]) -> Judgement:
+    """The judgement of stretches: channels, measured and simulated [channel, n] as compared, dt [s] of each."""
+    errors = nrmse([pair[:3] for pair in pairs])
+    power: dict[str, float] = {}
+    for channels, x, _, _ in pairs:
+        for c, row in zip(channels, x, strict=True):
+            power[c] = power.get(c, 0.0) + float(np.sum(row**2))
+    squares = []
+    for channels, x, z, dt in pairs:
+        weight = np.array([1.0 / max(power[c], 1e-300) for c in channels]) / len(power)
+        each = weight @ (x - z) ** 2
+        edges = np.arange(
+            0, len(each), max(1, round(BLOCK / dt)) if len(each) * dt > 4 * BLOCK else len(each) // 20 + 1
+        )
+        squares.append(np.add.reduceat(each, edges))
+    return Judgement(errors, overall(errors), tuple(series), tuple(lost), np.concatenate(squares))
 
 
 @dataclass(frozen=True)

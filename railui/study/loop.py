@@ -11,34 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.files.campaign import Campaign, load_campaign
-from railui.study.adjust import STABLE, Fit, Report, adjust, restarted, silent, targets
-from railui.study.candidates import Candidate, candidates
-from railui.study.confirm import Refit, confirm, held_out
+from railui.study.adjust import STABLE, Fit, Report, adjust, silent
 from railui.study.judge import Floor, Judgement, floor, judge
 from railui.study.measured import Measurement, Stretch, read
 from railui.study.model import Model
 from railui.study.outside import Outside, look_outside
-from railui.study.trace import Trace, trace
+from railui.study.target import restarted, targets
+from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, Search, Step, material
+from railui.study.trace import Trace
 from railui.study.watch import Judged, Watch, unwatched
 
 Floats = NDArray[np.float64]
-SIGNIFICANT = 0.01  # family-wise p from which a residual is worth a fit
-STRUCTURED = 0.01  # partial rho^2 from which a residual is worth a fit
-EFFECTS = 3
 SOFTER = 20  # times that a start is made less conical
-ADEQUATE = 1.10  # after over floor up to which nothing is left to find
 UNEXPLAINED = 1.5  # after over floor from which something is missing, whatever it looks like
-SIMPLER = 1.02  # within so much of the best misfit the simpler law is taken
 LOOKALIKE = 1.10  # within so much of the best error, judged on what no fit saw, two laws look alike
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """One turn of the loop: what was seen, what was fitted, what was added."""
-
-    trace: Trace
-    refits: tuple[Refit, ...]
-    added: Refit | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +49,12 @@ class Found:
         """Error over floor."""
         return self.judged["after"].nrmse / self.floor.nrmse
 
+    def judge(self, stretches: Sequence[Stretch]) -> Judgement:
+        """The vehicle as found, on stretches."""
+        if self.outside is not None and self.outside.fit is self.after:
+            return self.outside.judged(self.measurement, stretches)
+        return judge(self.after.model, self.measurement, stretches)
+
 
 NOTHING = Trace((), (), 1.0, float("inf"), 0.0)
 
@@ -83,7 +75,7 @@ def adjusted(
     ready = targets(start, measurement, measurement.adjust)
     fit = adjust(start, measurement, paths, declared, ready=ready, tolerance=1e-4, jobs=jobs, watch=watch)
     report(f"adjusted {len(paths)} parameters in {fit.iterations} iterations, once more with the noise as it arrives")
-    ready = restarted(fit, measurement)
+    ready = restarted(fit.model, fit.targets, measurement)
     again = adjust(fit.model, measurement, paths, declared, ready=ready, jobs=jobs, watch=watch)
     return replace(again, simulations=fit.simulations + again.simulations)
 
@@ -101,17 +93,6 @@ def stabilised(declared: Model, stretches: Sequence[Stretch]) -> Model:
         lower = np.array([0.8 * model.design.values[c] for c in conicities])
         model = model.with_row(conicities, lower)
     return model
-
-
-def final_fit(
-    fit: Fit, measurement: Measurement, declared: Model, *, jobs: int | None = None, watch: Watch = unwatched
-) -> Fit:
-    """Everything adjusted once more with weights and initial states of the model as found."""
-    stable = not any(e.kind in ("flange_contact", "creep_saturation") for e in fit.model.effects)
-    return adjust(
-        fit.model, measurement, fit.free.paths, declared, ready=restarted(fit, measurement), stable=stable, jobs=jobs,
-        watch=watch,
-    )  # fmt: skip
 
 
 def close_loop(
@@ -135,54 +116,29 @@ def close_loop(
     watch(Judged("declared", judged["declared"]))
     report(f"declared vehicle: nrmse {judged['declared'].nrmse:.4f}")
     before = adjusted(measurement, declared, jobs=jobs, report=report, watch=watch)
-    judged["before"] = judged["after"] = judge(before.model, measurement, measurement.validate)
+    judged["before"] = judge(before.model, measurement, measurement.validate)
     watch(Judged("before", judged["before"]))
-    noise = floor(before.model, measurement, measurement.validate)
+    search = Search(measurement, declared, frozenset(without), seed, jobs, report, watch)
+    terms = search.terms(before, judged["before"])
+    fit, judged["after"] = terms.fit, terms.judgement
+    noise = floor(fit.model, measurement, measurement.validate)
     watch(noise)
-    report(f"adjusted, no effect: nrmse {judged['before'].nrmse:.4f}, noise floor {noise.nrmse:.4f}")
-    fit, steps = before, list[Step]()
-    for _ in range(EFFECTS):
-        seen = _trace(fit, measurement, without, jobs, seed, watch)
-        report(f"trace: {len(seen.best)} candidates, best partial rho^2 {seen.rho2:.3f}, family-wise p {seen.p:.4f}")
-        if seen.p > SIGNIFICANT or seen.rho2 < STRUCTURED:
-            steps.append(Step(seen, (), None))
-            break
-        watch(seen)
-        refits = confirm(fit, seen, measurement, declared, campaign.adjust, jobs=jobs, report=report, watch=watch)
-        chosen = select(refits)
-        added = None
-        if chosen is not None:
-            trial = final_fit(chosen.fit, measurement, declared, jobs=jobs, watch=watch)
-            result = judge(trial.model, measurement, measurement.validate)
-            report(f"  with {chosen.candidate.kind if chosen.candidate else ''}: nrmse {result.nrmse:.4f}")
-            if result.nrmse <= (1.0 - campaign.material) * judged["after"].nrmse:
-                added = replace(chosen, fit=trial, held_out=held_out(trial))
-                fit, judged["after"] = trial, result
-                watch(Judged("after", result))
-        steps.append(Step(seen, tuple(refits), added))
-        if added is None:
-            break
-        noise = floor(fit.model, measurement, measurement.validate)
-        if judged["after"].nrmse <= (1.0 + 0.5 * (ADEQUATE - 1.0)) * noise.nrmse:
-            break
-    last = _trace(fit, measurement, without, jobs, seed, watch) if steps[-1].added else steps[-1].trace
-    found_any = any(s.added for s in steps)
+    last = terms.steps[-1].trace if terms.fit is terms.seen_by else search.traced(fit)
     outside = None
     ratio = judged["after"].nrmse / noise.nrmse
     structured = last.p <= SIGNIFICANT and last.rho2 >= STRUCTURED
-    if ratio > UNEXPLAINED or (ratio > ADEQUATE and structured):
-        seen_outside = look_outside(fit, measurement, declared, jobs=jobs, report=report)
-        gain = 1.0 - seen_outside.judgement.nrmse / judged["after"].nrmse if seen_outside else 0.0
-        gains = bool(gain >= campaign.material)
-        if seen_outside and (gains or (ratio > UNEXPLAINED and not found_any)):
-            outside = seen_outside
-        if outside and gains:
+    if not ratio <= UNEXPLAINED or (ratio > ADEQUATE and structured):
+        seen = look_outside(fit, measurement, declared, jobs=jobs, report=report)
+        gains = seen is not None and material(judged["after"], seen.judgement, campaign.material)
+        if seen is not None and (gains or (ratio > UNEXPLAINED and not terms.added)):
+            outside = seen
+        if outside is not None and gains:
             fit, judged["after"] = outside.fit, outside.judgement
             noise = floor(fit.model, measurement, measurement.validate)
-    verdict = "outside" if outside else "effect" if found_any else "none"
+    verdict = "outside" if outside else "effect" if terms.added else "none"
     report(f"verdict {verdict}: nrmse {judged['after'].nrmse:.4f}, floor {noise.nrmse:.4f}")
     return Found(
-        measurement, declared, before, fit, judged, noise, tuple(steps), last, verdict, outside,
+        measurement, declared, before, fit, judged, noise, terms.steps, last, verdict, outside,
         time.perf_counter() - began, seed,
     )  # fmt: skip
 
@@ -210,27 +166,6 @@ def adjust_only(
         measurement, declared, before, before, judged, noise, (Step(NOTHING, (), None),), NOTHING, "none", None,
         seconds, seed,
     )  # fmt: skip
-
-
-def _trace(
-    fit: Fit, measurement: Measurement, without: Collection[str], jobs: int | None, seed: int, watch: Watch
-) -> Trace:
-    loaded = measurement.campaign.track == "loaded"
-    found = candidates(fit.model, measurement.adjust, without=without, loaded=loaded)
-    return trace(fit, found, jobs=jobs, seed=seed, watch=watch)
-
-
-def select(refits: Sequence[Refit]) -> Refit | None:
-    """The best fit, or the one with fewest parameters among those that are as good."""
-    if not refits:
-        return None
-    near = [r for r in refits if r.rss <= SIMPLER * refits[0].rss]
-    return min(near, key=lambda r: (len(r.fit.x), _restricted(r.candidate), r.rss))
-
-
-def _restricted(candidate: Candidate | None) -> int:
-    """An effect on both wheelsets before one on a single wheelset."""
-    return 0 if candidate is None or candidate.wheelset is None else 1
 
 
 def lookalikes(step: Step) -> list[str]:

@@ -12,18 +12,20 @@ from scipy import linalg
 from railui import core
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import PER_WHEELSET
-from railui.study.adjust import Adjuster, Fit, Report, Target, adjust, silent
+from railui.study.adjust import Adjuster, Fit, Report, adjust, silent
 from railui.study.candidates import driven_places
-from railui.study.confirm import retarget
+from railui.study.drift import Drift, drifts, judge_course, refined
 from railui.study.equivalent import Origin, origins
 from railui.study.judge import Judgement, judge
-from railui.study.measured import Measurement, simulate
+from railui.study.measured import Measurement, Stretch, simulate
 from railui.study.model import Model
+from railui.study.target import Target, retarget
 
 Floats = NDArray[np.float64]
 POINTS = 9  # of a measured curve
 REACH = 2.5  # standard deviations of the motion that the curve spans to either side
 SMOOTH = 3e-3  # penalty on the bends of a curve, in its own scale
+SLIGHT = 0.02  # share from which a change along the track is worth a look
 CLEAR = 0.5  # share that a curve explains from which its place is believed
 PLACES = (
     "secondary_lateral",
@@ -51,6 +53,13 @@ class Outside:
     explained: float
     fit: Fit
     judgement: Judgement
+    course: Drift | None = None
+
+    def judged(self, measurement: Measurement, stretches: Sequence[Stretch]) -> Judgement:
+        """What was found judged on stretches."""
+        if self.course is not None:
+            return judge_course(self.fit.model, self.course, measurement, stretches)
+        return judge(self.fit.model, measurement, stretches)
 
 
 @dataclass(frozen=True)
@@ -66,6 +75,9 @@ def look_outside(
     fit: Fit, measurement: Measurement, declared: Model, *, jobs: int | None = None, report: Report = silent
 ) -> Outside | None:
     """Say where something acts that no entry of the catalogue makes, draw its force there, adjust all with it."""
+    changing = look_along(fit, measurement, report)
+    if changing is not None and changing.explained >= CLEAR:
+        return changing
     origin = origins(fit, measurement)[0]
     report(f"  the rest looks like forces at {origin.at} {origin.wheelset or ''}: share {origin.share:.2f}")
     adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=jobs)
@@ -85,8 +97,10 @@ def look_outside(
             report(f"  curve against {spot.against} at {spot.at}: explains {share:.2f}, nrmse {judged.nrmse:.4f}")
             results.append((found.normal.rss, share, spot, found, judged))
     if not results:
-        return None
+        return changing
     _, share, spot, found, judged = min(results, key=lambda r: r[0])
+    if changing is not None and 1.0 - found.normal.rss / fit.normal.rss < changing.explained:
+        return changing
     at, wheelset = (spot.at, spot.wheelset) if share >= CLEAR else (origin.at, origin.wheelset)
     curve = found.model.design.effects[-1]
     yaw = spot.at.endswith("_yaw")
@@ -104,6 +118,34 @@ def look_outside(
         found,
         judged,
     )
+
+
+def look_along(fit: Fit, measurement: Measurement, report: Report = silent) -> Outside | None:
+    """The parameter whose change along the track explains most, where that is more than chance."""
+    seen = drifts(fit)
+    if not seen or seen[0].share < SLIGHT:
+        return None
+    try:
+        course = refined(fit, seen[0])
+        judged = judge_course(fit.model, course, measurement, measurement.validate)
+    except ValueError:
+        return None
+    report(f"  {course.path} along the track: explains {course.share:.2f}, nrmse {judged.nrmse:.4f}")
+    at, wheelset = place_of(course)
+    unit = fit.model.design.unit(course.path)
+    return Outside(
+        at, wheelset, "s", course.distance, course.values, course.sd, "m", unit, course.share, fit, judged, course
+    )
+
+
+def place_of(course: Drift) -> tuple[str, int | None]:
+    """Place and wheelset of a parameter of the vehicle."""
+    group, what, *rest = course.path.split(".")
+    if group == "contact":
+        single = len(course.ratios) == 1 and what in ("leading", "trailing")
+        return "contact", ("leading", "trailing").index(what) + 1 if single else None
+    yaw = rest and rest[0] in ("longitudinal_stiffness", "yaw_stiffness", "yaw_damping")
+    return f"{what}_{'yaw' if yaw else 'lateral'}", None
 
 
 def _beside(spot: _Spot, origin: Origin) -> bool:

@@ -8,22 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
 from railui.core import Batch, Vehicles, jobs_or_all
-from railui.study.adjust import STIFFEST, Adjuster, Fit, Target, block_seconds
+from railui.study.adjust import Adjuster, Fit, block_seconds
 from railui.study.candidates import Bundle, Candidate, bundles
 from railui.study.measured import simulate
+from railui.study.target import Target
 from railui.study.watch import Looked, Watch, unwatched
 
 Floats = NDArray[np.float64]
 AMOUNT = 0.05  # of a candidate beside the adjusted vehicle
 BOOTSTRAPS = 2000
 POWER = 1.2816  # normal quantile of 90 % power
+KEPT = 16  # candidates that are seen on the whole of the runs after a first look
+FINEST = 4  # times the steps of the adjusted vehicle that a shape may need
 VANISHED = 1e-3  # share of a difference left by the projection below which nothing new is in it
 
 
@@ -48,6 +51,10 @@ class Sighting:
         """The score over its standard deviation from blocks (HAC)."""
         spread = self.spread
         return float(self.scores.sum() / spread) if spread > 0 else 0.0
+
+    def forecast(self, ratio: float, blocks: int) -> Sighting:
+        """What a run so many times as long, of so many blocks, would say."""
+        return replace(self, scores=np.resize(self.scores, blocks), norm=ratio * self.norm)
 
     @property
     def spread(self) -> float:
@@ -107,33 +114,68 @@ def trace(
     fit: Fit,
     found: Sequence[Candidate],
     *,
+    first: Sequence[Target] = (),
     jobs: int | None = None,
     seed: int = 0,
     watch: Watch = unwatched,
 ) -> Trace:
-    """See every candidate against the residual of a fit."""
-    adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=1)
-    length = [max(8, round(block_length(fit) / (t.stretch.dt * t.filter.every))) for t in fit.targets]
-    bases = [_base(adjuster, fit, i, length[i]) for i in range(len(fit.targets))]
-    gram = np.sum([np.einsum("bin,bjn->ij", b.blocks, b.blocks) for b in bases], axis=0)
-    precision = np.diag(1.0 / fit.free.prior_sd**2) * fit.normal.rss / max(adjuster.informed, 1.0)
-    solver = _Projector(gram, precision)
-    work = bundles(found)
-    pool, parts = ThreadPoolExecutor(jobs_or_all(jobs)), list[list[Sighting]]()
-    try:
-        for part in pool.map(lambda bundle: _look(adjuster, fit, bases, solver, bundle), work):
-            parts.append(part)
-            watch(Looked(len(parts), len(work), tuple(part)))
-    finally:
-        pool.shutdown(cancel_futures=True)  # whoever stops it does not wait for the rest
-    sightings = merged([s for part in parts for s in part])
+    """See every candidate against the residual of a fit.
+
+    Where `first` holds shortened stretches, all candidates are seen on them and only the best on all of the fit's; what
+    the others would have said there is forecast, for what could have been seen.
+    """
+    whole = _Eye(fit, fit.targets)
+    if not first or sum(t.y.size for t in first) >= 0.7 * sum(t.y.size for t in fit.targets):
+        sightings = near = whole.see(found, jobs, watch)
+    else:
+        glimpse = _Eye(fit, first)
+        glimpsed = glimpse.see(found, jobs, watch)
+        kept = {s.candidate for s in _ranked(glimpsed)[:KEPT]}
+        near = whole.see([c for c in found if c in kept], jobs, watch)
+        ratio = sum(t.y.size for t in fit.targets) / sum(t.y.size for t in first)
+        far = [s.forecast(ratio, whole.count) for s in glimpsed if s.candidate not in kept]
+        sightings = (*near, *far)
+    p, critical = family_wise(sightings, seed, near)
+    return Trace(tuple(sightings), _ranked(sightings), p, critical, whole.solver.rest)
+
+
+def _ranked(sightings: Sequence[Sighting]) -> tuple[Sighting, ...]:
+    """The best shape of each candidate, best first."""
     best: dict[Candidate, Sighting] = {}
     for s in sightings:
         if s.candidate not in best or signed(s) > signed(best[s.candidate]):
             best[s.candidate] = s
-    ranked = tuple(sorted(best.values(), key=lambda s: -signed(s)))
-    p, critical = family_wise(sightings, seed)
-    return Trace(sightings, ranked, p, critical, solver.rest)
+    return tuple(sorted(best.values(), key=lambda s: -signed(s)))
+
+
+class _Eye:
+    """Residual and sensitivities of a fit on some stretches, against which candidates are seen."""
+
+    def __init__(self, fit: Fit, ready: Sequence[Target]) -> None:
+        self.fit = replace(fit, targets=tuple(ready))
+        self.adjuster = Adjuster(fit.model, fit.free, ready, block=1.0, stable=False, jobs=1)
+        seconds = block_length(fit)
+        length = [max(8, round(seconds / (t.stretch.dt * t.filter.every))) for t in ready]
+        self.bases = [_base(self.adjuster, self.fit, i, length[i]) for i in range(len(ready))]
+        gram = np.sum([np.einsum("bin,bjn->ij", b.blocks, b.blocks) for b in self.bases], axis=0)
+        precision = np.diag(1.0 / fit.free.prior_sd**2) * gram[0, 0] / max(self.adjuster.informed, 1.0)
+        self.solver = _Projector(gram, precision)
+        self.count = sum(len(b.blocks) for b in self.bases)
+
+    def see(self, found: Sequence[Candidate], jobs: int | None, watch: Watch) -> tuple[Sighting, ...]:
+        """Every shape of every candidate."""
+        work = bundles(found)
+        pool, parts = ThreadPoolExecutor(jobs_or_all(jobs)), list[list[Sighting]]()
+        try:
+            for part in pool.map(self._look, work):
+                parts.append(part)
+                watch(Looked(len(parts), len(work), tuple(part)))
+        finally:
+            pool.shutdown(cancel_futures=True)  # whoever stops it does not wait for the rest
+        return merged([s for part in parts for s in part])
+
+    def _look(self, bundle: Bundle) -> list[Sighting]:
+        return _look(self.fit, self.bases, self.solver, bundle)
 
 
 def block_length(fit: Fit) -> float:
@@ -178,7 +220,7 @@ def differences(fit: Fit, index: int, bundle: Bundle, amount: float = AMOUNT) ->
     vehicles = model.vehicles(target.stretch.coach_forces, bundle.placements)
     batch = model.batch(np.tile(model.row, (len(numbers), 1)), numbers, amounts)
     steps = np.array([_steps(vehicles, batch.select([i]), target) for i in range(len(batch))])
-    sound = (steps > 0) & (steps <= max(STIFFEST, steps[0]))
+    sound = (steps > 0) & (steps <= FINEST * steps[0])
     if not sound[0] or not sound[1:].any():
         return np.zeros((len(numbers) - 1, *target.y.shape)), np.zeros(len(numbers) - 1, dtype=bool)
     used = int(steps[sound].max())
@@ -213,7 +255,7 @@ def _steps(vehicles: Vehicles, batch: Batch, target: Target) -> int:
         return -1
 
 
-def _look(adjuster: Adjuster, fit: Fit, bases: Sequence[_Base], solver: _Projector, bundle: Bundle) -> list[Sighting]:
+def _look(fit: Fit, bases: Sequence[_Base], solver: _Projector, bundle: Bundle) -> list[Sighting]:
     """Score every lane of a bundle by inner products with residual and sensitivities, block by block."""
     lanes = len(bundle.lanes)
     cross, norm = [], np.zeros(lanes)
@@ -245,17 +287,21 @@ def _look(adjuster: Adjuster, fit: Fit, bases: Sequence[_Base], solver: _Project
     return found
 
 
-def family_wise(sightings: Sequence[Sighting], seed: int) -> tuple[float, float]:
+def family_wise(
+    sightings: Sequence[Sighting], seed: int, seen_well: Sequence[Sighting] | None = None
+) -> tuple[float, float]:
     """p of the best score against the maximum over the library, and the critical score at 1 %.
 
-    Under "nothing missing" the blocks' scores, centred, are given random signs (wild bootstrap of blocks).
+    The best score is that of `seen_well` (all where None). Under "nothing missing" the blocks' scores, centred, are
+    given random signs (wild bootstrap of blocks).
     """
     if not sightings:
         return 1.0, float("inf")
     scores = np.array([s.scores - s.scores.mean() for s in sightings])
     scores /= np.maximum(np.sqrt(np.sum(scores**2, axis=1, keepdims=True)), 1e-300)
     one = np.array([s.candidate.one_sided for s in sightings])
-    seen = np.array([s.t if s.candidate.one_sided else abs(s.t) for s in sightings])
+    well = sightings if seen_well is None else seen_well
+    seen = np.array([s.t if s.candidate.one_sided else abs(s.t) for s in well])
     rng = np.random.default_rng(np.random.SeedSequence([seed, 11]))
     signs = rng.choice([-1.0, 1.0], size=(BOOTSTRAPS, scores.shape[1]))
     drawn = signs @ scores.T

@@ -1,0 +1,203 @@
+"""Effects added one after another while the residual is structured, and dropped again where no longer needed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from railui.study.adjust import Fit, Report, adjust
+from railui.study.candidates import Candidate, candidates
+from railui.study.confirm import Refit, confirm, held_out, named, stable
+from railui.study.drift import drifts
+from railui.study.judge import Judgement, floor, judge
+from railui.study.measured import Measurement
+from railui.study.model import Model
+from railui.study.target import restarted, shortened
+from railui.study.trace import Trace, trace
+from railui.study.watch import Judged, Watch
+
+SIGNIFICANT = 0.01  # family-wise p from which a residual is worth a fit
+STRUCTURED = 0.01  # partial rho^2 from which a residual is worth a fit
+EFFECTS = 3
+ADEQUATE = 1.10  # after over floor up to which nothing is left to find
+SIMPLER = 1.02  # within so much of the best misfit the simpler law is taken
+PROMISING = 0.05  # share of the adjusting runs' misfit that an effect must take to be tried with another
+CLEARLY = 2.0  # standard errors of the gain on the validating runs that it must exceed
+TRACED, GLIMPSED = 40.0, 12.0  # seconds of each stretch that the trace looks at, and those of its first look
+ROUGH_FLOOR = 5  # draws of a floor that only steers
+EXPOSED = 1.05  # a change along the track that explains so much more than an effect exposes it
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One turn of the loop: what was seen, what was fitted, what was added."""
+
+    trace: Trace
+    refits: tuple[Refit, ...]
+    added: Refit | None
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """The vehicle with the effects that stand, how it was judged, every turn, and the fit that the last trace saw."""
+
+    fit: Fit
+    judgement: Judgement
+    steps: tuple[Step, ...]
+    seen_by: Fit
+
+    @property
+    def added(self) -> bool:
+        return any(s.added for s in self.steps)
+
+
+def material(old: Judgement, new: Judgement, share: float) -> bool:
+    """Is the error on the validating runs lower by a material share, and clearly so against its own scatter?"""
+    if not np.isfinite(new.nrmse):
+        return False
+    gain, sd = old.gain_of(new)
+    return bool(gain >= 1.0 - (1.0 - share) ** 2 and gain > CLEARLY * sd)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The search for the effects that a measurement asks for."""
+
+    measurement: Measurement
+    declared: Model
+    without: frozenset[str]
+    seed: int
+    jobs: int | None
+    report: Report
+    watch: Watch
+
+    def traced(self, fit: Fit) -> Trace:
+        """What a little of every candidate says about the residual of a fit."""
+        m = self.measurement
+        loaded = m.campaign.track == "loaded"
+        found = candidates(fit.model, m.adjust, without=self.without, loaded=loaded)
+        part = replace(fit, targets=tuple(shortened(fit.targets, m, TRACED)))
+        first = shortened(part.targets, m, GLIMPSED)
+        seen = trace(part, found, first=first, jobs=self.jobs, seed=self.seed, watch=self.watch)
+        self.report(
+            f"trace: {len(seen.best)} candidates, best partial rho^2 {seen.rho2:.3f}, family-wise p {seen.p:.4f}"
+        )
+        self.watch(seen)
+        return seen
+
+    def terms(self, before: Fit, judged: Judgement) -> Terms:
+        """Effects added to the adjusted vehicle, up to three, then those dropped that are no longer needed.
+
+        An effect that lowers the misfit of the adjusting runs but not yet the error of the validating ones stays on
+        trial while the next is looked for: of two that are missing, one alone may gain nothing.
+        """
+        now, steps = before, list[Step]()
+        good, accepted, kept = before, judged, 0
+        noise = floor(before.model, self.measurement, self.measurement.validate, ROUGH_FLOOR)
+        self.report(f"adjusted, no effect: nrmse {judged.nrmse:.4f}, noise floor {noise.nrmse:.4f}")
+        seen_by = before
+        for _ in range(EFFECTS):
+            seen, seen_by = self.traced(now), now
+            if seen.p > SIGNIFICANT or seen.rho2 < STRUCTURED:
+                steps.append(Step(seen, (), None))
+                break
+            refits, chosen, trial = self._best(now, seen)
+            if chosen is None or trial is None:
+                steps.append(Step(seen, refits, None))
+                break
+            result = judge(trial.model, self.measurement, self.measurement.validate)
+            self.report(f"  with {_words(chosen)}: nrmse {result.nrmse:.4f}")
+            gains = material(accepted, result, self.measurement.campaign.material)
+            hopeful = chosen.rss <= (1.0 - PROMISING) * now.normal.rss and accepted.nrmse > ADEQUATE * noise.nrmse
+            if not gains and not hopeful:
+                steps.append(Step(seen, refits, None))
+                break
+            now = trial
+            steps.append(Step(seen, refits, replace(chosen, fit=trial, held_out=held_out(trial))))
+            if gains:
+                good, accepted, kept = trial, result, len(steps)
+                self.watch(Judged("after", result))
+                noise = floor(trial.model, self.measurement, self.measurement.validate, ROUGH_FLOOR)
+                if result.nrmse <= (1.0 + 0.5 * (ADEQUATE - 1.0)) * noise.nrmse:
+                    break
+        steps = [s if i < kept else replace(s, added=None) for i, s in enumerate(steps)]
+        good, accepted, steps = self._without_idle(good, accepted, steps)
+        return Terms(good, accepted, tuple(steps), seen_by)
+
+    def _best(self, fit: Fit, seen: Trace) -> tuple[tuple[Refit, ...], Refit | None, Fit | None]:
+        """What the trace named, fitted; the one to add, and the vehicle with it adjusted once more."""
+        m = self.measurement
+        refits = tuple(
+            confirm(
+                fit, seen, m, self.declared, m.campaign.adjust, jobs=self.jobs, report=self.report, watch=self.watch
+            )
+        )
+        chosen = select(refits)
+        if chosen is None or self._exposed(fit, chosen):
+            return refits, None, None
+        return refits, chosen, self._final(chosen.fit)
+
+    def _exposed(self, fit: Fit, chosen: Refit) -> bool:
+        """Does a parameter that changes along the track explain more than the effect does?"""
+        along = drifts(fit, self.seed)
+        share = 1.0 - chosen.rss / fit.normal.rss
+        if not along or along[0].share < EXPOSED * share:
+            return False
+        self.report(f"  {along[0].path} changing along the track explains more: {along[0].share:.2f}, not {share:.2f}")
+        return True
+
+    def _final(self, fit: Fit) -> Fit:
+        """Everything adjusted once more with weights and initial states of the model as found."""
+        ready = restarted(fit.model, fit.targets, self.measurement)
+        return adjust(
+            fit.model, self.measurement, fit.free.paths, self.declared, ready=ready, stable=stable(fit.model),
+            tolerance=1e-5, jobs=self.jobs, watch=self.watch,
+        )  # fmt: skip
+
+    def _without_idle(self, fit: Fit, judged: Judgement, steps: list[Step]) -> tuple[Fit, Judgement, list[Step]]:
+        """The backward pass: each effect but the last taken out, all adjusted again; what is not missed stays out."""
+        added = [i for i, s in enumerate(steps) if s.added]
+        for i in added[:-1]:
+            refit = steps[i].added
+            index = None if refit is None or refit.candidate is None else index_of(fit.model, refit.candidate)
+            if index is None:
+                continue
+            model = fit.model.without(index)
+            try:
+                trial = adjust(
+                    model, self.measurement, [*self.measurement.campaign.adjust, *model.effect_paths()], self.declared,
+                    ready=fit.targets, stable=stable(model), tolerance=1e-4, jobs=self.jobs,
+                )  # fmt: skip
+            except ValueError:
+                continue
+            result = judge(trial.model, self.measurement, self.measurement.validate)
+            self.report(f"  without {_words(refit)}: nrmse {result.nrmse:.4f}")
+            if not material(result, judged, self.measurement.campaign.material):
+                fit, judged = trial, result
+                steps[i] = replace(steps[i], added=None)
+        return fit, judged, steps
+
+
+def index_of(model: Model, c: Candidate) -> int | None:
+    """Where a candidate stands among the effects of a model."""
+    same = [i for i, e in enumerate(model.effects) if (e.kind, e.at, e.wheelset) == (c.kind, c.at, c.wheelset)]
+    return same[0] if same else None
+
+
+def _words(refit: Refit | None) -> str:
+    return "nothing" if refit is None or refit.candidate is None else named(refit.candidate)
+
+
+def select(refits: Sequence[Refit]) -> Refit | None:
+    """The best fit, or the one with fewest parameters among those that are as good."""
+    if not refits:
+        return None
+    near = [r for r in refits if r.rss <= SIMPLER * refits[0].rss]
+    return min(near, key=lambda r: (len(r.fit.x), _restricted(r.candidate), r.rss))
+
+
+def _restricted(candidate: Candidate | None) -> int:
+    """An effect on both wheelsets before one on a single wheelset."""
+    return 0 if candidate is None or candidate.wheelset is None else 1
