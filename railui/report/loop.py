@@ -210,11 +210,10 @@ def _left(s: Sighting, rss: float) -> float:
 
 
 def _traces(found: Found) -> list[dict[str, Any]]:
-    """What is significant but gains less than is material."""
+    """What is significant but gains less than is material: the best of every turn that added nothing."""
     rows = []
-    step = found.steps[-1]
-    if step.added is None and step.refits:
-        for refit in step.refits[:3]:
+    for step in found.steps:
+        for refit in step.refits[:3] if step.added is None else ():
             c = refit.candidate
             if c is not None:
                 rows.append({"kind": c.kind, "at": c.at, "wheelset": c.wheelset, "p": step.trace.p,

@@ -23,7 +23,7 @@ from railui.study.target import Target
 
 Floats = NDArray[np.float64]
 COURSES = (3, 5, 9, 17, 33)  # knots of the courses that are tried
-BLOCKS = 2.0  # blocks per knot at least
+BLOCKS = 1.3  # blocks per knot at least
 FINER = 0.02  # share that more knots must explain
 DRAWS = 40  # of random signs, for what chance explains
 TURNS = 4  # of the refined course
@@ -98,7 +98,7 @@ def drifts(fit: Fit, seed: int = 0) -> list[Drift]:
 
 
 def _together(fit: Fit) -> list[tuple[str, dict[str, float]]]:
-    """What may drift: single parameters, and those of both wheelsets in proportion."""
+    """What may drift: single parameters, those of both wheelsets in proportion, all creep in proportion."""
     now = dict(zip(fit.free.paths, fit.x, strict=True))
     out = []
     for path in now:
@@ -107,6 +107,11 @@ def _together(fit: Fit) -> list[tuple[str, dict[str, float]]]:
             twin = path.replace(".leading.", ".trailing.")
             if twin != path and twin in now and now[path]:
                 out.append((path, {path: 1.0, twin: float(now[twin] / now[path])}))
+    creep = [
+        f"contact.{where}.{what}_creep" for what in ("lateral", "longitudinal") for where in ("leading", "trailing")
+    ]
+    if all(now.get(p) for p in creep):
+        out.append((creep[0], {p: float(now[p] / now[creep[0]]) for p in creep}))  # adhesion: all of it at once
     return out
 
 

@@ -15,7 +15,7 @@ from railui.study.adjust import STABLE, Fit, Report, adjust, silent
 from railui.study.judge import Floor, Judgement, floor, judge
 from railui.study.measured import Measurement, Stretch, read
 from railui.study.model import Model
-from railui.study.outside import Outside, look_outside
+from railui.study.outside import Outside, look_along, look_outside, telling
 from railui.study.target import restarted, targets
 from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, Search, Step, material
 from railui.study.trace import Trace
@@ -51,7 +51,7 @@ class Found:
 
     def judge(self, stretches: Sequence[Stretch]) -> Judgement:
         """The vehicle as found, on stretches."""
-        if self.outside is not None and self.outside.fit is self.after:
+        if self.outside is not None and self.outside.judgement is self.judged["after"]:
             return self.outside.judged(self.measurement, stretches)
         return judge(self.after.model, self.measurement, stretches)
 
@@ -123,14 +123,17 @@ def close_loop(
     fit, judged["after"] = terms.fit, terms.judgement
     noise = floor(fit.model, measurement, measurement.validate)
     watch(noise)
-    last = terms.steps[-1].trace if terms.fit is terms.seen_by else search.traced(fit)
+    last = terms.last
     outside = None
     ratio = judged["after"].nrmse / noise.nrmse
-    structured = last.p <= SIGNIFICANT and last.rho2 >= STRUCTURED
-    if not ratio <= UNEXPLAINED or (ratio > ADEQUATE and structured):
-        seen = look_outside(fit, measurement, declared, jobs=jobs, report=report)
+    if not ratio <= ADEQUATE:
+        structured = last.p <= SIGNIFICANT and last.rho2 >= STRUCTURED
+        along = look_along(fit, measurement, report)
+        seen = along
+        if not ratio <= UNEXPLAINED or structured or telling(along):
+            seen = look_outside(fit, measurement, declared, along, jobs=jobs, report=report)
         gains = seen is not None and material(judged["after"], seen.judgement, campaign.material)
-        if seen is not None and (gains or (ratio > UNEXPLAINED and not terms.added)):
+        if seen is not None and (gains or telling(seen) or (ratio > UNEXPLAINED and not terms.added)):
             outside = seen
         if outside is not None and gains:
             fit, judged["after"] = outside.fit, outside.judgement

@@ -25,6 +25,7 @@ Floats = NDArray[np.float64]
 POINTS = 9  # of a measured curve
 REACH = 2.5  # standard deviations of the motion that the curve spans to either side
 SMOOTH = 3e-3  # penalty on the bends of a curve, in its own scale
+TELLING = 0.19  # share of the squared misfit from which a change along the track decides by itself
 SLIGHT = 0.02  # share from which a change along the track is worth a look
 CLEAR = 0.5  # share that a curve explains from which its place is believed
 PLACES = (
@@ -72,10 +73,15 @@ class _Spot:
 
 
 def look_outside(
-    fit: Fit, measurement: Measurement, declared: Model, *, jobs: int | None = None, report: Report = silent
+    fit: Fit,
+    measurement: Measurement,
+    declared: Model,
+    changing: Outside | None,
+    *,
+    jobs: int | None = None,
+    report: Report = silent,
 ) -> Outside | None:
     """Say where something acts that no entry of the catalogue makes, draw its force there, adjust all with it."""
-    changing = look_along(fit, measurement, report)
     if changing is not None and changing.explained >= CLEAR:
         return changing
     origin = origins(fit, measurement)[0]
@@ -118,6 +124,11 @@ def look_outside(
         found,
         judged,
     )
+
+
+def telling(seen: Outside | None) -> bool:
+    """Does a change along the track explain so much that it needs no other run to believe it?"""
+    return seen is not None and seen.course is not None and seen.explained >= TELLING
 
 
 def look_along(fit: Fit, measurement: Measurement, report: Report = silent) -> Outside | None:

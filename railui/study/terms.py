@@ -41,12 +41,12 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Terms:
-    """The vehicle with the effects that stand, how it was judged, every turn, and the fit that the last trace saw."""
+    """The vehicle with the effects that stand, how it was judged, every turn, and the trace of what it leaves."""
 
     fit: Fit
     judgement: Judgement
     steps: tuple[Step, ...]
-    seen_by: Fit
+    last: Trace
 
     @property
     def added(self) -> bool:
@@ -97,9 +97,8 @@ class Search:
         good, accepted, kept = before, judged, 0
         noise = floor(before.model, self.measurement, self.measurement.validate, ROUGH_FLOOR)
         self.report(f"adjusted, no effect: nrmse {judged.nrmse:.4f}, noise floor {noise.nrmse:.4f}")
-        seen_by = before
         for _ in range(EFFECTS):
-            seen, seen_by = self.traced(now), now
+            seen = self.traced(now)
             if seen.p > SIGNIFICANT or seen.rho2 < STRUCTURED:
                 steps.append(Step(seen, (), None))
                 break
@@ -123,8 +122,9 @@ class Search:
                 if result.nrmse <= (1.0 + 0.5 * (ADEQUATE - 1.0)) * noise.nrmse:
                     break
         steps = [s if i < kept else replace(s, added=None) for i, s in enumerate(steps)]
-        good, accepted, steps = self._without_idle(good, accepted, steps)
-        return Terms(good, accepted, tuple(steps), seen_by)
+        fit, accepted, steps = self._without_idle(good, accepted, steps)
+        known = fit is good and kept < len(steps)
+        return Terms(fit, accepted, tuple(steps), steps[kept].trace if known else self.traced(fit))
 
     def _best(self, fit: Fit, seen: Trace) -> tuple[tuple[Refit, ...], Refit | None, Fit | None]:
         """What the trace named, fitted; the one to add, and the vehicle with it adjusted once more."""
