@@ -11,7 +11,7 @@ const DESIGNS: usize = 16;
 const SAMPLES: usize = 20_000;
 
 /// A pseudo-track of a few waves: the arithmetic does not care which.
-fn table() -> Vec<f64> {
+fn table(roll: f64) -> Vec<f64> {
     let mut table = Vec::with_capacity((2 * SAMPLES - 1) * 14);
     for i in 0..2 * SAMPLES - 1 {
         let s = 0.05 * i as f64;
@@ -25,7 +25,7 @@ fn table() -> Vec<f64> {
         };
         let (lead, trail) = (wave(s), wave(s - 2.56));
         let row =
-            [lead.0, lead.1, 0.3 * lead.0, 0.3 * lead.1, 0.0, trail.0, trail.1, 0.3 * trail.0, 0.3 * trail.1, 0.0];
+            [lead.0, lead.1, roll * lead.0, roll * lead.1, 0.0, trail.0, trail.1, roll * trail.0, roll * trail.1, 0.0];
         table.extend([s, 40.0]);
         table.extend(row);
         table.extend([0.0, 0.0]);
@@ -55,21 +55,26 @@ fn main() {
         Placed { law: Law::CreepSaturation, at: "contact".into(), wheelset: 0, count: 1 },
         Placed { law: Law::FlangeContact, at: "contact".into(), wheelset: 0, count: 2 },
     ];
-    let table = table();
-    let course = Course { table: &table, columns: 14, steps: 1, dt: 0.0025 };
+    let tables = [table(0.3), table(0.0)];
     let cancel = AtomicBool::new(false);
     let section = [0.2, 0.3, 0.1, 1.0, -0.5, 0.2];
     let cascades: Vec<Vec<f64>> = [4, 4, 3].iter().map(|n| section.repeat(n * DESIGNS)).collect();
     let clearance = vec![7e-3; DESIGNS];
-    for (name, effects, comfort) in [("full", true, true), ("full, no comfort", true, false), ("linear", false, false)]
-    {
+    let jobs = [
+        ("full", true, true, false),
+        ("full, no comfort", true, false, false),
+        ("linear", false, false, false),
+        ("reduced", true, false, true),
+    ];
+    for (name, effects, comfort, reduced) in jobs {
+        let course = Course::new(&tables[usize::from(reduced)], 14, 1, 0.0025);
         let structure = Structure {
             kind: "bogie".into(),
             measured: Vec::new(),
             layout: None,
             placed: if effects { placed.clone() } else { Vec::new() },
         };
-        let numbers = bogies(false);
+        let numbers = bogies(reduced);
         let effect_numbers = if effects { [0.35, 7e-3, 14.6e6].repeat(DESIGNS) } else { Vec::new() };
         let amounts = vec![1.0; if effects { 2 * DESIGNS } else { 0 }];
         let many = Many {
@@ -81,9 +86,16 @@ fn main() {
             speed_scale: &[],
             initial: &[],
         };
-        let channels = if comfort { vec!["e1", "e2", "ayf"] } else { vec!["e1", "e2"] };
+        let channels = ["e1", "e2", "ayf"];
+        let channels = &channels[..if comfort {
+            3
+        } else if reduced {
+            1
+        } else {
+            2
+        }];
         let weighing = Weighing {
-            channels: channels.into_iter().map(String::from).collect(),
+            channels: channels.iter().map(|c| c.to_string()).collect(),
             clearance: &clearance,
             cascades: if comfort { cascades.iter().map(Vec::as_slice).collect() } else { Vec::new() },
             block: if comfort { 2000 } else { 0 },

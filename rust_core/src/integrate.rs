@@ -1,7 +1,7 @@
 //! RK4 steps of a group along an input table.
 use crate::error::{Error, Result, expect_len};
 use crate::lanes::{Job, LANES, Lanes, Part, dispatch, level};
-use crate::plain::{AtSpeed, PlainBogie};
+use crate::plain::{AtSpeed, BOGIE_COLUMNS, CROSS_LEVEL, PlainBogie};
 use crate::vehicle::{Group, STATES};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,9 +14,18 @@ pub struct Course<'a> {
     pub steps: usize,
     /// Time between samples [s] at speed scale 1.
     pub dt: f64,
+    /// Is there no cross-level anywhere?
+    pub level: bool,
 }
 
-impl Course<'_> {
+impl<'a> Course<'a> {
+    /// A table of a bogie is searched for cross-level; of other vehicles nobody asks.
+    pub fn new(table: &'a [f64], columns: usize, steps: usize, dt: f64) -> Self {
+        let level = |row: &[f64]| CROSS_LEVEL.iter().all(|i| row[*i] == 0.0);
+        let level = columns == BOGIE_COLUMNS && table.chunks_exact(columns).all(level);
+        Course { table, columns, steps, dt, level }
+    }
+
     pub fn samples(&self) -> usize {
         (self.table.len() / self.columns - 1) / (2 * self.steps) + 1
     }
@@ -124,14 +133,14 @@ impl<P: Part> Moving<P> for General<'_> {
     }
 }
 
-/// The bogie whose rate is fused, with or without laws at the contact.
-struct Fused<'a, P, const LAWS: bool> {
+/// The bogie whose rate is fused, with or without laws at the contact, with or without spin and cross-level.
+struct Fused<'a, P, const LAWS: bool, const SPIN: bool> {
     bogie: &'a PlainBogie,
     at: usize,
     at_speed: AtSpeed<P>,
 }
 
-impl<P: Part, const LAWS: bool> Moving<P> for Fused<'_, P, LAWS> {
+impl<P: Part, const LAWS: bool, const SPIN: bool> Moving<P> for Fused<'_, P, LAWS, SPIN> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
         (6, 12)
@@ -139,7 +148,7 @@ impl<P: Part, const LAWS: bool> Moving<P> for Fused<'_, P, LAWS> {
 
     #[inline(always)]
     fn rate(&mut self, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
-        self.bogie.rate::<P, LAWS>(self.at, row, &mut self.at_speed, x, dx);
+        self.bogie.rate::<P, LAWS, SPIN>(self.at, row, &mut self.at_speed, x, dx);
     }
 }
 
@@ -156,10 +165,10 @@ impl<O: Observer> Job for Run<'_, O> {
                 None => self.along::<P>(at, General { group: self.group, at }),
                 Some(bogie) => {
                     let at_speed = bogie.at_speed(at, self.course.row(0)[1]);
-                    if bogie.laws {
-                        self.along::<P>(at, Fused::<P, true> { bogie, at, at_speed });
-                    } else {
-                        self.along::<P>(at, Fused::<P, false> { bogie, at, at_speed });
+                    match (bogie.laws, bogie.spin || !self.course.level) {
+                        (true, true) => self.along::<P>(at, Fused::<P, true, true> { bogie, at, at_speed }),
+                        (false, true) => self.along::<P>(at, Fused::<P, false, true> { bogie, at, at_speed }),
+                        (_, false) => self.along::<P>(at, Fused::<P, true, false> { bogie, at, at_speed }),
                     }
                 }
             }
@@ -249,10 +258,10 @@ fn look<P: Part>(
         let on_rails = if group.wheelsets.is_empty() {
             (0..group.dofs).all(|i| of(i).abs() <= group.limit)
         } else {
-            group
-                .wheelsets
-                .iter()
-                .all(|w| (of(w.y) - row[w.column]).abs() <= group.limit && of(w.psi).abs() <= group.limit)
+            group.wheelsets.iter().all(|w| {
+                let e = of(w.y) - row[w.column] - w.r.0[lane] * row[w.column + 2];
+                e.abs() <= group.limit && of(w.psi).abs() <= group.limit
+            })
         };
         if lost_at.is_none() && (!on_rails || (0..group.states).any(|i| !of(i).is_finite())) {
             *lost_at = Some(k);

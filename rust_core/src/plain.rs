@@ -54,6 +54,8 @@ struct Contact {
 pub struct PlainBogie {
     /// Does a creep force saturate or a flange touch anywhere?
     pub laws: bool,
+    /// Has a wheelset roll, spin creep, a contact angle that matters or gyroscopic moments anywhere?
+    pub spin: bool,
     a: Lanes,
     /// Accelerations per deflection: of the wheelset and of the frame by the primary suspension.
     pull: Lanes,
@@ -76,6 +78,9 @@ pub struct AtSpeed<P> {
 
 /// First input column of each wheelset: y_w, dy_w/ds, phi_w, dphi_w/ds, g.
 const COLUMNS: [usize; 2] = [2, 7];
+/// Columns of a bogie's input table, and those with phi_w and dphi_w/ds of both wheelsets.
+pub const BOGIE_COLUMNS: usize = 14;
+pub const CROSS_LEVEL: [usize; 4] = [4, 5, 9, 10];
 
 impl PlainBogie {
     /// From the numbers of sixteen bogies in the order of `assemble::BOGIE` and of their contacts.
@@ -116,8 +121,10 @@ impl PlainBogie {
             }
         };
         let yaw = |p: &[f64]| 2.0 * p[11] * p[7] * p[7];
+        let plane = |w: &Wheelset| w.sigma == 0.0 && w.kappa_s == 0.0 && w.delta == 0.0;
         PlainBogie {
             laws,
+            spin: !contacts.iter().flatten().all(|c| plane(&c.wheelset)),
             a: lanes(&|p| p[5]),
             pull: lanes(&|p| 2.0 * p[10] / p[2]),
             frame_pull: lanes(&|p| 2.0 * p[10] / p[0]),
@@ -155,7 +162,9 @@ impl PlainBogie {
 
     /// dx[6 ..] = accelerations of y, psi, y1, psi1, y2, psi2; x holds positions, then velocities.
     #[inline(always)]
-    pub fn rate<P: Part, const LAWS: bool>(
+    ///
+    /// Without `LAWS` nothing saturates or touches; without `SPIN` both wheels creep alike, on track without cross-level.
+    pub fn rate<P: Part, const LAWS: bool, const SPIN: bool>(
         &self,
         at: usize,
         row: &[f64],
@@ -167,6 +176,7 @@ impl PlainBogie {
             *at_speed = self.at_speed(at, row[1]);
         }
         let g = |l: &Lanes| P::load(l, at);
+        let one = P::splat(1.0);
         let arm = g(&self.a) * x[1];
         let near = [x[2] - x[0] - arm, x[4] - x[0] + arm];
         let twist = [x[3] - x[1], x[5] - x[1]];
@@ -180,51 +190,71 @@ impl PlainBogie {
             let track = &row[COLUMNS[i]..COLUMNS[i] + 4];
             let (psi, vy, vpsi) = (x[3 + 2 * i], x[8 + 2 * i], x[9 + 2 * i]);
             let phi_w = P::splat(track[2]);
-            let e = g(&w.r).neg_mul_add(phi_w, x[2 + 2 * i] - P::splat(track[0]));
+            let mut e = x[2 + 2 * i] - P::splat(track[0]);
+            if SPIN {
+                e = g(&w.r).neg_mul_add(phi_w, e);
+            }
 
-            // creep forces in units of the limit (3.3), (3.5)
+            // creep forces in units of the limit (3.3), (3.5): sum and difference of t_y of both wheels, sum of t_x
             let tx = g(&w.along_e).mul_add(e, along * vpsi);
-            let ty = g(&w.across_psi).neg_mul_add(psi, across.mul_add(vy, across_turn * vpsi));
-            let ty = g(&w.across_e).neg_mul_add(e, ty);
-            let ty = g(&w.across_line).neg_mul_add(P::splat(track[1]), ty);
-            let ty = g(&w.across_roll).neg_mul_add(P::splat(track[3]), ty);
-            let (ty_1, ty_2) = (ty - g(&w.angle), ty + g(&w.angle));
-            let (sum, difference, along) = if LAWS {
-                let (f_1, f_2) = saturation(tx, ty_1, ty_2);
+            let mut ty = g(&w.across_psi).neg_mul_add(psi, across * vy);
+            let (sum, difference, pulls);
+            if SPIN {
+                ty = across_turn.mul_add(vpsi, ty);
+                ty = g(&w.across_e).neg_mul_add(e, ty);
+                ty = g(&w.across_line).neg_mul_add(P::splat(track[1]), ty);
+                ty = g(&w.across_roll).neg_mul_add(P::splat(track[3]), ty);
+                let (ty_1, ty_2) = (ty - g(&w.angle), ty + g(&w.angle));
+                let [f_1, f_2] = if LAWS { saturation(tx, [ty_1, ty_2]) } else { [one, one] };
                 let (g_1, g_2) = (f_1 * ty_1, f_2 * ty_2);
-                (g_1 + g_2, g_1 - g_2, (f_1 + f_2) * tx)
+                (sum, difference, pulls) = (g_1 + g_2, g_1 - g_2, (f_1 + f_2) * tx);
             } else {
-                (ty_1 + ty_2, ty_1 - ty_2, tx + tx)
-            };
+                let [f] = if LAWS { saturation(tx, [ty]) } else { [one] };
+                let f = f + f;
+                (sum, difference, pulls) = (f * ty, P::zero(), f * tx);
+            }
 
             // (3.4), (3.10)
-            let mut a_y = g(&w.gravity_e).neg_mul_add(e, g(&w.gravity) * phi_w);
+            let (mut a_y, mut a_psi) = (P::zero(), P::zero());
+            if SPIN {
+                a_y = g(&w.gravity) * phi_w;
+                a_psi = g(&w.turn).mul_add(difference, g(&w.turn_psi)) * psi;
+            }
+            a_y = g(&w.gravity_e).neg_mul_add(e, a_y);
             if LAWS {
                 let beyond = e - e.min(g(&w.clearance)).max(g(&w.minus_clearance));
                 a_y = g(&w.flange).neg_mul_add(beyond, a_y);
             }
-            a_y = g(&self.pull).neg_mul_add(near[i], gyro.mul_add(vpsi, a_y));
+            a_y = g(&self.pull).neg_mul_add(near[i], a_y);
+            a_psi = g(&self.turn).neg_mul_add(twist[i], a_psi);
+            if SPIN {
+                (a_y, a_psi) = (gyro.mul_add(vpsi, a_y), turn_gyro.neg_mul_add(vy, a_psi));
+            }
             dx[8 + 2 * i] = g(&w.creep).neg_mul_add(sum, a_y);
-            let per_psi = g(&w.turn).mul_add(difference, g(&w.turn_psi));
-            let a_psi = turn_gyro.neg_mul_add(vy, g(&self.turn).neg_mul_add(twist[i], per_psi * psi));
-            dx[9 + 2 * i] = g(&w.turn).neg_mul_add(along, a_psi);
+            dx[9 + 2 * i] = g(&w.turn).neg_mul_add(pulls, a_psi);
         }
     }
 }
 
-/// Factors of both wheels for creep forces in units of the limit: 1 - q/3 + q^2/27 for q < 3, else 1/q.
+/// Factors of wheels of one t_x for creep forces in units of the limit: 1 - q/3 + q^2/27 for q < 3, else 1/q.
 #[inline(always)]
-fn saturation<P: Part>(tx: P, ty_1: P, ty_2: P) -> (P, P) {
+fn saturation<P: Part, const N: usize>(tx: P, ty: [P; N]) -> [P; N] {
     let (one, nine) = (P::splat(1.0), P::splat(9.0));
     let along = tx * tx;
-    let (s_1, s_2) = (ty_1.mul_add(ty_1, along), ty_2.mul_add(ty_2, along));
-    let (q_1, q_2) = (s_1.sqrt(), s_2.sqrt());
-    let rising = |q: P, s: P| q.mul_add(P::splat(-1.0 / 3.0), s.mul_add(P::splat(1.0 / 27.0), one));
-    let (f_1, f_2) = (rising(q_1, s_1), rising(q_2, s_2));
-    // full sliding is rare: its divisions are made only where a lane slides
-    if s_1.max(s_2).any_from(nine) {
-        let sliding = |f: P, q: P, s: P| s.if_less(nine, f, one / q.max(one));
-        return (sliding(f_1, q_1, s_1), sliding(f_2, q_2, s_2));
+    // loops, for closures inside array functions would not be compiled for the level
+    let (mut square, mut q, mut factor) = (ty, ty, ty);
+    let mut largest = one;
+    for i in 0..N {
+        square[i] = ty[i].mul_add(ty[i], along);
+        q[i] = square[i].sqrt();
+        factor[i] = q[i].mul_add(P::splat(-1.0 / 3.0), square[i].mul_add(P::splat(1.0 / 27.0), one));
+        largest = if i == 0 { square[0] } else { largest.max(square[i]) };
     }
-    (f_1, f_2)
+    // full sliding is rare: its divisions are made only where a lane slides
+    if largest.any_from(nine) {
+        for i in 0..N {
+            factor[i] = square[i].if_less(nine, factor[i], one / q[i].max(one));
+        }
+    }
+    factor
 }

@@ -284,7 +284,7 @@ impl Vehicle {
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Vec<i64>)> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        let course = Course { table: table.as_slice()?, columns: table.shape()[1], steps, dt };
+        let course = Course::new(table.as_slice()?, table.shape()[1], steps, dt);
         course.check(self.structure.columns())?;
         let filter = filter_parts.map(filter).transpose()?;
         let (series, lost) =
@@ -310,7 +310,7 @@ impl Vehicle {
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Vec<i64>)> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        let course = Course { table: table.as_slice()?, columns: table.shape()[1], steps, dt };
+        let course = Course::new(table.as_slice()?, table.shape()[1], steps, dt);
         course.check(self.structure.columns())?;
         let weighing = Weighing {
             channels,

@@ -52,7 +52,7 @@ pub struct WheelsetLanes {
     pub psi: usize,
     pub column: usize,
     lambda: Lanes,
-    r: Lanes,
+    pub r: Lanes,
     b: Lanes,
     /// kappa_x N / r and b kappa_x N
     kx_r: Lanes,
