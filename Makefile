@@ -1,10 +1,11 @@
-# run: the main job on the bundled campaign; test: everything; check: style and floors; bench: speed; blind: planted effects
+# run: the main job on the bundled campaign; test: everything; check: style and floors; bench: speed; blind: planted effects;
+# pictures: the README's figure, from what run has found
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test check bench blind clean
+.PHONY: run test check bench blind pictures clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -24,6 +25,9 @@ check: .stamp-build
 
 bench: .stamp-build
 	$(BIN)/railui bench
+
+pictures: run
+	@$(BIN)/python docs/pictures.py
 
 blind: .stamp-build
 	$(BIN)/python -m tests.blind.blind --campaigns 20 --seed 1000
