@@ -7,21 +7,25 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from railui.files.check import Anything
     from railui.report.loop import loop
+    from railui.study.curve import curve
     from railui.study.optimise import optimise
     from railui.study.ride import ride, ride_many, simulate
+    from railui.study.stability import stability
     from railui.track import synthetic_track
 
 __version__ = "0.1.0"
 
-__all__ = ["load", "loop", "optimise", "ride", "ride_many", "simulate", "synthetic_track"]
+__all__ = ["curve", "load", "loop", "optimise", "ride", "ride_many", "simulate", "stability", "synthetic_track"]
 
 # where each name lives: read when it is asked for, so that the import is quick
 _HOMES = {
+    "curve": "railui.study.curve",
     "loop": "railui.report.loop",
     "optimise": "railui.study.optimise",
     "ride": "railui.study.ride",
     "ride_many": "railui.study.ride",
     "simulate": "railui.study.ride",
+    "stability": "railui.study.stability",
     "synthetic_track": "railui.track",
 }
 

@@ -315,8 +315,23 @@ class Vehicles:
         """Names of the degrees of freedom, such as y1, psi1, or y.frame, phi.body of bodies and elements."""
         return self._core.freedoms(batch)
 
+    def statics(self, batch: Batch, offsets: Floats, curvature: Floats) -> tuple[Floats, Floats]:
+        """Forces on vehicles that stand in a curve at the states of `batch.initial`, velocities not looked at.
+
+        offsets [n, dofs]: what the suspension sees of the curve; curvature [n] 1/m, the centre at +y. Returns
+        forces on the degrees of freedom and rates of the effects' own states [n, states - dofs], and per
+        wheelset [n, wheelset, 8] e, psi, Q_y, u_x of wheel 2, T_x1, T_x2, T_y1, T_y2.
+        """
+        forces, told = self._core.statics(batch, np.ascontiguousarray(offsets), np.ascontiguousarray(curvature))
+        n = len(batch)
+        return forces.reshape(n, -1), told.reshape(n, -1, 8)
+
+    def bodies(self, batch: Batch) -> dict[str, float]:
+        """Masses and inertias of the first vehicle by the names of its degrees of freedom, in their order."""
+        return dict(self._core.bodies(batch))
+
     def channels(self, batch: Batch) -> list[str]:
-        """Names of all channels that the vehicle has."""
+        """Names of the channels of the first vehicle; beside them `state.K` and `rate.K` of its K-th state."""
         return self._core.channels(batch)
 
     def states(self, batch: Batch) -> int:

@@ -16,6 +16,8 @@ COMMANDS = {
     "effects": "The catalogue of effects that the linear model lacks.",
     "track": "A synthetic track, or what a track contains.",
     "ride": "The riding quality of a design on a track.",
+    "stability": "Modes and critical speeds of a design: linear, fold, practical.",
+    "curve": "Where a design stands in a curve, and what it wears.",
     "adjust": "Adjust a model's parameters to a measured campaign.",
     "loop": "Adjust, trace what the model lacks, add it, adjust again, report.",
     "optimise": "Search for better suspensions.",

@@ -8,6 +8,7 @@ pub mod assemble;
 pub mod bodies;
 pub mod plain;
 pub mod vehicle;
+pub mod curve;
 pub mod integrate;
 pub mod ride;
 pub mod compare;

@@ -1,5 +1,6 @@
 //! Groups over threads: designs, perturbed parameters, candidates.
 use crate::compare::{Filter, filtered, sense};
+use crate::curve::{Stand, Statics};
 use crate::error::{Error, Result, expect_len};
 use crate::integrate::{Course, Series, run};
 use crate::lanes::{Job, LANES, Lanes, Part, dispatch, level};
@@ -147,6 +148,27 @@ impl Job for Rates<'_> {
         }
         out
     }
+}
+
+/// Every vehicle standing in its curve at `initial`: forces [vehicle][dof and own state], what is told of wheelsets.
+pub fn statics(many: &Many<'_>, offsets: &[f64], curvature: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
+    let (mut forces, mut told) = (Vec::new(), Vec::new());
+    for (from, live) in many.groups() {
+        let singles: Vec<_> = (from..from + live).map(|i| many.single(i)).collect();
+        let group = many.structure.group(&singles, &[])?;
+        let rows = |of: &[f64], width: usize| -> Result<Vec<Lanes>> {
+            expect_len("numbers of a stand in the curve", of.len(), width * many.count)?;
+            Ok((0..width).map(|k| Lanes::from_fn(|l| of[(from + if l < live { l } else { 0 }) * width + k])).collect())
+        };
+        let (states, offsets) = (rows(many.initial, group.states)?, rows(offsets, group.dofs)?);
+        let stand = Stand { states: &states, offsets: &offsets, curvature: rows(curvature, 1)?[0] };
+        let found = dispatch(level(), Statics { group: &group, stand: &stand });
+        for lane in 0..live {
+            forces.extend(found.residual.iter().map(|f| f.0[lane]));
+            told.extend(found.wheelsets.iter().flatten().map(|w| w.0[lane]));
+        }
+    }
+    Ok((forces, told))
 }
 
 /// The statistics of a ride of every vehicle.

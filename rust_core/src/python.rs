@@ -335,11 +335,17 @@ impl Vehicle {
         (0..many.count).map(|i| Ok(self.structure.steps(&many.single(i), slowest, fastest, dt, limit)?)).collect()
     }
 
-    /// Eigenvalues (real, imaginary) of each linear vehicle, without its effects but with the coach's body, at a speed.
+    /// Eigenvalues (real, imaginary) of each linear vehicle, without its effects but with the coach's body, at a speed
+    /// times its share.
     fn eigenvalues(&self, batch: Batch<'_>, speed: f64) -> PyResult<Vec<Vec<(f64, f64)>>> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        (0..many.count).map(|i| Ok(self.structure.assemble(&many.single(i))?.eigenvalues(speed))).collect()
+        (0..many.count)
+            .map(|i| {
+                let one = many.single(i);
+                Ok(self.structure.assemble(&one)?.eigenvalues(speed * one.speed_scale))
+            })
+            .collect()
     }
 
     /// State matrix [vehicle, states, states] of each linear vehicle at a speed, row after row.
@@ -383,6 +389,28 @@ impl Vehicle {
         let rows = batch.rows()?;
         let vehicle = self.structure.assemble(&rows.of(&self.structure).single(0))?;
         Ok(vehicle.ports.iter().map(|p| ((p.at.to_string(), p.wheelset), (p.site.stiffness, p.site.damping))).collect())
+    }
+
+    /// Vehicles that stand in a curve at the states of `batch.initial`: (forces on the degrees of freedom and rates of
+    /// the effects' own states, what is told of the wheelsets).
+    #[allow(clippy::type_complexity)]
+    fn statics<'py>(
+        &self,
+        py: Python<'py>,
+        batch: Batch<'py>,
+        offsets: Matrix<'py>,
+        curvature: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+        let rows = batch.rows()?;
+        let (forces, told) = many::statics(&rows.of(&self.structure), offsets.as_slice()?, curvature.as_slice()?)?;
+        Ok((PyArray1::from_vec(py, forces), PyArray1::from_vec(py, told)))
+    }
+
+    /// Names and masses of the degrees of freedom of the first vehicle.
+    fn bodies(&self, batch: Batch<'_>) -> PyResult<Vec<(String, f64)>> {
+        let rows = batch.rows()?;
+        let vehicle = self.structure.assemble(&rows.of(&self.structure).single(0))?;
+        Ok(vehicle.dofs.iter().map(|name| name.to_string()).zip(vehicle.mass.iter().copied()).collect())
     }
 
     /// How many states the vehicle has, those of its effects last.

@@ -58,12 +58,12 @@ pub struct Group {
     pub dofs: usize,
     pub states: usize,
     pub columns: usize,
-    matrix: Vec<Vec<(usize, Lanes)>>,
+    pub matrix: Vec<Vec<(usize, Lanes)>>,
     inv_mass: Vec<Lanes>,
     inputs: Vec<(usize, usize, Lanes)>,
     rates: Vec<(usize, usize, Lanes)>,
     pub wheelsets: Vec<WheelsetLanes>,
-    forces: Vec<PlacedLaw>,
+    pub forces: Vec<PlacedLaw>,
     pub speed_scale: Lanes,
     pub inv_speed_scale: Lanes,
     pub limit: f64,
@@ -431,6 +431,9 @@ impl Structure {
     }
 
     fn reading(group: &Group, vehicles: &[&Assembly], name: &str) -> Result<Reading> {
+        if let Some(reading) = Reading::of_state(group, name) {
+            return Ok(reading);
+        }
         let of = |v: &Assembly| v.channels.iter().position(|c| c.name == name);
         let Some(k) = of(vehicles[0]) else {
             let known = vehicles[0].channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -472,6 +475,21 @@ impl Structure {
 }
 
 impl Reading {
+    /// `state.K`: one state as it is, `rate.K`: its rate of change, where K counts from 0.
+    fn of_state(group: &Group, name: &str) -> Option<Reading> {
+        let (what, number) = name.split_once('.')?;
+        let i = number.parse::<usize>().ok().filter(|i| *i < group.states)?;
+        let one = vec![(i, Lanes::splat(1.0))];
+        let (state, rate) = match what {
+            "state" => (one, Vec::new()),
+            // the rate of a position stands among the velocities
+            "rate" if i < group.dofs => (vec![(i + group.dofs, Lanes::splat(1.0))], Vec::new()),
+            "rate" => (Vec::new(), one),
+            _ => return None,
+        };
+        Some(Reading { name: name.into(), state, rate, inputs: Vec::new(), rates: Vec::new() })
+    }
+
     #[inline(always)]
     pub fn read<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) -> P {
         let mut value = P::zero();

@@ -104,6 +104,30 @@ struct Slipping<P> {
     speed: P,
 }
 
+/// What both wheels do on the rails: gravitation and flange, t_x of the linear law, t_x and t_y as the creep laws make
+/// them (T_x1 = -t_x1, T_x2 = t_x2), u' of the rail.
+#[derive(Clone, Copy)]
+struct Touch<P> {
+    outer: P,
+    linear: P,
+    tx: [P; 2],
+    ty: [P; 2],
+    du: P,
+}
+
+/// A wheelset that stands still in a curve: e, Q_y, Q_psi, the longitudinal creepage of wheel 2, k_r u + Q_y of a rail
+/// that yields, T_x and T_y of both wheels.
+#[derive(Clone, Copy)]
+pub struct Standing<P> {
+    pub e: P,
+    pub q_y: P,
+    pub q_psi: P,
+    pub creepage: P,
+    pub rail: P,
+    pub tx: [P; 2],
+    pub ty: [P; 2],
+}
+
 /// The rail under the wheelset: k_r u + c_r u' = -Q_y.
 #[derive(Clone, Debug)]
 pub struct RailLanes {
@@ -162,6 +186,19 @@ impl WheelsetLanes {
     /// Q_y, Q_psi with the gyroscopic moments, and u' of the rail whose movement is u.
     #[inline(always)]
     pub fn forces<P: Part>(&self, part: usize, track: &Passing<'_, P>, motion: &Motion<P>, u: P) -> (P, P, P) {
+        let g = |l: &Lanes| P::load(l, part);
+        let Motion { psi, vy, vpsi, .. } = *motion;
+        let Touch { outer, tx: [tx_1, tx_2], ty: [ty_1, ty_2], du, .. } = self.touch(part, track, motion, u);
+        // (3.4); T_x1 = -t_x1, T_x2 = t_x2
+        let q_y = outer - ty_1 - ty_2;
+        let q_psi = g(&self.b) * (psi * (g(&self.n2_delta) + ty_1 - ty_2) - (tx_1 + tx_2));
+        let gyro = g(&self.gyro) * track.speed;
+        (gyro.mul_add(vpsi, q_y), gyro.neg_mul_add(vy, q_psi), du)
+    }
+
+    /// What the wheels do on the rails: creep forces, and what else acts laterally.
+    #[inline(always)]
+    fn touch<P: Part>(&self, part: usize, track: &Passing<'_, P>, motion: &Motion<P>, u: P) -> Touch<P> {
         let Passing { row, speed, inv_speed } = *track;
         let Motion { y, psi, vy, vpsi } = *motion;
         let g = |l: &Lanes| P::load(l, part);
@@ -232,12 +269,23 @@ impl WheelsetLanes {
         if let Some(creeps) = &creeps {
             ([tx_1, ty_1], [tx_2, ty_2]) = self.creep_forces(part, creeps, ty_1, ty_2);
         }
+        Touch { outer, linear: tx, tx: [tx_1, tx_2], ty: [ty_1, ty_2], du }
+    }
 
-        // (3.4); T_x1 = -t_x1, T_x2 = t_x2
-        let q_y = outer - ty_1 - ty_2;
-        let q_psi = g(&self.b) * (psi * (g(&self.n2_delta) + ty_1 - ty_2) - (tx_1 + tx_2));
-        let gyro = g(&self.gyro) * speed;
-        (gyro.mul_add(vpsi, q_y), gyro.neg_mul_add(vy, q_psi), du)
+    /// Where the rails hold a wheelset that stands still in a curve of curvature 1/R without irregularities: turning with
+    /// the curve it has the creepages that model.md adds, b/R and 1/R, and no gyroscopic moment.
+    pub fn standing<P: Part>(&self, part: usize, row: &[f64], curvature: P, y: P, psi: P, u: P) -> Standing<P> {
+        let g = |l: &Lanes| P::load(l, part);
+        let e = self.rail.as_ref().map_or(y, |rail| g(&rail.alpha).neg_mul_add(u, y));
+        let still = WheelsetLanes { rail: None, ..self.clone() };
+        let track = Passing { row, speed: P::splat(1.0), inv_speed: P::splat(1.0) };
+        let motion = Motion { y: e, psi, vy: P::zero(), vpsi: curvature };
+        let touch = still.touch(part, &track, &motion, P::zero());
+        let (q_y, q_psi, _) = still.forces(part, &track, &motion, P::zero());
+        let q_y = g(&self.gyro).neg_mul_add(curvature, q_y);
+        let rail = self.rail.as_ref().map_or(P::zero(), |rail| g(&rail.stiffness).mul_add(u, q_y));
+        let creepage = touch.linear / (g(&self.kx_r) * g(&self.r));
+        Standing { e, q_y, q_psi, creepage, rail, tx: [-touch.tx[0], touch.tx[1]], ty: touch.ty }
     }
 
     /// u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage.

@@ -1,0 +1,128 @@
+"""Figures of stability and curving: root locus, bifurcation diagram, curves against radius."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from railui.report.figures import STYLE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BLUE, RED, GREY, GREEN = "#0072b2", "#d55e00", "#888888", "#009e73"
+SHOWN = 4  # modes of a root locus, the least damped ones
+
+
+def draw_stability(found: Mapping[str, Any], path: str | Path) -> None:
+    """Writes damping and frequency against speed and, where there is one, the bifurcation diagram (svg, png, pdf)."""
+    rows = 3 if found["fold"] and found["fold"]["diagram"] else 2
+    figure, axes = _figure(rows, 2.3)
+    _damping(axes[0], axes[1], found)
+    if rows == 3:
+        _bifurcation(axes[2], found)
+    for ax in axes:
+        _critical(ax, found)
+    axes[0].legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+    axes[-1].set_xlabel("speed [m/s]")
+    _write(figure, path)
+
+
+def _damping(top: Axes, bottom: Axes, found: Mapping[str, Any]) -> None:
+    """Damping ratio and frequency of the oscillations below 30 Hz, each a line from speed to speed."""
+    modes = [m for m in found["modes"] if m["imag"] > 0 and m["damping"] < 0.9 and m["frequency"] < 30]
+    speeds, damping, frequency = (np.array([m[key] for m in modes]) for key in ("speed", "damping", "frequency"))
+    top.scatter(speeds, damping, s=9, c=BLUE, lw=0)
+    bottom.scatter(speeds, frequency, s=9, c=BLUE, lw=0)
+    if found["klingel_wavelength"]:
+        v = np.array([0.0, max(found["speeds"])])
+        bottom.plot(v, v / found["klingel_wavelength"], color=GREY, lw=0.8, ls=(0, (1, 2)))
+        bottom.annotate(
+            "Klingel", (v[1], v[1] / found["klingel_wavelength"]), fontsize=8, color=GREY, ha="right", va="bottom"
+        )
+    top.axhline(0.0, color="#444444", lw=0.7)
+    top.set_ylabel("damping ratio")
+    bottom.set_ylabel("frequency [Hz]")
+
+
+def _bifurcation(ax: Axes, found: Mapping[str, Any]) -> None:
+    fold = found["fold"]
+    rows = fold["diagram"]
+
+    def line(key: str) -> tuple[list[float], list[float]]:
+        some = [(r["speed"], 1e3 * r[key]) for r in rows if r.get(key) is not None]
+        return [v for v, _ in some], [a for _, a in some]
+
+    ax.plot(*line("from_below"), color=BLUE, marker="^", ms=3.5, lw=1.0, label="from a small disturbance")
+    ax.plot(*line("from_above"), color=RED, marker="v", ms=3.5, lw=1.2, label="hunting, followed downwards")
+    unstable = fold.get("unstable") or []
+    if unstable:
+        ax.plot(
+            [u["speed"] for u in unstable],
+            [1e3 * u["amplitude"] for u in unstable],
+            color=GREY, ls=(0, (3, 2)), lw=1.1, label="unstable cycle: beyond it a disturbance grows",
+        )  # fmt: skip
+    ax.axhline(1e3 * fold["clearance"], color="#bbbbbb", lw=0.8, ls=(0, (1, 2)))
+    ax.text(min(found["speeds"]), 1e3 * fold["clearance"], " flange clearance", fontsize=8, color=GREY, va="bottom")
+    ax.set_ylim(bottom=0.0)
+    ax.set_ylabel("amplitude of e [mm]")
+    ax.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+
+
+def _critical(ax: Axes, found: Mapping[str, Any]) -> None:
+    """The critical speeds as lines across a diagram."""
+    named = (("linear", "linear_critical_speed", BLUE), ("fold", "fold_speed", RED),
+             ("practical", "practical_critical_speed", GREEN))  # fmt: skip
+    for name, key, colour in named:
+        if found[key]:
+            ax.axvline(found[key], color=colour, lw=0.9, ls=(0, (4, 2)), label=f"{name} {found[key]:.2f} m/s")
+
+
+def draw_curves(cases: Sequence[Mapping[str, Any]], path: str | Path) -> None:
+    """Writes displacement, angle of attack, guiding force and wear number against radius (svg, png, pdf)."""
+    drawn = [case for case in cases if case["displacement"] is not None]
+    radii = np.array([abs(case["radius"]) for case in drawn])
+    figure, axes = _figure(4, 1.7)
+    for ax, key, factor, label in (
+        (axes[0], "displacement", 1e3, "e [mm]"),
+        (axes[1], "angle_of_attack", 1e3, "angle of attack [mrad]"),
+        (axes[2], "guiding_force", 1e-3, "guiding force [kN]"),
+    ):
+        for i, values in enumerate(np.array([case[key] for case in drawn]).reshape(len(drawn), -1).T):
+            dash: Any = ("-", (0, (4, 2)), (0, (1, 1)), "-.")[i % 4]
+            colour = (BLUE, RED, GREEN, GREY)[i % 4]
+            ax.plot(radii, factor * values, lw=1.2, label=f"wheelset {i + 1}", color=colour, ls=dash)
+        ax.axhline(0.0, color="#444444", lw=0.7)
+        ax.set_ylabel(label)
+    axes[3].plot(radii, [case["wear_number"] for case in drawn], color=BLUE, lw=1.2)
+    axes[3].set_ylim(bottom=0.0)
+    axes[3].set_ylabel("wear number [N]")
+    axes[3].set_xlabel("radius [m]")
+    axes[0].legend(frameon=False, fontsize=8, ncols=4, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+    _write(figure, path)
+
+
+def _figure(rows: int, high: float) -> tuple[Figure, list[Axes]]:
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(7.6, rows * high + 0.4), layout="constrained")
+        axes = figure.subplots(rows, 1, sharex=True)
+        return figure, list(np.atleast_1d(axes))
+
+
+def _write(figure: Figure, path: str | Path) -> None:
+    import matplotlib
+
+    with matplotlib.rc_context(STYLE):
+        figure.align_ylabels()
+        suffix = Path(path).suffix.lower().lstrip(".")
+        if suffix not in ("svg", "png", "pdf"):
+            raise ValueError(f"a figure is written as .svg, .png or .pdf: {path}")
+        metadata = {"svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}}.get(suffix)
+        figure.savefig(path, dpi=150, metadata=metadata)
