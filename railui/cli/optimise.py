@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, options
+from railui.cli.common import Invocation, options, refuse
 
 if TYPE_CHECKING:
     from railui.engine.work import Runner
@@ -76,9 +76,15 @@ def _usual(source: Path) -> Path:
 
 
 def _runner(scheduler: str | None, call: Invocation) -> Runner:
-    from railui.engine.local import Local
+    if scheduler is None:
+        from railui.engine.local import Local
 
-    return Local(call.jobs)
+        return Local(call.jobs)
+    try:
+        from railui.engine.cluster import Cluster
+    except ModuleNotFoundError as error:
+        raise refuse(f"--scheduler needs {error.name}: pip install 'railui[cluster]'") from None
+    return Cluster(scheduler, call.say)
 
 
 def _plan(study: Study, where: Path, call: Invocation) -> None:

@@ -30,7 +30,7 @@ class Ranges:
         self.low = np.array([variable.lowest for variable in variables])
         self.high = np.array([variable.highest for variable in variables])
         self.decades = (self.low > 0) & (self.high >= DECADE * self.low)
-        self.ratio = np.where(self.decades, self.high / np.where(self.decades, self.low, 1.0), np.e)
+        self.ratio = np.where(self.decades, self.high / np.where(self.decades, self.low, 1.0), DECADE)
 
     def values(self, unit: Floats) -> Floats:
         """Values [n, variable] of points [n, variable] in the cube."""
