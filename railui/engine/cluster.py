@@ -28,6 +28,7 @@ SECONDS: Final = 1.0  # of a piece of work: long beside a scheduler's millisecon
 CONNECT: Final = 10.0  # s for the scheduler to answer
 PATIENCE: Final = 60.0  # s without any worker
 TICK: Final = 1.0  # s between two looks at who is there
+RENEWALS: Final = 10  # times that a case is sent anew
 KILLED: Final = "killed its worker"
 
 
@@ -74,6 +75,7 @@ class Cluster:
                 f"no scheduler answers at {address} ({error}): start one with `dask scheduler`"
             ) from None
         self._pace, self._cases = PACE, dict[int, tuple[Case, Any]]()
+        self._sent: dict[str, int] = {}  # keys of tasks that were cases
         self._known: dict[str, bool] = {}  # workers by address: do they compute the same?
         self._await_workers()
 
@@ -167,15 +169,18 @@ class Cluster:
         if id(case) not in self._cases:
             # roads without their tables, which every worker makes for itself
             bare = pickle.dumps(replace(case, road=Road(case.road.laid, case.road.speed)), protocol=5)
-            self._cases[id(case)] = (case, self._client.submit(pickle.loads, bare, pure=False))
+            self._cases[id(case)] = (case, sent := self._client.submit(pickle.loads, bare, pure=False))
+            self._sent[str(sent.key)] = id(case)
         return self._cases[id(case)][1]
 
     def renewed(self, key: str) -> bool:
         """Is a task that was blamed for a worker's death a case? Then it was only near: it is sent anew."""
-        held = [name for name, (_, future) in self._cases.items() if str(future.key) == key]
-        for name in held:
+        name = self._sent.get(key)
+        if name is None or list(self._sent.values()).count(name) > RENEWALS:
+            return False
+        if name in self._cases and str(self._cases[name][1].key) == key:
             del self._cases[name]
-        return bool(held)
+        return True
 
     def learn(self, bundle: Bundle, seconds: float) -> None:
         """Corrects the pace by what a bundle took."""
