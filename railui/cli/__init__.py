@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import keyword
 import shlex
 import sys
 from typing import Any
@@ -22,6 +23,8 @@ COMMANDS = {
     "loop": "Adjust, trace what the model lacks, add it, adjust again, report.",
     "optimise": "Search for better suspensions.",
     "status": "Where a running or finished study stands.",
+    "capture": "Field data from a serial logger.",
+    "import": "Runs and tracks from the files of test benches and recording cars.",
     "bench": "How quick the kernel is on this machine.",
 }
 FAILED, WRONG, LATER, INTERRUPTED = 1, 2, 3, 130
@@ -36,7 +39,8 @@ class Door(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        found: click.Command = importlib.import_module(f"{__name__}.{name}").command
+        module = f"{name}_" if keyword.iskeyword(name) else name
+        found: click.Command = importlib.import_module(f"{__name__}.{module}").command
         return found
 
     def resolve_command(

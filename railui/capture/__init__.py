@@ -1,0 +1,1 @@
+"""Field data: from the bytes of a serial logger to a measured campaign."""

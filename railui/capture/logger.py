@@ -1,0 +1,280 @@
+"""A logger in software: plays series as a real one would send them, and misbehaves where it is told to."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import sys
+import termios
+import time
+import tty
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from railui.capture import text, wire
+from railui.capture.frames import Channel, Floats
+
+HELLO_EVERY, STATUS_EVERY = 5.0, 1.0  # s
+RANGES = {"b": (-128, 127), "B": (0, 255), "h": (-32768, 32767), "H": (0, 65535), "i": (-(2**31), 2**31 - 1)}
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What goes wrong on purpose: shares of the frames, and times [s] of what happens once; 0: never."""
+
+    drop: float = 0.0
+    damage: float = 0.0
+    junk: float = 0.0
+    repeat: float = 0.0
+    restart: float = 0.0
+    relayout: float = 0.0
+    unplug: float = 0.0
+    pause: float = 0.0
+    huge_hello: float = 0.0
+    garble: float = 0.0  # as at a wrong baud rate, from then on
+    seed: int = 0
+
+
+@dataclass
+class Truth:
+    """What was really sent."""
+
+    frames: int = 0
+    samples: int = 0
+    dropped: int = 0
+    damaged: int = 0
+    repeated: int = 0
+    restarts: int = 0
+    unplugged: int = 0
+
+
+@dataclass
+class Logger:
+    """Series by channel [n] as a logger of a `rate` [Hz] sends them, `block` samples in a frame.
+
+    Time runs `drift` faster on its clock than here; `start` [us] lets the 32 bits wrap early.
+    """
+
+    channels: Sequence[Channel]
+    series: Mapping[str, Floats]
+    rate: float
+    block: int = 1
+    form: str = "binary"
+    faults: Faults = field(default_factory=Faults)
+    drift: float = 0.0
+    start: int = 0
+    device: str = "railui demo"
+    truth: Truth = field(default_factory=Truth)
+
+    def __post_init__(self) -> None:
+        self._random = np.random.default_rng([self.faults.seed, 8])
+        self._boot = int(self._random.integers(1, 2**32))
+        self._number = 0
+        self._lay_out(self.channels)
+
+    def _lay_out(self, channels: Sequence[Channel]) -> None:
+        self._now = tuple(channels)
+        about = (self._boot, self.rate, self.device, "1.0", self._now)
+        if self.form == "text":
+            self._hello_text = text.hello_text(*about)
+            self._layout = text.layout_of(self._hello_text)
+            return
+        self._body = wire.hello_body(*about)
+        self._layout = wire.layout_of(self._body)
+        columns = [self.series[c.name] for c in self._now]
+        dtype = np.dtype([(f"c{i}", f"<{np.dtype(c.type).str[1:]}") for i, c in enumerate(self._now)])
+        self._rows = np.zeros(len(columns[0]), dtype)
+        for i, (c, column) in enumerate(zip(self._now, columns, strict=True)):
+            raw = (column - c.offset) / c.scale
+            self._rows[f"c{i}"] = raw if c.type == "f" else np.clip(np.rint(raw), *RANGES.get(c.type, (0, 2**32 - 1)))
+
+    def __len__(self) -> int:
+        return len(next(iter(self.series.values())))
+
+    def sent(self) -> Iterator[tuple[float, bytes]]:
+        """(when [s], bytes) in order, faults included; b"" is the cable that is pulled out and put in again."""
+        f, told, state = self.faults, -HELLO_EVERY, -STATUS_EVERY
+        once = {name: getattr(f, name) for name in ("restart", "relayout", "unplug", "pause", "huge_hello", "garble")}
+        garbled, origin = False, self.start
+        first = 0
+        while first < len(self):
+            when = first / self.rate
+            due = [name for name, at in once.items() if at and when >= at]
+            for name in due:
+                del once[name]
+                if name == "restart":
+                    self._restart()
+                    origin, told = -round(when * 1e6), -HELLO_EVERY
+                elif name == "relayout":
+                    self._lay_out([replace_name(c) if i else c for i, c in enumerate(self.channels[:-1])])
+                    told = -HELLO_EVERY
+                elif name == "unplug":
+                    self.truth.unplugged += 1
+                    yield when, b""
+                elif name == "pause":
+                    first += round(self.rate)
+                    when = first / self.rate
+                elif name == "huge_hello":
+                    yield when, self._huge()
+                elif name == "garble":
+                    garbled = True
+            if when - told >= HELLO_EVERY:
+                told = when
+                yield from self._leave(when, self._hello(), garbled, spare=True)
+            micros = origin + round(when * 1e6 * (1.0 + self.drift))
+            if when - state >= STATUS_EVERY:
+                state = when
+                yield from self._leave(when, self._status(micros), garbled)
+            count = min(self.block, len(self) - first) if self.form == "binary" else 1
+            self.truth.samples += count
+            yield from self._leave(when + (count - 1) / self.rate, self._samples(first, count, micros), garbled)
+            first += count
+
+    def _leave(self, when: float, frame: bytes, garbled: bool, spare: bool = False) -> Iterator[tuple[float, bytes]]:
+        """A frame as it leaves: whole, not at all, changed, twice, or with junk ahead of it."""
+        self._number += 1
+        f, chance = self.faults, self._random.random(4) if not spare else np.ones(4)
+        if chance[0] < f.drop:
+            self.truth.dropped += 1
+            return
+        if chance[1] < f.junk:
+            yield when, self._random.bytes(int(self._random.integers(1, 40))).replace(b"\n", b"!") + self._end()
+        if chance[2] < f.damage:
+            self.truth.damaged += 1
+            frame = damaged(frame, self._random, self._end())
+        if garbled:
+            frame = bytes(self._random.integers(128, 255, len(frame), dtype=np.uint8))
+        self.truth.frames += 1
+        yield when, frame
+        if chance[3] < f.repeat:
+            self.truth.repeated += 1
+            yield when, frame
+
+    def _restart(self) -> None:
+        self.truth.restarts += 1
+        self._boot = (self._boot + 1) % 2**32
+        self._number = 0
+        self._lay_out(self._now)
+
+    def _hello(self) -> bytes:
+        if self.form == "text":
+            return text.hello(self._number, self._hello_text)
+        return wire.hello(self._number, self._body)
+
+    def _huge(self) -> bytes:
+        """A hello that claims far more channels than it names, with a CRC that fits."""
+        if self.form == "text":
+            return text.line(f"H,0000,0,{self._boot},{self.rate},x,y,1000000,a;m;1;0")
+        body = bytearray(self._body)
+        at = self._body.index(self._now[0].name.encode()) - wire.PER_CHANNEL.size - 3
+        body[at : at + 2] = b"\xff\xff"
+        return wire.hello(self._number, bytes(body))
+
+    def _status(self, micros: int) -> bytes:
+        status = text.status if self.form == "text" else wire.status
+        return status(self._layout, self._number, micros, 0, 21.5, 12.4)
+
+    def _samples(self, first: int, count: int, micros: int) -> bytes:
+        if self.form == "text":
+            values = [(float(self.series[c.name][first]) - c.offset) / c.scale for c in self._now]
+            return text.sample(self._layout, self._number, micros, values)
+        data = self._rows[first : first + count].tobytes()
+        if self.block == 1:
+            return wire.sample(self._layout, self._number, micros, data)
+        return wire.block(self._layout, self._number, micros, count, data)
+
+    def _end(self) -> bytes:
+        return text.DELIMITER if self.form == "text" else wire.DELIMITER
+
+
+def replace_name(channel: Channel) -> Channel:
+    """The channel after somebody gave the logger another configuration."""
+    return channel._replace(offset=0.0, scale=channel.scale * 2.0)
+
+
+def damaged(frame: bytes, random: np.random.Generator, end: bytes = wire.DELIMITER) -> bytes:
+    """A frame with flipped bits, a byte lost, a byte too many, cut off or overwritten; its delimiter stays."""
+    body = bytearray(frame[: -len(end)])
+    before = bytes(body)
+    while bytes(body) == before:
+        kind, at = int(random.integers(5)), int(random.integers(len(body)))
+        if kind == 0:
+            for place in random.integers(len(body), size=int(random.integers(1, 5))):
+                body[int(place)] ^= 1 << int(random.integers(8))
+        elif kind == 1:
+            del body[at]
+        elif kind == 2:
+            body.insert(at, int(random.integers(256)))
+        elif kind == 3:
+            del body[max(at, 1) :]
+        else:
+            body[at : at + 8] = random.bytes(min(8, len(body) - at))
+    body = bytearray(b for b in body if b != end[0])
+    return bytes(body or b"\x01") + end
+
+
+class Terminal:
+    """A pseudo-terminal under a name that stays while the cable is pulled and put in again."""
+
+    def __init__(self, link: Path) -> None:
+        self.link = link
+        self.master = self.slave = -1
+        self.plug()
+
+    def plug(self) -> None:
+        """Opens it and lays the name to it."""
+        self.master, self.slave = os.openpty()
+        tty.setraw(self.slave)
+        beside = self.link.with_name(f".{self.link.name}.new")
+        beside.unlink(missing_ok=True)
+        beside.symlink_to(os.ttyname(self.slave))
+        beside.replace(self.link)
+
+    def unplug(self) -> None:
+        """Takes the name away and hangs up."""
+        self.link.unlink(missing_ok=True)
+        os.close(self.slave)
+        os.close(self.master)
+
+    def await_reader(self) -> None:
+        """Returns once somebody has opened the port and set it up; what was there before is thrown away then."""
+        own = termios.tcgetattr(self.slave)
+        while termios.tcgetattr(self.slave) == own:
+            time.sleep(0.02)
+        time.sleep(0.2)
+
+    def await_empty(self, seconds: float = 5.0) -> None:
+        """Gives the reader so much time to take what was written."""
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            waiting = fcntl.ioctl(self.slave, termios.FIONREAD, b"\0\0\0\0")
+            if not int.from_bytes(waiting, sys.byteorder):
+                break
+            time.sleep(0.02)
+
+    def write(self, data: bytes) -> None:
+        """All of it, as fast as the reader takes it."""
+        while data:
+            data = data[os.write(self.master, data) :]
+
+
+def play(
+    logger: Logger, terminal: Terminal, pace: float = 1.0, unplugged: float = 1.0, go: Callable[[], bool] = lambda: True
+) -> None:
+    """Sends it all, `pace` times as fast as it was; unplugged for so many seconds; ends early where `go` says so."""
+    begun = time.monotonic()
+    for when, data in logger.sent():
+        ahead = begun + when / pace - time.monotonic()
+        if ahead > 0.005:
+            time.sleep(ahead)
+        if not go():
+            return
+        if data:
+            terminal.write(data)
+        else:
+            terminal.unplug()
+            time.sleep(unplugged)
+            terminal.plug()

@@ -1,0 +1,82 @@
+"""Segments as tables: one file each, whole lines as they come, and what a full disk refuses kept for later."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+from railui.capture.segments import Rows, Segment
+
+FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+FINE = {"i", "I"}  # types with more digits than seven
+
+
+class RunFiles:
+    """The decoded runs of a recording in one directory."""
+
+    def __init__(self, directory: Path) -> None:
+        self.directory = directory
+        self.names: list[str] = []
+        self._files: dict[int, int] = {}
+        self._rest: list[tuple[int, bytes]] = []
+
+    def add(self, segment: Segment, rows: Rows) -> None:
+        """Appends rows to the file of their segment; call `push` until it says that all is written."""
+        data = table_rows(segment, rows)
+        if segment.number not in self._files:
+            name = f"run_{segment.number:03d}.csv"
+            flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+            self._files[segment.number] = os.open(self.directory / name, flags, 0o644)
+            self.names.append(name)
+            data = head(segment) + data
+        self._rest.append((segment.number, data))
+
+    def push(self) -> bool:
+        """Writes what waits; False where the disk is full."""
+        while self._rest:
+            number, data = self._rest[0]
+            try:
+                written = os.write(self._files[number], data)
+            except OSError as error:
+                if error.errno in FULL:
+                    return False
+                raise
+            if written == len(data):
+                self._rest.pop(0)
+            else:
+                self._rest[0] = (number, data[written:])
+        return True
+
+    def sync(self) -> None:
+        """The newest file on the disk, not only handed over."""
+        if self._files:
+            os.fsync(self._files[max(self._files)])
+
+    def close(self) -> None:
+        """Closes all files."""
+        for number in self._files.values():
+            os.close(number)
+        self._files.clear()
+
+
+def head(segment: Segment) -> bytes:
+    """Comments and header of a segment's table."""
+    hello = segment.hello
+    lines = [
+        "# schema: railui.recording/1",
+        f"# logger: {hello.device} {hello.firmware}, start {hello.boot:08x}, {hello.rate:.9g} samples/s",
+        f"# segment {segment.number}, {segment.why}; t on the logger's clock, 0 at the first sample of its start",
+        ",".join(["t [s]", *(f"{c.name} [{c.unit or 1}]" for c in hello.channels)]),
+    ]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def table_rows(segment: Segment, rows: Rows) -> bytes:
+    """Rows as text, NaN as nan."""
+    digits = "".join(",%.10g" if c.type in FINE else ",%.7g" for c in segment.hello.channels)
+    flat: list[float] = []
+    for t, values in zip(rows.t.tolist(), rows.values.tolist(), strict=True):
+        flat.append(t)
+        flat += values
+    return ((f"%.7f{digits}\n" * len(rows.t)) % tuple(flat)).encode()
