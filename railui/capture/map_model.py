@@ -38,6 +38,7 @@ TARGETS: dict[str, Target] = {
     **{f"alignment_{j}": Target("m", "lateral", f"lateral deviation of the {j} rail") for j in ("right", "left")},
     "phiw": Target("rad", "roll", "cross-level as an angle"),
     "cross_level": Target("m", "roll", "cross-level as a height difference over cross_level_base"),
+    **{name: Target("", "rig", f"{name} of a one-mass rig, in its own unit") for name in ("u", "z", "vz", "az")},
     "gauge": Target("m", "none", "gauge, or its deviation where below 0.5 m"),
 }  # fmt: skip
 AXES = {"lateral": "y", "yaw": "z", "roll": "x"}  # of an accelerometer or displacement, a yaw rate, a roll rate

@@ -36,7 +36,7 @@ class Recording:
 
 def interval_of(t: Floats) -> float:
     """The interval of stamps with gaps between them: the median, then the mean of all that are near it."""
-    steps = np.diff(t)
+    steps = np.abs(np.diff(t))
     middle = float(np.median(steps))
     return float(np.mean(steps[np.abs(steps - middle) <= 0.5 * middle]))
 

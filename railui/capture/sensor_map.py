@@ -39,7 +39,7 @@ class Sensor:
         wanted = TARGETS[self.target].unit
         if unit in ("g", "gn", "G") and wanted == "m/s^2":
             return STANDARD_G
-        return convert(1.0, unit, wanted)
+        return convert(1.0, unit, wanted) if wanted else 1.0
 
 
 @dataclass(frozen=True)

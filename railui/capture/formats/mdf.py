@@ -1,0 +1,38 @@
+"""ASAM MDF, the format of test benches and of most vehicle recorders."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from railui.capture.formats.clocks import Series, one_clock
+from railui.capture.recording import Recording
+
+
+def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
+    """Every numeric channel against its master; clock and rate are the file's own."""
+    from asammdf import MDF
+
+    series = []
+    with MDF(path) as file:
+        for signal in file.iter_channels(skip_master=True):
+            values = np.asarray(signal.samples)
+            if values.ndim == 1 and values.size > 3 and values.dtype.kind in "fiub":
+                stamps = np.asarray(signal.timestamps, float)
+                series.append(Series(signal.name, signal.unit or None, stamps, values.astype(float)))
+    return [one_clock(path, series)]
+
+
+def write(path: Path, recording: Recording) -> None:
+    """One group with every channel."""
+    from asammdf import MDF, Signal
+
+    with MDF(version="4.10") as file:
+        file.append(
+            [
+                Signal(samples=x, timestamps=recording.t, name=name, unit=recording.units.get(name) or "")
+                for name, x in recording.channels.items()
+            ]
+        )
+        file.save(path, overwrite=True)

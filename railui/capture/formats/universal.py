@@ -1,0 +1,52 @@
+"""Universal file format, data set 58: time histories of modal test systems."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from railui.capture.formats.clocks import Series, one_clock
+from railui.capture.recording import Recording
+
+TIME_RESPONSE = 1
+DIRECTIONS = {1: "+x", -1: "-x", 2: "+y", -2: "-y", 3: "+z", -3: "-z", 4: "+rx", 5: "+ry", 6: "+rz"}
+
+
+def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
+    """Every time response; its name is the first line of its header, else node and direction."""
+    import pyuff
+
+    sets: Any = pyuff.UFF(str(path)).read_sets()
+    series = []
+    for one in sets if isinstance(sets, list) else [sets]:
+        if one.get("type") != 58 or one.get("func_type") != TIME_RESPONSE:
+            continue
+        values = np.real(np.asarray(one["data"])).astype(float)
+        named = str(one.get("id1", "")).strip()
+        place = f"node{one.get('rsp_node', 0)}{DIRECTIONS.get(int(one.get('rsp_dir', 0)), '')}"
+        unit = str(one.get("ordinate_axis_units_lab", "")).strip()
+        name = named if named and named.upper() != "NONE" else place
+        series.append(
+            Series(name, unit if unit.upper() != "NONE" and unit else None, np.asarray(one["x"], float), values)
+        )
+    return [one_clock(path, series)]
+
+
+def write(path: Path, recording: Recording) -> None:
+    """One data set 58 per channel."""
+    import pyuff
+
+    path.unlink(missing_ok=True)
+    sets = []
+    for i, (name, x) in enumerate(recording.channels.items(), 1):
+        one = pyuff.prepare_58(
+            return_full_dict=True,
+            func_type=TIME_RESPONSE, rsp_node=i, rsp_dir=2, ref_dir=0, ref_node=0, data=x, x=recording.t, id1=name,
+            ord_data_type=4, abscissa_spacing=1, abscissa_min=float(recording.t[0]), abscissa_inc=recording.interval,
+            binary=0,            rsp_ent_name="NONE", ref_ent_name="NONE",
+            abscissa_axis_units_lab="s", ordinate_axis_units_lab=recording.units.get(name) or "NONE",
+        )  # fmt: skip
+        sets.append(one)
+    pyuff.UFF(str(path)).write_sets(sets, mode="overwrite")
