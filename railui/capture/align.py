@@ -25,7 +25,7 @@ class Shift(NamedTuple):
 def align(s_a: Floats, yw_a: Floats, s_b: Floats, yw_b: Floats) -> Shift:
     """The shift of b against a along the line, from lateral deviations [n] at rising places [m].
 
-    Only wavelengths of 3 to 70 m count; the correlation is that of the part that both have, 300 m and half of the shorter at least.
+    Only wavelengths of 3 to 70 m count, and only shifts at which 300 m and half of the shorter run overlap.
 
     >>> s = np.arange(0.0, 900.0, 0.5)
     >>> y = lambda s: np.sin(2 * np.pi * s / 31) + np.sin(2 * np.pi * s / 7.3 + 1) + np.sin(s**2 / 3000)

@@ -31,7 +31,7 @@ def line(text: str) -> bytes:
     """A line with its CRC.
 
     >>> line("S,1a2b,7,350000,0.12,-3.4")
-    b'S,1a2b,7,350000,0.12,-3.4*a5dfffbf\\n'
+    b'S,1a2b,7,350000,0.12,-3.4*b826fd8e\\n'
     """
     data = text.encode()
     return data + b"*%08x\n" % crc32(data)
