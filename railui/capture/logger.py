@@ -199,7 +199,7 @@ def damaged(frame: bytes, random: np.random.Generator, end: bytes = wire.DELIMIT
     """A frame with flipped bits, a byte lost, a byte too many, cut off or overwritten; its delimiter stays."""
     body = bytearray(frame[: -len(end)])
     before = bytes(body)
-    while bytes(body) == before:
+    while bytes(body).removesuffix(b"\r") == before:
         kind, at = int(random.integers(5)), int(random.integers(len(body)))
         if kind == 0:
             for place in random.integers(len(body), size=int(random.integers(1, 5))):

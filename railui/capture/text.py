@@ -77,9 +77,9 @@ def mark(layout: int, number: int, time: int, source: str = "button", utc: float
 
 def decode(data: bytes) -> Frame:
     """The frame of a line; Damaged where bytes were lost or changed, Refused where it makes no sense."""
-    body, star, check = data.rstrip(b"\r").rpartition(b"*")
+    body, star, check = data.removesuffix(b"\r").rpartition(b"*")
     try:
-        fits = star and len(check) == 8 and int(check, 16) == crc32(body)
+        fits = star and check == b"%08x" % crc32(body)
         text = body.decode() if fits else ""
     except ValueError:
         fits = False
