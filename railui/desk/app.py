@@ -23,11 +23,13 @@ from railui.desk.draft import Draft
 from railui.desk.heartbeat import Heartbeat
 from railui.desk.look import Case
 from railui.desk.messages import Offered
+from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.design import DesignPanel
 from railui.files.problems import FileProblems, Problem
+from railui.files.yaml12 import load as load_yaml
 
 SMALLEST = (60, 18)
-PANELS = {"design": ("f2", "Design")}
+PANELS = {"design": ("f2", "Design"), "campaign": ("f3", "Campaign")}
 
 
 class Tabs(Static):
@@ -86,6 +88,7 @@ class Desk(App[None]):
         yield Static(id="small")
         with ContentSwitcher(initial="design"):
             yield DesignPanel(id="design")
+            yield CampaignPanel(id="campaign")
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
@@ -114,8 +117,12 @@ class Desk(App[None]):
     # files
 
     def open(self, path: Path) -> None:
-        """Opens a design in the form; its faults are shown where they stand."""
+        """Opens a design in the form, a campaign in its panel; faults of the file are shown where they stand."""
         try:
+            if is_campaign(path):
+                self.query_one(CampaignPanel).open(path)
+                self.action_panel("campaign")
+                return
             draft = Draft.load(path)
         except FileProblems as error:
             self.push_screen(Faults(str(path), error), lambda answer: self.open(path) if answer else None)
@@ -169,18 +176,16 @@ class Desk(App[None]):
 
     @on(Offered)
     def _offered(self, event: Offered) -> None:
-        """A design that a study found goes into the form; undo takes it out again."""
-        panel = self.query_one(DesignPanel)
-        if event.design is not None and panel.draft is None:
-            panel.open(Draft(event.design))
-        elif panel.draft is not None:
-            if event.design is not None:
-                panel.draft.push(event.design, event.what)
-            else:
-                panel.draft.take(event.values or {}, event.what)
-            panel._changed()
-        self.action_panel("design")
-        self.notify(event.what, timeout=4)
+        """A design that a study found goes into the form beside the declared one; undo takes it out again."""
+
+        def take() -> None:
+            draft = Draft(event.declared)
+            draft.push(event.design, event.what)
+            self.query_one(DesignPanel).open(draft)
+            self.action_panel("design")
+            self.notify(event.what, timeout=4)
+
+        self._unless_unsaved(take)
 
     # help, copying, quitting
 
@@ -266,6 +271,17 @@ class Desk(App[None]):
                 Text(f"railui desk: {type(error).__name__}: {error}\nthe whole trace: {path}")
             )
         self._close_messages_no_wait()
+
+
+def is_campaign(path: Path) -> bool:
+    """Is this a campaign: a directory, or a file with runs?"""
+    if path.is_dir():
+        return True
+    try:
+        document = load_yaml(path)
+    except (FileProblems, OSError):
+        return False  # whatever it is, its faults are told when it is read
+    return isinstance(document.value, dict) and "runs" in document.value
 
 
 def run(path: Path | None = None, *, plain: bool = False) -> int:

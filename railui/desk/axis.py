@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+FEWEST = 3  # ticks of an axis
 MOST_DECADES = 6  # of a logarithmic axis that names no lower end
 
 
@@ -92,13 +93,22 @@ def _even(scale: Scale, most: int) -> list[tuple[float, str]]:
     span = scale.high - scale.low
     raw = span / most
     base = 10.0 ** math.floor(math.log10(raw)) if raw > 0 else 1.0
-    step = next(s * base for s in (1.0, 2.0, 5.0, 10.0, 20.0) if s * base >= raw * (1 - 1e-9))
-    first = math.ceil(scale.low / step - 1e-9)
-    values = [k * step for k in range(first, math.floor(scale.high / step + 1e-9) + 1)]
+    steps = [s * base for s in (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)]
+    at = next(i for i, s in enumerate(steps) if s >= raw * (1 - 1e-9))
+    values = _multiples(scale, steps[at])
+    if len(values) < FEWEST:  # an odd range may hold few of the round values
+        at -= 1
+        values = _multiples(scale, steps[at])
+    step = steps[at]
     digits = max(0, -math.floor(math.log10(step) + 1e-9))
     large = max(abs(scale.low), abs(scale.high))
     plain = digits <= 5 and large < 1e5
     return [(v, f"{v:.{digits}f}" if plain else f"{v:.3g}") for v in values]
+
+
+def _multiples(scale: Scale, step: float) -> list[float]:
+    first, last = math.ceil(scale.low / step - 1e-9), math.floor(scale.high / step + 1e-9)
+    return [k * step for k in range(first, last + 1)]
 
 
 def _decades(scale: Scale, most: int) -> list[tuple[float, str]]:

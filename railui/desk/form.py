@@ -181,7 +181,7 @@ Drag the slider with the mouse.
     # drawing
 
     def render_line(self, y: int) -> Strip:
-        width, index = self.size.width, y + int(self.scroll_offset.y)
+        width, index = self.scrollable_content_region.width, y + int(self.scroll_offset.y)
         if index >= len(self.rows) or width < 4:
             return Strip.blank(width, self.rich_style)
         row = self.rows[index]
@@ -239,7 +239,7 @@ Drag the slider with the mouse.
 
     def _rail(self, field: Field) -> tuple[int, int]:
         """Where the slider of a field begins, and how wide it is."""
-        segments = self._segments(field, self.size.width)
+        segments = self._segments(field, self.scrollable_content_region.width)
         single = [i for i, s in enumerate(segments) if len(s.text) == 1 and i > 3]
         if not single:
             return 0, 0

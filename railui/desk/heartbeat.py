@@ -13,18 +13,18 @@ class Heartbeat:
     """Beats every 10 ms in the screen's own loop; `longest` is the longest gap between two beats [s]."""
 
     def __init__(self) -> None:
-        self.longest = 0.0
+        self.longest, self.own = 0.0, 0.0  # own: the longest that the screen itself computed between two beats
         self.beats = 0
 
     def reset(self) -> None:
         """From now on."""
-        self.longest, self.beats = 0.0, 0
+        self.longest, self.own, self.beats = 0.0, 0.0, 0
 
     async def beat(self) -> None:
         """Beats until it is cancelled."""
-        last = time.perf_counter()
+        last, used = time.perf_counter(), time.thread_time()
         while True:
             await asyncio.sleep(BEAT)
-            now = time.perf_counter()
-            self.longest, self.beats = max(self.longest, now - last), self.beats + 1
-            last = now
+            now, computed = time.perf_counter(), time.thread_time()
+            self.longest, self.own = max(self.longest, now - last), max(self.own, computed - used)
+            self.beats, last, used = self.beats + 1, now, computed

@@ -29,7 +29,7 @@ class Failed(Message):
 
 
 @dataclass
-class Event(Message):
+class Showed(Message):
     """Something that a study showed while it worked."""
 
     name: str
@@ -54,8 +54,8 @@ class Done(Message):
 
 @dataclass
 class Offered(Message):
-    """A design found by a study, to be taken into the form: whole, or some of its values."""
+    """A design found by a study, to be taken into the form beside the declared one that it came from."""
 
     what: str
-    design: Design | None = None
-    values: dict[str, float] | None = None
+    design: Design
+    declared: Design

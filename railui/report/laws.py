@@ -413,3 +413,29 @@ def _outside(scene: _Scene, o: Mapping[str, Any]) -> Law:
     turned = "" if path else " Force that resists the motion: the negative of F in the files."
     lines = ("before", "after") if len(pictures) > 1 else ()
     return Law(f"measured curve: {where}", tuple(pictures), "Bars: two standard deviations." + turned, lines)
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """What resists the motion at the place of an effect: motion [n], force before and after [n], SI units of both."""
+
+    title: str
+    motion: Floats
+    before: Floats
+    after: Floats
+    motion_unit: str
+    force_unit: str
+
+
+def suspension_forces(found: Found, window: Window) -> list[Forces]:
+    """Force against motion at every suspension where the loop placed an effect, over the motion actually seen."""
+    scene, out = _Scene.of(found, found.after.model, window), []
+    for effect in found.after.model.effects:
+        if "rig" in core.record(effect.kind)["at"] and effect.kind != "measured_force":
+            w, z = _port(scene, effect.at, effect.wheelset)
+            whole, _ = _whole(scene, effect.at, w, z)
+            kept, at = scene.settled, effect.at
+            before, after = whole["before"][kept], whole["after"][kept]
+            title = _whole_title(scene, at, w)
+            out.append(Forces(title, z[kept], before, after, scene.unit("z", at), scene.unit("F", at)))
+    return out

@@ -14,7 +14,6 @@ from textual.binding import Binding
 from textual.containers import Grid, Horizontal, Vertical
 from textual.events import Resize
 from textual.message import Message
-from textual.widget import Widget
 from textual.widgets import Input, Static
 
 from railui.desk.axis import Axis
@@ -23,6 +22,7 @@ from railui.desk.draft import Draft, Field, Moved, span
 from railui.desk.form import Form, Head, pretty, range_text, value_text
 from railui.desk.look import Case, Look, look
 from railui.desk.messages import Failed, Seen
+from railui.desk.panels.common import titled
 from railui.desk.plot import Picture, Plot
 from railui.desk.quality import comparison
 from railui.desk.views import VIEWS, WINDOWS
@@ -379,14 +379,6 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
             return
         self.notify(f"saved {path}", timeout=3)
         self._changed()
-
-
-def titled(widget: Widget, title: str | None = None, sub: str | None = None) -> None:
-    """Another title, where it is another: a title draws all that stands inside again."""
-    if title is not None and widget.border_title != title:
-        widget.border_title = title
-    if sub is not None and (widget.border_subtitle or "") != sub:
-        widget.border_subtitle = sub
 
 
 def _given(text: str) -> Any:

@@ -1,0 +1,142 @@
+"""Rows of names, bars and numbers: errors per channel, parameters of a fit, a ranking."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from rich.segment import Segment
+from textual import events
+from textual.binding import Binding
+from textual.geometry import Region, Size
+from textual.message import Message
+from textual.scroll_view import ScrollView
+from textual.strip import Strip
+
+EIGHTHS = " ▏▎▍▌▋▊▉█"
+LEAST, RAIL = 10, 6  # columns that names and bars have where it is narrow
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A row: a name, a share 0 .. 1 as a bar (before: a paler one behind it, mark: a line across), a text behind."""
+
+    name: str
+    share: float = 0.0
+    text: str = ""
+    before: float = 0.0
+    mark: float | None = None
+    strong: bool = False
+    role: str = "now"
+
+
+class Bars(ScrollView, can_focus=True):
+    """Rows of bars that scroll; y copies them as a table."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        "bars--now", "bars--base", "bars--mark", "bars--text", "bars--strong", "bars--cursor",
+    }  # fmt: skip
+    BINDINGS: ClassVar[list[Any]] = [
+        Binding("up", "go(-1)", show=False),
+        Binding("down", "go(1)", show=False),
+        Binding("pageup", "go(-10)", show=False),
+        Binding("pagedown", "go(10)", show=False),
+        Binding("y", "copy", "Copy table", show=False),
+    ]
+    HELP = "\nRows of **bars**: up and down move along them, `y` copies them as a table.\n"
+
+    @dataclass
+    class Chosen(Message):
+        """Another row is under the cursor."""
+
+        bars: Bars
+        index: int
+
+    def __init__(self, title: str, wait: str = "", *, id: str | None = None, cursor: bool = False) -> None:
+        super().__init__(id=id)
+        self.border_title, self.wait = title, wait
+        self.rows: list[Bar] = []
+        self.cursor, self.at = cursor, 0
+        self.add_class("pane")
+
+    def show(self, rows: Sequence[Bar]) -> None:
+        """Other rows; only those that differ are drawn."""
+        old, self.rows = self.rows, list(rows)
+        self.at = min(self.at, max(0, len(rows) - 1))
+        if len(old) != len(rows) or self._columns(old) != self._columns(self.rows):
+            self.virtual_size = Size(0, len(rows))
+            self.refresh()
+            return
+        for i, (a, b) in enumerate(zip(old, self.rows, strict=True)):
+            if a != b:
+                self.refresh_line(i)
+
+    def _columns(self, rows: Sequence[Bar]) -> tuple[int, int]:
+        name, text = (max((len(getattr(row, k)) for row in rows), default=0) for k in ("name", "text"))
+        return min(name, max(LEAST, self.scrollable_content_region.width - text - RAIL - 3)), text
+
+    def render_line(self, y: int) -> Strip:
+        width, index = self.scrollable_content_region.width, y + int(self.scroll_offset.y)
+        style = {k: self.get_component_rich_style(f"bars--{k}") for k in ("now", "base", "mark", "text", "strong")}
+        if not self.rows and y == 0:
+            return Strip([Segment(self.wait[:width], style["base"])]).adjust_cell_length(width, self.rich_style)
+        if index >= len(self.rows) or width < 4:
+            return Strip.blank(width, self.rich_style)
+        row = self.rows[index]
+        names, texts = self._columns(self.rows)
+        rail = width - names - texts - 3
+        if rail < 4:
+            texts, rail = max(0, width - names - 2), 0
+        text = style["strong" if row.strong else "text"]
+        segments = [Segment(f" {row.name[:names]:{names}} ", text)]
+        segments += self._bar(row, rail, style)
+        segments.append(Segment(f" {row.text[:texts]:>{texts}}", text))
+        strip = Strip(segments).adjust_cell_length(width, self.rich_style)
+        if self.cursor and index == self.at and self.has_focus:
+            cursor = self.get_component_rich_style("bars--cursor")
+            strip = strip.apply_style(type(cursor)(bgcolor=cursor.bgcolor, bold=True))
+        return strip
+
+    def _bar(self, row: Bar, width: int, style: dict[str, Any]) -> list[Segment]:
+        if width <= 0:
+            return []
+        plain = bool(getattr(self.app, "plain", False))
+        cells: list[tuple[str, Any]] = [(" ", style["text"])] * width
+        behind = round(min(1.0, max(0.0, row.before)) * width)
+        for i in range(behind):
+            cells[i] = ("." if plain else "░", style["base"])
+        eighths = round(min(1.0, max(0.0, row.share)) * width * 8)
+        for i in range(eighths // 8):
+            cells[i] = ("#" if plain else "█", style[row.role])
+        if eighths % 8 and eighths // 8 < width and not plain:
+            cells[eighths // 8] = (EIGHTHS[eighths % 8], style[row.role])
+        if row.mark is not None and 0 <= row.mark <= 1:
+            cells[min(width - 1, int(row.mark * width))] = ("|" if plain else "┃", style["mark"])
+        return [Segment(letter, one) for letter, one in cells]
+
+    def action_go(self, by: int) -> None:
+        if not self.rows:
+            return
+        if not self.cursor:
+            self.scroll_relative(y=by, animate=False)
+            return
+        self.choose(min(len(self.rows) - 1, max(0, self.at + by)))
+
+    def choose(self, index: int) -> None:
+        """Puts the cursor on a row."""
+        self.refresh_line(self.at)
+        self.at = index
+        self.refresh_line(index)
+        self.scroll_to_region(Region(0, index, 1, 1), animate=False)
+        self.post_message(self.Chosen(self, index))
+
+    def on_click(self, event: events.Click) -> None:
+        index = event.y - self.gutter.top + int(self.scroll_offset.y)
+        if self.cursor and 0 <= index < len(self.rows):
+            self.choose(index)
+
+    def action_copy(self) -> None:
+        table = "".join(f"{row.name}\t{row.share:.6g}\t{row.text}\n" for row in self.rows)
+        self.app.copy_to_clipboard(table)
+        self.notify("copied the table", timeout=2)
