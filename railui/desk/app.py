@@ -25,11 +25,12 @@ from railui.desk.look import Case
 from railui.desk.messages import Offered
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.design import DesignPanel
+from railui.desk.panels.optimise import OptimisePanel
 from railui.files.problems import FileProblems, Problem
 from railui.files.yaml12 import load as load_yaml
 
 SMALLEST = (60, 18)
-PANELS = {"design": ("f2", "Design"), "campaign": ("f3", "Campaign")}
+PANELS = {"design": ("f2", "Design"), "campaign": ("f3", "Campaign"), "optimise": ("f4", "Optimise")}
 
 
 class Tabs(Static):
@@ -89,6 +90,7 @@ class Desk(App[None]):
         with ContentSwitcher(initial="design"):
             yield DesignPanel(id="design")
             yield CampaignPanel(id="campaign")
+            yield OptimisePanel(id="optimise")
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
@@ -119,9 +121,14 @@ class Desk(App[None]):
     def open(self, path: Path) -> None:
         """Opens a design in the form, a campaign in its panel; faults of the file are shown where they stand."""
         try:
-            if is_campaign(path):
+            kind = kind_of(path)
+            if kind == "campaign":
                 self.query_one(CampaignPanel).open(path)
                 self.action_panel("campaign")
+                return
+            if kind == "study":
+                self.query_one(OptimisePanel).open(path)
+                self.action_panel("optimise")
                 return
             draft = Draft.load(path)
         except FileProblems as error:
@@ -173,6 +180,17 @@ class Desk(App[None]):
                 f"{draft.name}{' ●' if draft.dirty else '  '}", layout=draft.name != self._shown
             )
             self._shown = draft.name
+
+        panel = self.query_one(OptimisePanel)
+        if draft is not None and draft.design.kind == "bogie":
+            panel.begin(draft.design, self.query_one(DesignPanel).case)
+
+    @on(OptimisePanel.Wished)
+    def _wished(self) -> None:
+        draft = self.query_one(DesignPanel).draft
+        if draft is not None:
+            self.query_one(OptimisePanel).take_design(draft.design)
+            self.notify(f"the plan varies {draft.name} as it is now", timeout=3)
 
     @on(Offered)
     def _offered(self, event: Offered) -> None:
@@ -273,15 +291,16 @@ class Desk(App[None]):
         self._close_messages_no_wait()
 
 
-def is_campaign(path: Path) -> bool:
-    """Is this a campaign: a directory, or a file with runs?"""
+def kind_of(path: Path) -> str:
+    """Which of our files this is: a campaign (a directory, or it has runs), a study (it has variables), a design."""
     if path.is_dir():
-        return True
+        return "campaign"
     try:
-        document = load_yaml(path)
+        value = load_yaml(path).value
     except (FileProblems, OSError):
-        return False  # whatever it is, its faults are told when it is read
-    return isinstance(document.value, dict) and "runs" in document.value
+        return "design"  # whatever it is, its faults are told when it is read
+    keys = value if isinstance(value, dict) else {}
+    return "campaign" if "runs" in keys else "study" if "variables" in keys else "design"
 
 
 def run(path: Path | None = None, *, plain: bool = False) -> int:

@@ -9,12 +9,13 @@ from typing import Any
 
 from railui.files.design import Design, load_design
 from railui.files.edit import edit_file
-from railui.files.parameters import FORMS, PARAMETERS, SETTINGS, Parameter, settings_of
+from railui.files.parameters import PARAMETERS, SETTINGS, Parameter, settings_of
 from railui.files.placed_effects import PlacedEffect
-from railui.files.saving import flow, save_design
+from railui.files.saving import save_design
 from railui.files.writing import sha256_file
 from railui.files.yaml12 import parse, read_text
 
+GROUPS = ("vehicle", "contact", "effects")  # the order of the form
 DECADE = 10.0  # from this ratio of its ends on a range is walked in its logarithm
 
 
@@ -45,6 +46,12 @@ class Field:
     changed: bool
     source: str
     choices: tuple[str | bool, ...] = ()
+    title: str = ""
+
+    @property
+    def name(self) -> str:
+        """What its line is called."""
+        return self.title or self.path.rpartition(".")[2].replace("_", " ")
 
     @property
     def group(self) -> str:
@@ -211,11 +218,8 @@ class Draft:
     def fields(self) -> Iterator[Field]:
         """Every parameter of the design, in the order of the form."""
         design = self.design
-        yield from (self._number(p) for p in FORMS[design.kind] if not p.path.startswith("contact"))
-        yield from (self._number(p) for p in FORMS[design.kind] if p.path.startswith("contact"))
-        for path in design.paths():
-            if path.startswith("effects."):
-                yield self._number(design.parameter(path))
+        paths = sorted(design.paths(), key=lambda path: GROUPS.index(path.split(".")[0]))
+        yield from (self._number(design.parameter(path)) for path in paths)
         for path in settings_of(design.kind):
             yield self._number(PARAMETERS[path]) if path in PARAMETERS else self._word(path)
 
@@ -271,6 +275,3 @@ def _marks(source: Path | None) -> dict[str, int]:
         return {}
     findings = parse(read_text(source), str(source)).findings()
     return {path: place[0] for path, place in findings.marks.items()}
-
-
-__all__ = ["Draft", "Field", "Moved", "flow", "span"]

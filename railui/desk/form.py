@@ -139,10 +139,11 @@ Drag the slider with the mouse.
         self.base: dict[str, float] = {}
         self.at = 0
         self.gesture = 0
-        self.dragging = False
+        self.dragging, self.symbols = False, False
 
     def fill(self, rows: Sequence[Head | Field], base: dict[str, float]) -> None:
         """The lines anew; the cursor stays on its path."""
+        self.symbols = any(isinstance(row, Field) and row.symbol for row in rows)
         path, old = self.field.path if self.field else None, (self.rows, self.base)
         self.rows, self.base = list(rows), base
         lines = [i for i, row in enumerate(self.rows) if isinstance(row, Field)]
@@ -204,16 +205,17 @@ Drag the slider with the mouse.
     def _segments(self, field: Field, width: int) -> list[Segment]:
         name, value, mark = (self.get_component_rich_style(f"form--{k}") for k in ("name", "value", "mark"))
         dot = ("*" if self._plain else "●") if field.changed else " "
-        title = field.path.rpartition(".")[2].replace("_", " ")
+        title = field.name
         found = [Segment(f"{dot} ", mark)]
-        if width >= NAME + VALUE + SYMBOL + 12:
+        if width >= NAME + VALUE + SYMBOL + 12 and self.symbols:
             found.append(Segment(symbol(field.symbol)[: SYMBOL - 1].ljust(SYMBOL), mark if field.changed else name))
             names = min(NAME + 4, NAME + max(0, width - NAME - VALUE - SYMBOL - 18))
         else:
             names = min(NAME, max(8, width - VALUE - 9))
         text = value_text(field)
-        if isinstance(field.value, str) and not field.choices:
-            room = max(4, width - names - 3)
+        if isinstance(field.value, str) and (not field.choices or len(text) > VALUE):
+            names = min(names, max(8, len(title) + 2))
+            room = max(4, width - sum(len(s.text) for s in found) - names - 1)
             return [*found, Segment(title[: names - 1].ljust(names), name), Segment(text[:room], value)]
         found.append(Segment(title[: names - 1].ljust(names), name))
         found.append(Segment(text[:VALUE].rjust(VALUE), value))

@@ -45,6 +45,17 @@ class Level:
     upright: bool = False
 
 
+@dataclass(frozen=True)
+class Mark:
+    """A letter at a point, with a word beside it."""
+
+    x: float
+    y: float
+    letter: str
+    label: str = ""
+    role: str = "limit"
+
+
 @dataclass(frozen=True, eq=False)
 class Picture:
     """What a plot shows. `wait` is said where there are no lines yet."""
@@ -53,6 +64,7 @@ class Picture:
     y: Axis
     lines: Sequence[Line] = ()
     levels: Sequence[Level] = ()
+    marks: Sequence[Mark] = ()
     wait: str = ""
 
 
@@ -137,6 +149,7 @@ The mouse moves the cursor too; its wheel zooms.
         self._levels(canvas, frame, x, y)
         self._lines(canvas, frame, x, y)
         self._levels(canvas, frame, x, y, named=True)
+        self._marks(canvas, frame, x, y)
         if not bare:
             self._head(canvas, x)
         if self.cursor is not None and self.has_focus:
@@ -199,6 +212,16 @@ The mouse moves the cursor too; its wheel zooms.
                 canvas.dots(frame.left + int(column), frame.top + int(row), int(cells[row, column]), style)
         if self.plain:
             canvas.flatten()
+
+    def _marks(self, canvas: Canvas, frame: Frame, x: Scale, y: Scale) -> None:
+        for mark in self.picture.marks:
+            px, py = float(x.place(mark.x)), float(y.place(mark.y))
+            if not (0 <= px <= 1 and 0 <= py <= 1):
+                continue
+            column, row = frame.left + min(frame.width - 1, int(px * frame.width)), frame.row(py)
+            canvas.put(column, row, mark.letter, self._style(mark.role))
+            at = column + 2 if column + 2 + len(mark.label) < canvas.width else column - 1 - len(mark.label)
+            canvas.write(at, row, mark.label, self._style(mark.role))
 
     def _head(self, canvas: Canvas, x: Scale) -> None:
         """Above the picture: what the vertical axis is and what the lines are, or the values at the cursor."""

@@ -36,11 +36,16 @@ COMPARED: Final = (
 
 @dataclass
 class Stand:
-    """Where a search stands: designs evaluated, failed (by reason), and what is going on in words."""
+    """Where a search stands: designs evaluated, failed (by reason), what is going on in words.
+
+    `latest` is the generation tried last, `baseline` the judged vehicle as it is.
+    """
 
     evaluations: int = 0
     failures: Counter[str] = field(default_factory=Counter)
     doing: str = ""
+    latest: Generation | None = field(default=None, repr=False)
+    baseline: Judged | None = field(default=None, repr=False)
 
     @property
     def failed(self) -> int:
@@ -84,7 +89,7 @@ def optimise(
     ask = evaluator or in_process(jobs)
     declared = declared_values(study)
     search = _Search(study, lambda x: judge(study, cases, x, ask), report, watch)
-    baseline = search.judge(declared[None])
+    baseline = search.stand.baseline = search.judge(declared[None])
     front = search.run(declared)
 
     found, last = _front(study, front, search.judge)
@@ -160,6 +165,7 @@ class _Search:
 
     def _count(self, one: Generation) -> None:
         self.stand.evaluations += len(one.x)
+        self.stand.latest = one
         self.stand.failures.update(reason for reason in one.judged.reasons if reason)
         beyond = np.maximum(violations(self.study, one.judged), 0).sum(axis=1)
         if beyond.min() < self.least:

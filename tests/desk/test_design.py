@@ -71,8 +71,8 @@ async def test_a_wrong_number_is_told_with_its_remedy_and_changes_nothing(sit: S
         panel.query_one(Form).choose(STIFFNESS)
         await keys.type("5 kg")
         await keys.press("enter")
-        assert "N/m" in panel.trouble and not panel.draft.dirty
-        assert panel.query_one("#entry").has_focus  # what was typed is still there to mend
+        assert "N/m" in panel.side.trouble and not panel.draft.dirty
+        assert panel.side.entry.has_focus  # what was typed is still there to mend
         await keys.press("escape")
         assert panel.query_one(Form).has_focus
 
@@ -136,5 +136,5 @@ async def test_no_size_is_too_small_or_too_large(sit: Sitting, bogie: Path, size
         await keys.pilot.resize_terminal(10, 4)
         await keys.pilot.resize_terminal(*size)
         await keys.settle()
-        shown = [plot for plot in keys.desk.query(Plot) if plot.display]
+        shown = [plot for plot in keys.desk.query_one(DesignPanel).query(Plot) if plot.display]
         assert 1 <= len(shown) <= 6

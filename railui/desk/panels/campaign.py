@@ -21,7 +21,7 @@ from textual.widgets import Static
 from railui.desk.axis import Axis
 from railui.desk.bars import Bar, Bars
 from railui.desk.dialogs import Name
-from railui.desk.form import pretty
+from railui.desk.form import pretty, symbol
 from railui.desk.messages import Done, Failed, Line, Offered, Showed
 from railui.desk.panels.common import titled
 from railui.desk.plot import Line as Curve
@@ -317,13 +317,14 @@ the form, `w` writes what `railui loop` writes.
         if turn is None or campaign is None:
             self._show_moving([])
             return
-        rows = []
+        rows, narrow = [], self.query_one("#errors").size.width < NARROW
         for path, value, rho in zip(turn.paths, turn.values, turn.rho, strict=True):
             unit = self._unit(path)
             declared = campaign.design.values.get(path)
             moved = f"{100 * (value / declared - 1):+.0f} %" if declared else ""
             told = f"{pretty(display(float(value), unit, 3)):>14} {moved:>7}"
-            rows.append(Bar(_short(path), abs(float(rho)), told))
+            short = symbol(PARAMETERS[path].symbol) if narrow and path in PARAMETERS else _short(path)
+            rows.append(Bar(short, abs(float(rho)), told))
         self._show_moving(rows)
 
     def _show_moving(self, rows: list[Bar]) -> None:
@@ -354,12 +355,15 @@ the form, `w` writes what `railui loop` writes.
         self.drawn = time.monotonic()
         ranked = sorted(self.seen.values(), key=lambda s: -signed(s))[:SHOWN]
         least = min(self.refits.values(), default=1.0)
-        rows = []
+        rows, narrow = [], self.query_one("#ranking").size.width < NARROW
         for one in ranked:
             rss = self.refits.get(one.candidate)
             told = f"{one.rho:+.3f}" + ("         " if rss is None else f"  x{min(rss / least, 999.9):6.2f}")
             best = rss is not None and rss <= least
-            rows.append(Bar(_named(one.candidate), signed(one), told, strong=best, role="now" if rss else "base"))
+            told = told[:6] if narrow else told
+            rows.append(
+                Bar(_named(one.candidate, narrow), signed(one), told, strong=best, role="now" if rss else "base")
+            )
         ranking = self.query_one("#ranking", Bars)
         ranking.show(rows)
         titled(ranking, sub="rho, misfit over the best" if self.refits else "rho" if rows else "")
@@ -488,9 +492,10 @@ def _short(path: str) -> str:
     return f"{name.replace('_', ' ')} {which}".strip()
 
 
-def _named(candidate: Any) -> str:
+def _named(candidate: Any, narrow: bool = False) -> str:
     which = f" {candidate.wheelset}" if candidate.wheelset else ""
-    return f"{candidate.kind.replace('_', ' ')}, {candidate.at.replace('_', ' ')}{which}"
+    words = [word[:3] if narrow else word for word in candidate.at.split("_")]
+    return f"{candidate.kind.replace('_', ' ')}, {' '.join(words)}{which}"
 
 
 def _series_picture(closed: Closed, channel: str) -> Picture:

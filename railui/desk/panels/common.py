@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from textual.containers import Grid
 from textual.widget import Widget
+
+WIDE, HIGH = 44, 11  # cells that a picture wants
 
 
 def titled(widget: Widget, title: str | None = None, sub: str | None = None) -> None:
@@ -11,3 +16,17 @@ def titled(widget: Widget, title: str | None = None, sub: str | None = None) -> 
         widget.border_title = title
     if sub is not None and (widget.border_subtitle or "") != sub:
         widget.border_subtitle = sub
+
+
+def arranged(grid: Grid, parts: Sequence[Widget], first: int, most: int = 6) -> list[Widget]:
+    """Shows as many parts of a grid as there is room for, from the chosen one on; returns those shown."""
+    columns, rows = max(1, min(3, grid.size.width // WIDE)), max(1, min(3, grid.size.height // HIGH))
+    count = min(len(parts), columns * rows, most)
+    columns = min(columns, count)
+    rows = -(-count // columns)
+    order = [parts[(first + k) % len(parts)] for k in range(len(parts))]
+    grid.styles.grid_size_columns, grid.styles.grid_size_rows = columns, rows
+    for k, part in enumerate(order):
+        part.display = k < count
+    grid.sort_children(key=lambda part: order.index(part) if part in order else len(order))
+    return order[:count]

@@ -7,32 +7,30 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
-from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Grid, Horizontal, Vertical
 from textual.events import Resize
 from textual.message import Message
-from textual.widgets import Input, Static
+from textual.widgets import Static
 
 from railui.desk.axis import Axis
 from railui.desk.dialogs import Name, Pick
-from railui.desk.draft import Draft, Field, Moved, span
-from railui.desk.form import Form, Head, pretty, range_text, value_text
+from railui.desk.draft import Draft, Field, Moved
+from railui.desk.form import Form, Head, value_text
+from railui.desk.form_side import FormSide
 from railui.desk.look import Case, Look, look
 from railui.desk.messages import Failed, Seen
-from railui.desk.panels.common import titled
+from railui.desk.panels.common import arranged, titled
 from railui.desk.plot import Picture, Plot
 from railui.desk.quality import comparison
 from railui.desk.views import VIEWS, WINDOWS
 from railui.desk.work import Latest
-from railui.files.display import display
 from railui.files.problems import FileProblems
 from railui.files.study_model import read_speed
 
-WIDE, HIGH = 44, 11  # cells that a plot wants
-EMPTY = Picture(Axis(""), Axis(""), wait="riding ...")
+EMPTY = Picture(Axis(""), Axis(""), wait="no design: ctrl+o opens one")
 CASE = ("case.track", "case.speed")
 
 
@@ -70,16 +68,10 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
         self.view = 0
         self.looks: tuple[Look, Look] | None = None
         self.latest = Latest(self, "look")
-        self.trouble = ""
 
     def compose(self) -> ComposeResult:
         with Horizontal():
-            with Vertical(id="form-side") as side:
-                side.border_title = "Design"
-                side.border_subtitle = "←→ slide · type · ⌫ base · / find"
-                yield Form(id="form")
-                yield Static(id="about")
-                yield Input(id="entry", compact=True, select_on_focus=False)
+            yield FormSide("Design", "←→ slide · type · ⌫ base · / find", id="design-form")
             with Vertical(id="answer"):
                 yield Static(id="quality")
                 with Grid(id="plots"):
@@ -87,8 +79,12 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
                         yield Plot(EMPTY, name, id=f"view{i}", window=WINDOWS.get(name, (0.0, 1.0)))
 
     def on_mount(self) -> None:
-        self.query_one("#entry").display = False
         self.query_one("#quality").border_title = "Riding quality"
+
+    @property
+    def side(self) -> FormSide:
+        """The form."""
+        return self.query_one(FormSide)
 
     # the design
 
@@ -102,11 +98,8 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
         """The form and all that is computed, anew; the last pictures stay until then."""
         if self.draft is None:
             return
-        form = self.query_one(Form)
-        base = {p: v for p, v in self.draft.base.values.items()}
-        form.fill(self._rows(self.draft), base)
-        self._about(form.field)
-        titled(self.query_one("#form-side"), f"{self.draft.name}{' ●' if self.draft.dirty else ''}")
+        self.side.fill(self._rows(self.draft), self.draft.base.values)
+        titled(self.side, f"{self.draft.name}{' ●' if self.draft.dirty else ''}")
         self.latest.ask(partial(_seen, self.draft.design, self.draft.base, self.case, self.looks))
         self.post_message(self.Changed())
 
@@ -129,32 +122,7 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
             return f"{effect.kind.replace('_', ' ')} at {effect.at.replace('_', ' ')}{which}"
         return group.removeprefix("vehicle.").replace(".", " ").replace("_", " ")
 
-    def _about(self, field: Field | None) -> None:
-        """Two lines on the parameter under the cursor."""
-        about = self.query_one("#about", Static)
-        if field is None:
-            about.update("", layout=False)
-            return
-        text = Text(no_wrap=True, overflow="ellipsis")
-        text.append(field.caption[:1].upper() + field.caption[1:], "bold")
-        if self.trouble:
-            text.append(f"\n{self.trouble}", "red")
-            about.update(text, layout=False)
-            return
-        told = [range_text(field)]
-        base = self.query_one(Form).base.get(field.path)
-        if base is not None and base != field.value:
-            told.insert(0, pretty(f"base {display(base, field.unit)}"))
-        text.append("\n" + " · ".join(t for t in told if t))
-        text.append(f"\nfrom {field.source}" if field.source else "\n", "dim")
-        about.update(text, layout=False)
-
     # what the form asks for
-
-    @on(Form.Selected)
-    def _selected(self, event: Form.Selected) -> None:
-        self.trouble = ""
-        self._about(event.field)
 
     @on(Form.Wanted)
     def _wanted(self, event: Form.Wanted) -> None:
@@ -166,48 +134,9 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
             self.draft.reset(event.path)
             self._changed()
 
-    @on(Form.Typing)
-    def _typing(self, event: Form.Typing) -> None:
-        field, entry = event.field, self.query_one("#entry", Input)
-        entry.display = True
-        entry.border_title = field.path
-        whole = event.begin or (value_text(field) if field.value is not None else "")
-        if isinstance(field.value, str | bool):
-            whole = event.begin or str(field.value).lower() if field.choices else str(field.value)
-        entry.value = whole
-        entry.focus()
-        entry.cursor_position = len(whole)
-
-    @on(Input.Submitted, "#entry")
-    def _typed(self, event: Input.Submitted) -> None:
-        field = self.query_one(Form).field
-        if field is None or self.set(field.path, _given(event.value)):
-            self._entered()
-
-    def on_key(self, event: Any) -> None:
-        if event.key == "escape" and self.query_one("#entry").has_focus:
-            event.stop()
-            self.trouble = ""
-            self._entered()
-            self._about(self.query_one(Form).field)
-
-    def _entered(self) -> None:
-        self.query_one("#entry").display = False
-        self.query_one(Form).focus()
-
-    @on(Form.Search)
-    def _search(self) -> None:
-        fields = [row for row in self.query_one(Form).rows if isinstance(row, Field)]
-        choices = [(f.path, f"{f.path:44} {f.caption}") for f in fields]
-        self.app.push_screen(Pick("Find a parameter", choices), self._found)
-
-    def _found(self, path: str | None) -> None:
-        if path is not None:
-            self.query_one(Form).choose(path)
-
     def set(self, path: str, value: Any, gesture: str = "") -> bool:
         """Another value at a path of the design or of the case; says what is wrong where it does not fit."""
-        self.trouble = ""
+        trouble = ""
         try:
             if path in CASE:
                 self._set_case(path, value)
@@ -215,13 +144,14 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
                 self.draft.set(path, value, gesture)
         except FileProblems as error:
             first = error.problems[0]
-            self.trouble = ", ".join(t for t in (first.message, first.remedy) if t)
+            trouble = ", ".join(t for t in (first.message, first.remedy) if t)
         except ValueError as error:
-            self.trouble = str(error)
-        if self.trouble:
-            self._about(self.query_one(Form).field)
+            trouble = str(error)
+        if trouble:
+            self.side.refused(trouble)
             return False
         self._changed()
+        self.side.accepted()
         return True
 
     def _set_case(self, path: str, value: Any) -> None:
@@ -255,8 +185,7 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
     @on(Failed)
     def _failed(self, event: Failed) -> None:
         titled(self.query_one("#quality"), sub="no new result")
-        self.trouble = event.text.splitlines()[0]
-        self._about(self.query_one(Form).field)
+        self.side.refused(event.text.splitlines()[0])
 
     # pictures
 
@@ -265,16 +194,8 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
 
     def _arrange(self) -> None:
         """As many pictures as there is room for, from the chosen one on."""
-        grid = self.query_one("#plots", Grid)
-        size = grid.size
-        columns, rows = max(1, min(3, size.width // WIDE)), max(1, min(2, size.height // HIGH))
-        count = min(len(VIEWS), columns * rows)
-        shown = [(self.view + k) % len(VIEWS) for k in range(count)]
-        grid.styles.grid_size_columns, grid.styles.grid_size_rows = columns, rows
-        for i in range(len(VIEWS)):
-            self.query_one(f"#view{i}").display = i in shown
-        order = sorted(range(len(VIEWS)), key=lambda i: (i - self.view) % len(VIEWS))
-        grid.sort_children(key=lambda w: order.index(int((w.id or "view0").removeprefix("view"))))
+        plots = [self.query_one(f"#view{i}") for i in range(len(VIEWS))]
+        arranged(self.query_one("#plots", Grid), plots, self.view)
 
     def action_view(self, by: int) -> None:
         self.view = (self.view + by) % len(VIEWS)
@@ -381,14 +302,6 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
         self._changed()
 
 
-def _given(text: str) -> Any:
-    """What was typed: a number where it is one, else a quantity or a word."""
-    try:
-        return float(text)
-    except ValueError:
-        return text.strip()
-
-
 def _seen(design: Any, base: Any, case: Case, last: tuple[Look, Look] | None) -> Message:
     """Looks at a design and at its base; what is known already is not computed again."""
     known = [seen for seen in last or () if seen.case == case]
@@ -401,6 +314,3 @@ def _seen(design: Any, base: Any, case: Case, last: tuple[Look, Look] | None) ->
         return same
 
     return Seen(of(design), of(base))
-
-
-__all__ = ["DesignPanel", "span"]

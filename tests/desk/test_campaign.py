@@ -1,0 +1,67 @@
+"""A day's work: a campaign is adjusted, what it lacks is traced, the design is accepted; with keys alone."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from railui.desk.bars import Bars
+from railui.desk.dialogs import Faults
+from railui.desk.panels.campaign import CampaignPanel
+from railui.desk.panels.design import DesignPanel
+from railui.files.design import load_design
+from tests.desk.conftest import REPOSITORY, Sitting
+
+pytestmark = pytest.mark.asyncio
+CAMPAIGN = REPOSITORY / "designs/campaigns/worn_axle_box"
+
+
+async def test_a_campaign_is_adjusted_traced_and_accepted_within_five_keys(sit: Sitting, tmp_path: Path) -> None:
+    mine = Path(shutil.copytree(CAMPAIGN, tmp_path / "campaign"))
+    async with sit(mine) as keys:
+        panel, design = keys.desk.query_one(CampaignPanel), keys.desk.query_one(DesignPanel)
+        await keys.pilot.press("s")
+        await keys.until(lambda: panel.turn is not None and panel.turn.iteration >= 2)
+        first = {bar.name: bar.share for bar in panel.query_one("#errors", Bars).rows}
+        assert set(first) == {"all", "e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2"}
+        await keys.until(lambda: len(panel.query_one("#ranking", Bars).rows) > 20)
+        await keys.until(lambda: panel.closed is not None, 200)
+        await keys.settle()
+        assert panel.closed is not None and panel.closed.report["verdict"] == "effect"
+        assert panel.query_one("#ranking", Bars).rows[0].name == "free play, primary lateral"
+        assert panel.totals["after"] < 0.2 * panel.totals["before"]
+        await keys.press("t")
+        assert design.draft is not None and design.draft.dirty
+        assert design.draft.design.adjustment is not None
+        # the form compares what was found with what was declared
+        assert not design.draft.base.effects and design.draft.design.effects[0].kind == "free_play"
+        await keys.press("ctrl+s")  # it has no file of its own yet
+        await keys.press("backspace")  # vehicle.yam: railui adds what is missing, and the name is free
+        await keys.press("enter")
+        assert keys.count + 1 <= 5
+    saved = load_design(
+        next(p for p in mine.iterdir() if p.name not in ("vehicle.yaml", "campaign.yaml") and p.suffix == ".yaml")
+    )
+    assert saved.adjustment is not None and saved.effects[0].kind == "free_play"
+
+
+async def test_a_loop_is_paused_and_stopped(sit: Sitting) -> None:
+    async with sit(CAMPAIGN) as keys:
+        panel = keys.desk.query_one(CampaignPanel)
+        await keys.pilot.press("s")
+        await keys.until(lambda: panel.turn is not None)
+        await keys.pilot.press("p")
+        assert panel.study is not None and panel.study.paused
+        await keys.pilot.press("k")
+        await keys.until(lambda: panel.study is None)
+        assert panel.closed is None and panel.doing == "stopped"
+
+
+async def test_a_campaign_without_its_vehicle_shows_the_fault(sit: Sitting, tmp_path: Path) -> None:
+    mine = Path(shutil.copytree(CAMPAIGN, tmp_path / "campaign"))
+    (mine / "vehicle.yaml").unlink()
+    async with sit(mine) as keys:
+        assert isinstance(keys.desk.screen, Faults)
+        assert "vehicle.yaml" in str(keys.desk.screen._text())
