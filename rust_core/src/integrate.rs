@@ -133,22 +133,27 @@ impl<P: Part> Moving<P> for General<'_> {
     }
 }
 
-/// The bogie whose rate is fused, with or without laws at the contact, with or without spin and cross-level.
-struct Fused<'a, P, const LAWS: bool, const SPIN: bool> {
+/// The bogie whose rate is fused, with or without laws at the contact, with or without spin and cross-level, with or
+/// without laws at its suspensions.
+struct Fused<'a, P, const LAWS: bool, const SPIN: bool, const PORTS: bool> {
+    group: &'a Group,
     bogie: &'a PlainBogie,
     at: usize,
     at_speed: AtSpeed<P>,
 }
 
-impl<P: Part, const LAWS: bool, const SPIN: bool> Moving<P> for Fused<'_, P, LAWS, SPIN> {
+impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Moving<P> for Fused<'_, P, LAWS, SPIN, PORTS> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
-        (6, 12)
+        (6, if PORTS { self.group.states } else { 12 })
     }
 
     #[inline(always)]
     fn rate(&mut self, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
         self.bogie.rate::<P, LAWS, SPIN>(self.at, row, &mut self.at_speed, x, dx);
+        if PORTS {
+            self.group.act::<P, true>(self.at, row, x, dx);
+        }
     }
 }
 
@@ -161,16 +166,24 @@ impl<O: Observer> Job for Run<'_, O> {
             if at >= self.live || self.cancel.load(Ordering::Relaxed) {
                 break;
             }
-            match &self.group.plain {
-                None => self.along::<P>(at, General { group: self.group, at }),
-                Some(bogie) => {
-                    let at_speed = bogie.at_speed(at, self.course.row(0)[1]);
-                    match (bogie.laws, bogie.spin || !self.course.level) {
-                        (true, true) => self.along::<P>(at, Fused::<P, true, true> { bogie, at, at_speed }),
-                        (false, true) => self.along::<P>(at, Fused::<P, false, true> { bogie, at, at_speed }),
-                        (_, false) => self.along::<P>(at, Fused::<P, true, false> { bogie, at, at_speed }),
-                    }
-                }
+            let group = self.group;
+            let Some(bogie) = &group.plain else {
+                self.along::<P>(at, General { group, at });
+                continue;
+            };
+            let at_speed = bogie.at_speed::<P>(at, self.course.row(0)[1]);
+            let (laws, spin, ports) = (bogie.laws, bogie.spin || !self.course.level, !group.forces.is_empty());
+            macro_rules! fused {
+                ($laws:literal, $spin:literal, $ports:literal) => {
+                    self.along::<P>(at, Fused::<P, $laws, $spin, $ports> { group, bogie, at, at_speed })
+                };
+            }
+            match (laws, spin, ports) {
+                (true, _, true) => fused!(true, true, true),
+                (false, _, true) => fused!(false, true, true),
+                (true, true, false) => fused!(true, true, false),
+                (false, true, false) => fused!(false, true, false),
+                (_, false, false) => fused!(true, false, false),
             }
         }
     }

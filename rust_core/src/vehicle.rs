@@ -266,7 +266,7 @@ impl Structure {
         for (i, placed, range) in self.acting() {
             self.place(&mut group, &vehicles, &ones, i, placed, range)?;
         }
-        if self.kind == "bogie" && group.forces.is_empty() && group.inputs.is_empty() && group.states == 12 {
+        if self.kind == "bogie" && n == 6 && group.inputs.is_empty() {
             group.plain = Self::plain(&group, &vehicles, &ones);
         }
         group.readings =
@@ -277,7 +277,7 @@ impl Structure {
         Ok(group)
     }
 
-    /// The fused bogie where nothing but one whole saturation and one whole flange acts at each wheelset.
+    /// The fused bogie where nothing but one whole saturation and one whole flange acts at the contact of each wheelset.
     fn plain(group: &Group, vehicles: &[&Assembly], ones: &[&Single<'_>]) -> Option<PlainBogie> {
         let one_of =
             |laws: &[PlacedLaw], law: Law| laws.is_empty() || (laws.len() == 1 && laws[0].law == law && laws[0].whole);
@@ -286,6 +286,7 @@ impl Structure {
                 && one_of(&w.laws, Law::FlangeContact)
                 && w.rolls.is_empty()
                 && w.shape.is_none()
+                && w.rail.is_none()
         };
         if !group.wheelsets.iter().all(fits) {
             return None;
@@ -553,6 +554,16 @@ impl Group {
                 wheelset.add(at, &track, n, x, dx);
             }
         }
+        self.act::<P, false>(at, row, x, dx);
+        for i in 0..n {
+            dx[(n + i) & 63] = dx[(n + i) & 63] * P::load(&self.inv_mass[i], at);
+        }
+    }
+
+    /// The laws at ports: their forces added to dx[n ..], or the accelerations that they cause.
+    #[inline(always)]
+    pub fn act<P: Part, const PER_MASS: bool>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+        let n = self.dofs;
         for law in &self.forces {
             let (mut z, mut v) = (P::zero(), P::zero());
             for (i, a) in &law.row {
@@ -572,11 +583,10 @@ impl Group {
             }
             let force = P::load(&law.alpha, at) * force;
             for (i, a) in &law.row {
-                dx[(n + i) & 63] = P::load(a, at).mul_add(force, dx[(n + i) & 63]);
+                let a = P::load(a, at);
+                let a = if PER_MASS { a * P::load(&self.inv_mass[*i], at) } else { a };
+                dx[(n + i) & 63] = a.mul_add(force, dx[(n + i) & 63]);
             }
-        }
-        for i in 0..n {
-            dx[(n + i) & 63] = dx[(n + i) & 63] * P::load(&self.inv_mass[i], at);
         }
     }
 }

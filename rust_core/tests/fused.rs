@@ -70,12 +70,24 @@ fn placed(law: Law, wheelset: u8, count: usize) -> Placed {
     Placed { law, at: "contact".into(), wheelset, count }
 }
 
+fn at(at: &str, law: Law, count: usize) -> Placed {
+    Placed { law, at: at.into(), wheelset: 0, count }
+}
+
 #[test]
 fn the_fused_bogie_is_the_general_one_lane_by_lane() {
     let (creep, flange) = (Law::CreepSaturation, Law::FlangeContact);
     let both = || vec![placed(creep, 0, 1), placed(flange, 0, 2)];
     type Case = (&'static str, Vec<Placed>, &'static [f64], f64, f64);
-    let cases: [Case; 6] = [
+    let suspended = || {
+        let mut some = both();
+        some.push(at("primary_lateral", Law::FreePlay, 1));
+        some.push(at("secondary_yaw", Law::Hysteresis, 2));
+        some
+    };
+    let cases: [Case; 8] = [
+        ("friction in a linear bogie", vec![at("secondary_lateral", Law::DryFriction, 2)], &[3e3, 5e-3], 5.0, 0.0),
+        ("play and hysteresis", suspended(), &[0.2, 3e-3, 14.6e6, 3e-4, 2e6, 1e3], 5.0, 0.01),
         ("linear", vec![], &[], 0.0, 0.0),
         ("saturation and flange", both(), &[0.35, 3e-3, 14.6e6], 0.0, 0.0),
         ("full sliding", both(), &[0.04, 5e-3, 14.6e6], 0.0, 0.0),
