@@ -25,6 +25,8 @@ COMMANDS = {
     "status": "Where a running or finished study stands.",
     "capture": "Field data from a serial logger.",
     "import": "Runs and tracks from the files of test benches and recording cars.",
+    "schema": "JSON Schema of designs, campaigns and studies, for editors.",
+    "doctor": "Published values and the machine against this installation.",
     "bench": "How quick the kernel is on this machine.",
 }
 FAILED, WRONG, LATER, INTERRUPTED = 1, 2, 3, 130
