@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from railui.files.check import Anything
     from railui.report.loop import loop
+    from railui.study.assess import assess
     from railui.study.curve import curve
     from railui.study.optimise import optimise
     from railui.study.ride import ride, ride_many, simulate
@@ -15,10 +16,22 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-__all__ = ["curve", "load", "loop", "optimise", "ride", "ride_many", "simulate", "stability", "synthetic_track"]
+__all__ = [
+    "assess",
+    "curve",
+    "load",
+    "loop",
+    "optimise",
+    "ride",
+    "ride_many",
+    "simulate",
+    "stability",
+    "synthetic_track",
+]
 
 # where each name lives: read when it is asked for, so that the import is quick
 _HOMES = {
+    "assess": "railui.study.assess",
     "curve": "railui.study.curve",
     "loop": "railui.report.loop",
     "optimise": "railui.study.optimise",

@@ -19,6 +19,7 @@ COMMANDS = {
     "ride": "The riding quality of a design on a track.",
     "stability": "Modes and critical speeds of a design: linear, fold, practical.",
     "curve": "Where a design stands in a curve, and what it wears.",
+    "assess": "A track judged by the ride of a standard vehicle, worst stretches first.",
     "adjust": "Adjust a model's parameters to a measured campaign.",
     "loop": "Adjust, trace what the model lacks, add it, adjust again, report.",
     "optimise": "Search for better suspensions.",

@@ -141,11 +141,12 @@ def options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def design_argument(command: Callable[..., Any]) -> Callable[..., Any]:
     """A design and its overrides, as arguments `design` and `overrides`."""
-    command = click.argument("overrides", nargs=-1, metavar="[PATH=VALUE]...", callback=_overrides)(command)
+    command = click.argument("overrides", nargs=-1, metavar="[PATH=VALUE]...", callback=overrides_of)(command)
     return click.argument("design", metavar="DESIGN")(command)
 
 
-def _overrides(ctx: click.Context, parameter: click.Parameter, words: tuple[str, ...]) -> dict[str, str]:
+def overrides_of(ctx: click.Context, parameter: click.Parameter, words: tuple[str, ...]) -> dict[str, str]:
+    """The callback of an argument of overrides: PATH=VALUE words as a mapping."""
     found: dict[str, str] = {}
     for word in words:
         path, equals, value = word.partition("=")

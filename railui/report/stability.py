@@ -15,13 +15,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BLUE, RED, GREY, GREEN = "#0072b2", "#d55e00", "#888888", "#009e73"
-SHOWN = 4  # modes of a root locus, the least damped ones
 
 
 def draw_stability(found: Mapping[str, Any], path: str | Path) -> None:
     """Writes damping and frequency against speed and, where there is one, the bifurcation diagram (svg, png, pdf)."""
     rows = 3 if found["fold"] and found["fold"]["diagram"] else 2
-    figure, axes = _figure(rows, 2.3)
+    figure, axes = stacked(rows, 2.3)
     _damping(axes[0], axes[1], found)
     if rows == 3:
         _bifurcation(axes[2], found)
@@ -29,7 +28,7 @@ def draw_stability(found: Mapping[str, Any], path: str | Path) -> None:
         _critical(ax, found)
     axes[0].legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
     axes[-1].set_xlabel("speed [m/s]")
-    _write(figure, path)
+    write_figure(figure, path)
 
 
 def _damping(top: Axes, bottom: Axes, found: Mapping[str, Any]) -> None:
@@ -86,7 +85,7 @@ def draw_curves(cases: Sequence[Mapping[str, Any]], path: str | Path) -> None:
     """Writes displacement, angle of attack, guiding force and wear number against radius (svg, png, pdf)."""
     drawn = [case for case in cases if case["displacement"] is not None]
     radii = np.array([abs(case["radius"]) for case in drawn])
-    figure, axes = _figure(4, 1.7)
+    figure, axes = stacked(4, 1.7)
     for ax, key, factor, label in (
         (axes[0], "displacement", 1e3, "e [mm]"),
         (axes[1], "angle_of_attack", 1e3, "angle of attack [mrad]"),
@@ -103,10 +102,11 @@ def draw_curves(cases: Sequence[Mapping[str, Any]], path: str | Path) -> None:
     axes[3].set_ylabel("wear number [N]")
     axes[3].set_xlabel("radius [m]")
     axes[0].legend(frameon=False, fontsize=8, ncols=4, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
-    _write(figure, path)
+    write_figure(figure, path)
 
 
-def _figure(rows: int, high: float) -> tuple[Figure, list[Axes]]:
+def stacked(rows: int, high: float) -> tuple[Figure, list[Axes]]:
+    """Axes below each other over one abscissa, each so high [inch]."""
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -116,7 +116,8 @@ def _figure(rows: int, high: float) -> tuple[Figure, list[Axes]]:
         return figure, list(np.atleast_1d(axes))
 
 
-def _write(figure: Figure, path: str | Path) -> None:
+def write_figure(figure: Figure, path: str | Path) -> None:
+    """Writes a figure as its name says; ValueError for a kind that is none of svg, png, pdf."""
     import matplotlib
 
     with matplotlib.rc_context(STYLE):

@@ -1,0 +1,160 @@
+"""A track judged by what a standard vehicle does on it: stretch by stretch, worst first."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal, stats
+
+from railui.study.comfort_point import COACH, coach, comfort_sections
+from railui.study.model import Model
+from railui.study.ride import Given, TrackGiven, model_of, road_of
+from railui.study.road import Road
+from railui.study.score import CLASSES, FLOOR_OF_FRAME, riding_quality
+from railui.track import Track
+
+Floats = NDArray[np.float64]
+
+STRETCH: Final = 200.0  # m, as the quality of a line is usually told
+GEOMETRY: Final = (3.0, 25.0)  # m, wavelength range D1 of EN 13848, by which maintenance is ordered today
+KEPT: Final = (
+    *("score", "class", "decided_by", "comfort_hours", "weighted_acceleration", "weighted_acceleration_1974", "wz"),
+    *("flange_fraction", "flange_fractions", "flange_fraction_gaussian", "flange_margin"),
+)
+
+
+def assess(
+    track: TrackGiven,
+    design: Given,
+    speed: float | str,
+    *,
+    stretch: float = STRETCH,
+    seed: int | None = None,
+    jobs: int | None = 1,
+) -> dict[str, Any]:
+    """A track (or its spec or file) judged by the ride of a standard vehicle at a speed [m/s], worst stretch first.
+
+    stretches: from, to [m], the keys of a ride in it (score, class, decided_by, comfort, flange contact), the
+    largest displacement `largest_e` [m], and the geometry beside them, `sd_yw` [m] of waves of 3 to 25 m with its
+    place `rank_geometry` among the stretches, 1 the worst. `agreement`: Spearman's rank correlation between the
+    order by geometry and the order by ride, 1 where they are one. The vehicle rides the whole track; a stretch
+    begins with the motion that the one before it left. A last piece shorter than half a stretch belongs to the one
+    before. Raises ValueError for a stretch that is not shorter than the track, and as `ride`. Source:
+    Broersen 1976, 2.4.
+
+    >>> found = assess("erri_b176_high length=1000", "designs/test_bogie.yaml", 40.0)
+    >>> len(found["stretches"]), found["stretches"][0]["score"] <= found["stretches"][-1]["score"]
+    (5, True)
+    """
+    model, road = model_of(design), road_of(track, speed, seed)
+    cuts = _cuts(road.track, stretch)
+    ride = _Ride(model, road, jobs)
+    geometry = in_band(road.track, *GEOMETRY)
+    sd = np.array([float(geometry[a:b].std()) for a, b in cuts])
+    found = [ride.stretch(a, b) | {"sd_yw": float(g)} for (a, b), g in zip(cuts, sd, strict=True)]
+    ranks = stats.rankdata(-sd, method="min")
+    for one, rank in zip(found, ranks, strict=True):
+        one["rank_geometry"] = int(rank)
+    badness = [_badness(one) for one in found]
+    agreement = _agreement(sd, badness)
+    order = sorted(range(len(found)), key=lambda i: badness[i], reverse=True)
+    notes = list(road.laid.notes)
+    if ride.lost_at is not None:
+        notes.append(f"the vehicle left the track at s = {ride.lost_at:.5g} m: no statistics from there on")
+    notes.append("no lateral forces: score and flange contact stand for them")
+    return {
+        "track": road.laid.name,
+        "speed": road.speed,
+        "seed": road.laid.seed,
+        "stretch": stretch,
+        "comfort_point": ride.point,
+        "stretches": [found[i] for i in order],
+        "agreement": agreement,
+        "notes": notes,
+    }
+
+
+def in_band(track: Track, shortest: float, longest: float) -> Floats:
+    """Lateral deviation [m] of a track [samples], only its waves between two wavelengths [m]."""
+    n = len(track)
+    line = np.fft.rfft(signal.detrend(track.yw))
+    with np.errstate(divide="ignore"):
+        wavelength = np.where(np.arange(len(line)) > 0, n * track.spacing / np.arange(len(line)), np.inf)
+    line[(wavelength < shortest) | (wavelength >= longest)] = 0.0
+    return np.asarray(np.fft.irfft(line, n))
+
+
+def _cuts(track: Track, stretch: float) -> list[tuple[int, int]]:
+    """First and past-the-last sample of every stretch."""
+    each = round(stretch / track.spacing)
+    if not np.isfinite(stretch) or each < 10 or each >= len(track):
+        told = f"between {10 * track.spacing:g} m and the length of the track, {track.length:g} m"
+        raise ValueError(f"a stretch of {stretch:g} m cannot be: give one {told}")
+    edges = list(range(0, len(track) - each // 2, each))
+    return list(zip(edges, [*edges[1:], len(track)], strict=True))
+
+
+def _badness(one: dict[str, Any]) -> tuple[float, float, float]:
+    """What orders stretches, the largest first: class, score, flange share."""
+    return (-float(CLASSES.index(one["class"])), -float(one["score"]), float(one["flange_fraction"] or 0.0))
+
+
+def _agreement(sd: Floats, badness: list[tuple[float, float, float]]) -> float | None:
+    """Spearman's correlation of two orders; None for fewer than three stretches or where nothing differs."""
+    ranks = [sorted(badness).index(b) for b in badness]
+    if len(ranks) < 3 or len(set(ranks)) < 2 or len(set(sd.tolist())) < 2:
+        return None
+    return float(stats.spearmanr(sd, ranks).statistic)
+
+
+class _Ride:
+    """One ride over the whole track: displacements and weighted accelerations as series."""
+
+    def __init__(self, model: Model, road: Road, jobs: int | None) -> None:
+        self.model, self.road = model, road
+        vehicles, batch = model.vehicles(), model.single()
+        known = vehicles.channels(batch)
+        wheels = [c for c in known if re.fullmatch(r"e\d+", c)]
+        floors = [c for c in known if c.startswith("floor.")]
+        steps = vehicles.steps(batch, road.speed, road.speed, road.dt)[0]
+        table = road.table(model.half_wheelbase(), steps)
+        channels = [*wheels, *(floors or ["ayf"])]
+        series, lost = vehicles.simulate(batch, table, road.dt, steps, channels, jobs=jobs)
+        self.lost = int(lost[0]) if lost[0] >= 0 else len(road.track)
+        self.lost_at = road.place(self.lost) if lost[0] >= 0 else None
+        self.e, floor = series[0, : len(wheels)], series[0, len(wheels) :]
+        sections = comfort_sections(model, model.row[None], road.dt)
+        self.weighted = {name: signal.sosfilt(sos[0], floor, axis=1) for name, sos in sections.items()}
+        self.point = FLOOR_OF_FRAME if coach(model) is None else COACH
+        if floors:
+            self.point = f"the worst of {', '.join(floors)}"
+        self.clearance = model.design.value("contact.flange_clearance")
+        self.widened = np.zeros((1, len(road.track)))
+        if model.design.gauge_widens_clearance:
+            self.widened = 0.5 * road.track.gauge[None]
+
+    def stretch(self, a: int, b: int) -> dict[str, Any]:
+        """What the vehicle does between two samples."""
+        place = {"from": self.road.place(a), "to": self.road.place(b - 1)}
+        if self.lost < b:
+            lost: dict[str, Any] = dict.fromkeys(KEPT)
+            return place | lost | {
+                "score": 0.0, "class": CLASSES[0], "decided_by": "the vehicle left the track", "largest_e": None
+            }  # fmt: skip
+        e = self.e[:, a:b]
+        room = self.clearance + self.widened[:, a:b]
+        one = {
+            "mean_e": e.mean(axis=1),
+            "sd_e": (np.abs(e) - self.widened[:, a:b]).std(axis=1) if np.any(self.widened) else e.std(axis=1),
+            "flange_fractions": (np.abs(e) >= room).mean(axis=1),
+            "comfort_point": self.point,
+        }
+        for name, x in self.weighted.items():
+            one[name] = float(np.sqrt(np.mean(x[:, a:b] ** 2, axis=1)).max())
+        if "acceleration" in self.weighted:
+            one["acceleration_peak"] = float(np.abs(self.weighted["acceleration"][:, a:b]).max())
+        quality = riding_quality(one, self.model.design.riding, float(room.mean()))
+        return place | {key: quality[key] for key in KEPT} | {"largest_e": float(np.abs(e).max())}

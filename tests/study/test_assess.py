@@ -1,0 +1,87 @@
+"""Assessing a track: stretches are what a ride has in them, and the worst geometry need not be the worst ride."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from railui.cli import cli
+from railui.files.track_file import save_track
+from railui.study.assess import assess, in_band
+from railui.study.ride import ride, simulate
+from railui.track import Track, band_sd, synthetic_track
+
+HOME = Path(__file__).parents[2]
+BOGIE = HOME / "designs/test_bogie.yaml"
+
+
+def faulty_line(*faults: tuple[float, float, float, float]) -> Track:
+    """A good line with waves of a length and an amplitude between two places."""
+    good = synthetic_track("erri_b176_low", length=2000.0, seed=1)
+    yw = good.yw.copy()
+    for begin, end, wave, amplitude in faults:
+        inside = np.clip(np.minimum(good.s - begin, end - good.s) / 20.0, 0.0, 1.0)
+        yw += amplitude * inside * np.sin(2 * np.pi * good.s / wave)
+    return Track(good.s, yw, good.phiw, good.gauge)
+
+
+def test_a_stretch_has_what_the_whole_ride_does_in_it() -> None:
+    line = synthetic_track("erri_b176_high", length=1000.0, seed=3)
+    found = assess(line, BOGIE, 40.0, stretch=250.0)
+    e = np.array([simulate(BOGIE, line, 40.0, [c])[c] for c in ("e1", "e2")])
+    for one in found["stretches"]:
+        a, b = np.searchsorted(line.s, [one["from"] - 0.01, one["to"] + 0.01])
+        assert one["largest_e"] == pytest.approx(np.abs(e[:, a:b]).max(), rel=1e-9)
+        assert one["flange_fractions"] == pytest.approx((np.abs(e[:, a:b]) >= 7e-3).mean(axis=1), abs=1e-12)
+    # mean squares of equal stretches add up to that of the ride
+    rms = [one["weighted_acceleration"] for one in found["stretches"]]
+    assert np.sqrt(np.mean(np.square(rms))) == pytest.approx(ride(BOGIE, line, 40.0)["weighted_acceleration"], rel=1e-3)
+
+
+def test_the_worst_geometry_is_not_the_worst_ride() -> None:
+    # short waves that the vehicle does not follow, and smaller ones as long as it hunts
+    line = faulty_line((400.0, 600.0, 4.0, 2.5e-3), (1200.0, 1400.0, 11.1, 1.2e-3))
+    found = assess(line, BOGIE, 40.0)["stretches"]
+    assert (found[0]["from"], found[0]["rank_geometry"]) == (pytest.approx(1200.0), 2)
+    worst = next(one for one in found if one["rank_geometry"] == 1)
+    assert worst["from"] == pytest.approx(400.0)
+    assert worst["sd_yw"] > 1.5 * found[0]["sd_yw"] and worst["score"] > found[0]["score"] + 3
+
+
+def test_stretches_cover_the_track_once_and_come_worst_first() -> None:
+    found = assess(synthetic_track("fra_4", length=930.0, seed=2), BOGIE, 40.0, stretch=200.0)["stretches"]
+    along = sorted((one["from"], one["to"]) for one in found)
+    assert [round(a) for a, _ in along] == [0, 200, 400, 600, 800]
+    assert all(b + 0.1 == pytest.approx(a) for (_, b), (a, _) in pairwise(along))
+    assert along[-1][1] == pytest.approx(930.0, abs=0.2)
+    scores = [one["score"] for one in found if one["class"] == found[-1]["class"]]
+    assert scores == sorted(scores)
+
+
+def test_waves_of_a_band_have_its_standard_deviation() -> None:
+    line = synthetic_track("erri_b176_high", length=3000.0, seed=1)
+    assert in_band(line, 3.0, 25.0).std() == pytest.approx(band_sd(line, [(3.0, 25.0)])[0], rel=0.02)
+
+
+def test_a_vehicle_that_leaves_the_track_is_dangerous_from_there_on() -> None:
+    found = assess("erri_b176_high length=2000", HOME / "designs/check_bogie.yaml", 80.0)
+    assert found["stretches"][0]["class"] == "dangerous" and found["stretches"][0]["largest_e"] is None
+    assert "left the track" in " ".join(found["notes"])
+
+
+def test_the_command_tells_stretches_draws_and_is_strict(tmp_path: Path) -> None:
+    line = synthetic_track("fra_1", length=1000.0, seed=1)
+    save_track(tmp_path / "line.csv", line.s, line.yw, line.phiw, line.gauge, conventions=line.conventions)
+    words = ["assess", str(tmp_path / "line.csv"), str(BOGIE), "--speed", "60", "--json", str(tmp_path / "a.json")]
+    done = CliRunner().invoke(cli, [*words, "--figure", str(tmp_path / "a.svg"), "--strict"])
+    assert done.exit_code == 4, done.output
+    told = json.loads((tmp_path / "a.json").read_text())
+    assert {"from", "to", "score", "flange_fraction"} <= set(told["stretches"][0])
+    assert len(told["inputs"]) == 2 and (tmp_path / "a.svg").read_text().count("<svg") == 1
+    assert CliRunner().invoke(cli, [*words, "--stretch", "3 km"]).exit_code == 2
+    assert CliRunner().invoke(cli, ["assess", "fra_9", str(BOGIE), "--speed", "40"]).exit_code == 2
