@@ -9,19 +9,28 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.files.results import NUMBERS, RESULTS
+from railui.files.results import RESULTS
 from railui.study.cases import Case
+from railui.study.curve import stands_many
+from railui.study.hunting import fold_speeds
+from railui.study.linear import eigenvalues
 from railui.study.measures import n_mv, ride_value
 from railui.study.model import Model
+from railui.study.modes import damping_ratio, linear_many
 from railui.study.ride import statistics_many
 from railui.study.road import Road
 from railui.study.score import score_many
+from railui.study.stability import SPEEDS, practical
 
 Floats = NDArray[np.float64]
 Answer = Callable[[Case, Floats, Collection[str], int], "Answered"]
 
 DIVERGED: Final = "left the track"
 STIFF: Final = "too stiff to be stepped"
+UNHELD: Final = "no equilibrium in the curve"
+HIGHEST: Final = SPEEDS[-1]  # m/s up to which critical speeds are looked for
+LINEAR: Final = {"linear_critical_speed", "linear_critical_frequency", "klingel_wavelength"}
+EACH: Final = {"fold_speed", "practical_critical_speed"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,27 +122,58 @@ def _scored(model: Model, statistics: dict[str, Floats], road: Road, keys: Colle
 
 
 def stability_answers(case: Case, rows: Floats, keys: Collection[str], jobs: int) -> Answered:
-    """Stability of the linear vehicle at the case's speed."""
-    values = {"linear_damping": linear_damping(case.vehicle.model, rows, case.road.speed)}
-    return Answered({key: values[key] for key in keys}, np.ones(len(rows)), [""] * len(rows))
+    """Stability: linear_damping at the case's speed, critical speeds up to 90 m/s, which stands for none.
+
+    The critical speed in practice is that of the case's track.
+    """
+    model, asked, found = case.vehicle.model, set(keys), dict[str, Floats]()
+    if "linear_damping" in asked:
+        found["linear_damping"] = linear_damping(model, rows, case.road.speed)
+    if asked & LINEAR:
+        linear = linear_many(model, rows, [HIGHEST])
+        linear["linear_critical_speed"] = np.minimum(linear["linear_critical_speed"], HIGHEST)
+        found |= {key: linear[key] for key in asked & LINEAR}
+    if asked & EACH:
+        found |= _one_by_one(case, rows, asked & EACH, jobs)
+    return Answered(found, np.ones(len(rows)), [""] * len(rows))
+
+
+def _one_by_one(case: Case, rows: Floats, keys: Collection[str], jobs: int) -> dict[str, Floats]:
+    """What is followed vehicle by vehicle: the fold, and the critical speed in practice on the case's track."""
+    model = case.vehicle.model
+    models = [model.with_row(list(model.columns), row) for row in rows]
+    found: dict[str, Floats] = {}
+    if "fold_speed" in keys:
+        found["fold_speed"] = np.nan_to_num(fold_speeds(models, SPEEDS, jobs), nan=HIGHEST)
+    if "practical_critical_speed" in keys:
+        speeds = [practical(one, case.road.laid, SPEEDS, jobs)["speed"] for one in models]
+        found["practical_critical_speed"] = np.array([HIGHEST if speed is None else speed for speed in speeds])
+    return found
 
 
 def linear_damping(model: Model, rows: Floats, speed: float) -> Floats:
     """Damping ratio [n] of the least damped mode of linear vehicles [n, row] at a speed [m/s].
 
-    -Re(s)/abs(s) of the eigenvalue s for which it is least, whether hunting or the frame on its springs: 0
-    at the linear critical speed, negative above.
+    Whether hunting or the frame on its springs: 0 at the linear critical speed, negative above.
 
     >>> from railui.study.ride import model_of
     >>> model = model_of("designs/check_bogie.yaml")
     >>> round(float(linear_damping(model, model.row[None], 60.0)[0]), 4)  # 0.34808/abs(0.34808 + 30.17447j)
     0.0115
     """
-    roots = model.eigenvalues(speed, rows)
-    size = np.abs(roots)
-    return np.asarray(np.min(-roots.real / np.where(size > 0, size, 1.0), axis=1))
+    return np.asarray(damping_ratio(eigenvalues(model, rows, np.full(len(rows), speed))).min(axis=1))
+
+
+def curve_answers(case: Case, rows: Floats, keys: Collection[str], jobs: int) -> Answered:
+    """Where vehicles stand in the case's curve; of several wheelsets the largest magnitude counts."""
+    n = len(rows)
+    stands = stands_many(case.vehicle.model, rows, np.full(n, case.radius), np.full(n, case.cant_deficiency))
+    stood = np.isfinite(stands.wear_number)
+    many = {"displacement": stands.displacement, "angle_of_attack": stands.angle_of_attack}
+    many["guiding_force"] = stands.guiding_force
+    values = {key: np.abs(many[key]).max(axis=1) if key in many else stands.wear_number for key in keys}
+    return Answered(values, np.where(stood, 1.0, 0.0), ["" if yes else UNHELD for yes in stood])
 
 
 # a question answers its keys of many vehicles of one case
-ANSWERS: dict[str, Answer] = {"ride": ride_answers, "stability": stability_answers}
-KNOWN = tuple(key for key in NUMBERS if RESULTS[key].question == "ride" or key == "linear_damping")
+ANSWERS: dict[str, Answer] = {"ride": ride_answers, "stability": stability_answers, "curve": curve_answers}
