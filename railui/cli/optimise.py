@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from railui.files.study import Study
 
 INFEASIBLE = 4
+SAMPLES = 256  # of Sobol's, for each of the variables and two more
 
 
 @click.command("optimise")
@@ -24,13 +25,14 @@ INFEASIBLE = 4
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Spread the work: tcp://host:8786 of a dask scheduler.")
 @click.option("--choose", type=int, multiple=True, metavar="N", help="Write design N of the front as a design file.")
+@click.option("--sensitivities", is_flag=True, help="Sobol's indices of the aims over the variables' ranges, too.")
 @click.option("--unlock", is_flag=True, help="Take the directory over from a process that has ended elsewhere.")
 @click.option("--dry-run", is_flag=True, help="Tell what would be searched, and stop.")
 @options
 @click.pass_context
 def command(
-    ctx: click.Context, study: str, output: str | None, scheduler: str | None, choose: tuple[int, ...], unlock: bool,
-    dry_run: bool, call: Invocation,
+    ctx: click.Context, study: str, output: str | None, scheduler: str | None, choose: tuple[int, ...],
+    sensitivities: bool, unlock: bool, dry_run: bool, call: Invocation,
 ) -> None:  # fmt: skip
     """Search the variables of STUDY for better designs, whole generations side by side.
 
@@ -52,7 +54,14 @@ def command(
         _plan(told, where, call)
         return
     with Session(told, where, _runner(scheduler, call), unlock=unlock, say=call.say) as session:
-        found = optimise(told, jobs=call.jobs, report=call.progress, evaluator=session.evaluator, watch=session.watch)
+        found = optimise(
+            told,
+            jobs=call.jobs,
+            report=call.progress,
+            evaluator=session.evaluator,
+            watch=session.watch,
+            samples=SAMPLES if sensitivities else 0,
+        )
         call.warn(found["warnings"])
         inputs = [study, *([str(told.design.source)] if told.design.source else []), *_files(told)]
         document = call.document("optimise", found, inputs, told.method.seed)

@@ -23,6 +23,7 @@ from railui.study.pareto import by_pymoo, hypervolumes, knee
 from railui.study.ride import quality_of, statistics_many
 from railui.study.score import CLASSES
 from railui.study.search import Generation, Judge, Ranges, against, first_generation
+from railui.study.sensitivity import one_at_a_time, sobol
 from railui.track import parse_spec
 
 Floats = NDArray[np.float64]
@@ -69,6 +70,7 @@ def optimise(
     report: Callable[[str], None] = silent,
     evaluator: Evaluator | None = None,
     watch: Callable[[Stand], None] = unseen,
+    samples: int = 0,
 ) -> dict[str, Any]:
     """Searches the variables of a study (or its file) for better designs; finite values or None.
 
@@ -76,10 +78,11 @@ def optimise(
     objectives, constraints (of the worst case) and fresh (mean and sd of the objectives over 8 sets of seeds
     that the search never saw). `knee`: the index of the front's knee. `evaluations`, `failed` (designs that
     left the track or cannot be stepped), `failures` by reason, `hypervolume` after every generation, `riding`
-    before and after, `warnings`. Where no design keeps the limits pareto is empty, knee None and `closest`
-    the nearest. `seed` takes the place of the method's; `evaluator` answers instead of this process and `jobs`;
-    `report` and `watch` are told every generation. Raises FileProblems for a study that asks for what there
-    is not.
+    before and after, `sensitivities` of the knee (of the vehicle as it is where there is none) to every number
+    alone and, with `samples`, Sobol's over the ranges, `warnings`. Where no design keeps the limits pareto is
+    empty, knee None and `closest` the nearest. `seed` takes the place of the method's; `evaluator` answers
+    instead of this process and `jobs`; `report` and `watch` are told every generation. Raises FileProblems for
+    a study that asks for what there is not.
     """
     begun = time.perf_counter()
     study = load_study(study, check_track=parse_spec) if isinstance(study, str | Path) else study
@@ -96,6 +99,12 @@ def optimise(
     search.say(f"evaluating {len(found) + 1} designs again on {FRESH} sets of fresh seeds")
     fresh = fresh_objectives(study, np.vstack([declared, found]), ask)
     best = knee(last.objectives, np.array([sign(aim) for aim in study.objectives])) if len(found) else None
+    search.say("asking what the result hangs on")
+    at = declared if best is None else found[best]
+    sensitivities = {
+        "one_at_a_time": one_at_a_time(study, cases, at, ask),
+        "sobol": sobol(study, cases, ask, samples) if samples else None,
+    }
     riding = quality(cases, declared if best is None else np.stack([declared, found[best]]), jobs)
     return {
         "study": study.name,
@@ -112,6 +121,7 @@ def optimise(
         "failures": dict(sorted(search.stand.failures.items())),
         "hypervolume": hypervolumes(search.history),
         "riding": {"before": riding[0], "after": None if best is None else riding[1]},
+        "sensitivities": sensitivities,
         "warnings": remarks(study, Ranges(study.variables).unit(found), best),
         "seconds": time.perf_counter() - begun,
     }
