@@ -40,8 +40,10 @@ def command(
     found. DIR gets the study and the vehicle as they were when it began, the result, the front, a report and
     the design at the knee. Exit code 4 where no design keeps the limits.
     """
+    from railui.engine.outcome import REPORT
     from railui.engine.session import Session
     from railui.files.study import load_study
+    from railui.report.study_page import write_study_page
     from railui.study.optimise import optimise
     from railui.track import parse_spec
 
@@ -65,7 +67,7 @@ def command(
         call.warn(found["warnings"])
         inputs = [study, *([str(told.design.source)] if told.design.source else []), *_files(told)]
         document = call.document("optimise", found, inputs, told.method.seed)
-        written = session.finish(document, choose)
+        written = [*session.finish(document, choose), write_study_page(told, document, where / REPORT)]
     call.show(_table(found))
     call.say(f"wrote {', '.join(str(path) for path in written)}")
     call.emit(document)

@@ -13,12 +13,12 @@ from railui.files.design import Design
 from railui.files.display import display
 from railui.files.parameters import PARAMETERS
 from railui.files.problems import FileProblems
+from railui.files.results import NUMBERS as KNOWN
 from railui.files.results import RESULTS
 from railui.files.saving import flow, save_design
 from railui.files.study import Study, load_study
 from railui.files.units import quantity
 from railui.files.writing import write_text
-from railui.study.answers import KNOWN
 from railui.track import parse_spec
 
 FIRST: Final = ("vehicle.primary.lateral_stiffness", "vehicle.primary.longitudinal_stiffness",
