@@ -205,7 +205,7 @@ def test_optimise_leaves_study_result_and_knee(tmp_path: Path) -> None:
     assert set(found["pareto"][0]) == {"variables", "objectives", "constraints", "fresh"} == set(found["baseline"])
     assert json.loads((tmp_path / "out/result.json").read_text("utf-8")) == found
     assert {p.name for p in (tmp_path / "out").iterdir()} == set(
-        ["study.yaml", "vehicle.yaml", "result.json", "front.csv", "knee.yaml", "results.sqlite", "lock"]
+        ["study.yaml", "vehicle.yaml", "result.json", "front.csv", "knee.yaml", "report.html", "results.sqlite", "lock"]
     )
     assert run("check", *map(str, (tmp_path / "out").glob("*.yaml"))).exit_code == 0
     assert "before" in result.stderr

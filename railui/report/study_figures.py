@@ -41,10 +41,13 @@ def aims_of(points: Sequence[Report], which: str = "objectives") -> Floats:
 def fronts(report: Report) -> list[Picture]:
     """Every aim against the first, on the seeds of the search and on fresh ones."""
     count = len(report["aims"])
-    return [_front(report, j) for j in range(1, count)] if report["pareto"] else []
+    if not report["pareto"]:
+        return []
+    return [_front(report, j, near) for j in range(1, count) for near in (False, True)]
 
 
-def _front(report: Report, j: int) -> Picture:
+def _front(report: Report, j: int, near: bool) -> Picture:
+    """The front beside the vehicle as it is, or from near, by itself."""
     first, second = report["aims"][0], report["aims"][j]
     found, fresh, sd = (aims_of(report["pareto"], which) for which in ("objectives", "mean", "sd"))
     base, again = (aims_of([report["baseline"]], which) for which in ("objectives", "mean"))
@@ -53,18 +56,22 @@ def _front(report: Report, j: int) -> Picture:
         if np.isfinite(fresh).any():
             spread: dict[str, Any] = {"fmt": "none", "ecolor": "#bcd5e6", "elinewidth": 0.8, "zorder": 1}
             ax.errorbar(fresh[:, 0], fresh[:, j], xerr=sd[:, 0], yerr=sd[:, j], label="fresh seeds, ± 1 sd", **spread)
-            ax.plot(again[:, 0], again[:, j], "s", mfc="none", mec=ORANGE, ms=6, label="as it is, fresh seeds")
+            if not near:
+                ax.plot(again[:, 0], again[:, j], "s", mfc="none", mec=ORANGE, ms=6, label="as it is, fresh seeds")
         ax.plot(found[:, 0], found[:, j], "o", color=BLUE, ms=4, label="front")
         if report["knee"] is not None:
             at = found[report["knee"]]
             ax.plot(at[0], at[j], "*", color="#000000", ms=13, mec="white", mew=0.7, label="knee", zorder=5)
-        ax.plot(base[:, 0], base[:, j], "s", color=ORANGE, ms=6, label="vehicle as it is")
+        if not near:
+            ax.plot(base[:, 0], base[:, j], "s", color=ORANGE, ms=6, label="vehicle as it is")
+            ax.legend(frameon=False, fontsize=8, loc="best")
         ax.set_xlabel(_label(first))
         ax.set_ylabel(_label(second))
-        ax.legend(frameon=False, fontsize=8, loc="best")
+        ax.locator_params(axis="x", nbins=5)
 
-    words = f"{aim_words(second)} against {aim_words(first)}: the front, its knee and the vehicle as it is"
-    return drawn(f"front{j}", words, (6.2, 3.7), draw, bottom=0.5)
+    beside = "the front by itself" if near else "the front, its knee and the vehicle as it is"
+    words = f"{aim_words(second)} against {aim_words(first)}: {beside}"
+    return drawn(f"front{j}{'near' if near else ''}", words, (WIDE / 2, 3.4), draw, bottom=0.5)
 
 
 def _label(aim: Mapping[str, str]) -> str:
@@ -185,13 +192,14 @@ def shares(study: Study, report: Report, j: int) -> Picture | None:
             first, total = (0.0 if row[key][j] is None else row[key][j] for key in ("first", "total"))
             ax.barh(-i + 0.18, first, height=0.34, color=BLUE, label="alone" if i == 0 else None)
             ax.barh(-i - 0.18, total, height=0.34, color="#9ecae1", label="with all it acts with" if i == 0 else None)
-        names = [_path_words(v) for v in study.variables]
-        ax.set_yticks([-i for i in range(len(rows))], names, fontsize=7)
-        ax.yaxis.set_tick_params(pad=-2, direction="in", labelright=False)
+        for i, v in enumerate(study.variables):
+            ax.annotate(_path_words(v).replace("\n", " "), (0.005, -i + 0.39), fontsize=7.5, va="bottom")
+        ax.set_yticks([])
+        ax.set_ylim(0.75 - len(rows), 0.75)
         ax.grid(axis="y", visible=False)
         ax.set_xlim(0, 1)
         ax.set_xlabel(f"share of the variance of {aim_words(report['aims'][j])}")
         ax.legend(frameon=False, fontsize=7.5, loc="lower right")
 
     words = f"Sobol's indices of {aim_words(report['aims'][j])} over the variables"
-    return drawn(f"shares{j}", words, (WIDE / 2, 0.8 + 0.5 * len(rows)), draw)
+    return drawn(f"shares{j}", words, (WIDE / 2, 0.8 + 0.55 * len(rows)), draw)
