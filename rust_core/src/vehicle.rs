@@ -277,13 +277,14 @@ impl Structure {
         Ok(group)
     }
 
-    /// The fused bogie where nothing but one whole saturation and one whole flange acts at the contact of each wheelset.
+    /// The fused bogie where at most one saturation, whole or absent, and one flange act at the contact of each wheelset.
     fn plain(group: &Group, vehicles: &[&Assembly], ones: &[&Single<'_>]) -> Option<PlainBogie> {
-        let one_of =
-            |laws: &[PlacedLaw], law: Law| laws.is_empty() || (laws.len() == 1 && laws[0].law == law && laws[0].whole);
+        let alone = |laws: &[PlacedLaw], law: Law| laws.is_empty() || (laws.len() == 1 && laws[0].law == law);
         let fits = |w: &WheelsetLanes| {
-            one_of(&w.creeps, Law::CreepSaturation)
-                && one_of(&w.laws, Law::FlangeContact)
+            let whole = w.creeps.iter().all(|c| c.alpha.0.iter().all(|a| *a == 0.0 || *a == 1.0));
+            alone(&w.creeps, Law::CreepSaturation)
+                && whole
+                && alone(&w.laws, Law::FlangeContact)
                 && w.rolls.is_empty()
                 && w.shape.is_none()
                 && w.rail.is_none()
@@ -293,8 +294,9 @@ impl Structure {
         }
         let contact = |l: usize, i: usize| {
             let (one, lanes) = (&vehicles[l].wheelsets[i], &group.wheelsets[i]);
-            let flange = lanes.laws.first().map_or([1.0, 0.0], |f| [f.lanes[0].0[l], f.lanes[1].0[l]]);
-            let limit = lanes.creeps.first().map_or(NO_LIMIT, |c| c.lanes[0].0[l].sqrt().recip());
+            let flange = lanes.laws.first().map_or([1.0, 0.0], |f| [f.lanes[0].0[l], f.alpha.0[l] * f.lanes[1].0[l]]);
+            let creep = lanes.creeps.first().filter(|c| c.alpha.0[l] == 1.0);
+            let limit = creep.map_or(NO_LIMIT, |c| c.lanes[0].0[l].sqrt().recip());
             ContactNumbers { wheelset: *one, limit, clearance: flange[0], flange: flange[1] }
         };
         let contacts: Vec<_> = (0..LANES).map(|l| [contact(l, 0), contact(l, 1)]).collect();
@@ -378,6 +380,11 @@ impl Structure {
             whole: alpha.0.iter().all(|a| *a == 1.0),
             looks_at_speed: placed.law.looks_at_speed(),
         };
+        if alpha.is_zero() && ["contact", "track"].contains(&placed.at.as_str()) {
+            // with no amount in any lane it must not cost a digit: only its states keep their place
+            group.states += record.states * self.at_wheelsets(vehicles[0], placed).len();
+            return Ok(());
+        }
         match record.kind {
             Kind::Body => {}
             Kind::Sensor => {
