@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+ABOVE: Any = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
 BLUE, RED, GREY, GREEN = "#0072b2", "#d55e00", "#888888", "#009e73"
 
 
@@ -26,7 +28,8 @@ def draw_stability(found: Mapping[str, Any], path: str | Path) -> None:
         _bifurcation(axes[2], found)
     for ax in axes:
         _critical(ax, found)
-    axes[0].legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+    if axes[0].get_legend_handles_labels()[0]:
+        axes[0].legend(frameon=False, fontsize=8, ncols=3, **ABOVE)
     axes[-1].set_xlabel("speed [m/s]")
     write_figure(figure, path)
 
@@ -38,7 +41,7 @@ def _damping(top: Axes, bottom: Axes, found: Mapping[str, Any]) -> None:
     top.scatter(speeds, damping, s=9, c=BLUE, lw=0)
     bottom.scatter(speeds, frequency, s=9, c=BLUE, lw=0)
     if found["klingel_wavelength"]:
-        v = np.array([0.0, max(found["speeds"])])
+        v = np.array([min(found["speeds"]), max(found["speeds"])])
         bottom.plot(v, v / found["klingel_wavelength"], color=GREY, lw=0.8, ls=(0, (1, 2)))
         bottom.annotate(
             "Klingel", (v[1], v[1] / found["klingel_wavelength"]), fontsize=8, color=GREY, ha="right", va="bottom"
@@ -56,20 +59,23 @@ def _bifurcation(ax: Axes, found: Mapping[str, Any]) -> None:
         some = [(r["speed"], 1e3 * r[key]) for r in rows if r.get(key) is not None]
         return [v for v, _ in some], [a for _, a in some]
 
-    ax.plot(*line("from_below"), color=BLUE, marker="^", ms=3.5, lw=1.0, label="from a small disturbance")
+    ax.plot(*line("from_below"), color=BLUE, marker="^", ms=4.5, lw=0, label="from a small disturbance")
     ax.plot(*line("from_above"), color=RED, marker="v", ms=3.5, lw=1.2, label="hunting, followed downwards")
-    unstable = fold.get("unstable") or []
-    if unstable:
-        ax.plot(
-            [u["speed"] for u in unstable],
-            [1e3 * u["amplitude"] for u in unstable],
-            color=GREY, ls=(0, (3, 2)), lw=1.1, label="unstable cycle: beyond it a disturbance grows",
-        )  # fmt: skip
+    label: str | None = "unstable cycle: beyond it a disturbance grows"
+    for one, two in pairwise(fold["branch"]):
+        unstable = max(one["multiplier"], two["multiplier"]) > 1
+        dash: Any = (0, (3, 2)) if unstable else "-"
+        ends = [one["speed"], two["speed"]], [1e3 * one["amplitude"], 1e3 * two["amplitude"]]
+        ax.plot(*ends, color=GREY, ls=dash, lw=1.1, label=label if unstable else None, zorder=1)
+        label = None if unstable else label
     ax.axhline(1e3 * fold["clearance"], color="#bbbbbb", lw=0.8, ls=(0, (1, 2)))
-    ax.text(min(found["speeds"]), 1e3 * fold["clearance"], " flange clearance", fontsize=8, color=GREY, va="bottom")
+    ax.annotate(
+        "flange clearance", (0.01, 1e3 * fold["clearance"]), xycoords=("axes fraction", "data"), fontsize=8,
+        color=GREY, va="bottom",
+    )  # fmt: skip
     ax.set_ylim(bottom=0.0)
     ax.set_ylabel("amplitude of e [mm]")
-    ax.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+    ax.legend(frameon=False, fontsize=8, ncols=3, **ABOVE)
 
 
 def _critical(ax: Axes, found: Mapping[str, Any]) -> None:
@@ -101,7 +107,7 @@ def draw_curves(cases: Sequence[Mapping[str, Any]], path: str | Path) -> None:
     axes[3].set_ylim(bottom=0.0)
     axes[3].set_ylabel("wear number [N]")
     axes[3].set_xlabel("radius [m]")
-    axes[0].legend(frameon=False, fontsize=8, ncols=4, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+    axes[0].legend(frameon=False, fontsize=8, ncols=4, **ABOVE)
     write_figure(figure, path)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.files.placed_effects import PlacedEffect
+from railui.study.continuation import Cycle, branch
 from railui.study.model import Model
 from railui.study.modes import SLOWEST
 from railui.study.straight import Motion, Straight
@@ -24,6 +25,8 @@ PUT_ASIDE: Final = 1.5  # of the clearance: what starts hunting where anything d
 NUDGED: Final = 0.02  # of the clearance: a disturbance that every track has
 PATIENT: Final = 100e3  # m along which a small disturbance may grow
 WATCHED: Final = 8  # pieces of track in which it falls all the time, if it dies slowly
+START: Final = 3  # of the speeds near the fold, where shooting begins
+SMALLEST: Final = 0.03  # of the clearance, to which the unstable cycle is followed
 NEAR: Final = (0.0, 0.02, 0.1, 0.3, 0.7, 1.5)  # m/s above the fold where the branch is steep
 
 
@@ -46,7 +49,8 @@ class Hunting:
 
     fold [m/s]: below it hunting dies, None where none was found. hard: it jumps there to something small or to
     rest; else it dwindles, and the fold is where it no longer reaches the flanges.
-    from_above: steady motion at the speeds above the fold; from_below: what a small disturbance becomes.
+    from_above: steady motion at the speeds above the fold; from_below: what a small disturbance becomes;
+    branch: the cycle followed round the fold by shooting, stable above it, then unstable.
     """
 
     fold: float | None
@@ -54,6 +58,7 @@ class Hunting:
     from_above: Motion
     from_below: Motion
     clearance: float
+    branch: tuple[Cycle, ...] = ()
 
     def rows(self) -> list[dict[str, Any]]:
         """One row per speed: amplitude from_above and from_below [m] and the frequency of hunting [Hz]."""
@@ -119,7 +124,11 @@ def hunting(
     told("what a small disturbance becomes")
     all_speeds = np.unique([*grid, *above.speeds])
     below = _from_below(track, all_speeds, clearance)
-    return Hunting(fold, hard, above, below, clearance)
+    cycles: list[Cycle] = []
+    if hard and len(above) > START:
+        told("shooting at the unstable cycle")
+        cycles = branch(track, above.select([START]), SMALLEST * clearance, float(grid[-1]))
+    return Hunting(fold, hard, above, below, clearance, tuple(cycles))
 
 
 def fold_speeds(models: Sequence[Model], speeds: Sequence[float], jobs: int | None = None) -> Floats:

@@ -97,7 +97,14 @@ def fold_of(cycle: Hunting, rest: float | None) -> dict[str, Any]:
     if cycle.fold is not None and cycle.hard and (rest is None or rest > cycle.fold):
         band = [cycle.fold, rest]
     kind = None if cycle.fold is None else "hard" if cycle.hard else "soft"
-    return {"loss": kind, **lowest, "bistable": band, "clearance": cycle.clearance, "diagram": cycle.rows()}
+    return {
+        "loss": kind,
+        **lowest,
+        "bistable": band,
+        "clearance": cycle.clearance,
+        "diagram": cycle.rows(),
+        "branch": [one.as_dict() for one in cycle.branch],
+    }
 
 
 def practical(

@@ -72,19 +72,11 @@ class Straight:
 
     def piece(self, motion: Motion) -> Motion:
         """The motion one piece of track further on."""
-        n, names = len(motion), [*self.wheelsets, *(f"state.{i}" for i in range(self.states))]
-        fastest = float(motion.speeds.max())
-        batch = self.single.select(np.zeros(n, dtype=int))
-        batch = replace(batch, speed_scale=np.ascontiguousarray(motion.speeds / fastest))
-        slowest = float(motion.speeds.min())
+        n, slowest, fastest = len(motion), float(motion.speeds.min()), float(motion.speeds.max())
         steps = self.vehicles.steps(self.single, slowest, fastest, SPACING / slowest)[0]
-        table = self._table(steps).copy()
-        table[:, 1] = fastest
-        series, lost = self.vehicles.simulate(
-            batch.with_initial(motion.states), table, SPACING / fastest, steps, names, jobs=self.jobs
-        )
+        series, lost = self.run(motion.states, motion.speeds, self._table(steps), fastest, SPACING / fastest, steps)
         e = series[:, : len(self.wheelsets)]
-        amplitudes = np.max(_peak(e) + _peak(-e), axis=1) / 2
+        amplitudes = half_range(e)
         amplitudes[lost >= 0] = np.inf
         before = motion.amplitudes if len(motion.amplitudes) else np.full(n, np.nan)
         with np.errstate(invalid="ignore"):
@@ -92,6 +84,20 @@ class Straight:
         frequencies = _frequencies(e, SPACING / motion.speeds)
         states = np.where((lost >= 0)[:, None], 0.0, series[:, len(self.wheelsets) :, -1])
         return Motion(motion.speeds, states, amplitudes, frequencies, steady)
+
+    def run(
+        self, states: Floats, speeds: Floats, table: Floats, fastest: float, dt: float, steps: int
+    ) -> tuple[Floats, NDArray[np.int64]]:
+        """Displacements, then all states, [vehicle, channel, sample], from states [n, states] at speeds [n].
+
+        table: of level track at any speed; dt [s] between samples at the speed `fastest` [m/s].
+        """
+        names = [*self.wheelsets, *(f"state.{i}" for i in range(self.states))]
+        batch = self.single.select(np.zeros(len(speeds), dtype=int))
+        batch = replace(batch, speed_scale=np.ascontiguousarray(speeds / fastest))
+        level = table.copy()
+        level[:, 1] = fastest
+        return self.vehicles.simulate(batch.with_initial(states), level, dt, steps, names, jobs=self.jobs)
 
     def settled(self, motion: Motion, floor: float, longest: float = LONGEST) -> Motion:
         """The motion when it has become steady or died: fallen below an amplitude `floor` [m].
@@ -117,6 +123,11 @@ class Straight:
             flat = Laid(Track(SPACING * np.arange(float(places)), np.zeros(places)), STRAIGHT.name)
             self._tables[steps] = Road(flat, 1.0).table(self.model.half_wheelbase(), steps)
         return self._tables[steps]
+
+
+def half_range(e: Floats) -> Floats:
+    """Half the range [n] of displacements [n, wheelset, sample], of the wheelset that moves most."""
+    return np.asarray(np.max(_peak(e) + _peak(-e), axis=1) / 2)
 
 
 def _peak(x: Floats) -> Floats:

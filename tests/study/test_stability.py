@@ -20,6 +20,7 @@ from railui.study.linear import eigenvalues, linear_effects, state_matrices
 from railui.study.model import Model
 from railui.study.modes import critical_speeds, linear_many, modes_at, shape_in_words
 from railui.study.stability import stability
+from railui.study.straight import Motion
 
 HOME = Path(__file__).parents[2]
 CHECK = load_design(HOME / "designs/check_bogie.yaml")
@@ -185,6 +186,36 @@ def test_hunting_dies_at_the_fold_and_not_above() -> None:
     speeds = np.array([found.fold - 0.05, found.fold + 0.05])
     late = track.settled(track.let_go(speeds, at_fold), 1e-4)
     assert late.amplitudes[0] < 1e-4 < 7e-3 < late.amplitudes[1]
+
+
+def test_the_unstable_cycle_is_where_disturbances_part() -> None:
+    from railui.study.straight import Straight
+
+    model = with_effects(SLIPPERY, FLANGE)
+    found = hunting(model, [55.0, 62.0])
+    cycles = list(found.branch)
+    turn = int(np.argmin([c.speed for c in cycles[: len(cycles) // 2]]))
+    assert cycles[turn].speed == pytest.approx(found.fold, abs=0.05)  # shooting and simulation agree on the fold
+    assert all(c.multiplier < 1 for c in cycles[:turn]) and cycles[turn + 2].multiplier > 1
+    # hunting scaled down to just below and above the unstable amplitude, at a speed between
+    unstable = next(c for c in cycles[turn + 2 :] if c.speed > found.fold + 0.4)
+    track = Straight(model)
+    hunts = track.settled(Motion(np.array([unstable.speed]), found.from_above.states[:1]), 1e-3)
+    shares = np.array([0.9, 1.1]) * unstable.amplitude / hunts.amplitudes[0]
+    speeds = np.full(2, unstable.speed)
+    late = track.settled(Motion(speeds, np.ascontiguousarray(shares[:, None] * hunts.states)), 1e-3)
+    assert late.amplitudes[0] < 2e-3 and late.amplitudes[1] == pytest.approx(hunts.amplitudes[0], rel=0.02)
+
+
+def test_cooperriders_bogie_loses_stability_hard() -> None:
+    found = stability(HOME / "designs/cooperrider.yaml", [60.0, 75.0], fold=True)
+    assert found["linear_critical_speed"] == pytest.approx(68.667, abs=5e-4)
+    assert found["linear_critical_frequency"] == pytest.approx(3.998, abs=5e-4)
+    assert found["fold_speed"] == pytest.approx(66.69, abs=0.05)
+    assert found["fold"]["loss"] == "hard" and found["fold"]["bistable"][1] == pytest.approx(68.667, abs=0.01)
+    # the unstable cycle grows out of rest at the Hopf bifurcation
+    assert found["fold"]["branch"][-1]["amplitude"] < 1e-3
+    assert found["fold"]["branch"][-1]["speed"] == pytest.approx(68.667, abs=0.1)
 
 
 def test_the_fold_does_not_depend_on_where_it_was_looked_for_from() -> None:
