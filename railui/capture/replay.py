@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from railui.capture.clock import ClockFit, fit_clock
 from railui.capture.journal import NAME as JOURNAL
 from railui.capture.journal import Event, read_journal
 from railui.capture.run_files import RunFiles
-from railui.capture.segments import Assembly, Segment
+from railui.capture.segments import Assembly, Rows, Segment
 
 RAW = "raw.bin"
 PIECE = 1 << 16
@@ -30,6 +30,7 @@ class Replay:
         self.points: list[Point] = []  # boot, time of the newest sample, time here [s]
         self.anchor: tuple[float, float] | None = None  # wall clock and time here
         self.dropped = 0
+        self.watch: Callable[[Segment, Rows], None] = lambda segment, rows: None  # gets the rows as they come
         self._events: deque[Event] = deque()
         self._raw = raw.open("rb")
 
@@ -51,6 +52,7 @@ class Replay:
             self.at += len(data)
             for segment, rows in self.assembly.feed(data):
                 self.files.add(segment, rows)
+                self.watch(segment, rows)
         return False
 
     def close(self) -> None:

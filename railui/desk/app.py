@@ -24,13 +24,21 @@ from railui.desk.heartbeat import Heartbeat
 from railui.desk.look import Case
 from railui.desk.messages import Offered
 from railui.desk.panels.campaign import CampaignPanel
+from railui.desk.panels.capture import CapturePanel
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
+from railui.desk.panels.track import TrackPanel
 from railui.files.problems import FileProblems, Problem
 from railui.files.yaml12 import load as load_yaml
 
 SMALLEST = (60, 18)
-PANELS = {"design": ("f2", "Design"), "campaign": ("f3", "Campaign"), "optimise": ("f4", "Optimise")}
+PANELS = {
+    "design": ("f2", "Design"),
+    "campaign": ("f3", "Campaign"),
+    "optimise": ("f4", "Optimise"),
+    "track": ("f5", "Track"),
+    "capture": ("f6", "Capture"),
+}
 
 
 class Tabs(Static):
@@ -39,14 +47,14 @@ class Tabs(Static):
     def show(self, current: str) -> None:
         """Marks the panel that is open."""
         text = Text(no_wrap=True, overflow="ellipsis")
-        text.append(" railui ", "bold")
         for name, (key, title) in PANELS.items():
             text.append(f" {key.upper()} ", "dim")
-            text.append(f" {title} ", "bold reverse" if name == current else "")
+            text.append(title, "bold reverse" if name == current else "")
+            text.append(" ")
         self.update(text)
 
     def on_click(self, event: Click) -> None:
-        at = 8
+        at = 0
         for name, (key, title) in PANELS.items():
             wide = len(key) + len(title) + 4
             if at <= event.x < at + wide:
@@ -91,6 +99,8 @@ class Desk(App[None]):
             yield DesignPanel(id="design")
             yield CampaignPanel(id="campaign")
             yield OptimisePanel(id="optimise")
+            yield TrackPanel(id="track")
+            yield CapturePanel(id="capture")
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
@@ -161,6 +171,8 @@ class Desk(App[None]):
 
     def action_panel(self, name: str) -> None:
         self.query_one(ContentSwitcher).current = name
+        if name == "track":
+            self.query_one(TrackPanel).begin(self.query_one(DesignPanel).case.track)
         self.query_one(Tabs).show(name)
         panel = self.query_one(f"#{name}")
         first = next((w for w in panel.walk_children() if getattr(w, "can_focus", False) and w.display), None)
@@ -184,6 +196,11 @@ class Desk(App[None]):
         panel = self.query_one(OptimisePanel)
         if draft is not None and draft.design.kind == "bogie":
             panel.begin(draft.design, self.query_one(DesignPanel).case)
+
+    @on(TrackPanel.Used)
+    def _used(self, event: TrackPanel.Used) -> None:
+        if self.query_one(DesignPanel).set("case.track", event.track):
+            self.action_panel("design")
 
     @on(OptimisePanel.Wished)
     def _wished(self) -> None:
@@ -226,7 +243,24 @@ class Desk(App[None]):
         self.notify("ctrl+c copies, ctrl+q quits")
 
     async def action_quit(self) -> None:
-        self._unless_unsaved(self._leave)
+        busy = [PANELS[str(panel.id)][1] for panel in self._busy()]
+        if not busy or isinstance(self.screen, Ask):
+            self._unless_unsaved(self._leave)
+            return
+
+        def answered(answer: str | None) -> None:
+            if answer == "q":
+                self._unless_unsaved(self._leave)
+
+        told = (
+            f"{' and '.join(busy)} {'is' if len(busy) == 1 else 'are'} at work. What was evaluated or recorded is kept."
+        )
+        self.push_screen(Ask(told, {"q": "stop it and quit", "c": "stay here"}), answered)
+
+    def _busy(self) -> list[CampaignPanel | OptimisePanel | CapturePanel]:
+        """The panels in which a study runs."""
+        panels = (self.query_one(CampaignPanel), self.query_one(OptimisePanel), self.query_one(CapturePanel))
+        return [panel for panel in panels if panel.study is not None]
 
     def _unless_unsaved(self, go: Any) -> None:
         """Goes on, after asking where changes would be lost."""
@@ -253,6 +287,8 @@ class Desk(App[None]):
         state = {"theme": self.theme, "track": panel.case.track, "speed": panel.case.speed, "view": panel.view}
         if panel.draft is not None and panel.draft.file.source is not None:
             state["file"] = str(panel.draft.file.source.resolve())
+        for busy in self._busy():
+            busy.action_stop()
         if not self.plain:
             log.remember(self.state | state)
         self.exit()

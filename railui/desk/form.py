@@ -71,7 +71,7 @@ def range_text(field: Field) -> str:
         return " / ".join(str(c).lower() for c in field.choices)
     if isinstance(field.value, str):
         return ""
-    return pretty(f"{display(field.low, field.unit)} to {display(field.high, field.unit)}")
+    return pretty(f"{display(field.low, field.unit, 5)} to {display(field.high, field.unit, 5)}")
 
 
 class Form(ScrollView, can_focus=True):

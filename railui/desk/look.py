@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Final
 
@@ -13,13 +13,18 @@ from scipy import signal
 
 from railui.files.design import Design
 from railui.study.comfort_point import before, floor_of
+from railui.study.curve import curves
+from railui.study.linear import eigenvalues
 from railui.study.model import Model
+from railui.study.modes import critical_speeds, damping_ratio
 from railui.study.ride import model_of, rides, simulate
 from railui.study.road import Laid, Road, is_track_file, lay
 
 Floats = NDArray[np.float64]
 SPEEDS: Final = np.linspace(5.0, 100.0, 191)  # m/s, of the modes
 SEGMENT: Final = 10.0  # s of a periodogram
+FASTEST: Final = 150.0  # m/s up to which a critical speed is looked for
+RADII: Final = (250.0, 300.0, 400.0, 500.0, 600.0, 800.0, 1000.0, 1500.0, 2000.0, 3000.0)  # m
 LEAST: Final = 0.5  # 1/s or rad/s: a mode slower than this is none that one sees
 
 
@@ -33,7 +38,10 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """A design seen on a case. quality: as `railui ride`; arrays in SI; f [Hz] of the densities [unit^2/Hz]."""
+    """A design seen on a case. quality: as `railui ride`; arrays in SI; f [Hz] of the densities [unit^2/Hz].
+
+    guiding_force [radius, wheelset] and wear [radius] on `RADII`, None until `with_curves` has been there.
+    """
 
     design: Design
     case: Case
@@ -48,7 +56,8 @@ class Look:
     frequency: Floats
     critical_speed: float | None
     clearance: float
-    notes: tuple[str, ...] = field(default=())
+    guiding_force: Floats | None = None
+    wear: Floats | None = None
 
     @property
     def linear_damping(self) -> float:
@@ -59,11 +68,11 @@ class Look:
 @lru_cache(maxsize=4)
 def road(case: Case) -> Road:
     """The road of a case, laid once. ValueError or FileProblems where there is no such track."""
-    return Road(_laid(case.track), case.speed)
+    return Road(laid(case.track), case.speed)
 
 
 @lru_cache(maxsize=4)
-def _laid(track: str) -> Laid:
+def laid(track: str) -> Laid:
     from pathlib import Path
 
     return lay(Path(track) if is_track_file(track) else track)
@@ -76,9 +85,11 @@ def look(design: Design, case: Case) -> Look:
     series = simulate(model, way.laid, case.speed, ("e1", "e2", "ayf"))
     f, density = _densities(model, series, way.dt)
     damping, frequency = modes(model, SPEEDS)
+    critical = critical_speeds(model, model.row[None], FASTEST)[0]
     return Look(
         design, case, quality, series["t"], series["s"], {k: series[k] for k in ("e1", "e2", "ayf")}, f, density,
-        SPEEDS, damping, frequency, critical_speed(model), design.value("contact.flange_clearance"),
+        SPEEDS, damping, frequency, None if critical is None else critical.speed,
+        design.value("contact.flange_clearance"),
     )  # fmt: skip
 
 
@@ -98,29 +109,18 @@ def _densities(model: Model, series: Mapping[str, Floats], dt: float) -> tuple[F
 
 def modes(model: Model, speeds: Floats) -> tuple[Floats, Floats]:
     """Damping ratio and frequency [Hz] of the oscillating modes at speeds [speed, mode], NaN where there is none."""
-    roots = np.array([model.eigenvalues(float(v))[0] for v in speeds])
+    roots = eigenvalues(model, np.repeat(model.row[None], len(speeds), axis=0), speeds)
     swinging = roots.imag > LEAST
-    size = np.abs(roots)
-    damping = np.where(swinging, -roots.real / np.where(size > 0, size, 1.0), np.nan)
+    damping = np.where(swinging, damping_ratio(roots), np.nan)
     frequency = np.where(swinging, roots.imag / (2 * np.pi), np.nan)
-    most = int(swinging.sum(axis=1).max(initial=1))
+    most = max(1, int(swinging.sum(axis=1).max(initial=1)))
     order = np.argsort(np.where(swinging, frequency, np.inf), axis=1)[:, :most]
     return np.take_along_axis(damping, order, axis=1), np.take_along_axis(frequency, order, axis=1)
 
 
-def critical_speed(model: Model) -> float | None:
-    """The linear critical speed [m/s]: the least damped oscillation loses its damping; None below 5 and above 200."""
-
-    def growth(v: float) -> float:
-        roots = model.eigenvalues(v)[0]
-        return float(np.max(np.where(roots.imag > LEAST, roots.real, -np.inf)))
-
-    speeds = np.arange(5.0, 200.1, 5.0)
-    above = next((i for i, v in enumerate(speeds) if growth(float(v)) > 0), None)
-    if above is None or above == 0:
-        return None
-    low, high = float(speeds[above - 1]), float(speeds[above])
-    for _ in range(24):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if growth(middle) > 0 else (middle, high)
-    return high
+def with_curves(seen: Look) -> Look:
+    """The look with the design's stands in curves, which take longest."""
+    rows = curves(seen.design, RADII)
+    nothing = [np.nan] * 2
+    force = np.array([(row["guiding_force"] or nothing)[:2] for row in rows], dtype=float)
+    return replace(seen, guiding_force=force, wear=np.array([row["wear_number"] or np.nan for row in rows]))

@@ -6,7 +6,7 @@ from typing import Any
 
 from rich.text import Text
 
-from railui.desk.look import Look
+from railui.desk.look import RADII, Look
 from railui.files.display import display
 
 COLOURS = {
@@ -34,9 +34,9 @@ MORE = (
     ("sd_e1", "e₁ standard deviation", "", "m", 1),
     ("sd_e2", "e₂ standard deviation", "", "m", 1),
     ("flange_fraction_gaussian", "flange share, Gaussian", "", "%", 1),
-    ("steps", "steps per sample", "", "1", 0),
+    ("guiding_force", "guiding force, R 600 m", "", "N", 1),
 )
-NARROW, WIDE = 48, 96  # columns below which words are few, from which there are two tables
+NARROW, WIDE = 48, 92  # columns below which words are few, from which there are two tables
 
 
 def numbers(look: Look) -> dict[str, Any]:
@@ -44,7 +44,9 @@ def numbers(look: Look) -> dict[str, Any]:
     q = look.quality
     sd = q["statistics"].get("sd_e", (None, None))
     own = {"linear_critical_speed": look.critical_speed, "linear_damping": look.linear_damping}
-    own |= {"sd_e1": sd[0], "sd_e2": sd[1]}
+    own |= {"sd_e1": sd[0], "sd_e2": sd[1], "guiding_force": None}
+    if look.guiding_force is not None:
+        own["guiding_force"] = float(abs(look.guiding_force[RADII.index(600.0), 0]))
     return {key: own[key] if key in own else q.get(key) for key, *_ in (*ROWS, *MORE)}
 
 
@@ -70,13 +72,13 @@ def comparison(now: Look, base: Look, width: int) -> Text:
 def _row(text: Text, row: tuple[str, str, str, str, int], mine: Any, theirs: Any, narrow: bool) -> None:
     key, words, few, unit, sense = row
     text.append(f"{few:13}" if narrow else f"{words:22}")
-    wide = 10 if narrow else 12
+    wide = 10 if narrow else 11
     text.append(f"{_text(mine[key], unit):>{wide}}", "bold")
     if theirs is None:
-        text.append(" " * (wide + 2))
+        text.append("" if narrow else " " * (wide + 2))
         return
     told = _text(theirs[key], unit)
-    text.append(f"{told.split(' ')[0] if narrow else told:>{wide - narrow}}", "dim")
+    text.append(f"{told.split(' ')[0] if narrow else told:>{7 if narrow else wide}}", "dim")
     text.append(*_arrow(mine[key], theirs[key], sense))
 
 

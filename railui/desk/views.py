@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from railui.desk.axis import Axis
-from railui.desk.look import Look
+from railui.desk.look import RADII, Look
 from railui.desk.plot import Level, Line, Picture
 
 View = Callable[[Look, Look], Picture]
@@ -66,6 +66,17 @@ def ride(now: Look, base: Look) -> Picture:
     return Picture(Axis("s", "m"), Axis("frame y''", "m/s²"), lines)
 
 
+def curving(now: Look, base: Look) -> Picture:
+    """Guiding force on the leading wheelset in curves without cant deficiency."""
+    lines = [
+        Line(np.array(RADII), 1e-3 * look.guiding_force[:, 0], label, role)
+        for look, label, role in _both(now, base)
+        if look.guiding_force is not None
+    ]
+    y = Axis("guiding force, leading", "kN")
+    return Picture(Axis("R", "m", log=True), y, lines, wait="standing in curves ...")
+
+
 def _both(now: Look, base: Look) -> list[tuple[Look, str, str]]:
     """The base below, where it is another design."""
     first = [(base, "base", "base")] if base is not now else []
@@ -77,6 +88,7 @@ VIEWS: dict[str, View] = {
     "comfort spectrum": acceleration,
     "damping of the modes": damping,
     "displacement": series,
+    "curves": curving,
     "frequencies of the modes": frequency,
     "acceleration of the frame": ride,
 }

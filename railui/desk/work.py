@@ -24,9 +24,11 @@ class Latest:
         self.waiting: Job | None = None
         self.busy = False
 
-    def ask(self, job: Job) -> None:
-        """Asks for the message that a job makes; it is posted to the owner."""
+    def ask(self, job: Job, unless_waiting: bool = False) -> None:
+        """Asks for the message that a job makes; it is posted to the owner. `unless_waiting`: newer ones come first."""
         with self.lock:
+            if unless_waiting and self.waiting is not None:
+                return
             self.waiting = job
             if self.busy:
                 return

@@ -20,15 +20,16 @@ from railui.desk.dialogs import Name, Pick
 from railui.desk.draft import Draft, Field, Moved
 from railui.desk.form import Form, Head, value_text
 from railui.desk.form_side import FormSide
-from railui.desk.look import Case, Look, look
-from railui.desk.messages import Failed, Seen
+from railui.desk.look import Case, Look, laid, look, with_curves
+from railui.desk.messages import Done, Failed, Seen
 from railui.desk.panels.common import arranged, titled
 from railui.desk.plot import Picture, Plot
 from railui.desk.quality import comparison
 from railui.desk.views import VIEWS, WINDOWS
-from railui.desk.work import Latest
+from railui.desk.work import Latest, Study
 from railui.files.problems import FileProblems
 from railui.files.study_model import read_speed
+from railui.study.stability import stability
 
 EMPTY = Picture(Axis(""), Axis(""), wait="no design: ctrl+o opens one")
 CASE = ("case.track", "case.speed")
@@ -46,6 +47,7 @@ class DesignPanel(Vertical):
         Binding("x", "exchange", "A/B"),
         Binding("a", "add", "Effect"),
         Binding("delete", "remove", "Remove effect", show=False),
+        Binding("l", "limits", "Critical V"),
         Binding("t", "track", "Track", show=False),
         Binding("c", "copy", "Copy", show=False),
     ]
@@ -54,6 +56,7 @@ class DesignPanel(Vertical):
 Every change rides the design anew on its track and shows riding quality, spectra, modes and series beside the **base**
 (grey): the file as it was read, or what `b` made the base. `x` exchanges the two, A against B.
 `ctrl+z` undoes, `ctrl+y` does again, `ctrl+s` saves: the numbers change in the file, its comments stay.
+`l` looks for the critical speeds: linear, of the fold, in practice on this track.
 `v` shows other pictures, `a` adds an effect of the catalogue, Delete removes the one under the cursor.
 Track and speed stand on top of the form; they belong to the desk, not to the file.
 """
@@ -166,6 +169,8 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
     @on(Seen)
     def _seen_it(self, event: Seen) -> None:
         self.looks = (event.look, event.base)
+        if event.look.guiding_force is None or event.base.guiding_force is None:
+            self.latest.ask(partial(_curved, event.look, event.base), unless_waiting=True)
         quality = self.query_one("#quality", Static)
         quality.update(comparison(event.look, event.base, quality.size.width), layout=False)
         titled(quality, sub="")
@@ -223,6 +228,32 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
         if self.draft is not None:
             self.draft.exchange()
             self._changed()
+
+    def action_limits(self) -> None:
+        """Linear critical speed, the fold below which hunting dies, and the one in practice on this track."""
+        if self.draft is None:
+            return
+        design, track = self.draft.design, self.case.track
+        self.notify("looking for the fold and for the critical speed in practice", timeout=4)
+
+        def job(study: Study) -> Message:
+            return Done("limits", stability(design, fold=True, track=laid(track), told=study.checkpoint))
+
+        Study(self, "limits", job)
+
+    @on(Done)
+    def _limits(self, message: Done) -> None:
+        found = message.result
+
+        def speed(key: str) -> str:
+            return "none up to 90 m/s" if found[key] is None else f"{found[key]:.4g} m/s"
+
+        told = [
+            f"linear critical speed: {speed('linear_critical_speed')}",
+            f"fold, below which hunting dies: {speed('fold_speed')}",
+            f"in practice on {self.case.track.split()[0]}: {speed('practical_critical_speed')}",
+        ]
+        self.notify("\n".join(told), title="Critical speeds", timeout=30)
 
     def action_track(self) -> None:
         self.query_one(Form).choose("case.track")
@@ -300,6 +331,12 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
             return
         self.notify(f"saved {path}", timeout=3)
         self._changed()
+
+
+def _curved(now: Look, base: Look) -> Message:
+    """The same looks with their stands in curves."""
+    found = with_curves(now) if now.guiding_force is None else now
+    return Seen(found, found if base is now else with_curves(base) if base.guiding_force is None else base)
 
 
 def _seen(design: Any, base: Any, case: Case, last: tuple[Look, Look] | None) -> Message:
