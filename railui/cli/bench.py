@@ -9,12 +9,17 @@ from railui.cli.common import Invocation, options
 
 @click.command("bench")
 @click.option("--repetitions", type=click.IntRange(min=1), default=5, show_default=True, help="The quickest counts.")
+@click.option("--study", is_flag=True, help="What a search costs beside the kernel, instead.")
 @options
-def command(repetitions: int, call: Invocation) -> None:
+def command(repetitions: int, study: bool, call: Invocation) -> None:
     """Time the standard job, full and reduced: 64 bogies over 2 km of erri_b176_high at 40 m/s.
 
-    Nanoseconds are those of one step of one design on one thread.
+    Nanoseconds are those of one step of one design on one thread. With --study: generations of 256 designs on
+    4 cases of 1 km, searched and stored, over the bare kernel for the same rides.
     """
+    if study:
+        _overhead(call)
+        return
     from rich.table import Table
 
     from railui.study.bench import bench, told
@@ -28,3 +33,17 @@ def command(repetitions: int, call: Invocation) -> None:
         table.add_row(*row)
     call.show(table)
     call.emit(call.document("bench", found, seed=1))
+
+
+def _overhead(call: Invocation) -> None:
+    from railui.engine.overhead import overhead
+
+    call.progress("searching, and the bare kernel beside it")
+    found = overhead(call.jobs)
+    each = [1e3 * found[key] / found["generations"] for key in ("seconds", "kernel_seconds")]
+    call.show(
+        f"a generation of {found['designs']} designs on {found['cases']} cases of 1 km, {found['threads']} threads:\n"
+        f"  searched and stored  {each[0]:7.1f} ms\n  bare kernel          {each[1]:7.1f} ms\n"
+        f"  ratio                {found['ratio']:7.3f}"
+    )
+    call.emit(call.document("bench_study", found, seed=1))
