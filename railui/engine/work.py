@@ -101,7 +101,7 @@ def _do(case: Case, rows: Floats, keys: Collection[str]) -> Answered:
 def pieces(works: Iterable[Work], seconds: float, workers: int, pace: float = PACE) -> list[Work]:
     """Works cut into pieces of so many seconds, and smaller where workers would have nothing to do; full lanes."""
     whole = list(works)
-    share = sum(work.samples for work in whole) / (2 * workers)
+    share = sum(work.samples for work in whole) / (4 * workers)
     found = []
     for work in whole:
         each = len(work.case.road.track)

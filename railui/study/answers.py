@@ -30,6 +30,8 @@ STIFF: Final = "too stiff to be stepped"
 UNHELD: Final = "no equilibrium in the curve"
 HIGHEST: Final = SPEEDS[-1]  # m/s up to which critical speeds are looked for
 LINEAR: Final = {"linear_critical_speed", "linear_critical_frequency", "klingel_wavelength"}
+MOST_STEPPABLE: Final = 64  # pieces of work of which the steps are remembered
+_STEPPABLE: dict[tuple[int, float, float, bytes], tuple[Model, NDArray[np.int64], NDArray[np.int64]]] = {}
 EACH: Final = {"fold_speed", "practical_critical_speed"}
 
 
@@ -86,6 +88,16 @@ def ride_answers(case: Case, rows: Floats, keys: Collection[str], jobs: int) -> 
 
 def steppable(model: Model, rows: Floats, road: Road) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Which rows can be stepped on a road, and their steps per sample; the others are too stiff for it."""
+    key = (id(model), road.speed, road.dt, rows.tobytes())
+    known = _STEPPABLE.get(key)  # tracks and seeds ask the same
+    if known is None or known[0] is not model:
+        known = _STEPPABLE[key] = (model, *_steppable(model, rows, road))
+        for oldest in list(_STEPPABLE)[:-MOST_STEPPABLE]:
+            _STEPPABLE.pop(oldest, None)
+    return known[1:]
+
+
+def _steppable(model: Model, rows: Floats, road: Road) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     vehicles = model.vehicles()
 
     def steps(some: Floats) -> list[int]:

@@ -234,6 +234,15 @@ pub fn eigenvalues(a: DMatrix<f64>) -> Vec<(f64, f64)> {
     values
 }
 
+/// What no eigenvalue of a real matrix exceeds in magnitude: the smaller of two norms of the balanced matrix.
+pub fn radius_bound(mut a: DMatrix<f64>) -> f64 {
+    nalgebra::linalg::balancing::balance_parlett_reinsch(&mut a);
+    let largest = |sums: Vec<f64>| sums.into_iter().fold(0.0, f64::max);
+    let rows = largest(a.row_iter().map(|row| row.iter().map(|x| x.abs()).sum()).collect());
+    let columns = largest(a.column_iter().map(|column| column.iter().map(|x| x.abs()).sum()).collect());
+    rows.min(columns)
+}
+
 /// The kinds of vehicles and the numbers that each is assembled from, by their paths in a design.
 pub fn parameters(kind: &str) -> Result<&'static [&'static str]> {
     match kind {

@@ -329,23 +329,33 @@ impl Vehicle {
     }
 
     /// RK4 steps per sample that each vehicle needs between two speeds.
-    fn steps(&self, batch: Batch<'_>, slowest: f64, fastest: f64, dt: f64, limit: usize) -> PyResult<Vec<usize>> {
+    fn steps(
+        &self,
+        py: Python<'_>,
+        batch: Batch<'_>,
+        slowest: f64,
+        fastest: f64,
+        dt: f64,
+        limit: usize,
+    ) -> PyResult<Vec<usize>> {
         let rows = batch.rows()?;
-        let many = rows.of(&self.structure);
-        (0..many.count).map(|i| Ok(self.structure.steps(&many.single(i), slowest, fastest, dt, limit)?)).collect()
+        let (structure, many) = (&self.structure, rows.of(&self.structure));
+        let each = |i| structure.steps(&many.single(i), slowest, fastest, dt, limit);
+        let found: crate::error::Result<_> = py.detach(|| (0..many.count).map(each).collect());
+        Ok(found?)
     }
 
     /// Eigenvalues (real, imaginary) of each linear vehicle, without its effects but with the coach's body, at a speed
     /// times its share.
-    fn eigenvalues(&self, batch: Batch<'_>, speed: f64) -> PyResult<Vec<Vec<(f64, f64)>>> {
+    fn eigenvalues(&self, py: Python<'_>, batch: Batch<'_>, speed: f64) -> PyResult<Vec<Vec<(f64, f64)>>> {
         let rows = batch.rows()?;
-        let many = rows.of(&self.structure);
-        (0..many.count)
-            .map(|i| {
-                let one = many.single(i);
-                Ok(self.structure.assemble(&one)?.eigenvalues(speed * one.speed_scale))
-            })
-            .collect()
+        let (structure, many) = (&self.structure, rows.of(&self.structure));
+        let each = |i| {
+            let one = many.single(i);
+            Ok(structure.assemble(&one)?.eigenvalues(speed * one.speed_scale))
+        };
+        let found: crate::error::Result<_> = py.detach(|| (0..many.count).map(each).collect());
+        Ok(found?)
     }
 
     /// State matrix [vehicle, states, states] of each linear vehicle at a speed, row after row.

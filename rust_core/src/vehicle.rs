@@ -1,5 +1,7 @@
 //! A group of vehicles of one structure: the rate of change of its state.
-use crate::assemble::{Assembly, Inputs, LINKAGE, Order, OwnLaw, Row, assemble, columns, eigenvalues, parameters};
+use crate::assemble::{
+    Assembly, Inputs, LINKAGE, Order, OwnLaw, Row, assemble, columns, eigenvalues, parameters, radius_bound,
+};
 use crate::bodies::Layout;
 use crate::effects::effect::{Kind, Site, Slopes};
 use crate::effects::{Law, PlacedLaw};
@@ -219,11 +221,16 @@ impl Structure {
         let more: Vec<_> = rows.iter().map(|(row, s)| (row.as_slice(), s.stiffness, s.damping)).collect();
         let radius = |values: &[(f64, f64)]| values.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
         let mut needed: f64 = 1.0;
-        for speed in [slowest, fastest] {
-            needed = needed.max(radius(&eigenvalues(vehicle.state_matrix(speed, &[]))) * dt);
-            let steepest = radius(&eigenvalues(vehicle.state_matrix(speed, &more))).max(rate);
-            needed = needed.max(steepest * dt / (0.7 * 2.78));
+        for speed in if slowest < fastest { vec![slowest, fastest] } else { vec![slowest] } {
+            for (more, share) in [(&[][..], 1.0), (&more[..], 1.0 / (0.7 * 2.78))] {
+                let matrix = vehicle.state_matrix(speed, more);
+                // a norm that bounds the eigenvalues is 20 times cheaper, and mostly enough for one step
+                if radius_bound(matrix.clone()) * dt * share > 1.0 {
+                    needed = needed.max(radius(&eigenvalues(matrix)) * dt * share);
+                }
+            }
         }
+        needed = needed.max(rate * dt / (0.7 * 2.78));
         let steps = (needed.max(1.0).ceil() as usize).next_power_of_two();
         if steps > limit {
             let remedy = "raise the mass, soften the stiffest element or sample more often";
