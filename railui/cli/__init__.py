@@ -24,6 +24,7 @@ COMMANDS = {
     "loop": "Adjust, trace what the model lacks, add it, adjust again, report.",
     "optimise": "Search for better suspensions.",
     "status": "Where a running or finished study stands.",
+    "diff": "What differs between two designs, studies or campaigns.",
     "capture": "Field data from a serial logger.",
     "import": "Runs and tracks from the files of test benches and recording cars.",
     "schema": "JSON Schema of designs, campaigns and studies, for editors.",

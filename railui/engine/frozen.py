@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from railui.files.difference import leaves
 from railui.files.problems import FileProblems, Problem
 from railui.files.study import Study
 from railui.files.writing import finite, sha256_file
@@ -50,17 +51,3 @@ def check_same(directory: Path, begun: Mapping[str, Any], study: Study) -> None:
     remedy = f"resume with `railui optimise {directory / 'study.yaml'}`, or choose another directory with -o"
     what = f"was begun with another configuration ({'; '.join(told)}{more})"
     raise FileProblems([Problem(str(directory), 0, 0, "", what, remedy)])
-
-
-def leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    """The numbers and words of nested data, each with its dotted name.
-
-    >>> dict(leaves({"a": [1, {"b": "c"}]}))
-    {'a.0': 1, 'a.1.b': 'c'}
-    """
-    inner = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list) else None
-    if inner is None:
-        yield name, value
-        return
-    for key, item in inner:
-        yield from leaves(item, f"{name}.{key}" if name else str(key))
