@@ -25,6 +25,7 @@ PUT_ASIDE: Final = 1.5  # of the clearance: what starts hunting where anything d
 NUDGED: Final = 0.02  # of the clearance: a disturbance that every track has
 PATIENT: Final = 100e3  # m along which a small disturbance may grow
 WATCHED: Final = 8  # pieces of track in which it falls all the time, if it dies slowly
+DWINDLES: Final = 0.7  # of the fold, to which hunting that dwindles is shown
 START: Final = 3  # of the speeds near the fold, where shooting begins
 SMALLEST: Final = 0.03  # of the clearance, to which the unstable cycle is followed
 NEAR: Final = (0.0, 0.02, 0.1, 0.3, 0.7, 1.5)  # m/s above the fold where the branch is steep
@@ -116,8 +117,10 @@ def hunting(
             last = first.select(alive).select([int(touching[0])])
             end = _followed(track, last, float(end.speeds[0]), clearance)
         fold = float(end.speeds[0]) if hard or touching.size else None
-        near = [v for v in end.speeds[0] + np.array(NEAR) if v <= grid[-1]]
-        start = _nearest(first.select(alive), end, np.array([*near, *grid[grid > end.speeds[0]]]))
+        lowest_shown = end.speeds[0] if hard else DWINDLES * end.speeds[0]
+        near = end.speeds[0] + np.concatenate([NEAR, [] if hard else -np.array(NEAR[1:])])
+        shown = np.array([*near[near <= grid[-1]], *grid[grid > lowest_shown]])
+        start = _nearest(first.select(alive & (first.speeds > end.speeds[0])), end, shown)
         above = track.settled(start, LARGE * clearance if hard else GONE * clearance)
     if not diagram:
         return Hunting(fold, hard, above, empty, clearance)

@@ -88,11 +88,10 @@ def stability(
 def fold_of(cycle: Hunting, rest: float | None) -> dict[str, Any]:
     """What is told of the fold: how hunting dies there, and the band in which it and rest are both stable."""
     lowest: dict[str, float | None] = {"amplitude": None, "frequency": None}
-    if len(cycle.from_above):
-        lowest = {
-            "amplitude": float(cycle.from_above.amplitudes[0]),
-            "frequency": float(cycle.from_above.frequencies[0]),
-        }
+    if cycle.fold is not None:
+        k = int(np.argmin(np.abs(cycle.from_above.speeds - cycle.fold)))
+        lowest["amplitude"] = float(cycle.from_above.amplitudes[k])
+        lowest["frequency"] = float(cycle.from_above.frequencies[k])
     band = None
     if cycle.fold is not None and cycle.hard and (rest is None or rest > cycle.fold):
         band = [cycle.fold, rest]
