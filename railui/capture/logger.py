@@ -67,6 +67,7 @@ class Logger:
     drift: float = 0.0
     start: int = 0
     device: str = "railui demo"
+    hello_every: float = HELLO_EVERY
     truth: Truth = field(default_factory=Truth)
 
     def __post_init__(self) -> None:
@@ -96,7 +97,7 @@ class Logger:
 
     def sent(self) -> Iterator[tuple[float, bytes]]:
         """(when [s], bytes) in order, faults included; b"" is the cable that is pulled out and put in again."""
-        f, told, state = self.faults, -HELLO_EVERY, -STATUS_EVERY
+        f, told, state = self.faults, -self.hello_every, -STATUS_EVERY
         once = {name: getattr(f, name) for name in ("restart", "relayout", "unplug", "pause", "huge_hello", "garble")}
         garbled, origin = False, self.start
         first = 0
@@ -107,10 +108,10 @@ class Logger:
                 del once[name]
                 if name == "restart":
                     self._restart()
-                    origin, told = -round(when * 1e6), -HELLO_EVERY
+                    origin, told = -round(when * 1e6), -self.hello_every
                 elif name == "relayout":
                     self._lay_out([replace_name(c) if i else c for i, c in enumerate(self.channels[:-1])])
-                    told = -HELLO_EVERY
+                    told = -self.hello_every
                 elif name == "unplug":
                     self.truth.unplugged += 1
                     yield when, b""
@@ -121,7 +122,7 @@ class Logger:
                     yield when, self._huge()
                 elif name == "garble":
                     garbled = True
-            if when - told >= HELLO_EVERY:
+            if when - told >= self.hello_every:
                 told = when
                 yield from self._leave(when, self._hello(), garbled, spare=True)
             micros = origin + round(when * 1e6 * (1.0 + self.drift))
@@ -160,9 +161,10 @@ class Logger:
         self._lay_out(self._now)
 
     def _hello(self) -> bytes:
+        """A hello with a delimiter ahead of it: junk on the line before it costs nothing then."""
         if self.form == "text":
-            return text.hello(self._number, self._hello_text)
-        return wire.hello(self._number, self._body)
+            return self._end() + text.hello(self._number, self._hello_text)
+        return self._end() + wire.hello(self._number, self._body)
 
     def _huge(self) -> bytes:
         """A hello that claims far more channels than it names, with a CRC that fits."""
@@ -212,8 +214,8 @@ def damaged(frame: bytes, random: np.random.Generator, end: bytes = wire.DELIMIT
             del body[max(at, 1) :]
         else:
             body[at : at + 8] = random.bytes(min(8, len(body) - at))
-    body = bytearray(b for b in body if b != end[0])
-    return bytes(body or b"\x01") + end
+        body = bytearray(b for b in body if b != end[0]) or bytearray(b"\x01")
+    return bytes(body) + end
 
 
 class Terminal:
@@ -239,20 +241,28 @@ class Terminal:
         os.close(self.slave)
         os.close(self.master)
 
-    def await_reader(self) -> None:
-        """Returns once somebody has opened the port and set it up; what was there before is thrown away then."""
+    def await_reader(self, delimiter: bytes) -> None:
+        """Returns once somebody has opened the port, set it up and reads: it takes two delimiters.
+
+        What is there while a port is opened is thrown away, so the first may be lost.
+        """
         own = termios.tcgetattr(self.slave)
         while termios.tcgetattr(self.slave) == own:
             time.sleep(0.02)
-        time.sleep(0.2)
+        for _ in range(2):
+            self.write(delimiter)
+            time.sleep(0.05)
+            while self.unread():
+                time.sleep(0.02)
+
+    def unread(self) -> int:
+        """Bytes that wait for the reader."""
+        return int.from_bytes(fcntl.ioctl(self.slave, termios.FIONREAD, bytes(4)), sys.byteorder)
 
     def await_empty(self, seconds: float = 5.0) -> None:
         """Gives the reader so much time to take what was written."""
         until = time.monotonic() + seconds
-        while time.monotonic() < until:
-            waiting = fcntl.ioctl(self.slave, termios.FIONREAD, b"\0\0\0\0")
-            if not int.from_bytes(waiting, sys.byteorder):
-                break
+        while time.monotonic() < until and self.unread():
             time.sleep(0.02)
 
     def write(self, data: bytes) -> None:

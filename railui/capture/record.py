@@ -42,19 +42,19 @@ class Recorder:
         self._stop = threading.Event()
         self.replay = Replay(directory / RAW, directory)
         self._note("open", port=port, baud=baud, **wall_clock())
-        self._thread = threading.Thread(target=self._listen, name="link", daemon=True)
+        self._threads = [
+            threading.Thread(target=work, name=work.__name__, daemon=True) for work in (self._listen, self._keep_safe)
+        ]
 
     def run(self, seconds: float | None = None) -> Iterator[Replay]:
         """Records until `stop`, or for so many seconds; yields four times a second for whoever watches."""
-        begun = synced = time.monotonic()
-        self._thread.start()
+        begun = time.monotonic()
+        for thread in self._threads:
+            thread.start()
         try:
             while not self._stop.is_set() and (seconds is None or time.monotonic() - begun < seconds):
                 self._stop.wait(FLUSH if seconds is None else min(FLUSH, max(begun + seconds - time.monotonic(), 0)))
                 self._decode()
-                if time.monotonic() - synced >= SYNC:
-                    synced = time.monotonic()
-                    self._sync()
                 yield self.replay
         finally:
             self._finish()
@@ -152,6 +152,11 @@ class Recorder:
         self.replay.highest_queue = max(self.replay.highest_queue, size - self.replay.at)
         self.replay.step(size)
 
+    def _keep_safe(self) -> None:
+        """Once a second on the disk for good: a thread of its own, because a busy disk takes its time."""
+        while not self._stop.wait(SYNC):
+            self._sync()
+
     def _sync(self) -> None:
         for sync in (lambda: os.fsync(self._raw), self._journal.sync, self.replay.files.sync):
             try:
@@ -161,7 +166,8 @@ class Recorder:
 
     def _finish(self) -> None:
         self._stop.set()
-        self._thread.join(timeout=5.0)
+        for thread in self._threads:
+            thread.join()
         if self._port is not None:
             self._port.close()
         self._store(b"")

@@ -30,11 +30,14 @@ RATE = 200.0  # samples per second of the demo
 @click.option("--text", is_flag=True, help="Lines of text instead of binary frames.")
 @click.option("--noise", default=1.0, show_default=True, type=click.FloatRange(0), help="Times the usual noise.")
 @click.option("--misbehave", metavar="NAME=VALUE,...", default="", help="drop=0.01,damage=0.01,unplug=5,restart=8, ...")
-@click.option("--once", is_flag=True, help="Wait for a reader, play once, end; else it plays again and again.")
+@click.option("--once", is_flag=True, help="Play once and end; else it plays again and again.")
+@click.option(
+    "--now", is_flag=True, help="Begin at once, not when somebody opens the port (as loggers that reset then)."
+)
 @options
 def command(
     link: str | None, design: str | None, track: str, speed: float, seconds: float, pace: float, block: int, text: bool,
-    noise: float, misbehave: str, once: bool, call: Invocation,
+    noise: float, misbehave: str, once: bool, now: bool, call: Invocation,
 ) -> None:  # fmt: skip
     """Play a simulated ride as a logger on the bogie would send it, until ctrl-c.
 
@@ -58,8 +61,8 @@ def command(
         call.say(f"{terminal.link}: {len(logger.channels)} channels at {logger.rate:g} Hz, {seconds:g} s of ride")
         if not once and link is None:
             click.echo(str(terminal.link))
-        if once:
-            terminal.await_reader()
+        if not now:
+            terminal.await_reader(b"\n" if text else b"\0")
         try:
             play(logger, terminal, pace)
             while not once:
