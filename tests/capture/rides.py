@@ -1,0 +1,41 @@
+"""Rides as sensors read them, made once."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.capture.demo import RESPONSES, Wheels, sensed
+from railui.capture.sensor_map import Geometry
+from railui.study.ride import simulate
+from railui.track import Track, synthetic_track
+
+Floats = NDArray[np.float64]
+RATE, WARM = 200.0, 6.0
+HOME = Path(__file__).parents[2]
+BOGIE = HOME / "designs/test_bogie.yaml"
+A, B, R, SIGMA = 1.28, 0.75, 0.46, (0.05, 0.05)  # of that bogie
+WHEELS, GEOMETRY = Wheels(A, B, SIGMA), Geometry(A, B, R, SIGMA)
+
+
+@cache
+def ride(seconds: float = 40.0, speed: float = 40.0, seed: int = 5) -> dict[str, Floats]:
+    """A ride on erri_b176_high: t, s, v, yw, phiw, gauge and the responses."""
+    length, spacing = speed * (seconds + WARM), speed / RATE
+    track = synthetic_track("erri_b176_high", length=length, seed=seed, spacing=spacing)
+    # the family has no gauge: that of the other seed's lateral, a third of it
+    gauge = synthetic_track("erri_b176_high", length=length, seed=seed + 100, spacing=spacing).yw / 3
+    found = simulate(str(BOGIE), Track(track.s, track.yw, track.phiw, gauge), speed, RESPONSES)
+    columns = {**found, "v": np.full(found["t"].size, speed), "yw": track.yw, "phiw": track.phiw, "gauge": gauge}
+    return {name: x[round(WARM * RATE) :] for name, x in columns.items()}
+
+
+def read(columns: dict[str, Floats], noise: float = 0.05, seed: int = 1) -> dict[str, Floats]:
+    """What the sensors read of it by target, in SI: accelerometers with `noise` [m/s^2], the others in proportion."""
+    s = sensed(columns, WHEELS, RATE, seed, noise / 0.05)
+    sides = {f"e{i}_{j}": 1e-3 * s[f"rail{i}_{j}"] for i in (1, 2) for j in ("right", "left")}
+    known = {"ay1": s["box1_y"], "ay2": s["box2_y"], "ayf": s["frame_y"], "rf": s["frame_yaw"]}
+    return {**known, "roll_rate1": s["box1_roll"], **sides, "d1": 1e-3 * s["prim1"], "d2": 1e-3 * s["prim2"]}
