@@ -1,4 +1,5 @@
 # run: the main job on the bundled campaign; test: everything; check: style and floors; bench: speed; blind: planted effects;
+# purpose: what the declared optimum costs;
 # pictures: the README's figure, from what run has found
 PYTHON ?= python3
 VENV := .venv
@@ -31,6 +32,9 @@ pictures: run
 
 blind: .stamp-build
 	$(BIN)/python -m tests.blind.blind --campaigns 20 --seed 1000
+
+purpose: .stamp-build
+	@$(BIN)/python -m tests.bench.purpose
 
 # the outer pip serves where ensurepip is missing
 .stamp-venv: constraints.txt

@@ -1,0 +1,53 @@
+"""How far a cluster scales: what a piece of work costs beside its rides, on loopback.
+
+python -m tests.bench.cluster: a scheduler and two workers; many pieces of one short ride.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from railui.engine.cluster import SECONDS, Bundle, Cluster, _Run
+from railui.engine.work import Done, Hashes, Work
+from railui.files.study import load_study
+from railui.study.cases import cases_of
+from railui.study.evaluate import rows_of
+from tests.engine.cluster import Machines
+from tests.engine.small import write_study
+
+PIECES = 1000
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        home = Path(folder)
+        machines = Machines(home)
+        machines.workers(2)
+        cluster = Cluster(machines.address)
+        while cluster.workers < 2:
+            cluster.look()
+            time.sleep(0.2)
+        study = load_study(write_study(home, length=50))
+        case = cases_of(study)[0]
+        x = np.array([[v.lowest for v in study.variables]]) * np.linspace(1, 2, PIECES)[:, None]
+        rows = rows_of([case], x)[0]
+        whole = Work(case, rows, ("score",), Hashes().of(case, rows, ("score",)))
+        done: list[Done] = []
+        _Run(cluster, done.append).all([Bundle([whole.part(slice(0, 1))])])
+        begun = time.perf_counter()
+        _Run(cluster, done.append).all(Bundle([whole.part(slice(i, i + 1))]) for i in range(PIECES))
+        seconds = time.perf_counter() - begun
+        rides = sum(one.seconds for one in done[1:]) / 2
+        each = (seconds - rides) / PIECES
+        print(f"{PIECES} pieces in {seconds:.2f} s, {rides:.2f} s of it rides: {1e3 * each:.2f} ms a piece")
+        print(f"a scheduler and its client keep {SECONDS / each:.0f} workers busy with pieces of {SECONDS:g} s")
+        cluster.close()
+        machines.stop()
+
+
+if __name__ == "__main__":
+    main()
