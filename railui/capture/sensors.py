@@ -10,6 +10,7 @@ from railui.capture.integrate import Floats, delayed, lowpassed
 from railui.capture.map_model import TARGETS
 from railui.capture.recording import Piece, Recording
 from railui.capture.sensor_map import Sensor, SensorMap
+from railui.files.columns import RIG_COLUMNS
 from railui.files.problems import nearest
 from railui.files.units import UnitError, convert
 from railui.files.yaml12 import load
@@ -39,6 +40,7 @@ def check_channels(mapped: SensorMap, recording: Recording) -> None:
             findings.add(f"speed.{key}", f"{recording.name} has no channel {named!r}", nearest(named, known))
     if (
         recording.against == "t"
+        and not set(mapped.sensors) & set(RIG_COLUMNS)
         and speed.constant is None
         and speed.pulses is None
         and _speed_channel(mapped, recording) is None

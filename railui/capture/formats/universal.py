@@ -11,6 +11,18 @@ from railui.capture.formats.clocks import Series, one_clock
 from railui.capture.recording import Recording
 
 TIME_RESPONSE = 1
+NUMBERS = (
+    *tuple(
+        f"{axis}_{part}"
+        for axis in ("abscissa", "ordinate", "orddenom", "z_axis")
+        for part in ("spec_data_type", "len_unit_exp", "force_unit_exp", "temp_unit_exp")
+    ),
+    "ver_num",
+    "load_case_id",
+    "z_axis_value",
+    "num_pts",
+)
+TEXTS = ("id2", "id3", "id4", "id5", "orddenom_axis_units_lab", "z_axis_axis_units_lab")
 DIRECTIONS = {1: "+x", -1: "-x", 2: "+y", -2: "-y", 3: "+z", -3: "-z", 4: "+rx", 5: "+ry", 6: "+rz"}
 
 
@@ -42,11 +54,12 @@ def write(path: Path, recording: Recording) -> None:
     sets = []
     for i, (name, x) in enumerate(recording.channels.items(), 1):
         one = pyuff.prepare_58(
-            return_full_dict=True,
             func_type=TIME_RESPONSE, rsp_node=i, rsp_dir=2, ref_dir=0, ref_node=0, data=x, x=recording.t, id1=name,
             ord_data_type=4, abscissa_spacing=1, abscissa_min=float(recording.t[0]), abscissa_inc=recording.interval,
             binary=0,            rsp_ent_name="NONE", ref_ent_name="NONE",
             abscissa_axis_units_lab="s", ordinate_axis_units_lab=recording.units.get(name) or "NONE",
         )  # fmt: skip
-        sets.append(one)
+        # pyuff writes the fields that were not given too, and asks for numbers there
+        full = dict.fromkeys(NUMBERS, 0) | dict.fromkeys(TEXTS, "NONE") | one
+        sets.append(full)
     pyuff.UFF(str(path)).write_sets(sets, mode="overwrite")

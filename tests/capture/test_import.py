@@ -1,0 +1,184 @@
+"""Files of others, and maps: what they hold becomes a run, whatever signs and units they have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from railui.capture.formats import read_recordings, write_recording
+from railui.capture.measured_run import measured_run
+from railui.capture.recording import Recording
+from railui.capture.sensor_map import load_map
+from railui.cli import cli
+from railui.files.problems import FileProblems
+from railui.files.run import load_run
+from railui.files.track_file import load_track
+from tests.capture.rides import BOGIE, RATE, read, ride
+
+T = np.arange(400) / RATE
+SERIES = {"acc_y": np.sin(20 * T), "way": 0.01 * np.cos(3 * T)}
+UNITS: dict[str, str | None] = {"acc_y": "m/s^2", "way": "mm"}
+
+
+@pytest.mark.parametrize("name", ["a.mf4", "a.uff", "a.h5", "a.mat"])
+def test_what_is_written_in_a_format_is_read_from_it(tmp_path: Path, name: str) -> None:
+    write_recording(tmp_path / name, Recording("a", T, SERIES, UNITS))
+    (found,) = read_recordings(tmp_path / name)
+    assert found.interval == pytest.approx(1 / RATE)
+    for channel, x in SERIES.items():
+        assert np.allclose(found.channels[channel], x, rtol=1e-5, atol=1e-7), channel
+        assert found.units[channel] == UNITS[channel]
+
+
+@pytest.mark.parametrize(
+    ("text", "encoding"),
+    [
+        ("t [s],way [mm]\n0,1.5\n0.1,\n0.2,2.5\n0.3,3\n", "utf-8"),
+        ("\ufefft [s];way [mm]\r\n0;1,5\r\n0,1;\r\n0,2;2,5\r\n0,3;3\r\n", "utf-8"),
+        ("Messung Gerät 7\r\nt;way\r\ns;mm\r\n0,0;1,5\r\n0,1;NaN\r\n0,2;2,5\r\n0,3;3,0\r\n", "cp1252"),
+        ("t (s)\tway (mm)\n0\t1.5\n0.1\t-\n0.2\t2.5\n0.3\t3\n", "utf-16"),
+    ],
+)
+def test_csv_of_any_kind_is_read(tmp_path: Path, text: str, encoding: str) -> None:
+    (tmp_path / "a.csv").write_bytes(text.encode(encoding))
+    (found,) = read_recordings(tmp_path / "a.csv")
+    assert np.allclose(found.t, [0, 0.1, 0.2, 0.3]) and found.units["way"] == "mm"
+    assert np.allclose(found.channels["way"], [1.5, np.nan, 2.5, 3.0], equal_nan=True)
+
+
+def mapped_file(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "map.yaml"
+    path.write_text(f"vehicle: {BOGIE}\n{text}")
+    return path
+
+
+def test_conventions_signs_units_and_lags_come_out_in_railuis_own(tmp_path: Path) -> None:
+    t = np.arange(round(20 * RATE)) / RATE
+    true = np.sin(2 * np.pi * 1.5 * t)
+    channels = {
+        "left_up": -true / 9.80665,  # g, y to the left
+        "turned": -true,  # its arrow points to the left
+        "late": np.sin(2 * np.pi * 1.5 * (t - 0.012)),
+        "offset": 1000 * true + 250.0,
+        "v": np.full(t.size, 40.0),
+        "yw": 1e-3 * np.sin(t),
+    }
+    units: dict[str, str | None] = {
+        "left_up": "g",
+        "turned": "m/s^2",
+        "late": "m/s^2",
+        "offset": "mm",
+        "v": "m/s",
+        "yw": "m",
+    }
+    text = """\
+sensors:
+  ay1: {channel: left_up, convention: ISO 8855, gravity: removed}
+  ay2: {channel: turned, axis: -y, gravity: removed}
+  ayf: {channel: late, delay: 12 ms, gravity: removed}
+  d1: {channel: offset, offset: 250}
+  yw: {channel: yw}
+"""
+    run = measured_run(Recording("a", t, channels, units), load_map(mapped_file(tmp_path, text)))
+    for name in ("ay1", "ay2", "d1"):
+        assert np.allclose(run.columns[name], true, atol=1e-9), name
+    assert np.max(np.abs(run.columns["ayf"] - true)[10:-10]) < 1e-4
+
+
+def test_every_fault_of_a_map_is_told_at_once_with_its_place(tmp_path: Path) -> None:
+    text = "sensors:\n  ay1: {channel: a, axis: z}\n  ay3: {channel: b}\n  rf: {channel: c, noise: 3 mm}\n"
+    text += "speed: {pulses: p}\n"
+    path = mapped_file(tmp_path, text)
+    with pytest.raises(FileProblems) as unknown:
+        load_map(path)
+    assert [p.key for p in unknown.value.problems] == ["sensors.ay3"] and "did you mean" in str(unknown.value)
+    path = mapped_file(tmp_path, text.replace("ay3", "ay2"))
+    with pytest.raises(FileProblems) as faults:
+        load_map(path)
+    assert {p.key for p in faults.value.problems} == {"sensors.ay1.axis", "sensors.rf.noise", "speed.radius"}
+    assert all(p.line for p in faults.value.problems)
+
+
+def test_a_channel_that_is_not_there_is_told_with_the_nearest(tmp_path: Path) -> None:
+    path = mapped_file(tmp_path, "sensors: {ay1: {channel: box1}, e1: {channel: way}}\n")
+    recording = Recording("a", T, {"box_1": T, "way": T}, {"box_1": "m/s^2", "way": "kN"})
+    mapped = load_map(path)
+    with pytest.raises(FileProblems) as faults:
+        measured_run(recording, mapped)
+    told = str(faults.value)
+    assert "did you mean 'box_1'" in told and "way:" in told and "nothing tells the speed" in told
+
+
+def test_gravity_on_a_lateral_axis_is_doubted(tmp_path: Path) -> None:
+    columns = ride()
+    q = read(columns)
+    names = ("ay1", "ay2", "e1_right", "e1_left", "e2_right", "e2_left", "roll_rate1")
+    channels = {name: q[name] for name in names} | {"v": columns["v"]}
+    channels["ay1"] = channels["ay1"] + 9.81
+    units: dict[str, str | None] = {n: "m" for n in names} | {
+        "ay1": "m/s^2",
+        "ay2": "m/s^2",
+        "roll_rate1": "rad/s",
+        "v": "m/s",
+    }
+    path = mapped_file(tmp_path, "sensors:\n" + "".join(f"  {n}: {{channel: {n}}}\n" for n in names))
+    run = measured_run(Recording("a", columns["t"], channels, units), load_map(path))
+    assert any("ay1" in note and "gravity is on its axis" in note for note in run.notes)
+
+
+def test_a_recording_car_becomes_a_track(tmp_path: Path) -> None:
+    s = np.arange(0, 500, 0.25)
+    rows = "\r\n".join(
+        f"{x:.2f};{2 + np.sin(x):.4f};{np.sin(x):.4f};{3.0:.1f};{1438.0:.1f}".replace(".", ",") for x in s
+    )
+    header = "s [m];align_r [mm];align_l [mm];cross [mm];gauge [mm]\r\n"
+    (tmp_path / "car.csv").write_bytes((header + rows + "\r\n").encode("cp1252"))
+    text = """\
+convention: EN 13848
+sensors:
+  alignment_right: {channel: align_r}
+  alignment_left: {channel: align_l}
+  cross_level: {channel: cross}
+  gauge: {channel: gauge}
+"""
+    (tmp_path / "map.yaml").write_text(text)
+    words = [
+        "import",
+        str(tmp_path / "car.csv"),
+        "--map",
+        str(tmp_path / "map.yaml"),
+        "-o",
+        str(tmp_path / "track.csv"),
+    ]
+    result = CliRunner().invoke(cli, words)
+    assert result.exit_code == 0, result.output
+    track = load_track(tmp_path / "track.csv")
+    assert np.allclose(track.yw, 1e-3 * (1 + np.sin(s)), atol=1e-7)
+    assert np.allclose(track.phiw, 0.003 / 1.5) and np.allclose(track.gauge, 0.003)
+
+
+def test_a_bench_test_becomes_a_run_of_a_rig(tmp_path: Path) -> None:
+    write_recording(tmp_path / "bench.mf4", Recording("a", T, SERIES, UNITS))
+    (tmp_path / "map.yaml").write_text("sensors: {u: {channel: acc_y}, z: {channel: way}}\n")
+    words = [
+        "import",
+        str(tmp_path / "bench.mf4"),
+        "--map",
+        str(tmp_path / "map.yaml"),
+        "-o",
+        str(tmp_path / "r.csv.gz"),
+    ]
+    result = CliRunner().invoke(cli, words)
+    assert result.exit_code == 0, result.output
+    run = load_run(tmp_path / "r.csv.gz")
+    assert run.kind == "rig" and run.units["z"] == "mm" and np.allclose(run.columns["z"], SERIES["way"], atol=1e-9)
+
+
+def test_a_draft_names_every_channel(tmp_path: Path) -> None:
+    write_recording(tmp_path / "bench.h5", Recording("a", T, SERIES, UNITS))
+    result = CliRunner().invoke(cli, ["import", str(tmp_path / "bench.h5"), "--draft", str(tmp_path / "map.yaml")])
+    text = (tmp_path / "map.yaml").read_text()
+    assert result.exit_code == 0 and "acc_y" in text and "one of ay1, ay2, ayf" in text
