@@ -11,17 +11,9 @@ from railui.capture.formats.clocks import Series, one_clock
 from railui.capture.recording import Recording
 
 TIME_RESPONSE = 1
-NUMBERS = (
-    *tuple(
-        f"{axis}_{part}"
-        for axis in ("abscissa", "ordinate", "orddenom", "z_axis")
-        for part in ("spec_data_type", "len_unit_exp", "force_unit_exp", "temp_unit_exp")
-    ),
-    "ver_num",
-    "load_case_id",
-    "z_axis_value",
-    "num_pts",
-)
+PARTS = ("spec_data_type", "len_unit_exp", "force_unit_exp", "temp_unit_exp")
+OF_AXES = [f"{axis}_{part}" for axis in ("abscissa", "ordinate", "orddenom", "z_axis") for part in PARTS]
+NUMBERS = (*OF_AXES, "ver_num", "load_case_id", "z_axis_value", "num_pts")
 TEXTS = ("id2", "id3", "id4", "id5", "orddenom_axis_units_lab", "z_axis_axis_units_lab")
 DIRECTIONS = {1: "+x", -1: "-x", 2: "+y", -2: "-y", 3: "+z", -3: "-z", 4: "+rx", 5: "+ry", 6: "+rz"}
 
