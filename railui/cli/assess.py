@@ -8,17 +8,11 @@ from typing import Any
 import click
 
 from railui.cli.common import Invocation, load_vehicle, options, overrides_of, refuse
-from railui.cli.quantities import reading, speed
+from railui.cli.quantities import figure, length, reading, speed
 
 VIOLATED = 4
 STRICT = ("not admissible", "dangerous")
 SHOWN = 20  # stretches of the table
-
-
-def _length(text: str) -> float:
-    from railui.files.units import quantity
-
-    return quantity(text, "m")
 
 
 @click.command("assess")
@@ -26,9 +20,14 @@ def _length(text: str) -> float:
 @click.argument("design", metavar="DESIGN")
 @click.argument("overrides", nargs=-1, metavar="[PATH=VALUE]...", callback=overrides_of)
 @click.option("--speed", callback=reading(speed), required=True, metavar="SPEED", help='Such as 40, or "144 km/h".')
-@click.option("--stretch", callback=reading(_length), default="200", show_default=True, metavar="LENGTH",
+@click.option("--stretch", callback=reading(length), default="200", show_default=True, metavar="LENGTH",
               help="Length of a stretch [m].")  # fmt: skip
-@click.option("--figure", metavar="FILE", help="Draw geometry and ride along the track: .svg, .png or .pdf.")
+@click.option(
+    "--figure",
+    callback=reading(figure),
+    metavar="FILE",
+    help="Draw geometry and ride along the track: .svg, .png or .pdf.",
+)
 @click.option("--strict", is_flag=True, help="Exit code 4 where a stretch is not admissible or dangerous.")
 @options
 @click.pass_context

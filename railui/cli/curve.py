@@ -8,20 +8,14 @@ from typing import Any
 import click
 
 from railui.cli.common import Invocation, design_argument, load_vehicle, options, refuse
-from railui.cli.quantities import inclusive, reading
-
-
-def _length(text: str) -> float:
-    from railui.files.units import quantity
-
-    return quantity(text, "m")
+from railui.cli.quantities import figure, inclusive, length, reading
 
 
 def _radii(text: str) -> list[float]:
     """Radii [m]: single ones and ranges, divided by commas."""
     found: list[float] = []
     for part in text.split(","):
-        ends = [_length(end) for end in part.split(":")]
+        ends = [length(end) for end in part.split(":")]
         if len(ends) > 3:
             raise ValueError(f"{part.strip()!r} is no range: write FIRST:LAST or FIRST:LAST:STEP")
         found += [ends[0]] if len(ends) == 1 else inclusive(*ends)
@@ -30,11 +24,13 @@ def _radii(text: str) -> list[float]:
 
 @click.command("curve")
 @design_argument
-@click.option("--radius", callback=reading(_length), metavar="RADIUS", help="Radius [m], such as 600; < 0 curves left.")
+@click.option("--radius", callback=reading(length), metavar="RADIUS", help="Radius [m], such as 600; < 0 curves left.")
 @click.option("--radii", callback=reading(_radii), metavar="RANGE", help="Several, such as 250:2000:50.")
-@click.option("--cant-deficiency", callback=reading(_length), default="0", show_default=True, metavar="LENGTH",
+@click.option("--cant-deficiency", callback=reading(length), default="0", show_default=True, metavar="LENGTH",
               help='Such as 0.1, or "100 mm".')  # fmt: skip
-@click.option("--figure", metavar="FILE", help="Draw them against the radius: .svg, .png or .pdf.")
+@click.option(
+    "--figure", callback=reading(figure), metavar="FILE", help="Draw them against the radius: .svg, .png or .pdf."
+)
 @options
 def command(
     design: str, overrides: dict[str, str], radius: float | None, radii: list[float] | None, cant_deficiency: float,

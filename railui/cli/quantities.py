@@ -80,6 +80,28 @@ def speed(text: str) -> float:
     return found[0]
 
 
+def figure(text: str) -> str:
+    """The name of a figure to draw.
+
+    >>> figure("a.svg")
+    'a.svg'
+    """
+    if not text.lower().endswith((".svg", ".png", ".pdf")):
+        raise ValueError(f"{text!r} is no figure: write a name that ends in .svg, .png or .pdf")
+    return text
+
+
+def length(text: str) -> float:
+    """One length [m], with a unit or without.
+
+    >>> length("100 mm")
+    0.1
+    """
+    from railui.files.units import quantity
+
+    return quantity(text, "m")
+
+
 def reading(read: Callable[[str], Any]) -> Callable[[click.Context, click.Parameter, str | None], Any]:
     """A callback of an option that reads its text; a ValueError becomes wrong use of that option."""
 

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from railui.cli.common import Invocation, design_argument, load_vehicle, options, refuse
-from railui.cli.quantities import reading, speeds
+from railui.cli.quantities import figure, reading, speeds
 
 
 @click.command("stability")
@@ -17,7 +17,12 @@ from railui.cli.quantities import reading, speeds
               help="Such as 5:90:5, ends included.")  # fmt: skip
 @click.option("--fold", is_flag=True, help="Follow hunting with flange contact down to the speed where it dies.")
 @click.option("--track", metavar="SPEC|CSV", help="Find the critical speed in practice on this track.")
-@click.option("--figure", metavar="FILE", help="Draw damping, frequency and bifurcation: .svg, .png or .pdf.")
+@click.option(
+    "--figure",
+    callback=reading(figure),
+    metavar="FILE",
+    help="Draw damping, frequency and bifurcation: .svg, .png or .pdf.",
+)
 @options
 def command(
     design: str, overrides: dict[str, str], speeds: list[float], fold: bool, track: str | None, figure: str | None,

@@ -24,6 +24,7 @@ CLOSE: Final = 1e-10  # of the wheel load: forces that are left
 ITERATIONS: Final = 80
 STUCK: Final = 1e9  # damping of a step that leads nowhere
 PARTS: Final = (1, 4, 16)  # of the curvature: a curve too sharp for one step is entered in more
+LACKING: Final = 1e-3  # of the guiding force, from which a shortfall is told
 NUDGE: Final = 1e-7  # m, rad: of the slopes
 NO_FORCE: Final = {"dry_friction", "hysteresis"}  # at rest they hold anything or nothing: see `notes`
 
@@ -32,7 +33,9 @@ NO_FORCE: Final = {"dry_friction", "hysteresis"}  # at rest they hold anything o
 class Stands:
     """Where n vehicles stand: displacement, angle_of_attack, guiding_force [n, wheelset], wear_number [n].
 
-    NaN where no equilibrium was found; residual [n]: the largest force left over, of the wheel load.
+    NaN where no equilibrium was found; residual [n]: the largest force left over, of the wheel load; shortfall [n] N:
+    what the guiding forces lack of the outward forces: what load transfer adds on inclined contacts of a vehicle
+    that rolls.
     """
 
     displacement: Floats
@@ -40,6 +43,7 @@ class Stands:
     guiding_force: Floats
     wear_number: Floats
     residual: Floats
+    shortfall: Floats
 
 
 def curve(design: Design | Model | str | Path, radius: float, cant_deficiency: float = 0.0) -> dict[str, Any]:
@@ -98,6 +102,9 @@ def told(model: Model, stands: Stands, k: int, radius: float, cant_deficiency: f
         notes.append(f"no equilibrium found, forces of {stands.residual[k]:.3g} wheel loads are left over")
     elif any(touching or ()) and "flange_contact" not in kinds:
         notes.append("e is beyond the flange clearance and the design has no flange_contact: nothing holds it there")
+    short = float(stands.shortfall[k])
+    if found and abs(short) > LACKING * float(np.abs(stands.guiding_force[k]).max()):
+        notes.append(f"guiding_force: without {short:.4g} N in all that load transfer adds on inclined contacts")
     return {
         "radius": radius,
         "cant_deficiency": cant_deficiency,
@@ -135,7 +142,8 @@ def stands_many(model: Model, rows: Floats, radius: Floats, cant_deficiency: Flo
     lost = ~(left <= CLOSE)
     wheels[lost] = np.nan
     total = np.where(lost, np.nan, wear.sum(axis=(1, 2)))
-    return Stands(wheels[:, :, 0], wheels[:, :, 1], wheels[:, :, 2], total, left)
+    shortfall = -loads.sum(axis=1) - wheels[:, :, 2].sum(axis=1)
+    return Stands(wheels[:, :, 0], wheels[:, :, 1], wheels[:, :, 2], total, left, shortfall)
 
 
 def positions(model: Model, rows: Floats, dofs: Sequence[str]) -> Floats:
