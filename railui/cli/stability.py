@@ -38,12 +38,12 @@ def command(
     dies. Practical: up to it the class of the ride on the track stays just admissible. None of them follows
     from another.
     """
-    from railui.study.road import lay
+    from railui.study.road import is_track_file, lay
     from railui.study.stability import stability
 
     vehicle = load_vehicle(call, design, overrides)
     try:
-        laid = None if track is None else lay(track, call.seed if "." not in track.split()[0] else None)
+        laid = None if track is None else lay(track, None if is_track_file(track) else call.seed)
     except ValueError as error:
         raise refuse(f"--track: {error}") from None
     found = stability(vehicle, speeds, fold=fold, track=laid, jobs=call.jobs, told=call.progress)
