@@ -109,11 +109,13 @@ def contents(laid: Laid) -> dict[str, Any]:
 
 
 def _table(laid: Laid, body: dict[str, Any]) -> Any:
+    from rich.markup import escape
     from rich.table import Table
 
     nearest = body["nearest"]
     told = f"nearest: {nearest['name']} times {nearest['factor']:.3g}" if nearest else "flat"
-    table = Table("wavelengths [m]", "sd yw [mm]", "sd phiw [mrad]", "sd gauge [mm]", title=laid.name, caption=told)
+    columns = ("wavelengths [m]", "sd yw [mm]", "sd phiw [mrad]", "sd gauge [mm]")
+    table = Table(*(escape(column) for column in columns), title=escape(laid.name), caption=told)
     for band in body["bands"]:
         values = (f"{1e3 * band[key]:.3f}" for key in ("sd_yw", "sd_phiw", "sd_gauge"))
         table.add_row(f"{band['from']:g} to {band['to']:g}", *values)
