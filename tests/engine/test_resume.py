@@ -65,7 +65,7 @@ def test_killed_at_random_moments_the_front_is_the_uninterrupted_one_bit_for_bit
 
 
 def test_a_second_process_is_refused_while_the_first_lives_and_not_when_it_is_dead(tmp_path: Path) -> None:
-    study, out = write_study(tmp_path, length=2000, population=64, generations=20), tmp_path / "out"
+    study, out = write_study(tmp_path, length=3000, population=128, generations=60), tmp_path / "out"
     first = start(study, out)
     await_results(out, 1, first)
     second = run("optimise", study, "-o", out)
