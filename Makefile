@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test check bench blind pictures clean
+.PHONY: run test check bench shots blind pictures clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -29,6 +29,9 @@ bench: .stamp-build
 
 pictures: run
 	@$(BIN)/python docs/pictures.py
+
+shots: .stamp-build
+	$(BIN)/python -m tests.desk.shots
 
 blind: .stamp-build
 	$(BIN)/python -m tests.blind.blind --campaigns 20 --seed 1000

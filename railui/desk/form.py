@@ -179,6 +179,9 @@ Drag the slider with the mouse.
         if self.field is not None:
             self.post_message(self.Selected(self.field))
 
+    def on_resize(self) -> None:
+        self.scroll_to_region(Region(0, max(0, self.at - 1), 1, 3), animate=False)
+
     # drawing
 
     def render_line(self, y: int) -> Strip:

@@ -20,6 +20,7 @@ from railui.desk.braille import BLANK, HIGH, WIDE, drawn, points
 
 Floats = NDArray[np.float64]
 GUTTER = 8  # columns that the labels of the vertical axis may take
+LONGEST = 0.35  # of the width that the name of the horizontal axis may take
 LEAST = (18, 6)  # columns and rows below which only the lines are drawn
 # what a cell of dots looks like where there are letters only: by which of its halves hold dots
 PLAIN = (" ", "'", ".", ":")
@@ -171,7 +172,7 @@ The mouse moves the cursor too; its wheel zooms.
             for column in range(frame.left, right):
                 canvas.put(column, row, self._glyph("┈", " "), grid)
         canvas.write(frame.left - 1, foot, self._glyph("└", "+") + self._glyph("─", "-") * frame.width, axis)
-        name = self.picture.x.label
+        name = self._below(canvas.width)
         free = canvas.width - len(name) - 2  # the name of the axis stands at its end
         end = 0
         for value, text in ticks(x, max(2, frame.width // 9)):
@@ -182,6 +183,11 @@ The mouse moves the cursor too; its wheel zooms.
                 canvas.write(at, foot + 1, text, label)
                 end = at + len(text) + 1
         canvas.write(max(0, canvas.width - len(name)), foot + 1, name, label)
+
+    def _below(self, width: int) -> str:
+        """What stands below the picture of the horizontal axis: its name, or its unit where the name is too long."""
+        x = self.picture.x
+        return x.label if len(x.label) <= LONGEST * width else f"[{x.unit}]" if x.unit else ""
 
     def _levels(self, canvas: Canvas, frame: Frame, x: Scale, y: Scale, named: bool = False) -> None:
         """Limits below the lines, and their names above them."""
@@ -229,6 +235,8 @@ The mouse moves the cursor too; its wheel zooms.
             canvas.write(0, 0, self.reading()[: canvas.width], self._style("cursor"))
             return
         name = self.picture.y.label
+        if self._below(canvas.width) != self.picture.x.label:
+            name = f"{name} over {self.picture.x.name}"
         canvas.write(0, 0, name[: canvas.width], self._style("label"))
         told = [(line.label, line.role) for line in self.picture.lines if line.label]
         told = list(dict.fromkeys(told))

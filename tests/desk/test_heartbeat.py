@@ -41,6 +41,11 @@ def quick_switches() -> None:
     sys.setswitchinterval(0.001)
 
 
+def told(longest: float, idle: float) -> str:
+    """Both gaps in words."""
+    return f"longest gap {1e3 * longest:.0f} ms, of an idle process {1e3 * idle:.0f} ms"
+
+
 async def quietest(keys: Keys, work: Callable[[], Awaitable[None]]) -> tuple[float, float]:
     """The longest gap in the best of a few tries, and that of an idle process meanwhile."""
     found = []
@@ -72,9 +77,7 @@ async def test_sliding_a_value_never_holds_the_screen(
 
         longest, idle = await quietest(keys, slide)
         with capsys.disabled():
-            print(
-                f"\nheartbeat, sliding at {size[0]}x{size[1]}: longest gap {1e3 * longest:.0f} ms, idle {1e3 * idle:.0f}"
-            )
+            print(f"\nheartbeat, sliding at {size}: {told(longest, idle)}")
         assert longest < LONGEST + idle and keys.desk.heartbeat.beats > 50
 
 
@@ -90,5 +93,5 @@ async def test_a_loop_beside_it_never_holds_the_screen(sit: Sitting, capsys: pyt
 
         longest, idle = await quietest(keys, adjust)
         with capsys.disabled():
-            print(f"\nheartbeat, a loop at work: longest gap {1e3 * longest:.0f} ms, idle {1e3 * idle:.0f}")
+            print(f"\nheartbeat, a loop at work: {told(longest, idle)}")
         assert longest < LONGEST + idle

@@ -171,10 +171,15 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
         self.looks = (event.look, event.base)
         if event.look.guiding_force is None or event.base.guiding_force is None:
             self.latest.ask(partial(_curved, event.look, event.base), unless_waiting=True)
-        quality = self.query_one("#quality", Static)
-        quality.update(comparison(event.look, event.base, quality.size.width), layout=False)
-        titled(quality, sub="")
+        self._quality()
         self._draw([(self.view + k) % len(VIEWS) for k in range(len(VIEWS))], self.looks)
+
+    def _quality(self) -> None:
+        """The numbers, as wide as there is room for."""
+        quality = self.query_one("#quality", Static)
+        if self.looks is not None:
+            quality.update(comparison(*self.looks, quality.size.width), layout=False)
+            titled(quality, sub="")
 
     def _draw(self, order: list[int], looks: tuple[Look, Look]) -> None:
         """One picture after the other, each in a refresh of its own: so no key waits for all of them."""
@@ -196,6 +201,7 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
 
     def on_resize(self, event: Resize) -> None:
         self._arrange()
+        self.call_after_refresh(self._quality)
 
     def _arrange(self) -> None:
         """As many pictures as there is room for, from the chosen one on."""
