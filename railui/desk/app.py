@@ -172,7 +172,10 @@ class Desk(App[None]):
     def action_panel(self, name: str) -> None:
         self.query_one(ContentSwitcher).current = name
         if name == "track":
-            self.query_one(TrackPanel).begin(self.query_one(DesignPanel).case.track)
+            form = self.query_one(DesignPanel)
+            rides = form.draft is not None and form.draft.design.kind != "rig"
+            vehicle = (form.draft.design, form.case.speed) if form.draft is not None and rides else None
+            self.query_one(TrackPanel).begin(form.case.track, vehicle)
         self.query_one(Tabs).show(name)
         panel = self.query_one(f"#{name}")
         first = next((w for w in panel.walk_children() if getattr(w, "can_focus", False) and w.display), None)

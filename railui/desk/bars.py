@@ -53,6 +53,11 @@ class Bars(ScrollView, can_focus=True):
         bars: Bars
         index: int
 
+        @property
+        def control(self) -> Bars:
+            """Which bars."""
+            return self.bars
+
     def __init__(self, title: str, wait: str = "", *, id: str | None = None, cursor: bool = False) -> None:
         super().__init__(id=id)
         self.border_title, self.wait = title, wait

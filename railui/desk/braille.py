@@ -80,6 +80,8 @@ def _stepped(ax: Floats, ay: Floats, bx: Floats, by: Floats) -> tuple[Floats, Fl
 
 def _set(x: Floats, y: Floats, width: int, height: int) -> Cells:
     dots = np.zeros((HIGH * height, WIDE * width), dtype=np.uint8)
-    dots[y.astype(np.int64), x.astype(np.int64)] = 1
+    # a cut that was rounded may stand on the edge itself
+    rows, columns = (np.clip(a, 0, most - 1).astype(np.int64) for a, most in zip((y, x), dots.shape, strict=True))
+    dots[rows, columns] = 1
     four = dots.reshape(height, HIGH, width, WIDE)
     return np.asarray((four * BITS[None, :, None, :]).sum(axis=(1, 3)), dtype=np.uint8)

@@ -23,7 +23,7 @@ from railui.desk.bars import Bar, Bars
 from railui.desk.dialogs import Name
 from railui.desk.form import pretty, symbol
 from railui.desk.messages import Done, Failed, Line, Offered, Showed
-from railui.desk.panels.common import titled
+from railui.desk.panels.common import in_turn, titled
 from railui.desk.plot import Line as Curve
 from railui.desk.plot import Picture, Plot
 from railui.desk.work import Study
@@ -86,9 +86,6 @@ The ranking fills while candidates run beside the adjusted vehicle. The verdict 
 seen. `p` pauses, `k` stops, `v` shows other pictures, `n` the next channel, `t` takes the adjusted design into
 the form, `w` writes what `railui loop` writes.
 """
-
-    class Named(Message):
-        """Another campaign is open, or its state is another."""
 
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
@@ -251,13 +248,9 @@ the form, `w` writes what `railui loop` writes.
 
     def _everything(self) -> None:
         self._gate()
-        self._errors()
-        self._moving()
-        self._ranking()
-        self._pictures()
         self._arrange()
         self._state()
-        self.post_message(self.Named())
+        in_turn(self, [self._ranking, self._pictures])
 
     def _gate(self) -> None:
         """What the campaign holds, and what the data gate counted."""

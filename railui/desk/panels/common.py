@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from textual.containers import Grid
 from textual.widget import Widget
@@ -16,6 +16,13 @@ def titled(widget: Widget, title: str | None = None, sub: str | None = None) -> 
         widget.border_title = title
     if sub is not None and (widget.border_subtitle or "") != sub:
         widget.border_subtitle = sub
+
+
+def in_turn(owner: Widget, jobs: Sequence[Callable[[], None]]) -> None:
+    """Draws one after the other, each in a refresh of its own: so no key waits for all of them."""
+    if jobs:
+        jobs[0]()
+        owner.call_after_refresh(in_turn, owner, jobs[1:])
 
 
 def arranged(grid: Grid, parts: Sequence[Widget], first: int, most: int = 6) -> list[Widget]:

@@ -25,7 +25,7 @@ from railui.desk.form import Form, pretty
 from railui.desk.form_side import FormSide
 from railui.desk.look import Case, Look, look
 from railui.desk.messages import Done, Failed, Offered, Seen, Showed
-from railui.desk.panels.common import arranged, titled
+from railui.desk.panels.common import arranged, in_turn, titled
 from railui.desk.plan import Plan, aim_unit, variables
 from railui.desk.plot import Line, Mark, Picture, Plot
 from railui.desk.quality import comparison
@@ -81,9 +81,6 @@ under the cursor. `s` starts, `p` pauses, `k` stops; every evaluation is kept in
 goes on where it ended, and `railui optimise` does too. `f` goes to the front: up and down walk along it, the pictures
 show what each design does beside the design as it is. `t` takes it into the form.
 """
-
-    class Named(Message):
-        """Another plan."""
 
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
@@ -142,7 +139,6 @@ show what each design does beside the design as it is. `t` takes it into the for
             base |= {f"bounds.{path}.{end}": plan.design.value(path) for end in ("lowest", "highest")}
         self.side.fill(list(plan.rows()), base)
         self._state()
-        self.post_message(self.Named())
 
     @on(Form.Wanted)
     def _wanted(self, event: Form.Wanted) -> None:
@@ -293,9 +289,7 @@ show what each design does beside the design as it is. `t` takes it into the for
     # drawing
 
     def _everything(self) -> None:
-        self._front()
-        self._convergence()
-        self._state()
+        in_turn(self, [self._front, self._convergence, self._state])
 
     def _state(self) -> None:
         """The vehicle, what goes on, and how long it will take."""

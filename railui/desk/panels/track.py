@@ -22,9 +22,11 @@ from railui.desk.axis import Axis
 from railui.desk.bars import Bar, Bars
 from railui.desk.dialogs import Name, Pick, files_below
 from railui.desk.messages import Failed
-from railui.desk.panels.common import arranged
+from railui.desk.panels.common import arranged, in_turn, titled
 from railui.desk.plot import Line, Picture, Plot
 from railui.desk.work import Latest
+from railui.files.design import Design
+from railui.study.assess import assess
 from railui.study.road import Laid, is_track_file, lay
 from railui.track.measure import BANDS, NearestSpectrum, band_sd, nearest_spectrum, psd
 from railui.track.spectra import SPECTRA, spectrum_density, spectrum_sd
@@ -33,7 +35,7 @@ Floats = NDArray[np.float64]
 EMPTY = Picture(Axis(""), Axis(""), wait="laying the track")
 MM = 1e3
 SPEC = "length=2000 seed=1"
-PARTS = ("track-line", "track-spectrum", "track-bands", "track-cross", "track-gauge")
+PARTS = ("track-line", "stretches", "track-spectrum", "track-bands", "track-cross", "track-gauge")
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +48,14 @@ class Surveyed:
     density: Floats
     bands: Floats
     nearest: NearestSpectrum | None
+
+
+class Assessed(Message):
+    """A track was judged by the ride of a vehicle: see `railui.study.assess`."""
+
+    def __init__(self, vehicle: str, found: dict[str, Any]) -> None:
+        super().__init__()
+        self.vehicle, self.found = vehicle, found
 
 
 class Survey(Message):
@@ -70,7 +80,9 @@ class TrackPanel(Vertical):
 ## Track
 `o` chooses one of the known spectra or a file (a track, or the track of a measured run), `e` edits the words of a
 synthetic track: `length=2000 seed=1 spacing=0.1 shortest=3 longest=150 scale=1`. `u` lets the design in the form ride
-on it. The dashed line in the spectrum is the nearest of the known ones; the bands are those of EN 13848.
+on it. The grey line in the spectrum is the nearest of the known ones; the bands are those of EN 13848. The design in
+the form judges the track in stretches of 200 m, worst ride first; behind each stands its place by geometry, 1 the
+worst: maintenance should better the ride, not the straightness.
 """
 
     class Used(Message):
@@ -84,7 +96,9 @@ on it. The dashed line in the spectrum is the nearest of the known ones; the ban
         super().__init__(id=id)
         self.name_of_track = ""
         self.found: Surveyed | None = None
-        self.latest = Latest(self, "survey")
+        self.latest, self.judge = Latest(self, "survey"), Latest(self, "assess")
+        self.vehicle: tuple[Design, float] | None = None
+        self.assessed: dict[str, Any] | None = None
         self.view = 0
 
     def compose(self) -> ComposeResult:
@@ -93,21 +107,58 @@ on it. The dashed line in the spectrum is the nearest of the known ones; the ban
             yield Plot(EMPTY, "Lateral deviation", id="track-line", window=(0.0, 0.25))
             yield Plot(EMPTY, "Spectrum, lateral", id="track-spectrum")
             yield Bars("Standard deviation by wavelength", "", id="track-bands")
+            yield Bars("Stretches, worst ride first", "needs a design", id="stretches", cursor=True)
             yield Plot(EMPTY, "Cross-level", id="track-cross", window=(0.0, 0.25))
             yield Plot(EMPTY, "Gauge deviation", id="track-gauge", window=(0.0, 0.25))
 
     def on_mount(self) -> None:
         self.query_one("#track-told").border_title = "Track"
 
-    def begin(self, track: str) -> None:
-        """The track on which the design rides, where none was chosen here."""
+    def begin(self, track: str, vehicle: tuple[Design, float] | None) -> None:
+        """The track on which the design rides, where none was chosen here; the design that judges it, its speed."""
+        other = vehicle != self.vehicle
+        self.vehicle = vehicle
         if not self.name_of_track:
             self.survey(track)
+        elif other:
+            self._assess()
 
     def survey(self, track: str) -> None:
         """Lays a track and measures what it contains, in a thread."""
         self.name_of_track = track
         self.latest.ask(partial(_surveyed, track))
+        self._assess()
+
+    def _assess(self) -> None:
+        if self.vehicle is not None:
+            self.judge.ask(partial(_assessed, self.name_of_track, *self.vehicle))
+
+    @on(Assessed)
+    def _judged(self, message: Assessed) -> None:
+        """A bar per stretch: its score, its class, how far off the order by geometry puts it."""
+        self.assessed = message.found
+        rows = [
+            Bar(
+                f"{one['from']:.0f} to {one['to']:.0f}", one["score"] / 100,
+                f"{one['score']:4.0f} {one['class'][:14]:14} #{one['rank_geometry']}", strong=i == 0,
+            )
+            for i, one in enumerate(message.found["stretches"])
+        ]  # fmt: skip
+        bars = self.query_one("#stretches", Bars)
+        bars.show(rows)
+        agreement = message.found["agreement"]
+        told = "" if agreement is None else f", correlation {agreement:.2f}"
+        titled(bars, sub=f"m, score, class, place by geometry{told}")
+
+    @on(Bars.Chosen, "#stretches")
+    def _shown(self, event: Bars.Chosen) -> None:
+        """The line of the stretch under the cursor."""
+        if self.assessed is None or self.found is None:
+            return
+        one, track = self.assessed["stretches"][event.index], self.found.laid.track
+        plot = self.query_one("#track-line", Plot)
+        plot.window = ((one["from"] - track.s[0]) / track.length, min(1.0, (one["to"] - track.s[0]) / track.length))
+        plot.refresh()
 
     @on(Survey)
     def _survey(self, message: Survey) -> None:
@@ -119,15 +170,17 @@ on it. The dashed line in the spectrum is the nearest of the known ones; the ban
         if found.nearest is not None:
             text.append(f"nearest known: {found.nearest.factor:.3g} times {found.nearest.name}", "dim")
         self.query_one("#track-told", Static).update(text, layout=False)
-        columns = (("line", "yw", MM, "mm"), ("cross", "phiw", MM, "mrad"), ("gauge", "gauge", MM, "mm"))
-        for part, column, factor, unit in columns:
-            y = factor * np.asarray(getattr(track, column))
-            flat = not np.any(y)
-            wait = "zero: this spectrum has none" if flat else ""
-            lines = () if flat else (Line(track.s, y),)
-            self.query_one(f"#track-{part}", Plot).show(Picture(Axis("s", "m"), Axis(column, unit), lines, wait=wait))
-        self._spectrum(found)
-        self._bands(found)
+        columns = (("line", "yw", "mm"), ("cross", "phiw", "mrad"), ("gauge", "gauge", "mm"))
+        parts = [partial(self._column, found, *one) for one in columns]
+        in_turn(self, [*parts, partial(self._spectrum, found), partial(self._bands, found)])
+
+    def _column(self, found: Surveyed, part: str, column: str, unit: str) -> None:
+        track = found.laid.track
+        y = MM * np.asarray(getattr(track, column))
+        flat = not np.any(y)
+        wait = "zero: this spectrum has none" if flat else ""
+        lines = () if flat else (Line(track.s, y),)
+        self.query_one(f"#track-{part}", Plot).show(Picture(Axis("s", "m"), Axis(column, unit), lines, wait=wait))
 
     def _spectrum(self, found: Surveyed) -> None:
         lines = [Line(found.wavenumber, MM**2 * found.density, "track", "now")]
@@ -181,6 +234,11 @@ on it. The dashed line in the spectrum is the nearest of the known ones; the ban
     def action_copy(self) -> None:
         self.app.copy_to_clipboard(self.name_of_track)
         self.notify("copied the words of the track", timeout=2)
+
+
+def _assessed(name: str, design: Design, speed: float) -> Message:
+    track = Path(name) if is_track_file(name) else name
+    return Assessed(design.name, assess(track, design, speed))
 
 
 def _surveyed(name: str) -> Message:
