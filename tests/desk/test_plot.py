@@ -16,7 +16,7 @@ def test_a_rising_line_runs_from_corner_to_corner() -> None:
     cells = drawn(np.array([0.0, 3.9]), np.array([7.9, 0.0]), 2, 2)
     lower_left, upper_right = 0x40, 0x08  # of a braille cell
     assert cells[1, 0] & lower_left and cells[0, 1] & upper_right
-    assert sum(int(bits).bit_count() for bits in cells.ravel()) == 9  # a dot a step, eight steps
+    assert sum(int(bits).bit_count() for bits in cells.ravel()) == 8  # one dot in every row of dots
 
 
 def test_no_line_is_drawn_over_a_gap() -> None:
@@ -50,11 +50,10 @@ def test_nothing_that_is_drawn_raises(pairs: list[tuple[float, float]], width: i
         assert points(x, y, width, height).shape == (height, width)
 
 
-@given(st.floats(-1e9, 1e9), st.floats(1e-6, 1e9), st.integers(2, 12))
-def test_ticks_stand_inside_their_scale(low: float, span: float, most: int) -> None:
-    scale = Scale(low, low + span)
-    if scale.high > scale.low:
-        assert all(-1e-6 <= float(scale.place(v)) <= 1 + 1e-6 for v, _ in ticks(scale, most))
+@given(st.floats(-1e9, 1e9), st.floats(1e-4, 1e9), st.integers(2, 12))
+def test_ticks_stand_inside_their_scale(low: float, share: float, most: int) -> None:
+    scale = Scale(low, low + share * max(1.0, abs(low)))
+    assert all(-1e-6 <= float(scale.place(v)) <= 1 + 1e-6 for v, _ in ticks(scale, most))
 
 
 def test_a_logarithmic_axis_leaves_out_what_has_no_logarithm() -> None:
