@@ -289,10 +289,15 @@ class Structure:
             raise ValueError(f"{len(a)} of {first} and {len(b)} of {second} do not go together")
 
     def contact_of(self, wheelset: Member) -> str:
-        """The contact group of a wheelset: the one that it names, that of its own name, or the only one."""
-        named = wheelset.part.word("contact")
-        own = [name for name in (wheelset.name, wheelset.part.name) if name in self.contacts]
-        return named or (own[0] if own else self.contacts[0] if self.contacts else "")
+        """The contact group of a wheelset: named, of its own name, leading or trailing by its side, or the only one.
+
+        Empty where none of them is there.
+        """
+        if named := wheelset.part.word("contact"):
+            return named
+        side = {1: "leading", -1: "trailing"}.get(wheelset.side, "")
+        own = [name for name in (wheelset.name, wheelset.part.name, side) if name in self.contacts]
+        return own[0] if own else self.contacts[0] if len(self.contacts) == 1 else ""
 
     def rolls(self, joint: Joined) -> bool:
         """Does a body at either end roll?"""

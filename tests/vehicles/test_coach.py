@@ -1,0 +1,86 @@
+"""The whole coach from its design file against the second opinion by Newton and Euler."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from railui.files.design import load_design
+from railui.study.model import Model
+from railui.study.road import Road, lay
+from tests.truth import coach as truth
+
+MODEL = Model(load_design(Path(__file__).parents[2] / "designs/manchester_coach.yaml"))
+COACH = truth.Coach()
+TRACK = "erri_b176_high length=120 seed=2 spacing=0.1"
+
+
+def rails(row: NDArray[np.float64]) -> NDArray[np.float64]:
+    """y_w, dy_w/ds, phi_w, dphi_w/ds of four wheelsets from rows of the input table."""
+    return row[..., 2:22].reshape(*row.shape[:-1], 4, 5)[..., :4]
+
+
+def test_it_has_seventeen_degrees_of_freedom_and_four_wheelsets() -> None:
+    freedoms = MODEL.vehicles().freedoms(MODEL.single())
+    assert len(freedoms) == 17 and freedoms[:3] == ["y.body", "psi.body", "phi.body"]
+    assert MODEL.half_wheelbase() == pytest.approx((0.0, 2.56, 19.0, 21.56))
+
+
+@pytest.mark.parametrize("speed", [10.0, 40.0, 90.0])
+def test_eigenvalues_are_those_of_the_second_opinion(speed: float) -> None:
+    found = np.sort_complex(MODEL.eigenvalues(speed)[0])
+    known = np.sort_complex(np.linalg.eigvals(truth.state_matrix(COACH, speed)))
+    apart = [np.abs(known - z).min() for z in found]
+    assert np.max(apart) < 1e-9 * np.abs(known).max()
+
+
+def test_its_rate_of_change_is_that_of_the_second_opinion_wherever_it_stands() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        x = np.concatenate([rng.normal(0.0, 0.02, 17), rng.normal(0.0, 0.1, 17)])
+        row = np.zeros(24)
+        row[1], row[2:22] = 45.0, rng.normal(0.0, 2e-3, 20)
+        found = MODEL.vehicles().rates(MODEL.single(), row, x[None])[0]
+        known = truth.rate(COACH, x, 45.0, rails(row))
+        assert found == pytest.approx(known, rel=1e-9, abs=1e-8)
+
+
+def test_a_simulation_agrees_with_the_second_opinion() -> None:
+    road = Road(lay(TRACK), 55.0)
+    table = road.table(MODEL.half_wheelbase(), 1)
+    channels = MODEL.vehicles().freedoms(MODEL.single())
+    found, lost = MODEL.vehicles().simulate(MODEL.single(), table, road.dt, 1, channels)
+    known = truth.march(COACH, 55.0, road.dt, rails(table))[:, :17]
+    assert lost[0] == -1
+    assert np.abs(found[0].T - known).max(axis=0) == pytest.approx(0.0, abs=1e-4 * known.std(axis=0).min())
+
+
+def test_on_steadily_canted_rails_every_body_slides_down_the_slope_alike() -> None:
+    phi = 0.01
+    freedoms = MODEL.vehicles().freedoms(MODEL.single())
+    design = MODEL.design
+    heights = {"body": 1.8, "frame_1": 0.6, "frame_2": 0.6}
+    x = np.zeros(34)
+    for i, name in enumerate(freedoms):
+        letter, _, body = name.partition(".")
+        # turned about the middle of the track as one piece
+        x[i] = phi if letter == "phi" else phi * heights.get(body, 0.46) if letter == "y" else 0.0
+    row = np.zeros(24)
+    row[1], row[[4, 9, 14, 19]] = 40.0, phi
+    free = Model(
+        design.with_values({"contact.wheels.roll": 0.0, "contact.wheels.contact_angle": 0.0, "contact.spin_creep": 0.0})
+    )
+    found = free.vehicles().rates(free.single(), row, x[None])[0][17:]
+    lateral = [a for a, name in zip(found, freedoms, strict=True) if name.startswith("y.")]
+    turning = [a for a, name in zip(found, freedoms, strict=True) if not name.startswith("y.")]
+    assert lateral == pytest.approx(np.full(7, 9.81 * phi), rel=2e-3)  # as far as the loads are rounded
+    assert turning == pytest.approx(np.zeros(10), abs=1e-3)
+
+
+def test_a_softer_anti_roll_bar_lets_the_body_roll_more_slowly() -> None:
+    soft = Model(MODEL.design.with_values({"vehicle.elements.anti_roll_bar.stiffness": 0.0}))
+    slow = [min(abs(z.imag) for z in m.eigenvalues(30.0)[0] if z.imag and z.real > -5) for m in (soft, MODEL)]
+    assert slow[0] < slow[1]
