@@ -216,7 +216,10 @@ class Filter:
 
 @dataclass(frozen=True)
 class Rides:
-    """Statistics of many rides: displacement [n, wheelset, (mean, sd, share of contact)], rms [n, cascade]."""
+    """Statistics of many rides: displacement [n, wheelset, (mean, sd, share of contact)], the others per acceleration.
+
+    rms [n, acceleration, cascade], blocks [n, acceleration, block], diverged [n].
+    """
 
     displacement: Floats
     rms: Floats
@@ -274,13 +277,20 @@ class Vehicles:
         *,
         block: int = 0,
         jobs: int | None = 1,
+        wheelsets: int = 2,
     ) -> Rides:
-        """Statistics that stream with the steps; cascades [vehicle, section, 6] act on the third channel."""
-        n = len(batch)
+        """Statistics that stream with the steps.
+
+        Of the channels the first `wheelsets` are displacements, the others accelerations, each behind all cascades
+        [vehicle, section, 6]; blocks are those of the first cascade.
+        """
+        n, points = len(batch), max(len(channels) - wheelsets, 0)
         e, rms, blocks, lost = self._core.score(
-            batch, table, dt, steps, list(channels), clearance, list(cascades), block, jobs_or_all(jobs)
+            batch, table, dt, steps, list(channels), clearance, list(cascades), block, jobs_or_all(jobs), wheelsets
         )
-        return Rides(e.reshape(n, 2, 3), rms.reshape(n, -1), blocks.reshape(n, -1), np.array(lost))
+        shape = (n, points, len(cascades))
+        shares = e.reshape(n, min(wheelsets, len(channels)), 3)
+        return Rides(shares, rms.reshape(shape), blocks.reshape(n, points, -1 if points else 0), np.array(lost))
 
     def steps(self, batch: Batch, slowest: float, fastest: float, dt: float) -> list[int]:
         """RK4 steps per sample that each vehicle needs between two speeds [m/s]; ValueError where too many."""

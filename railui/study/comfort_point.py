@@ -24,7 +24,19 @@ from railui.study.weighting import (
 Floats = NDArray[np.float64]
 
 COACH: Final = "coach centre, its own mass on spring and damper"
+UNCHANGED: Final = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])  # a section that passes everything
 BARELY: Final = 1e-6  # share of critical damping of an undamped coach, for its transfer to exist
+
+
+def floor_points(model: Model) -> tuple[str, ...]:
+    """The names of the floor points that a vehicle of bodies and elements has."""
+    structure = model.design.structure
+    return () if structure is None else tuple(part.name for part in structure.floor)
+
+
+def felt(model: Model) -> tuple[str, ...]:
+    """The channels of acceleration behind which comfort lies: the floor points, or the frame."""
+    return tuple(f"floor.{name}" for name in floor_points(model)) or ("ayf",)
 
 
 def coach(model: Model) -> int | None:
@@ -47,39 +59,44 @@ def floor_of(model: Model, row: Floats) -> Riding:
 
 
 def comfort_sections(model: Model, rows: Floats, dt: float) -> dict[str, Floats]:
-    """Streaming filters [n, sections, 6] from the frame's acceleration to each weighted one, `dt` [s] apart.
+    """Streaming filters [n, sections, 6] from the acceleration of frame or floor to each weighted one, `dt` [s] apart.
 
     Those of `comfort_cascades`, and for goods `acceleration`, which is not weighted.
     """
     ridings = [floor_of(model, row) for row in rows] if coach(model) is not None else [model.design.riding]
     kinds = {riding: i for i, riding in enumerate(dict.fromkeys(ridings))}
-    made = [_sections(riding, dt) for riding in kinds]
+    transfer = not floor_points(model)
+    made = [_sections(riding, dt, transfer) for riding in kinds]
     pick = [kinds[riding] for riding in ridings] if len(kinds) > 1 else [0] * len(rows)
     return {name: np.stack([one[name] for one in made])[pick] for name in made[0]}
 
 
-def _sections(riding: Riding, dt: float) -> dict[str, Floats]:
-    found = comfort_cascades(riding, dt)
+def _sections(riding: Riding, dt: float, transfer: bool) -> dict[str, Floats]:
+    found = comfort_cascades(riding, dt, transfer)
     if riding.use == "goods":
-        found["acceleration"] = discretise(before(riding), dt)
+        point = before(riding, transfer)
+        found["acceleration"] = discretise(point, dt) if point.poles.size else UNCHANGED
     return found
 
 
-def before(riding: Riding) -> Analog:
-    """The transfer from the frame to the comfort point: floor, and the cushion where there is one."""
-    factors = [one_mass(riding.floor_frequency, riding.floor_damping)]
+def before(riding: Riding, transfer: bool = True) -> Analog:
+    """The transfer to the comfort point, from the frame, or (not `transfer`) from the floor itself.
+
+    The floor's, and the cushion's where there is one.
+    """
+    factors = [one_mass(riding.floor_frequency, riding.floor_damping)] if transfer else []
     if riding.cushion_frequency is not None and riding.cushion_damping is not None:
         factors.append(one_mass(riding.cushion_frequency, riding.cushion_damping))
     return cascade(*factors)
 
 
 def reference(model: Model, acceleration: ArrayLike, dt: float) -> dict[str, float]:
-    """Weighted accelerations [m/s^2] of the frame's acceleration [samples] in the frequency domain.
+    """Weighted accelerations [m/s^2] of the acceleration of frame or floor [samples] in the frequency domain.
 
     W_d and the brick wall of the 1970s at the comfort point, by the convention of `weighted_rms`: beside
     them stand the streaming forms.
     """
-    point = before(floor_of(model, model.row))
+    point = before(floor_of(model, model.row), not floor_points(model))
 
     def wd(f: Floats) -> Floats:
         return point.modulus(f) * W_D.modulus(f)

@@ -14,11 +14,13 @@ from railui.core import Batch, Vehicles
 from railui.files.design import Design, load_design
 from railui.files.problems import FileProblems, Problem
 from railui.files.study_model import read_speed
-from railui.study.comfort_point import COACH, coach, comfort_sections, reference
+from railui.study.comfort_point import COACH, coach, comfort_sections, felt, floor_points, reference
+from railui.study.measures import HOUR, comfort_time, ride_value
 from railui.study.model import Model, placement
 from railui.study.road import Laid, Road, lay
 from railui.study.score import FLOOR_OF_FRAME, riding_quality
 from railui.track import Track
+from railui.track.table import LEADING, PER_WHEELSET
 
 Floats = NDArray[np.float64]
 Given = Design | Model | str | Path
@@ -27,7 +29,9 @@ TrackGiven = Track | Laid | str | Path
 SCORED: Final = ("e1", "e2", "ayf")
 CHANNELS: Final = (*SCORED, "ay1", "ay2", "rf", "d1", "d2", "psi1", "psi2")
 BLOCK: Final = 5.0  # s, of the running rms of EN 12299
-GAUGES: Final = (6, 11)  # columns of the input table: gauge under the leading and the trailing wheelset
+GAUGE: Final = 4  # column of the gauge among those of a wheelset
+WEIGHTED: Final = ("weighted_acceleration", "weighted_acceleration_1974", "wz")
+JUDGED_BY: Final = WEIGHTED[1]  # of several floor points: that which feels most of it decides
 
 
 def model_of(design: Given) -> Model:
@@ -46,6 +50,11 @@ def model_of(design: Given) -> Model:
 
 def _refused(design: Design, key: str, what: str, remedy: str) -> FileProblems:
     return FileProblems([Problem(str(design.source or design.name), 0, 0, key, what, remedy)])
+
+
+def displacements(model: Model) -> tuple[str, ...]:
+    """The channels of the displacements of all wheelsets: e1, e2, ..."""
+    return tuple(f"e{i + 1}" for i in range(len(model.behind())))
 
 
 def road_of(track: TrackGiven, speed: float | str, seed: int | None = None) -> Road:
@@ -108,7 +117,7 @@ def statistics_many(
     kinds = list(zip(wheelbases, steps.tolist(), strict=True))
     for a, n in sorted(set(kinds)):
         here = np.array([i for i, kind in enumerate(kinds) if kind == (a, n)])
-        group = _Group(vehicles, batch.select(here), road, road.table(a, n), n, clearance[here], jobs)
+        group = _Group(model, vehicles, batch.select(here), road, road.table(a, n), n, clearance[here], jobs)
         parts, lost[here] = group.statistics({name: each[here] for name, each in sections.items()})
         if model.design.gauge_widens_clearance and np.any(road.track.gauge):
             parts |= group.widened(parts["sd_e"])
@@ -125,38 +134,49 @@ class _Group:
     """Vehicles of one structure, wheelbase and step count on a road."""
 
     def __init__(
-        self, vehicles: Vehicles, batch: Batch, road: Road, table: Floats, steps: int, clearance: Floats,
-        jobs: int | None,
+        self, model: Model, vehicles: Vehicles, batch: Batch, road: Road, table: Floats, steps: int,
+        clearance: Floats, jobs: int | None,
     ) -> None:  # fmt: skip
         self.vehicles, self.batch, self.clearance, self.jobs = vehicles, batch, clearance, jobs
         self.course = (table, road.dt, steps)
+        self.wheels, self.points = displacements(model), felt(model)
 
     def statistics(self, sections: dict[str, Floats]) -> tuple[dict[str, Floats], NDArray[np.int64]]:
-        """What streams with the steps, and the sample at which each vehicle was lost (-1: never)."""
+        """What streams with the steps, and the sample at which each vehicle was lost (-1: never).
+
+        Of several floor points the accelerations are those of the worst, `point`; `NAME_points` has them all.
+        """
         weights = [np.ascontiguousarray(each) for each in sections.values()]
         block = max(1, round(BLOCK / self.course[1]))
         rides = self.vehicles.score(
-            self.batch, *self.course, SCORED, self.clearance, weights, block=block, jobs=self.jobs
-        )
-        e = rides.displacement
+            self.batch, *self.course, (*self.wheels, *self.points), self.clearance, weights, block=block,
+            jobs=self.jobs, wheelsets=len(self.wheels),
+        )  # fmt: skip
+        e, names = rides.displacement, list(sections)
         parts = {"mean_e": e[:, :, 0], "sd_e": e[:, :, 1], "flange_fractions": e[:, :, 2]}
-        parts["block_rms"] = np.sqrt(rides.blocks)
-        return parts | {name: rides.rms[:, i] for i, name in enumerate(sections)}, rides.diverged
+        worst, row = np.argmax(rides.rms[:, :, names.index(JUDGED_BY)], axis=1), np.arange(len(self.batch))
+        parts["block_rms"] = np.sqrt(rides.blocks[row, worst])
+        parts |= {name: rides.rms[row, worst, i] for i, name in enumerate(names)}
+        if len(self.points) > 1:
+            parts["point"] = worst.astype(float)
+            parts |= {f"{name}_points": rides.rms[:, :, i] for i, name in enumerate(names)}
+        return parts, rides.diverged
 
     def widened(self, sd_e: Floats) -> dict[str, Floats]:
         """Shares against c + g/2, counted on the series; the spread of abs(e) - g/2 in place of e's own."""
-        series, _ = self.vehicles.simulate(self.batch, *self.course, SCORED[:2], jobs=self.jobs)
+        series, _ = self.vehicles.simulate(self.batch, *self.course, self.wheels, jobs=self.jobs)
         table, _, steps = self.course
-        half = 0.5 * table[:: 2 * steps, GAUGES].T
+        columns = [LEADING + PER_WHEELSET * i + GAUGE for i in range(len(self.wheels))]
+        half = 0.5 * table[:: 2 * steps, columns].T
         touching = np.abs(series) >= self.clearance[:, None, None] + half
         # at the two flanges e and g/2 covary with opposite signs: in the mean of both nothing of it is left
         return {"flange_fractions": touching.mean(axis=2), "sd_e": np.hypot(sd_e, half.std(axis=1))}
 
     def peaks(self, sections: Floats) -> Floats:
-        """The greatest acceleration [n] at the comfort point."""
-        series, _ = self.vehicles.simulate(self.batch, *self.course, SCORED[2:], jobs=self.jobs)
-        felt = [signal.sosfilt(w, x[0]) for w, x in zip(sections, series, strict=True)]
-        return np.asarray(np.abs(felt).max(axis=1))
+        """The greatest acceleration [n] at any comfort point."""
+        series, _ = self.vehicles.simulate(self.batch, *self.course, self.points, jobs=self.jobs)
+        passed = [signal.sosfilt(w, x, axis=-1) for w, x in zip(sections, series, strict=True)]
+        return np.asarray(np.abs(passed).max(axis=(1, 2)))
 
 
 def structure_of(model: Model) -> tuple[Any, ...]:
@@ -181,7 +201,9 @@ def rides(models: Sequence[Model], road: Road, jobs: int | None = None) -> list[
 def quality_of(model: Model, statistics: dict[str, Floats], i: int, road: Road) -> dict[str, Any]:
     """The riding quality of one of many rides and what it rests on; notes say why a value is None."""
     one: dict[str, Any] = {name: values[i] for name, values in statistics.items()}
-    one["comfort_point"] = FLOOR_OF_FRAME if coach(model) is None else COACH
+    names = floor_points(model)
+    point = int(one["point"]) if "point" in one else 0
+    one["comfort_point"] = f"floor {names[point]}" if names else FLOOR_OF_FRAME if coach(model) is None else COACH
     clearance, notes = float(one["clearance"]), list(road.laid.notes)
     if model.design.gauge_widens_clearance:
         clearance += float(road.track.gauge.mean()) / 2
@@ -191,11 +213,27 @@ def quality_of(model: Model, statistics: dict[str, Floats], i: int, road: Road) 
     found = riding_quality(one, model.design.riding, clearance)
     found["notes"] += notes
     lost = bool(one["diverged"])
+    if names:
+        found["floor"] = None if lost else floor_of_points(names, one)
     found["diverged"] = {"at_s": float(one["lost_at"])} if lost else None
     spread = {} if lost else {name: [float(x) for x in one[name]] for name in ("mean_e", "sd_e")}
     found["statistics"] = spread | {"samples": len(road.track), "duration": road.duration}
     found["steps"] = int(one["steps"])
     return found | {"speed": road.speed, "seed": road.laid.seed, "track": road.laid.name}
+
+
+def floor_of_points(names: Sequence[str], one: dict[str, Any]) -> dict[str, dict[str, float]]:
+    """What each floor point feels: weighted accelerations, comfort hours and Wz."""
+    found = {}
+    for i, name in enumerate(names):
+        felt = {key: float(one[f"{key}_points"][i] if len(names) > 1 else one[key]) for key in WEIGHTED}
+        found[name] = {
+            "weighted_acceleration": felt["weighted_acceleration"],
+            "weighted_acceleration_1974": felt[JUDGED_BY],
+            "comfort_hours": float(comfort_time(felt[JUDGED_BY])) / HOUR,
+            "wz": float(ride_value(felt["wz"])),
+        }
+    return found
 
 
 def ride_many(
@@ -230,6 +268,8 @@ def ride(
     model, road = model_of(design), road_of(track, speed, seed)
     found = rides([model], road, jobs)[0]
     if found["diverged"] is None:
-        acceleration = _series(model, road, ["ayf"])[0]
+        names = floor_points(model)
+        channel = found["comfort_point"].replace("floor ", "floor.", 1) if names else "ayf"
+        acceleration = _series(model, road, [channel])[0]
         return found | {"reference": reference(model, acceleration, road.dt)}
     return found | {"reference": None}

@@ -45,9 +45,9 @@ def _rational(numerator: Sequence[float], denominator: Sequence[float]) -> Analo
 
 
 def cascade(*parts: Analog) -> Analog:
-    """Filters one after the other."""
-    zeros = np.concatenate([part.zeros for part in parts])
-    poles = np.concatenate([part.poles for part in parts])
+    """Filters one after the other; none passes everything."""
+    zeros = np.concatenate([np.zeros(0, dtype=np.complex128), *(part.zeros for part in parts)])
+    poles = np.concatenate([np.zeros(0, dtype=np.complex128), *(part.poles for part in parts)])
     return Analog(zeros, poles, float(np.prod([part.gain for part in parts])))
 
 

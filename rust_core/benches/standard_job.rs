@@ -95,6 +95,7 @@ fn main() {
             2
         }];
         let weighing = Weighing {
+            wheelsets: 2,
             channels: channels.iter().map(|c| c.to_string()).collect(),
             clearance: &clearance,
             cascades: if comfort { cascades.iter().map(Vec::as_slice).collect() } else { Vec::new() },

@@ -173,19 +173,21 @@ pub fn statics(many: &Many<'_>, offsets: &[f64], curvature: &[f64]) -> Result<(V
 
 /// The statistics of a ride of every vehicle.
 pub struct Scores {
-    /// Per vehicle: mean, standard deviation and share of flange contact of e_1, then of e_2.
-    pub displacement: Vec<[[f64; 3]; 2]>,
-    /// Per vehicle, per cascade: rms.
+    /// Per vehicle: mean, standard deviation and share of flange contact of e_1, e_2, ...
+    pub displacement: Vec<Vec<[f64; 3]>>,
+    /// Per vehicle, per acceleration, per cascade: rms.
     pub rms: Vec<Vec<f64>>,
-    /// Per vehicle: mean squares of the blocks.
+    /// Per vehicle, per acceleration: mean squares of the blocks.
     pub blocks: Vec<Vec<f64>>,
     pub diverged: Vec<Option<usize>>,
 }
 
 /// What is summed along the ride.
 pub struct Weighing<'a> {
-    /// e_1, e_2 and the acceleration, or e_1, e_2 alone.
+    /// e_1, e_2, ..., then accelerations.
     pub channels: Vec<String>,
+    /// How many of them are displacements.
+    pub wheelsets: usize,
     /// Per vehicle [m].
     pub clearance: &'a [f64],
     /// Per cascade: sections of every vehicle, [vehicle][section][6].
@@ -195,6 +197,8 @@ pub struct Weighing<'a> {
 
 pub fn score(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>, cancel: &AtomicBool) -> Result<Scores> {
     let samples = course.samples();
+    let wheelsets = weighing.wheelsets.min(weighing.channels.len());
+    let points = weighing.channels.len() - wheelsets;
     let parts: Vec<_> = many
         .groups()
         .into_par_iter()
@@ -211,7 +215,7 @@ pub fn score(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>, canc
                     cascade(&(from..from + live).map(|i| &all[i * n..(i + 1) * n]).collect::<Vec<_>>())
                 })
                 .collect();
-            let mut sums = Sums::new(samples, clearance, cascades, weighing.block);
+            let mut sums = Sums::new(samples, clearance, [wheelsets, points], cascades, weighing.block);
             let lost = run(&group, course, &many.initial(from, live), live, &mut sums, cancel)?;
             Ok::<_, Error>((sums, lost, live))
         })
@@ -220,7 +224,7 @@ pub fn score(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>, canc
     for (sums, lost, live) in parts {
         for (lane, lost) in lost.iter().enumerate().take(live) {
             scores.displacement.push(sums.displacement(lane));
-            scores.rms.push((0..weighing.cascades.len()).map(|c| sums.rms(c, lane)).collect());
+            scores.rms.push((0..sums.squares.len()).map(|i| sums.rms(i, lane)).collect());
             scores.blocks.push(sums.blocks.iter().map(|b| b.0[lane]).collect());
             scores.diverged.push(*lost);
         }

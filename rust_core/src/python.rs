@@ -292,8 +292,9 @@ impl Vehicle {
         Ok((PyArray1::from_vec(py, series), lost.into_iter().map(|k| k.map_or(-1, |k| k as i64)).collect()))
     }
 
-    /// Statistics of a ride: (e [vehicle x 2 x 3], rms [vehicle x cascade], blocks [vehicle x block], diverged).
-    #[pyo3(signature = (batch, table, dt, steps, channels, clearance, cascades, block, jobs=1))]
+    /// Statistics of a ride: (e [vehicle x wheelset x 3], rms [vehicle x acceleration x cascade], blocks
+    /// [vehicle x acceleration x block], diverged).
+    #[pyo3(signature = (batch, table, dt, steps, channels, clearance, cascades, block, jobs=1, wheelsets=2))]
     #[allow(clippy::too_many_arguments, clippy::type_complexity)]
     fn score<'py>(
         &self,
@@ -307,6 +308,7 @@ impl Vehicle {
         cascades: Vec<PyReadonlyArray3<'py, f64>>,
         block: usize,
         jobs: usize,
+        wheelsets: usize,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Vec<i64>)> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
@@ -314,6 +316,7 @@ impl Vehicle {
         course.check(self.structure.columns())?;
         let weighing = Weighing {
             channels,
+            wheelsets,
             clearance: clearance.as_slice()?,
             cascades: cascades.iter().map(|c| c.as_slice()).collect::<Result<_, _>>()?,
             block,

@@ -6,52 +6,64 @@ use crate::vehicle::{Group, STATES};
 /// A cascade of second-order sections [b0, b1, b2, a1, a2] per lane.
 pub type Cascade = Vec<[Lanes; 5]>;
 
-/// Sums of e_1, e_2 and of the weighted acceleration; readings 0 and 1 are e_1, e_2, reading 2 the acceleration.
+/// Sums of the displacements and of the weighted accelerations: the first readings are e_1, e_2, ..., the others
+/// accelerations, each behind every cascade.
 pub struct Sums {
     pub samples: usize,
     clearance: Lanes,
+    wheelsets: usize,
     cascades: Vec<Cascade>,
     /// Samples per block of the block rms, 0: none.
     block: usize,
     memory: Vec<[Lanes; 2]>,
     pub count: usize,
     /// Per wheelset: sum, sum of squares, samples with abs(e) at the clearance or beyond.
-    pub e: [[Lanes; 3]; 2],
-    /// Per cascade: sum of squares.
+    pub e: Vec<[Lanes; 3]>,
+    /// Per acceleration, per cascade: sum of squares.
     pub squares: Vec<Lanes>,
-    /// Per block: mean square of cascade 0.
+    /// Per acceleration, per block: mean square of cascade 0.
     pub blocks: Vec<Lanes>,
 }
 
 impl Sums {
-    pub fn new(samples: usize, clearance: Lanes, cascades: Vec<Cascade>, block: usize) -> Self {
-        let sections = cascades.iter().map(Vec::len).sum();
+    /// `points`: how many accelerations there are beside the displacements of the wheelsets.
+    pub fn new(
+        samples: usize,
+        clearance: Lanes,
+        [wheelsets, points]: [usize; 2],
+        cascades: Vec<Cascade>,
+        block: usize,
+    ) -> Self {
+        let sections: usize = cascades.iter().map(Vec::len).sum();
         let blocks = samples.checked_div(block).unwrap_or(0);
         Sums {
             samples,
             clearance,
-            squares: vec![Lanes::ZERO; cascades.len()],
+            wheelsets,
+            squares: vec![Lanes::ZERO; points * cascades.len()],
             cascades,
             block,
-            memory: vec![[Lanes::ZERO; 2]; sections],
+            memory: vec![[Lanes::ZERO; 2]; points * sections],
             count: 0,
-            e: [[Lanes::ZERO; 3]; 2],
-            blocks: vec![Lanes::ZERO; blocks],
+            e: vec![[Lanes::ZERO; 3]; wheelsets],
+            blocks: vec![Lanes::ZERO; points * blocks],
         }
     }
 
     /// Means, standard deviations and shares of flange contact of one lane.
-    pub fn displacement(&self, lane: usize) -> [[f64; 3]; 2] {
+    pub fn displacement(&self, lane: usize) -> Vec<[f64; 3]> {
         let n = self.samples as f64;
-        [0, 1].map(|i| {
-            let mean = self.e[i][0].0[lane] / n;
-            let variance = (self.e[i][1].0[lane] / n - mean * mean).max(0.0);
-            [mean, variance.sqrt(), self.e[i][2].0[lane] / n]
-        })
+        let of = |[sum, squares, touching]: &[Lanes; 3]| {
+            let mean = sum.0[lane] / n;
+            let variance = (squares.0[lane] / n - mean * mean).max(0.0);
+            [mean, variance.sqrt(), touching.0[lane] / n]
+        };
+        self.e.iter().map(of).collect()
     }
 
-    pub fn rms(&self, cascade: usize, lane: usize) -> f64 {
-        (self.squares[cascade].0[lane] / self.samples as f64).sqrt()
+    /// Per acceleration, per cascade.
+    pub fn rms(&self, i: usize, lane: usize) -> f64 {
+        (self.squares[i].0[lane] / self.samples as f64).sqrt()
     }
 }
 
@@ -64,34 +76,36 @@ impl Observer for Sums {
     #[inline(always)]
     fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) {
         let clearance = P::load(&self.clearance, at);
-        let wheelsets = group.readings.len().min(2);
-        for i in 0..wheelsets {
-            let e = group.readings[i].read(at, row, x, dx);
-            let [sum, squares, touching] = &mut self.e[i];
+        for (reading, [sum, squares, touching]) in group.readings.iter().zip(&mut self.e) {
+            let e = reading.read(at, row, x, dx);
             add(sum, at, e);
             P::load(squares, at).mul_add(P::splat(1.0), e * e).store(squares, at);
             add(touching, at, e.abs().if_less(clearance, P::zero(), P::splat(1.0)));
         }
-        if group.readings.len() < 3 {
-            return;
-        }
-        let acceleration = group.readings[2].read(at, row, x, dx);
+        let blocks = self.samples.checked_div(self.block).unwrap_or(0);
         let mut memory = self.memory.iter_mut();
-        for (c, cascade) in self.cascades.iter().enumerate() {
-            let mut w = acceleration;
-            for section in cascade {
-                let [m0, m1] = memory.next().expect("a memory per section");
-                let get = |i: usize| P::load(&section[i], at);
-                // transposed direct form II
-                let y = get(0).mul_add(w, P::load(m0, at));
-                get(3).neg_mul_add(y, get(1).mul_add(w, P::load(m1, at))).store(m0, at);
-                get(4).neg_mul_add(y, get(2) * w).store(m1, at);
-                w = y;
-            }
-            let square = w * w;
-            add(&mut self.squares[c], at, square);
-            if c == 0 && self.block > 0 && k / self.block < self.blocks.len() {
-                add(&mut self.blocks[k / self.block], at, square * P::splat(1.0 / self.block as f64));
+        for (point, reading) in group.readings.iter().skip(self.wheelsets).enumerate() {
+            let acceleration = reading.read(at, row, x, dx);
+            for (c, cascade) in self.cascades.iter().enumerate() {
+                let mut w = acceleration;
+                for section in cascade {
+                    let [m0, m1] = memory.next().expect("a memory per section");
+                    let get = |i: usize| P::load(&section[i], at);
+                    // transposed direct form II
+                    let y = get(0).mul_add(w, P::load(m0, at));
+                    get(3).neg_mul_add(y, get(1).mul_add(w, P::load(m1, at))).store(m0, at);
+                    get(4).neg_mul_add(y, get(2) * w).store(m1, at);
+                    w = y;
+                }
+                let square = w * w;
+                add(&mut self.squares[point * self.cascades.len() + c], at, square);
+                if c == 0 && self.block > 0 && k / self.block < blocks {
+                    add(
+                        &mut self.blocks[point * blocks + k / self.block],
+                        at,
+                        square * P::splat(1.0 / self.block as f64),
+                    );
+                }
             }
         }
     }
