@@ -44,10 +44,8 @@ impl Job for Statics<'_> {
             let x = |i: usize| P::load(&stand.states[i], at);
             let z = |i: usize| P::load(&stand.offsets[i], at) + x(i);
             let mut force = vec![P::zero(); group.states - n];
-            for (i, entries) in group.matrix.iter().enumerate() {
-                for (j, a) in entries.iter().filter(|(j, _)| *j < n) {
-                    force[i] = P::load(a, at).mul_add(z(*j), force[i]);
-                }
+            for (i, j, a) in group.matrix.state().filter(|(_, j, _)| *j < n) {
+                force[i] = P::load(a, at).mul_add(z(j), force[i]);
             }
             let curvature = P::load(&stand.curvature, at);
             for (wheelset, told) in group.wheelsets.iter().zip(&mut out.wheelsets) {

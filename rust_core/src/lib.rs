@@ -7,6 +7,7 @@ pub mod wheelset;
 pub mod assemble;
 pub mod bodies;
 pub mod plain;
+pub mod rows;
 pub mod vehicle;
 pub mod curve;
 pub mod integrate;

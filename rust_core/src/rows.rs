@@ -1,77 +1,150 @@
 //! Sparse rows of sixteen vehicles: forces that are linear in the state and in the track.
+//!
+//! Rows of one length stand together, each filled up to an even number of terms: their products are written out for
+//! every length, since a loop of a few turns costs more in mispredicted ends than in products.
 use crate::lanes::{Lanes, Part};
 
-/// Terms of one kind: what they multiply and the numbers, row after row.
-#[derive(Clone, Debug, Default)]
-struct Terms {
+/// Columns of the input table that may move anything; behind them those that the speed multiplies.
+pub const COLUMNS: usize = 64;
+/// The longest row.
+const LONGEST: usize = 64;
+
+/// Rows of one length.
+#[derive(Clone, Debug)]
+struct Even {
+    length: usize,
+    rows: Vec<u32>,
     places: Vec<u32>,
     factors: Vec<Lanes>,
-    /// Where each row ends.
-    ends: Vec<u32>,
+}
+
+/// Terms of one kind by length of their rows.
+#[derive(Clone, Debug, Default)]
+struct Terms {
+    groups: Vec<Even>,
 }
 
 impl Terms {
-    fn push(&mut self, row: Vec<(usize, Lanes)>) {
-        for (place, factor) in row.into_iter().filter(|(_, factor)| !factor.is_zero()) {
-            self.places.push(place as u32);
-            self.factors.push(factor);
+    fn push(&mut self, row: usize, mut terms: Vec<(usize, Lanes)>) {
+        terms.retain(|(_, factor)| !factor.is_zero());
+        if terms.is_empty() {
+            return;
         }
-        self.ends.push(self.places.len() as u32);
+        if terms.len() % 2 == 1 {
+            terms.push((terms[0].0, Lanes::ZERO));
+        }
+        let length = terms.len();
+        assert!(length <= LONGEST, "a row of {length} terms");
+        let group = match self.groups.iter_mut().find(|group| group.length == length) {
+            Some(group) => group,
+            None => {
+                self.groups.push(Even { length, rows: Vec::new(), places: Vec::new(), factors: Vec::new() });
+                self.groups.last_mut().expect("just pushed")
+            }
+        };
+        group.rows.push(row as u32);
+        for (place, factor) in terms {
+            group.places.push(place as u32);
+            group.factors.push(factor);
+        }
     }
 
-    fn count(&self) -> usize {
-        self.places.len()
-    }
-
-    /// start + the sum of one row over values by place; two sums side by side, for the latency of an addition.
+    /// to(row, sum of factor times value) for every row that has terms.
     #[inline(always)]
-    fn sum<P: Part>(&self, at: usize, row: usize, start: P, value: impl Fn(usize) -> P) -> P {
-        let from = if row == 0 { 0 } else { self.ends[row - 1] as usize };
-        let to = self.ends[row] as usize;
-        let (places, factors) = (&self.places[from..to], &self.factors[from..to]);
-        let (mut even, mut odd) = (start, P::zero());
-        let mut pairs = places.chunks_exact(2).zip(factors.chunks_exact(2));
-        for (i, a) in &mut pairs {
-            even = P::load(&a[0], at).mul_add(value(i[0] as usize), even);
-            odd = P::load(&a[1], at).mul_add(value(i[1] as usize), odd);
+    fn each<P: Part>(&self, at: usize, value: impl Fn(usize) -> P, mut to: impl FnMut(usize, P)) {
+        for group in &self.groups {
+            match group.length {
+                2 => group.each::<P, 2>(at, &value, &mut to),
+                4 => group.each::<P, 4>(at, &value, &mut to),
+                6 => group.each::<P, 6>(at, &value, &mut to),
+                8 => group.each::<P, 8>(at, &value, &mut to),
+                10 => group.each::<P, 10>(at, &value, &mut to),
+                12 => group.each::<P, 12>(at, &value, &mut to),
+                14 => group.each::<P, 14>(at, &value, &mut to),
+                16 => group.each::<P, 16>(at, &value, &mut to),
+                _ => group.long(at, &value, &mut to),
+            }
         }
-        if places.len() % 2 == 1 {
-            let last = places.len() - 1;
-            even = P::load(&factors[last], at).mul_add(value(places[last] as usize), even);
-        }
-        even + odd
     }
 }
 
-/// Rows over the state, over columns of the input table, and over columns that the speed multiplies.
+impl Even {
+    #[inline(always)]
+    fn each<P: Part, const N: usize>(&self, at: usize, value: &impl Fn(usize) -> P, to: &mut impl FnMut(usize, P)) {
+        let terms = self.places.as_chunks::<N>().0.iter().zip(self.factors.as_chunks::<N>().0);
+        for (row, (places, factors)) in self.rows.iter().zip(terms) {
+            // two sums side by side, for the latency of an addition
+            let mut sums = [P::zero(); 2];
+            for k in 0..N {
+                sums[k % 2] = P::load(&factors[k], at).mul_add(value(places[k] as usize), sums[k % 2]);
+            }
+            to(*row as usize, sums[0] + sums[1]);
+        }
+    }
+
+    #[inline(always)]
+    fn long<P: Part>(&self, at: usize, value: &impl Fn(usize) -> P, to: &mut impl FnMut(usize, P)) {
+        let terms = self.places.chunks_exact(self.length).zip(self.factors.chunks_exact(self.length));
+        for (row, (places, factors)) in self.rows.iter().zip(terms) {
+            let mut sum = P::zero();
+            for (place, factor) in places.iter().zip(factors) {
+                sum = P::load(factor, at).mul_add(value(*place as usize), sum);
+            }
+            to(*row as usize, sum);
+        }
+    }
+}
+
+/// Rows over the state, and over columns of the input table.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
+    count: usize,
     state: Terms,
     inputs: Terms,
-    rates: Terms,
+    /// Columns up to here are read.
+    columns: usize,
 }
 
 impl Rows {
-    /// The terms of the next row; those that are zero in every lane are left out.
+    /// The terms of the next row: of the state, of columns, of columns that the speed multiplies (the lane's share of
+    /// the speed in the factor). Those that are zero in every lane are left out.
     pub fn push(&mut self, state: Vec<(usize, Lanes)>, inputs: Vec<(usize, Lanes)>, rates: Vec<(usize, Lanes)>) {
-        self.state.push(state);
-        self.inputs.push(inputs);
-        self.rates.push(rates);
+        let moved = rates.into_iter().map(|(column, factor)| (column + COLUMNS, factor));
+        let driven: Vec<_> = inputs.into_iter().chain(moved).filter(|(_, factor)| !factor.is_zero()).collect();
+        self.columns = driven.iter().map(|(column, _)| column % COLUMNS + 1).fold(self.columns, usize::max);
+        self.state.push(self.count, state);
+        self.inputs.push(self.count, driven);
+        self.count += 1;
+    }
+
+    /// The terms of all rows over the state: row, place, factor.
+    pub fn state(&self) -> impl Iterator<Item = (usize, usize, &Lanes)> {
+        self.state.groups.iter().flat_map(|group| {
+            let terms = group.places.iter().zip(&group.factors).enumerate();
+            terms.map(|(k, (place, factor))| (group.rows[k / group.length] as usize, *place as usize, factor))
+        })
     }
 
     /// Does the track move anything but the wheelsets?
     pub fn is_driven(&self) -> bool {
-        self.inputs.count() + self.rates.count() > 0
+        !self.inputs.groups.is_empty()
     }
 
-    /// The force of one row; the lane's share of the speed stands in its rates.
+    /// forces[from ..] = the force of every row.
     #[inline(always)]
-    pub fn force<P: Part>(&self, at: usize, row: usize, x: &[P; 64], table: &[f64]) -> P {
-        let force = self.state.sum(at, row, P::zero(), |i| x[i & 63]);
-        if !self.is_driven() {
-            return force;
+    pub fn forces<P: Part>(&self, at: usize, x: &[P; 64], table: &[f64], from: usize, forces: &mut [P; 64]) {
+        for force in &mut forces[from..from + self.count] {
+            *force = P::zero();
         }
-        let force = self.inputs.sum(at, row, force, |column| P::splat(table[column]));
-        self.rates.sum(at, row, force, |column| P::splat(table[1] * table[column]))
+        self.state.each(at, |i| x[i & 63], |row, force| forces[(from + row) & 63] = force);
+        if self.is_driven() {
+            let mut moving = [0.0; 2 * COLUMNS];
+            for (column, value) in table[..self.columns].iter().enumerate() {
+                moving[column % COLUMNS] = *value;
+                moving[column % COLUMNS + COLUMNS] = table[1] * value;
+            }
+            let to = |row: usize, force: P| forces[(from + row) & 63] = forces[(from + row) & 63] + force;
+            self.inputs.each(at, |column| P::splat(moving[column % (2 * COLUMNS)]), to);
+        }
     }
 }

@@ -9,6 +9,7 @@ use crate::error::{Error, Result, expect_len};
 use crate::lanes::{LANES, Lanes, Part};
 use crate::plain::{ContactNumbers, NO_LIMIT, PlainBogie};
 use crate::profile::ShapeLanes;
+use crate::rows::Rows;
 use crate::wheelset::{Passing, RailLanes, WheelsetLanes};
 
 /// Room for the state of one vehicle.
@@ -60,10 +61,9 @@ pub struct Group {
     pub dofs: usize,
     pub states: usize,
     pub columns: usize,
-    pub matrix: Vec<Vec<(usize, Lanes)>>,
+    /// -K and -C over x = [q, q'], and what the track moves of the suspension.
+    pub matrix: Rows,
     inv_mass: Vec<Lanes>,
-    inputs: Vec<(usize, usize, Lanes)>,
-    rates: Vec<(usize, usize, Lanes)>,
     pub wheelsets: Vec<WheelsetLanes>,
     pub forces: Vec<PlacedLaw>,
     pub speed_scale: Lanes,
@@ -253,10 +253,8 @@ impl Structure {
             dofs: n,
             states: 2 * n,
             columns: self.columns(),
-            matrix: Self::matrix(&vehicles),
+            matrix: Self::matrix(&vehicles, &scale),
             inv_mass: (0..n).map(|i| Lanes::from_fn(|l| 1.0 / vehicles[l].mass[i])).collect(),
-            inputs: Self::driven_by(&vehicles, |v| &v.inputs),
-            rates: Self::driven_by(&vehicles, |v| &v.rates),
             wheelsets: (0..first.wheelsets.len())
                 .map(|i| WheelsetLanes::new(&vehicles.iter().map(|v| v.wheelsets[i]).collect::<Vec<_>>()))
                 .collect(),
@@ -273,7 +271,7 @@ impl Structure {
         for (i, placed, range) in self.acting() {
             self.place(&mut group, &vehicles, &ones, i, placed, range)?;
         }
-        if self.kind == "bogie" && n == 6 && group.inputs.is_empty() {
+        if self.kind == "bogie" && n == 6 && !group.matrix.is_driven() {
             group.plain = Self::plain(&group, &vehicles, &ones);
         }
         group.readings =
@@ -312,8 +310,8 @@ impl Structure {
         Some(PlainBogie::new(&numbers, &contacts, &group.speed_scale, laws))
     }
 
-    /// Sparse rows of -K and -C over x = [q, q'].
-    fn matrix(vehicles: &[&Assembly]) -> Vec<Vec<(usize, Lanes)>> {
+    /// Sparse rows of -K and -C over x = [q, q'] and of the forces of the input table, a row per degree of freedom.
+    fn matrix(vehicles: &[&Assembly], scale: &Lanes) -> Rows {
         let n = vehicles[0].dofs.len();
         let entry = |i: usize, j: usize| {
             Lanes::from_fn(|l| {
@@ -321,18 +319,17 @@ impl Structure {
                 if j < n { -v.stiffness[(i, j)] } else { -v.damping[(i, j - n)] }
             })
         };
-        (0..n).map(|i| (0..2 * n).map(|j| (j, entry(i, j))).filter(|(_, a)| !a.is_zero()).collect()).collect()
-    }
-
-    /// Forces of the input table: (degree of freedom, column, factor), those that are zero in every lane left out.
-    fn driven_by(
-        vehicles: &[&Assembly],
-        of: impl Fn(&Assembly) -> &Vec<(usize, usize, f64)>,
-    ) -> Vec<(usize, usize, Lanes)> {
-        (0..of(vehicles[0]).len())
-            .map(|i| (of(vehicles[0])[i].0, of(vehicles[0])[i].1, Lanes::from_fn(|l| of(vehicles[l])[i].2)))
-            .filter(|(.., factor)| !factor.is_zero())
-            .collect()
+        let driven = |dof: usize, of: &dyn Fn(&Assembly) -> &Vec<(usize, usize, f64)>, scale: &Lanes| {
+            let here = |k: &usize| of(vehicles[0])[*k].0 == dof;
+            let term = |k: usize| (of(vehicles[0])[k].1, Lanes::from_fn(|l| of(vehicles[l])[k].2 * scale.0[l]));
+            (0..of(vehicles[0]).len()).filter(here).map(term).collect::<Vec<_>>()
+        };
+        let mut rows = Rows::default();
+        for i in 0..n {
+            let state = (0..2 * n).map(|j| (j, entry(i, j))).collect();
+            rows.push(state, driven(i, &|v| &v.inputs, &Lanes::splat(1.0)), driven(i, &|v| &v.rates, scale));
+        }
+        rows
     }
 
     /// The stops and the springs and dampers in series that belong to the vehicles themselves.
@@ -547,21 +544,7 @@ impl Group {
     #[inline(always)]
     pub fn rate<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
         let n = self.dofs;
-        for (i, entries) in self.matrix.iter().enumerate() {
-            let mut force = P::zero();
-            for (j, a) in entries {
-                force = P::load(a, at).mul_add(x[j & 63], force);
-            }
-            dx[(n + i) & 63] = force;
-        }
-        for (dof, column, factor) in &self.inputs {
-            let f = P::load(factor, at).mul_add(P::splat(row[*column]), dx[(n + dof) & 63]);
-            dx[(n + dof) & 63] = f;
-        }
-        for (dof, column, factor) in &self.rates {
-            let slope = self.passing::<P>(at, row).speed * P::splat(row[*column]);
-            dx[(n + dof) & 63] = P::load(factor, at).mul_add(slope, dx[(n + dof) & 63]);
-        }
+        self.matrix.forces(at, x, row, n, dx);
         if !self.wheelsets.is_empty() {
             let track = self.passing(at, row);
             for wheelset in &self.wheelsets {
