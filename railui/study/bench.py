@@ -89,7 +89,7 @@ def full_job(rows: Floats, jobs: int) -> Callable[[], Floats]:
             batch, table, way.dt, 1, SCORED, clearance, list(sections.values()), block=block, jobs=jobs
         )
         e = found.displacement
-        statistics = {name: found.rms[:, i] for i, name in enumerate(sections)}
+        statistics = {name: found.rms[:, 0, i] for i, name in enumerate(sections)}
         statistics |= {"mean_e": e[..., 0], "sd_e": e[..., 1], "flange_fractions": e[..., 2]}
         scored = score_many(statistics | {"diverged": found.diverged >= 0}, riding, float(clearance[0]))
         return scored["score"]
