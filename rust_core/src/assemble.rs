@@ -14,6 +14,9 @@ pub type Row = Vec<(usize, f64)>;
 /// Terms of the input table: (column, factor). The next column of a track quantity is its slope d/ds.
 pub type Inputs = Vec<(usize, f64)>;
 
+/// Forces of the input table: (degree of freedom, column, factor).
+pub type Driven = Vec<(usize, usize, f64)>;
+
 /// The number of the place between all wheelsets at once: the linkage.
 pub const LINKAGE: u8 = u8::MAX;
 
@@ -73,8 +76,8 @@ pub struct Assembly {
     pub wheelsets: Vec<Wheelset>,
     pub ports: Vec<Port>,
     /// (degree of freedom, column, factor): forces of the input table, and those that the speed multiplies.
-    pub inputs: Vec<(usize, usize, f64)>,
-    pub rates: Vec<(usize, usize, f64)>,
+    pub inputs: Driven,
+    pub rates: Driven,
     pub laws: Vec<OwnLaw>,
     pub channels: Vec<Channel>,
     /// Beyond these the run counts as diverged: abs(e_i) and abs(psi_i), or abs(q) where there is no wheelset.

@@ -127,6 +127,13 @@ impl Motion {
     }
 }
 
+/// The moment about the middle of the track that the suspension lays on a wheelset: of its motion, of its rates.
+#[derive(Clone, Debug, Default)]
+struct Transfer {
+    held: Motion,
+    damped: Motion,
+}
+
 /// Terms of a + factor b, each place once; nothing is left out, so that all vehicles of a layout have the same terms.
 fn sum(a: &[(usize, f64)], b: &[(usize, f64)], factor: f64) -> Vec<(usize, f64)> {
     let mut terms = a.to_vec();
@@ -223,18 +230,29 @@ impl Layout {
             placed[at].phi = Motion { row: vec![(y, -turn)], inputs };
             vehicle.wheelsets.push(wheelset);
         }
+        let mut transfers = vec![Transfer::default(); self.bodies.len()];
         for joint in &self.joints {
-            self.join(&mut vehicle, joint, &placed, &value);
+            self.join(&mut vehicle, joint, &placed, &mut transfers, &value);
         }
         for (body, at) in self.bodies.iter().zip(&placed) {
             self.outer(&mut vehicle, body, at);
         }
         self.look(&mut vehicle, &placed, &value);
+        for (i, (at, ..)) in self.wheelsets().enumerate() {
+            Self::load_transfer(&mut vehicle, i, &transfers[at]);
+        }
         vehicle.port_channels();
         Ok(vehicle)
     }
 
-    fn join(&self, vehicle: &mut Assembly, joint: &Joint, placed: &[Placed], value: &dyn Fn(&Number) -> f64) {
+    fn join(
+        &self,
+        vehicle: &mut Assembly,
+        joint: &Joint,
+        placed: &[Placed],
+        transfers: &mut [Transfer],
+        value: &dyn Fn(&Number) -> f64,
+    ) {
         let ground = Placed::ground();
         let [a, b] = joint.bodies.map(|body| body.map_or(&ground, |i| &placed[i]));
         let at = |point: &Point| [0, 1, 2].map(|i| value(&point[i]));
@@ -273,15 +291,31 @@ impl Layout {
                 declared[place][0] += k * arm;
                 declared[place][1] += c * arm;
             };
+            // the arm of its force about the middle of the track, on the first body and on the second
+            let arms = [from, to].map(|end| match way {
+                Way::Lateral => end[2],
+                Way::Vertical => end[1],
+                Way::Roll => 1.0,
+                _ => 0.0,
+            });
+            let mut lay = |law: f64, damped: bool| {
+                for (end, arm) in joint.bodies.iter().zip([-arms[0], arms[1]]) {
+                    let Some(i) = end.filter(|i| self.bodies[*i].wheels.is_some()) else { continue };
+                    let moment = if damped { &mut transfers[i].damped } else { &mut transfers[i].held };
+                    *moment = moment.plus(&motion, arm * law);
+                }
+            };
             match acts {
                 Acts::Spring(k) => {
                     let k = sides * value(k);
+                    lay(k, false);
                     vehicle.spring(&motion.row, k);
                     drive(&mut vehicle.inputs, &motion.row, &motion.inputs, k);
                     told(k, 0.0);
                 }
                 Acts::Damper(c) => {
                     let c = sides * value(c);
+                    lay(c, true);
                     vehicle.damper(&motion.row, c);
                     drive(&mut vehicle.rates, &motion.row, &motion.slopes(), c);
                     told(0.0, c);
@@ -362,6 +396,21 @@ impl Layout {
                 vehicle.ports.push(Port { at: name, class, wheelset: body.number, row, inputs, site });
             }
         }
+    }
+
+    /// The channel dQ of a wheelset: by how much its right wheel is loaded more, its left one less.
+    ///
+    /// 2 b dQ = moments of springs and dampers about the middle of the track - m r y'' + 2 N e, quasi-static in its roll.
+    fn load_transfer(vehicle: &mut Assembly, i: usize, transfer: &Transfer) {
+        let Wheelset { y, column, r, b, n, .. } = vehicle.wheelsets[i];
+        let (share, mass) = (0.5 / b, vehicle.mass[y]);
+        let displaced = Motion { row: vec![(y, 1.0)], inputs: vec![(column, -1.0), (column + 2, -r)] };
+        let held = transfer.held.times(share).plus(&displaced, n / b);
+        let damped = transfer.damped.times(share);
+        let channel = vehicle.channel(&format!("dQ{}", i + 1), Order::Position, &held.row);
+        channel.inputs = held.inputs;
+        channel.rates = damped.slopes();
+        channel.also = vec![(Order::Velocity, damped.row), (Order::Acceleration, vec![(y, -share * mass * r)])];
     }
 
     /// The channels: wheelsets, bodies, floor points.

@@ -2,7 +2,7 @@
 //!
 //! Rows of one length stand together, each filled up to an even number of terms: their products are written out for
 //! every length, since a loop of a few turns costs more in mispredicted ends than in products.
-use crate::lanes::{Lanes, Part};
+use crate::lanes::{Job, LANES, Lanes, Part, dispatch, level};
 
 /// Columns of the input table that may move anything; behind them those that the speed multiplies.
 pub const COLUMNS: usize = 64;
@@ -16,6 +16,8 @@ struct Even {
     rows: Vec<u32>,
     places: Vec<u32>,
     factors: Vec<Lanes>,
+    /// The factors as one part of the lanes after the other: what a part reads stands close together.
+    packed: Vec<Lanes>,
 }
 
 /// Terms of one kind by length of their rows.
@@ -38,7 +40,13 @@ impl Terms {
         let group = match self.groups.iter_mut().find(|group| group.length == length) {
             Some(group) => group,
             None => {
-                self.groups.push(Even { length, rows: Vec::new(), places: Vec::new(), factors: Vec::new() });
+                self.groups.push(Even {
+                    length,
+                    rows: Vec::new(),
+                    places: Vec::new(),
+                    factors: Vec::new(),
+                    packed: Vec::new(),
+                });
                 self.groups.last_mut().expect("just pushed")
             }
         };
@@ -71,14 +79,31 @@ impl Terms {
 impl Even {
     #[inline(always)]
     fn each<P: Part, const N: usize>(&self, at: usize, value: &impl Fn(usize) -> P, to: &mut impl FnMut(usize, P)) {
-        let terms = self.places.as_chunks::<N>().0.iter().zip(self.factors.as_chunks::<N>().0);
-        for (row, (places, factors)) in self.rows.iter().zip(terms) {
+        let share = LANES / P::WIDTH;
+        let here = self.packed.len() / share * (at / P::WIDTH);
+        let factors = self.packed[here..here + self.packed.len() / share].chunks_exact(N.div_ceil(share));
+        for (row, (places, factors)) in self.rows.iter().zip(self.places.as_chunks::<N>().0.iter().zip(factors)) {
             // two sums side by side, for the latency of an addition
             let mut sums = [P::zero(); 2];
             for k in 0..N {
-                sums[k % 2] = P::load(&factors[k], at).mul_add(value(places[k] as usize), sums[k % 2]);
+                let factor = P::load(&factors[k / share], k % share * P::WIDTH);
+                sums[k % 2] = factor.mul_add(value(places[k] as usize), sums[k % 2]);
             }
             to(*row as usize, sums[0] + sums[1]);
+        }
+    }
+
+    /// Parts of `width` lanes: [part][row][term].
+    fn pack(&mut self, width: usize) {
+        let (share, n) = (LANES / width, self.length);
+        self.packed.clear();
+        for at in (0..LANES).step_by(width) {
+            for row in self.factors.chunks_exact(n) {
+                for some in row.chunks(share) {
+                    let lane = |l: usize| some.get(l / width).map_or(0.0, |factor| factor.0[at + l % width]);
+                    self.packed.push(Lanes::from_fn(lane));
+                }
+            }
         }
     }
 
@@ -95,14 +120,23 @@ impl Even {
     }
 }
 
+struct Width;
+
+impl Job for Width {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<P: Part>(self) -> usize {
+        P::WIDTH
+    }
+}
+
 /// Rows over the state, and over columns of the input table.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
     count: usize,
     state: Terms,
     inputs: Terms,
-    /// Columns up to here are read.
-    columns: usize,
 }
 
 impl Rows {
@@ -111,10 +145,15 @@ impl Rows {
     pub fn push(&mut self, state: Vec<(usize, Lanes)>, inputs: Vec<(usize, Lanes)>, rates: Vec<(usize, Lanes)>) {
         let moved = rates.into_iter().map(|(column, factor)| (column + COLUMNS, factor));
         let driven: Vec<_> = inputs.into_iter().chain(moved).filter(|(_, factor)| !factor.is_zero()).collect();
-        self.columns = driven.iter().map(|(column, _)| column % COLUMNS + 1).fold(self.columns, usize::max);
         self.state.push(self.count, state);
         self.inputs.push(self.count, driven);
         self.count += 1;
+    }
+
+    /// Lay the factors out for the width of the parts that will read them.
+    pub fn pack(&mut self) {
+        let width = dispatch(level(), Width);
+        self.state.groups.iter_mut().chain(&mut self.inputs.groups).for_each(|group| group.pack(width));
     }
 
     /// The terms of all rows over the state: row, place, factor.
@@ -138,13 +177,9 @@ impl Rows {
         }
         self.state.each(at, |i| x[i & 63], |row, force| forces[(from + row) & 63] = force);
         if self.is_driven() {
-            let mut moving = [0.0; 2 * COLUMNS];
-            for (column, value) in table[..self.columns].iter().enumerate() {
-                moving[column % COLUMNS] = *value;
-                moving[column % COLUMNS + COLUMNS] = table[1] * value;
-            }
             let to = |row: usize, force: P| forces[(from + row) & 63] = forces[(from + row) & 63] + force;
-            self.inputs.each(at, |column| P::splat(moving[column % (2 * COLUMNS)]), to);
+            let moving = |column: usize| table[column % COLUMNS] * if column < COLUMNS { 1.0 } else { table[1] };
+            self.inputs.each(at, |column| P::splat(moving(column)), to);
         }
     }
 }

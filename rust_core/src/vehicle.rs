@@ -1,6 +1,6 @@
 //! A group of vehicles of one structure: the rate of change of its state.
 use crate::assemble::{
-    Assembly, Inputs, LINKAGE, Order, OwnLaw, Row, assemble, columns, eigenvalues, parameters, radius_bound,
+    Assembly, Driven, Inputs, LINKAGE, Order, OwnLaw, Row, assemble, columns, eigenvalues, parameters, radius_bound,
 };
 use crate::bodies::Layout;
 use crate::effects::effect::{Kind, Site, Slopes};
@@ -53,6 +53,19 @@ pub struct Reading {
     inputs: Vec<(usize, Lanes)>,
     /// Columns that the speed multiplies, with the lane's share of the speed.
     rates: Vec<(usize, Lanes)>,
+    /// The lateral forces of the wheels of a wheelset on the rails, in the place of all that.
+    guiding: Option<Box<Guiding>>,
+}
+
+/// Which wheels of which wheelset guide: both together, or one.
+#[derive(Clone, Debug)]
+struct Guiding {
+    wheelset: WheelsetLanes,
+    /// 0: both; 1 right, 2 left.
+    wheel: usize,
+    dofs: usize,
+    speed_scale: Lanes,
+    inv_speed_scale: Lanes,
 }
 
 /// What the step loop needs: sixteen vehicles of one structure.
@@ -319,7 +332,7 @@ impl Structure {
                 if j < n { -v.stiffness[(i, j)] } else { -v.damping[(i, j - n)] }
             })
         };
-        let driven = |dof: usize, of: &dyn Fn(&Assembly) -> &Vec<(usize, usize, f64)>, scale: &Lanes| {
+        let driven = |dof: usize, of: fn(&Assembly) -> &Driven, scale: &Lanes| {
             let here = |k: &usize| of(vehicles[0])[*k].0 == dof;
             let term = |k: usize| (of(vehicles[0])[k].1, Lanes::from_fn(|l| of(vehicles[l])[k].2 * scale.0[l]));
             (0..of(vehicles[0]).len()).filter(here).map(term).collect::<Vec<_>>()
@@ -327,8 +340,9 @@ impl Structure {
         let mut rows = Rows::default();
         for i in 0..n {
             let state = (0..2 * n).map(|j| (j, entry(i, j))).collect();
-            rows.push(state, driven(i, &|v| &v.inputs, &Lanes::splat(1.0)), driven(i, &|v| &v.rates, scale));
+            rows.push(state, driven(i, |v| &v.inputs, &Lanes::splat(1.0)), driven(i, |v| &v.rates, scale));
         }
+        rows.pack();
         rows
     }
 
@@ -443,7 +457,7 @@ impl Structure {
     }
 
     fn reading(group: &Group, vehicles: &[&Assembly], name: &str) -> Result<Reading> {
-        if let Some(reading) = Reading::of_state(group, name) {
+        if let Some(reading) = Reading::of_state(group, name).or_else(|| Reading::of_guiding(group, name)) {
             return Ok(reading);
         }
         let of = |v: &Assembly| v.channels.iter().position(|c| c.name == name);
@@ -482,7 +496,24 @@ impl Structure {
                 (channel.rates[t].0, Lanes::from_fn(factor))
             })
             .collect();
-        Ok(Reading { name: name.into(), state, rate, inputs, rates })
+        Ok(Reading { name: name.into(), state, rate, inputs, rates, guiding: None })
+    }
+}
+
+impl Guiding {
+    #[inline(always)]
+    fn force<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES]) -> P {
+        let track = Passing {
+            row,
+            speed: P::splat(row[1]) * P::load(&self.speed_scale, at),
+            inv_speed: P::splat(1.0 / row[1]) * P::load(&self.inv_speed_scale, at),
+        };
+        let [right, left] = self.wheelset.guiding(at, &track, self.dofs, x);
+        match self.wheel {
+            0 => right + left,
+            1 => right,
+            _ => left,
+        }
     }
 }
 
@@ -499,11 +530,25 @@ impl Reading {
             "rate" => (Vec::new(), one),
             _ => return None,
         };
-        Some(Reading { name: name.into(), state, rate, inputs: Vec::new(), rates: Vec::new() })
+        Some(Reading { name: name.into(), state, rate, inputs: Vec::new(), rates: Vec::new(), guiding: None })
+    }
+
+    /// `Y1`, `Y2`, ...: the sum of the guiding forces of a wheelset; `Y1.right`, `Y1.left`: of one wheel.
+    fn of_guiding(group: &Group, name: &str) -> Option<Reading> {
+        let (number, side) = name.strip_prefix('Y')?.split_once('.').unwrap_or((name.strip_prefix('Y')?, ""));
+        let wheel = ["", "right", "left"].iter().position(|s| *s == side)?;
+        let wheelset = group.wheelsets.get(number.parse::<usize>().ok()?.checked_sub(1)?)?.clone();
+        let (dofs, speed_scale, inv_speed_scale) = (group.dofs, group.speed_scale, group.inv_speed_scale);
+        let guiding = Some(Box::new(Guiding { wheelset, wheel, dofs, speed_scale, inv_speed_scale }));
+        let (state, rate, inputs, rates) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Some(Reading { name: name.into(), state, rate, inputs, rates, guiding })
     }
 
     #[inline(always)]
     pub fn read<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) -> P {
+        if let Some(guiding) = &self.guiding {
+            return guiding.force(at, row, x);
+        }
         let mut value = P::zero();
         for (i, a) in &self.state {
             value = P::load(a, at).mul_add(x[i & 63], value);

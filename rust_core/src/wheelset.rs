@@ -109,6 +109,8 @@ struct Slipping<P> {
 #[derive(Clone, Copy)]
 struct Touch<P> {
     outer: P,
+    /// The flange's part of `outer`.
+    flange: P,
     linear: P,
     tx: [P; 2],
     ty: [P; 2],
@@ -196,6 +198,24 @@ impl WheelsetLanes {
         (gyro.mul_add(vpsi, q_y), gyro.neg_mul_add(vy, q_psi), du)
     }
 
+    /// The guiding forces Y of the right and the left wheel on the rails, to the right.
+    ///
+    /// (3.4) with gamma_1, gamma_2 of (3.8); a flange presses where the wheelset has moved to.
+    #[inline(always)]
+    pub fn guiding<P: Part>(&self, part: usize, track: &Passing<'_, P>, n: usize, x: &[P; 64]) -> [P; 2] {
+        let (iy, ipsi) = ((n + self.y) & 63, (n + self.psi) & 63);
+        let at = Motion { y: x[self.y & 63], psi: x[self.psi & 63], vy: x[iy], vpsi: x[ipsi] };
+        let u = self.rail.as_ref().map_or(P::zero(), |rail| x[rail.state & 63]);
+        let Touch { outer, flange, ty: [ty_1, ty_2], .. } = self.touch(part, track, &at, u);
+        let (none, half) = (P::zero(), P::splat(0.5));
+        // N (gamma_1 - gamma_2)/2, and N (gamma_1 + gamma_2)/2 that spreads the wheels
+        let leaning = half * (flange - outer);
+        let spread = half * P::load(&self.n2_delta, part);
+        let right = flange.if_less(none, -flange, none);
+        let left = none.if_less(flange, -flange, none);
+        [leaning + spread + ty_1 + right, leaning - spread + ty_2 + left]
+    }
+
     /// What the wheels do on the rails: creep forces, and what else acts laterally.
     #[inline(always)]
     fn touch<P: Part>(&self, part: usize, track: &Passing<'_, P>, motion: &Motion<P>, u: P) -> Touch<P> {
@@ -269,7 +289,7 @@ impl WheelsetLanes {
         if let Some(creeps) = &creeps {
             ([tx_1, ty_1], [tx_2, ty_2]) = self.creep_forces(part, creeps, ty_1, ty_2);
         }
-        Touch { outer, linear: tx, tx: [tx_1, tx_2], ty: [ty_1, ty_2], du }
+        Touch { outer, flange, linear: tx, tx: [tx_1, tx_2], ty: [ty_1, ty_2], du }
     }
 
     /// Where the rails hold a wheelset that stands still in a curve of curvature 1/R without irregularities: turning with
