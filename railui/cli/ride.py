@@ -123,6 +123,11 @@ def _single(found: dict[str, Any]) -> Any:
     if found["reference"]:
         for key, value in found["reference"].items():
             table.add_row(f"{key}, in the frequency domain", _text(value), "m/s^2")
+    for i, one in enumerate((found.get("forces") or {}).get("wheelsets", ())):
+        told = f"{one['sum_of_guiding_forces'] / 1e3:.3g} of {one['limit'] / 1e3:.3g}"
+        table.add_row(f"sum of guiding forces, wheelset {i + 1} (2 m, 99.85 %)", told, "kN")
+    if quotient := (found.get("forces") or {}).get("derailment_quotient"):
+        table.add_row("Y/Q (2 m, 99.85 %), an indication", _text(quotient), "")
     if found["diverged"]:
         table.add_row("left the track at s", _text(found["diverged"]["at_s"]), "m")
     table.caption = "\n".join(found["notes"])

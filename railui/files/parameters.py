@@ -216,6 +216,7 @@ PARAMETERS: dict[str, Parameter] = {p.path: p for p in VEHICLE + CONTACT + RIG +
 # words and switches beside the numbers: what they may be, the first is the default
 SETTINGS: dict[str, tuple[str | bool, ...]] = {
     "riding.use": ("long_distance", "local", "goods"),
+    "riding.guidance": ("flange", "lateral_force"),
     "contact.gauge_widens_clearance": (False, True),
     "vehicle.rig.input": ("force", "base_displacement", "base_acceleration"),
 }
@@ -236,7 +237,7 @@ def settings_of(form: str) -> tuple[str, ...]:
     """The paths of words, switches and riding numbers that a form of vehicle has."""
     if form == "rig":
         return ("vehicle.rig.input",)
-    return ("riding.use", "contact.gauge_widens_clearance", *(p.path for p in RIDING))
+    return ("riding.use", "riding.guidance", "contact.gauge_widens_clearance", *(p.path for p in RIDING))
 
 
 def below(path: str, known: list[str]) -> list[str]:

@@ -15,6 +15,7 @@ from railui.files.design import Design, load_design
 from railui.files.problems import FileProblems, Problem
 from railui.files.study_model import read_speed
 from railui.study.comfort_point import COACH, coach, comfort_sections, felt, floor_points, reference
+from railui.study.forces import force_limit, forces, load_paths
 from railui.study.measures import HOUR, comfort_time, ride_value
 from railui.study.model import Model, placement
 from railui.study.road import Laid, Road, lay
@@ -52,9 +53,23 @@ def _refused(design: Design, key: str, what: str, remedy: str) -> FileProblems:
     return FileProblems([Problem(str(design.source or design.name), 0, 0, key, what, remedy)])
 
 
+def guided_by_force(model: Model) -> bool:
+    """Do guiding forces stand for flange contact in the score (`riding.guidance: lateral_force`)?"""
+    return model.design.setting("riding.guidance") == "lateral_force"
+
+
 def displacements(model: Model) -> tuple[str, ...]:
-    """The channels of the displacements of all wheelsets: e1, e2, ..."""
-    return tuple(f"e{i + 1}" for i in range(len(model.behind())))
+    """The channels that guidance is judged by: e1, e2, ..., or the sums of guiding forces Y1, Y2, ..."""
+    letter = "Y" if guided_by_force(model) else "e"
+    return tuple(f"{letter}{i + 1}" for i in range(len(model.behind())))
+
+
+def admissible(model: Model, rows: Floats) -> Floats:
+    """What guidance must stay within [n]: the clearance [m], or 10 kN + 2 Q_0/3 of the lightest wheelset [N]."""
+    if not guided_by_force(model):
+        return np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]])
+    loads = np.stack([rows[:, model.columns[path]] for path in load_paths(model)])
+    return np.asarray(force_limit(loads.min(axis=0)))
 
 
 def road_of(track: TrackGiven, speed: float | str, seed: int | None = None) -> Road:
@@ -110,7 +125,7 @@ def statistics_many(
     if steps is None:
         steps = np.array(vehicles.steps(batch, road.speed, road.speed, road.dt))
     wheelbases = model.wheelbases(rows)
-    clearance = np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]])
+    clearance = admissible(model, rows)
     sections = comfort_sections(model, rows, road.dt)
     found: dict[str, Floats] = {"steps": steps.astype(float), "clearance": clearance}
     lost = np.full(len(rows), -1)
@@ -119,7 +134,8 @@ def statistics_many(
         here = np.array([i for i, kind in enumerate(kinds) if kind == (a, n)])
         group = _Group(model, vehicles, batch.select(here), road, road.table(a, n), n, clearance[here], jobs)
         parts, lost[here] = group.statistics({name: each[here] for name, each in sections.items()})
-        if model.design.gauge_widens_clearance and np.any(road.track.gauge):
+        widens = model.design.gauge_widens_clearance and not guided_by_force(model)
+        if widens and np.any(road.track.gauge):
             parts |= group.widened(parts["sd_e"])
         if model.design.riding.peak_limit is not None and "acceleration" in sections:
             parts["acceleration_peak"] = group.peaks(sections["acceleration"][here])
@@ -182,7 +198,8 @@ class _Group:
 def structure_of(model: Model) -> tuple[Any, ...]:
     """What vehicles must share to ride in the lanes of one kernel call."""
     design = model.design
-    return (tuple(map(placement, model.effects)), design.riding, design.gauge_widens_clearance, design.structure)
+    words = (design.gauge_widens_clearance, design.setting("riding.guidance"))
+    return (tuple(map(placement, model.effects)), design.riding, words, design.structure)
 
 
 def rides(models: Sequence[Model], road: Road, jobs: int | None = None) -> list[dict[str, Any]]:
@@ -205,7 +222,11 @@ def quality_of(model: Model, statistics: dict[str, Floats], i: int, road: Road) 
     point = int(one["point"]) if "point" in one else 0
     one["comfort_point"] = f"floor {names[point]}" if names else FLOOR_OF_FRAME if coach(model) is None else COACH
     clearance, notes = float(one["clearance"]), list(road.laid.notes)
-    if model.design.gauge_widens_clearance:
+    if guided_by_force(model):
+        notes.append(
+            f"guidance: flange_* count the sum of guiding forces against {clearance:.5g} N, not flange contact"
+        )
+    elif model.design.gauge_widens_clearance:
         clearance += float(road.track.gauge.mean()) / 2
         notes.append("clearance: widened by half the gauge, of which flange_margin takes mean and spread")
     if coach(model) is not None and sum(e.at == "secondary_lateral" for e in model.design.effects) > 1:
@@ -259,7 +280,8 @@ def ride(
 
     As `ride_many`, and `reference`: the weighted accelerations in the frequency domain, with the brick wall
     of the 1970s, beside which the streaming forms of the result stand. `seed` takes the place of the
-    spec's. Raises FileProblems for faulty files, ValueError for a faulty spec or speed, or a vehicle too
+    spec's. `forces`: guiding forces and Y/Q by the names of EN 14363, see `railui.study.forces`. Raises
+    FileProblems for faulty files, ValueError for a faulty spec or speed, or a vehicle too
     stiff to be stepped. Source: Broersen 1976, chapter 2.
 
     >>> ride("designs/test_bogie.yaml", "erri_b176_low length=500", "144 km/h")["decided_by"]
@@ -271,5 +293,6 @@ def ride(
         names = floor_points(model)
         channel = found["comfort_point"].replace("floor ", "floor.", 1) if names else "ayf"
         acceleration = _series(model, road, [channel])[0]
-        return found | {"reference": reference(model, acceleration, road.dt)}
-    return found | {"reference": None}
+        told = forces(model, road)
+        return found | {"reference": reference(model, acceleration, road.dt), "forces": told}
+    return found | {"reference": None, "forces": None}

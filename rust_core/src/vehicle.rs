@@ -342,7 +342,6 @@ impl Structure {
             let state = (0..2 * n).map(|j| (j, entry(i, j))).collect();
             rows.push(state, driven(i, |v| &v.inputs, &Lanes::splat(1.0)), driven(i, |v| &v.rates, scale));
         }
-        rows.pack();
         rows
     }
 

@@ -1,0 +1,144 @@
+"""Guiding forces and safety against derailment along a ride, by the quantities of EN 14363.
+
+The models are lateral: wheels stand on their rails without vertical irregularities. Where a vehicle of bodies and
+elements rolls, its wheels are loaded and unloaded quasi-statically; a planar bogie has its static wheel load.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from railui.study.model import Model
+from railui.study.road import Road
+
+Floats = NDArray[np.float64]
+
+SLIDING: Final = 2.0  # m, of the sliding mean
+PERCENTILE: Final = 99.85  # of the distribution of its magnitude
+LOW_PASS: Final = 20.0  # Hz, of guiding forces and quotient
+BASE: Final = 10e3  # N, of the limit 10 kN + 2 Q_0/3 of the sum of guiding forces
+WINDOW, STEP = 100.0, 10.0  # m, of the running rms that tells instability
+BAND: Final = 2.0  # Hz, to either side of the dominant frequency f_0
+SLOWEST: Final = 0.4  # Hz: what is slower is the line, not the vehicle
+QUOTIENT_LIMIT: Final = 0.8  # Y/Q
+INDICATION: Final = "an indication: this model is planar, its wheels bear their static load"
+QUASI_STATIC: Final = "load transfer quasi-static in roll; vertical irregularities are left out"
+
+
+def force_limit(wheel_load: Any) -> Any:
+    """Limit [N] of the sum of guiding forces of wheelsets with static wheel loads Q_0 [N]: 10 kN + 2 Q_0/3.
+
+    Source: EN 14363.
+
+    >>> round(force_limit(54e3))
+    46000
+    """
+    return BASE + 2.0 * wheel_load / 3.0
+
+
+def load_paths(model: Model) -> list[str]:
+    """The path of the static wheel load Q_0 of every wheelset."""
+    structure = model.design.structure
+    if structure is None:
+        return ["vehicle.wheel_load"] * len(model.behind())
+    return [wheelset.part.at("wheel_load") for wheelset in structure.wheelsets]
+
+
+def sliding_mean(x: Floats, spacing: float, length: float = SLIDING) -> Floats:
+    """Means of a series [..., n] over a length [m] of samples `spacing` [m] apart, [..., n - k + 1].
+
+    >>> sliding_mean(np.array([0.0, 1.0, 2.0, 3.0]), 1.0).tolist()
+    [0.5, 1.5, 2.5]
+    """
+    k = max(1, round(length / spacing))
+    total = np.cumsum(np.insert(x, 0, 0.0, axis=-1), axis=-1)
+    return np.asarray((total[..., k:] - total[..., :-k]) / k)
+
+
+def forces(model: Model, road: Road) -> dict[str, Any] | None:
+    """Guiding forces of a ride by the names of EN 14363; None where the vehicle diverges or the track is too short.
+
+    Per wheelset: `sum_of_guiding_forces` [N] (99.85 % of abs of the 2 m mean), its `limit` 10 kN + 2 Q_0/3,
+    `share_above_limit` of the time, `rms_100m` [N] (greatest rms over 100 m in f_0 +/- 2 Hz, against half the limit)
+    and `dominant_frequency` [Hz]; per wheel (right, left) `guiding_force` [N] and `derailment_quotient` Y/Q, likewise
+    99.85 % of the 2 m mean.
+    """
+    loads = [model.design.values[path] for path in load_paths(model)]
+    numbers = range(1, len(loads) + 1)
+    built = model.design.structure is not None
+    wheels = [f"Y{i}.{side}" for i in numbers for side in ("right", "left")]
+    transfers = [f"dQ{i}" for i in numbers] if built else []
+    vehicles, batch = model.vehicles(), model.single()
+    steps = vehicles.steps(batch, road.speed, road.speed, road.dt)[0]
+    table = road.table(model.half_wheelbase(), steps)
+    series, lost = vehicles.simulate(batch, table, road.dt, steps, [*wheels, *transfers])
+    spacing, rate = road.track.spacing, 1.0 / road.dt
+    if lost[0] >= 0 or road.track.length < 2 * SLIDING:
+        return None
+    Y = series[0, : len(wheels)].reshape(len(loads), 2, -1)
+    dQ = series[0, len(wheels) :] if built else np.zeros((len(loads), Y.shape[-1]))
+    Q = np.array(loads)[:, None, None] + np.stack([dQ, -dQ], axis=1)
+    # outwards is to the right at the right wheel; a wheel that lifts has no quotient
+    outwards = Y * np.array([1.0, -1.0])[:, None]
+    lifted = bool(np.any(Q <= 0.0))
+    quotient = np.where(Q > 0.0, outwards / np.where(Q > 0.0, Q, 1.0), np.inf)
+    total, limits = Y.sum(axis=1), np.array([force_limit(Q_0) for Q_0 in loads])
+    mean = sliding_mean(_smooth(total, rate), spacing)
+    found = [
+        {
+            "sum_of_guiding_forces": float(np.percentile(np.abs(mean[i]), PERCENTILE)),
+            "limit": float(limits[i]),
+            "share_above_limit": float(np.mean(np.abs(mean[i]) > limits[i])),
+            **_instability(total[i], rate, spacing),
+        }
+        for i in range(len(loads))
+    ]
+    greatest = _greatest(outwards, rate, spacing)
+    ratios = None if lifted else _greatest(quotient, rate, spacing)
+    for i, one in enumerate(found):
+        one["guiding_force"] = greatest[i].tolist()
+        one["derailment_quotient"] = None if ratios is None else ratios[i].tolist()
+    worst = None if ratios is None else float(ratios.max())
+    notes = [f"Y/Q: {QUASI_STATIC if built else INDICATION}"]
+    if lifted:
+        notes.append("Y/Q: null, a wheel is wholly unloaded")
+    if found[0]["rms_100m"] is None:
+        notes.append(f"rms_100m: null, the track is shorter than {WINDOW:g} m")
+    return {
+        "wheelsets": found,
+        "derailment_quotient": worst,
+        "derailment_quotient_limit": QUOTIENT_LIMIT,
+        "load_transfer": built,
+        "notes": notes,
+    }
+
+
+def _smooth(x: Floats, rate: float) -> Floats:
+    """Low-passed at 20 Hz, without phase; as it is where it is sampled too slowly for that."""
+    if rate <= 2.2 * LOW_PASS:
+        return x
+    sos = signal.butter(4, LOW_PASS, fs=rate, output="sos")
+    return np.asarray(signal.sosfiltfilt(sos, x, axis=-1))
+
+
+def _greatest(x: Floats, rate: float, spacing: float) -> Floats:
+    """99.85 % of the 2 m means of x [wheelset, wheel, sample]."""
+    return np.asarray(np.percentile(sliding_mean(_smooth(x, rate), spacing), PERCENTILE, axis=-1))
+
+
+def _instability(total: Floats, rate: float, spacing: float) -> dict[str, float | None]:
+    """The greatest rms over 100 m, every 10 m, of the sum of guiding forces in f_0 +/- 2 Hz round its strongest."""
+    window, step = round(WINDOW / spacing), max(1, round(STEP / spacing))
+    if len(total) < window + 1:
+        return {"rms_100m": None, "dominant_frequency": None}
+    f, density = signal.welch(total, fs=rate, nperseg=min(len(total), 4 * window))
+    above = f >= SLOWEST
+    f_0 = float(f[above][np.argmax(density[above])])
+    band = [max(f_0 - BAND, 0.1), min(f_0 + BAND, 0.45 * rate)]
+    passed = signal.sosfiltfilt(signal.butter(4, band, "bandpass", fs=rate, output="sos"), total)
+    rms = np.sqrt(sliding_mean(passed**2, spacing, WINDOW)[::step])
+    return {"rms_100m": float(rms.max()), "dominant_frequency": f_0}

@@ -1,0 +1,101 @@
+"""Guiding forces and load transfer: by hand from the motion, and as EN 14363 names them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from railui.files.design import load_design
+from railui.study.forces import force_limit, forces, sliding_mean
+from railui.study.model import Model
+from railui.study.ride import ride
+from railui.study.road import Road, lay
+
+HOME = Path(__file__).parents[2]
+COACH = Model(load_design(HOME / "designs/manchester_coach.yaml"))
+BOGIE = Model(load_design(HOME / "designs/check_bogie.yaml"))
+TRACK = "erri_b176_high length=400 seed=1"
+
+
+def series(model: Model, channels: list[str], speed: float = 45.0) -> dict[str, np.ndarray]:
+    road = Road(lay(TRACK), speed)
+    table = road.table(model.half_wheelbase(), 1)
+    found, lost = model.vehicles().simulate(model.single(), table, road.dt, 1, channels)
+    assert lost[0] == -1
+    return dict(zip(channels, found[0], strict=True))
+
+
+def test_the_limit_is_ten_kilonewtons_and_two_thirds_of_the_wheel_load() -> None:
+    assert force_limit(60e3) == pytest.approx(50e3)
+
+
+def test_a_sliding_mean_of_two_metres_flattens_what_is_shorter() -> None:
+    s = np.arange(0.0, 40.0, 0.1)
+    assert np.abs(sliding_mean(np.sin(2 * np.pi * s / 2.0), 0.1)).max() < 1e-12
+
+
+def test_guiding_forces_balance_what_accelerates_a_wheelset() -> None:
+    """Without gyroscopic moments m y'' = -2 c_y d_1 - Y, (3.10)."""
+    model = Model(BOGIE.design.with_values({"vehicle.wheelset.spin_inertia": 0.0}))
+    x = series(model, ["ay1", "d1", "Y1", "Y1.right", "Y1.left"], 40.0)
+    values = model.design.values
+    spring = 2.0 * values["vehicle.primary.lateral_stiffness"] * x["d1"]
+    assert -(values["vehicle.wheelset.mass"] * x["ay1"] + spring) == pytest.approx(x["Y1"], abs=1e-6 * x["Y1"].std())
+    assert x["Y1.right"] + x["Y1.left"] == pytest.approx(x["Y1"], abs=1e-6)
+
+
+def test_at_rest_the_wheels_press_outwards_by_their_contact_angle_less_its_spin() -> None:
+    """Y_1 = N delta + T_y1, T_y1 = kappa_s N u_n1, u_n1 = -delta/r (3.4), (3.5)."""
+    x = series(Model(BOGIE.design), ["Y1.right", "Y1.left"], 40.0)
+    known = 55e3 * 0.05 * (1.0 - 0.25 / 0.46)
+    assert x["Y1.right"][0] == pytest.approx(known, rel=0.01)
+    assert x["Y1.left"][0] == pytest.approx(-known, rel=0.01)
+
+
+def test_load_transfer_bears_the_moments_of_all_bodies_about_the_track() -> None:
+    """Steadily rolled: no acceleration, so what the wheels bear is what springs and dampers lay on the wheelsets."""
+    values = COACH.design.values
+    freedoms = COACH.vehicles().freedoms(COACH.single())
+    start = np.zeros((1, 34))
+    start[0, freedoms.index("phi.frame_1")] = roll = 1e-3
+    road = Road(lay("erri_b176_low length=20 scale=1e-9"), 40.0)
+    batch = COACH.single().with_initial(start)
+    found, _ = COACH.vehicles().simulate(
+        batch, road.table(COACH.half_wheelbase(), 1), road.dt, 1, ["dQ1", "dQ2", "dQ3"]
+    )
+    moment = 2 * values["vehicle.elements.primary.vertical_stiffness"] * roll  # y is 1 m
+    lateral = 2 * values["vehicle.elements.primary.lateral_stiffness"] * roll * (0.46 - 0.6) * 0.46
+    rates = COACH.vehicles().rates(COACH.single(), road.table(COACH.half_wheelbase(), 1)[0], start)[0]
+    inertia = values["vehicle.elements.wheelset.mass"] * 0.46 * rates[17 + freedoms.index("y.wheelset_1")]
+    assert found[0, 0, 0] == pytest.approx((moment + lateral - inertia) / 1.5, rel=1e-6)
+    assert found[0, 1, 0] == pytest.approx(found[0, 0, 0], rel=1e-6) and abs(found[0, 2, 0]) < 1e-6 * abs(
+        found[0, 0, 0]
+    )
+
+
+def test_a_ride_tells_the_quantities_of_the_standard_by_name() -> None:
+    found = ride(COACH, TRACK, 45.0)["forces"]
+    assert found is not None and found["load_transfer"] and len(found["wheelsets"]) == 4
+    one = found["wheelsets"][0]
+    assert one["limit"] == pytest.approx(10e3 + 2 * 54.546e3 / 3)
+    assert one["sum_of_guiding_forces"] > 0 and 0 <= one["share_above_limit"] <= 1
+    assert one["rms_100m"] > 0 and 0.4 <= one["dominant_frequency"] < 20
+    assert found["derailment_quotient"] == max(q for w in found["wheelsets"] for q in w["derailment_quotient"])
+
+
+def test_a_planar_bogie_has_its_static_wheel_load_and_says_so() -> None:
+    found = forces(BOGIE, Road(lay(TRACK), 40.0))
+    assert found is not None and not found["load_transfer"] and "planar" in found["notes"][0]
+    one = found["wheelsets"][0]
+    assert one["derailment_quotient"] == pytest.approx(np.array(one["guiding_force"]) / 55e3)
+
+
+def test_guiding_forces_may_stand_for_flange_contact_in_the_score() -> None:
+    model = Model(COACH.design.with_values({"riding.guidance": "lateral_force"}))
+    found = ride(model, TRACK, 45.0)
+    Y = series(model, ["Y1", "Y2", "Y3", "Y4"])
+    shares = [float(np.mean(np.abs(y) >= force_limit(54.546e3))) for y in Y.values()]
+    assert found["flange_fractions"] == pytest.approx(shares, abs=1e-12)
+    assert any("guiding forces" in note for note in found["notes"])
