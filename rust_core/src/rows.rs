@@ -56,7 +56,7 @@ impl Rows {
 
     /// The terms of all rows over the state: row, place, factor.
     pub fn state(&self) -> impl Iterator<Item = (usize, usize, &Lanes)> {
-        (0..self.state.ends.len()).flat_map(|row| {
+        (0..self.state.ends.len()).flat_map(move |row| {
             self.state.row(row).map(move |k| (row, self.state.places[k] as usize, &self.state.factors[k]))
         })
     }
