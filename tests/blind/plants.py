@@ -76,13 +76,13 @@ def elsewhere(kind: str, at: str, wheelset: int | None, size: float) -> Effect:
     """An effect at the contact, the rails, a wheelset, the coach or a sensor."""
     own: dict[str, dict[str, float]] = {
         "creep_saturation": {"friction": between(0.25, 0.12, size)},
-        "flange_contact": {"clearance": (2.5e-3, 1.8e-3)[size], "stiffness": between(3e6, 1e7, size)},
+        "flange_contact": {"clearance": between(2.5e-3, 1.8e-3, size), "stiffness": between(3e6, 1e7, size)},
         "nonlinear_conicity": {"cubic": between(3e4, 1e5, size)},
         "gauge_conicity": {"per_gauge": between(-15.0, -40.0, size)},
         "rail_flexibility": {"stiffness": between(3e7, 1e7, size), "damping": 1e5},
         "run_out": {"force": between(1.5e3, 5e3, size), "rolling_radius": 0.4605},
         "coach_mode": {"mass": between(1.5e4, 7e3, size), "stiffness": between(2e5, 4e5, size), "damping": 3e4},
-        "sensor_delay": {"delay": (4e-3, 1.2e-2)[size]},
+        "sensor_delay": {"delay": between(4e-3, 1.2e-2, size)},
         "sensor_gain": {"gain": between(0.9, 0.75, size)},
         "spring": {"stiffness": between(3e6, 8e6, size)},
         "viscous_damper": {"damping": between(5e4, 1.5e5, size)},
