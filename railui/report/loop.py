@@ -18,6 +18,7 @@ from railui.files.writing import finite
 from railui.report.detectable import detectable
 from railui.study.adjust import Fit, Report, silent
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
+from railui.study.gate import Finding
 from railui.study.judge import Judgement
 from railui.study.loop import Found, lookalikes
 from railui.study.loop import loop as close
@@ -80,6 +81,7 @@ def loop_report(found: Found) -> dict[str, Any]:
         "riding": _riding(found),
         "parameters": _parameters(found),
         "simulations": found.before.simulations + found.after.simulations,
+        "gate": [_finding(f) for f in found.gate],
         "notes": _notes(found),
     }
     return dict(finite(report))
@@ -287,6 +289,11 @@ def _parameters(found: Found) -> dict[str, dict[str, Any]]:
             "flag": flag,
         }
     return rows
+
+
+def _finding(f: Finding) -> dict[str, Any]:
+    return {"check": f.check, "file": f.file, "channel": f.channel, "value": f.value, "unit": f.unit, "text": f.text,
+            "serious": f.serious, "from_s": f.start, "to_s": f.end}  # fmt: skip
 
 
 def _notes(found: Found) -> list[str]:

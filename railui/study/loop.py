@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from railui.files.campaign import Campaign, load_campaign
 from railui.study.adjust import STABLE, Fit, Report, adjust, silent
+from railui.study.gate import Finding, gate
 from railui.study.judge import Floor, Judgement, floor, judge
 from railui.study.measured import Measurement, Stretch, read
 from railui.study.model import Model
@@ -43,6 +44,7 @@ class Found:
     outside: Outside | None
     seconds: float
     seed: int
+    gate: tuple[Finding, ...] = ()
 
     @property
     def unexplained(self) -> float:
@@ -111,6 +113,7 @@ def close_loop(
     """
     began = time.perf_counter()
     campaign = measurement.campaign
+    findings = passed_gate(measurement, report)
     declared = Model(campaign.design, campaign.sensors)
     judged = {"declared": judge(declared, measurement, measurement.validate)}
     watch(Judged("declared", judged["declared"]))
@@ -142,8 +145,17 @@ def close_loop(
     report(f"verdict {verdict}: nrmse {judged['after'].nrmse:.4f}, floor {noise.nrmse:.4f}")
     return Found(
         measurement, declared, before, fit, judged, noise, terms.steps, last, verdict, outside,
-        time.perf_counter() - began, seed,
+        time.perf_counter() - began, seed, findings,
     )  # fmt: skip
+
+
+def passed_gate(measurement: Measurement, report: Report) -> tuple[Finding, ...]:
+    """What is wrong with the data, told before anything is fitted to them."""
+    findings = gate(measurement)
+    for f in findings:
+        if f.check != "ceiling":
+            report(f"{'check this first: ' if f.serious else ''}{f.file}: {f.text}")
+    return tuple(findings)
 
 
 def adjust_only(
@@ -156,6 +168,7 @@ def adjust_only(
 ) -> Found:
     """The first half of the loop: the declared vehicle adjusted and judged, nothing traced."""
     began = time.perf_counter()
+    findings = passed_gate(measurement, report)
     declared = Model(measurement.campaign.design, measurement.campaign.sensors)
     before = adjusted(measurement, declared, jobs=jobs, report=report, watch=watch)
     judged = {
@@ -167,7 +180,7 @@ def adjust_only(
     seconds = time.perf_counter() - began
     return Found(
         measurement, declared, before, before, judged, noise, (Step(NOTHING, (), None),), NOTHING, "none", None,
-        seconds, seed,
+        seconds, seed, findings,
     )  # fmt: skip
 
 

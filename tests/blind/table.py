@@ -63,9 +63,7 @@ def totals(lines: Sequence[Line]) -> list[str]:
         counted("both classes, two effects", [bool(x.right_class) for x in two]),
         counted("false alarms, nothing planted", [x.verdict in ("effect", "outside") for x in nothing]),
         counted("outside the catalogue: verdict outside", [bool(x.right_class) for x in strangers]),
-        counted(
-            "outside the catalogue: its place, of these", [bool(x.right_place) for x in strangers if x.right_class]
-        ),
+        counted("outside the catalogue: its place, of these", [bool(x.right_place) for x in found_outside]),
         counted(
             "outside the catalogue: a clean effect instead",
             [x.verdict == "effect" and x.after <= ADEQUATE * x.floor for x in strangers],
