@@ -6,20 +6,38 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, options
+from railui.cli.common import Invocation, options, refuse
 
 if TYPE_CHECKING:
     from railui.study.loop import Found
 
+SCATTER = 4.0  # chi2 of a parameter's stretches from which it is shown
+LEAST = 0.01  # and of its value, by which it must differ
+
 
 @click.command("adjust")
 @click.argument("campaign", metavar="CAMPAIGN")
+@click.option("--coefficients", is_flag=True, help="Free the 16 coefficients of the wheelset equations as well.")
+@click.option("--stretch", metavar="LENGTH", help='Parameters per stretch of track, such as 500 or "0.5 km".')
+@click.option(
+    "--method",
+    type=click.Choice(["least-squares", "two-parallel-models"]),
+    default="least-squares",
+    show_default=True,
+    help="All parameters at once, or Broersen's one difference at a time.",
+)
+@click.option("--profile", "profiled", metavar="PATH,PATH", help='Profile likelihood of these parameters; "all".')
 @options
-def command(campaign: str, call: Invocation) -> None:
+def command(
+    campaign: str, coefficients: bool, stretch: str | None, method: str, profiled: str | None, call: Invocation
+) -> None:
     """Adjust the declared vehicle of a measured CAMPAIGN, without looking for effects.
 
     \b
     railui adjust designs/campaigns/worn_axle_box --json -
+    railui adjust campaign.yaml --coefficients --stretch 500
+    railui adjust campaign.yaml --profile contact.leading.conicity,vehicle.secondary.yaw_damping
+    railui adjust campaign.yaml --method two-parallel-models
 
     Output-error least squares over all channels of the runs of role adjust; the error stands for the runs of
     role validate.
@@ -30,19 +48,73 @@ def command(campaign: str, call: Invocation) -> None:
     from railui.study.loop import adjust_only
     from railui.study.measured import read
 
+    length = None if stretch is None else metres(stretch)
     loaded = load_campaign(campaign)
     call.warn(loaded.warnings)
-    found = adjust_only(read(loaded), seed=call.seed or 0, jobs=call.jobs, report=narrator(call, []))
+    paths = profiled_paths(profiled, loaded.adjust)
+    if loaded.design.kind != "bogie" and (coefficients or length is not None):
+        raise refuse("--coefficients and --stretch are for vehicles on a track, this campaign is of a rig")
+    report = narrator(call, [])
+    found = adjust_only(read(loaded), method=method, seed=call.seed or 0, jobs=call.jobs, report=report)
     data = loop_report(found)
-    data = data | {"schema": "railui.adjust/1"}
+    data = data | {"schema": "railui.adjust/1", "method": method}
     for key in ("verdict", "sentence", "ranking", "traces", "detectable", "classes", "outside"):
         data.pop(key)
+    data |= further(found, coefficients, length, paths, method, call, report)
     show(call, found, data)
     call.emit(data)
 
 
+def metres(text: str) -> float:
+    """A length of track; a usage error where it is none."""
+    from railui.files.units import UnitError, quantity
+
+    try:
+        length = quantity(text, "m")
+    except UnitError as error:
+        raise refuse(f"--stretch {text}: {error.message}, {error.remedy}") from None
+    if not length > 0:
+        raise refuse(f"--stretch {text}: give a length above 0 m")
+    return float(length)
+
+
+def profiled_paths(text: str | None, adjusted: tuple[str, ...]) -> list[str]:
+    """The parameters of --profile; a usage error names the nearest for one that is not adjusted."""
+    from railui.files.problems import nearest
+
+    if text is None:
+        return []
+    paths = list(adjusted) if text.strip() == "all" else [p.strip() for p in text.split(",") if p.strip()]
+    for path in paths:
+        if path not in adjusted:
+            raise refuse(f"{path!r} is not adjusted in this campaign, {nearest(path, list(adjusted))}")
+    return paths
+
+
+def further(
+    found: Found, coefficients: bool, length: float | None, paths: list[str], method: str, call: Invocation, report: Any
+) -> dict[str, Any]:
+    """What was asked for beyond the adjustment, as data."""
+    from railui.files.writing import finite
+    from railui.report import identifiability as told
+    from railui.study import identify
+    from railui.study.coefficients import coefficients as freed
+    from railui.study.parallel import correlations
+
+    data: dict[str, Any] = {}
+    if method == "two-parallel-models":
+        data["correlations"] = told.correlation_rows(correlations(found.before, jobs=call.jobs))
+    if coefficients:
+        data["coefficients"] = told.coefficient_rows(freed(found.before))
+    if length is not None:
+        data["stretches"] = told.stretch_rows(identify.per_stretch(found.before, length))
+    if paths:
+        data["profile"] = told.profile_rows(identify.profiles(found.before, paths, jobs=call.jobs, report=report))
+    return dict(finite(data))
+
+
 def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
-    """Parameters before and after, and the error."""
+    """Parameters before and after, the error, and what was asked for beside."""
     from rich.table import Table
 
     from railui.files.display import display
@@ -54,8 +126,61 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
         cells = [display(p[k], p["unit"]) for k in ("declared", "value", "sd")]
         table.add_row(path, *cells, p["flag"] or "")
     call.show(table)
+    for sentence in data["identifiability"]["words"]:
+        call.show(sentence)
     error, floor = data["after"]["nrmse"], data["floor"]["nrmse"]
     declared = data["declared"]["nrmse"]
     told = ["-" if x is None else f"{x:.3f}" for x in (declared, error, floor)]
     call.show(f"error on runs that no fit has seen: declared {told[0]}, adjusted {told[1]}, noise floor {told[2]}")
+    show_coefficients(call, data.get("coefficients"))
+    show_stretches(call, data.get("stretches"))
+    for path, p in data.get("profile", {}).items():
+        unit = data["parameters"][path]["unit"]
+        ends = ["open" if p[k] is None else display(p[k], unit) for k in ("low", "high")]
+        call.show(f"profile of {path}: 90 % from {ends[0]} to {ends[1]}")
     call.say(f"{found.before.simulations} simulations")
+
+
+def show_coefficients(call: Invocation, rows: list[dict[str, Any]] | None) -> None:
+    """The coefficients that contradict their derivation."""
+    if rows is None:
+        return
+    from rich.table import Table
+
+    against = [r for r in rows if r["contradicts"]]
+    if not against:
+        call.show("no coefficient of the wheelset equations contradicts its derivation")
+        return
+    table = Table(title="coefficients that contradict their derivation", title_justify="left")
+    for name in ("wheelset", "equation", "of", "difference", "unit", "sd away", "explains alone"):
+        table.add_column(name)
+    for r in against:
+        table.add_row(
+            str(r["wheelset"]), r["equation"], r["motion"], f"{r['difference']:.4g}", r["unit"], f"{r['t']:+.1f}",
+            f"{100 * r['share']:.1f} %",
+        )  # fmt: skip
+    call.show(table)
+
+
+def show_stretches(call: Invocation, data: dict[str, Any] | None) -> None:
+    """The parameters that differ between stretches of track more than their standard deviations allow."""
+    if data is None:
+        return
+    from rich.table import Table
+
+    moving = {
+        p: x
+        for p, x in data["parameters"].items()
+        if (x["chi2"] or 0.0) > SCATTER and max(x["values"]) - min(x["values"]) > LEAST * abs(x["values"][0])
+    }
+    if not moving:
+        call.show(f"no parameter differs between the {len(data['between'])} stretches of track")
+        return
+    table = Table(title="parameters that differ between stretches of track", title_justify="left")
+    table.add_column("path")
+    for start, end in data["between"]:
+        table.add_column(f"{start:.0f}-{end:.0f} m")
+    table.add_column("chi2")
+    for path, x in sorted(moving.items(), key=lambda item: -item[1]["chi2"]):
+        table.add_row(path, *(f"{v:.4g}" for v in x["values"]), f"{x['chi2']:.1f}")
+    call.show(table)

@@ -16,6 +16,7 @@ from railui.files.design import PlacedEffect
 from railui.files.effect_reading import unit_of
 from railui.files.writing import finite
 from railui.report.detectable import detectable
+from railui.report.identifiability import identifiability
 from railui.study.adjust import Fit, Report, silent
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
 from railui.study.gate import Finding
@@ -81,6 +82,7 @@ def loop_report(found: Found) -> dict[str, Any]:
         "riding": _riding(found),
         "parameters": _parameters(found),
         "simulations": found.before.simulations + found.after.simulations,
+        "identifiability": identifiability(found.after),
         "gate": [_finding(f) for f in found.gate],
         "notes": _notes(found),
     }

@@ -208,7 +208,7 @@ class Adjuster:
         self.watch(self._turn(0, x, normal))
         iteration, calm = 0, 0
         for iteration in range(1, most + 1):
-            a, g = self._equations(normal, x)
+            a, g = self.equations(normal, x)
             tried = np.array([self._step(a, g, x, damping) for damping in DAMPINGS])
             tried = np.vstack([tried, x + 0.3 * (tried[0] - x), x + 0.5 * (tried[2] - x)])
             costs = self.cost(self.residuals(tried), tried)
@@ -248,7 +248,8 @@ class Adjuster:
         channels = dict(zip(self.ready[0].stretch.channels, error.tolist(), strict=True))
         return Turn(iteration, self.free.paths, x.copy(), channels, np.asarray(rho), self.simulations)
 
-    def _equations(self, normal: Normal, x: Floats) -> tuple[Floats, Floats]:
+    def equations(self, normal: Normal, x: Floats) -> tuple[Floats, Floats]:
+        """The normal equations [p, p], [p] at x, priors included."""
         total = normal.total
         factor = self.informed / normal.rss
         precision = 1.0 / self.free.prior_sd**2

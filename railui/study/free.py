@@ -32,6 +32,13 @@ class Free:
     prior_sd: Floats
     ratio: NDArray[np.bool_]
 
+    def without(self, j: int) -> Free:
+        """The same, one number held."""
+        low, high, size, prior, sd = (
+            np.delete(x, j) for x in (self.low, self.high, self.size, self.prior, self.prior_sd)
+        )
+        return Free((*self.paths[:j], *self.paths[j + 1 :]), low, high, size, prior, sd, np.delete(self.ratio, j))
+
 
 def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> Free:
     """Bounds and priors of paths, from the one list of parameters and the catalogue."""

@@ -17,6 +17,7 @@ from railui.study.judge import Floor, Judgement, floor, judge
 from railui.study.measured import Measurement, Stretch, read
 from railui.study.model import Model
 from railui.study.outside import Outside, look_along, look_outside, telling
+from railui.study.parallel import two_parallel_models
 from railui.study.target import restarted, targets
 from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, Search, Step, material
 from railui.study.trace import Trace
@@ -158,19 +159,35 @@ def passed_gate(measurement: Measurement, report: Report) -> tuple[Finding, ...]
     return tuple(findings)
 
 
+METHODS = ("least-squares", "two-parallel-models")
+
+
 def adjust_only(
     measurement: Measurement,
     *,
+    method: str = METHODS[0],
     seed: int = 0,
     jobs: int | None = None,
     report: Report = silent,
     watch: Watch = unwatched,
 ) -> Found:
-    """The first half of the loop: the declared vehicle adjusted and judged, nothing traced."""
+    """The first half of the loop: the declared vehicle adjusted and judged, nothing traced.
+
+    method: least squares over all parameters at once, or Broersen's own, one difference of two models at a time.
+    Raises ValueError for an unknown method.
+    """
+    if method not in METHODS:
+        raise ValueError(f"no method {method!r}: {' or '.join(METHODS)}")
     began = time.perf_counter()
     findings = passed_gate(measurement, report)
     declared = Model(measurement.campaign.design, measurement.campaign.sensors)
-    before = adjusted(measurement, declared, jobs=jobs, report=report, watch=watch)
+    if method == METHODS[0]:
+        before = adjusted(measurement, declared, jobs=jobs, report=report, watch=watch)
+    else:
+        start = stabilised(declared, measurement.adjust)
+        ready = targets(start, measurement, measurement.adjust)
+        paths = measurement.campaign.adjust
+        before, _ = two_parallel_models(start, measurement, paths, declared, ready, jobs=jobs, report=report)
     judged = {
         "declared": judge(declared, measurement, measurement.validate),
         "before": judge(before.model, measurement, measurement.validate),

@@ -127,7 +127,7 @@ def oracle(plant: Plant, truth: Campaign, measurement: Measurement) -> float:
     declared = Model(measurement.campaign.design, measurement.campaign.sensors)
     true = paths(truth.vehicle)
     model = declared.with_row(list(free), np.array([true[p] for p in free]))
-    for e in plant.effects:
+    for e in truth.effects["a"][: len(plant.effects)]:  # as they were on the adjusting run, with its phases
         model = model.with_effect(PlacedEffect(e.kind, e.at, e.wheelset, dict(e.parameters)))
     try:
         ready = targets(model, measurement, measurement.adjust)

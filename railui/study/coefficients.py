@@ -1,0 +1,137 @@
+"""The sixteen coefficients of y_i, y_i', psi_i, psi_i' in the wheelset equations, freed beside the parameters.
+
+Together with the wheel-rail parameters they are the most that measured motions can determine (thesis 3.4, table 3.1).
+One that contradicts its derivation points to the equation in which something is missing. A coefficient that is off by
+delta acts like a force -delta times the motion on the wheelset: its sensitivity is the answer to that force.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui import core
+from railui.core import Filter
+from railui.study.adjust import Adjuster, Fit, block_gram
+from railui.study.measured import simulate
+from railui.study.target import Target
+from railui.track import input_table
+
+Floats = NDArray[np.float64]
+MEMORY = 6.0  # s after which a pulse has died away
+PORTS = tuple((at, w) for w in (1, 2) for at in ("wheelset", "wheelset_yaw"))
+TERMS = ("y", "y'", "psi", "psi'")
+CONTRADICTS = 4.0  # standard deviations from its derivation
+UNITS = {
+    ("wheelset", "y"): "N/m",
+    ("wheelset", "y'"): "N*s/m",
+    ("wheelset", "psi"): "N/rad",
+    ("wheelset", "psi'"): "N*s/rad",
+    ("wheelset_yaw", "y"): "N",
+    ("wheelset_yaw", "y'"): "N*s",
+    ("wheelset_yaw", "psi"): "N*m/rad",
+    ("wheelset_yaw", "psi'"): "N*m*s/rad",
+}
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """One coefficient: its equation (lateral or yaw, of a wheelset), the motion, how far it is from its derivation.
+
+    difference, sd in `unit`; t: the ratio; share: of the squared residual that freeing it alone explains.
+    """
+
+    wheelset: int
+    equation: str
+    motion: str
+    difference: float
+    sd: float
+    unit: str
+    share: float
+
+    @property
+    def t(self) -> float:
+        return self.difference / self.sd if self.sd > 0 else 0.0
+
+    @property
+    def contradicts(self) -> bool:
+        return abs(self.t) > CONTRADICTS
+
+
+def coefficients(fit: Fit) -> list[Coefficient]:
+    """All sixteen, each freed alone beside the adjusted parameters: first order, at the mean speed of each stretch.
+
+    Raises ValueError for a vehicle that has no wheelsets.
+    """
+    if fit.model.design.kind != "bogie":
+        raise ValueError("a rig has no wheelset equations: leave --coefficients out")
+    adjuster = Adjuster(fit.model, fit.free, fit.targets, block=fit.block, stable=False, jobs=1)
+    grams = []
+    for target in fit.targets:
+        base, _ = adjuster.sensitivities(target, fit.x)
+        grams.append(block_gram(np.concatenate([base, _answers(fit, target)]), fit.block_samples(target)).sum(axis=1))
+    gram = np.concatenate(grams)
+    own = 1 + len(fit.x)
+    prior = np.diag(1.0 / fit.free.prior_sd**2) * fit.normal.rss / fit.normal.samples
+    names = [(w, at, term) for at, w in PORTS for term in TERMS]
+    total = gram.sum(axis=0)
+    inner = total[1:own, 1:own] + prior
+    scale = 1.0 / np.sqrt(np.diag(inner))
+    inverse = np.linalg.pinv(inner * np.outer(scale, scale), rcond=1e-10, hermitian=True) * np.outer(scale, scale)
+    out = []
+    for k, (wheelset, at, term) in enumerate(names):
+        i = own + k
+        absorbed = inverse @ total[1:own, i]
+        left = total[i, i] - total[i, 1:own] @ absorbed
+        scores = gram[:, 0, i] - gram[:, 0, 1:own] @ absorbed
+        if left <= 1e-3 * total[i, i]:
+            continue  # a parameter does the same
+        difference = float(scores.sum() / left)
+        sd = float(np.sqrt(np.sum((scores - scores.mean()) ** 2)) / left)
+        share = float(scores.sum() ** 2 / left / fit.normal.rss)
+        equation = "yaw" if at.endswith("yaw") else "lateral"
+        out.append(Coefficient(wheelset, equation, term, difference, sd, UNITS[(at, term)], share))
+    return sorted(out, key=lambda c: -c.share)
+
+
+def _answers(fit: Fit, target: Target) -> Floats:
+    """Weighted output per unit of each coefficient [16, channel, n]: the answer to minus the motion as a force."""
+    stretch, model = target.stretch, fit.model
+    motions = [f"{q}.{at}.{w}" for w in (1, 2) for at in ("wheelset", "wheelset_yaw") for q in ("z", "v")]
+    series, _ = simulate(model, stretch, motions, steps=target.steps, initial=target.start)
+    by_wheelset = {1: series[0][:4], 2: series[0][4:]}  # y, y', psi, psi'
+    rows = []
+    for at, w in PORTS:
+        pulse = _pulse(fit, target, at, w)
+        n = stretch.samples
+        length = 1 << int(np.ceil(np.log2(n + pulse.shape[1])))
+        transfer = np.fft.rfft(pulse, length, axis=1)
+        for motion in by_wheelset[w]:
+            answer = np.fft.irfft(transfer * np.fft.rfft(-motion, length), length, axis=1)[:, :n]
+            rows.append(_compared(answer, target))
+    return np.array(rows)
+
+
+def _compared(x: Floats, target: Target) -> Floats:
+    from scipy import signal
+
+    f = target.filter
+    y = signal.sosfiltfilt(f.sos, x, axis=-1) if len(f.sos) else x - x.mean(axis=-1, keepdims=True)
+    return np.asarray(y[:, f.cut : x.shape[1] - f.cut : f.every] * f.weights[:, None])
+
+
+def _pulse(fit: Fit, target: Target, at: str, wheelset: int) -> Floats:
+    """Answer [channel, n] on even track to a force of one newton that lasts one sample, as a triangle."""
+    stretch = target.stretch
+    n, v, dt = round(MEMORY / stretch.dt), stretch.mean_speed, stretch.dt
+    t = np.arange(n) * dt
+    table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
+    motion, unit = [v * dt, 2 * v * dt, 3 * v * dt], 100.0
+    row = core.effect_numbers("measured_force", {"against": "s", "motion": motion, "force": [0.0, unit, 0.0]})
+    vehicles = fit.model.vehicles((), [core.Placement("measured_force", at, wheelset, len(row))])
+    batch = fit.model.batch(fit.model.row[None], np.array([row]), np.ones((1, 1)))
+    keep = Filter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 0, np.ones(len(stretch.channels)), 1)
+    series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels, filter=keep)
+    return np.asarray(series[0][:, 2:] / unit)
