@@ -27,11 +27,10 @@ CLOSE = 1.25  # within so much of the best misfit a fit is carried to its end
 COARSE, FINE = 1e-3, 3e-5
 PART = 18.0  # seconds of each stretch on which candidates are fitted roughly
 BEHIND = 1.6  # times the least misfit so far at which a candidate is given up after its first steps
-UNSETTLED = 1.5  # misfit per sample, 1 where noise alone is left, from which absorbed elements are tried
 LINEAR = ("spring", "viscous_damper")
 ADJUSTED = tuple((at, None) for at in ("secondary_lateral", "secondary_yaw"))  # what adjusting does already
 MODEST = 0.2  # of its usual strength that an absorbed element starts from
-WORTH = 0.95  # of the least misfit so far that it must reach
+WORTH = 0.99  # of the least misfit so far that it must reach
 QUICK, PATIENT = 4, 10  # steps of a rough fit; effects with memory converge slowly
 FOLDS = 5
 BOOTSTRAPS = 200
@@ -93,11 +92,15 @@ def confirm(
     declared: Model,
     base: Sequence[str],
     *,
+    unsettled: bool = False,
     jobs: int | None = None,
     report: Report = silent,
     watch: Watch = unwatched,
 ) -> list[Refit]:
-    """Fit what the trace named; the misfits within a quarter of the best are carried to convergence. Best first."""
+    """Fit what the trace named; the misfits within a quarter of the best are carried to convergence. Best first.
+
+    `unsettled`: much is left on runs that no fit has seen, so that what adjusting has absorbed is tried as well.
+    """
     rough = Rough(fit, measurement, declared, base, jobs)
     found = []
     for s in chosen(trace):
@@ -107,7 +110,7 @@ def confirm(
             found.append((s, one))
             share = one.normal.rss / rough.before
             report(f"  {named(s.candidate):48s} rho {s.rho:+.3f}   misfit {share:.4f} of before")
-    if rough.least > UNSETTLED * rough.samples:
+    if unsettled:
         found += rough.absorbed(trace, [s.candidate for s, _ in found], report)
     if not found:
         return []
@@ -153,7 +156,6 @@ class Rough:
         self.base = sorted(base, key=lambda p: held.get(p, 0.0))
         at_rest = adjust(fit.model, measurement, base, declared, ready=self.short, most=0, jobs=jobs)
         self.before = self.least = at_rest.normal.rss
-        self.samples = at_rest.normal.samples
 
     def absorbed(self, trace: Trace, tried: Sequence[Candidate], report: Report) -> list[tuple[Sighting, Fit]]:
         """Springs and dampers fitted from the declared vehicle, where much is left whatever was added.
@@ -171,7 +173,7 @@ class Rough:
             one = self._begun(c.placed({c.strength: MODEST * c.shapes[0][c.strength]}))
             if one is None or one.normal.rss > BEHIND * self.least:
                 continue
-            one = self._carried(one, QUICK)
+            one = self._carried(one, PATIENT)
             if one.normal.rss < WORTH * self.least:
                 report(
                     f"  {named(c):48s} from the declared vehicle, misfit {one.normal.rss / self.before:.4f} of before"

@@ -19,13 +19,12 @@ from railui.study.model import Model
 from railui.study.outside import Outside, look_along, look_outside, telling
 from railui.study.parallel import two_parallel_models
 from railui.study.target import restarted, targets
-from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, Search, Step, material
+from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, UNEXPLAINED, Search, Step, material
 from railui.study.trace import Trace
 from railui.study.watch import Judged, Watch, unwatched
 
 Floats = NDArray[np.float64]
 SOFTER = 20  # times that a start is made less conical
-UNEXPLAINED = 1.5  # after over floor from which something is missing, whatever it looks like
 LOOKALIKE = 1.10  # within so much of the best error, judged on what no fit saw, two laws look alike
 
 

@@ -22,11 +22,14 @@ SIGNIFICANT = 0.01  # family-wise p from which a residual is worth a fit
 STRUCTURED = 0.01  # partial rho^2 from which a residual is worth a fit
 EFFECTS = 3
 ADEQUATE = 1.10  # after over floor up to which nothing is left to find
+UNEXPLAINED = 1.5  # after over floor from which something is missing, whatever it looks like
+UNSETTLED = 1.3  # after over floor from which elements that adjusting has absorbed are tried too
 SIMPLER = 1.02  # within so much of the best misfit the simpler law is taken
 PROMISING = 0.05  # share of the adjusting runs' misfit that an effect must take to be tried with another
 CLEARLY = 1.0  # standard errors of the gain on the validating runs that it must exceed
 TRACED, GLIMPSED = 40.0, 12.0  # seconds of each stretch that the trace looks at, and those of its first look
 ROUGH_FLOOR = 5  # draws of a floor that only steers
+PLAIN = 0.10  # share that a change along the track must explain to expose an effect
 EXPOSED = 1.05  # a change along the track that explains so much more than an effect exposes it
 
 
@@ -99,10 +102,11 @@ class Search:
         self.report(f"adjusted, no effect: nrmse {judged.nrmse:.4f}, noise floor {noise.nrmse:.4f}")
         for _ in range(EFFECTS):
             seen = self.traced(now)
-            if seen.p > SIGNIFICANT or seen.rho2 < STRUCTURED:
+            quiet = seen.p > SIGNIFICANT or seen.rho2 < STRUCTURED
+            if quiet and not accepted.nrmse > UNEXPLAINED * noise.nrmse:
                 steps.append(Step(seen, (), None))
                 break
-            refits, chosen, trial = self._best(now, seen)
+            refits, chosen, trial = self._best(now, seen, bool(accepted.nrmse > UNSETTLED * noise.nrmse))
             if chosen is None or trial is None:
                 steps.append(Step(seen, refits, None))
                 break
@@ -126,12 +130,20 @@ class Search:
         known = fit is good and kept < len(steps)
         return Terms(fit, accepted, tuple(steps), steps[kept].trace if known else self.traced(fit))
 
-    def _best(self, fit: Fit, seen: Trace) -> tuple[tuple[Refit, ...], Refit | None, Fit | None]:
+    def _best(self, fit: Fit, seen: Trace, unsettled: bool) -> tuple[tuple[Refit, ...], Refit | None, Fit | None]:
         """What the trace named, fitted; the one to add, and the vehicle with it adjusted once more."""
         m = self.measurement
         refits = tuple(
             confirm(
-                fit, seen, m, self.declared, m.campaign.adjust, jobs=self.jobs, report=self.report, watch=self.watch
+                fit,
+                seen,
+                m,
+                self.declared,
+                m.campaign.adjust,
+                unsettled=unsettled,
+                jobs=self.jobs,
+                report=self.report,
+                watch=self.watch,
             )
         )
         chosen = select(refits)
@@ -143,7 +155,7 @@ class Search:
         """Does a parameter that changes along the track explain more than the effect does?"""
         along = drifts(fit, self.seed)
         share = 1.0 - chosen.rss / fit.normal.rss
-        if not along or along[0].share < EXPOSED * share:
+        if not along or along[0].share < max(EXPOSED * share, PLAIN):
             return False
         self.report(f"  {along[0].path} changing along the track explains more: {along[0].share:.2f}, not {share:.2f}")
         return True
