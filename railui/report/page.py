@@ -149,6 +149,8 @@ def contents(found: Found, report: Report) -> Row:
         "runs": [run(r) for r in report["runs"]],
         "means": means(report, figures.units_of(found, window.stretch)),
         "floor": floor(report),
+        "gate": gate(report),
+        "identifiability": identified(report),
         "notes": notes(report),
         "provenance": provenance(report),
     }
@@ -335,6 +337,25 @@ def floor(report: Report) -> Row:
         "source": "as declared in the campaign" if f["source"] == "declared" else "estimated from the runs",
         "unexplained": DASH if report["unexplained"] is None else f"{report['unexplained']:.2f}",
     }
+
+
+def gate(report: Report) -> Row:
+    """What was found in the data themselves, and per run what no linear vehicle can follow."""
+    found = report.get("gate", ())
+    ceilings: dict[str, list[tuple[str, str]]] = {}
+    for f in found:
+        if f["check"] == "ceiling":
+            ceilings.setdefault(f["file"], []).append((f["channel"], number(f["value"], 2)))
+    return {"findings": [f for f in found if f["check"] != "ceiling"], "ceilings": ceilings}
+
+
+def identified(report: Report) -> Row | None:
+    """What the motions determine, in words, and the span of the singular values."""
+    found = report.get("identifiability")
+    if not found or not found["singular_values"]:
+        return None
+    values = found["singular_values"]
+    return {"words": found["words"], "strongest": number(values[0], 2), "weakest": number(values[-1], 2)}
 
 
 def notes(report: Report) -> list[str]:

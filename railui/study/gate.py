@@ -98,12 +98,16 @@ def _clipping(stretch: Stretch, name: str) -> list[Finding]:
 
 @dataclass(frozen=True)
 class _Relation:
-    """One channel and what it must equal, both as accelerations [n]; `others` are the channels in it."""
+    """One channel and what it must equal, both as accelerations [n]; `others` are the channels in it.
+
+    flipped: what it would have to equal were the first of the others mounted the wrong way round.
+    """
 
     channel: str
     others: tuple[str, ...]
     measured: Floats
     owed: Floats
+    flipped: Floats | None = None
 
 
 def _twice(x: Floats, dt: float) -> Floats:
@@ -119,7 +123,7 @@ def _relations(stretch: Stretch, values: Mapping[str, float]) -> list[_Relation]
         e, ay = f"e{i}", f"ay{i}"
         if e in c and ay in c:
             under = np.interp(c["s"] - behind, c["s"], rails)
-            out.append(_Relation(ay, (e,), c[ay], _twice(c[e] + under, dt)))
+            out.append(_Relation(ay, (e,), c[ay], _twice(c[e] + under, dt), _twice(under - c[e], dt)))
     if "ayf" in c and "rf" in c:
         for i, sign in ((1, -1.0), (2, 1.0)):
             if f"d{i}" in c and f"ay{i}" in c:
@@ -142,16 +146,28 @@ def relations(stretch: Stretch, values: Mapping[str, float]) -> list[Finding]:
         # a channel that agrees elsewhere is not the one to blame
         blamed = [c for c in (relation.channel, *relation.others) if c not in sound] or [relation.channel]
         counts = {c: sum(c in (r.channel, *r.others) for r, _ in found) for c in blamed}
-        worst = max(blamed, key=lambda c: counts[c])
+        worst = finding.channel if finding.channel != relation.channel else max(blamed, key=lambda c: counts[c])
         out.append(
             Finding(finding.check, finding.file, worst, finding.value, finding.unit, finding.text, finding.serious)
         )
     return out
 
 
+def _coherent(x: Floats, y: Floats, dt: float, n: int) -> float:
+    """Mean coherence of two signals in the band."""
+    f, coherence = signal.coherence(x, y, 1.0 / dt, nperseg=n)
+    return float(np.mean(coherence[(f >= BAND[0]) & (f <= BAND[1])]))
+
+
 def _held(stretch: Stretch, relation: _Relation) -> Finding | None:
     """Sign, gain and delay of a channel against what it must equal, where the two are coherent."""
     n = min(round(SEGMENT / stretch.dt), stretch.samples // 4)
+    if relation.flipped is not None:
+        turned, so = (_coherent(x, relation.measured, stretch.dt, n) for x in (relation.flipped, relation.owed))
+        if turned > so + 0.2:
+            e = relation.others[0]
+            text = f"{e} has the other sign than {relation.channel} tells: a sensor is mounted the wrong way round"
+            return Finding("sign", stretch.file, e, -1.0, "1", text, serious=True)
     f, cross = signal.csd(relation.owed, relation.measured, 1.0 / stretch.dt, nperseg=n)
     _, own = signal.welch(relation.owed, 1.0 / stretch.dt, nperseg=n)
     _, seen = signal.welch(relation.measured, 1.0 / stretch.dt, nperseg=n)
@@ -196,7 +212,7 @@ def ceilings(stretch: Stretch, values: Mapping[str, float]) -> list[Finding]:
     c, behind = stretch.columns, 2.0 * values["vehicle.geometry.half_wheelbase"]
     inputs = [c[q] for q in ("yw", "phiw") if np.any(c.get(q, np.zeros(1)))]
     inputs += [np.interp(c["s"] - behind, c["s"], x) for x in inputs]
-    n = min(round(2 * SEGMENT / stretch.dt), stretch.samples // 6)
+    n = min(round(2 * SEGMENT / stretch.dt), stretch.samples // 10)
     out = []
     f, x = _spectra(inputs, stretch.dt, n)
     kept = (f >= 0.5) & (f <= BAND[1])

@@ -13,11 +13,13 @@ from railui.study.drift import block_distances
 
 Floats = NDArray[np.float64]
 SURE = 0.10  # relative standard deviation up to which a number is determined
+VAGUE = 0.5  # and up to which it is so roughly
 TOLD = 0.3  # share of a direction from which a parameter is named in it
 REACH = (-3.0, -1.5, 1.5, 3.0)  # standard deviations at which a profile is taken
 NINETY = 2.706  # rise of the deviance at the ends of a 90 % interval
 TURNS = 3  # refits of a profile's point
-DETERMINED, COMBINED, UNSEEN = "determined", "only in combination", "not seen by these sensors"
+DETERMINED, ROUGH = "determined", "determined roughly"
+COMBINED, UNSEEN = "only in combination", "not seen by these sensors"
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,8 @@ class Identified:
         """The same in sentences."""
         sure = [p for p, word, _, _ in self.words if word == DETERMINED]
         told = [f"determined to {100 * SURE:.0f} % or better: {', '.join(sure)}"] if sure else []
+        rough = [f"{p} ({100 * sd:.0f} %)" for p, word, sd, _ in self.words if word == ROUGH]
+        told += [f"determined roughly: {', '.join(rough)}"] if rough else []
         pairs = {tuple(sorted({p, *partners})) for p, word, _, partners in self.words if word == COMBINED}
         told += [f"only this combination is determined: {', '.join(pair)}" for pair in sorted(pairs)]
         lost = [p for p, word, _, _ in self.words if word == UNSEEN]
@@ -77,8 +81,10 @@ def identified(fit: Fit) -> Identified:
         )
         if together[i] <= SURE:
             words.append((path, DETERMINED, float(together[i]), ()))
-        elif alone[i] <= SURE and partners:
+        elif alone[i] <= VAGUE and partners:
             words.append((path, COMBINED, float(together[i]), partners[:3]))
+        elif together[i] <= VAGUE:
+            words.append((path, ROUGH, float(together[i]), ()))
         else:
             words.append((path, UNSEEN, float(together[i]), ()))
     return Identified(tuple(directions), tuple(words))

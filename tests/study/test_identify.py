@@ -1,0 +1,94 @@
+"""What motions determine: directions, profiles, freed coefficients, stretches, changes along the track, two models."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from railui.study.candidates import Bundle, Candidate
+from railui.study.coefficients import PORTS, TERMS, _answers, coefficients
+from railui.study.drift import block_distances, drifts, hats
+from railui.study.identify import DETERMINED, UNSEEN, identified, per_stretch, profile
+from railui.study.parallel import correlations, two_parallel_models
+from railui.study.target import targets
+from railui.study.trace import differences
+from tests.blind.made import fitted, made
+
+CONICITY = "contact.leading.conicity"
+
+
+def test_conicity_is_determined_and_the_contact_angle_is_not_seen():
+    words = {path: word for path, word, _, _ in identified(fitted()).words}
+    assert words[CONICITY] == DETERMINED
+    assert words["vehicle.primary.lateral_stiffness"] == DETERMINED
+    assert words["contact.leading.contact_angle"] == UNSEEN
+
+
+def test_directions_are_sorted_and_their_deviation_is_one_over_the_singular_value():
+    found = identified(fitted()).directions
+    values = [d.singular_value for d in found]
+    assert values == sorted(values, reverse=True)
+    assert all(d.sd == pytest.approx(1.0 / d.singular_value) for d in found)
+
+
+def test_the_profile_of_a_determined_number_is_its_parabola():
+    fit = fitted()
+    j = fit.free.paths.index(CONICITY)
+    found = profile(fit, CONICITY, jobs=2)
+    by_hand = ((found.values - fit.x[j]) / fit.sd[j]) ** 2
+    np.testing.assert_allclose(found.deviance, by_hand, rtol=0.5, atol=0.3)
+    assert found.low is not None and found.high is not None
+    assert found.low < fit.x[j] < found.high
+
+
+def test_a_freed_coefficient_answers_as_the_kernel_does():
+    # the yaw equation's coefficient of psi_1 is a spring between wheelset 1 and the ground
+    fit = fitted()
+    answers = _answers(fit, fit.targets[0])
+    row = PORTS.index(("wheelset_yaw", 1)) * len(TERMS) + TERMS.index("psi")
+    candidate = Candidate("spring", "wheelset_yaw", 1, ({"stiffness": 1e3},))
+    exact = differences(fit, 0, Bundle((candidate,), ((0, 0),)))[0][0] / 1e3
+    assert np.linalg.norm(answers[row] - exact) < 0.25 * np.linalg.norm(exact)
+
+
+def test_no_coefficient_contradicts_its_derivation_where_nothing_is_missing():
+    assert not [c for c in coefficients(fitted()) if c.contradicts and c.share > 0.01]
+
+
+def test_a_forgotten_linkage_contradicts_the_yaw_equations():
+    best = coefficients(fitted("spring at=wheelset_yaw stiffness=8e6"))[0]
+    assert best.contradicts
+    assert best.share > 0.02
+
+
+def test_hats_sum_to_one_everywhere():
+    knots = np.linspace(0.0, 100.0, 7)
+    np.testing.assert_allclose(hats(np.linspace(-10.0, 110.0, 50), knots).sum(axis=1), 1.0)
+
+
+def test_parameters_do_not_change_along_the_track_where_they_are_constant():
+    fit = fitted()
+    assert len(block_distances(fit)) == len(fit.normal.gram)
+    assert drifts(fit)[0].share < 0.02
+    found = per_stretch(fit, 300.0)
+    assert found.values.shape == (len(found.between), len(found.paths))
+    j = found.paths.index(CONICITY)
+    assert np.ptp(found.values[:, j]) < 0.2 * fit.x[j]
+
+
+def test_a_conicity_that_grows_along_the_track_is_seen_at_the_contact():
+    found = drifts(fitted("conicity_drift at=contact per_km=0.4"))[0]
+    assert found.path.startswith("contact.")
+    assert found.share > 0.1
+
+
+def test_two_parallel_models_come_nearer_one_difference_at_a_time():
+    one, fit = made(), fitted()
+    ready = targets(one.declared, one.measurement, one.measurement.adjust)
+    paths = [p for p in fit.free.paths if "conicity" in p or ("creep" in p and "spin" not in p)]
+    found, rho = two_parallel_models(one.declared, one.measurement, paths, one.declared, ready, jobs=2)
+    begun, _ = two_parallel_models(found.model, one.measurement, paths, one.declared, ready, jobs=2)
+    assert begun.normal.rss == pytest.approx(found.normal.rss, rel=0.05)
+    assert found.simulations > 2 * len(paths)
+    assert rho.rho.shape == (len(paths), len(rho.channels))
+    assert np.abs(correlations(found).steps).max() < 1.0
