@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, optimize
 
 from railui.study.free import Free, free_parameters
+from railui.study.judge import initial_state
 from railui.study.measured import Measurement, Stretch, simulate
 from railui.study.model import Model
 from railui.study.target import Target, targets
@@ -104,6 +105,7 @@ class Adjuster:
         self.columns = [model.columns[p] for p in free.paths]
         self.simulations = 0
         self.constrained = False
+        self.ringing: Mapping[str, float] | None = None  # noise, where initial states are estimated at every step
         # neighbouring samples of a signal do not all tell new things
         self.informed = INFORMED * sum(t.y.size for t in ready)
 
@@ -218,6 +220,8 @@ class Adjuster:
                 break
             gain = (cost - float(costs[best])) / self.informed
             x, cost = tried[best], float(costs[best])
+            if self.ringing is not None:
+                cost = self._begun_anew(x, cost)
             normal = self.linearise(x)
             self.watch(self._turn(iteration, x, normal))
             calm = calm + 1 if gain < tolerance else 0
@@ -247,6 +251,15 @@ class Adjuster:
         rho = total[1:, 0] / np.sqrt(np.maximum(total[0, 0] * np.diag(total)[1:], 1e-300))
         channels = dict(zip(self.ready[0].stretch.channels, error.tolist(), strict=True))
         return Turn(iteration, self.free.paths, x.copy(), channels, np.asarray(rho), self.simulations)
+
+    def _begun_anew(self, x: Floats, cost: float) -> float:
+        """Initial states estimated once more for a rig as it is now; the cost with them, kept where it is lower."""
+        before, model = self.ready, self.model.with_row(self.free.paths, x)
+        self.ready = [replace(t, start=initial_state(model, t.stretch, self.ringing or {})) for t in self.ready]
+        anew = float(self.cost(self.residuals(x[None]), x[None])[0])
+        if not anew < cost:
+            self.ready = before
+        return min(anew, cost)
 
     def equations(self, normal: Normal, x: Floats) -> tuple[Floats, Floats]:
         """The normal equations [p, p], [p] at x, priors included."""
@@ -335,5 +348,7 @@ def adjust(
     free = free_parameters(model, paths, declared)
     seconds = block_seconds(declared, [t.stretch for t in ready])
     adjuster = Adjuster(model, free, ready, block=seconds, stable=stable, jobs=jobs, watch=watch)
+    if model.design.kind == "rig":
+        adjuster.ringing = measurement.noise
     x = model.row[adjuster.columns] if start is None else start
     return adjuster.fit(x, tolerance=tolerance, most=most)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ PART = 18.0  # seconds of each stretch on which candidates are fitted roughly
 BEHIND = 1.6  # times the least misfit so far at which a candidate is given up after its first steps
 LINEAR = ("spring", "viscous_damper")
 ADJUSTED = tuple((at, None) for at in ("secondary_lateral", "secondary_yaw"))  # what adjusting does already
+GUESS = 0.3  # of its shape that a one-sided effect starts from where the trace sees it backwards
 MODEST = 0.2  # of its usual strength that an absorbed element starts from
 WORTH = 0.99  # of the least misfit so far that it must reach
 QUICK, PATIENT = 4, 10  # steps of a rough fit; effects with memory converge slowly
@@ -50,10 +51,12 @@ class Refit:
         return self.fit.normal.rss
 
 
-def chosen(trace: Trace) -> list[Sighting]:
-    """Sightings to confirm: the best five, all near the best, and effects with memory further down."""
+def chosen(trace: Trace, few: bool = False) -> list[Sighting]:
+    """Sightings to confirm: the best five, all near the best, and effects with memory further down; all where few."""
     top = trace.rho2
     picked: list[Sighting] = []
+    if few:
+        return list(trace.best)
     for i, s in enumerate(trace.best):
         share = signed(s) ** 2 / max(top, 1e-300)
         memory = core.record(s.candidate.kind)["states"] > 0
@@ -78,7 +81,8 @@ def starts(trace: Trace, sighting: Sighting) -> list[dict[str, float]]:
             out.append(shape)
             continue
         phase = {} if s.phase is None else {"phase": s.phase}
-        out.append(shape | {key: shape[key] * s.amount} | phase)
+        amount = GUESS if s.candidate.one_sided and s.amount <= 0 else s.amount
+        out.append(shape | {key: shape[key] * amount} | phase)
     key = sighting.candidate.strength
     if key is not None:
         out.append(out[0] | {key: 0.3 * out[0][key]})
@@ -103,7 +107,7 @@ def confirm(
     """
     rough = Rough(fit, measurement, declared, base, jobs)
     found = []
-    for s in chosen(trace):
+    for s in chosen(trace, few=fit.model.design.kind == "rig"):
         watch(s)
         one = rough.fitted(trace, s)
         if one is not None:
@@ -119,8 +123,11 @@ def confirm(
     refits = []
     for s, f in found:
         close = f.normal.rss <= near
+        ready = retarget(f.model, fit.targets, measurement)
+        if f.model.design.kind == "rig":  # whose initial state a rough fit knows best
+            ready = [replace(t, start=short.start) for t, short in zip(ready, f.targets, strict=True)]
         whole = _fitted(
-            f.model, retarget(f.model, fit.targets, measurement), measurement, declared,
+            f.model, ready, measurement, declared,
             [*base, *f.model.effect_paths()], jobs,
             tolerance=FINE if several else COARSE, most=30 if close else 0,
         )  # fmt: skip
@@ -163,14 +170,13 @@ class Rough:
         Without a linear element the adjusted parameters run away to make up for it, and near where they end the trace
         sees little of it.
         """
-        values = np.array([self.declared.row[self.declared.columns[p]] for p in self.base])
-        self.model = self.model.with_row(self.base, values)
+        model = self._declared()
         found = []
         for s in trace.best:
             c = s.candidate
             if c in tried or c.strength is None or c.kind not in LINEAR or (c.at, c.wheelset) in ADJUSTED:
                 continue
-            one = self._begun(c.placed({c.strength: MODEST * c.shapes[0][c.strength]}))
+            one = self._begun(c.placed({c.strength: MODEST * c.shapes[0][c.strength]}), model)
             if one is None or one.normal.rss > BEHIND * self.least:
                 continue
             one = self._carried(one, PATIENT)
@@ -185,7 +191,11 @@ class Rough:
     def fitted(self, trace: Trace, s: Sighting) -> Fit | None:
         """The best of a few steps from every start, or nothing where no start can be simulated."""
         memory = core.record(s.candidate.kind)["states"] > 0
-        tries = [f for f in (self._begun(s.candidate.placed(p)) for p in starts(trace, s)) if f is not None]
+        effects = [s.candidate.placed(p) for p in starts(trace, s)]
+        begun = [self._begun(e) for e in effects]
+        if self.model.design.kind == "rig":  # a mass costs little: from the declared one as well
+            begun += [self._begun(e, self._declared()) for e in effects]
+        tries = [f for f in begun if f is not None]
         if not tries:
             return None
         best = min(tries, key=lambda f: f.cost)
@@ -194,9 +204,15 @@ class Rough:
         self.least = min(self.least, best.normal.rss)
         return best
 
-    def _begun(self, effect: PlacedEffect) -> Fit | None:
+    def _declared(self) -> Model:
+        """The model with its adjusted parameters back at their declared values."""
+        return self.model.with_row(
+            self.base, np.array([self.declared.row[self.declared.columns[p]] for p in self.base])
+        )
+
+    def _begun(self, effect: PlacedEffect, base: Model | None = None) -> Fit | None:
         try:
-            model = self.model.with_effect(effect)
+            model = (base or self.model).with_effect(effect)
             ready = retarget(model, self.short, self.measurement)
         except ValueError:
             return None  # this start cannot be simulated: another may

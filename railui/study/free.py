@@ -57,7 +57,9 @@ def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> Free
             high.append(max(usual[1], 10 * mean))
             size.append(max(abs(mean), 0.01 * (high[-1] - low[-1])))
             prior.append(mean)
-            sd.append(p.prior if p.prior is not None else np.inf)
+            # nothing drives a free decay: its gain stays where it is
+            held = abs(mean) or 1.0 if path == "vehicle.rig.gain" else np.inf
+            sd.append(p.prior if p.prior is not None else held)
             ratio.append(False)
             continue
         bounds = _effect_bounds(model, path)

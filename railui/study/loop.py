@@ -24,6 +24,7 @@ from railui.study.trace import Trace
 from railui.study.watch import Judged, Watch, unwatched
 
 Floats = NDArray[np.float64]
+RINGING = 4  # times that the initial state of a rig is estimated anew: it rings as long as it is recorded
 SOFTER = 20  # times that a start is made less conical
 LOOKALIKE = 1.10  # within so much of the best error, judged on what no fit saw, two laws look alike
 
@@ -77,9 +78,12 @@ def adjusted(
     ready = targets(start, measurement, measurement.adjust)
     fit = adjust(start, measurement, paths, declared, ready=ready, tolerance=1e-4, jobs=jobs, watch=watch)
     report(f"adjusted {len(paths)} parameters in {fit.iterations} iterations, once more with the noise as it arrives")
-    ready = restarted(fit.model, fit.targets, measurement)
-    again = adjust(fit.model, measurement, paths, declared, ready=ready, jobs=jobs, watch=watch)
-    return replace(again, simulations=fit.simulations + again.simulations)
+    spent = fit.simulations
+    for _ in range(RINGING if declared.design.kind == "rig" else 1):
+        ready = restarted(fit.model, fit.targets, measurement)
+        fit = adjust(fit.model, measurement, paths, declared, ready=ready, jobs=jobs, watch=watch)
+        spent += fit.simulations
+    return replace(fit, simulations=spent)
 
 
 def stabilised(declared: Model, stretches: Sequence[Stretch]) -> Model:

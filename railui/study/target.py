@@ -43,10 +43,13 @@ def targets(model: Model, measurement: Measurement, stretches: Sequence[Stretch]
 
 
 def retarget(model: Model, ready: Sequence[Target], measurement: Measurement) -> list[Target]:
-    """The same comparison for a model of another structure: steps, and initial states where bodies were added."""
+    """The same comparison for a model of another structure: steps, and initial states where they matter.
+
+    That is where bodies were added, and on a rig, whose ringing lasts as long as its runs.
+    """
     out = []
     for t in ready:
-        grown = any(e.kind == "coach_mode" for e in model.effects)
+        grown = t.stretch.kind == "rig" or any(e.kind == "coach_mode" for e in model.effects)
         start = initial_state(model, t.stretch, measurement.noise) if grown else t.start
         out.append(replace(t, start=start, steps=max(t.steps, steps_for(model, t.stretch))))
     return out

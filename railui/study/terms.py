@@ -169,27 +169,37 @@ class Search:
         )  # fmt: skip
 
     def _without_idle(self, fit: Fit, judged: Judgement, steps: list[Step]) -> tuple[Fit, Judgement, list[Step]]:
-        """The backward pass: each effect but the last taken out, all adjusted again; what is not missed stays out."""
-        added = [i for i, s in enumerate(steps) if s.added]
-        for i in added[:-1]:
-            refit = steps[i].added
-            index = None if refit is None or refit.candidate is None else index_of(fit.model, refit.candidate)
-            if index is None:
-                continue
-            model = fit.model.without(index)
-            try:
-                trial = adjust(
-                    model, self.measurement, [*self.measurement.campaign.adjust, *model.effect_paths()], self.declared,
-                    ready=fit.targets, stable=stable(model), tolerance=1e-4, jobs=self.jobs,
-                )  # fmt: skip
-            except ValueError:
-                continue
-            result = judge(trial.model, self.measurement, self.measurement.validate)
-            self.report(f"  without {_words(refit)}: nrmse {result.nrmse:.4f}")
-            if not material(result, judged, self.measurement.campaign.material):
-                fit, judged = trial, result
-                steps[i] = replace(steps[i], added=None)
+        """The backward pass: each effect taken out, all adjusted again; what is not missed stays out."""
+        idle = True
+        while idle:
+            added = [i for i, s in enumerate(steps) if s.added]
+            idle = False
+            for i in added if len(added) > 1 else ():
+                refit = steps[i].added
+                trial = None if refit is None else self._without(fit, refit)
+                if trial is None:
+                    continue
+                result = judge(trial.model, self.measurement, self.measurement.validate)
+                self.report(f"  without {_words(refit)}: nrmse {result.nrmse:.4f}")
+                if not material(result, judged, self.measurement.campaign.material):
+                    fit, judged, idle = trial, result, True
+                    steps[i] = replace(steps[i], added=None)
+                    break
         return fit, judged, steps
+
+    def _without(self, fit: Fit, refit: Refit) -> Fit | None:
+        """The vehicle without one of its effects, all adjusted again; None where it cannot be fitted."""
+        index = None if refit.candidate is None else index_of(fit.model, refit.candidate)
+        if index is None:
+            return None
+        model = fit.model.without(index)
+        try:
+            return adjust(
+                model, self.measurement, [*self.measurement.campaign.adjust, *model.effect_paths()], self.declared,
+                ready=fit.targets, stable=stable(model), tolerance=1e-4, jobs=self.jobs,
+            )  # fmt: skip
+        except ValueError:
+            return None
 
 
 def index_of(model: Model, c: Candidate) -> int | None:
