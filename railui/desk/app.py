@@ -112,6 +112,7 @@ class Desk(App[None]):
         self.query_one(Tabs).show("design")
         panel = self.query_one(DesignPanel)
         panel.case = Case(str(self.state.get("track", Case.track)), float(self.state.get("speed", Case.speed)))
+        panel.view = int(self.state.get("view", 0))
         start = self.path or self.state.get("file")
         if start is not None and (self.path is not None or Path(start).exists()):
             self.open(Path(start))
@@ -197,7 +198,7 @@ class Desk(App[None]):
             self._shown = draft.name
 
         panel = self.query_one(OptimisePanel)
-        if draft is not None and draft.design.kind == "bogie":
+        if draft is not None and draft.design.kind != "rig":
             panel.begin(draft.design, self.query_one(DesignPanel).case)
 
     @on(TrackPanel.Used)

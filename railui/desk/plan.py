@@ -57,7 +57,11 @@ class Plan:
     @classmethod
     def of(cls, design: Design, track: str, speed: float) -> Plan:
         """A first plan for a design: its usual springs and dampers."""
-        bounds = {path: first_bounds(design, path) for path in FIRST if design.values.get(path, 0.0) > 0}
+        springs = [p for p in FIRST if design.values.get(p, 0.0) > 0]
+        if not springs:  # of bodies and elements: the first that it has
+            ends = ("_stiffness", "_damping")
+            springs = [p for p, value in design.values.items() if p.endswith(ends) and value > 0][: len(FIRST)]
+        bounds = {path: first_bounds(design, path) for path in springs}
         name = design.source.stem if design.source else "design"
         told = " ".join(word for word in track.split() if not word.startswith("seed="))
         return cls(design, bounds, track=told, speed=speed, directory=f"railui-study/{name}")

@@ -11,6 +11,7 @@ from railui.desk.bars import Bars
 from railui.desk.dialogs import Faults
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.design import DesignPanel
+from railui.desk.panels.optimise import OptimisePanel
 from railui.files.design import load_design
 from tests.desk.conftest import REPOSITORY, Sitting
 
@@ -37,6 +38,8 @@ async def test_a_campaign_is_adjusted_traced_and_accepted_within_five_keys(sit: 
         assert design.draft.design.adjustment is not None
         # the form compares what was found with what was declared
         assert not design.draft.base.effects and design.draft.design.effects[0].kind == "free_play"
+        plan = keys.desk.query_one(OptimisePanel).plan
+        assert plan is not None and plan.design.adjustment is not None  # and a search would vary what was found
         await keys.press("ctrl+s")  # it has no file of its own yet
         await keys.press("backspace")  # vehicle.yam: railui adds what is missing, and the name is free
         await keys.press("enter")

@@ -86,7 +86,7 @@ show what each design does beside the design as it is. `t` takes it into the for
         super().__init__(id=id)
         self.plan: Plan | None = None
         self.study: Study | None = None
-        self.view = 0
+        self.view, self.touched = 0, False
         self.latest = Latest(self, "look")
         self.declared: Look | None = None
         self._forget()
@@ -123,13 +123,16 @@ show what each design does beside the design as it is. `t` takes it into the for
     # the plan
 
     def begin(self, design: Design, case: Case) -> None:
-        """A plan for the design in the form, where there is none yet."""
-        if self.plan is None:
+        """A plan for the design in the form, as long as nobody has changed it or searched."""
+        if self.touched or self.steps or self.study is not None:
+            return
+        if self.plan is None or self.plan.design is not design:
             self.set_plan(Plan.of(design, case.track, case.speed))
 
     def open(self, path: Path) -> None:
         """The plan of a study file; FileProblems with every fault."""
         self.set_plan(Plan.read(path))
+        self.touched = True
 
     def set_plan(self, plan: Plan) -> None:
         """Another plan in the form."""
@@ -144,6 +147,7 @@ show what each design does beside the design as it is. `t` takes it into the for
     def _wanted(self, event: Form.Wanted) -> None:
         if self.plan is None:
             return
+        self.touched = True
         try:
             self.set_plan(self.plan.changed(event.path, event.value))
         except ValueError as error:
@@ -161,6 +165,7 @@ show what each design does beside the design as it is. `t` takes it into the for
 
     def _add(self, path: str | None) -> None:
         if path is not None and self.plan is not None:
+            self.touched = True
             self.set_plan(self.plan.with_variable(path))
             self.side.form.choose(f"bounds.{path}.lowest")
 
