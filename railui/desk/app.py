@@ -13,53 +13,25 @@ from textual.app import App, ComposeResult, SystemCommand
 from textual.binding import Binding
 from textual.containers import Horizontal
 from textual.dom import DOMNode
-from textual.events import Click
 from textual.screen import Screen
 from textual.widgets import ContentSwitcher, Footer, Static
 
 from railui.desk import log
-from railui.desk.dialogs import Ask, Faults, Help, Pick, files_below
+from railui.desk.dialogs import Ask, Faults, Help, Pick
 from railui.desk.draft import Draft
 from railui.desk.heartbeat import Heartbeat
 from railui.desk.look import Case
 from railui.desk.messages import Offered
+from railui.desk.ours import files_below, kind_of
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.panels.track import TrackPanel
+from railui.desk.tabs import PANELS, Tabs
 from railui.files.problems import FileProblems, Problem
-from railui.files.yaml12 import load as load_yaml
 
 SMALLEST = (60, 18)
-PANELS = {
-    "design": ("f2", "Design"),
-    "campaign": ("f3", "Campaign"),
-    "optimise": ("f4", "Optimise"),
-    "track": ("f5", "Track"),
-    "capture": ("f6", "Capture"),
-}
-
-
-class Tabs(Static):
-    """The names of the panels with their keys, in one line."""
-
-    def show(self, current: str) -> None:
-        """Marks the panel that is open."""
-        text = Text(no_wrap=True, overflow="ellipsis")
-        for name, (key, title) in PANELS.items():
-            text.append(f" {key.upper()} ", "dim")
-            text.append(title, "bold reverse" if name == current else "")
-            text.append(" ")
-        self.update(text)
-
-    def on_click(self, event: Click) -> None:
-        at = 0
-        for name, (key, title) in PANELS.items():
-            wide = len(key) + len(title) + 4
-            if at <= event.x < at + wide:
-                self.app.call_later(self.app.run_action, f"panel('{name}')")
-            at += wide
 
 
 class Desk(App[None]):
@@ -329,18 +301,6 @@ class Desk(App[None]):
                 Text(f"railui desk: {type(error).__name__}: {error}\nthe whole trace: {path}")
             )
         self._close_messages_no_wait()
-
-
-def kind_of(path: Path) -> str:
-    """Which of our files this is: a campaign (a directory, or it has runs), a study (it has variables), a design."""
-    if path.is_dir():
-        return "campaign"
-    try:
-        value = load_yaml(path).value
-    except (FileProblems, OSError):
-        return "design"  # whatever it is, its faults are told when it is read
-    keys = value if isinstance(value, dict) else {}
-    return "campaign" if "runs" in keys else "study" if "variables" in keys else "design"
 
 
 def run(path: Path | None = None, *, plain: bool = False) -> int:

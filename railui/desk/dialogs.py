@@ -18,8 +18,7 @@ from textual.widgets.option_list import Option
 
 from railui.files.problems import FileProblems
 
-MOST_FILES = 400
-DEEPEST = 5
+MOST_SHOWN = 400
 
 
 class Ask(ModalScreen[str | None]):
@@ -99,7 +98,7 @@ class Pick(ModalScreen[str | None]):
         fits.sort(key=lambda fit: _distance(words, fit[1].lower()))
         found = self.query_one(OptionList)
         found.clear_options()
-        found.add_options([Option(Text(shown), id=key) for key, shown in fits[:MOST_FILES]])
+        found.add_options([Option(Text(shown), id=key) for key, shown in fits[:MOST_SHOWN]])
         found.highlighted = 0 if fits else None
 
     def on_input_changed(self, event: Input.Changed) -> None:
@@ -203,23 +202,3 @@ def _distance(words: Sequence[str], shown: str) -> int:
     """How far from its beginning a line has the words; where they begin no word there, farther than all others."""
     found = [re.search(rf"(?<![a-z]){re.escape(word)}", shown) for word in words]
     return sum(match.start() if match else 1000 for match in found)
-
-
-def files_below(directory: Path, patterns: Sequence[str] = ("*.yaml", "*.yml")) -> list[Path]:
-    """Files below a directory, not those of hidden or built ones, at most so many."""
-    found: list[Path] = []
-    heap = [(directory, 0)]
-    while heap and len(found) < MOST_FILES:
-        here, depth = heap.pop(0)
-        try:
-            entries = sorted(here.iterdir())
-        except OSError:
-            continue
-        found += [e for e in entries if e.is_file() and any(e.match(p) for p in patterns)]
-        if depth < DEEPEST:
-            heap += [
-                (e, depth + 1)
-                for e in entries
-                if e.is_dir() and not e.name.startswith(".") and e.name not in ("target", "node_modules", "__pycache__")
-            ]
-    return found[:MOST_FILES]

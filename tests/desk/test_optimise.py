@@ -56,7 +56,7 @@ async def test_a_search_that_was_stopped_goes_on_where_it_ended(sit: Sitting, st
     async with sit(study) as keys:
         panel = keys.desk.query_one(OptimisePanel)
         assert panel.plan is not None
-        panel.set_plan(replace(panel.plan, track="erri_b176_low length=1000", population=64, generations=30))
+        panel.set_plan(replace(panel.plan, track="erri_b176_low length=3000", population=64, generations=40))
         await keys.pilot.press("s")
         await keys.until(lambda: len(panel.steps) >= 2)
         await keys.pilot.press("k")

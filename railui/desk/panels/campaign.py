@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -22,23 +21,32 @@ from railui.desk.axis import Axis
 from railui.desk.bars import Bar, Bars
 from railui.desk.dialogs import Name
 from railui.desk.form import pretty, symbol
+from railui.desk.loop_views import (
+    Closed,
+    error,
+    force_picture,
+    named,
+    run_text,
+    series_picture,
+    share,
+    short,
+)
 from railui.desk.messages import Done, Failed, Line, Offered, Showed
 from railui.desk.panels.common import in_turn, titled
-from railui.desk.plot import Line as Curve
 from railui.desk.plot import Picture, Plot
 from railui.desk.work import Study
 from railui.files.campaign import Campaign, load_campaign
-from railui.files.display import display, suited
+from railui.files.display import display
 from railui.files.parameters import PARAMETERS
 from railui.files.problems import FileProblems
-from railui.report.figures import Window, compared_series, shown_channels, telling, units_of
-from railui.report.laws import Forces, suspension_forces
+from railui.report.figures import compared_series, shown_channels, telling
+from railui.report.laws import suspension_forces
 from railui.report.loop import loop_report
 from railui.report.loop_files import ForeignFiles, adjusted_design, check_directory, write_loop
 from railui.study.confirm import Refit
 from railui.study.judge import Floor
 from railui.study.loop import Found, close_loop
-from railui.study.measured import Measurement, cut_samples, read
+from railui.study.measured import Measurement, read
 from railui.study.model import Model
 from railui.study.trace import Sighting, Trace, signed
 from railui.study.watch import Judged, Looked, Turn
@@ -49,19 +57,6 @@ TALL = 30  # rows from which all pictures are shown
 NARROW = 50  # columns below which an error stands alone
 OFTEN = 0.1  # s between two pictures of a ranking that fills
 FOLDED = {"moving": 3, "ranking": 0, "series": 1}  # which of them is shown where there is room for one
-POINTS = 4000  # of a force against its motion
-ROLES = {"measured": "base", "before": "other", "after": "now"}
-
-
-@dataclass(frozen=True, eq=False)
-class Closed:
-    """A loop that came to its verdict, with all that is drawn of it."""
-
-    found: Found
-    report: dict[str, Any]
-    window: Window
-    series: Mapping[str, Any]
-    forces: list[Forces]
 
 
 class CampaignPanel(Vertical):
@@ -209,7 +204,7 @@ the form, `w` writes what `railui loop` writes.
             if event.done == event.total or time.monotonic() - self.drawn > OFTEN:
                 self._ranking()
         elif isinstance(event, Sighting):
-            self.doing = f"fitting {_named(event.candidate)}"
+            self.doing = f"fitting {named(event.candidate)}"
         elif isinstance(event, Refit):
             self.refits[event.candidate], self.fitted = event.rss, event.fit.model
             self._ranking()
@@ -263,7 +258,7 @@ the form, `w` writes what `railui loop` writes.
         for i, run in enumerate(campaign.runs):
             text.append(f"{run.name:20} {run.role:9}")
             if self.measurement is not None:
-                text.append_text(_run_text(self.measurement, i))
+                text.append_text(run_text(self.measurement, i))
             text.append("\n")
         text.rstrip()
         gate.update(text)
@@ -294,10 +289,10 @@ the form, `w` writes what `railui loop` writes.
         judged = [w for w in ("declared", "before", "after") if w in self.errors]
 
         def row(name: str, found: Mapping[str, float], strong: bool = False) -> Bar:
-            path = " ▸ ".join(_error(found[w]) for w in (judged[-1:] if narrow else judged))
-            told = path + (f" ┃ {_error(found['floor'])}" if "floor" in found else "")
+            path = " ▸ ".join(error(found[w]) for w in (judged[-1:] if narrow else judged))
+            told = path + (f" ┃ {error(found['floor'])}" if "floor" in found else "")
             mark = found["floor"] / worst if "floor" in found else None
-            return Bar(name, _share(found[judged[-1]], worst), told, _share(found["declared"], worst), mark, strong)
+            return Bar(name, share(found[judged[-1]], worst), told, share(found["declared"], worst), mark, strong)
 
         rows = [row("all", self.totals, True)] if judged else []
         rows += [row(c, {w: e[c] for w, e in self.errors.items() if c in e}) for c in now]
@@ -316,8 +311,8 @@ the form, `w` writes what `railui loop` writes.
             declared = campaign.design.values.get(path)
             moved = f"{100 * (value / declared - 1):+.0f} %" if declared else ""
             told = f"{pretty(display(float(value), unit, 3)):>14} {moved:>7}"
-            short = symbol(PARAMETERS[path].symbol) if narrow and path in PARAMETERS else _short(path)
-            rows.append(Bar(short, abs(float(rho)), told))
+            name = symbol(PARAMETERS[path].symbol) if narrow and path in PARAMETERS else short(path)
+            rows.append(Bar(name, abs(float(rho)), told))
         self._show_moving(rows)
 
     def _show_moving(self, rows: list[Bar]) -> None:
@@ -355,7 +350,7 @@ the form, `w` writes what `railui loop` writes.
             best = rss is not None and rss <= least
             told = told[:6] if narrow else told
             rows.append(
-                Bar(_named(one.candidate, narrow), signed(one), told, strong=best, role="now" if rss else "base")
+                Bar(named(one.candidate, narrow), signed(one), told, strong=best, role="now" if rss else "base")
             )
         ranking = self.query_one("#ranking", Bars)
         ranking.show(rows)
@@ -386,11 +381,11 @@ the form, `w` writes what `railui loop` writes.
         channels = shown_channels(closed.window.stretch)
         channel = channels[self.channel % len(channels)]
         titled(series, f"{channel}: measured and simulated")
-        series.show(_series_picture(closed, channel))
+        series.show(series_picture(closed, channel))
         if closed.forces:
             titled(force, closed.forces[0].title)
         wait = "no effect at a suspension was added" if closed.found.outside is None else "see the report: w writes it"
-        force.show(_force_picture(closed.forces[0]) if closed.forces else Picture(Axis(""), Axis(""), wait=wait))
+        force.show(force_picture(closed.forces[0]) if closed.forces else Picture(Axis(""), Axis(""), wait=wait))
 
     # arranging
 
@@ -457,70 +452,3 @@ the form, `w` writes what `railui loop` writes.
         text = self.closed.report["sentence"] if self.closed else "\n".join(self.lines)
         self.app.copy_to_clipboard(str(text))
         self.notify("copied the verdict" if self.closed else "copied the lines so far", timeout=2)
-
-
-def _run_text(measurement: Measurement, index: int) -> Text:
-    run = measurement.runs[index]
-    text = Text(f"{len(run) / run.rate:6.0f} s  {run.rate:.4g} Hz  {len(run.responses)} channels  ")
-    lost = {k: n for k, n in run.counts.items() if n and k in ("gaps", "stuck", "short_stretches", "missing_rows")}
-    told = ", ".join(f"{n} {k.replace('_', ' ')}" for k, n in lost.items()) or "no gaps"
-    text.append(told, "yellow" if lost else "dim")
-    if run.notes:
-        text.append(f"  {run.notes[0]}", "yellow")
-    return text
-
-
-def _error(value: float) -> str:
-    return f"{value:.3f}" if np.isfinite(value) else "div."
-
-
-def _share(value: float, worst: float) -> float:
-    return value / worst if np.isfinite(value) else 1.0
-
-
-def _short(path: str) -> str:
-    """A path in the fewest words that tell it from the others."""
-    *groups, name = path.split(".")
-    which = groups[-1] if groups and groups[-1] not in ("contact", "vehicle") else ""
-    return f"{name.replace('_', ' ')} {which}".strip()
-
-
-def _named(candidate: Any, narrow: bool = False) -> str:
-    which = f" {candidate.wheelset}" if candidate.wheelset else ""
-    words = [word[:3] if narrow else word for word in candidate.at.split("_")]
-    return f"{candidate.kind.replace('_', ' ')}, {' '.join(words)}{which}"
-
-
-def _series_picture(closed: Closed, channel: str) -> Picture:
-    """A few telling seconds of one channel: measured, before, after."""
-    window, found = closed.window, closed.found
-    row = window.stretch.channels.index(channel)
-    piece = slice(window.begin, window.end)
-    t = window.stretch.columns["t"][cut_samples(found.measurement.campaign, window.stretch) :][piece]
-    factor, unit = _scale(closed.series["measured"][row, piece], units_of(found, window.stretch)[channel])
-    lines = [
-        Curve(t, factor * closed.series[which][row, piece], which, ROLES[which])
-        for which in ("measured", "before", "after")
-        if which in closed.series
-    ]
-    return Picture(Axis("t", "s"), Axis(channel, pretty(unit)), lines)
-
-
-def _force_picture(forces: Forces) -> Picture:
-    every = max(1, len(forces.motion) // POINTS)
-    x_factor, x_unit = _scale(forces.motion, forces.motion_unit)
-    y_factor, y_unit = _scale(forces.after, forces.force_unit)
-    lines = [
-        Curve(x_factor * forces.motion[::every], y_factor * y[::every], label, ROLES[label], points=True)
-        for label, y in (("before", forces.before), ("after", forces.after))
-    ]
-    return Picture(Axis("z", pretty(x_unit)), Axis("force", pretty(y_unit)), lines)
-
-
-def _scale(values: Any, unit: str) -> tuple[float, str]:
-    """What SI values are multiplied by to be read, and their unit then."""
-    largest = float(np.nanmax(np.abs(values), initial=0.0))
-    if not largest:
-        return 1.0, unit
-    number, name = suited(largest, unit)
-    return number / largest, name

@@ -20,8 +20,9 @@ from textual.widgets import Static
 
 from railui.desk.axis import Axis
 from railui.desk.bars import Bar, Bars
-from railui.desk.dialogs import Name, Pick, files_below
+from railui.desk.dialogs import Name, Pick
 from railui.desk.messages import Failed
+from railui.desk.ours import files_below
 from railui.desk.panels.common import arranged, in_turn, titled
 from railui.desk.plot import Line, Picture, Plot
 from railui.desk.work import Latest
