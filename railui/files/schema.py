@@ -8,7 +8,7 @@ from .campaign_model import CampaignModel
 from .design_model import design_model
 from .effect_reading import AGAINST
 from .effect_records import PER_WHEELSET, Catalogue, Record, is_against, is_curve, is_sensor, kernel_catalogue
-from .schema_bodies import bodies_schema
+from .schema_bodies import LOADS, bodies_schema
 from .schema_line import schema_name
 from .study_model import StudyModel
 
@@ -45,6 +45,7 @@ def _design(catalogue: Catalogue) -> dict[str, Any]:
     for made in forms.values():
         definitions |= made.pop("$defs")
         made["properties"]["effects"]["items"] = _effects(catalogue, sensors=False)
+    forms["bogie"]["properties"]["load"] = LOADS
     bodies, more = bodies_schema(_effects(catalogue, sensors=False))
     return {"anyOf": [*forms.values(), bodies], "$defs": definitions | more}
 

@@ -9,6 +9,13 @@ from .bodies_reading import SIDES, group_model, words_of
 from .design_model import design_model, number_group
 from .parameters import CONTACT, WHEELSET_CONTACT
 
+# states of loading: which paths change to which values, and the state that the file stands in
+LOADS = {
+    "type": "object",
+    "title": "states of loading",
+    "properties": {"state": {"type": "string"}},
+    "additionalProperties": {"type": "object", "additionalProperties": {"type": ["number", "string"]}},
+}
 NAME = {"pattern": "^[A-Za-z_][A-Za-z0-9_]*$"}
 
 
@@ -28,6 +35,7 @@ def bodies_schema(effects: dict[str, Any]) -> tuple[dict[str, Any], dict[str, An
         "additionalProperties": False,
     }
     made["properties"]["contact"] = _contact()
+    made["properties"]["load"] = LOADS
     made["properties"]["effects"]["items"] = _anywhere(effects)
     made["required"] = ["vehicle"]
     return made, definitions
