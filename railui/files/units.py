@@ -40,7 +40,6 @@ SYMBOLS: dict[str, tuple[float, dict[str, int], bool]] = {
     "‰": (1e-3, {}, False),
 }
 RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻"
-RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻"
 SUPERSCRIPT = re.compile(f"[{RAISED}]+")
 PLAIN = str.maketrans(RAISED + "·⋅×", "0123456789-***")
 NUMBER = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")

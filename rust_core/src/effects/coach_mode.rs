@@ -1,6 +1,7 @@
 //! The coach is not still: a mass above the frame on a spring and a damper.
 use super::effect::*;
 
+/// m y_c'' + c (y_c' - y') + k (y_c - y) = 0, F = -k (y - y_c) - c (y' - y_c') on the frame
 pub struct CoachMode;
 
 impl Effect for CoachMode {

@@ -2,6 +2,7 @@
 use super::effect::*;
 use crate::lanes::Part;
 
+/// F = f(z), f(v) or f(s): linear between the points of the curve, held beyond its ends
 pub struct MeasuredForce;
 
 /// Numbers as they enter: 0 (against z), 1 (v) or 2 (s), the count n, n motions, n forces.

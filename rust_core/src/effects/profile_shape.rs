@@ -2,6 +2,7 @@
 use super::effect::*;
 use crate::profile;
 
+/// (r_1 - r_2)/2 = lambda (S(e) + dS/dg(e) g), b (gamma_1 - gamma_2)/2 = epsilon T(e), from measured profiles
 pub struct ProfileShape;
 
 /// Numbers as they enter: the count n, the first displacement, the step between two; then n of each list.

@@ -1,6 +1,7 @@
 //! The rail yields sideways under the wheelset.
 use super::effect::*;
 
+/// k_r u + c_r u' = -Q_y; u is taken off e, u' enters the lateral creep
 pub struct RailFlexibility;
 
 impl Effect for RailFlexibility {

@@ -1,6 +1,7 @@
 //! Sensor: late signal.
 use super::effect::*;
 
+/// x(t) -> x(t - tau), of the simulated signal
 pub struct SensorDelay;
 
 impl Effect for SensorDelay {

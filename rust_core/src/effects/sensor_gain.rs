@@ -1,6 +1,7 @@
 //! Sensor: gain of a signal.
 use super::effect::*;
 
+/// x(t) -> gain x(t), of the simulated signal
 pub struct SensorGain;
 
 impl Effect for SensorGain {

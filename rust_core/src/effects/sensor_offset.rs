@@ -1,6 +1,7 @@
 //! Sensor: offset of a signal.
 use super::effect::*;
 
+/// x(t) -> x(t) + offset, of the simulated signal
 pub struct SensorOffset;
 
 impl Effect for SensorOffset {

@@ -1,0 +1,43 @@
+"""The page of the Python API: the public names, in their order, from their docstrings."""
+
+import railui
+
+INTRODUCTION = """# Python
+
+Every command has a function of the same name that returns what the command's JSON holds. All numbers are SI; everything that
+is wrong raises `railui.files.problems.FileProblems` (a `ValueError`) with file, line, key and remedy.
+
+```python
+import railui
+
+design = railui.load("designs/test_bogie.yaml")
+stiffer = design.with_values({"vehicle.primary.lateral_stiffness": "4 MN/m"})
+for vehicle in (design, stiffer):
+    answer = railui.ride(vehicle, track="erri_b176_low length=2000", speed="144 km/h", seeds=[1, 2])
+    print(answer["mean"]["score"])
+```
+
+The names below are read when they are asked for, so `import railui` is quick.
+"""
+KERNEL = """
+## The kernel
+
+`railui.core` is the one door to the kernel: batches of vehicles of one structure, rows of numbers in SI.
+
+::: railui.core
+    options:
+      members: [catalogue, parameters, simd, Batch, Vehicles, Placement, Filter, Rides]
+      show_root_heading: false
+      show_root_toc_entry: false
+      heading_level: 3
+"""
+
+
+def page() -> str:
+    """One section for each public name."""
+    homes = railui._HOMES
+    parts = [INTRODUCTION]
+    for name in railui.__all__:
+        home = homes.get(name, "railui")
+        parts.append(f"\n## {name}\n\n::: {home}.{name}\n    options:\n      show_root_heading: false\n      show_root_toc_entry: false\n")
+    return "".join([*parts, KERNEL])

@@ -1,0 +1,113 @@
+"""The catalogue of effects: every record of the kernel with formula, source, parameters, and a picture of its force."""
+
+import io
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from markdown import code, letters, plain, table
+
+from railui.cli.effects import REFERENCE, resolved
+from railui.core import catalogue
+from railui.files.design import PlacedEffect
+from railui.files.display import display
+from railui.files.effect_records import site
+from railui.report.laws import resisted
+
+SOURCES = Path(__file__).parents[2] / "rust_core" / "src" / "effects"
+LAW = re.compile(r"((?: *//[^/!].*\n)+)(?: *#\[[^\n]*\n)* *fn (?:force|forces|roll)\b")
+STRUCT = re.compile(r"((?:///.*\n)+)pub struct")
+AMPLITUDES = (1.5e-3, 3e-3, 5e-3)  # m
+FREQUENCY = 1.6  # Hz: 10 rad/s, the reference motion of the defaults
+INTRODUCTION = f"""# Catalogue of effects
+
+What the linear model lacks, as laws at places. Each is simulated, searched for in a residual, fitted, written in designs and
+reported from the same record in the kernel; this page is written from those records, the formula is the comment above the law.
+
+z is the deflection at the place, v its speed, F the force on what stands above it. Defaults and ranges are told at the first
+place for the bogie of the examples; what they are multiples of stands in `times` of `railui effects --json -`. Pictures: what
+resists a sinusoidal motion of {", ".join(f"{1e3 * a:g}" for a in AMPLITUDES)} mm at {FREQUENCY} Hz at `primary_lateral` with
+the defaults, the declared spring included (grey: the spring alone), computed by the kernel.
+
+```yaml
+effects:
+  - {{kind: free_play, at: primary_lateral, wheelset: 2, half_width: 0.3 mm}}
+```
+"""
+
+
+def formula(kind: str) -> str:
+    """The formula above the law in the kernel; ValueError where a file has none."""
+    text = (SOURCES / f"{kind}.rs").read_text()
+    found = LAW.search(text) or STRUCT.search(text)
+    if found is None:
+        raise ValueError(f"rust_core/src/effects/{kind}.rs: no formula above its law")
+    return "\n".join(line.strip().lstrip("/").strip() for line in found[1].splitlines())
+
+
+def page() -> str:
+    """One section for each record, in the order of the kernel."""
+    drawn = {record["kind"] for record in catalogue() if _is_drawn(record)}
+    return INTRODUCTION + "".join(_section(record, record["kind"] in drawn) for record in catalogue())
+
+
+def _section(record: dict[str, Any], drawn: bool) -> str:
+    places = [str(at) for at in record["at"]]
+    kind, title = str(record["kind"]), str(record["title"])
+    words = [f"acts on: {record['acts']}", f"at {', '.join(map(code, places))}"]
+    words += [f"takes the place of the declared {record['supersedes']}"] if record["supersedes"] else []
+    words += ["carries states of its own"] if record["states"] else []
+    words += ["only dissipates"] if record["dissipates"] else []
+    words += ["odd" if record["odd"] else "not odd"]
+    words += [] if record["candidate"] else ["no candidate of the trace"]
+    parts = [f"\n## {kind}\n\n{plain(title[0].upper() + title[1:])}; {'; '.join(words)}.\n\n```\n{formula(kind)}\n```\n\n"]
+    rows = [_parameter(resolved(p, places)) for p in record["parameters"]]
+    parts.append(table(("key", "letter", "unit", "default", "range", "origin of the default"), rows))
+    if drawn:
+        parts.append(f"\n![force against motion of {kind}](laws/{kind}.svg)\n")
+    return "".join([*parts, f"\nSource: {plain(str(record['source']))}.\n"])
+
+
+def _parameter(p: dict[str, Any]) -> tuple[str, ...]:
+    def told(value: float | None) -> str:
+        return "" if value is None else display(value, p["unit"])
+
+    ends = f"{told(p['minimum'])} to {told(p['maximum'])}" if p["minimum"] is not None else ""
+    return code(p["key"]), letters(p["symbol"]), code(p["unit"]), told(p["default"]), ends, plain(p["origin"])
+
+
+def _is_drawn(record: dict[str, Any]) -> bool:
+    return record["acts"] == "force" and {"primary_lateral", "rig"} <= set(record["at"]) and record["kind"] != "measured_force"
+
+
+def pictures() -> Iterator[tuple[str, bytes]]:
+    """Force against motion of every law at a suspension, as SVG."""
+    for record in catalogue():
+        if _is_drawn(record):
+            yield str(record["kind"]), _picture(record)
+
+
+def _picture(record: dict[str, Any]) -> bytes:
+    at = "primary_lateral"
+    here = site(at, REFERENCE)
+    values = {p["key"]: resolved(p, [at])["default"] for p in record["parameters"]}
+    mass, k = here["m"], here["k"]
+    effect = PlacedEffect(record["kind"], "rig", None, {key: x for key, x in values.items() if x is not None})
+    t = np.linspace(0.0, 2.0 / FREQUENCY, 2000)
+    figure, ax = plt.subplots(figsize=(4.6, 3.0), constrained_layout=True)
+    for amplitude, shade in zip(AMPLITUDES, ("#9ecae1", "#4292c6", "#08519c"), strict=True):
+        z = amplitude * np.sin(2 * np.pi * FREQUENCY * t)
+        force, _ = resisted(z, t[1], mass, [effect], k, 0.0)
+        last = t >= 1.0 / FREQUENCY
+        ax.plot(1e3 * z[last], 1e-3 * force[last], color=shade, lw=1.5)
+    ax.plot([-1e3 * z.max(), 1e3 * z.max()], [-1e-3 * k * z.max(), 1e-3 * k * z.max()], color="#999999", lw=0.9, ls="--")
+    ax.set(xlabel="deflection z [mm]", ylabel="resisting force [kN]")
+    ax.spines[["top", "right"]].set_visible(False)
+    with plt.rc_context({"svg.hashsalt": str(record["kind"])}):
+        file = io.BytesIO()
+        figure.savefig(file, format="svg", metadata={"Date": None})
+    plt.close(figure)
+    return file.getvalue()

@@ -1,0 +1,60 @@
+"""Every block of README and docs that a reader may type does what the page says."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.docs.transcript import ROOT, agree, blocks, bundled, run
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def cases(slow: bool) -> list[object]:
+    """Pages with blocks that run; those with a slow block apart, as a page is one session."""
+    found = []
+    for page in PAGES:
+        runnable = [b for b in blocks(page.read_text()) if b.runs]
+        if runnable and any(b.slow for b in runnable) == slow:
+            found.append(pytest.param(page, id=str(page.relative_to(ROOT))))
+    return found
+
+
+def play(page: Path, home: Path) -> None:
+    """Types a page from its first line to its last, in one directory; python blocks are one program."""
+    found = [b for b in blocks(page.read_text()) if b.runs]
+    for block in found:
+        for command in block.commands() if block.language == "console" else ():
+            printed, code = run(command.line, home)
+            expected = f"$ {command.line}\n" + "\n".join(command.printed)
+            assert code in (0, 4) or "railui: " in expected or ": error" in expected, "\n".join([expected, *printed])
+            if command.printed:
+                assert agree(command.printed, printed), f"the page says\n{expected}\nprinted is\n" + "\n".join(printed)
+    program = "\n".join(b.body for b in found if b.language == "python")
+    if program:
+        done = subprocess.run([sys.executable, "-c", program], cwd=home, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("page", cases(slow=False))
+def test_a_page_prints_what_it_says(page: Path, tmp_path: Path) -> None:
+    play(page, bundled(tmp_path))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", cases(slow=True))
+def test_a_page_of_long_jobs_prints_what_it_says(page: Path, tmp_path: Path) -> None:
+    play(page, bundled(tmp_path))
+
+
+def test_a_page_that_lies_is_found() -> None:
+    """The comparison can fail: another word, another number, a line too many."""
+    printed = ["score 53.1", "class good"]
+    assert agree(["score 53.2", "class good"], printed)
+    assert not agree(["score 56.0", "class good"], printed)
+    assert not agree(["score 53.1", "class bad"], printed)
+    assert not agree(["score 53.1"], printed)
+    assert agree(["...", "class good"], printed)

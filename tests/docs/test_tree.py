@@ -1,0 +1,38 @@
+"""Every path that the README's tree names exists, and the folders that exist are in it."""
+
+from __future__ import annotations
+
+import re
+
+from tests.docs.transcript import ROOT
+
+
+CAPTION = 30  # the column at which captions begin
+
+
+def tree() -> set[str]:
+    """The paths of the README's tree: a folder at the margin, what it holds below it."""
+    text = (ROOT / "README.md").read_text()
+    block = re.search(r"## The tree\n\n```\n(.*?)```", text, re.S)
+    assert block is not None
+    found: set[str] = set()
+    folder = ""
+    for line in block[1].splitlines():
+        words = line[:CAPTION].split()
+        if words and not line.startswith(" "):
+            folder = words[-1] if words[-1].endswith("/") else ""
+            found |= set(words)
+        else:
+            found |= {folder + word for word in words}
+    return found
+
+
+def test_every_path_of_the_tree_exists() -> None:
+    paths = tree()
+    assert len(paths) > 25
+    assert sorted(path for path in paths if not (ROOT / path).exists()) == []
+
+
+def test_every_folder_of_the_package_is_in_the_tree() -> None:
+    folders = {f"railui/{p.name}/" for p in (ROOT / "railui").iterdir() if (p / "__init__.py").exists()}
+    assert folders - tree() == set()
