@@ -1,4 +1,5 @@
 # run: the main job on the bundled campaign; test: everything; check: style and floors; bench: speed; blind: planted effects;
+# docs: the site, in target/site; transcripts: every command of README and docs typed again, the long ones too;
 # purpose: what the declared optimum costs;
 # pictures: the README's figure, from what run has found
 PYTHON ?= python3
@@ -6,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test check bench shots blind pictures clean
+.PHONY: run test check bench shots blind pictures docs transcripts clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -32,6 +33,14 @@ pictures: run
 
 shots: .stamp-build
 	$(BIN)/python -m tests.desk.shots
+
+# strict: a warning is an error. The two variables silence notices of mkdocs' makers about its successors
+docs: .stamp-build
+	@NO_MKDOCS_2_WARNING=1 DISABLE_MKDOCS_2_WARNING=true $(BIN)/mkdocs build --quiet
+	@echo "target/site/index.html"
+
+transcripts: .stamp-build
+	$(BIN)/python -m pytest tests/docs -m "slow or not slow"
 
 blind: .stamp-build
 	$(BIN)/python -m tests.blind.blind --campaigns 20 --seed 1000

@@ -1,9 +1,10 @@
 """The page of the commands: what each says of itself, its options, and an example that a test runs."""
 
+import inspect
 from pathlib import Path
 
 import click
-from markdown import code, plain, table
+from words import code, plain, table
 
 from railui.cli import COMMANDS, cli
 
@@ -58,7 +59,7 @@ def _section(name: str, command: click.Command) -> str:
 def _help(text: str) -> str:
     """Paragraphs of a help text; those that are to stay as they are typed (\\b) as code."""
     paragraphs = []
-    for paragraph in text.split("\n\n"):
+    for paragraph in inspect.cleandoc(text).split("\n\n"):
         if paragraph.startswith("\b"):
             paragraphs.append("```\n" + paragraph.removeprefix("\b").strip("\n") + "\n```")
         else:
@@ -78,4 +79,4 @@ def _row(option: click.Parameter) -> tuple[str, str]:
 def _example(name: str) -> str:
     """The example kept in a file; a command without one fails the build."""
     text = (EXAMPLES / f"{name}.md").read_text()
-    return f"\n**Example.** {text}"
+    return f"\n**Example**\n\n{text}"

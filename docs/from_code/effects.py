@@ -8,7 +8,7 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from markdown import code, letters, plain, table
+from words import code, letters, plain, table
 
 from railui.cli.effects import REFERENCE, resolved
 from railui.core import catalogue
@@ -63,7 +63,9 @@ def _section(record: dict[str, Any], drawn: bool) -> str:
     words += ["only dissipates"] if record["dissipates"] else []
     words += ["odd" if record["odd"] else "not odd"]
     words += [] if record["candidate"] else ["no candidate of the trace"]
-    parts = [f"\n## {kind}\n\n{plain(title[0].upper() + title[1:])}; {'; '.join(words)}.\n\n```\n{formula(kind)}\n```\n\n"]
+    parts = [
+        f"\n## {kind}\n\n{plain(title[0].upper() + title[1:])}; {'; '.join(words)}.\n\n```\n{formula(kind)}\n```\n\n"
+    ]
     rows = [_parameter(resolved(p, places)) for p in record["parameters"]]
     parts.append(table(("key", "letter", "unit", "default", "range", "origin of the default"), rows))
     if drawn:
@@ -73,14 +75,18 @@ def _section(record: dict[str, Any], drawn: bool) -> str:
 
 def _parameter(p: dict[str, Any]) -> tuple[str, ...]:
     def told(value: float | None) -> str:
-        return "" if value is None else display(value, p["unit"])
+        return "" if value is None else plain(display(value, p["unit"]))
 
     ends = f"{told(p['minimum'])} to {told(p['maximum'])}" if p["minimum"] is not None else ""
     return code(p["key"]), letters(p["symbol"]), code(p["unit"]), told(p["default"]), ends, plain(p["origin"])
 
 
 def _is_drawn(record: dict[str, Any]) -> bool:
-    return record["acts"] == "force" and {"primary_lateral", "rig"} <= set(record["at"]) and record["kind"] != "measured_force"
+    return (
+        record["acts"] == "force"
+        and {"primary_lateral", "rig"} <= set(record["at"])
+        and record["kind"] != "measured_force"
+    )
 
 
 def pictures() -> Iterator[tuple[str, bytes]]:
@@ -103,7 +109,9 @@ def _picture(record: dict[str, Any]) -> bytes:
         force, _ = resisted(z, t[1], mass, [effect], k, 0.0)
         last = t >= 1.0 / FREQUENCY
         ax.plot(1e3 * z[last], 1e-3 * force[last], color=shade, lw=1.5)
-    ax.plot([-1e3 * z.max(), 1e3 * z.max()], [-1e-3 * k * z.max(), 1e-3 * k * z.max()], color="#999999", lw=0.9, ls="--")
+    ax.plot(
+        [-1e3 * z.max(), 1e3 * z.max()], [-1e-3 * k * z.max(), 1e-3 * k * z.max()], color="#999999", lw=0.9, ls="--"
+    )
     ax.set(xlabel="deflection z [mm]", ylabel="resisting force [kN]")
     ax.spines[["top", "right"]].set_visible(False)
     with plt.rc_context({"svg.hashsalt": str(record["kind"])}):

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from markdown import code, letters, plain, table
+from words import code, letters, plain, table
 
 from railui.capture.map_model import TARGETS, MapModel
 from railui.files.bodies import BODY, KINDS, PLACED, numbers_of
@@ -53,7 +53,7 @@ def _number(p: Parameter) -> tuple[str, ...]:
 
 
 def _told(value: float, unit: str) -> str:
-    return display(value, unit)
+    return plain(display(value, unit))
 
 
 def _design() -> Iterator[str]:
@@ -130,7 +130,9 @@ def _map() -> Iterator[str]:
 
 def _results() -> Iterator[str]:
     yield "\n## Keys of results\n\nWhat the JSON of ride, stability and curve holds, and what a study may aim at or limit.\n\n"
-    rows = [(code(r.key), r.question, "" if r.word else code(r.unit), "no" if r.word else "yes") for r in RESULTS.values()]
+    rows = [
+        (code(r.key), r.question, "" if r.word else code(r.unit), "no" if r.word else "yes") for r in RESULTS.values()
+    ]
     yield table(("key", "command", "unit", "a study may aim at it"), rows)
     yield "\nEvery JSON document begins `schema, version, inputs, seed, simd`; numbers are SI, finite or null. Of a list the largest "
     yield "magnitude counts.\n"

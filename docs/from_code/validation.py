@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from markdown import plain, table
+from words import plain, table
 
 from railui.study.doctor import doctor
 

@@ -19,7 +19,7 @@ def command(directory: str, call: Invocation) -> None:
     lines = [
         f"{found['study']}: {found['state']}" + (f" by {found['held_by']}" if found["held_by"] else ""),
         f"{found['evaluations']} designs evaluated, {found['failed']} failed" + (f" ({failures})" if failures else ""),
-        f"{found['rides']} rides stored; {found['doing']}",
+        f"{found['rides']} rides stored" + ("" if found["state"] == "finished" else f"; {found['doing']}"),
     ]
     if found["state"] == "running" and found["eta_s"] is not None:
         lines.append(f"about {found['eta_s']:.0f} s to go")

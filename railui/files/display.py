@@ -20,6 +20,7 @@ PREFIXED = {
     "m": "kmµ",
 }
 ALONE = ("m",)
+LONG = 1e6  # from which on a power of ten is easier to read
 
 
 def suited(value: float, unit: str) -> tuple[float, str]:
@@ -46,11 +47,14 @@ def suited(value: float, unit: str) -> tuple[float, str]:
 def display(value: float, unit: str, digits: int = 4) -> str:
     """A value as one would write it by hand.
 
-    >>> display(0.007, "m"), display(30e3, "N*s/m"), display(0.15, "1")
-    ('7 mm', '30 kN*s/m', '0.15')
+    >>> display(0.007, "m"), display(30e3, "N*s/m"), display(0.15, "1"), display(14500.0, "kg")
+    ('7 mm', '30 kN*s/m', '0.15', '14500 kg')
     """
     number, name = suited(value, unit)
-    return f"{number:.{digits}g}" if name in ("1", "") else f"{number:.{digits}g} {name}"
+    text = f"{number:.{digits}g}"
+    if "e" in text and 1 <= abs(number) < LONG:
+        text = f"{float(text):.0f}"
+    return text if name in ("1", "") else f"{text} {name}"
 
 
 def _time(value: float) -> tuple[float, str]:

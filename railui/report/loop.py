@@ -48,7 +48,7 @@ def loop(
 
 
 def loop_report(found: Found) -> dict[str, Any]:
-    """The loop report of files.md."""
+    """The loop report of a campaign, as data: docs/loop.md."""
     campaign = found.measurement.campaign
     report = {
         "schema": "railui.loop/1",

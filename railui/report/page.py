@@ -13,6 +13,7 @@ from railui.files.parameters import PARAMETERS
 from railui.files.writing import write_text
 from railui.report import figures, laws
 from railui.report.figures import place, pretty, scale
+from railui.report.rendered import rendered
 from railui.study.loop import Found
 
 Report = Mapping[str, Any]
@@ -115,11 +116,7 @@ def write_page(found: Found, report: Report, path: str | Path) -> Path:
 
 def page(found: Found, report: Report) -> str:
     """The page as text."""
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    template = environment.from_string(Path(__file__).with_name("page.html.j2").read_text(encoding="utf-8"))
-    return template.render(contents(found, report))
+    return rendered("page.html.j2", contents(found, report))
 
 
 def contents(found: Found, report: Report) -> Row:

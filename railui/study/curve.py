@@ -53,7 +53,7 @@ def curve(design: Design | Model | str | Path, radius: float, cant_deficiency: f
     wear_number [N] (sum over wheels of abs(T_x u_x) + abs(T_y u_y)), flange_contact (does abs(e_i) reach the
     clearance?), notes. `cant_deficiency` d [m]: every body feels m g d/(2 b) outwards, and the frame what the
     wheels carry beyond the vehicle's own bodies. None where no equilibrium is found. Raises ValueError for a
-    radius that is not a number or 0. Source: model.md, after Broersen 1976, (3.1) to (3.10).
+    radius that is not a number or 0. Source: docs/theory.md, after Broersen 1976, (3.1) to (3.10).
 
     >>> found = curve("designs/check_bogie.yaml", 600.0)
     >>> [round(1e3 * e, 3) for e in found["displacement"]]

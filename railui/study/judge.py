@@ -177,7 +177,7 @@ class Floor:
 
 
 def floor(model: Model, measurement: Measurement, stretches: Sequence[Stretch], seeds: int = 20) -> Floor:
-    """The floor of files.md: the model taken as true, simulated again on noisy track, sensor noise added."""
+    """The noise floor: the model taken as true, simulated again on noisy track, sensor noise added."""
     campaign, noise = measurement.campaign, measurement.noise
     per_seed: list[list[tuple[Sequence[str], Floats, Floats]]] = [[] for _ in range(seeds)]
     quiet: list[list[tuple[Sequence[str], Floats, Floats]]] = [[] for _ in range(seeds)]

@@ -317,7 +317,7 @@ pub const BOGIE: [&str; 30] = [
     "contact.flange_clearance",
 ];
 
-/// The bogie of model.md: q = [y, psi, y1, psi1, y2, psi2], (3.1) and (3.10).
+/// The bogie of docs/theory.md: q = [y, psi, y1, psi1, y2, psi2], (3.1) and (3.10).
 fn bogie(p: &[f64], measured: &[String]) -> Assembly {
     let [m_b, i_zb, m_a, i_za, i_ya, a, b, b_c, r, n] = p[..10].try_into().expect("ten numbers");
     let [c_y, c_x, mut c_sy, mut c_spsi, mut k_y, mut k_psi] = p[10..16].try_into().expect("six numbers");
@@ -408,7 +408,7 @@ pub const WHEELSET: [&str; 15] = [
     "spin_creep",
 ];
 
-/// One wheelset on springs to the ground, anchors.md.
+/// One wheelset on springs to the ground.
 fn wheelset_on_springs(p: &[f64]) -> Assembly {
     let [m, i_z, i_ya, b, r, n, s_y, s_psi] = p[..8].try_into().expect("eight numbers");
     let c = &p[8..];

@@ -22,7 +22,7 @@ pub struct Forces {
     pub wheelsets: Vec<[Lanes; TOLD]>,
 }
 
-/// Source: model.md, quasi-static curve: the suspension sees the offsets, the contact b/R and 1/R in its creepages.
+/// Source: docs/theory.md, quasi-static curve: the suspension sees the offsets, the contact b/R and 1/R in its creepages.
 pub struct Statics<'a> {
     pub group: &'a Group,
     pub stand: &'a Stand<'a>,

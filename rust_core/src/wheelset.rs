@@ -293,7 +293,7 @@ impl WheelsetLanes {
     }
 
     /// Where the rails hold a wheelset that stands still in a curve of curvature 1/R without irregularities: turning with
-    /// the curve it has the creepages that model.md adds, b/R and 1/R, and no gyroscopic moment.
+    /// the curve it has the creepages that docs/theory.md adds, b/R and 1/R, and no gyroscopic moment.
     pub fn standing<P: Part>(&self, part: usize, row: &[f64], curvature: P, y: P, psi: P, u: P) -> Standing<P> {
         let g = |l: &Lanes| P::load(l, part);
         let e = self.rail.as_ref().map_or(y, |rail| g(&rail.alpha).neg_mul_add(u, y));

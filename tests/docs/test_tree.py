@@ -6,7 +6,6 @@ import re
 
 from tests.docs.transcript import ROOT
 
-
 CAPTION = 30  # the column at which captions begin
 
 

@@ -22,7 +22,7 @@ impl Effect for RollingLineOffset {
 }
 
 impl Rolling for RollingLineOffset {
-    // the rolling radii see e - e_0
+    // (r_1 - r_2)/2 = lambda (e - e_0)
     #[inline(always)]
     fn roll<P: Part>(p: Numbers<'_>, alpha: P, _gauge: P, _s: f64, to: &mut RollingRadius<P>) {
         to.shift = alpha.mul_add(p.get(0), to.shift);

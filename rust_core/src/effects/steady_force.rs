@@ -22,7 +22,7 @@ impl Effect for SteadyForce {
 }
 
 impl Force for SteadyForce {
-    // F, a constant
+    // F = F_0
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         p.get(0)

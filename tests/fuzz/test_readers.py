@@ -1,0 +1,139 @@
+"""Every reader reads its file or tells its faults, and nothing else: the corpus as it is, and with bytes that slip."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from railui.capture import text, wire
+from railui.capture.formats import read_recordings
+from railui.capture.frames import Channel
+from railui.capture.link import Link
+from railui.capture.sensor_map import load_map
+from railui.files.campaign import load_campaign
+from railui.files.design import load_design
+from railui.files.problems import FileProblems
+from railui.files.run import load_run
+from railui.files.study import load_study
+from railui.files.track_file import load_track
+
+CORPUS = Path(__file__).parent / "corpus"
+DESIGNS = Path(__file__).parents[2] / "designs"
+READERS: dict[str, Callable[[Path], object]] = {
+    "design": load_design,
+    "campaign": load_campaign,
+    "study": load_study,
+    "map": load_map,
+    "run": load_run,
+    "track": load_track,
+    "delimited": read_recordings,
+}
+WHOLE = {
+    "design": DESIGNS / "test_bogie.yaml",
+    "campaign": DESIGNS / "campaigns" / "worn_axle_box" / "campaign.yaml",
+    "study": DESIGNS / "studies" / "test_bogie.yaml",
+    "map": DESIGNS / "maps" / "demo_logger.yaml",
+    "run": CORPUS / "run" / "comma.csv",
+    "track": CORPUS / "track" / "uneven.csv",
+    "delimited": CORPUS / "delimited" / "semicolon_latin.csv",
+}
+quick = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+slips = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 9), st.binary(max_size=6)), min_size=1, max_size=4)
+Slips = list[tuple[float, int, bytes]]
+
+
+def read_or_told(kind: str, path: Path) -> None:
+    try:
+        READERS[kind](path)
+    except FileProblems as error:
+        assert error.problems
+        assert all(problem.message and problem.file for problem in error.problems)
+
+
+def slipped(data: bytes, edits: Slips) -> bytes:
+    """The bytes with some of them replaced."""
+    for where, length, piece in edits:
+        i = int(where * len(data))
+        data = data[:i] + piece + data[i + length :]
+    return data
+
+
+@pytest.mark.parametrize(
+    "path", [p for kind in READERS for p in sorted((CORPUS / kind).iterdir())], ids=lambda p: p.name
+)
+def test_what_once_came_is_read_or_told(path: Path) -> None:
+    read_or_told(path.parent.name, path)
+
+
+@pytest.mark.parametrize("kind", READERS)
+@quick
+@given(edits=slips)
+def test_a_whole_file_with_bytes_that_slip_is_read_or_told(kind: str, tmp_path: Path, edits: Slips) -> None:
+    whole = WHOLE[kind]
+    path = tmp_path / whole.name
+    path.write_bytes(slipped(whole.read_bytes(), edits))
+    read_or_told(kind, path)
+
+
+@pytest.mark.parametrize("ending", [".mf4", ".uff", ".h5", ".mat", ".csv.gz"])
+@settings(parent=quick, max_examples=15)
+@given(data=st.binary(max_size=200))
+def test_a_file_of_another_program_that_is_none_is_told(ending: str, tmp_path: Path, data: bytes) -> None:
+    path = tmp_path / f"bench{ending}"
+    path.write_bytes(data)
+    read_or_told("delimited", path)
+
+
+@pytest.mark.parametrize("name", ["run_1.csv", "capture.json"])
+@quick
+@given(data=st.binary(max_size=120))
+def test_a_recording_whose_files_were_damaged_is_read_or_told(name: str, tmp_path: Path, data: bytes) -> None:
+    (tmp_path / "run_1.csv").write_text("t [s],a [m/s^2]\n" + "".join(f"{0.01 * i:.2f},{i}\n" for i in range(50)))
+    (tmp_path / "capture.json").write_text('{"segments": [{"file": "run_1.csv", "boot": 1, "channels": []}]}')
+    (tmp_path / name).write_bytes(data)
+    read_or_told("delimited", tmp_path)
+
+
+CHANNELS = [Channel("a", "m/s^2", "h", 0.001, 0.0)]
+BODY = wire.hello_body(1, 100.0, "logger", "1", CHANNELS)
+SPEECH = wire.hello(0, BODY) + b"".join(
+    wire.sample(wire.layout_of(BODY), i, 10 * i, bytes([i, 0])) for i in range(1, 20)
+)
+
+
+@quick
+@given(edits=slips)
+def test_frames_with_bytes_that_slip_are_counted(edits: Slips) -> None:
+    link = Link()
+    link.feed(slipped(SPEECH, edits))
+    heard = link.close()
+    assert 0 <= heard.frames <= 20
+
+
+@pytest.mark.parametrize("path", sorted((CORPUS / "frames").iterdir()), ids=lambda p: p.name)
+def test_bytes_that_are_no_frames_make_none(path: Path) -> None:
+    link = Link()
+    assert link.feed(path.read_bytes()) == []
+    assert link.close().frames == 0
+
+
+@quick
+@given(payload=st.binary(max_size=300))
+def test_any_body_with_a_right_crc_is_a_frame_or_refused(payload: bytes) -> None:
+    """What counts its own channels and lengths may claim what it likes: claims are checked, not believed."""
+    link = Link()
+    link.feed(wire.framed(payload))
+    line = payload.replace(b"\n", b" ")
+    link = Link()
+    link.feed(line + b"*%08x\n" % zlib.crc32(line))
+    assert link.close().frames <= 1
+
+
+def test_the_corpus_is_there_for_every_reader() -> None:
+    assert {p.name for p in CORPUS.iterdir()} == {*READERS, "frames"}
+    assert text.MOST_LINE < 1 << 16
