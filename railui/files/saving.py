@@ -19,11 +19,12 @@ from .writing import write_text
 def design_text(design: Design) -> str:
     """A design as a complete file: every number in SI with all its digits, symbols and units in comments."""
     lines = [f"schema: {schema_name('design')}", f"name: {scalar_text(design.name)}"]
-    tree = _tree({p.path: design.values[p.path] for p in FORMS[design.kind]} | dict(design.settings))
+    tree = _tree(_vehicle(design) | dict(design.settings))
     for top in ("vehicle", "contact", "riding"):
         if top in tree:
             lines.append(f"{top}:")
             lines += [f"  {key}: {flow(value)}{_remark(f'{top}.{key}', value)}" for key, value in tree[top].items()]
+    lines += _loads(design)
     lines += _entries("effects", design.effects)
     if design.adjustment is not None:
         a = design.adjustment
@@ -36,6 +37,35 @@ def design_text(design: Design) -> str:
         ]
         lines += [f"    - {flow(list(row))}" for row in a.covariance]
     return "\n".join(lines) + "\n"
+
+
+def _vehicle(design: Design) -> dict[str, Any]:
+    """The words and numbers of the vehicle by path, as they are without a state of loading."""
+    numbers: dict[str, Any]
+    if design.structure is None:
+        numbers = {p.path: design.values[p.path] for p in FORMS[design.kind]}
+    else:
+        words = design.structure.words().items()
+        named = {f"vehicle.{g}.{n}.{k}": w for g, parts in words for n, own in parts.items() for k, w in own.items()}
+        numbers = named | dict(design.values)
+    return numbers | _unloaded(design)
+
+
+def _unloaded(design: Design) -> dict[str, float]:
+    if design.load_state is None:
+        return {}
+    return {path: design.declared[path] for changes in design.loads.values() for path in changes}
+
+
+def _loads(design: Design) -> list[str]:
+    """The states of loading; the one that the design is in has its numbers as they are now."""
+    if not design.loads:
+        return []
+    lines = ["load:"] if design.load_state is None else ["load:", f"  state: {design.load_state}"]
+    for name, changes in design.loads.items():
+        now = design.values if name == design.load_state else changes
+        lines.append(f"  {name}: {flow({path: now[path] for path in changes})}")
+    return lines
 
 
 def save_design(design: Design, path: str | Path) -> Path:

@@ -8,6 +8,7 @@ import pytest
 
 from railui.files.design import Design, load_design, parse_design
 from railui.files.problems import FileProblems, Problem
+from railui.files.saving import design_text
 
 HOME = Path(__file__).parents[2]
 TEXT = (HOME / "designs/cooperrider.yaml").read_text("utf-8")
@@ -116,3 +117,18 @@ def test_an_unknown_state_of_loading_and_an_unknown_path_in_one_are_told() -> No
     assert {p.key for p in found} == {"load.state", "load.laden.vehicle.bodies.frame.mas"}
     with pytest.raises(FileProblems, match="laden"):
         parse_design(TEXT + LOAD).with_values({"load.state": "ladn"})
+
+
+@pytest.mark.parametrize("name", ["cooperrider", "bogie_under_coach", "manchester_coach"])
+def test_a_written_design_is_read_as_it_was(name: str) -> None:
+    design = load_design(HOME / f"designs/{name}.yaml")
+    found = parse_design(design_text(design))
+    assert found.values == design.values and found.effects == design.effects and found.loads == design.loads
+    assert found.structure == design.structure
+
+
+def test_a_laden_design_is_written_laden_and_can_be_unloaded() -> None:
+    tare = load_design(HOME / "designs/manchester_coach.yaml")
+    found = parse_design(design_text(tare.with_values({"load.state": "laden"})))
+    assert found.load_state == "laden" and found.value("vehicle.bodies.body.mass") == 38000
+    assert found.with_values({"load.state": "tare"}).values == tare.values
