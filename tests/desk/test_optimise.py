@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from railui.desk.form import Form
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.plan import Plan
+from railui.desk.work import Study
 from railui.engine.session import status
 from tests.desk.conftest import Sitting
 
@@ -52,19 +54,29 @@ async def test_a_study_is_searched_and_a_design_taken_within_four_keys(sit: Sitt
         assert (study.parent / "railui-study/springs/knee.yaml").exists()
 
 
-async def test_a_search_that_was_stopped_goes_on_where_it_ended(sit: Sitting, study: Path) -> None:
+async def test_a_search_that_was_stopped_goes_on_where_it_ended(
+    sit: Sitting, study: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    quick = Study.checkpoint
+
+    def slow(self: Study, _: object = None) -> None:
+        time.sleep(0.2)  # a hand needs some time for the key
+        quick(self)
+
     async with sit(study) as keys:
         panel = keys.desk.query_one(OptimisePanel)
         assert panel.plan is not None
-        panel.set_plan(replace(panel.plan, track="erri_b176_low length=3000", population=64, generations=40))
+        panel.set_plan(replace(panel.plan, generations=25))
+        monkeypatch.setattr(Study, "checkpoint", slow)
         await keys.pilot.press("s")
         await keys.until(lambda: len(panel.steps) >= 2)
         await keys.pilot.press("k")
         await keys.until(lambda: panel.study is None)
         assert panel.result is None and panel.doing.startswith("stopped")
         kept = status(panel.plan.directory)
-        assert kept["state"] == "interrupted" and kept["rides"] > 64
+        assert kept["state"] == "interrupted" and kept["rides"] > 16
         first = panel.steps[0].aims
+        monkeypatch.setattr(Study, "checkpoint", quick)
         await keys.press("s")
         await keys.until(lambda: panel.result is not None)
         assert (panel.steps[0].aims == first).all()

@@ -1,6 +1,6 @@
 """Every panel as text at 80x24 and 120x40, beside what it looked like when somebody last looked at it.
 
-RAILUI_SNAPSHOTS=renew writes them anew. Dots of lines are left out: their last one depends on the machine.
+RAILUI_SNAPSHOTS=renew writes them anew. Dots of lines and scroll bars are left out: their last one depends on the machine.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tests.desk.conftest import REPOSITORY, Keys, Sitting
 
 pytestmark = pytest.mark.asyncio
 KEPT = Path(__file__).parent / "snapshots"
-DOTS = re.compile("[\u2800-\u28ff┈┬]")
+DOTS = re.compile("[\u2800-\u28ff┈┬▁▂▃▄▅▆▇█]")
 
 
 def shown(keys: Keys) -> str:
