@@ -1,6 +1,6 @@
 """Every panel as text at 80x24 and 120x40, beside what it looked like when somebody last looked at it.
 
-RAILUI_SNAPSHOTS=renew writes them anew. Dots of lines and scroll bars are left out: their last one depends on the machine.
+RAILUI_SNAPSHOTS=renew writes them anew. Dots of lines and scroll bars are left out: they depend on the machine.
 """
 
 from __future__ import annotations
