@@ -1,4 +1,5 @@
 # run: the main job on the bundled campaign; test: everything; check: style and floors; bench: speed; blind: planted effects;
+# dist: wheel, archive, bill of materials, tried away from here; minimum: with the oldest versions that pyproject admits;
 # docs: the site, in target/site; transcripts: every command of README and docs typed again, the long ones too;
 # purpose: what the declared optimum costs;
 # pictures: the README's figure, from what run has found
@@ -7,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test check bench shots blind pictures docs transcripts clean
+.PHONY: run test check bench shots blind pictures docs transcripts dist minimum clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -39,6 +40,18 @@ docs: .stamp-build
 	@NO_MKDOCS_2_WARNING=1 DISABLE_MKDOCS_2_WARNING=true $(BIN)/mkdocs build --quiet
 	@echo "target/site/index.html"
 
+# wheel and source archive, tried in a clean environment away from here; what they bring and under which licences
+dist: .stamp-build
+	rm -rf dist
+	$(BIN)/python -m maturin build --release --sdist --quiet --out dist
+	$(BIN)/python release/smoke.py dist/railui-*.whl --freeze dist/installed.json
+	$(BIN)/python release/bill.py dist/installed.json dist
+
+# the oldest versions that pyproject admits
+minimum: dist
+	$(BIN)/python -m pip install --quiet uv
+	$(BIN)/python release/smoke.py dist/railui-*.whl --minimum
+
 transcripts: .stamp-build
 	$(BIN)/python -m pytest tests/docs -m "slow or not slow"
 
@@ -61,4 +74,4 @@ purpose: .stamp-build
 	@touch $@
 
 clean:
-	rm -rf $(VENV) target .stamp-venv .stamp-build
+	rm -rf $(VENV) target dist .stamp-venv .stamp-build

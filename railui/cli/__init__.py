@@ -91,7 +91,10 @@ def _told(error: Exception) -> int:
         for problem in error.problems:
             click.echo(str(problem), err=True)
         return WRONG
-    click.echo(f"railui: {error}", err=True)
+    told = str(error)
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        told = f"{error.filename}: {error.strerror}"
+    click.echo(f"railui: {told}", err=True)
     if isinstance(error, LaterError):
         return LATER
     return WRONG if isinstance(error, UnitError) else FAILED

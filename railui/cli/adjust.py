@@ -44,11 +44,13 @@ def command(
     """
     from railui.cli.loop import narrator
     from railui.files.campaign import load_campaign
+    from railui.files.check import expect
     from railui.report.loop import loop_report
     from railui.study.loop import adjust_only
     from railui.study.measured import read
 
     length = None if stretch is None else metres(stretch)
+    expect(campaign, "campaign")
     loaded = load_campaign(campaign)
     call.warn(loaded.warnings)
     paths = profiled_paths(profiled, loaded.adjust)

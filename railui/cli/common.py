@@ -161,8 +161,10 @@ def overrides_of(ctx: click.Context, parameter: click.Parameter, words: tuple[st
 
 def load_vehicle(call: Invocation, path: str, overrides: Mapping[str, str]) -> Design:
     """The design of a file with its overrides; its warnings are told. FileProblems with every fault."""
+    from railui.files.check import expect
     from railui.files.design import load_design
 
+    expect(path, "design")
     design = load_design(Path(path))
     call.warn(design.warnings)
     return design.with_values(overrides) if overrides else design

@@ -33,6 +33,7 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     validate, which no fit has seen. Every verdict (none, effect, outside) ends with exit code 0.
     """
     from railui.files.campaign import campaign_file, load_campaign
+    from railui.files.check import expect
     from railui.report.loop import loop_report
     from railui.report.loop_files import ForeignFiles, check_directory, write_loop
     from railui.study.loop import close_loop
@@ -40,6 +41,7 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
 
     barred = barred_kinds(without)
     source = campaign_file(campaign)
+    expect(source, "campaign")
     loaded = load_campaign(source)
     call.warn(loaded.warnings)
     directory = Path(out) if out is not None else source.parent / "railui-loop"

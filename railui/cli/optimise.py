@@ -42,11 +42,13 @@ def command(
     """
     from railui.engine.outcome import REPORT
     from railui.engine.session import Session
+    from railui.files.check import expect
     from railui.files.study import load_study
     from railui.report.study_page import write_study_page
     from railui.study.optimise import optimise
     from railui.track import parse_spec
 
+    expect(study, "study")
     told = load_study(study, check_track=parse_spec)
     call.warn(told.warnings)
     if call.seed is not None:

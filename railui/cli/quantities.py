@@ -76,7 +76,7 @@ def speed(text: str) -> float:
     """One speed [m/s], see `speeds`."""
     found = speeds(text)
     if len(found) != 1:
-        raise ValueError(f"{text!r} is more than one speed: give --speeds")
+        raise ValueError(f"{text!r} is more than one speed: write 40.5 with a point, or give several to --speeds")
     return found[0]
 
 

@@ -129,7 +129,7 @@ def _runs(home: Path, raw: Any, findings: Findings) -> tuple[RunEntry, ...]:
         name = str(name)
         path = home / name
         if not path.is_file():
-            findings.add(f"runs.{i}.file", f"no file {name!r}", neighbour(path))
+            findings.add(f"runs.{i}.file", f"no file {name!r}", neighbour(path, home))
         first = seen.setdefault(path.resolve(), i)
         if first != i:
             findings.add(

@@ -17,6 +17,14 @@ from .track_file import TrackColumns, load_track
 from .yaml12 import load as load_yaml
 
 Anything = Design | Campaign | Study | Run | TrackColumns
+# what takes a file of each kind
+TAKEN_BY = {
+    "design": "railui ride, stability and curve take it",
+    "campaign": "railui loop and adjust take it",
+    "study": "railui optimise takes it",
+    "run": "--track and railui import take it, or a campaign names it",
+    "track": "--track takes it",
+}
 KEYS = {
     "study": ("variables", "objectives", "cases"),
     "campaign": ("runs", "adjust", "noise"),
@@ -50,6 +58,16 @@ def recognise(path: str | Path) -> str:
         )
         findings.stop()
     return str(kind)
+
+
+def expect(path: str | Path, kind: str) -> None:
+    """FileProblems where a file is one of ours but of another kind: one line, not a fault for every key."""
+    try:
+        found = recognise(path)
+    except FileProblems:
+        return  # the reader of the kind that was asked for tells it better
+    if found != kind:
+        raise FileProblems([Problem(str(path), 0, 0, "", f"is a {found}, where a {kind} belongs", TAKEN_BY[found])])
 
 
 def load(

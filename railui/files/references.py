@@ -10,6 +10,9 @@ from .design import Design, load_design
 from .effect_records import Catalogue
 from .problems import FileProblems, Findings, nearest
 
+ADJUSTED = "adjusted.yaml"
+MADE = "railui loop writes it: run the loop first, or name the directory that it wrote with -o"
+
 
 def vehicle_of(source: Path, data: Mapping[str, Any], findings: Findings, catalogue: Catalogue | None) -> Design | None:
     """The design that `vehicle:` names, relative to the file; its problems join the findings."""
@@ -18,7 +21,8 @@ def vehicle_of(source: Path, data: Mapping[str, Any], findings: Findings, catalo
         return None  # told by the model
     path = source.parent / str(named)
     if not path.is_file():
-        findings.add("vehicle", f"no file {named!r}", neighbour(path))
+        made = path.name == ADJUSTED and not path.parent.is_dir()
+        findings.add("vehicle", f"no file {named!r}", MADE if made else neighbour(path, source.parent))
         return None
     try:
         return load_design(path, catalogue)
@@ -27,8 +31,8 @@ def vehicle_of(source: Path, data: Mapping[str, Any], findings: Findings, catalo
         return None
 
 
-def neighbour(path: Path) -> str:
-    """The remedy for a missing file: the nearest name beside it."""
+def neighbour(path: Path, home: Path) -> str:
+    """The remedy for a missing file that a file in `home` names: the nearest name beside it."""
     beside = sorted(p.name for p in path.parent.iterdir()) if path.parent.is_dir() else []
     told = nearest(path.name, beside)
-    return told if told.startswith("did you mean") else f"give a path relative to {path.parent}"
+    return told if told.startswith("did you mean") else f"give a path relative to {home}"

@@ -13,16 +13,21 @@ from typing import Any
 
 
 def write_bytes(path: str | Path, data: bytes) -> Path:
-    """Writes beside the file, then renames; a file that stood there is replaced whole. Returns the path."""
+    """Writes beside the file, then renames; a file that stood there is replaced whole. Returns the path.
+
+    OSError, with the number that the system gave and the path that was asked for.
+    """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         with beside.open("xb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
         beside.replace(path)
+    except OSError as error:
+        raise OSError(error.errno, f"cannot be written ({error.strerror or error})", str(path)) from error
     finally:
         beside.unlink(missing_ok=True)
     return path
