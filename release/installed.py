@@ -1,4 +1,4 @@
-"""What an environment holds, as JSON: name, version, licence of every distribution. Run by the python of that environment."""
+"""What the environment of this python holds, as JSON: name, version, licence of every distribution."""
 
 import importlib.metadata
 import json
