@@ -1,6 +1,7 @@
 # run: the main job on the bundled campaign; test: everything; check: style and floors; bench: speed; blind: planted effects;
 # dist: wheel, archive, bill of materials, tried away from here; minimum: with the oldest versions that pyproject admits;
 # docs: the site, in target/site; transcripts: every command of README and docs typed again, the long ones too;
+# rewrite: write down what they print now;
 # purpose: what the declared optimum costs;
 # pictures: the README's figure, from what run has found
 PYTHON ?= python3
@@ -8,7 +9,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test check bench shots blind pictures docs transcripts dist minimum clean
+.PHONY: run test check bench shots blind pictures docs transcripts rewrite dist minimum clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -54,6 +55,9 @@ minimum: dist
 
 transcripts: .stamp-build
 	$(BIN)/python -m pytest tests/docs -m "slow or not slow"
+
+rewrite: .stamp-build
+	$(BIN)/python -m tests.docs.transcript README.md docs/*.md docs/examples/*.md
 
 blind: .stamp-build
 	$(BIN)/python -m tests.blind.blind --campaigns 20 --seed 1000

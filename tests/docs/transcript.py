@@ -1,7 +1,7 @@
 """Transcripts in Markdown: the `console` and `python` blocks of a page, run in a copy of the bundled files.
 
 In a `console` block a line that begins with `$ ` is typed, what follows is what it prints; a line `...` stands for
-any lines. Numbers may differ by 2 %, and seconds altogether. A block below `<!-- slow -->` takes more than some
+any lines. Numbers may differ by 2 %, seconds and the widths of tables altogether. A block below `<!-- slow -->` takes more than some
 seconds; one below `<!-- not run: WHY -->` needs what a test has not.
 
     python -m tests.docs.transcript README.md docs/first_hour.md     run, and write down what is printed now
@@ -23,6 +23,7 @@ FENCE = re.compile(r"^(?P<indent> *)```(?P<language>console|python)\n(?P<body>.*
 REMARK = re.compile(r"<!-- (slow|not run: [^>]+) -->\s*\Z")
 NUMBER = re.compile(r"[-+]?(?:\d+\.\d+|\d+)(?:e[-+]?\d+)?")
 SECONDS = re.compile(r"\d+(?:\.\d+)? s\b")
+RULE = re.compile("[━─]+")
 ELIDED = "..."
 CLOSE = 0.02
 PATIENCE = 280.0  # s
@@ -111,7 +112,7 @@ def agree(told: list[str], printed: list[str]) -> bool:
 
 
 def _alike(told: str, printed: str) -> bool:
-    told, printed = (SECONDS.sub("T s", line) for line in (told, printed))
+    told, printed = (RULE.sub("-", SECONDS.sub("T s", line)) for line in (told, printed))
     words = [re.sub(r"\s+", " ", NUMBER.sub("#", line)).strip() for line in (told, printed)]
     pairs = zip(NUMBER.findall(told), NUMBER.findall(printed), strict=False)
     return words[0] == words[1] and all(_near(float(a), float(b), a) for a, b in pairs)
