@@ -1,8 +1,8 @@
 """Transcripts in Markdown: the `console` and `python` blocks of a page, run in a copy of the bundled files.
 
 In a `console` block a line that begins with `$ ` is typed, what follows is what it prints; a line `...` stands for
-any lines. Numbers may differ by 2 %, seconds and the widths of tables altogether. A block below `<!-- slow -->` takes more than some
-seconds; one below `<!-- not run: WHY -->` needs what a test has not.
+any lines. Numbers may differ by 2 %, seconds and the widths of tables altogether. A block below `<!-- slow -->` takes
+more than some seconds; one below `<!-- not run: WHY -->` needs what a test has not.
 
     python -m tests.docs.transcript README.md docs/first_hour.md     run, and write down what is printed now
 """
