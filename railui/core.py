@@ -154,6 +154,26 @@ class Layout:
     floor: list[FloorLayout]
 
 
+def creep_forces(
+    kind: str,
+    values: Mapping[str, Any],
+    wheel_load: float,
+    creep_slopes: tuple[float, float],
+    linear: Floats,
+    speed: float = 0.0,
+) -> Floats:
+    """Creep forces T_x, T_y [n, 2] of a wheel by a law of the catalogue, from those of the linear law.
+
+    linear [n, 3]: t_x, t_y and the spin part of t_y [N]; creep_slopes: kappa_x N, kappa_y N [N]; speed [m/s].
+    Raises ValueError for a kind that is no law of creep.
+
+    >>> creep_forces("creep_saturation", {"friction": 0.3}, 1e4, (1e6, 1e6), np.array([[9e3, 0.0, 0.0]]))[0, 0]
+    3000.0
+    """
+    rows = np.ascontiguousarray(linear, dtype=float).tolist()
+    return np.array(_core.creep_forces(kind, effect_numbers(kind, values), wheel_load, list(creep_slopes), rows, speed))
+
+
 @dataclass(frozen=True)
 class Batch:
     """Vehicles of one structure, a row each.

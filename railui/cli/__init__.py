@@ -20,6 +20,7 @@ COMMANDS = {
     "stability": "Modes and critical speeds of a design: linear, fold, practical.",
     "curve": "Where a design stands in a curve, and what it wears.",
     "assess": "A track judged by the ride of a standard vehicle, worst stretches first.",
+    "contact": "What measured wheel and rail profiles are to the model.",
     "adjust": "Adjust a model's parameters to a measured campaign.",
     "loop": "Adjust, trace what the model lacks, add it, adjust again, report.",
     "optimise": "Search for better suspensions.",

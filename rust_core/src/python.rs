@@ -1,7 +1,7 @@
 //! The one door to Python: conversions, no physics.
 use crate::assemble;
 use crate::compare::Filter;
-use crate::effects::effect::{Kind, Param, Role, Supersedes};
+use crate::effects::effect::{Kind, Param, Role, Site, Supersedes};
 use crate::effects::{CATALOGUE, Law};
 use crate::error::Error;
 use crate::integrate::Course;
@@ -146,6 +146,26 @@ fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         list.append(d)?;
     }
     Ok(list)
+}
+
+/// Creep forces T_x, T_y of a law where the linear law gives t_x, t_y, in which `spin` is of t_y.
+#[pyfunction]
+#[pyo3(signature = (kind, numbers, wheel_load, creep_slopes, linear, speed))]
+fn creep_forces(
+    kind: &str,
+    numbers: Vec<f64>,
+    wheel_load: f64,
+    creep_slopes: [f64; 2],
+    linear: Vec<[f64; 3]>,
+    speed: f64,
+) -> PyResult<Vec<[f64; 2]>> {
+    let law =
+        Law::named(kind).filter(|law| law.record().kind == Kind::Creep && law.record().params.len() == numbers.len());
+    let Some(law) = law else {
+        return Err(PyValueError::new_err(format!("{kind} with {} numbers is no law of creep", numbers.len())));
+    };
+    let site = Site { wheel_load, creep_slopes, ..Site::default() };
+    Ok(linear.into_iter().map(|[tx, ty, spin]| law.creep_of_one(&numbers, &site, [tx, ty, spin, speed])).collect())
 }
 
 /// Paths of the numbers that a kind of vehicle is assembled from, in their order.
@@ -437,6 +457,7 @@ impl Vehicle {
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<Vehicle>()?;
     m.add_function(wrap_pyfunction!(catalogue, m)?)?;
+    m.add_function(wrap_pyfunction!(creep_forces, m)?)?;
     m.add_function(wrap_pyfunction!(parameters, m)?)?;
     m.add_function(wrap_pyfunction!(simd, m)?)?;
     m.add_function(wrap_pyfunction!(sources, m)?)?;

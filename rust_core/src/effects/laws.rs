@@ -188,29 +188,13 @@ fn free_play_and_the_declared_spring_make_nothing_inside_and_a_spring_beyond() {
     assert!((whole(3.0 * h) + SITE.stiffness * 2.0 * h).abs() < 1e-9 * SITE.stiffness * h);
 }
 
-/// Forces of a creep law at linear forces t_x, t_y, spin part and speed.
-fn creep(law: Law, p: &[f64], site: &Site, [tx, ty, spin, speed]: [f64; 4]) -> [f64; 2] {
-    let lanes: Vec<_> = law.prepare(p, site).into_iter().map(Lanes::splat).collect();
-    let wheel = Creeping {
-        tx: Portable::splat(tx),
-        ty: Portable::splat(ty),
-        spin: Portable::splat(spin),
-        speed: Portable::splat(speed),
-    };
-    law.creep(Numbers { lanes: &lanes, at: 0 }, &wheel).map(|f| {
-        let mut out = Lanes([0.0; LANES]);
-        f.store(&mut out, 0);
-        out.0[0]
-    })
-}
-
 #[test]
 fn the_creep_factor_follows_the_cubic_and_then_the_friction_limit() {
     // q = T/(mu N): 1 - q/3 + q^2/27 at q = 1.5, 1/q at q = 6
     let mu = 0.3;
     let factor = |q: f64| {
         let t = q * mu * SITE.wheel_load;
-        let [x, y] = creep(Law::CreepSaturation, &[mu], &SITE, [0.6 * t, 0.8 * t, 0.0, 40.0]);
+        let [x, y] = Law::CreepSaturation.creep_of_one(&[mu], &SITE, [0.6 * t, 0.8 * t, 0.0, 40.0]);
         assert!((x / (0.6 * t) - y / (0.8 * t)).abs() < 1e-12);
         x / (0.6 * t)
     };
@@ -223,7 +207,7 @@ fn every_creep_law_starts_linear_is_odd_and_ends_at_or_below_the_friction_limit(
     for law in CATALOGUE.iter().filter(|law| law.record().kind == Kind::Creep) {
         let (p, key) = (defaults(law.record()), law.record().key);
         let limit = p[0] * SITE.wheel_load;
-        let at = |q: f64| creep(*law, &p, &SITE, [0.6 * q * limit, 0.8 * q * limit, 0.0, 40.0]);
+        let at = |q: f64| law.creep_of_one(&p, &SITE, [0.6 * q * limit, 0.8 * q * limit, 0.0, 40.0]);
         let size = |[x, y]: [f64; 2]| x.hypot(y) / limit;
         assert!((size(at(1e-6)) / 1e-6 - 1.0).abs() < 1e-5, "{key} begins with {}", size(at(1e-6)) / 1e-6);
         assert!(size(at(1e3)) <= 1.0 + 1e-12 && size(at(30.0)) > 0.95, "{key} ends at {}", size(at(1e3)));
@@ -247,15 +231,15 @@ fn polach_follows_his_formula() {
     let mu = 0.4 * ((1.0 - 0.4) * (-0.6 * slip).exp() + 0.4);
     let e = std::f64::consts::FRAC_PI_4 * t / (mu * load);
     let expected = 2.0 * mu * load / std::f64::consts::PI * (0.8 * e / (1.0 + 0.64 * e * e) + (0.4 * e).atan());
-    let [x, y] = creep(Law::Polach, &[0.4, 0.8, 0.4, 0.4, 0.6], &site, [0.6 * t, 0.8 * t, 0.0, 40.0]);
+    let [x, y] = Law::Polach.creep_of_one(&[0.4, 0.8, 0.4, 0.4, 0.6], &site, [0.6 * t, 0.8 * t, 0.0, 40.0]);
     assert!((x.hypot(y) / expected - 1.0).abs() < 1e-12, "{} {expected}", x.hypot(y));
     assert!((y / x - 0.8 / 0.6).abs() < 1e-12);
 }
 
 #[test]
 fn vermeulen_and_johnson_leave_spin_out() {
-    let with = creep(Law::VermeulenJohnson, &[0.3, 1.0, 1.0], &SITE, [3e3, 5e3 + 900.0, 900.0, 40.0]);
-    let without = creep(Law::CreepSaturation, &[0.3], &SITE, [3e3, 5e3, 0.0, 40.0]);
+    let with = Law::VermeulenJohnson.creep_of_one(&[0.3, 1.0, 1.0], &SITE, [3e3, 5e3 + 900.0, 900.0, 40.0]);
+    let without = Law::CreepSaturation.creep_of_one(&[0.3], &SITE, [3e3, 5e3, 0.0, 40.0]);
     assert!((with[0] - without[0]).abs() + (with[1] - without[1]).abs() < 1e-9);
 }
 

@@ -3,7 +3,7 @@ pub mod effect;
 #[cfg(test)]
 mod laws;
 
-use crate::lanes::{Lanes, Part};
+use crate::lanes::{Lanes, Part, Portable};
 use effect::{Creep, Creeping, Effect, Force, Numbers, Record, Rolling, RollingRadius, Site, Slopes};
 
 macro_rules! catalogue {
@@ -128,6 +128,17 @@ catalogue! {
 }
 
 impl Law {
+    /// Creep forces of one wheel of a law with its parameters.
+    pub fn creep_of_one(self, p: &[f64], site: &Site, [tx, ty, spin, speed]: [f64; 4]) -> [f64; 2] {
+        let lanes: Vec<_> = self.prepare(p, site).into_iter().map(Lanes::splat).collect();
+        let [tx, ty, spin, speed] = [tx, ty, spin, speed].map(Portable::splat);
+        self.creep(Numbers { lanes: &lanes, at: 0 }, &Creeping { tx, ty, spin, speed }).map(|force| {
+            let mut out = Lanes::ZERO;
+            force.store(&mut out, 0);
+            out.0[0]
+        })
+    }
+
     pub fn named(key: &str) -> Option<Law> {
         CATALOGUE.iter().copied().find(|law| law.record().key == key)
     }

@@ -1,0 +1,123 @@
+"""Contact parameters of the linear model from nonlinear contact geometry: statistical and harmonic linearisation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from railui.contact.search import Contacts
+
+Floats = NDArray[np.float64]
+BEYOND = 0.02  # share of a normal distribution that may lie beyond the table
+ANGLES = 720
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """lambda, epsilon, delta, sigma of (3.8) for a motion; NaN where the contact geometry does not reach so far.
+
+    `motion` is the standard deviation or the amplitude [m], `beyond` the share of the motion beyond the geometry.
+    """
+
+    motion: float
+    conicity: float
+    gravitational_stiffness: float
+    contact_angle: float
+    roll: float
+    beyond: float = 0.0
+
+
+@dataclass(frozen=True)
+class Forms:
+    """Two forms of (r_1 - r_2)/2 against e, fitted with the weight of a normal distribution of e.
+
+    polynomial: lambda e (1 + l3 e^2) (the effect nonlinear_conicity); broken line: slope lambda within +/- knee, another
+    beyond. Each with its standard error of fit over the standard deviation of the curve.
+    """
+
+    polynomial_conicity: float
+    cubic: float
+    polynomial_error: float
+    inner_conicity: float
+    outer_conicity: float
+    knee: float
+    broken_line_error: float
+
+
+def linearise(contacts: Contacts, deviation: float, mean: float = 0.0) -> Linearised:
+    """Statistical linearisation over a normal distribution of e of a standard deviation [m] about a mean [m].
+
+    The slope of a curve f is E[(e - mean) f]/E[(e - mean)^2], delta is E[(tan gamma_1 + tan gamma_2)/2]; forces follow
+    the tangent of the contact angle. Beyond the geometry nothing is made up: the distribution is cut there, and NaN
+    where more than 2 % of it would be lost. Source: Stassen; thesis 5.5.
+    """
+    e = contacts.displacement
+    weight = np.exp(-0.5 * ((e - mean) / deviation) ** 2)
+    step = e[1] - e[0]
+    inside = float(weight.sum() * step / (deviation * np.sqrt(2.0 * np.pi)))
+    if not deviation > 2.0 * step or 1.0 - inside > BEYOND:
+        return Linearised(deviation, *([float("nan")] * 4), max(1.0 - inside, 0.0))
+    return _slopes(contacts, e - mean, weight / weight.sum(), deviation, max(1.0 - inside, 0.0))
+
+
+def harmonic(contacts: Contacts, amplitude: float, mean: float = 0.0) -> Linearised:
+    """Harmonic linearisation: the describing function over e = mean + amplitude cos(theta). NaN beyond the geometry."""
+    e = contacts.displacement
+    if mean + amplitude > e[-1] or mean - amplitude < e[0]:
+        return Linearised(amplitude, *([float("nan")] * 4), 1.0)
+    swing = amplitude * np.cos(2.0 * np.pi * (np.arange(ANGLES) + 0.5) / ANGLES)
+    # each angle's weight shared by the two points of the geometry around it
+    step = e[1] - e[0]
+    place = (mean + swing - e[0]) / step
+    k = np.clip(place.astype(int), 0, len(e) - 2)
+    weight = np.zeros(len(e))
+    np.add.at(weight, k, (1.0 - (place - k)) / ANGLES)
+    np.add.at(weight, k + 1, (place - k) / ANGLES)
+    return _slopes(contacts, e - mean, weight, amplitude)
+
+
+def _slopes(contacts: Contacts, d: Floats, weight: Floats, motion: float, beyond: float = 0.0) -> Linearised:
+    b = contacts.pair.half_distance
+    steep = np.tan(contacts.angle)
+    d = d - weight @ d
+    variance = weight @ (d * d)
+
+    def slope(curve: Floats) -> float:
+        return float(weight @ (d * curve) / variance)
+
+    return Linearised(
+        motion,
+        slope(0.5 * contacts.delta_r),
+        b * slope(0.5 * (steep[0] - steep[1])),
+        float(weight @ (0.5 * (steep[0] + steep[1]))),
+        -b * slope(contacts.roll),
+        beyond,
+    )
+
+
+def forms(contacts: Contacts, deviation: float) -> Forms:
+    """Polynomial and broken-line form of the rolling radius difference (thesis 5.5), within three standard deviations."""
+    near = np.abs(contacts.displacement) <= 3.0 * deviation
+    e, f = contacts.displacement[near], 0.5 * contacts.delta_r[near]
+    weight = np.exp(-0.5 * (e / deviation) ** 2)
+
+    def fitted(columns: list[Floats]) -> tuple[Floats, float]:
+        root = np.sqrt(weight)
+        found = np.linalg.lstsq(np.stack(columns, 1) * root[:, None], f * root, rcond=None)[0]
+        left = f - np.stack(columns, 1) @ found
+        return found, float(np.sqrt((weight @ left**2) / (weight @ f**2)))
+
+    def broken(knee: float) -> tuple[Floats, float]:
+        return fitted([np.clip(e, -knee, knee), e - np.clip(e, -knee, knee)])
+
+    (c1, c3), rest = fitted([e, e**3])
+    # the best knee of a coarse look, then finer
+    knees = np.linspace(0.3, 2.5, 45) * deviation
+    best = int(np.argmin([broken(k)[1] for k in knees]))
+    ends = knees[max(best - 1, 0)], knees[min(best + 1, len(knees) - 1)]
+    knee = float(minimize_scalar(lambda k: broken(k)[1], bounds=ends, method="bounded").x)
+    (inner, outer), error = broken(knee)
+    return Forms(float(c1), float(c3 / c1), rest, float(inner), float(outer), knee, error)

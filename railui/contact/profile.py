@@ -1,0 +1,196 @@
+"""A cross profile of a wheel or rail: its points in order, checked, turned the right way up, smoothed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import Akima1DInterpolator
+
+Floats = NDArray[np.float64]
+Kind = Literal["wheel", "rail"]
+
+FINE = 5e-5  # m between the points of a resampled profile
+FEWEST = 8
+SIZE = {"wheel": (0.05, 0.25), "rail": (0.03, 0.25)}  # m across: a worn tread to a whole wheel, a head to a foot
+ALPHA = float(np.sqrt(np.log(2.0) / np.pi))  # of the Gaussian filter of ISO 16610-21: half is left at the wavelength
+ROUGH = 3e-6  # m of noise from point to point that a contact search feels
+REPEAT = 1e-9  # m: two points this near are one
+
+
+class ProfileFault(ValueError):
+    """What is wrong with a profile, what to do, and at which of the points given (counted from 0), if at one."""
+
+    def __init__(self, message: str, remedy: str, point: int | None = None) -> None:
+        super().__init__(f"{message}, {remedy}" if remedy else message)
+        self.message, self.remedy, self.point = message, remedy, point
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A right-hand profile from the inside to the outside: y outwards, h upwards [m], shape [n].
+
+    A wheel's y counts from the tape line (the nominal rolling circle), its h from the tread there; a rail's from
+    anywhere, since it is laid by its gauge point and its top. `notes` say what was turned.
+
+    >>> cone = Profile.of("wheel", [-0.04, -0.03, -0.02, 0, 0.02, 0.04, 0.05, 0.06],
+    ...                   [-0.03, -0.02, 0, 0.0, 0.001, 0.002, 0.0025, 0.003])
+    >>> cone.kind, len(cone.y)
+    ('wheel', 8)
+    """
+
+    kind: Kind
+    y: Floats
+    h: Floats
+    name: str = ""
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, kind: Kind, y: ArrayLike, h: ArrayLike, name: str = "") -> Profile:
+        """A profile from points in either order, upside down or not; ProfileFault names what is wrong with it.
+
+        A wheel is turned so that its flange is inside and below. A rail is turned so that its head is above; its
+        y must point outwards, since its sides may be alike.
+        """
+        across, up = np.array(y, dtype=float), np.array(h, dtype=float)
+        _whole(kind, across, up)
+        kept = np.concatenate([[True], np.hypot(np.diff(across), np.diff(up)) > REPEAT])
+        points = np.flatnonzero(kept)
+        across, up = across[kept], up[kept]
+        _crossing(across, up, points)
+        notes = []
+        if _upside_down(kind, across, up):
+            up = -up
+            notes.append("z points down: turned over")
+        if kind == "wheel" and across[np.argmin(up)] > 0.5 * (across.min() + across.max()):
+            across = -across
+            notes.append("y points to the flange: mirrored")
+        if across[0] > across[-1]:
+            across, up = across[::-1], up[::-1]
+        if kind == "wheel":
+            across, up, told = _on_the_tape_line(across, up)
+            notes += told
+        return cls(kind, np.ascontiguousarray(across), np.ascontiguousarray(up), name, tuple(notes))
+
+    def mirrored(self) -> Profile:
+        """The profile with inside and outside exchanged: a rail whose y pointed inwards."""
+        return replace(self, y=-self.y[::-1], h=self.h[::-1], notes=(*self.notes, "mirrored"))
+
+    def turned(self, angle: float) -> Profile:
+        """The profile turned inwards by an angle [rad]: the inclination of a rail."""
+        c, s = np.cos(angle), np.sin(angle)
+        return replace(self, y=c * self.y - s * self.h, h=s * self.y + c * self.h)
+
+    def smoothed(self, wavelength: float) -> Profile:
+        """The profile without what is shorter along it than a wavelength [m], of which half is left.
+
+        Gaussian filter of ISO 16610-21 over the arc length; beyond the ends the profile is continued by its point
+        reflection.
+        """
+        if not 4 * FINE <= wavelength <= 0.03:
+            raise ProfileFault(
+                f"a smoothing wavelength of {wavelength * 1e3:g} mm is no use", "take 0.2 to 30 mm, such as 4 mm"
+            )
+        s, y, h = self.resampled()
+        step = s[1] - s[0]
+        reach = int(np.ceil(ALPHA * wavelength * 3.0 / step))
+        x = step * np.arange(-reach, reach + 1) / (ALPHA * wavelength)
+        weight = np.exp(-np.pi * x * x)
+        weight /= weight.sum()
+        if len(s) <= reach + 1:
+            raise ProfileFault(f"the profile is shorter than a smoothing of {wavelength * 1e3:g} mm", "smooth less")
+        smooth = []
+        for z in (y, h):
+            wide = np.concatenate([2 * z[0] - z[reach:0:-1], z, 2 * z[-1] - z[-2 : -reach - 2 : -1]])
+            smooth.append(np.convolve(wide, weight, "valid"))
+        note = f"smoothed at {wavelength * 1e3:g} mm (Gaussian, half left)"
+        return replace(self, y=smooth[0], h=smooth[1], notes=(*self.notes, note))
+
+    def resampled(self, step: float = FINE) -> tuple[Floats, Floats, Floats]:
+        """Arc length, y and h at points about `step` apart, through the points by Akima's curve [m]."""
+        s = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(self.y), np.diff(self.h)))])
+        fine = np.linspace(0.0, s[-1], max(int(s[-1] / step) + 1, 2))
+        y, h = (Akima1DInterpolator(s, z, method="makima")(fine) for z in (self.y, self.h))
+        return fine, y, h
+
+    def roughness(self) -> float:
+        """Standard deviation of what looks like noise from point to point [m], from third differences of h."""
+        if len(self.y) < 30:
+            return 0.0
+        t = np.linspace(self.y[0], self.y[-1], 4 * len(self.y))
+        third = np.diff(self.h, 3) if len(t) else np.zeros(1)
+        middle = third[len(third) // 8 : -len(third) // 8]
+        # third differences of white noise have the variance 1 + 9 + 9 + 1; the median leaves corners out
+        return float(np.median(np.abs(middle)) / 0.6745 / np.sqrt(20.0))
+
+
+def _whole(kind: Kind, y: Floats, h: Floats) -> None:
+    if len(y) != len(h) or len(y) < FEWEST:
+        raise ProfileFault(f"the profile has {len(y)} points", f"give {FEWEST} or more")
+    bad = np.flatnonzero(~(np.isfinite(y) & np.isfinite(h)))
+    if len(bad):
+        raise ProfileFault("a point is not finite", "give numbers", int(bad[0]))
+    low, high = SIZE[kind]
+    span = float(np.ptp(y))
+    if not low <= span <= high:
+        size = f"{span:.4g} m" if span > 1 else f"{span * 1e3:.4g} mm"
+        short = "too short, or" if 0.1 * low < span < low else "probably"
+        raise ProfileFault(
+            f"the {kind} profile is {size} wide: {short} in another unit",
+            f"a {kind} is {low * 1e3:g} to {high * 1e3:g} mm wide: give the unit in the header, `y [mm], z [mm]`",
+        )
+
+
+def _crossing(y: Floats, h: Floats, points: NDArray[np.intp]) -> None:
+    """Raises where the line through the points crosses itself, naming where."""
+    p = np.stack([y, h], axis=1)
+    a, d = p[:-1], np.diff(p, axis=0)
+    for i in range(len(d) - 2):
+        b, e = a[i + 2 :], d[i + 2 :]
+        det = d[i, 0] * e[:, 1] - d[i, 1] * e[:, 0]
+        gap = b - a[i]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = (gap[:, 0] * e[:, 1] - gap[:, 1] * e[:, 0]) / det
+            u = (gap[:, 0] * d[i, 1] - gap[:, 1] * d[i, 0]) / det
+        hit = np.flatnonzero((t > 1e-9) & (t < 1 - 1e-9) & (u > 1e-9) & (u < 1 - 1e-9))
+        if len(hit):
+            j = i + 2 + int(hit[0])
+            x, z = p[i] + t[hit[0]] * d[i]
+            raise ProfileFault(
+                f"the profile crosses itself at y {x * 1e3:.3f} mm, z {z * 1e3:.3f} mm, between points "
+                f"{points[i] + 1} and {points[i] + 2} and between {points[j] + 1} and {points[j] + 2}",
+                "order the points along the profile and leave out those measured twice",
+                int(points[j]),
+            )
+
+
+def _upside_down(kind: Kind, y: Floats, h: Floats) -> bool:
+    """Does h point down? A flange and the sides of a rail's head reach far below what wheels run on."""
+    middle = float(np.median(np.interp(np.linspace(*np.quantile(y, [0.02, 0.98]), 200), *_sorted(y, h))))
+    return bool(h.max() - middle > middle - h.min())
+
+
+def _sorted(y: Floats, h: Floats) -> tuple[Floats, Floats]:
+    order = np.argsort(y, kind="stable")
+    return y[order], h[order]
+
+
+TAPE = 0.070  # m from the inner face to the tape line (EN 13715)
+
+
+def _on_the_tape_line(y: Floats, h: Floats) -> tuple[Floats, Floats, list[str]]:
+    """A wheel with y and h counted from the tape line; where y counts from the inner face it is moved by 70 mm."""
+    notes = []
+    if y[0] > -0.02:
+        y = y - TAPE
+        notes.append("y counts from the inner face: tape line at 70 mm")
+    if not y[0] < 0.0 < y[-1]:
+        raise ProfileFault(
+            f"the wheel profile reaches from y {y[0] * 1e3:.4g} to {y[-1] * 1e3:.4g} mm: the tape line is not in it",
+            "count y from the tape line or from the inner face of the wheel",
+        )
+    tip = int(np.argmin(h))
+    level = float(np.interp(0.0, y[tip:], np.maximum.accumulate(h[tip:]) if tip else h))
+    return y, h - level, notes

@@ -1,0 +1,190 @@
+"""Figures of the contact: profiles, rolling radii, contact angles, roll, conicity against amplitude, laws of creep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui import core
+from railui.report.figures import STYLE
+from railui.study.contact import Found
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+RIGHT, LEFT, THIRD = "#0072b2", "#d55e00", "#009e73"
+STEEPEST = 75.0  # degrees of the angle axis
+SHOWN = 4.0  # times the equivalent conicity at 3 mm: the top of a rolling radius axis, in mm over 10 mm
+
+
+def contact_figure(found: Found, file: str | Path, deviation: float) -> None:
+    """Writes what a pair of profiles does as one figure of six; the file's ending says in which format."""
+    with _page(11.0, 6.6, file) as figure:
+        axes = figure.subplots(2, 3)
+        _profiles(axes[0, 0], found)
+        _rolling(axes[0, 1], found)
+        _angles(axes[0, 2], found)
+        _roll(axes[1, 0], found)
+        _conicity(axes[1, 1], found.conicity.amplitude if found.conicity else np.zeros(0),
+                  found.conicity.tan_gamma if found.conicity else np.zeros(0), deviation)  # fmt: skip
+        _creep_laws(axes[1, 2], found)
+
+
+def table_figure(y: Floats, delta_r: Floats, amplitude: Floats, tan_gamma: Floats, file: str | Path) -> None:
+    """Writes a table of rolling radii and its equivalent conicity as one figure of two."""
+    with _page(7.6, 3.3, file) as figure:
+        first, second = figure.subplots(1, 2)
+        first.plot(1e3 * y, 1e3 * delta_r, color=RIGHT)
+        first.set(xlabel="lateral displacement [mm]", ylabel="$r_1 - r_2$ [mm]", title="rolling radius difference")
+        _conicity(second, amplitude, tan_gamma, None)
+
+
+class _page:
+    """A figure in our style that is written at the end."""
+
+    def __init__(self, width: float, height: float, file: str | Path) -> None:
+        self.size, self.file = (width, height), Path(file)
+
+    def __enter__(self) -> Figure:
+        import matplotlib
+        from matplotlib.figure import Figure
+
+        self.style = matplotlib.rc_context({**STYLE, "svg.hashsalt": self.file.name})
+        self.style.__enter__()
+        self.figure = Figure(figsize=self.size, layout="constrained")
+        return self.figure
+
+    def __exit__(self, *error: Any) -> None:
+        try:
+            if error[0] is None:
+                from railui.files.writing import write_bytes
+
+                write_bytes(self.file, self._bytes())
+        finally:
+            self.style.__exit__(*error)
+
+    def _bytes(self) -> bytes:
+        import io
+
+        out = io.BytesIO()
+        kind = self.file.suffix.lstrip(".").lower() or "png"
+        more = {"metadata": {"Date": None, "Creator": None}} if kind == "svg" else {}
+        self.figure.savefig(out, format=kind, dpi=130, **more)  # type: ignore[arg-type]
+        return out.getvalue()
+
+
+def _profiles(ax: Axes, found: Found) -> None:
+    contacts, pair = found.contacts, found.contacts.pair
+    i = contacts.at(0.0)
+    rail, wheel = pair.rail_curve, pair.wheel_curve
+    level = float(np.interp(contacts.rail[0, i], rail.y, rail.h) - np.interp(contacts.wheel[0, i], wheel.y, wheel.h))
+    ax.plot(1e3 * rail.y, 1e3 * rail.h, color="#555555", label=f"rail {pair.rail.name}")
+    ax.plot(1e3 * wheel.y, 1e3 * (wheel.h + level), color=RIGHT, label=f"wheel {pair.wheel.name}")
+    near = np.abs(contacts.displacement) < 8.05e-3
+    marks = 1e3 * np.interp(contacts.rail[0, near], rail.y, rail.h)
+    ax.plot(1e3 * contacts.rail[0, near], marks, ".", ms=3.5, color=LEFT, label="contacts, -8 to 8 mm")
+    ax.set(xlabel="from the track's middle [mm]", ylabel="height [mm]", title="right wheel on its rail, e = 0")
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.legend(frameon=False, fontsize=7, loc="lower right")
+
+
+def _marks(ax: Axes, found: Found) -> None:
+    """Where flanges begin to touch, and where a wheel touches at two points."""
+    for side, at in zip("lr", found.contacts.flange, strict=True):
+        if at is not None:
+            ax.axvline(1e3 * at, color="#888888", lw=0.8, ls=(0, (1, 2)))
+            ax.annotate(
+                "flange", (1e3 * at, 1.0), xycoords=("data", "axes fraction"), rotation=90, fontsize=7, color="#666666",
+                xytext=(2 if side == "r" else -8, -28), textcoords="offset points",
+            )  # fmt: skip
+    for jump in found.contacts.jumps:
+        ax.axvline(1e3 * jump.displacement, color=RIGHT if jump.wheel == 1 else LEFT, lw=0.5, alpha=0.5)
+    ax.set_xlabel("lateral displacement e [mm]")
+
+
+def _reach(found: Found) -> float:
+    ends = [abs(x) for x in found.contacts.flange if x is not None]
+    return 1.18 * max(ends) if ends else float(np.abs(found.contacts.displacement).max())
+
+
+def _rolling(ax: Axes, found: Found) -> None:
+    contacts = found.contacts
+    e, curve = 1e3 * contacts.displacement, 1e3 * contacts.delta_r
+    ax.plot(e, curve, color=RIGHT)
+    reach = _reach(found)
+    inside = np.abs(contacts.displacement) < 0.97 * min(reach / 1.18, reach)
+    top = 1.6 * float(np.abs(curve[inside]).max()) if inside.any() else 1.0
+    ax.set(xlim=(-1e3 * reach, 1e3 * reach), ylim=(-top, top), ylabel="$r_1 - r_2$ [mm]")
+    ax.set_title("rolling radius difference")
+    _marks(ax, found)
+
+
+def _angles(ax: Axes, found: Found) -> None:
+    contacts = found.contacts
+    for j, (colour, name) in enumerate(((RIGHT, "right wheel"), (LEFT, "left wheel"))):
+        ax.plot(1e3 * contacts.displacement, np.degrees(contacts.angle[j]), color=colour, label=name)
+    reach = 1e3 * _reach(found)
+    ax.set(xlim=(-reach, reach), ylim=(-5, STEEPEST), ylabel="contact angle [degrees]", title="contact angles")
+    _marks(ax, found)
+    ax.legend(frameon=False, fontsize=7, loc="upper center")
+
+
+def _roll(ax: Axes, found: Found) -> None:
+    contacts, reach = found.contacts, _reach(found)
+    ax.plot(1e3 * contacts.displacement, 1e3 * contacts.roll, color=RIGHT)
+    inside = np.abs(contacts.displacement) < reach / 1.18
+    top = 1.6e3 * float(np.abs(contacts.roll[inside]).max()) if inside.any() else 1.0
+    ax.set(xlim=(-1e3 * reach, 1e3 * reach), ylim=(-top, top), ylabel="roll [mrad]", title="roll of the wheelset")
+    _marks(ax, found)
+
+
+def _conicity(ax: Axes, amplitude: Floats, tan_gamma: Floats, deviation: float | None) -> None:
+    ax.plot(1e3 * amplitude, tan_gamma, color=RIGHT)
+    at = np.flatnonzero(np.abs(amplitude - 3e-3) < 1e-9)
+    if len(at) and np.isfinite(tan_gamma[at[0]]):
+        ax.plot(3.0, tan_gamma[at[0]], "o", ms=4, color=LEFT)
+        ax.annotate(f"{tan_gamma[at[0]]:.3f} at 3 mm", (3.0, float(tan_gamma[at[0]])), fontsize=7.5, color=LEFT,
+                    xytext=(4, -11), textcoords="offset points")  # fmt: skip
+    ax.set(xlabel="amplitude [mm]", ylabel=r"tan $\gamma_e$", title="equivalent conicity (EN 15302)", xlim=(0, 10))
+    kept = tan_gamma[np.isfinite(tan_gamma)]
+    ax.set_ylim(0.0, min(1.1 * float(kept.max()), 1.0) if len(kept) else 1.0)
+    if deviation is None:
+        ax.set_xlim(0, 1e3 * float(amplitude.max()) + 0.5 if len(amplitude) else 10)
+
+
+def _creep_laws(ax: Axes, found: Found) -> None:
+    ax.set(xlabel="longitudinal creep [%]", ylabel=r"$T_x/N$", title="laws of creep at this contact")
+    if found.creep is None:
+        ax.text(0.5, 0.5, "no ellipse: see the notes", transform=ax.transAxes, ha="center", fontsize=8)
+        return
+    draw_creep_laws(ax, found)
+    ax.legend(frameon=False, fontsize=7, loc="lower right")
+
+
+def draw_creep_laws(ax: Axes, found: Found, friction: float = 0.35, speed: float = 40.0) -> None:
+    """The laws of the catalogue at the slopes of a contact (Kalker's, clean), over longitudinal creep."""
+    assert found.creep is not None
+    c, load = found.creep, found.creep.load
+    clean = (c.longitudinal_creep / c.surface * load, c.lateral_creep / c.surface * load)
+    creep = np.linspace(0.0, 0.01, 201)
+    linear = np.stack([clean[0] * creep, 0.0 * creep, 0.0 * creep], axis=1)
+    x, y = np.pi / (c.factors.phi * c.kalker.c11), np.pi / (c.factors.psi * c.kalker.c22)
+    laws: list[tuple[str, str, dict[str, float], str, Any]] = [
+        ("Shen-Hedrick-Elkins", "shen_hedrick_elkins", {}, RIGHT, "-"),
+        (f"the same, surface {c.surface:g}", "shen_hedrick_elkins", {"surface": c.surface}, RIGHT, (0, (3, 2))),
+        ("Vermeulen-Johnson", "vermeulen_johnson", {"longitudinal_factor": x, "lateral_factor": y}, LEFT, "-"),
+        ("Polach, clean", "polach", {}, THIRD, "-"),
+        ("Polach, dry rail (2005)", "polach",
+         {"slip_reduction": 0.4, "friction_ratio": 0.4, "friction_decay": 0.6}, THIRD, (0, (3, 2))),
+    ]  # fmt: skip
+    ax.plot(100 * creep, linear[:, 0] / load, color="#999999", lw=0.8, ls=(0, (1, 2)), label="Kalker, linear")
+    for name, kind, values, colour, dash in laws:
+        force = core.creep_forces(kind, {"friction": friction, **values}, load, clean, linear, speed)
+        ax.plot(100 * creep, force[:, 0] / load, color=colour, ls=dash, lw=1.1, label=name)
+    ax.set(xlim=(0, 1), ylim=(0, 1.15 * friction))
+    ax.annotate(f"friction {friction:g}, {speed:g} m/s", (0.03, 0.94), xycoords="axes fraction", fontsize=7)

@@ -1,0 +1,67 @@
+"""Linearisation of the contact geometry: a cubic and a broken line in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import erf
+
+from railui.contact import search
+from railui.contact.linearise import forms, harmonic, linearise
+from railui.contact.search import Contacts
+from tests.contact.shapes import cones
+
+
+def bent(curve: np.ndarray, e: np.ndarray) -> Contacts:
+    """A geometry whose (r_1 - r_2)/2 is a given curve."""
+    zero = np.zeros_like(e)
+    return Contacts(cones(0.05), e, np.array([curve, -curve]), np.array([zero + 0.05] * 2), np.array([zero] * 2),
+                    np.array([zero] * 2), zero)  # fmt: skip
+
+
+E = np.linspace(-0.012, 0.012, 2401)
+
+
+@pytest.mark.parametrize("sd", [1e-3, 2e-3, 3e-3])
+def test_a_cubic_has_the_statistical_slope_lambda_plus_three_cubic_variances(sd: float) -> None:
+    # E[e (l e + l l3 e^3)]/s^2 = l (1 + 3 l3 s^2)
+    found = linearise(bent(0.1 * E * (1 + 2e4 * E**2), E), sd)
+    assert found.conicity == pytest.approx(0.1 * (1 + 3 * 2e4 * sd**2), rel=2e-3)
+
+
+def test_a_cubic_has_the_harmonic_slope_lambda_plus_three_quarters() -> None:
+    found = harmonic(bent(0.1 * E * (1 + 2e4 * E**2), E), 4e-3)
+    assert found.conicity == pytest.approx(0.1 * (1 + 0.75 * 2e4 * 16e-6), rel=1e-3)
+
+
+def test_play_has_the_statistical_slope_of_stassen() -> None:
+    # a slope beyond +/-h alone: k (1 - erf(h/(s sqrt 2)))
+    h, s = 2e-3, 2.5e-3
+    curve = 0.3 * (E - np.clip(E, -h, h))
+    assert linearise(bent(curve, E), s).conicity == pytest.approx(0.3 * (1 - erf(h / s / np.sqrt(2))), rel=2e-3)
+
+
+def test_a_motion_that_the_geometry_does_not_hold_has_no_parameters() -> None:
+    narrow = np.linspace(-4e-3, 4e-3, 801)
+    found = linearise(bent(0.1 * narrow, narrow), 3e-3)
+    assert np.isnan(found.conicity) and found.beyond > 0.1
+    assert np.isnan(harmonic(bent(0.1 * narrow, narrow), 5e-3).conicity)
+
+
+def test_the_forms_find_the_curves_they_are_the_forms_of() -> None:
+    cubic = forms(bent(0.1 * E * (1 + 2e4 * E**2), E), 2e-3)
+    assert (cubic.polynomial_conicity, cubic.cubic) == pytest.approx((0.1, 2e4), rel=1e-6)
+    line = forms(bent(0.1 * E + 0.4 * (E - np.clip(E, -3e-3, 3e-3)), E), 2e-3)
+    assert (line.inner_conicity, line.outer_conicity) == pytest.approx((0.1, 0.5), rel=0.02)
+    assert line.knee == pytest.approx(3e-3, rel=0.02)
+    assert line.broken_line_error < 1e-3 < line.polynomial_error
+
+
+def test_a_cone_is_linear_whatever_the_motion() -> None:
+    contacts = search(cones(0.05))
+    found = [linearise(contacts, s) for s in (5e-4, 1e-3, 1.5e-3)]
+    assert [f.conicity for f in found] == pytest.approx([0.05] * 3, rel=4e-3)
+    moved = replace(contacts, displacement=contacts.displacement)
+    assert harmonic(moved, 3e-3).conicity == pytest.approx(0.05, rel=4e-3)
