@@ -38,8 +38,8 @@ class Conicity:
 def equivalent_conicity(y: ArrayLike, delta_r: ArrayLike, amplitudes: ArrayLike = AMPLITUDES) -> Conicity:
     """Equivalent conicity from r_1 - r_2 [m] at displacements y [m], which rise; amplitudes [m] are half the width.
 
-    The undamped wheelset y'' = -delta_r(y)/(2 b r) is followed through one turn: from psi^2/2 = C - S(y), S the integral
-    of delta_r, comes its wavelength L (in units where 2 b r = 1), and tan gamma_e = 2 (pi/L)^2. A table whose zero is
+    The undamped wheelset y'' = -delta_r(y)/(2 b r) is followed through one turn: psi^2/2 = C - S(y), S the integral of
+    delta_r, gives its wavelength L (in units where 2 b r = 1), and tan gamma_e = 2 (pi/L)^2. A table whose zero is
     shifted (unequal diameters, worn sides) has its motion between two displacements of equal S about that zero.
     Nothing is made up beyond the table. NoCentre where delta_r never passes zero upwards; ValueError where y does not
     rise. Source: EN 15302, annex on the integration of the equation of motion.
@@ -113,7 +113,7 @@ class _Motion:
 
     def conicity(self, amplitude: float) -> float | None:
         """tan gamma_e of the motion of a half width; NaN where none goes round the centre, None beyond the table."""
-        if self.y[-1] - self.y[0] < 2.0 * amplitude:
+        if self.y[-1] - self.y[0] < 2.0 * amplitude * (1.0 - 1e-9):
             return None
         low, high = 0.0, float(min(self.sums[0], self.sums[-1]))
         highest = self.turns(high * (1.0 - 1e-12)) if high > 0.0 else None

@@ -15,8 +15,8 @@ from railui.contact.search import Contacts
 class CreepCoefficients:
     """Contact of the right wheel at one displacement [m]: curvatures [1/m], ellipse, coefficients of table 3.1.
 
-    longitudinal_creep kappa_x [1], lateral_creep kappa_y [1] and spin_creep kappa_s [m] are Kalker's f11/N, f22/N, f23/N
-    times `surface`.
+    longitudinal_creep kappa_x [1], lateral_creep kappa_y [1] and spin_creep kappa_s [m] are Kalker's f11/N, f22/N and
+    f23/N times `surface`.
     """
 
     displacement: float

@@ -7,19 +7,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
+from scipy.special import ndtr
 
 from railui.contact.search import Contacts
 
 Floats = NDArray[np.float64]
 BEYOND = 0.02  # share of a normal distribution that may lie beyond the table
 ANGLES = 720
+NOTHING = (float("nan"),) * 4
 
 
 @dataclass(frozen=True)
 class Linearised:
     """lambda, epsilon, delta, sigma of (3.8) for a motion; NaN where the contact geometry does not reach so far.
 
-    `motion` is the standard deviation or the amplitude [m], `beyond` the share of the motion beyond the geometry.
+    `motion` is the standard deviation or the amplitude [m], `beyond` the share of the motion beyond the treads.
     """
 
     motion: float
@@ -34,8 +36,8 @@ class Linearised:
 class Forms:
     """Two forms of (r_1 - r_2)/2 against e, fitted with the weight of a normal distribution of e.
 
-    polynomial: lambda e (1 + l3 e^2) (the effect nonlinear_conicity); broken line: slope lambda within +/- knee, another
-    beyond. Each with its standard error of fit over the standard deviation of the curve.
+    polynomial: lambda e (1 + l3 e^2) (the effect nonlinear_conicity); broken line: slope lambda within +/- knee and
+    another beyond. Each with its standard error of fit over the standard deviation of the curve.
     """
 
     polynomial_conicity: float
@@ -51,23 +53,27 @@ def linearise(contacts: Contacts, deviation: float, mean: float = 0.0) -> Linear
     """Statistical linearisation over a normal distribution of e of a standard deviation [m] about a mean [m].
 
     The slope of a curve f is E[(e - mean) f]/E[(e - mean)^2], delta is E[(tan gamma_1 + tan gamma_2)/2]; forces follow
-    the tangent of the contact angle. Beyond the geometry nothing is made up: the distribution is cut there, and NaN
-    where more than 2 % of it would be lost. Source: Stassen; thesis 5.5.
+    the tangent of the contact angle. The distribution is cut where a flange begins to touch, which is a law of its own
+    (flange_contact), and where the geometry ends: NaN where more than 2 % would be lost there. Source: Stassen; thesis
+    5.5.
     """
     e = contacts.displacement
-    weight = np.exp(-0.5 * ((e - mean) / deviation) ** 2)
     step = e[1] - e[0]
-    inside = float(weight.sum() * step / (deviation * np.sqrt(2.0 * np.pi)))
-    if not deviation > 2.0 * step or 1.0 - inside > BEYOND:
-        return Linearised(deviation, *([float("nan")] * 4), max(1.0 - inside, 0.0))
-    return _slopes(contacts, e - mean, weight / weight.sum(), deviation, max(1.0 - inside, 0.0))
+    (first, last), free = contacts.treads, contacts.flange
+    reach = [(first - 0.5 * step - mean) / deviation, (last + 0.5 * step - mean) / deviation]
+    lost = [float(ndtr(reach[0])), float(ndtr(-reach[1]))]
+    made_up = sum(share for share, flange in zip(lost, free, strict=True) if flange is None)
+    if not deviation > 2.0 * step or made_up > BEYOND:
+        return Linearised(deviation, *NOTHING, sum(lost))
+    weight = np.where((e >= first) & (e <= last), np.exp(-0.5 * ((e - mean) / deviation) ** 2), 0.0)
+    return _slopes(contacts, e - mean, weight / weight.sum(), deviation, sum(lost))
 
 
 def harmonic(contacts: Contacts, amplitude: float, mean: float = 0.0) -> Linearised:
     """Harmonic linearisation: the describing function over e = mean + amplitude cos(theta). NaN beyond the geometry."""
     e = contacts.displacement
     if mean + amplitude > e[-1] or mean - amplitude < e[0]:
-        return Linearised(amplitude, *([float("nan")] * 4), 1.0)
+        return Linearised(amplitude, *NOTHING, 1.0)
     swing = amplitude * np.cos(2.0 * np.pi * (np.arange(ANGLES) + 0.5) / ANGLES)
     # each angle's weight shared by the two points of the geometry around it
     step = e[1] - e[0]
@@ -99,8 +105,9 @@ def _slopes(contacts: Contacts, d: Floats, weight: Floats, motion: float, beyond
 
 
 def forms(contacts: Contacts, deviation: float) -> Forms:
-    """Polynomial and broken-line form of the rolling radius difference (thesis 5.5), within three standard deviations."""
-    near = np.abs(contacts.displacement) <= 3.0 * deviation
+    """Polynomial and broken-line form of (r_1 - r_2)/2 (thesis 5.5), on the treads within three standard deviations."""
+    first, last = (np.clip(end, -3.0 * deviation, 3.0 * deviation) for end in contacts.treads)
+    near = (contacts.displacement >= first) & (contacts.displacement <= last)
     e, f = contacts.displacement[near], 0.5 * contacts.delta_r[near]
     weight = np.exp(-0.5 * (e / deviation) ** 2)
 
@@ -108,7 +115,7 @@ def forms(contacts: Contacts, deviation: float) -> Forms:
         root = np.sqrt(weight)
         found = np.linalg.lstsq(np.stack(columns, 1) * root[:, None], f * root, rcond=None)[0]
         left = f - np.stack(columns, 1) @ found
-        return found, float(np.sqrt((weight @ left**2) / (weight @ f**2)))
+        return np.asarray(found, dtype=np.float64), float(np.sqrt((weight @ left**2) / (weight @ f**2)))
 
     def broken(knee: float) -> tuple[Floats, float]:
         return fitted([np.clip(e, -knee, knee), e - np.clip(e, -knee, knee)])

@@ -61,7 +61,7 @@ class Pair:
                 "give the wheel first, then the rail",
             )
         room = self.gauge - self.back_to_back
-        if not 0.02 < room < 0.2:
+        if not 0.02 < room < 0.3:
             raise ProfileFault(
                 f"the gauge {self.gauge * 1e3:.4g} mm leaves {room * 1e3:.4g} mm to the back to back distance "
                 f"{self.back_to_back * 1e3:.4g} mm",

@@ -168,7 +168,8 @@ def _crossing(y: Floats, h: Floats, points: NDArray[np.intp]) -> None:
 
 def _upside_down(kind: Kind, y: Floats, h: Floats) -> bool:
     """Does h point down? A flange and the sides of a rail's head reach far below what wheels run on."""
-    middle = float(np.median(np.interp(np.linspace(*np.quantile(y, [0.02, 0.98]), 200), *_sorted(y, h))))
+    first, last = (float(end) for end in np.quantile(y, [0.02, 0.98]))
+    middle = float(np.median(np.interp(np.linspace(first, last, 200), *_sorted(y, h))))
     return bool(h.max() - middle > middle - h.min())
 
 

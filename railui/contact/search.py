@@ -40,7 +40,7 @@ class Contacts:
 
     radius: rolling radius less the mean one at the tape line [m]; angle: contact angle [rad], positive where the wheel
     leans as on its tread; wheel, rail: where it touches, from the track's middle outwards [m] (the wheel's in its own
-    co-ordinates); roll: phi of the wheelset [rad]; all in track-fixed co-ordinates. `notes` tell where the search ended.
+    co-ordinates); roll: phi of the wheelset [rad]; in track-fixed co-ordinates. `notes` say where the search ended.
     """
 
     pair: Pair
@@ -73,7 +73,7 @@ class Contacts:
 
     @cached_property
     def flange(self) -> tuple[float | None, float | None]:
-        """Displacements at which the left and the right flange begin to touch: a contact at 45 degrees, or a leap to it."""
+        """Displacements at which the left and the right flange begin to touch: at 45 degrees, or by a leap beyond."""
 
         def first(side: int) -> float | None:
             j = 0 if side > 0 else 1
@@ -89,6 +89,14 @@ class Contacts:
             return float(self.displacement[k] + share * (self.displacement[i] - self.displacement[k]))
 
         return first(-1), first(1)
+
+    @property
+    def treads(self) -> tuple[float, float]:
+        """Displacements between which no flange touches [m]: the first and the last of the search that are inside."""
+        left, right = self.flange
+        e = self.displacement
+        inside = e[(e > (-np.inf if left is None else left)) & (e < (np.inf if right is None else right))]
+        return float(inside[0]), float(inside[-1])
 
     def at(self, displacement: float) -> int:
         """Index of the displacement nearest to one [m]."""
@@ -130,7 +138,7 @@ def search(pair: Pair, reach: float = RANGE, step: float = STEP) -> Contacts:
     delta = 0.25 * pair.diameter_difference
     radius = -take("height") - pair.radius + np.array([[delta], [-delta]])
     return Contacts(
-        pair, grid[order], radius, np.arctan(take("slope")), take("wheel"), take("rail"),
+        pair, np.asarray(grid[order], dtype=np.float64), radius, np.arctan(take("slope")), take("wheel"), take("rail"),
         np.array([spots[i][0] for i in order]), tuple(notes),
     )  # fmt: skip
 
@@ -184,9 +192,10 @@ class _Side:
                 low -= 0.125 * (gap[k - 1] - gap[k + 1]) ** 2 / bend
         at = x[k] + shift * FINE
         ended = ""
-        if at - x[0] < END or x[-1] - at < END:
-            near = self.x[0] if at - x[0] < END else self.x[-1]
-            ended = "rail profile" if abs(at - near) < 2 * END else "wheel profile"
+        if at - x[0] < END and begin > 0:  # below its gauge face the rail goes on
+            ended = "wheel profile"
+        elif x[-1] - at < END:
+            ended = "rail profile" if end == len(self.x) else "wheel profile"
         body = np.interp(at, y, self.y)
         return _Spot(
             float(low), float(at), float(body), float(np.interp(body, self.y, self.below)),

@@ -73,7 +73,7 @@ def _at_gauge(pair: Pair, wider: float) -> Contacts:
 
 
 def _curves(contacts: Contacts, grid: Floats) -> tuple[Floats, Floats]:
-    """(r_1 - r_2)/2 and (tan gamma_1 - tan gamma_2)/2 at displacements, jumps rounded off; steep flanks cut at 45 degrees."""
+    """(r_1 - r_2)/2 and (tan gamma_1 - tan gamma_2)/2 at displacements, jumps rounded off, flanks cut at 45 degrees."""
     e = contacts.displacement
     steep = np.clip(np.tan(contacts.angle), -1.0, 1.0)
     left, right = contacts.flange

@@ -41,9 +41,9 @@ class _Points:
 def read_profile(path: str | Path, kind: Kind, *, mirror: bool = False, smoothing: float = 0.0) -> Profile:
     """A profile of a file; `mirror` exchanges inside and outside of a rail, `smoothing` is a wavelength [m] or 0.
 
-    SIMPACK's flags and units are honoured: of a .prr file y points to the gauge side, as SIMPACK has it. Text has two
-    columns, y and z, perhaps with a header `y [mm], z [mm]`; a rail's y points outwards. z may point up or down, a
-    wheel's y to either side. Without units, mm or m are told by the width. FileProblems names file, line and remedy.
+    SIMPACK's flags and units are honoured. Text has two columns, y and z, perhaps with a header `y [mm], z [mm]`.
+    A rail's y points outwards, away from the gauge face; a wheel's to either side; z up or down. Without units, mm or m
+    are told by the width. FileProblems names file, line and remedy.
     """
     from railui.contact import Profile, ProfileFault
 
@@ -90,7 +90,7 @@ def _simpack(text: str, file: str, kind: str) -> _Points:
     if not rows:
         findings.add("", "has no points", "list them between point.begin and point.end", place=(1, 1))
     findings.stop()
-    return _transformed(np.array(rows), tuple(lines), told, kind, findings)
+    return _transformed(np.array(rows), tuple(lines), told, findings)
 
 
 def _of_kind(told: dict[str, float], settings: dict[str, tuple[str, int]], kind: str, findings: Findings) -> None:
@@ -106,9 +106,7 @@ def _of_kind(told: dict[str, float], settings: dict[str, tuple[str, int]], kind:
                      place=(line, 1))  # fmt: skip
 
 
-def _transformed(
-    p: Floats, lines: tuple[int, ...], told: dict[str, float], kind: str, findings: Findings
-) -> _Points:
+def _transformed(p: Floats, lines: tuple[int, ...], told: dict[str, float], findings: Findings) -> _Points:
     """SIMPACK's processing in its own order: shift, rotation, bounds, mirrors, inversion, units."""
     get = told.get
     y, z = p[:, 0] + get("shift.y", 0.0), p[:, 1] + get("shift.z", 0.0)
@@ -131,13 +129,13 @@ def _transformed(
     if not factor > 0.0:
         findings.add("units.len.f", f"{factor:g} is no unit factor", "give lengths per metre: 1000 for mm")
     findings.stop()
-    # SIMPACK's rail profiles point to the gauge side, ours outwards
-    return _Points((-y if kind == "rail" else y) / factor, z / factor, tuple(numbers), tuple(notes))
+    return _Points(y / factor, z / factor, tuple(numbers), tuple(notes))
 
 
 def _text(text: str, file: str, kind: str) -> _Points:
     findings = Findings(file)
-    rows, lines = [], []
+    rows: list[list[float]] = []
+    lines: list[int] = []
     factors: list[float | None] = [None, None]
     for number, line in enumerate(text.splitlines(), 1):
         bare = re.split(r"[#!%]", line)[0].strip()

@@ -23,7 +23,7 @@ LOAD, SURFACE = 55e3, 0.6  # N; share of Kalker's coefficients on rails as they 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The contact of a pair: geometry, equivalent conicity, creep coefficients; None with a note where there is none."""
+    """The contact of a pair: geometry, equivalent conicity, creep coefficients; None with a note where it has none."""
 
     contacts: Contacts
     conicity: Conicity | None
@@ -166,7 +166,6 @@ def klingel(b: float, r: float, conicity: float) -> float:
     """Wavelength of a free wheelset [m]: 2 pi sqrt(b r/tan gamma).
 
     >>> round(klingel(0.75, 0.46, 0.1), 3), round(klingel(0.75, 0.46, 0.05), 3)
-    (11.67, 16.504)
+    (11.671, 16.505)
     """
     return float(2.0 * np.pi * np.sqrt(b * r / conicity)) if conicity > 0.0 else float("nan")
-

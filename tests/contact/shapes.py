@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railui.contact import Pair, Profile
+from railui.contact import Contacts, Pair, Profile
 
+RAIL_RADIUS = 0.3  # m, of the head
 REFERENCE = Path(__file__).parents[3] / "shared" / "reference"
 
 
@@ -28,19 +29,19 @@ def coned_wheel(conicity: float) -> Profile:
                       np.concatenate([[-0.02, -0.0275], np.where(y < -0.038, flange, conicity * y)]))  # fmt: skip
 
 
-def hollow_wheel(radius: float, centre: float = 0.02, conicity: float = 0.05) -> Profile:
-    """A tread that is an arc hollow upwards, with a flange; slope `conicity` at y 0."""
-    y = np.linspace(-0.03, 0.06, 1500)
-    lowest = -radius * conicity / np.sqrt(1.0 + conicity**2)
-    arc = radius - np.sqrt(radius**2 - (y - lowest) ** 2)
-    flange_y = np.linspace(-0.045, -0.0305, 50)
-    flange = np.interp(-0.03, y, arc) + np.tan(np.radians(70.0)) * (flange_y + 0.03)
+def hollow_wheel(radius: float, conicity: float = 0.02) -> Profile:
+    """A tread worn to an arc round the rail, with a flange; slope `conicity` at y 0."""
+    y = np.linspace(-0.038, 0.06, 1500)
+    highest = radius * conicity / np.sqrt(1.0 + conicity**2)
+    arc = np.sqrt(radius**2 - (y - highest) ** 2) - radius
+    flange_y = np.linspace(-0.048, -0.0385, 50)
+    flange = np.interp(-0.038, y, arc) + np.tan(np.radians(70.0)) * (flange_y + 0.038)
     return Profile.of(
         "wheel", np.concatenate([[-0.07, -0.06], flange_y, y]), np.concatenate([[-0.03, -0.038], flange, arc])
     )
 
 
-def round_rail(radius: float = 0.3, half_width: float = 0.03) -> Profile:
+def round_rail(radius: float = RAIL_RADIUS, half_width: float = 0.03) -> Profile:
     """A head that is one arc, with upright sides 20 mm high."""
     y = np.linspace(-half_width, half_width, 1201)
     head = np.sqrt(radius**2 - y**2) - radius
@@ -55,3 +56,9 @@ def round_rail(radius: float = 0.3, half_width: float = 0.03) -> Profile:
 def cones(conicity: float = 0.05, **more: float) -> Pair:
     """Coned wheels on round rails."""
     return Pair(coned_wheel(conicity), round_rail(), **more)
+
+
+def conicity_of_cones(slope: float, contacts: Contacts) -> float:
+    """lambda = gamma (b + R_r gamma)/(b - r gamma): feet and crowns move out as the axle rolls."""
+    b = float(contacts.rail[0, contacts.at(0.0)])
+    return slope * (b + RAIL_RADIUS * slope) / (b - contacts.pair.radius * slope)
