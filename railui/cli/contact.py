@@ -25,33 +25,18 @@ def _load(text: str) -> float:
     return quantity(text if not _plain(text) else float(text), "N")
 
 
+def _inclination(text: str) -> float:
+    from railui.files.profile import read_inclination
+
+    return read_inclination(text)
+
+
 def _plain(text: str) -> bool:
     try:
         float(text)
     except ValueError:
         return False
     return True
-
-
-def inclination(text: str) -> float:
-    """An inclination [rad]: "1:40" or an angle.
-
-    >>> inclination("1:40"), inclination("0")
-    (0.02499479361892016, 0.0)
-    """
-    import math
-
-    from railui.files.units import quantity
-
-    if ":" in text:
-        up, _, along = text.partition(":")
-        if not (_plain(up) and _plain(along)) or float(along) == 0.0:
-            raise ValueError(f"{text!r} is no inclination: write 1:40, 1:20 or 0")
-        return math.atan(float(up) / float(along))
-    angle = quantity(float(text) if _plain(text) else text, "rad")
-    if abs(angle) > 0.2:
-        raise ValueError(f"{text!r} is an inclination of {math.degrees(angle):.3g} degrees: write 1:40, 1:20 or 0")
-    return angle
 
 
 @click.command("contact")
@@ -61,7 +46,7 @@ def inclination(text: str) -> float:
               help="Of the rails, 14 mm below their top.")  # fmt: skip
 @click.option("--back-to-back", callback=reading(_length), default="1360 mm", metavar="LENGTH", show_default=True,
               help="Of the wheels' inner faces.")  # fmt: skip
-@click.option("--inclination", callback=reading(inclination), default="0", metavar="1:N", show_default=True,
+@click.option("--inclination", callback=reading(_inclination), default="0", metavar="1:N", show_default=True,
               help="Of the rails; 0 where the file is of a rail as it lies.")  # fmt: skip
 @click.option("--radius", callback=reading(_length), default="0.46 m", metavar="LENGTH", show_default=True,
               help="Of the wheels.")  # fmt: skip

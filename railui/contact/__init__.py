@@ -8,6 +8,7 @@ from railui.contact.linearise import Linearised, linearise
 from railui.contact.pair import Pair
 from railui.contact.profile import Profile, ProfileFault
 from railui.contact.search import Contacts, search
+from railui.contact.shape import Shape, shape
 
 __all__ = [
     "Conicity",
@@ -19,10 +20,12 @@ __all__ = [
     "Pair",
     "Profile",
     "ProfileFault",
+    "Shape",
     "creep_coefficients",
     "equivalent_conicity",
     "hertz",
     "kalker",
     "linearise",
     "search",
+    "shape",
 ]

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from railui.contact.conicity import NoCentre, equivalent_conicity
 from railui.contact.pair import Curve, Pair
 from railui.contact.profile import FINE, ProfileFault
 
@@ -56,6 +57,14 @@ class Contacts:
     def delta_r(self) -> Floats:
         """r_1 - r_2 [m]."""
         return np.asarray(self.radius[0] - self.radius[1])
+
+    @cached_property
+    def centre(self) -> float:
+        """Where the wheelset runs straight, r_1 = r_2 [m]; 0 where it has no such place."""
+        try:
+            return equivalent_conicity(self.displacement, self.delta_r, []).centre
+        except NoCentre:
+            return 0.0
 
     @cached_property
     def jumps(self) -> tuple[Jump, ...]:

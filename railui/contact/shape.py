@@ -32,7 +32,7 @@ class Shape:
 
     def parameters(self) -> dict[str, tuple[float, ...]]:
         """The parameters of the effect profile_shape."""
-        return {key: tuple(float(x) for x in getattr(self, key)) for key in self.__dataclass_fields__}
+        return {key: tuple(float(f"{x:.9g}") for x in getattr(self, key)) for key in self.__dataclass_fields__}
 
 
 def shape(contacts: Contacts, linear: Linearised) -> Shape:

@@ -10,6 +10,7 @@ from typing import Any
 from .balance import balance
 from .bodies import Structure
 from .bodies_reading import read_structure
+from .contact_profiles import filled
 from .design_model import design_model
 from .designed import Adjustment, Design, Riding
 from .effect_reading import read_effects
@@ -62,6 +63,7 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
     check_schema(data, "design", findings)
     form, data = _form(data, findings)
     loads, data = data.get("load"), {key: value for key, value in data.items() if key != "load"}
+    data, profiles = (data, None) if form == "rig" else filled(data, findings, source and source.parent, form)
     structure: Structure | None = None
     own: dict[str, float] = {}
     if form == "vehicle":
@@ -93,6 +95,7 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         warnings=findings.warnings(),
         catalogue=catalogue,
         structure=structure,
+        profiles=profiles,
     )
     return _adjusted(read_loads(loads, design, findings), model, findings)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .bodies import Structure
+from .contact_profiles import ContactProfiles
 from .effect_reading import read_effects, unit_of
 from .effect_records import Catalogue, kernel_catalogue, range_at, record_of
 from .loads import STATE, loaded
@@ -49,7 +50,8 @@ class Design:
 
     `kind` is "bogie", "rig", or "vehicle": one of bodies and elements, whose `structure` says who joins whom.
 
-    `settings` are the words, switches and riding numbers that were given; `warnings` what is odd.
+    `settings` are the words, switches and riding numbers that were given; `warnings` what is odd; `profiles` what the
+    contact was measured from, where it was.
 
     >>> from railui.files.design import parse_design
     >>> design = parse_design("vehicle: {rig: {mass: 95 kg, gain: 2}}")
@@ -71,6 +73,7 @@ class Design:
     loads: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     load_state: str | None = None
     declared: Mapping[str, float] = field(default_factory=dict, compare=False, repr=False)
+    profiles: ContactProfiles | None = field(default=None, compare=False, repr=False)
 
     @property
     def records(self) -> Mapping[str, Parameter]:

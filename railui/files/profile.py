@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from .problems import FileProblems, Findings, Problem
 from .table import read_table
-from .units import UnitError, parse_unit
+from .units import UnitError, parse_unit, quantity
 from .yaml12 import read_text
 
 if TYPE_CHECKING:
@@ -204,6 +205,31 @@ def _guessed(width: float, kind: str, findings: Findings) -> float:
     findings.add("", told, "give the unit in the header, `y [mm], z [mm]`", place=(1, 1))
     findings.stop()
     return 1.0
+
+
+def read_inclination(value: object) -> float:
+    """An inclination of the rails [rad]: "1:40", or an angle. UnitError where it is none.
+
+    >>> round(read_inclination("1:40"), 6), read_inclination("0")
+    (0.024995, 0.0)
+    """
+    text = str(value)
+    up, colon, along = text.partition(":")
+    remedy = "write 1:40, 1:20 or 0"
+    try:
+        angle = math.atan(float(up) / float(along)) if colon else quantity(_plain(value), "rad")
+    except (ValueError, ZeroDivisionError):
+        raise UnitError(f"{text!r} is no inclination", remedy) from None
+    if not abs(angle) <= 0.2:
+        raise UnitError(f"{text!r} is an inclination of {math.degrees(angle):.3g} degrees", remedy)
+    return angle
+
+
+def _plain(value: object) -> object:
+    try:
+        return float(str(value))
+    except ValueError:
+        return value
 
 
 def read_delta_r(path: str | Path) -> tuple[Floats, Floats]:

@@ -16,14 +16,20 @@ from .schema_line import schema_name
 from .writing import write_text
 
 
-def design_text(design: Design) -> str:
-    """A design as a complete file: every number in SI with all its digits, symbols and units in comments."""
+def design_text(design: Design, directory: str | Path | None = None) -> str:
+    """A design as a complete file: every number in SI with all its digits, symbols and units in comments.
+
+    Profiles are named as from `directory`, by their whole paths where none is given.
+    """
     lines = [f"schema: {schema_name('design')}", f"name: {scalar_text(design.name)}"]
     tree = _tree(_vehicle(design) | dict(design.settings))
     for top in ("vehicle", "contact", "riding"):
         if top in tree:
             lines.append(f"{top}:")
             lines += [f"  {key}: {flow(value)}{_remark(f'{top}.{key}', value)}" for key, value in tree[top].items()]
+        if top == "contact" and design.profiles is not None:
+            home = None if directory is None else Path(directory)
+            lines.append(f"  profiles: {flow(design.profiles.entry(home))}")
     lines += _loads(design)
     lines += _entries("effects", design.effects)
     if design.adjustment is not None:
@@ -70,7 +76,7 @@ def _loads(design: Design) -> list[str]:
 
 def save_design(design: Design, path: str | Path) -> Path:
     """Writes a design as a complete new file, whole or not at all. Returns the path."""
-    return write_text(path, design_text(design))
+    return write_text(path, design_text(design, Path(path).parent))
 
 
 def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path | None = None) -> str:

@@ -165,7 +165,7 @@ def described_table(y: Floats, delta_r: Floats, deviation: float = DEVIATION) ->
 def klingel(b: float, r: float, conicity: float) -> float:
     """Wavelength of a free wheelset [m]: 2 pi sqrt(b r/tan gamma).
 
-    >>> round(klingel(0.75, 0.46, 0.1), 3), round(klingel(0.75, 0.46, 0.05), 3)
-    (11.671, 16.505)
+    >>> round(klingel(0.75, 0.46, 0.1), 2), round(klingel(0.75, 0.46, 0.05), 2)
+    (11.67, 16.5)
     """
     return float(2.0 * np.pi * np.sqrt(b * r / conicity)) if conicity > 0.0 else float("nan")
