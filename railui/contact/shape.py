@@ -47,9 +47,7 @@ def shape(contacts: Contacts, linear: Linearised) -> Shape:
             f"{linear.gravitational_stiffness:.3g} over a standard deviation of {linear.motion * 1e3:.3g} mm: "
             "no multiple of these is the shape of the profiles"
         )
-    left, right = contacts.flange
-    ends = contacts.displacement[[0, -1]]
-    first, last = max(left or ends[0], ends[0], -LONGEST), min(right or ends[1], ends[1], LONGEST)
+    first, last = (float(np.clip(end, -LONGEST, LONGEST)) for end in contacts.treads)
     count = max(int((last - first) / SPACING), 8)
     grid = np.linspace(first, last, count + 1)
     b = contacts.pair.half_distance
@@ -76,8 +74,7 @@ def _curves(contacts: Contacts, grid: Floats) -> tuple[Floats, Floats]:
     """(r_1 - r_2)/2 and (tan gamma_1 - tan gamma_2)/2 at displacements, jumps rounded off, flanks cut at 45 degrees."""
     e = contacts.displacement
     steep = np.clip(np.tan(contacts.angle), -1.0, 1.0)
-    left, right = contacts.flange
-    inside = np.clip(e, left if left is not None else e[0], right if right is not None else e[-1])
+    inside = np.clip(e, *contacts.treads)
     out = []
     for curve in (0.5 * contacts.delta_r, 0.5 * (steep[0] - steep[1])):
         held = np.interp(inside, e, curve)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
 from .campaign import Campaign, campaign_file, load_campaign
 from .design import Design, load_design
 from .effect_records import Catalogue
 from .problems import FileProblems, Findings, Problem
+from .profile import SIMPACK, read_profile
 from .run import Run, load_run
 from .schema_line import kind_of
 from .study import Study, load_study
@@ -16,7 +18,10 @@ from .table import read_header
 from .track_file import TrackColumns, load_track
 from .yaml12 import load as load_yaml
 
-Anything = Design | Campaign | Study | Run | TrackColumns
+if TYPE_CHECKING:
+    from railui.contact import Profile
+
+Anything: TypeAlias = "Design | Campaign | Study | Run | TrackColumns | Profile"
 # what takes a file of each kind
 TAKEN_BY = {
     "design": "railui ride, stability and curve take it",
@@ -24,6 +29,7 @@ TAKEN_BY = {
     "study": "railui optimise takes it",
     "run": "--track and railui import take it, or a campaign names it",
     "track": "--track takes it",
+    "profile": "railui contact takes it, or `contact: {profiles: {wheel, rail}}` of a design",
 }
 KEYS = {
     "study": ("variables", "objectives", "cases"),
@@ -33,11 +39,13 @@ KEYS = {
 
 
 def recognise(path: str | Path) -> str:
-    """What a file is: design, campaign, study, run or track; FileProblems where it is none of ours.
+    """What a file is: design, campaign, study, run, track or profile; FileProblems where it is none of ours.
 
     A directory is the campaign in it. The schema line decides, else the keys, else the columns of a table.
     """
     path = campaign_file(path)
+    if path.suffix.lower() in SIMPACK:
+        return "profile"
     if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".gz")):
         names = set(read_header(path).names)
         kind = "run" if "t" in names or {"v", "z"} & names else "track" if {"s", "yw"} & names else None
@@ -81,6 +89,7 @@ def load(
         "study": lambda: load_study(path, catalogue, check_track),
         "run": lambda: load_run(path),
         "track": lambda: load_track(path),
+        "profile": lambda: read_profile(path, SIMPACK[Path(path).suffix.lower()]),
     }
     return loaders[kind]()
 

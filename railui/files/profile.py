@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from railui.contact.profile import Kind
 
 Floats = NDArray[np.float64]
-SIMPACK = {".prw": 1, ".prr": 0}
+SIMPACK: dict[str, Kind] = {".prw": "wheel", ".prr": "rail"}
 TYPES = {0: "rail", 1: "wheel"}
 SETTING = re.compile(r"\s*([A-Za-z][\w.]*)\s*=\s*('[^']*'|\S+)")
 HEADED = re.compile(r"\s*([A-Za-z]\w*)\s*(?:\[([^\]]*)\])?\s*\Z")
@@ -96,11 +96,7 @@ def _simpack(text: str, file: str, kind: str) -> _Points:
 
 def _of_kind(told: dict[str, float], settings: dict[str, tuple[str, int]], kind: str, findings: Findings) -> None:
     # the header's type stands first; that of the original data file comes later and is another number
-    name = TYPES.get(int(told.get("type", -1)))
-    if findings.file.lower().endswith(".prw"):
-        name = "wheel"
-    elif findings.file.lower().endswith(".prr"):
-        name = "rail"
+    name = SIMPACK.get(Path(findings.file).suffix.lower()) or TYPES.get(int(told.get("type", -1)))
     if name is not None and name != kind:
         line = settings.get("type", ("", 1))[1]
         findings.add("", f"is a {name} profile where a {kind} belongs", "give the wheel first, then the rail",

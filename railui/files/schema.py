@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from .campaign_model import CampaignModel
+from .contact_profiles import ProfilesModel
 from .design_model import design_model
 from .effect_reading import AGAINST
 from .effect_records import PER_WHEELSET, Catalogue, Record, is_against, is_curve, is_sensor, kernel_catalogue
@@ -47,7 +48,28 @@ def _design(catalogue: Catalogue) -> dict[str, Any]:
         made["properties"]["effects"]["items"] = _effects(catalogue, sensors=False)
     forms["bogie"]["properties"]["load"] = LOADS
     bodies, more = bodies_schema(_effects(catalogue, sensors=False))
+    definitions["bogie_design_contact"] = _measured(definitions["bogie_design_contact"], definitions)
+    bodies["properties"]["contact"] = _measured(bodies["properties"]["contact"], {})
     return {"anyOf": [*forms.values(), bodies], "$defs": definitions | more}
+
+
+def _measured(contact: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
+    """A contact that must have all its numbers, unless its profiles give what it leaves out."""
+    properties, each = contact["properties"], contact.get("additionalProperties")
+    needed: dict[str, Any] = {"required": contact.get("required", []), "properties": {}}
+    for key, value in properties.items():
+        group = definitions.get(str(value.get("$ref", "")).rpartition("/")[2], {})
+        needed["properties"][key] = {"required": group.pop("required", [])} if "properties" in group else {}
+    if isinstance(each, dict):
+        needed["additionalProperties"] = {"required": each["required"]}
+        each = {k: v for k, v in each.items() if k != "required"}
+    return {
+        **{k: v for k, v in contact.items() if k != "required"},
+        "properties": properties | {"profiles": ProfilesModel.model_json_schema()},
+        "additionalProperties": each,
+        "if": {"not": {"required": ["profiles"]}},
+        "then": needed,
+    }
 
 
 def _effects(catalogue: Catalogue, *, sensors: bool) -> dict[str, Any]:

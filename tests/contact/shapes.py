@@ -41,6 +41,17 @@ def hollow_wheel(radius: float, conicity: float = 0.02) -> Profile:
     )
 
 
+def worn_wheel() -> Profile:
+    """A tread steepest in its slope where it runs: 0.11 inside, 0.01 outside, with a flange."""
+    y = np.linspace(-0.038, 0.06, 1500)
+    tread = 0.06 * y - 0.05 * 0.02 * np.log(np.cosh((y + 0.0205) / 0.02))
+    flange_y = np.linspace(-0.048, -0.0385, 50)
+    flange = tread[0] + np.tan(np.radians(70.0)) * (flange_y + 0.038)
+    return Profile.of(
+        "wheel", np.concatenate([[-0.07, -0.06], flange_y, y]), np.concatenate([[-0.03, -0.038], flange, tread])
+    )
+
+
 def round_rail(radius: float = RAIL_RADIUS, half_width: float = 0.03) -> Profile:
     """A head that is one arc, with upright sides 20 mm high."""
     y = np.linspace(-half_width, half_width, 1201)

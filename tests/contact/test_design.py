@@ -1,0 +1,156 @@
+"""Profiles in a design: what they fill in, what stands beside them, how they are saved, and what is wrong with them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+
+import railui
+from railui.contact import Profile, linearise, search
+from railui.files.check import check
+from railui.files.design import Design, load_design
+from railui.files.problems import FileProblems
+from railui.files.saving import save_design
+from railui.files.schema import schema
+from tests.contact.shapes import coned_wheel, cones, round_rail, worn_wheel
+
+HOME = Path(__file__).parents[2]
+TRACK = "erri_b176_low length=600 seed=1"
+
+
+def write(path: Path, profile: Profile) -> None:
+    rows = [f"{y * 1e3:.9g}, {h * 1e3:.9g}" for y, h in zip(profile.y, profile.h, strict=True)]
+    path.write_text("y [mm], z [mm]\n" + "\n".join(rows) + "\n")
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    write(tmp_path / "wheel.txt", coned_wheel(0.05))
+    write(tmp_path / "worn.txt", worn_wheel())
+    write(tmp_path / "rail.txt", round_rail())
+    return tmp_path
+
+
+def design(home: Path, contact: str, name: str = "design.yaml", bodies: bool = False) -> Path:
+    """A design of ours with another contact."""
+    text = (HOME / f"designs/{'bogie_under_coach' if bodies else 'test_bogie'}.yaml").read_text("utf-8")
+    path = home / name
+    path.write_text(re.sub(r"contact:\n(?:  .*\n)+", f"contact:\n{contact}\n", text), "utf-8")
+    return path
+
+
+PAIR = "  profiles: {wheel: wheel.txt, rail: rail.txt, gauge: 1435 mm, sd: 1.5 mm"
+
+
+def test_the_parameters_of_cones_stand_where_the_design_names_none(home: Path) -> None:
+    found = load_design(design(home, f"{PAIR}}}")).values
+    expected = linearise(search(cones(0.05)), 1.5e-3)
+    for where in ("leading", "trailing"):
+        assert found[f"contact.{where}.conicity"] == pytest.approx(expected.conicity, rel=1e-6)
+        assert found[f"contact.{where}.gravitational_stiffness"] == pytest.approx(
+            expected.gravitational_stiffness, rel=1e-4
+        )
+        assert found[f"contact.{where}.roll"] == pytest.approx(expected.roll, rel=1e-6)
+        assert 50 < found[f"contact.{where}.lateral_creep"] < found[f"contact.{where}.longitudinal_creep"] < 300
+    assert found["contact.flange_clearance"] == pytest.approx(5.65e-3, abs=1e-4)
+
+
+def test_what_the_design_names_stands_beside_its_profiles(home: Path) -> None:
+    found = load_design(design(home, f"{PAIR}}}\n  leading: {{conicity: 0.3}}\n  flange_clearance: 8 mm")).values
+    assert found["contact.leading.conicity"] == 0.3
+    assert found["contact.trailing.conicity"] == pytest.approx(0.0527, abs=2e-4)
+    assert found["contact.flange_clearance"] == 0.008
+
+
+def test_the_table_of_a_cone_is_straight_and_gives_the_ride_of_its_linear_model(home: Path) -> None:
+    wheel = design(home, f"{PAIR}, use: table}}")
+    straight = design(home, f"{PAIR}, use: linearised}}", "linear.yaml")
+    table, linear = load_design(wheel), load_design(straight)
+    assert [e.kind for e in table.effects] == ["profile_shape"] and linear.effects == ()
+    radius, grid = (np.array(table.effects[0].parameters[key]) for key in ("radius", "displacement"))
+    # away from the flanges, where a contact patch rounds off the jump
+    inside = np.abs(grid) < 5e-3
+    assert radius[inside] == pytest.approx(grid[inside], abs=2e-5)
+    scores = [railui.ride(d, TRACK, 40.0)["weighted_acceleration"] for d in (table, linear)]
+    assert scores[0] == pytest.approx(scores[1], rel=0.02)
+
+
+def test_the_table_of_a_worn_wheel_rides_as_its_own_curve_and_not_as_its_slope(home: Path) -> None:
+    pair = PAIR.replace("wheel.txt", "worn.txt")
+    rides = [
+        railui.ride(load_design(design(home, f"{pair}, use: {use}}}")), TRACK, 40.0)["weighted_acceleration"]
+        for use in ("table", "linearised")
+    ]
+    assert abs(rides[0] / rides[1] - 1.0) > 0.005
+
+
+def test_a_saved_design_holds_its_numbers_and_names_its_profiles_from_where_it_lies(home: Path) -> None:
+    there = home / "elsewhere"
+    there.mkdir()
+    first = load_design(design(home, f"{PAIR}}}"))
+    save_design(first.with_values({"contact.leading.conicity": 0.2}), there / "saved.yaml")
+    again = load_design(there / "saved.yaml")
+    assert again.values == {**first.values, "contact.leading.conicity": 0.2}
+    assert again.effects == first.effects
+    assert yaml.safe_load((there / "saved.yaml").read_text())["contact"]["profiles"]["wheel"] == "../wheel.txt"
+    assert again.profiles is not None and again.profiles.sha256 is not None
+
+
+def test_a_saved_design_whose_profiles_are_gone_stands_with_a_warning(home: Path) -> None:
+    save_design(load_design(design(home, f"{PAIR}}}")), home / "saved.yaml")
+    (home / "wheel.txt").unlink()
+    again = load_design(home / "saved.yaml")
+    assert any("cannot be read" in str(w) and "stand without it" in str(w) for w in again.warnings)
+    with pytest.raises(FileProblems, match=r"contact\.profiles: .*wheel\.txt cannot be read"):
+        load_design(home / "design.yaml")
+
+
+@pytest.mark.parametrize("contact", ["", "\n  leading: {roll: 0.04}\n  trailing: {}", "\n  wheels: {conicity: 0.2}"])
+def test_a_vehicle_of_bodies_takes_them_for_all_its_wheelsets(home: Path, contact: str) -> None:
+    found: Design = load_design(design(home, f"{PAIR}}}{contact}", bodies=True))
+    groups = {path.split(".")[1] for path in found.values if path.count(".") == 2 and path.startswith("contact.")}
+    assert groups == ({"leading", "trailing"} if "leading" in contact else {"wheels"})
+    assert [e.kind for e in found.effects][-1] == "profile_shape"
+    ridden = railui.ride(found, TRACK, 40.0)
+    assert ridden["score"] is not None
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("wheel: wheel.txt", "contact.profiles.rail: is missing"),
+        ("wheel: wheel.txt, rail: nowhere.txt", "nowhere.txt cannot be read"),
+        ("wheel: wheel.txt, rail: rail.txt, gage: 1435 mm", "unknown key, did you mean 'gauge'"),
+        ("wheel: wheel.txt, rail: rail.txt, inclination: 1:0", "no inclination"),
+        ("wheel: wheel.txt, rail: rail.txt, use: tabel", "did you mean 'table'"),
+        ("wheel: wheel.txt, rail: rail.txt, gauge: 1405 mm", "stands on its flange"),
+        ("wheel: rail.txt, rail: wheel.txt", "rail"),
+    ],
+)
+def test_what_is_wrong_is_named_at_its_key(home: Path, words: str, told: str) -> None:
+    with pytest.raises(FileProblems) as error:
+        load_design(design(home, f"  profiles: {{{words}}}"))
+    assert told in str(error.value)
+    assert all(problem.line for problem in error.value.problems)
+
+
+def test_the_schema_knows_profiles_and_what_may_then_be_left_out(home: Path) -> None:
+    known = Draft202012Validator(schema("design"))
+    for bodies in (False, True):
+        data = yaml.safe_load(design(home, f"{PAIR}}}\n  leading: {{roll: 0.04}}", bodies=bodies).read_text())
+        assert list(known.iter_errors(data)) == []
+        data["contact"]["profiles"]["gage"] = 1.435
+        assert list(known.iter_errors(data))
+    del data["contact"]["profiles"]
+    assert list(known.iter_errors(data))
+
+
+def test_a_profile_is_checked_as_any_other_file_of_ours(home: Path) -> None:
+    (home / "bad.prr").write_text("spline.begin\npoint.begin\n 1.0 x\npoint.end\n")
+    (problem,) = check([home / "bad.prr"])
+    assert (problem.line, problem.message) == (3, "'x' is no number")
