@@ -20,7 +20,7 @@ from railui.files.schema import schema
 from tests.contact.shapes import coned_wheel, cones, round_rail, worn_wheel
 
 HOME = Path(__file__).parents[2]
-TRACK = "erri_b176_low length=600 seed=1"
+TRACK, ROUGH = "erri_b176_low length=600 seed=1", "erri_b176_high length=2000 seed=1"
 
 
 def write(path: Path, profile: Profile) -> None:
@@ -83,10 +83,10 @@ def test_the_table_of_a_cone_is_straight_and_gives_the_ride_of_its_linear_model(
 def test_the_table_of_a_worn_wheel_rides_as_its_own_curve_and_not_as_its_slope(home: Path) -> None:
     pair = PAIR.replace("wheel.txt", "worn.txt")
     rides = [
-        railui.ride(load_design(design(home, f"{pair}, use: {use}}}")), TRACK, 40.0)["weighted_acceleration"]
+        railui.ride(load_design(design(home, f"{pair}, use: {use}}}")), ROUGH, 40.0)["weighted_acceleration"]
         for use in ("table", "linearised")
     ]
-    assert abs(rides[0] / rides[1] - 1.0) > 0.005
+    assert abs(rides[0] / rides[1] - 1.0) > 0.01
 
 
 def test_a_saved_design_holds_its_numbers_and_names_its_profiles_from_where_it_lies(home: Path) -> None:
