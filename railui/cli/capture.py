@@ -210,6 +210,7 @@ def finish(call: Invocation, replay: Replay, directory: Path) -> None:
 
 def table(document: dict[str, Any]) -> Any:
     """The segments and the counts."""
+    from rich.markup import escape
     from rich.table import Table
 
     names = ("segment", "begins with", "logger", "rate [Hz]", "seconds", "samples", "missing", "gaps", "drift [ppm]")
@@ -217,7 +218,7 @@ def table(document: dict[str, Any]) -> Any:
         f"{document[key]} {key.replace('_', ' ')}"
         for key in ("frames", "lost", "crc_errors", "gaps", "reconnects", "restarts", "overruns")
     )
-    shown = Table(*names, title="recording", title_justify="left", caption=counts, caption_justify="left")
+    shown = Table(*map(escape, names), title="recording", title_justify="left", caption=counts, caption_justify="left")
     for i, s in enumerate(document["segments"], 1):
         length = "" if s["first"] is None else f"{s['last'] - s['first']:.1f}"
         drift = "" if s["drift"] is None else f"{1e6 * s['drift']:.0f} ± {1e6 * s['drift_sd']:.0f}"

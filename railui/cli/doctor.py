@@ -47,7 +47,7 @@ def _table(found: Mapping[str, Any]) -> Any:
     failed = sum(not check["ok"] for check in found["checks"])
     counts = f"{len(found['checks'])} checks, {failed} fail, {found['seconds']:.1f} s"
     skipped = [f"skipped: {one['name']}, {one['reason']}" for one in found["skipped"]]
-    table.caption = "\n".join(escape(line) for line in [counts, *skipped])
+    table.caption = "\n".join(escape(line) for line in [*skipped, counts])
     return table
 
 

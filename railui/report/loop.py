@@ -17,6 +17,7 @@ from railui.files.effect_reading import unit_of
 from railui.files.writing import finite
 from railui.report.detectable import detectable
 from railui.report.identifiability import identifiability
+from railui.report.profiles import of_profiles
 from railui.study.adjust import Fit, Report, silent
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
 from railui.study.gate import Finding
@@ -50,7 +51,7 @@ def loop(
 def loop_report(found: Found) -> dict[str, Any]:
     """The loop report of a campaign, as data: docs/loop.md."""
     campaign = found.measurement.campaign
-    report = {
+    report: dict[str, Any] = {
         "schema": "railui.loop/1",
         "version": railui.__version__,
         "inputs": [{"file": str(campaign.source), "sha256": campaign.sha256}],
@@ -86,6 +87,8 @@ def loop_report(found: Found) -> dict[str, Any]:
         "gate": [_finding(f) for f in found.gate],
         "notes": _notes(found),
     }
+    profiles, measured = found.declared.design.profiles, report["riding"].get("measured", {})
+    report["profiles"] = of_profiles(profiles, report["parameters"], measured)
     return dict(finite(report))
 
 

@@ -139,6 +139,7 @@ def contents(found: Found, report: Report) -> Row:
         "classes": [[title(k) for k in one] for one in report["classes"] if len(one) > 1],
         "traces": [candidate(row) for row in report.get("traces", ())],
         "parameters": parameters(report),
+        "profiles": profiled(report),
         "riding": riding(report),
         "detectable": detectable(report),
         "rig": kind == "rig",
@@ -240,6 +241,7 @@ def candidate(row: Mapping[str, Any], widest: float = 0.0, nothing: float | None
 def parameters(report: Report) -> list[Row]:
     """Every adjusted parameter in one unit per row, with what the data say of it."""
     rows = []
+    profiles = (report.get("profiles") or {}).get("parameters", {})
     for path, p in report["parameters"].items():
         factor, unit = scale([p["declared"], p["before"], p["value"]], p["unit"])
         word, grade = FLAGS[p["flag"]]
@@ -251,6 +253,7 @@ def parameters(report: Report) -> list[Row]:
                 "declared": number(_times(factor, p["declared"])),
                 "before": number(_times(factor, p["before"])),
                 "value": with_sd(_times(factor, p["value"]), _times(factor, p["sd"])),
+                "profiles": number(_times(factor, profiles.get(path))),
                 "unit": unit,
                 "change": DASH if change is None else signed(change, 0),
                 "flag": word,
@@ -258,6 +261,15 @@ def parameters(report: Report) -> list[Row]:
             }
         )
     return rows
+
+
+def profiled(report: Report) -> Row | None:
+    """What is said of the measured profiles above the parameters."""
+    found = report.get("profiles")
+    if not found:
+        return None
+    e1, e2 = (f"{1e3 * sd:.2g}" for sd in found["deviation"])
+    return {**found, "e1": e1, "e2": e2, "surface": f"{found['surface']:g} times"}
 
 
 def _times(factor: float, value: float | None) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from railui.capture.measured_run import measured_run
 from railui.capture.recording import Recording
 from railui.capture.sensor_map import load_map
 from railui.cli import cli
+from railui.cli.common import Invocation
+from railui.cli.import_ import show_run
 from railui.files.problems import FileProblems
 from railui.files.run import load_run
 from railui.files.track_file import load_track
@@ -182,3 +185,11 @@ def test_a_draft_names_every_channel(tmp_path: Path) -> None:
     result = CliRunner().invoke(cli, ["import", str(tmp_path / "bench.h5"), "--draft", str(tmp_path / "map.yaml")])
     text = (tmp_path / "map.yaml").read_text()
     assert result.exit_code == 0 and "acc_y" in text and "one of ay1, ay2, ayf" in text
+
+
+def test_the_table_of_rail_positions_names_its_units(capsys: pytest.CaptureFixture[str]) -> None:
+    quality = SimpleNamespace(valid=(3.0, 70.0), lag=0.01, bands=[(3.0, 25.0, 7e-4, 1e-4)])
+    run = SimpleNamespace(columns={"t": T}, counts={"rows": len(T), "gaps": 0}, notes=(), quality=quality, natural=2.0)
+    show_run(Invocation(), "run.csv.gz", run)  # type: ignore[arg-type]
+    shown = capsys.readouterr().out
+    assert "wavelengths [m]" in shown and "sd yw [mm]" in shown and "difference of both wheelsets [mm]" in shown

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -29,11 +28,12 @@ NOMINAL: Final[dict[str, tuple[float | None, ...]]] = {
     "E3": (0.025, 0.025, 0.245, 0.319, 0.306, 0.284),
     "E4": (None, 0.293, 0.489, 0.485, 0.475, 0.447),
 }
+S1002: Final = {1.435: 0.181, 1.437: 0.148, 1.432: 0.225}  # gauge [m]: tan gamma_e at 3 mm
 
 
 def kalkers_coefficients() -> Iterator[Check]:
     """All of table E.3 for steel's neighbour, Poisson's ratio 0.25."""
-    from railui.contact import kalker  # type: ignore[import-not-found,unused-ignore]
+    from railui.contact import kalker
 
     for name, column in (("C11", 1), ("C22", 2), ("C23", 3)):
         got = [float(kalker(row[0])[column - 1]) for row in COEFFICIENTS]
@@ -43,7 +43,7 @@ def kalkers_coefficients() -> Iterator[Check]:
 
 def cones() -> Iterator[Check]:
     """The equivalent conicity of a cone is its own, at any amplitude."""
-    from railui.contact import equivalent_conicity  # type: ignore[import-not-found,unused-ignore]
+    from railui.contact import equivalent_conicity
 
     y = np.linspace(-8e-3, 8e-3, 161)
     for conicity in (0.05, 0.4):
@@ -53,7 +53,7 @@ def cones() -> Iterator[Check]:
 
 def conicity_of_the_standard(reference: Path) -> Iterator[Check]:
     """Tables of delta r of the standard: within 0.004 of nominal for 2 to 5 mm."""
-    from railui.contact import equivalent_conicity  # type: ignore[import-not-found,unused-ignore]
+    from railui.contact import equivalent_conicity
 
     for name, nominal in NOMINAL.items():
         table = np.genfromtxt(reference / "en15302" / f"{name}_delta_r.csv", delimiter=",", skip_header=1) * 1e-3
@@ -64,8 +64,21 @@ def conicity_of_the_standard(reference: Path) -> Iterator[Check]:
             yield Check(f"{name}, tan gamma_e at 1 mm", None, told[0], f"{EN_15302}: no orbit round the centre", 0.0)
 
 
-HERE: Final = find_spec("railui.contact") is not None
-GROUPS: Final[tuple[Callable[[], Iterator[Check]], ...]] = (kalkers_coefficients, cones) if HERE else ()
-WITH_DATA: Final[dict[str, Callable[[Path], Iterator[Check]]]] = (
-    {"equivalent conicity, EN 15302 E1 to E4": conicity_of_the_standard} if HERE else {}
-)
+def conicity_of_profiles(reference: Path) -> Iterator[Check]:
+    """S1002 on UIC60, rigid contact with roll: within 0.02 of what was worked out twice."""
+    from railui.contact import Pair, equivalent_conicity, search
+    from railui.files.profile import read_profile
+
+    wheel = read_profile(reference / "profiles" / "S1002.prw", "wheel")
+    rail = read_profile(reference / "profiles" / "UIC60.prr", "rail")
+    found = [search(Pair(wheel, rail, gauge=gauge)) for gauge in S1002]
+    got = [equivalent_conicity(one.displacement, one.delta_r).at(3e-3) for one in found]
+    told = "S1002 on UIC60, tan gamma_e at 3 mm, gauge 1435, 1437, 1432 mm"
+    yield Check(told, list(S1002.values()), got, "worked out twice, rigid contact with roll", 0.02)
+
+
+GROUPS: Final[tuple[Callable[[], Iterator[Check]], ...]] = (kalkers_coefficients, cones)
+WITH_DATA: Final[dict[str, Callable[[Path], Iterator[Check]]]] = {
+    "equivalent conicity, EN 15302 E1 to E4": conicity_of_the_standard,
+    "equivalent conicity of S1002 on UIC60": conicity_of_profiles,
+}
