@@ -10,6 +10,7 @@ from railui.capture.map_model import TARGETS, MapModel
 from railui.files.bodies import BODY, KINDS, PLACED, numbers_of
 from railui.files.bodies_reading import words_of
 from railui.files.columns import COLUMNS, JUDGED, RIG_COLUMNS
+from railui.files.contact_profiles import ProfilesModel
 from railui.files.display import display
 from railui.files.parameters import BEYOND, BY_USE, CONTACT, DEFAULT_ADJUST, RIDING, RIG, SETTINGS, VEHICLE, Parameter
 from railui.files.results import RESULTS
@@ -63,6 +64,8 @@ def _design() -> Iterator[str]:
     yield "\n### Contact\n\n"
     yield _numbers(CONTACT)
     yield f"\n`contact.gauge_widens_clearance`: {_choices('contact.gauge_widens_clearance')}.\n"
+    yield "\n`contact.profiles`: measured profiles in the place of what the contact leaves out, see [contact](../contact.md).\n\n"
+    yield table(KEYS, _keys(ProfilesModel.model_json_schema()))
     yield "\n### Riding\n\n"
     yield _numbers(RIDING)
     yield f"\n`riding.use`: {_choices('riding.use')}. What is left out follows from it:\n\n"

@@ -61,11 +61,12 @@ def _plain(text: str) -> bool:
               help="Share of Kalker's coefficients on rails as they are: 0.5 to 0.7, 1 clean.")  # fmt: skip
 @click.option("--delta-r", metavar="TABLE", help="A table `y [mm],delta_r [mm]` in place of profiles.")
 @click.option("--figure", metavar="FILE", help="Draw it: .png, .svg or .pdf.")
+@click.option("--laws", metavar="FILE", help="Draw the laws of creep at this contact against each other.")
 @options
 def command(
     wheel: str | None, rail: str | None, gauge: float, back_to_back: float, inclination: float, radius: float,
     diameter_difference: float, mirror_rail: bool, smooth: float | None, sd: float, load: float, surface: float,
-    delta_r: str | None, figure: str | None, call: Invocation,
+    delta_r: str | None, figure: str | None, laws: str | None, call: Invocation,
 ) -> None:  # fmt: skip
     """Tell what the profiles of WHEEL and RAIL are to the model: conicity, contact angles, creep.
 
@@ -77,37 +78,37 @@ def command(
     WHEEL and RAIL are SIMPACK's .prw and .prr, or text of two columns y and z (header `y [mm], z [mm]`).
     The equivalent conicity is that of EN 15302; conicity_parameters are linearised over --sd.
     """
-    if figure is not None and not figure.lower().endswith((".png", ".svg", ".pdf")):
-        raise refuse(f"--figure: {figure!r} ends in no known format: write .png, .svg or .pdf")
+    for option, file in (("--figure", figure), ("--laws", laws)):
+        if file is not None and not file.lower().endswith((".png", ".svg", ".pdf")):
+            raise refuse(f"{option}: {file!r} ends in no known format: write .png, .svg or .pdf")
     if not 1e-4 <= sd <= 0.01:
         raise refuse(f"--sd: {sd * 1e3:g} mm is no displacement of a wheelset: write 0.5 to 5 mm")
     if delta_r is not None:
         if wheel is not None:
             raise refuse("give either two profiles or --delta-r TABLE")
+        if laws is not None:
+            raise refuse("--laws: a table of rolling radii has no contact ellipse, give two profiles")
         _table(delta_r, sd, figure, call)
         return
     if wheel is None or rail is None:
         raise refuse("give a wheel and a rail profile, or --delta-r TABLE")
-    from railui.contact import Pair
-    from railui.files.profile import read_profile
-
-    smoothing = smooth or 0.0
-    files = (
-        read_profile(wheel, "wheel", smoothing=smoothing),
-        read_profile(rail, "rail", mirror=mirror_rail, smoothing=smoothing),
-    )
-    _profiles(
-        lambda: Pair(*files, gauge, back_to_back, inclination, radius, diameter_difference),
-        (wheel, rail), sd, load, surface, figure, call,
-    )  # fmt: skip
+    stands = (gauge, back_to_back, inclination, radius, diameter_difference)
+    found = _contact(wheel, rail, mirror_rail, smooth or 0.0, stands, load, surface)
+    _profiles(found, (wheel, rail), sd, figure, laws, call)
 
 
 def _table(file: str, sd: float, figure: str | None, call: Invocation) -> None:
+    from railui.contact import NoCentre
+    from railui.files.problems import FileProblems, Problem
     from railui.files.profile import read_delta_r
     from railui.study.contact import described_table
 
     y, delta_r = read_delta_r(file)
-    found, body = described_table(y, delta_r, sd)
+    try:
+        found, body = described_table(y, delta_r, sd)
+    except NoCentre as fault:
+        told = "check the sign: r_1 - r_2 is positive where the wheelset stands to the right"
+        raise FileProblems([Problem(file, 0, 0, "delta_r", str(fault), told)]) from None
     call.warn([note for note in body["notes"] if "left out" in note or "does not reach" in note])
     if figure is not None:
         from railui.report.contact import table_figure
@@ -118,24 +119,47 @@ def _table(file: str, sd: float, figure: str | None, call: Invocation) -> None:
     call.emit(call.document("contact", body, [file]))
 
 
-def _profiles(
-    pair: Any, files: tuple[str, str], sd: float, load: float, surface: float, figure: str | None, call: Invocation
-) -> None:
-    from railui.contact import ProfileFault
+def _contact(
+    wheel: str, rail: str, mirror: bool, smoothing: float, stands: tuple[float, ...], load: float, surface: float
+) -> Found:
+    """The contact of two files; what is wrong with either is told at once."""
+    from railui.contact import Pair, Profile, ProfileFault
     from railui.files.problems import FileProblems, Problem
-    from railui.study.contact import contact, described
+    from railui.files.profile import read_profile
+    from railui.study.contact import contact
 
+    read: list[Profile] = []
+    problems: list[Problem] = []
+    for file, kind, mirrored in ((wheel, "wheel", False), (rail, "rail", mirror)):
+        try:
+            read.append(read_profile(file, kind, mirror=mirrored, smoothing=smoothing))  # type: ignore[arg-type]
+        except FileProblems as error:
+            problems += error.problems
+    if problems:
+        raise FileProblems(problems)
     try:
-        found: Found = contact(pair(), load, surface)
+        return contact(Pair(read[0], read[1], *stands), load, surface)
     except ProfileFault as fault:
-        raise FileProblems([Problem(" on ".join(files), 0, 0, "", fault.message, fault.remedy)]) from None
+        raise FileProblems([Problem(f"{wheel} on {rail}", 0, 0, "", fault.message, fault.remedy)]) from None
+
+
+def _profiles(
+    found: Found, files: tuple[str, str], sd: float, figure: str | None, laws: str | None, call: Invocation
+) -> None:
+    from railui.study.contact import described
+
     body = described(found, sd)
-    call.warn([f"{note}" for note in found.notes if "noise" in note or note.startswith("no ")])
+    call.warn([note for note in found.notes if "noise" in note or note.startswith(("no ", "beyond"))])
     if figure is not None:
         from railui.report.contact import contact_figure
 
         contact_figure(found, figure, sd)
         call.say(f"drew {figure}")
+    if laws is not None and found.creep is not None:
+        from railui.report.contact import laws_figure
+
+        laws_figure(found.creep, laws)
+        call.say(f"drew {laws}")
     call.show(_told(body))
     call.emit(call.document("contact", body, list(files)))
 

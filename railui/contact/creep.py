@@ -31,6 +31,12 @@ class CreepCoefficients:
     longitudinal_creep: float
     lateral_creep: float
     spin_creep: float
+    spin: float  # 1/m, of a wheel that rolls without yaw: sin of the contact angle over the radius
+
+    @property
+    def vermeulen_johnson(self) -> tuple[float, float]:
+        """Slopes of Vermeulen and Johnson's law over Kalker's, along and across: the factors of vermeulen_johnson."""
+        return np.pi / (self.factors.phi * self.kalker.c11), np.pi / (self.factors.psi * self.kalker.c22)
 
 
 def creep_coefficients(
@@ -59,4 +65,5 @@ def creep_coefficients(
     return CreepCoefficients(
         float(contacts.displacement[i]), load, along, wheel, rail, ellipse, c, ellipse_factors(ratio, poisson), surface,
         shear * area * c.c11 / load, shear * area * c.c22 / load, shear * area**1.5 * c.c23 / load,
+        float(np.sin(contacts.angle[0, i])) / (pair.radius + float(contacts.radius[0, i])),
     )  # fmt: skip

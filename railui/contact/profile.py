@@ -17,6 +17,7 @@ FEWEST = 8
 SIZE = {"wheel": (0.05, 0.25), "rail": (0.03, 0.25)}  # m across: a worn tread to a whole wheel, a head to a foot
 ALPHA = float(np.sqrt(np.log(2.0) / np.pi))  # of the Gaussian filter of ISO 16610-21: half is left at the wavelength
 ROUGH = 3e-6  # m of noise from point to point that a contact search feels
+DROP = 8e-3  # m: further than a wheel's outer end lies below its tread
 REPEAT = 1e-9  # m: two points this near are one
 
 
@@ -69,6 +70,7 @@ class Profile:
             notes.append("y points to the flange: mirrored")
         if across[0] > across[-1]:
             across, up = across[::-1], up[::-1]
+        _of_its_kind(kind, across, up)
         if kind == "wheel":
             across, up, told = _on_the_tape_line(across, up)
             notes += told
@@ -171,6 +173,20 @@ def _upside_down(kind: Kind, y: Floats, h: Floats) -> bool:
     first, last = (float(end) for end in np.quantile(y, [0.02, 0.98]))
     middle = float(np.median(np.interp(np.linspace(first, last, 200), *_sorted(y, h))))
     return bool(h.max() - middle > middle - h.min())
+
+
+def _of_its_kind(kind: Kind, y: Floats, h: Floats) -> None:
+    """Raises where a rail, whose head falls off to both sides, stands for a wheel, which rises to its outer end."""
+    outer = y > y[0] + 0.8 * (y[-1] - y[0])
+    falls = float(h.max() - h[outer].min())
+    if kind == "wheel" and falls > DROP:
+        told = f"the wheel profile falls by {falls * 1e3:.3g} mm to its outer end: that is a rail"
+        raise ProfileFault(told, "give the wheel first, then the rail")
+    if kind == "rail" and outer[np.argmax(h)] and h.max() - h[0] > DROP and falls < 0.5 * DROP:
+        raise ProfileFault(
+            "the rail profile is highest at its outer end: that is a wheel, or a rail whose y points to the gauge side",
+            "give the wheel first, then the rail; mirror a rail whose y points to the gauge side",
+        )
 
 
 def _sorted(y: Floats, h: Floats) -> tuple[Floats, Floats]:

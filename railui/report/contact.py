@@ -1,4 +1,4 @@
-"""Figures of the contact: profiles, rolling radii, contact angles, roll, conicity against amplitude, laws of creep."""
+"""Figures of the contact: profiles, rolling radii, contact angles, roll, conicity against amplitude."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from railui import core
+from railui.contact import CreepCoefficients
+from railui.report.creep_laws import LEFT, RIGHT, draw_laws
 from railui.report.figures import STYLE
 from railui.study.contact import Found
 
@@ -17,9 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
-RIGHT, LEFT, THIRD = "#0072b2", "#d55e00", "#009e73"
 STEEPEST = 75.0  # degrees of the angle axis
-SHOWN = 4.0  # times the equivalent conicity at 3 mm: the top of a rolling radius axis, in mm over 10 mm
 
 
 def contact_figure(found: Found, file: str | Path, deviation: float) -> None:
@@ -32,7 +31,12 @@ def contact_figure(found: Found, file: str | Path, deviation: float) -> None:
         _roll(axes[1, 0], found)
         _conicity(axes[1, 1], found.conicity.amplitude if found.conicity else np.zeros(0),
                   found.conicity.tan_gamma if found.conicity else np.zeros(0), deviation)  # fmt: skip
-        _creep_laws(axes[1, 2], found)
+        if found.creep is None:
+            axes[1, 2].text(
+                0.5, 0.5, "no ellipse: see the notes", transform=axes[1, 2].transAxes, ha="center", fontsize=8
+            )
+        else:
+            draw_laws(axes[1, 2], found.creep)
 
 
 def table_figure(y: Floats, delta_r: Floats, amplitude: Floats, tan_gamma: Floats, file: str | Path) -> None:
@@ -42,6 +46,14 @@ def table_figure(y: Floats, delta_r: Floats, amplitude: Floats, tan_gamma: Float
         first.plot(1e3 * y, 1e3 * delta_r, color=RIGHT)
         first.set(xlabel="lateral displacement [mm]", ylabel="$r_1 - r_2$ [mm]", title="rolling radius difference")
         _conicity(second, amplitude, tan_gamma, None)
+
+
+def laws_figure(creep: CreepCoefficients, file: str | Path) -> None:
+    """Writes the laws of creep against each other: along the rail, and across it with the spin of the contact angle."""
+    with _page(9.4, 4.0, file) as figure:
+        first, second = figure.subplots(1, 2)
+        draw_laws(first, creep)
+        draw_laws(second, creep, across=True)
 
 
 class _page:
@@ -155,36 +167,3 @@ def _conicity(ax: Axes, amplitude: Floats, tan_gamma: Floats, deviation: float |
     ax.set_ylim(0.0, min(1.1 * float(kept.max()), 1.0) if len(kept) else 1.0)
     if deviation is None:
         ax.set_xlim(0, 1e3 * float(amplitude.max()) + 0.5 if len(amplitude) else 10)
-
-
-def _creep_laws(ax: Axes, found: Found) -> None:
-    ax.set(xlabel="longitudinal creep [%]", ylabel=r"$T_x/N$", title="laws of creep at this contact")
-    if found.creep is None:
-        ax.text(0.5, 0.5, "no ellipse: see the notes", transform=ax.transAxes, ha="center", fontsize=8)
-        return
-    draw_creep_laws(ax, found)
-    ax.legend(frameon=False, fontsize=7, loc="lower right")
-
-
-def draw_creep_laws(ax: Axes, found: Found, friction: float = 0.35, speed: float = 40.0) -> None:
-    """The laws of the catalogue at the slopes of a contact (Kalker's, clean), over longitudinal creep."""
-    assert found.creep is not None
-    c, load = found.creep, found.creep.load
-    clean = (c.longitudinal_creep / c.surface * load, c.lateral_creep / c.surface * load)
-    creep = np.linspace(0.0, 0.01, 201)
-    linear = np.stack([clean[0] * creep, 0.0 * creep, 0.0 * creep], axis=1)
-    x, y = np.pi / (c.factors.phi * c.kalker.c11), np.pi / (c.factors.psi * c.kalker.c22)
-    laws: list[tuple[str, str, dict[str, float], str, Any]] = [
-        ("Shen-Hedrick-Elkins", "shen_hedrick_elkins", {}, RIGHT, "-"),
-        (f"the same, surface {c.surface:g}", "shen_hedrick_elkins", {"surface": c.surface}, RIGHT, (0, (3, 2))),
-        ("Vermeulen-Johnson", "vermeulen_johnson", {"longitudinal_factor": x, "lateral_factor": y}, LEFT, "-"),
-        ("Polach, clean", "polach", {}, THIRD, "-"),
-        ("Polach, dry rail (2005)", "polach",
-         {"slip_reduction": 0.4, "friction_ratio": 0.4, "friction_decay": 0.6}, THIRD, (0, (3, 2))),
-    ]  # fmt: skip
-    ax.plot(100 * creep, linear[:, 0] / load, color="#999999", lw=0.8, ls=(0, (1, 2)), label="Kalker, linear")
-    for name, kind, values, colour, dash in laws:
-        force = core.creep_forces(kind, {"friction": friction, **values}, load, clean, linear, speed)
-        ax.plot(100 * creep, force[:, 0] / load, color=colour, ls=dash, lw=1.1, label=name)
-    ax.set(xlim=(0, 1), ylim=(0, 1.15 * friction))
-    ax.annotate(f"friction {friction:g}, {speed:g} m/s", (0.03, 0.94), xycoords="axes fraction", fontsize=7)

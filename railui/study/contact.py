@@ -123,6 +123,7 @@ def _creep(creep: CreepCoefficients | None) -> dict[str, Any] | None:
         "longitudinal_creep": creep.longitudinal_creep,
         "lateral_creep": creep.lateral_creep,
         "spin_creep": creep.spin_creep,
+        "spin": creep.spin,
         "surface": creep.surface,
         "wheel_load": creep.load,
         "curvature": {"along": creep.along, "wheel": creep.wheel_across, "rail": creep.rail_across},
@@ -131,8 +132,8 @@ def _creep(creep: CreepCoefficients | None) -> dict[str, Any] | None:
         "vermeulen_johnson": {
             "phi": f.phi,
             "psi": f.psi,
-            "longitudinal_factor": np.pi / (f.phi * c.c11),
-            "lateral_factor": np.pi / (f.psi * c.c22),
+            "longitudinal_factor": creep.vermeulen_johnson[0],
+            "lateral_factor": creep.vermeulen_johnson[1],
         },
     }
 

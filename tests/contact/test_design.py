@@ -136,7 +136,7 @@ def test_what_is_wrong_is_named_at_its_key(home: Path, words: str, told: str) ->
     with pytest.raises(FileProblems) as error:
         load_design(design(home, f"  profiles: {{{words}}}"))
     assert told in str(error.value)
-    assert all(problem.line for problem in error.value.problems)
+    assert all(problem.line for problem in error.value.problems if problem.file.endswith(".yaml"))
 
 
 def test_the_schema_knows_profiles_and_what_may_then_be_left_out(home: Path) -> None:

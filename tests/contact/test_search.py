@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from railui.contact import Pair, ProfileFault, equivalent_conicity, search
+from railui.contact import Pair, Profile, ProfileFault, equivalent_conicity, search
 from railui.contact.linearise import linearise
 from railui.contact.search import Contacts
 from railui.files.profile import read_profile
@@ -138,3 +138,11 @@ def test_a_rail_without_its_gauge_face_is_named() -> None:
     short = replace(rail, y=rail.y[kept], h=rail.h[kept])
     with pytest.raises(ProfileFault, match="below its top on the gauge side"):
         search(Pair(coned_wheel(0.05), short))
+
+
+def test_a_rail_is_no_wheel_and_a_wheel_no_rail() -> None:
+    wheel, rail = coned_wheel(0.05), round_rail()
+    with pytest.raises(ProfileFault, match="that is a rail"):
+        Profile.of("wheel", rail.y, rail.h)
+    with pytest.raises(ProfileFault, match="that is a wheel"):
+        Profile.of("rail", wheel.y, wheel.h)
