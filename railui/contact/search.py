@@ -14,7 +14,7 @@ from railui.contact.profile import FINE, ProfileFault
 
 Floats = NDArray[np.float64]
 
-RANGE, STEP = 0.012, 1e-4  # m: displacements looked at
+RANGE, STEP = 0.015, 1e-4  # m: displacements looked at
 JUMP = 1.5e-3  # m that a contact point must leap within a step of displacement beyond its usual way
 STEEP = np.pi / 4.0  # a contact at 45 degrees is on the flange
 END = 3e-4  # m: a contact this near the end of a profile is none

@@ -15,16 +15,33 @@ from railui.capture.formats import read_recordings
 from railui.capture.frames import Channel
 from railui.capture.link import Link
 from railui.capture.sensor_map import load_map
+from railui.contact import Contacts, Pair, ProfileFault, search
 from railui.files.campaign import load_campaign
 from railui.files.design import load_design
 from railui.files.problems import FileProblems
+from railui.files.profile import read_delta_r, read_profile
 from railui.files.run import load_run
 from railui.files.study import load_study
 from railui.files.track_file import load_track
 
 CORPUS = Path(__file__).parent / "corpus"
 DESIGNS = Path(__file__).parents[2] / "designs"
+
+
+def laid(wheel: Path, rail: Path) -> Contacts | None:
+    """A wheel on a rail; a pair that does not fit is told by the search."""
+    pair = read_profile(wheel, "wheel"), read_profile(rail, "rail")
+    try:
+        return search(Pair(*pair, inclination=0.025), step=1e-3)
+    except ProfileFault as fault:
+        assert fault.message and fault.remedy
+        return None
+
+
 READERS: dict[str, Callable[[Path], object]] = {
+    "wheel": lambda path: laid(path, DESIGNS / "profiles" / "60e1.txt"),
+    "rail": lambda path: laid(DESIGNS / "profiles" / "s1002.txt", path),
+    "delta_r": read_delta_r,
     "design": load_design,
     "campaign": load_campaign,
     "study": load_study,
@@ -34,6 +51,9 @@ READERS: dict[str, Callable[[Path], object]] = {
     "delimited": read_recordings,
 }
 WHOLE = {
+    "wheel": DESIGNS / "profiles" / "s1002.txt",
+    "rail": DESIGNS / "profiles" / "60e1.txt",
+    "delta_r": CORPUS / "delta_r" / "whole.csv",
     "design": DESIGNS / "test_bogie.yaml",
     "campaign": DESIGNS / "campaigns" / "worn_axle_box" / "campaign.yaml",
     "study": DESIGNS / "studies" / "test_bogie.yaml",
