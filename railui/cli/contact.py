@@ -99,8 +99,8 @@ def command(
 
 def _table(file: str, sd: float, figure: str | None, call: Invocation) -> None:
     from railui.contact import NoCentre
+    from railui.files.delta_r import read_delta_r
     from railui.files.problems import FileProblems, Problem
-    from railui.files.profile import read_delta_r
     from railui.study.contact import described_table
 
     y, delta_r = read_delta_r(file)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from railui.contact.contacts import Contacts
 from railui.contact.hertz import POISSON, STEEL, Ellipse, hertz
 from railui.contact.kalker import EllipseFactors, Kalker, ellipse_factors, kalker
-from railui.contact.search import Contacts
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import ndtr
 
-from railui.contact.search import Contacts
+from railui.contact.contacts import Contacts
 
 Floats = NDArray[np.float64]
 BEYOND = 0.02  # share of a normal distribution that may lie beyond the table
@@ -70,9 +70,10 @@ def linearise(contacts: Contacts, deviation: float, mean: float = 0.0) -> Linear
 
 
 def harmonic(contacts: Contacts, amplitude: float, mean: float = 0.0) -> Linearised:
-    """Harmonic linearisation: the describing function over e = mean + amplitude cos(theta). NaN beyond the geometry."""
+    """Harmonic linearisation: the describing function over e = mean + amplitude cos(theta). NaN beyond the treads."""
     e = contacts.displacement
-    if mean + amplitude > e[-1] or mean - amplitude < e[0]:
+    first, last = contacts.treads
+    if mean + amplitude > last or mean - amplitude < first:
         return Linearised(amplitude, *NOTHING, 1.0)
     swing = amplitude * np.cos(2.0 * np.pi * (np.arange(ANGLES) + 0.5) / ANGLES)
     # each angle's weight shared by the two points of the geometry around it

@@ -8,11 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.contact.profile import FINE, Profile, ProfileFault
+from railui.contact.profile import FINE, INNER_FACE, Profile, ProfileFault
 
 Floats = NDArray[np.float64]
 BELOW = 0.014  # m below the rail top within which the gauge is measured (EN 13848-1)
-INNER_FACE = 0.070  # m from the inner face of a wheel to its tape line (EN 13715)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ FINE = 5e-5  # m between the points of a resampled profile
 FEWEST = 8
 SIZE = {"wheel": (0.05, 0.25), "rail": (0.03, 0.25)}  # m across: a worn tread to a whole wheel, a head to a foot
 ALPHA = float(np.sqrt(np.log(2.0) / np.pi))  # of the Gaussian filter of ISO 16610-21: half is left at the wavelength
+INNER_FACE = 0.070  # m from the inner face of a wheel to its tape line (EN 13715)
 ROUGH = 3e-6  # m of noise from point to point that a contact search feels
 DROP = 8e-3  # m: further than a wheel's outer end lies below its tread
 REPEAT = 1e-9  # m: two points this near are one
@@ -121,8 +122,7 @@ class Profile:
         """Standard deviation of what looks like noise from point to point [m], from third differences of h."""
         if len(self.y) < 30:
             return 0.0
-        t = np.linspace(self.y[0], self.y[-1], 4 * len(self.y))
-        third = np.diff(self.h, 3) if len(t) else np.zeros(1)
+        third = np.diff(self.h, 3)
         middle = third[len(third) // 8 : -len(third) // 8]
         # third differences of white noise have the variance 1 + 9 + 9 + 1; the median leaves corners out
         return float(np.median(np.abs(middle)) / 0.6745 / np.sqrt(20.0))
@@ -194,14 +194,11 @@ def _sorted(y: Floats, h: Floats) -> tuple[Floats, Floats]:
     return y[order], h[order]
 
 
-TAPE = 0.070  # m from the inner face to the tape line (EN 13715)
-
-
 def _on_the_tape_line(y: Floats, h: Floats) -> tuple[Floats, Floats, list[str]]:
     """A wheel with y and h counted from the tape line; where y counts from the inner face it is moved by 70 mm."""
     notes = []
     if y[0] > -0.02:
-        y = y - TAPE
+        y = y - INNER_FACE
         notes.append("y counts from the inner face: tape line at 70 mm")
     if not y[0] < 0.0 < y[-1]:
         raise ProfileFault(

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from railui.contact.contacts import Contacts
 from railui.contact.linearise import Linearised
 from railui.contact.pair import Pair
-from railui.contact.search import Contacts, search
+from railui.contact.search import search
 
 Floats = NDArray[np.float64]
 SPACING = 2.5e-4  # m between the knots of the spline

@@ -7,8 +7,8 @@ import pytest
 from scipy.special import erf
 
 from railui.contact import search
+from railui.contact.contacts import Contacts
 from railui.contact.linearise import forms, harmonic, linearise
-from railui.contact.search import Contacts
 from tests.contact.shapes import cones, conicity_of_cones
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from railui.contact import Profile
+from railui.files.delta_r import read_delta_r
 from railui.files.problems import FileProblems, Problem
-from railui.files.profile import read_delta_r, read_profile
+from railui.files.profile import read_profile
 from tests.contact.shapes import coned_wheel, reference, round_rail
 
 PROFILES = Path(__file__).parents[2] / "designs" / "profiles"

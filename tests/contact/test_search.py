@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from railui.contact import Pair, Profile, ProfileFault, equivalent_conicity, search
+from railui.contact.contacts import Contacts
 from railui.contact.linearise import linearise
-from railui.contact.search import Contacts
 from railui.files.profile import read_profile
 from tests.contact.shapes import coned_wheel, cones, conicity_of_cones, hollow_wheel, reference, round_rail
 

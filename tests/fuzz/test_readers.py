@@ -17,9 +17,10 @@ from railui.capture.link import Link
 from railui.capture.sensor_map import load_map
 from railui.contact import Contacts, Pair, ProfileFault, search
 from railui.files.campaign import load_campaign
+from railui.files.delta_r import read_delta_r
 from railui.files.design import load_design
 from railui.files.problems import FileProblems
-from railui.files.profile import read_delta_r, read_profile
+from railui.files.profile import read_profile
 from railui.files.run import load_run
 from railui.files.study import load_study
 from railui.files.track_file import load_track
