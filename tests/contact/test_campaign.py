@@ -1,4 +1,4 @@
-"""A vehicle that ran on S1002: the model with the table of its profiles is adjusted to the noise, not the linear one."""
+"""A vehicle that ran on S1002: a model with the table of its profiles is adjusted to the noise, a linear one is not."""
 
 from __future__ import annotations
 
