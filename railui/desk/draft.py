@@ -176,6 +176,8 @@ class Draft:
         found: dict[str, Any] = {p: v for p, v in mine.values.items() if v != theirs.values[p]}
         found |= {p: v for p, v in mine.settings.items() if theirs.settings.get(p) != v}
         if [_placed(e) for e in mine.effects] != [_placed(e) for e in theirs.effects]:
+            if mine.profiles is not None:
+                found["contact.profiles.use"] = mine.profiles.entry(None, [e.kind for e in mine.effects])["use"]
             return found | {"effects": [e.entry(given_only=True) for e in mine.effects]}
         for i, (a, b) in enumerate(zip(mine.effects, theirs.effects, strict=True)):
             found |= {f"effects.{i}.{k}": v for k, v in a.parameters.items() if b.parameters.get(k) != v}
@@ -201,7 +203,10 @@ class Draft:
             from railui.files.edit import edit_values
             from railui.files.writing import write_text
 
-            write_text(path, edit_values(read_text(source), self.changes(), str(path)))
+            changes = self.changes()
+            if self.design.profiles is not None and path.resolve().parent != source.resolve().parent:
+                changes |= {f"contact.profiles.{k}": v for k, v in self.design.profiles.files(path.parent).items()}
+            write_text(path, edit_values(read_text(source), changes, str(path)))
         else:
             save_design(replace(self.design, name=path.stem), path)
         return self._saved(path)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -96,15 +96,22 @@ class ContactProfiles:
         linear = linearise(contacts, self.given["sd"], contacts.centre)
         return {"kind": SHAPE, "at": "contact", **shape(contacts, linear).parameters()}
 
-    def entry(self, home: Path | None = None) -> dict[str, Any]:
-        """The keys as they stand in a design in the directory `home`, with whole paths where there is none."""
+    def entry(self, home: Path | None, kinds: Iterable[str]) -> dict[str, Any]:
+        """The keys as they stand in a design in the directory `home` with these kinds of effects.
+
+        The files have their whole paths where there is no directory; they are a table where the effects hold it.
+        """
+        standard = ProfilesModel(wheel="", rail="")
+        kept = {k: v for k, v in self.given.items() if v != getattr(standard, k) or k in ("gauge", "back_to_back")}
+        return kept | self.files(home) | {"use": USES[0] if SHAPE in kinds else USES[1]}
+
+    def files(self, home: Path | None) -> dict[str, str]:
+        """Wheel and rail as named from a directory."""
 
         def beside(path: Path) -> str:
             return path.as_posix() if home is None else Path(os.path.relpath(path, home.resolve())).as_posix()
 
-        standard = ProfilesModel(wheel="", rail="")
-        kept = {k: v for k, v in self.given.items() if v != getattr(standard, k) or k in ("gauge", "back_to_back")}
-        return kept | {"wheel": beside(self.wheel), "rail": beside(self.rail)}
+        return {"wheel": beside(self.wheel), "rail": beside(self.rail)}
 
 
 def filled(
@@ -124,7 +131,8 @@ def filled(
     if model is None or vehicle is None:
         return without, None
     here = (home or Path()).resolve()
-    profiles = ContactProfiles(here / model.wheel, here / model.rail, model.model_dump(), *vehicle, None)
+    wheel, rail = ((here / name).resolve() for name in (model.wheel, model.rail))
+    profiles = ContactProfiles(wheel, rail, model.model_dump(), *vehicle, None)
     groups = _groups(bare, form)
     effects = data.get("effects") if isinstance(data.get("effects"), list) else []
     shaped = any(isinstance(e, dict) and e.get("kind") == SHAPE for e in effects or ())

@@ -29,7 +29,7 @@ def design_text(design: Design, directory: str | Path | None = None) -> str:
             lines += [f"  {key}: {flow(value)}{_remark(f'{top}.{key}', value)}" for key, value in tree[top].items()]
         if top == "contact" and design.profiles is not None:
             home = None if directory is None else Path(directory)
-            lines.append(f"  profiles: {flow(design.profiles.entry(home))}")
+            lines.append(f"  profiles: {flow(design.profiles.entry(home, [e.kind for e in design.effects]))}")
     lines += _loads(design)
     lines += _entries("effects", design.effects)
     if design.adjustment is not None:

@@ -12,6 +12,7 @@ from jsonschema import Draft202012Validator
 
 import railui
 from railui.contact import Profile, linearise, search
+from railui.desk.draft import Draft
 from railui.files.check import check
 from railui.files.design import Design, load_design
 from railui.files.problems import FileProblems
@@ -154,3 +155,21 @@ def test_a_profile_is_checked_as_any_other_file_of_ours(home: Path) -> None:
     (home / "bad.prr").write_text("spline.begin\npoint.begin\n 1.0 x\npoint.end\n")
     (problem,) = check([home / "bad.prr"])
     assert (problem.line, problem.message) == (3, "'x' is no number")
+
+
+def test_a_draft_on_profiles_is_saved_elsewhere_without_losing_them(home: Path) -> None:
+    there = home / "elsewhere"
+    there.mkdir()
+    draft = Draft.load(design(home, f"{PAIR}}}"))
+    draft.set("contact.leading.conicity", 0.1)
+    again = load_design(draft.save_as(there / "other.yaml"))
+    assert again.values == draft.design.values and again.effects == draft.design.effects
+    assert again.profiles is not None and again.profiles.wheel == home / "wheel.txt"
+
+
+def test_a_draft_whose_table_was_taken_out_is_linearised(home: Path) -> None:
+    draft = Draft.load(design(home, f"{PAIR}}}"))
+    draft.without_effect(0)
+    assert load_design(draft.save()).effects == ()
+    again = save_design(draft.design, home / "again.yaml")
+    assert load_design(again).effects == ()
