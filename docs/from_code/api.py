@@ -19,6 +19,17 @@ for vehicle in (design, stiffer):
 
 The names below are read when they are asked for, so `import railui` is quick.
 """
+CONTACT = """
+## Contact
+
+What `railui contact` is made of, see [contact](../contact.md).
+
+::: railui.contact
+    options:
+      show_root_heading: false
+      show_root_toc_entry: false
+      heading_level: 3
+"""
 KERNEL = """
 ## The kernel
 
@@ -40,4 +51,4 @@ def page() -> str:
     for name in railui.__all__:
         home = homes.get(name, "railui")
         parts.append(f"\n::: {home}.{name}\n")
-    return "".join([*parts, KERNEL])
+    return "".join([*parts, CONTACT, KERNEL])

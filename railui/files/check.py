@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from .campaign import Campaign, campaign_file, load_campaign
+from .delta_r import read_delta_r
 from .design import Design, load_design
 from .effect_records import Catalogue
 from .problems import FileProblems, Findings, Problem
@@ -21,7 +22,9 @@ from .yaml12 import load as load_yaml
 if TYPE_CHECKING:
     from railui.contact import Profile
 
-Anything: TypeAlias = "Design | Campaign | Study | Run | TrackColumns | Profile"
+    from .delta_r import Floats
+
+Anything: TypeAlias = "Design | Campaign | Study | Run | TrackColumns | Profile | tuple[Floats, Floats]"
 # what takes a file of each kind
 TAKEN_BY = {
     "design": "railui ride, stability and curve take it",
@@ -29,6 +32,7 @@ TAKEN_BY = {
     "study": "railui optimise takes it",
     "run": "--track and railui import take it, or a campaign names it",
     "track": "--track takes it",
+    "delta_r": "railui contact --delta-r takes it",
     "profile": "railui contact takes it, or `contact: {profiles: {wheel, rail}}` of a design",
 }
 KEYS = {
@@ -39,7 +43,7 @@ KEYS = {
 
 
 def recognise(path: str | Path) -> str:
-    """What a file is: design, campaign, study, run, track or profile; FileProblems where it is none of ours.
+    """What a file is: design, campaign, study, run, track, profile or delta_r; FileProblems where it is none of ours.
 
     A directory is the campaign in it. The schema line decides, else the keys, else the columns of a table.
     """
@@ -49,6 +53,8 @@ def recognise(path: str | Path) -> str:
     if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".gz")):
         names = set(read_header(path).names)
         kind = "run" if "t" in names or {"v", "z"} & names else "track" if {"s", "yw"} & names else None
+        if "y" in names and "t" not in names and {"z", "delta_r"} & names:
+            kind = "delta_r" if "delta_r" in names else "profile"
         remedy = "give a run with a column t [s], or a track with s [m], yw [m]"
     else:
         data = load_yaml(path).value
@@ -57,7 +63,7 @@ def recognise(path: str | Path) -> str:
             None,
         )
         remedy = "write `schema: railui.design/1`, or the keys of a design, a campaign or a study"
-    if kind not in ("design", "campaign", "study", "run", "track"):
+    if kind not in TAKEN_BY:
         findings = Findings(str(path))
         findings.add(
             "",
@@ -89,9 +95,23 @@ def load(
         "study": lambda: load_study(path, catalogue, check_track),
         "run": lambda: load_run(path),
         "track": lambda: load_track(path),
-        "profile": lambda: read_profile(path, SIMPACK[Path(path).suffix.lower()]),
+        "profile": lambda: _profile(Path(path)),
+        "delta_r": lambda: read_delta_r(path),
     }
     return loaders[kind]()
+
+
+def _profile(path: Path) -> Profile:
+    """A profile of a wheel or of a rail: what its name or its shape says."""
+    if path.suffix.lower() in SIMPACK:
+        return read_profile(path, SIMPACK[path.suffix.lower()])
+    try:
+        return read_profile(path, "wheel")
+    except FileProblems as as_wheel:
+        try:
+            return read_profile(path, "rail")
+        except FileProblems:
+            raise as_wheel from None
 
 
 def check(

@@ -173,3 +173,12 @@ def test_a_draft_whose_table_was_taken_out_is_linearised(home: Path) -> None:
     assert load_design(draft.save()).effects == ()
     again = save_design(draft.design, home / "again.yaml")
     assert load_design(again).effects == ()
+
+
+def test_wheels_rails_and_tables_of_rolling_radii_are_known_by_their_columns(home: Path) -> None:
+    (home / "t.csv").write_text("y [mm],delta_r [mm]\n" + "\n".join(f"{y},{0.1 * y:.2f}" for y in range(-6, 7)))
+    assert check([home / "wheel.txt", home / "rail.txt", home / "t.csv"]) == []
+    (home / "t.csv").write_text("y [mm],delta_r [mm]\n1,1\n0,1\n2,1\n")
+    (home / "wheel.txt").write_text("y [mm], z [mm]\n1, 2\n3, four\n")
+    lines = {(Path(p.file).name, p.line) for p in check([home / "wheel.txt", home / "t.csv"])}
+    assert lines >= {("wheel.txt", 3), ("t.csv", 3)}

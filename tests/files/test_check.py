@@ -39,7 +39,7 @@ def test_a_file_is_recognised_by_its_schema_its_keys_or_its_columns(campaign_fol
 
 def test_what_is_none_of_ours_is_told(tmp_path: Path, told: Told) -> None:
     (tmp_path / "a.yaml").write_text("colour: red\n")
-    (tmp_path / "a.csv").write_text("y [mm],delta_r [mm]\n0,0\n")
+    (tmp_path / "a.csv").write_text("height [mm],width [mm]\n0,0\n")
     (tmp_path / "loop.json").write_text('{"schema": "railui.loop/1"}')
     for name in ("a.yaml", "a.csv"):
         assert told(lambda name=name: recognise(tmp_path / name))[0].message == "is no file of railui"
