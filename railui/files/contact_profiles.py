@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -23,6 +23,8 @@ USES = ("table", "linearised")
 SHAPE = "profile_shape"
 WIDER = 0.02  # share by which the half gauge of the model may differ from that of the profiles
 SHARED = ("spin_creep", "flange_clearance")
+# where the profiles are at fault: that is told, not that numbers are missing
+UNKNOWN = {p.key: 1.0 for p in WHEELSET_CONTACT}
 Length = Annotated[float, measure("m", 0.0, above=True)]
 Inclination = Annotated[float, Reader(read_inclination, quantity_schema("rad", description="1:40, or an angle"))]
 
@@ -125,35 +127,45 @@ def filled(
     if not isinstance(contact, dict) or contact.get("profiles") is None:
         return data, None
     bare = {key: value for key, value in contact.items() if key != "profiles"}
-    without = {**data, "contact": bare}
+    groups = _groups(bare, form)
     model = check_group(ProfilesModel, contact["profiles"], findings, "contact.profiles")
     vehicle = _vehicle(data, form)
     if model is None or vehicle is None:
-        return without, None
+        return _joined(data, bare, groups, UNKNOWN), None
     here = (home or Path()).resolve()
     wheel, rail = ((here / name).resolve() for name in (model.wheel, model.rail))
     profiles = ContactProfiles(wheel, rail, model.model_dump(), *vehicle, None)
-    groups = _groups(bare, form)
-    effects = data.get("effects") if isinstance(data.get("effects"), list) else []
-    shaped = any(isinstance(e, dict) and e.get("kind") == SHAPE for e in effects or ())
-    whole = all(p.key in group for group in groups.values() for p in WHEELSET_CONTACT) and (
-        shaped or model.use != "table"
-    )
+    wanted = model.use == "table" and SHAPE not in _kinds(data)
     try:
-        profiles = replace(profiles, sha256=(sha256_file(profiles.wheel), sha256_file(profiles.rail)))
+        profiles = replace(profiles, sha256=(sha256_file(wheel), sha256_file(rail)))
         numbers, odd = profiles.numbers()
-        for note in odd:
-            findings.warn("contact.profiles", note)
-        if model.use == "table" and not shaped:
-            without["effects"] = [*(effects or ()), profiles.table()]
+        table = [profiles.table()] if wanted else []
     except (OSError, ValueError) as fault:
+        whole = not wanted and all(p.key in group for group in groups.values() for p in WHEELSET_CONTACT)
         _tell(fault, findings, only_warn=whole and isinstance(fault, OSError))
-        return without, profiles if whole else None
+        return _joined(data, bare, groups, {} if whole else UNKNOWN), profiles
+    for note in odd:
+        findings.warn("contact.profiles", note)
+    _wide(data, form, model, findings)
+    return _joined(data, bare, groups, numbers, table), profiles
+
+
+def _joined(
+    data: Mapping[str, Any], contact: dict[str, Any], groups: Mapping[str, dict[str, Any]],
+    numbers: Mapping[str, float], table: Sequence[dict[str, Any]] = (),
+) -> dict[str, Any]:  # fmt: skip
+    """The design with numbers where its contact has none, and a table behind its effects."""
     own = {key: value for key, value in numbers.items() if key not in SHARED}
     shared = {key: numbers[key] for key in SHARED if key in numbers}
-    without["contact"] = shared | bare | {name: own | group for name, group in groups.items()}
-    _wide(data, form, model, findings)
-    return without, profiles
+    filled = shared | contact | {name: own | group for name, group in groups.items()}
+    given = data.get("effects") or []
+    effects = {"effects": [*given, *table]} if table and isinstance(given, list) else {}
+    return {**data, "contact": filled, **effects}
+
+
+def _kinds(data: Mapping[str, Any]) -> list[Any]:
+    effects = data.get("effects")
+    return [e.get("kind") for e in effects if isinstance(e, dict)] if isinstance(effects, list) else []
 
 
 def _tell(fault: Exception, findings: Findings, *, only_warn: bool) -> None:
@@ -171,7 +183,7 @@ def _tell(fault: Exception, findings: Findings, *, only_warn: bool) -> None:
     elif isinstance(fault, ProfileFault):
         findings.add(where, fault.message, fault.remedy)
     else:
-        findings.add(where, str(fault), "write `use: linearised`")
+        findings.add(where, str(fault), "write `use: linearised`, or another sd")
 
 
 def _groups(contact: Mapping[str, Any], form: str) -> dict[str, dict[str, Any]]:
