@@ -81,7 +81,7 @@ def command(
     for option, file in (("--figure", figure), ("--laws", laws)):
         if file is not None and not file.lower().endswith((".png", ".svg", ".pdf")):
             raise refuse(f"{option}: {file!r} ends in no known format: write .png, .svg or .pdf")
-    if not 1e-4 <= sd <= 0.01:
+    if not 2.5e-4 <= sd <= 0.01:
         raise refuse(f"--sd: {sd * 1e3:g} mm is no displacement of a wheelset: write 0.5 to 5 mm")
     if delta_r is not None:
         if wheel is not None:
@@ -149,7 +149,7 @@ def _profiles(
     from railui.study.contact import described
 
     body = described(found, sd)
-    call.warn([note for note in found.notes if "noise" in note or note.startswith(("no ", "beyond"))])
+    call.warn([note for note in body["notes"] if "noise" in note or note.startswith(("no ", "beyond"))])
     if figure is not None:
         from railui.report.contact import contact_figure
 

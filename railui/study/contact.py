@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from railui.contact import Conicity, Contacts, CreepCoefficients, NoCentre, Pair, equivalent_conicity, search
 from railui.contact.conicity import AMPLITUDES
 from railui.contact.creep import creep_coefficients
-from railui.contact.linearise import forms, harmonic, linearise
+from railui.contact.linearise import Linearised, forms, harmonic, linearise
 from railui.contact.profile import ROUGH
 from railui.contact.shape import conicity_per_gauge
 
@@ -77,6 +77,7 @@ def described(found: Found, deviation: float = DEVIATION) -> dict[str, Any]:
     at_3 = found.conicity.at(EN_AMPLITUDE) if found.conicity else float("nan")
     left, right = contacts.flange
     shapes = forms(contacts, deviation)
+    swung = harmonic(contacts, EN_AMPLITUDE, centre)
     return {
         "gauge": pair.gauge,
         "back_to_back": pair.back_to_back,
@@ -91,7 +92,7 @@ def described(found: Found, deviation: float = DEVIATION) -> dict[str, Any]:
         "klingel_wavelength": klingel(pair.half_distance, pair.radius, at_3),
         "standard_deviation": deviation,
         "conicity_parameters": parameters(linear),
-        "harmonic_parameters": {"amplitude": EN_AMPLITUDE, **parameters(harmonic(contacts, EN_AMPLITUDE, centre))},
+        "harmonic_parameters": {"amplitude": EN_AMPLITUDE, **parameters(swung)},
         "gauge_conicity": conicity_per_gauge(pair, deviation),
         "forms": vars(shapes),
         "flange_contact": {"left": left, "right": right},
@@ -106,11 +107,22 @@ def described(found: Found, deviation: float = DEVIATION) -> dict[str, Any]:
             "rail_contact_right": contacts.rail[0],
             "rail_contact_left": contacts.rail[1],
         },
-        "notes": list(found.notes),
+        "notes": [*found.notes, *_out_of_reach(contacts, linear, swung)],
     }
 
 
-def parameters(linear: Any) -> dict[str, float]:
+def _out_of_reach(contacts: Contacts, linear: Linearised, swung: Linearised) -> list[str]:
+    """Why parameters are null."""
+    ends = " to ".join(f"{end * 1e3:.1f}" for end in contacts.treads)
+    motions = (("standard deviation", linear), ("amplitude", swung))
+    return [
+        f"no parameters over the {word} of {one.motion * 1e3:g} mm: it reaches beyond the treads, {ends} mm"
+        for word, one in motions
+        if np.isnan(one.conicity)
+    ]
+
+
+def parameters(linear: Linearised) -> dict[str, float]:
     """lambda, epsilon, delta and sigma by their names in a design."""
     return {k: getattr(linear, k) for k in ("conicity", "gravitational_stiffness", "contact_angle", "roll")}
 

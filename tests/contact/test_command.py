@@ -105,3 +105,9 @@ def test_faults_of_both_files_are_told_at_once(tmp_path: Path) -> None:
         (tmp_path / name).write_text("1 2\nx 3\n")
     result = run(str(tmp_path / "w.txt"), str(tmp_path / "r.txt"))
     assert result.exit_code == 2 and "w.txt:2" in result.output and "r.txt:2" in result.output
+
+
+def test_a_motion_beyond_the_treads_is_null_with_its_reason() -> None:
+    found = document(*PAIR, "--gauge", "1428 mm")
+    assert found["harmonic_parameters"]["conicity"] is None
+    assert any("amplitude of 3 mm" in note and "beyond the treads" in note for note in found["notes"])
