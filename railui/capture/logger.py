@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from cobs import cobs
 
 from railui.capture import text, wire
 from railui.capture.frames import Channel, Floats
@@ -200,8 +201,8 @@ def replace_name(channel: Channel) -> Channel:
 def damaged(frame: bytes, random: np.random.Generator, end: bytes = wire.DELIMITER) -> bytes:
     """A frame with flipped bits, a byte lost, a byte too many, cut off or overwritten; its delimiter stays."""
     body = bytearray(frame[: -len(end)])
-    before = bytes(body)
-    while bytes(body).removesuffix(b"\r") == before:
+    before = _said(bytes(body), end)
+    while _said(bytes(body), end) == before:
         kind, at = int(random.integers(5)), int(random.integers(len(body)))
         if kind == 0:
             for place in random.integers(len(body), size=int(random.integers(1, 5))):
@@ -216,6 +217,16 @@ def damaged(frame: bytes, random: np.random.Generator, end: bytes = wire.DELIMIT
             body[at : at + 8] = random.bytes(min(8, len(body) - at))
         body = bytearray(b for b in body if b != end[0]) or bytearray(b"\x01")
     return bytes(body) + end
+
+
+def _said(body: bytes, end: bytes) -> bytes:
+    """What a receiver reads in a frame: some changes leave it as it was."""
+    if end != wire.DELIMITER:
+        return body.removesuffix(b"\r")
+    try:
+        return bytes(cobs.decode(body))
+    except cobs.DecodeError:
+        return body
 
 
 class Terminal:
