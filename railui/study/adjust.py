@@ -13,7 +13,7 @@ from railui.study.free import Free, free_parameters
 from railui.study.judge import initial_state
 from railui.study.measured import Measurement, Stretch, simulate
 from railui.study.model import Model
-from railui.study.target import Target, targets
+from railui.study.target import Target, begin, targets
 from railui.study.watch import Turn, Watch, unwatched
 
 Floats = NDArray[np.float64]
@@ -137,19 +137,19 @@ class Adjuster:
             return out
         for target in self.ready:
             series, lost = self.series(target, x[allowed])
-            squares = np.sum((series - target.y) ** 2, axis=(1, 2))
+            squares = np.sum(target.free_of(series - target.y) ** 2, axis=(1, 2))
             out[allowed] += np.where((lost < 0) & np.isfinite(squares), squares, np.inf)
         return out
 
     def _allowed(self, x: Floats) -> bool:
-        """May a vehicle be tried? Not where it is too stiff for the samples, or unstable where it must not be."""
+        """May a vehicle be tried? Not where it is too stiff for the samples, or unstable over a whole run."""
         if self.model.effects and not self._steps_fit(x):
             return False
         if not self.stable or self.model.design.kind != "bogie":
             return True
         rows = self.rows(x[None])
-        speeds = {v for t in self.ready for v in t.stretch.speeds}
-        worst = max(float(self.model.eigenvalues(v, rows)[0, 0].real) for v in speeds)
+        speeds = {v for t in self.ready if t.stretch.whole is None for v in t.stretch.speeds}
+        worst = max((float(self.model.eigenvalues(v, rows)[0, 0].real) for v in speeds), default=-np.inf)
         if worst > STABLE:
             self.constrained = True
         return worst <= STABLE
@@ -178,11 +178,12 @@ class Adjuster:
         series[1:] -= series[0]
         series[1:] /= delta[:, None, None]
         series[0] = target.y - series[0]
-        return series, lost
+        return target.free_of(series), lost
 
     def linearise(self, x: Floats) -> Normal:
         """Residual and sensitivities at x as inner products per block."""
         grams, count = [], 0
+        self.begin(x)
         for target in self.ready:
             series, lost = self.sensitivities(target, x)
             if np.any(lost >= 0):
@@ -190,6 +191,12 @@ class Adjuster:
             grams.append(block_gram(series, self.block_samples(target)))
             count += target.y.size
         return Normal(np.concatenate(grams), count)
+
+    def begin(self, x: Floats) -> None:
+        """Windows begun anew with the vehicle at x."""
+        if any(t.stretch.whole is not None for t in self.ready):
+            model = self.model.with_row(self.free.paths, x)
+            self.ready = [t if t.stretch.whole is None else begin(model, t) for t in self.ready]
 
     def block_samples(self, target: Target) -> int:
         return samples_of(self.block, target)

@@ -71,7 +71,8 @@ def coefficients(fit: Fit) -> list[Coefficient]:
     grams = []
     for target in fit.targets:
         base, _ = adjuster.sensitivities(target, fit.x)
-        grams.append(block_gram(np.concatenate([base, _answers(fit, target)]), fit.block_samples(target)).sum(axis=1))
+        rows = np.concatenate([base, target.free_of(_answers(fit, target))])
+        grams.append(block_gram(rows, fit.block_samples(target)).sum(axis=1))
     gram = np.concatenate(grams)
     own = 1 + len(fit.x)
     prior = np.diag(1.0 / fit.free.prior_sd**2) * fit.normal.rss / fit.normal.samples

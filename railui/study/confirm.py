@@ -17,6 +17,7 @@ from railui.study.model import Model
 from railui.study.target import Target, retarget, shortened
 from railui.study.trace import Sighting, Trace, signed
 from railui.study.watch import Watch, unwatched
+from railui.study.windows import held
 
 Floats = NDArray[np.float64]
 BEST = 5  # candidates that are always fitted
@@ -137,11 +138,6 @@ def confirm(
     return sorted(refits, key=lambda r: r.rss)
 
 
-def stable(model: Model) -> bool:
-    """Must the linear base be stable? Not where an effect can hold the hunting."""
-    return not any(core.record(e.kind)["acts"] in ("creep",) or e.kind == "flange_contact" for e in model.effects)
-
-
 def named(c: Candidate) -> str:
     """A candidate in words."""
     return f"{c.kind} at {c.at}" + (f" {c.wheelset}" if c.wheelset else "")
@@ -242,7 +238,7 @@ def _fitted(
     try:
         return adjust(
             model, measurement, paths, declared, ready=ready, tolerance=tolerance, most=most, jobs=jobs,
-            stable=stable(model),
+            stable=not held(model),
         )  # fmt: skip
     except ValueError:
         return None

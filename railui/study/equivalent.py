@@ -67,7 +67,7 @@ def origins(fit: Fit, measurement: Measurement) -> list[Origin]:
     shares = np.zeros(len(SPOTS))
     for target in fit.targets:
         series, _ = adjuster.series(target, fit.x[None])
-        residual = target.y - series[0]
+        residual = target.free_of(target.y - series[0])
         spectra = _spectra(residual, target) - _noise(fit, target, measurement)
         answers = _answers(fit, target)
         total = float(np.real(np.trace(spectra, axis1=1, axis2=2)).sum())
@@ -90,12 +90,17 @@ def origins(fit: Fit, measurement: Measurement) -> list[Origin]:
 
 def _spectra(residual: Floats, target: Target) -> Complexes:
     """Cross spectra [frequency, channel, channel] of the residual."""
-    dt = target.stretch.dt * target.filter.every
-    n = min(round(SEGMENT / dt), residual.shape[1])
+    n = _length(target)
     window = signal.windows.hann(n, sym=False)
     starts = range(0, residual.shape[1] - n + 1, n // 2)
     parts = np.stack([np.fft.rfft(residual[:, k : k + n] * window, axis=1) for k in starts])
     return np.asarray(np.einsum("scf,sdf->fcd", parts, parts.conj()))
+
+
+def _length(target: Target) -> int:
+    """Compared samples of a segment; no more than there are."""
+    dt = target.stretch.dt * target.filter.every
+    return min(round(SEGMENT / dt), int(target.y.shape[1]))
 
 
 def _noise(fit: Fit, target: Target, measurement: Measurement) -> Complexes:
@@ -121,7 +126,7 @@ def _answers(fit: Fit, target: Target) -> dict[tuple[str, int | None], Complexes
     """Answer [frequency, channel] of the vehicle on even track to a short pulse at each port."""
     stretch, every = target.stretch, target.filter.every
     dt = stretch.dt
-    n = round(SEGMENT / (dt * every)) * every
+    n = _length(target) * every
     v = stretch.mean_speed
     t = np.arange(n) * dt
     width = v * dt * every

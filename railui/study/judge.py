@@ -78,7 +78,7 @@ def _start(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> tuple[
     channels = stretch.channels
     vehicles = model.vehicles(stretch.coach_forces)
     states = vehicles.states(model.single())
-    scale = np.concatenate([_scales(stretch, model), _rates(stretch, model)])
+    scale = usual_motion(stretch, model)
     own = len(scale)
     steps = steps_for(model, stretch)
     n = min(stretch.samples, max(round(START / stretch.dt), 8 * own))
@@ -108,6 +108,11 @@ def _start(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> tuple[
 def _single(model: Model) -> tuple[Floats, Floats, Floats]:
     one = model.single()
     return one.numbers, one.effects, one.amounts
+
+
+def usual_motion(stretch: Stretch, model: Model) -> Floats:
+    """Usual displacements and rates [state] of what an initial state is estimated of."""
+    return np.concatenate([_scales(stretch, model), _rates(stretch, model)])
 
 
 def _scales(stretch: Stretch, model: Model) -> Floats:

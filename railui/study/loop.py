@@ -22,6 +22,7 @@ from railui.study.target import restarted, targets
 from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, UNEXPLAINED, Search, Step, material
 from railui.study.trace import Trace
 from railui.study.watch import Judged, Watch, unwatched
+from railui.study.windows import NEAR, cut_where, held, hunting, pieces
 
 Floats = NDArray[np.float64]
 RINGING = 4  # times that the initial state of a rig is estimated anew: it rings as long as it is recorded
@@ -72,16 +73,20 @@ def adjusted(
 ) -> Fit:
     """The declared vehicle adjusted: once for weights and initial states, once with them renewed."""
     paths = measurement.campaign.adjust
-    start = stabilised(declared, measurement.adjust)
+    free = held(declared)
+    start = declared if free else stabilised(declared, measurement.adjust)
     if start is not declared:
         report("the declared vehicle is unstable at a speed of the campaign: the fit starts at a lower conicity")
-    ready = targets(start, measurement, measurement.adjust)
-    fit = adjust(start, measurement, paths, declared, ready=ready, tolerance=1e-4, jobs=jobs, watch=watch)
+    cut = cut_where(declared, measurement.adjust, NEAR) if free else set()
+    ready = targets(start, measurement, pieces(measurement.adjust, cut))
+    fit = adjust(
+        start, measurement, paths, declared, ready=ready, stable=not free, tolerance=1e-4, jobs=jobs, watch=watch
+    )
     report(f"adjusted {len(paths)} parameters in {fit.iterations} iterations, once more with the noise as it arrives")
     spent = fit.simulations
     for _ in range(RINGING if declared.design.kind == "rig" else 1):
         ready = restarted(fit.model, fit.targets, measurement)
-        fit = adjust(fit.model, measurement, paths, declared, ready=ready, jobs=jobs, watch=watch)
+        fit = adjust(fit.model, measurement, paths, declared, ready=ready, stable=not free, jobs=jobs, watch=watch)
         spent += fit.simulations
     return replace(fit, simulations=spent)
 
@@ -123,10 +128,11 @@ def close_loop(
     watch(Judged("declared", judged["declared"]))
     report(f"declared vehicle: nrmse {judged['declared'].nrmse:.4f}")
     before = adjusted(measurement, declared, jobs=jobs, report=report, watch=watch)
+    before, wild = hunting(before, measurement, declared, jobs=jobs, report=report, watch=watch)
     judged["before"] = judge(before.model, measurement, measurement.validate)
     watch(Judged("before", judged["before"]))
     search = Search(measurement, declared, frozenset(without), seed, jobs, report, watch)
-    terms = search.terms(before, judged["before"])
+    terms = search.terms(before, judged["before"], wild)
     fit, judged["after"] = terms.fit, terms.judgement
     noise = floor(fit.model, measurement, measurement.validate)
     watch(noise)

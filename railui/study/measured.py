@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,8 @@ class Stretch:
     dt: float
     kind: str = "bogie"
     tables: dict[tuple[Behind, int], Floats] = field(default_factory=dict, repr=False)
+    whole: Stretch | None = None  # what a window was cut from, and its first sample there
+    first: int = 0
 
     @property
     def samples(self) -> int:
@@ -57,6 +60,8 @@ class Stretch:
         """Slowest and fastest [m/s]."""
         if self.kind == "rig":
             return 1.0, 1.0
+        if self.whole is not None:
+            return self.whole.speeds
         return float(self.columns["v"].min()), float(self.columns["v"].max())
 
     @property
@@ -67,8 +72,30 @@ class Stretch:
         """The input table of this stretch, made once for each number of steps."""
         key = (half_wheelbase, steps)
         if key not in self.tables:
-            self.tables[key] = self._table(self.columns, half_wheelbase, steps)
+            self.tables[key] = (
+                self._table(self.columns, half_wheelbase, steps)
+                if self.whole is None
+                else self._part(self.whole.table(half_wheelbase, steps), steps)
+            )
         return self.tables[key]
+
+    def windows(self, seconds: float) -> list[Stretch]:
+        """This stretch cut into windows of at least so many seconds, on the track that the whole lies on."""
+        edges = np.linspace(0, self.samples, max(int(self.samples * self.dt / seconds), 1) + 1).astype(int)
+        return [
+            replace(
+                self,
+                columns={k: np.ascontiguousarray(x[a:b]) for k, x in self.columns.items()},
+                tables={},
+                whole=self,
+                first=int(a),
+            )
+            for a, b in pairwise(edges)
+        ]
+
+    def _part(self, table: Floats, steps: int) -> Floats:
+        """The rows of a table of the whole that belong to this window."""
+        return np.ascontiguousarray(table[2 * steps * self.first : 2 * steps * (self.first + self.samples - 1) + 1])
 
     def _table(self, c: Mapping[str, Floats], half_wheelbase: Behind, steps: int) -> Floats:
         if self.kind == "rig":
@@ -81,6 +108,8 @@ class Stretch:
         self, noise: Mapping[str, float], band: float, rng: np.random.Generator, half_wheelbase: Behind, steps: int
     ) -> Floats:
         """The table with noise of the declared standard deviations on its track columns."""
+        if self.whole is not None:
+            return self._part(self.whole.noisy_table(noise, band, rng, half_wheelbase, steps), steps)
         columns = dict(self.columns)
         for q in TRACK:
             if noise.get(q) and q in columns:
@@ -168,8 +197,8 @@ def band_pass(band: tuple[float, float] | None, rate: float) -> Floats:
 
 
 def cut_samples(campaign: Campaign, stretch: Stretch) -> int:
-    """Samples left out at both ends."""
-    return round(campaign.cut_of(stretch.samples * stretch.dt) / stretch.dt)
+    """Samples left out at both ends; a window, which begins anew, is compared up to its ends."""
+    return 0 if stretch.whole is not None else round(campaign.cut_of(stretch.samples * stretch.dt) / stretch.dt)
 
 
 def filter_for(campaign: Campaign, stretch: Stretch, weights: Floats, every: int = 1) -> Filter:

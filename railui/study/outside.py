@@ -257,4 +257,4 @@ def _hats(fit: Fit, spot: _Spot, target: Target) -> Floats | None:
         )  # fmt: skip
     except ValueError:
         return None
-    return None if np.any(lost >= 0) else (series[1:] - series[0]) / unit
+    return None if np.any(lost >= 0) else target.free_of((series[1:] - series[0]) / unit)

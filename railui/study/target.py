@@ -3,18 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from railui.core import Filter
-from railui.study.judge import initial_state, weights
-from railui.study.measured import Measurement, Stretch, filter_for, filtered, steps_for
+from railui.study.judge import initial_state, usual_motion, weights
+from railui.study.measured import Measurement, Stretch, filter_for, filtered, simulate, steps_for
 from railui.study.model import Model
 
 Floats = NDArray[np.float64]
+WEIGHED = 6  # windows of a stretch whose noise is simulated for the weights of all
+NUDGE = 1e-3  # of its usual size by which an initial state is moved for a derivative
 RIG_RATE = 400.0  # samples of a rig that count as a second of a vehicle
+
+
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """What the initial state of a window does to its channels: rows [state, channel, n], compared as the rest is."""
+
+    rows: Floats
+    inverse: Floats
+
+    def shift(self, series: Floats) -> Floats:
+        """The initial states [..., state], in their usual sizes, that make most of series [..., channel, n]."""
+        return np.asarray(np.tensordot(series, self.rows, ([-2, -1], [1, 2])) @ self.inverse)
+
+    def free_of(self, series: Floats) -> Floats:
+        return np.asarray(series - np.tensordot(self.shift(series), self.rows, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,20 +43,59 @@ class Target:
     y: Floats
     start: Floats
     steps: int
+    begun: Begun | None = field(default=None, repr=False)
+
+    def free_of(self, series: Floats) -> Floats:
+        """Series [..., channel, n] less what a window's own beginning can make of them."""
+        return series if self.begun is None else self.begun.free_of(series)
 
 
 def targets(model: Model, measurement: Measurement, stretches: Sequence[Stretch]) -> list[Target]:
     """Stretches prepared for a model: weights from noise and what track noise leaves, initial states estimated."""
-    ready = []
+    ready, of_whole = [], dict[tuple[str, int], Floats]()
     for stretch in stretches:
         campaign = measurement.campaign
-        w = weights(model, measurement, stretch)
+        w = weights_of(model, measurement, stretch, of_whole)
         rate = 1.0 / stretch.dt
         every = 1 if campaign.band is None else max(1, int(rate / (2.4 * min(campaign.band[1], 0.45 * rate))))
         y = filtered(campaign, stretch, stretch.measured(stretch.channels))[:, ::every] * w[:, None]
         start = initial_state(model, stretch, measurement.noise)
         ready.append(Target(stretch, filter_for(campaign, stretch, w, every), y, start, steps_for(model, stretch)))
     return ready
+
+
+def weights_of(
+    model: Model, measurement: Measurement, stretch: Stretch, of_whole: dict[tuple[str, int], Floats]
+) -> Floats:
+    """The weights of a stretch [channel]; windows share those of some of them."""
+    if stretch.whole is None:
+        return weights(model, measurement, stretch)
+    key = (stretch.file, stretch.number)
+    if key not in of_whole:
+        cut = stretch.whole.windows(stretch.samples * stretch.dt)
+        some = [weights(model, measurement, w) for w in cut[:: max(len(cut) // WEIGHED, 1)]]
+        of_whole[key] = 1.0 / np.sqrt(np.mean([1.0 / w**2 for w in some], axis=0))
+    return of_whole[key]
+
+
+def begin(model: Model, target: Target) -> Target:
+    """A window begun anew with a model: its initial state corrected by linear least squares, and what it can do."""
+    stretch = target.stretch
+    scale = usual_motion(stretch, model)
+    starts = np.tile(target.start, (len(scale) + 1, 1))
+    starts[1:, : len(scale)] += np.diag(NUDGE * scale)
+    series, lost = simulate(
+        model, stretch, stretch.channels, batch=model.batch(np.tile(model.row, (len(starts), 1))),
+        steps=target.steps, filter=target.filter, initial=starts,
+    )  # fmt: skip
+    if np.any(lost >= 0):
+        raise ValueError(f"the vehicle diverges on {stretch.file} at {stretch.columns['t'][0]:g} s")
+    rows = (series[1:] - series[0]) / NUDGE
+    gram = np.tensordot(rows, rows, ([1, 2], [1, 2])) + np.eye(len(rows))
+    begun = Begun(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
+    start = target.start.copy()
+    start[: len(scale)] += scale * begun.shift(target.y - series[0])
+    return replace(target, start=start, begun=begun)
 
 
 def retarget(model: Model, ready: Sequence[Target], measurement: Measurement) -> list[Target]:
@@ -59,6 +115,10 @@ def shortened(ready: Sequence[Target], measurement: Measurement, seconds: float)
     """The first seconds of every stretch (of a rig's as many samples), enough to tell candidates apart."""
     out = []
     for t in ready:
+        if t.stretch.whole is not None:
+            if t.stretch.first * t.stretch.dt < seconds:
+                out.append(t)
+            continue
         rate = RIG_RATE if t.stretch.kind == "rig" else 1.0 / t.stretch.dt
         n = round(seconds * rate)
         if n >= t.stretch.samples:

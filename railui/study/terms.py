@@ -9,7 +9,7 @@ import numpy as np
 
 from railui.study.adjust import Fit, Report, adjust
 from railui.study.candidates import Candidate, candidates
-from railui.study.confirm import Refit, confirm, held_out, named, stable
+from railui.study.confirm import Refit, confirm, held_out, named
 from railui.study.drift import drifts
 from railui.study.judge import Judgement, floor, judge
 from railui.study.measured import Measurement
@@ -17,6 +17,7 @@ from railui.study.model import Model
 from railui.study.target import restarted, shortened
 from railui.study.trace import Trace, trace
 from railui.study.watch import Judged, Watch
+from railui.study.windows import held
 
 SIGNIFICANT = 0.01  # family-wise p from which a residual is worth a fit
 STRUCTURED = 0.01  # partial rho^2 from which a residual is worth a fit
@@ -90,13 +91,15 @@ class Search:
         self.watch(seen)
         return seen
 
-    def terms(self, before: Fit, judged: Judgement) -> Terms:
+    def terms(self, before: Fit, judged: Judgement, hunting: Fit | None = None) -> Terms:
         """Effects added to the adjusted vehicle, up to three, then those dropped that are no longer needed.
+
+        hunting: the vehicle adjusted on windows, where one that is stable cannot follow; the search starts from it.
 
         An effect that lowers the misfit of the adjusting runs but not yet the error of the validating ones stays on
         trial while the next is looked for: of two that are missing, one alone may gain nothing.
         """
-        now, steps = before, list[Step]()
+        now, steps = hunting or before, list[Step]()
         good, accepted, kept = before, judged, 0
         noise = floor(before.model, self.measurement, self.measurement.validate, ROUGH_FLOOR)
         self.report(f"adjusted, no effect: nrmse {judged.nrmse:.4f}, noise floor {noise.nrmse:.4f}")
@@ -128,7 +131,8 @@ class Search:
         steps = [s if i < kept else replace(s, added=None) for i, s in enumerate(steps)]
         fit, accepted, steps = self._without_idle(good, accepted, steps)
         known = fit is good and kept < len(steps)
-        return Terms(fit, accepted, tuple(steps), steps[kept].trace if known else self.traced(fit))
+        last = steps[kept].trace if known else self.traced(fit)
+        return Terms(fit, accepted, tuple(steps), last)
 
     def _best(self, fit: Fit, seen: Trace, unsettled: bool) -> tuple[tuple[Refit, ...], Refit | None, Fit | None]:
         """What the trace named, fitted; the one to add, and the vehicle with it adjusted once more."""
@@ -164,7 +168,7 @@ class Search:
         """Everything adjusted once more with weights and initial states of the model as found."""
         ready = restarted(fit.model, fit.targets, self.measurement)
         return adjust(
-            fit.model, self.measurement, fit.free.paths, self.declared, ready=ready, stable=stable(fit.model),
+            fit.model, self.measurement, fit.free.paths, self.declared, ready=ready, stable=not held(fit.model),
             tolerance=1e-5, jobs=self.jobs, watch=self.watch,
         )  # fmt: skip
 
@@ -196,7 +200,7 @@ class Search:
         try:
             return adjust(
                 model, self.measurement, [*self.measurement.campaign.adjust, *model.effect_paths()], self.declared,
-                ready=fit.targets, stable=stable(model), tolerance=1e-4, jobs=self.jobs,
+                ready=fit.targets, stable=not held(model), tolerance=1e-4, jobs=self.jobs,
             )  # fmt: skip
         except ValueError:
             return None

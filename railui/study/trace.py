@@ -152,8 +152,9 @@ class _Eye:
     """Residual and sensitivities of a fit on some stretches, against which candidates are seen."""
 
     def __init__(self, fit: Fit, ready: Sequence[Target]) -> None:
-        self.fit = replace(fit, targets=tuple(ready))
         self.adjuster = Adjuster(fit.model, fit.free, ready, block=1.0, stable=False, jobs=1)
+        self.adjuster.begin(fit.x)
+        self.fit = replace(fit, targets=tuple(self.adjuster.ready))
         seconds = block_length(fit)
         length = [max(8, round(seconds / (t.stretch.dt * t.filter.every))) for t in ready]
         self.bases = [_base(self.adjuster, self.fit, i, length[i]) for i in range(len(ready))]
@@ -262,6 +263,7 @@ def _look(fit: Fit, bases: Sequence[_Base], solver: _Projector, bundle: Bundle) 
     sound = np.ones(lanes, dtype=bool)
     for i, base in enumerate(bases):
         series, fine = differences(fit, i, bundle)
+        series = fit.targets[i].free_of(series)
         sound &= fine
         blocks = _in_blocks(series, base.length)
         cross.append(blocks @ base.blocks.transpose(0, 2, 1))

@@ -12,12 +12,12 @@ from railui import core
 from railui.files.campaign import load_campaign
 from railui.files.design import PlacedEffect
 from railui.study.adjust import adjust
-from railui.study.confirm import stable
 from railui.study.judge import judge
 from railui.study.loop import Found, close_loop, lookalikes
 from railui.study.measured import Measurement, read
 from railui.study.model import Model
 from railui.study.target import targets
+from railui.study.windows import held
 from tests.blind.plants import Plant, alike
 from tests.truth.campaign import Campaign
 from tests.truth.files import paths
@@ -132,7 +132,7 @@ def oracle(plant: Plant, truth: Campaign, measurement: Measurement) -> float:
     try:
         ready = targets(model, measurement, measurement.adjust)
         fit = adjust(
-            model, measurement, [*free, *model.effect_paths()], declared, ready=ready, stable=stable(model),
+            model, measurement, [*free, *model.effect_paths()], declared, ready=ready, stable=not held(model),
             tolerance=1e-5, jobs=1,
         )  # fmt: skip
         return judge(fit.model, measurement, measurement.validate).nrmse
