@@ -17,7 +17,7 @@ run: .stamp-build
 
 test: check
 	cargo test --release
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 check: .stamp-build
 	cargo fmt --check

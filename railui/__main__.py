@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 INTERRUPTED = 130
+# the kernel has the cores, and the matrices are small: threads of BLAS stand in its way and change last digits
+ALONE = {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
 def main() -> None:
     """Runs the command that the words of the command line name; ends the process with its exit code."""
+    for name, count in ALONE.items():
+        os.environ.setdefault(name, count)  # before numpy is there
     try:
         from railui.cli import cli
 

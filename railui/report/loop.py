@@ -28,6 +28,7 @@ from railui.study.measured import Stretch
 from railui.study.terms import Step
 from railui.study.trace import Sighting
 from railui.study.weighting import W_D, cascade, one_mass, weighted_rms
+from railui.study.windows import WINDOW, files
 
 Floats = NDArray[np.float64]
 
@@ -83,6 +84,7 @@ def loop_report(found: Found) -> dict[str, Any]:
         "riding": _riding(found),
         "parameters": _parameters(found),
         "simulations": found.before.simulations + found.after.simulations,
+        "windows": _windows(found),
         "identifiability": identifiability(found.after),
         "gate": [_finding(f) for f in found.gate],
         "notes": _notes(found),
@@ -132,6 +134,12 @@ def _runs(found: Found) -> list[dict[str, Any]]:
         }
         for entry, run in zip(found.measurement.campaign.runs, found.measurement.runs, strict=True)
     ]
+
+
+def _windows(found: Found) -> dict[str, Any] | None:
+    """The runs that were adjusted on windows, and how long those are."""
+    cut = list(dict.fromkeys([*files(found.after), *(files(found.hunting) if found.hunting else [])]))
+    return {"seconds": WINDOW, "runs": cut} if cut else None
 
 
 def _judged(judgement: Judgement) -> dict[str, Any]:
@@ -184,7 +192,8 @@ def _turn(found: Found) -> Step:
 def ranking(found: Found) -> list[dict[str, Any]]:
     """One row per candidate, best first, nothing added among them."""
     step = _turn(found)
-    base = Refit(None, found.before, held_out(found.before))
+    plain = found.hunting or found.before
+    base = Refit(None, plain, held_out(plain))
     nothing = held_out_nrmse(base)
     refits = [*step.refits, base]
     weights = bootstrap_weights(refits, found.seed)
@@ -304,6 +313,11 @@ def _finding(f: Finding) -> dict[str, Any]:
 def _notes(found: Found) -> list[str]:
     notes = [f"{entry.name}: {note}" for entry, run in zip(found.measurement.campaign.runs, found.measurement.runs,
                                                            strict=True) for note in run.notes]  # fmt: skip
+    if cut := _windows(found):
+        notes.append(
+            f"the linear vehicle hunts on {', '.join(cut['runs'])}: adjusted there on windows of {WINDOW:g} s, "
+            "the initial state of each estimated along"
+        )
     for name, judgement in found.judged.items():
         told = "its error is null"
         notes += [f"{name}: the vehicle diverges on {file} at {at:.2f} s, {told}" for file, at in judgement.diverged]

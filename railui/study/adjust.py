@@ -196,7 +196,7 @@ class Adjuster:
         """Windows begun anew with the vehicle at x."""
         if any(t.stretch.whole is not None for t in self.ready):
             model = self.model.with_row(self.free.paths, x)
-            self.ready = [t if t.stretch.whole is None else begin(model, t) for t in self.ready]
+            self.ready = [t if t.stretch.whole is None else begin(model, begin(model, t)) for t in self.ready]
 
     def block_samples(self, target: Target) -> int:
         return samples_of(self.block, target)

@@ -155,6 +155,7 @@ class Rough:
     ) -> None:
         self.model, self.measurement, self.declared, self.jobs = fit.model, measurement, declared, jobs
         self.short = shortened(fit.targets, measurement, PART)
+        self.wild = any(t.stretch.whole is not None for t in self.short)
         held = dict(zip(fit.free.paths, fit.sd / fit.free.prior_sd, strict=True))
         self.base = sorted(base, key=lambda p: held.get(p, 0.0))
         at_rest = adjust(fit.model, measurement, base, declared, ready=self.short, most=0, jobs=jobs)
@@ -189,11 +190,15 @@ class Rough:
         memory = core.record(s.candidate.kind)["states"] > 0
         effects = [s.candidate.placed(p) for p in starts(trace, s)]
         begun = [self._begun(e) for e in effects]
-        if self.model.design.kind == "rig":  # a mass costs little: from the declared one as well
+        # a mass costs little, and a hunting vehicle without what holds it runs far away: from the declared one as well
+        if self.model.design.kind == "rig" or self.wild:
             begun += [self._begun(e, self._declared()) for e in effects]
         tries = [f for f in begun if f is not None]
         if not tries:
             return None
+        if self.wild and held(tries[0].model):
+            tries = [self._carried(f, PATIENT) for f in tries]
+            memory = True
         best = min(tries, key=lambda f: f.cost)
         if best.normal.rss <= BEHIND * self.least or memory:
             best = self._carried(best, PATIENT if memory else QUICK)
@@ -213,7 +218,8 @@ class Rough:
         except ValueError:
             return None  # this start cannot be simulated: another may
         own = model.effect_paths()
-        paths = [*self.base[: max(core.LANES - 1 - len(own), len(self.base) // 2)], *own]
+        few = len(self.base) if self.wild else max(core.LANES - 1 - len(own), len(self.base) // 2)
+        paths = [*self.base[:few], *own]
         return _fitted(model, ready, self.measurement, self.declared, paths, self.jobs, tolerance=COARSE, most=2)
 
     def _carried(self, fit: Fit, most: int) -> Fit:

@@ -47,6 +47,7 @@ class Found:
     seconds: float
     seed: int
     gate: tuple[Finding, ...] = ()
+    hunting: Fit | None = None  # without an effect on windows, where the vehicle hunts
 
     @property
     def unexplained(self) -> float:
@@ -141,6 +142,8 @@ def close_loop(
     ratio = judged["after"].nrmse / noise.nrmse
     if not ratio <= ADEQUATE:
         structured = last.p <= SIGNIFICANT and last.rho2 >= STRUCTURED
+        if fit is before and wild is not None:
+            fit = wild
         along = look_along(fit, measurement, report)
         seen = along
         if not ratio <= UNEXPLAINED or structured or telling(along):
@@ -151,11 +154,13 @@ def close_loop(
         if outside is not None and gains:
             fit, judged["after"] = outside.fit, outside.judgement
             noise = floor(fit.model, measurement, measurement.validate)
+        elif fit is wild:
+            fit = before
     verdict = "outside" if outside else "effect" if terms.added else "none"
     report(f"verdict {verdict}: nrmse {judged['after'].nrmse:.4f}, floor {noise.nrmse:.4f}")
     return Found(
         measurement, declared, before, fit, judged, noise, terms.steps, last, verdict, outside,
-        time.perf_counter() - began, seed, findings,
+        time.perf_counter() - began, seed, findings, wild,
     )  # fmt: skip
 
 

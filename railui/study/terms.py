@@ -117,7 +117,8 @@ class Search:
             self.report(f"  with {_words(chosen)}: nrmse {result.nrmse:.4f}")
             gains = material(accepted, result, self.measurement.campaign.material)
             hopeful = chosen.rss <= (1.0 - PROMISING) * now.normal.rss and accepted.nrmse > ADEQUATE * noise.nrmse
-            if not gains and not hopeful:
+            alone = len(steps) > kept  # one on trial already, and this one does not save it
+            if not gains and (alone or not hopeful):
                 steps.append(Step(seen, refits, None))
                 break
             now = trial
