@@ -167,7 +167,7 @@ def creep_forces(
     linear [n, 3]: t_x, t_y and the spin part of t_y [N]; creep_slopes: kappa_x N, kappa_y N [N]; speed [m/s].
     Raises ValueError for a kind that is no law of creep.
 
-    >>> creep_forces("creep_saturation", {"friction": 0.3}, 1e4, (1e6, 1e6), np.array([[9e3, 0.0, 0.0]]))[0, 0]
+    >>> creep_forces("creep_saturation", {"friction": 0.3}, 1e4, (1e6, 1e6), np.array([[9e3, 0.0, 0.0]]))[0, 0].item()
     3000.0
     """
     rows = np.ascontiguousarray(linear, dtype=float).tolist()

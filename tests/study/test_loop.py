@@ -30,7 +30,7 @@ KEYS = {
     "parameters",
 }  # fmt: skip
 # what a reader of the report wants besides: where it comes from, its first sentence, its cost, its footnotes
-BESIDES = {"windows", "inputs", "sentence", "simulations", "notes", "gate", "identifiability"}
+BESIDES = {"profiles", "windows", "inputs", "sentence", "simulations", "notes", "gate", "identifiability"}
 
 
 @dataclass(frozen=True)
