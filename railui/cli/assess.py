@@ -75,13 +75,14 @@ def _table(found: Mapping[str, Any]) -> Any:
 
     title = f"{found['track']} at {found['speed']:g} m/s, worst first"
     columns = ("from [m]", "to [m]", "score", "class", "flange share", "margin [sd]", "W_d [m/s^2]",
-               "largest e [mm]", "sd yw [mm]", "by geometry")  # fmt: skip
+               "largest e [mm]", "sum Y [kN]", "Y/Q", "sd yw [mm]", "by geometry")  # fmt: skip
     table = Table(*(escape(column) for column in columns), title=escape(title), title_justify="left")
     for one in found["stretches"][:SHOWN]:
         table.add_row(
             f"{one['from']:.0f}", f"{one['to']:.0f}", f"{one['score']:.1f}", one["class"],
             _number(one["flange_fraction"], 1.0), _number(one["flange_margin"], 1.0),
             _number(one["weighted_acceleration"], 1.0), _number(one["largest_e"], 1e3),
+            _number(one["sum_of_guiding_forces"], 1e-3), _number(one["derailment_quotient"], 1.0),
             f"{1e3 * one['sd_yw']:.3f}", str(one["rank_geometry"]),
         )  # fmt: skip
     more = len(found["stretches"]) - SHOWN

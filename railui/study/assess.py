@@ -10,6 +10,16 @@ from numpy.typing import NDArray
 from scipy import signal, stats
 
 from railui.study.comfort_point import COACH, coach, comfort_sections
+from railui.study.forces import (
+    QUOTIENT_LIMIT,
+    SLIDING,
+    UNLOADED,
+    Guided,
+    force_channels,
+    force_limit,
+    load_note,
+    load_paths,
+)
 from railui.study.model import Model
 from railui.study.ride import Given, TrackGiven, model_of, road_of
 from railui.study.road import Road
@@ -25,6 +35,8 @@ KEPT: Final = (
     *("flange_fraction", "flange_fractions", "flange_fraction_gaussian", "flange_margin"),
 )
 
+PRESSED: Final = ("sum_of_guiding_forces", "share_above_limit", "derailment_quotient")
+
 
 def assess(
     track: TrackGiven,
@@ -38,7 +50,9 @@ def assess(
     """A track (or its spec or file) judged by the ride of a standard vehicle at a speed [m/s], worst stretch first.
 
     stretches: from, to [m], the keys of a ride in it (score, class, decided_by, comfort, flange contact), the
-    largest displacement `largest_e` [m], and the geometry beside them, `sd_yw` [m] of waves of 3 to 25 m with its
+    largest displacement `largest_e` [m]; by the names of EN 14363 (see `railui.study.forces`), of the wheelset that
+    has most, `sum_of_guiding_forces` [N], its `share_above_limit` and `derailment_quotient` (None where a wheel was
+    wholly unloaded); and the geometry beside them, `sd_yw` [m] of waves of 3 to 25 m with its
     place `rank_geometry` among the stretches, 1 the worst. `agreement`: Spearman's rank correlation between the
     order by geometry and the order by ride, 1 where they are one. The vehicle rides the whole track; a stretch
     begins with the motion that the one before it left. A last piece shorter than half a stretch belongs to the one
@@ -64,13 +78,16 @@ def assess(
     notes = list(road.laid.notes)
     if ride.lost_at is not None:
         notes.append(f"the vehicle left the track at s = {ride.lost_at:.5g} m: no statistics from there on")
-    notes.append("no lateral forces: score and flange contact stand for them")
+    if ride.guided is not None:
+        notes += [load_note(model), *([UNLOADED] if ride.guided.quotient is None else [])]
     return {
         "track": road.laid.name,
         "speed": road.speed,
         "seed": road.laid.seed,
         "stretch": stretch,
         "comfort_point": ride.point,
+        "sum_of_guiding_forces_limit": float(ride.limit.min()),
+        "derailment_quotient_limit": QUOTIENT_LIMIT,
         "stretches": [found[i] for i in order],
         "agreement": agreement,
         "notes": notes,
@@ -121,11 +138,16 @@ class _Ride:
         floors = [c for c in known if c.startswith("floor.")]
         steps = vehicles.steps(batch, road.speed, road.speed, road.dt)[0]
         table = road.table(model.half_wheelbase(), steps)
-        channels = [*wheels, *(floors or ["ayf"])]
+        pressed = force_channels(model)
+        channels = [*wheels, *(floors or ["ayf"]), *pressed]
         series, lost = vehicles.simulate(batch, table, road.dt, steps, channels, jobs=jobs)
         self.lost = int(lost[0]) if lost[0] >= 0 else len(road.track)
         self.lost_at = road.place(self.lost) if lost[0] >= 0 else None
-        self.e, floor = series[0, : len(wheels)], series[0, len(wheels) :]
+        self.e, floor, y = np.split(series[0], [len(wheels), len(channels) - len(pressed)])
+        self.limit = force_limit(np.array([model.design.values[path] for path in load_paths(model)]))
+        self.guided: Guided | None = None
+        if road.track.spacing * self.lost > 2 * SLIDING:
+            self.guided = Guided.of(model, y[:, : self.lost], 1.0 / road.dt, road.track.spacing)
         sections = comfort_sections(model, model.row[None], road.dt)
         self.weighted = {name: signal.sosfilt(sos[0], floor, axis=1) for name, sos in sections.items()}
         self.point = FLOOR_OF_FRAME if coach(model) is None else COACH
@@ -140,7 +162,7 @@ class _Ride:
         """What the vehicle does between two samples."""
         place = {"from": self.road.place(a), "to": self.road.place(b - 1)}
         if self.lost < b:
-            lost: dict[str, Any] = dict.fromkeys(KEPT)
+            lost: dict[str, Any] = dict.fromkeys((*KEPT, *PRESSED))
             return place | lost | {
                 "score": 0.0, "class": CLASSES[0], "decided_by": "the vehicle left the track", "largest_e": None
             }  # fmt: skip
@@ -157,4 +179,6 @@ class _Ride:
         if "acceleration" in self.weighted:
             one["acceleration_peak"] = float(np.abs(self.weighted["acceleration"][:, a:b]).max())
         quality = riding_quality(one, self.model.design.riding, float(room.mean()))
-        return place | {key: quality[key] for key in KEPT} | {"largest_e": float(np.abs(e).max())}
+        kept = {key: quality[key] for key in KEPT} | {"largest_e": float(np.abs(e).max())}
+        pressed = dict.fromkeys(PRESSED) if self.guided is None else self.guided.between(a, b)
+        return place | kept | pressed

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from railui.core import LANES, jobs_or_all, simd
 from railui.files.design import parse_design
-from railui.study.comfort_point import comfort_sections
+from railui.study.comfort_point import comfort_sections, felt
 from railui.study.model import Model
-from railui.study.ride import BLOCK, SCORED
+from railui.study.ride import BLOCK, SCORED, displacements
 from railui.study.road import Laid, Road, lay
 from railui.study.score import score_many
+from railui.study.standard_coach import COACH
 from railui.track import Track
 
 Floats = NDArray[np.float64]
@@ -31,6 +32,7 @@ REDUCED_TO_ZERO: Final = (
     *("vehicle.wheelset.spin_inertia", "contact.leading.roll", "contact.trailing.roll"),
 )
 SPREAD_OVER: Final = ("vehicle.primary.", "vehicle.secondary.", "contact.leading.", "contact.trailing.", "contact.spin")
+SPREAD_OVER_COACH: Final = ("stiffness", "damping", "conicity", "longitudinal_creep", "lateral_creep", "spin_creep")
 
 # the check values of the model, with creep saturation and flange contact (Kaas-Petersen's rail)
 BOGIE: Final = """\
@@ -58,11 +60,19 @@ def bogie(reduced: bool = False) -> Model:
     return Model(design.with_values(dict.fromkeys(REDUCED_TO_ZERO, 0.0)) if reduced else design)
 
 
+def coach() -> Model:
+    """The coach of 17 degrees of freedom whose step stands beside that of the bogie."""
+    return Model(parse_design(COACH, "standard job, coach"))
+
+
 def spread(model: Model, count: int = DESIGNS) -> Floats:
     """Rows [count, row]: suspension and contact parameters spread evenly by +/-10 %, seeded."""
     rng = np.random.default_rng(np.random.SeedSequence([SEED]))
     rows = np.tile(model.row, (count, 1))
-    columns = [column for path, column in model.columns.items() if path.startswith(SPREAD_OVER)]
+    built = model.design.structure is not None
+    chosen = [path.endswith(SPREAD_OVER_COACH) if built else path.startswith(SPREAD_OVER) for path in model.columns]
+    own = [not path.startswith("effects.") for path in model.columns]
+    columns = [column for column, yes, mine in zip(model.columns.values(), chosen, own, strict=True) if yes and mine]
     rows[:, columns] *= 1 + SPREAD * rng.uniform(-1, 1, (count, len(columns)))
     return rows
 
@@ -76,23 +86,34 @@ def road(reduced: bool = False) -> Road:
 
 
 def full_job(rows: Floats, jobs: int) -> Callable[[], Floats]:
-    """The whole score [n] of designs, comfort included, one step of RK4 per sample."""
-    model, way = bogie(), road()
+    """The whole score [n] of bogies, comfort included, one step of RK4 per sample."""
+    return scored(bogie(), rows, jobs)
+
+
+def coach_job(rows: Floats, jobs: int) -> Callable[[], Floats]:
+    """The same of coaches, comfort at three floor points."""
+    return scored(coach(), rows, jobs)
+
+
+def scored(model: Model, rows: Floats, jobs: int) -> Callable[[], Floats]:
+    """The whole score [n] of vehicles on the road of the standard job, at their worst comfort point."""
+    way, wheels, points = road(), displacements(model), felt(model)
     vehicles, batch, table = model.vehicles(), model.batch(rows), way.table(model.half_wheelbase(), 1)
     clearance = np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]])
-    sections = comfort_sections(model, rows, way.dt)
+    sections = {name: np.ascontiguousarray(each) for name, each in comfort_sections(model, rows, way.dt).items()}
     block = round(BLOCK / way.dt)
     riding = model.design.riding
 
     def run() -> Floats:
         found = vehicles.score(
-            batch, table, way.dt, 1, SCORED, clearance, list(sections.values()), block=block, jobs=jobs
-        )
+            batch, table, way.dt, 1, (*wheels, *points), clearance, list(sections.values()), block=block, jobs=jobs,
+            wheelsets=len(wheels),
+        )  # fmt: skip
         e = found.displacement
-        statistics = {name: found.rms[:, 0, i] for i, name in enumerate(sections)}
+        statistics = {name: found.rms[:, :, i].max(axis=1) for i, name in enumerate(sections)}
         statistics |= {"mean_e": e[..., 0], "sd_e": e[..., 1], "flange_fractions": e[..., 2]}
-        scored = score_many(statistics | {"diverged": found.diverged >= 0}, riding, float(clearance[0]))
-        return scored["score"]
+        told = score_many(statistics | {"diverged": found.diverged >= 0}, riding, float(clearance[0]))
+        return told["score"]
 
     return run
 
@@ -110,37 +131,44 @@ def reduced_job(rows: Floats, jobs: int) -> Callable[[], Floats]:
     return run
 
 
-def quickest(run: Callable[[], object], repetitions: int = REPETITIONS) -> float:
-    """The least time [s] of some repetitions, after one to warm up."""
-    run()
-    times: list[float] = []
-    for _ in range(max(1, repetitions)):
-        begun = time.perf_counter()
+def quickest(runs: Sequence[Callable[[], object]], repetitions: int = REPETITIONS) -> list[float]:
+    """The least time [s] of each of some runs, in turns, after one to warm up: what disturbs one disturbs all."""
+    for run in runs:
         run()
-        times.append(time.perf_counter() - begun)
-    return min(times)
-
-
-def rate(
-    job: Callable[[Floats, int], Callable[[], Floats]], rows: Floats, jobs: int, repetitions: int
-) -> dict[str, float]:
-    """Nanoseconds per design and step, and designs per second, of a job on so many threads."""
-    seconds = quickest(job(rows, jobs), repetitions)
-    steps = round(2000 / 0.1) - 1
-    return {"ns_per_design_step": 1e9 * seconds / (len(rows) * steps), "designs_per_second": len(rows) / seconds}
+    times: list[list[float]] = [[] for _ in runs]
+    for _ in range(max(1, repetitions)):
+        for run, each in zip(runs, times, strict=True):
+            begun = time.perf_counter()
+            run()
+            each.append(time.perf_counter() - begun)
+    return [min(each) for each in times]
 
 
 def bench(jobs: int | None = None, repetitions: int = REPETITIONS, designs: int = DESIGNS) -> dict[str, Any]:
-    """The standard job, full and reduced, on one thread and (`all_threads`) on all; lanes, simd, threads.
+    """The standard job, full, reduced and of the coach, on one thread and (`all_threads`) on all; lanes, simd, threads.
+
+    `coach_to_bogie`: a step of the coach over one of the full job, on one thread.
 
     >>> sorted(bench(jobs=1, repetitions=1, designs=16))
-    ['designs', 'full', 'lanes', 'reduced', 'simd', 'threads']
+    ['coach', 'coach_to_bogie', 'designs', 'full', 'lanes', 'reduced', 'simd', 'threads']
     """
     threads = jobs_or_all(jobs)
-    found: dict[str, Any] = {}
-    for name, job in (("full", full_job), ("reduced", reduced_job)):
-        rows = spread(bogie(reduced=name == "reduced"), designs)
-        found[name] = rate(job, rows, 1, repetitions) | {"all_threads": rate(job, rows, threads, repetitions)}
+    parts = {
+        "full": (full_job, spread(bogie(), designs)),
+        "reduced": (reduced_job, spread(bogie(reduced=True), designs)),
+        "coach": (coach_job, spread(coach(), designs)),
+    }
+    seconds = {n: quickest([job(rows, n) for job, rows in parts.values()], repetitions) for n in {1, threads}}
+    steps = round(2000 / 0.1) - 1
+
+    def rate(time: float) -> dict[str, float]:
+        return {"ns_per_design_step": 1e9 * time / (designs * steps), "designs_per_second": designs / time}
+
+    found: dict[str, Any] = {
+        name: rate(alone) | {"all_threads": rate(together)}
+        for name, alone, together in zip(parts, seconds[1], seconds[threads], strict=True)
+    }
+    found["coach_to_bogie"] = found["coach"]["ns_per_design_step"] / found["full"]["ns_per_design_step"]
     return found | {"designs": designs, "lanes": LANES, "simd": simd(), "threads": threads}
 
 
@@ -153,5 +181,5 @@ def told(found: dict[str, Any]) -> Sequence[tuple[str, str, str, str]]:
             f"{found[name]['designs_per_second']:.0f}",
             f"{found[name]['all_threads']['designs_per_second']:.0f}",
         )
-        for name in ("full", "reduced")
+        for name in ("full", "reduced", "coach")
     ]

@@ -6,6 +6,7 @@ elements rolls, its wheels are loaded and unloaded quasi-statically; a planar bo
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -26,6 +27,7 @@ BAND: Final = 2.0  # Hz, to either side of the dominant frequency f_0
 SLOWEST: Final = 0.4  # Hz: what is slower is the line, not the vehicle
 QUOTIENT_LIMIT: Final = 0.8  # Y/Q
 INDICATION: Final = "an indication: this model is planar, its wheels bear their static load"
+UNLOADED: Final = "Y/Q: null, a wheel is wholly unloaded"
 QUASI_STATIC: Final = "load transfer quasi-static in roll; vertical irregularities are left out"
 
 
@@ -59,6 +61,61 @@ def sliding_mean(x: Floats, spacing: float, length: float = SLIDING) -> Floats:
     return np.asarray((total[..., k:] - total[..., :-k]) / k)
 
 
+def force_channels(model: Model) -> list[str]:
+    """The channels that guiding forces are told from: Yi.right, Yi.left, and dQi where load transfer is modelled."""
+    numbers = range(1, len(load_paths(model)) + 1)
+    wheels = [f"Y{i}.{side}" for i in numbers for side in ("right", "left")]
+    return wheels + ([f"dQ{i}" for i in numbers] if model.design.structure is not None else [])
+
+
+@dataclass(frozen=True, eq=False)
+class Guided:
+    """The guiding forces of a ride as 2 m means at every place: of wheelsets, of wheels outwards, and their Y/Q.
+
+    total [wheelset, place] N, limit [wheelset] N, wheels [wheelset, wheel, place] N, quotient likewise (None where a
+    wheel was wholly unloaded), sums [wheelset, sample] N as they are.
+    """
+
+    total: Floats
+    limit: Floats
+    wheels: Floats
+    quotient: Floats | None
+    sums: Floats
+
+    @classmethod
+    def of(cls, model: Model, series: Floats, rate: float, spacing: float) -> Guided:
+        """From the series [channel, sample] of `force_channels`, `rate` samples a second."""
+        loads = np.array([model.design.values[path] for path in load_paths(model)])
+        n = len(loads)
+        Y = series[: 2 * n].reshape(n, 2, -1)
+        dQ = series[2 * n :] if len(series) > 2 * n else np.zeros((n, Y.shape[-1]))
+        Q = loads[:, None, None] + np.stack([dQ, -dQ], axis=1)
+        # outwards is to the right at the right wheel; a wheel that lifts has no quotient
+        outwards, sums = Y * np.array([1.0, -1.0])[:, None], Y.sum(axis=1)
+
+        def mean(x: Floats) -> Floats:
+            return sliding_mean(_smooth(x, rate), spacing)
+
+        quotient = mean(outwards / Q) if np.all(Q > 0.0) else None
+        return cls(mean(sums), np.asarray(force_limit(loads)), mean(outwards), quotient, sums)
+
+    def between(self, a: int, b: int) -> dict[str, Any]:
+        """The greatest of a stretch, first to past-the-last sample, by the names of `forces`: over all wheelsets."""
+        last = max(a + 1, b - (self.sums.shape[1] - self.total.shape[1]))
+        total, share = np.abs(self.total[:, a:last]), self.limit[:, None]
+        quotient = None if self.quotient is None else self.quotient[..., a:last]
+        return {
+            "sum_of_guiding_forces": float(greatest(total).max()),
+            "share_above_limit": float(np.mean(total > share, axis=1).max()),
+            "derailment_quotient": None if quotient is None else float(greatest(quotient).max()),
+        }
+
+
+def greatest(x: Floats) -> Floats:
+    """99.85 % of 2 m means [..., place]."""
+    return np.asarray(np.percentile(x, PERCENTILE, axis=-1))
+
+
 def forces(model: Model, road: Road) -> dict[str, Any] | None:
     """Guiding forces of a ride by the names of EN 14363; None where the vehicle diverges or the track is too short.
 
@@ -67,45 +124,32 @@ def forces(model: Model, road: Road) -> dict[str, Any] | None:
     and `dominant_frequency` [Hz]; per wheel (right, left) `guiding_force` [N] and `derailment_quotient` Y/Q, likewise
     99.85 % of the 2 m mean.
     """
-    loads = [model.design.values[path] for path in load_paths(model)]
-    numbers = range(1, len(loads) + 1)
     built = model.design.structure is not None
-    wheels = [f"Y{i}.{side}" for i in numbers for side in ("right", "left")]
-    transfers = [f"dQ{i}" for i in numbers] if built else []
     vehicles, batch = model.vehicles(), model.single()
     steps = vehicles.steps(batch, road.speed, road.speed, road.dt)[0]
     table = road.table(model.half_wheelbase(), steps)
-    series, lost = vehicles.simulate(batch, table, road.dt, steps, [*wheels, *transfers])
+    series, lost = vehicles.simulate(batch, table, road.dt, steps, force_channels(model))
     spacing, rate = road.track.spacing, 1.0 / road.dt
     if lost[0] >= 0 or road.track.length < 2 * SLIDING:
         return None
-    Y = series[0, : len(wheels)].reshape(len(loads), 2, -1)
-    dQ = series[0, len(wheels) :] if built else np.zeros((len(loads), Y.shape[-1]))
-    Q = np.array(loads)[:, None, None] + np.stack([dQ, -dQ], axis=1)
-    # outwards is to the right at the right wheel; a wheel that lifts has no quotient
-    outwards = Y * np.array([1.0, -1.0])[:, None]
-    lifted = bool(np.any(Q <= 0.0))
-    quotient = np.where(Q > 0.0, outwards / np.where(Q > 0.0, Q, 1.0), np.inf)
-    total, limits = Y.sum(axis=1), np.array([force_limit(Q_0) for Q_0 in loads])
-    mean = sliding_mean(_smooth(total, rate), spacing)
+    guided = Guided.of(model, series[0], rate, spacing)
+    total, ratios = np.abs(guided.total), None if guided.quotient is None else greatest(guided.quotient)
+    wheels, sums = greatest(guided.wheels), greatest(total)
     found = [
         {
-            "sum_of_guiding_forces": float(np.percentile(np.abs(mean[i]), PERCENTILE)),
-            "limit": float(limits[i]),
-            "share_above_limit": float(np.mean(np.abs(mean[i]) > limits[i])),
-            **_instability(total[i], rate, spacing),
+            "sum_of_guiding_forces": float(sums[i]),
+            "limit": float(limit),
+            "share_above_limit": float(np.mean(total[i] > limit)),
+            **_instability(guided.sums[i], rate, spacing),
+            "guiding_force": wheels[i].tolist(),
+            "derailment_quotient": None if ratios is None else ratios[i].tolist(),
         }
-        for i in range(len(loads))
+        for i, limit in enumerate(guided.limit)
     ]
-    greatest = _greatest(outwards, rate, spacing)
-    ratios = None if lifted else _greatest(quotient, rate, spacing)
-    for i, one in enumerate(found):
-        one["guiding_force"] = greatest[i].tolist()
-        one["derailment_quotient"] = None if ratios is None else ratios[i].tolist()
     worst = None if ratios is None else float(ratios.max())
-    notes = [f"Y/Q: {QUASI_STATIC if built else INDICATION}"]
-    if lifted:
-        notes.append("Y/Q: null, a wheel is wholly unloaded")
+    notes = [load_note(model)]
+    if ratios is None:
+        notes.append(UNLOADED)
     if found[0]["rms_100m"] is None:
         notes.append(f"rms_100m: null, the track is shorter than {WINDOW:g} m")
     return {
@@ -117,17 +161,17 @@ def forces(model: Model, road: Road) -> dict[str, Any] | None:
     }
 
 
+def load_note(model: Model) -> str:
+    """What wheel loads Y/Q rests on."""
+    return f"Y/Q: {INDICATION if model.design.structure is None else QUASI_STATIC}"
+
+
 def _smooth(x: Floats, rate: float) -> Floats:
     """Low-passed at 20 Hz, without phase; as it is where it is sampled too slowly for that."""
     if rate <= 2.2 * LOW_PASS:
         return x
     sos = signal.butter(4, LOW_PASS, fs=rate, output="sos")
     return np.asarray(signal.sosfiltfilt(sos, x, axis=-1))
-
-
-def _greatest(x: Floats, rate: float, spacing: float) -> Floats:
-    """99.85 % of the 2 m means of x [wheelset, wheel, sample]."""
-    return np.asarray(np.percentile(sliding_mean(_smooth(x, rate), spacing), PERCENTILE, axis=-1))
 
 
 def _instability(total: Floats, rate: float, spacing: float) -> dict[str, float | None]:

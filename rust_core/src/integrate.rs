@@ -1,7 +1,8 @@
 //! RK4 steps of a group along an input table.
 use crate::error::{Error, Result, expect_len};
+use crate::fused::FusedVehicle;
 use crate::lanes::{Job, LANES, Lanes, Part, dispatch, level};
-use crate::plain::{AtSpeed, BOGIE_COLUMNS, CROSS_LEVEL, PlainBogie};
+use crate::plain::{BOGIE_COLUMNS, BogieAtSpeed, CROSS_LEVEL, PlainBogie};
 use crate::vehicle::{Group, STATES};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -81,19 +82,22 @@ pub fn run<O: Observer>(
     if cancel.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(diverged) }
 }
 
-/// The states of a step, set apart: at distances of 4096 bytes loads and stores would take each other for the same.
+/// The states of a step, set apart: at distances of 4096 bytes loads and stores would take each other for the same, and
+/// all would want the same few lines of the first cache.
+const APART: usize = 37;
+
 #[repr(C)]
 struct Room<P> {
     x: [P; STATES],
-    apart: [P; 5],
-    stages: [([P; STATES], [P; 5]); 3],
+    apart: [P; APART],
+    stages: [([P; STATES], [P; APART]); 3],
     dx: [P; STATES],
 }
 
 impl<P: Part> Room<P> {
     #[inline(always)]
     fn new() -> Self {
-        let (all, apart) = ([P::zero(); STATES], [P::zero(); 5]);
+        let (all, apart) = ([P::zero(); STATES], [P::zero(); APART]);
         Room { x: all, apart, stages: [(all, apart); 3], dx: all }
     }
 }
@@ -112,7 +116,8 @@ struct Run<'a, O> {
 trait Moving<P: Part> {
     /// Degrees of freedom and states.
     fn size(&self) -> (usize, usize);
-    fn rate(&mut self, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]);
+    /// At a row of the input table, which stands at this index.
+    fn rate(&mut self, index: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]);
 }
 
 /// Any structure.
@@ -128,32 +133,47 @@ impl<P: Part> Moving<P> for General<'_> {
     }
 
     #[inline(always)]
-    fn rate(&mut self, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+    fn rate(&mut self, _: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
         self.group.rate(self.at, row, x, dx);
     }
 }
 
 /// The bogie whose rate is fused, with or without laws at the contact, with or without spin and cross-level, with or
 /// without laws at its suspensions.
-struct Fused<'a, P, const LAWS: bool, const SPIN: bool, const PORTS: bool> {
+struct Bogie<'a, P, const LAWS: bool, const SPIN: bool, const PORTS: bool> {
     group: &'a Group,
-    bogie: &'a PlainBogie,
+    bogie: PlainBogie<P>,
     at: usize,
-    at_speed: AtSpeed<P>,
+    at_speed: BogieAtSpeed<P>,
 }
 
-impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Moving<P> for Fused<'_, P, LAWS, SPIN, PORTS> {
+impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Moving<P> for Bogie<'_, P, LAWS, SPIN, PORTS> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
         (6, if PORTS { self.group.states } else { 12 })
     }
 
     #[inline(always)]
-    fn rate(&mut self, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
-        self.bogie.rate::<P, LAWS, SPIN>(self.at, row, &mut self.at_speed, x, dx);
+    fn rate(&mut self, _: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+        self.bogie.rate::<LAWS, SPIN>(row, &mut self.at_speed, x, dx);
         if PORTS {
             self.group.act::<P, true>(self.at, row, x, dx);
         }
+    }
+}
+
+/// Another vehicle whose contacts are fused.
+struct Fused<'a, P, const LAWS: bool>(FusedVehicle<'a, P>, &'a Group);
+
+impl<P: Part, const LAWS: bool> Moving<P> for Fused<'_, P, LAWS> {
+    #[inline(always)]
+    fn size(&self) -> (usize, usize) {
+        (self.1.dofs, self.1.states)
+    }
+
+    #[inline(always)]
+    fn rate(&mut self, index: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+        self.0.rate::<LAWS>(index, row, x, dx);
     }
 }
 
@@ -167,29 +187,42 @@ impl<O: Observer> Job for Run<'_, O> {
                 break;
             }
             let group = self.group;
-            let Some(bogie) = &group.plain else {
+            if let Some(bogie) = &group.plain {
+                self.bogie::<P>(at, bogie.part(at));
+            } else if let Some(contacts) = &group.contacts {
+                let vehicle = FusedVehicle::<P>::new(group, contacts, at);
+                if group.touches() {
+                    self.along::<P>(at, Fused::<P, true>(vehicle, group));
+                } else {
+                    self.along::<P>(at, Fused::<P, false>(vehicle, group));
+                }
+            } else {
                 self.along::<P>(at, General { group, at });
-                continue;
-            };
-            let at_speed = bogie.at_speed::<P>(at, self.course.row(0)[1]);
-            let (laws, spin, ports) = (bogie.laws, bogie.spin || !self.course.level, !group.forces.is_empty());
-            macro_rules! fused {
-                ($laws:literal, $spin:literal, $ports:literal) => {
-                    self.along::<P>(at, Fused::<P, $laws, $spin, $ports> { group, bogie, at, at_speed })
-                };
-            }
-            match (laws, spin, ports) {
-                (true, _, true) => fused!(true, true, true),
-                (false, _, true) => fused!(false, true, true),
-                (true, true, false) => fused!(true, true, false),
-                (false, true, false) => fused!(false, true, false),
-                (_, false, false) => fused!(true, false, false),
             }
         }
     }
 }
 
 impl<O: Observer> Run<'_, O> {
+    #[inline(always)]
+    fn bogie<P: Part>(&mut self, at: usize, bogie: PlainBogie<P>) {
+        let group = self.group;
+        let at_speed = bogie.at_speed(self.course.row(0)[1]);
+        let (laws, spin, ports) = (bogie.laws, bogie.spin || !self.course.level, !group.forces.is_empty());
+        macro_rules! fused {
+            ($laws:literal, $spin:literal, $ports:literal) => {
+                self.along::<P>(at, Bogie::<P, $laws, $spin, $ports> { group, bogie, at, at_speed })
+            };
+        }
+        match (laws, spin, ports) {
+            (true, _, true) => fused!(true, true, true),
+            (false, _, true) => fused!(false, true, true),
+            (true, true, false) => fused!(true, true, false),
+            (false, true, false) => fused!(false, true, false),
+            (_, false, false) => fused!(true, false, false),
+        }
+    }
+
     /// RK4 along the course for one part of the lanes: with x_2, x_3, x_4 the states at which the slopes k_2, k_3, k_4
     /// are taken, x + h/6 (k_1 + 2 k_2 + 2 k_3 + k_4) = (x_2 + 2 x_3 + x_4 - x)/3 + h/6 k_4, which needs no sums.
     #[inline(always)]
@@ -217,9 +250,10 @@ impl<O: Observer> Run<'_, O> {
             for step in 0..steps {
                 let begin = 2 * (steps * k + step);
                 for turn in 0..4_usize {
-                    let row = course.row(begin + turn.div_ceil(2));
+                    let index = begin + turn.div_ceil(2);
+                    let row = course.row(index);
                     let here: &[P; STATES] = if turn == 0 { x } else { &stages[turn - 1].0 };
-                    moving.rate(row, here, dx);
+                    moving.rate(index, row, here, dx);
                     if turn == 0 && step == 0 {
                         self.observer.sample(group, at, k, row, x, dx);
                         if k + 1 == samples {

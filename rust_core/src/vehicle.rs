@@ -3,11 +3,12 @@ use crate::assemble::{
     Assembly, Driven, Inputs, LINKAGE, Order, OwnLaw, Row, assemble, columns, eigenvalues, parameters, radius_bound,
 };
 use crate::bodies::Layout;
+use crate::contact::{Contact, ContactNumbers, NO_LIMIT};
 use crate::effects::effect::{Kind, Site, Slopes};
 use crate::effects::{Law, PlacedLaw};
 use crate::error::{Error, Result, expect_len};
 use crate::lanes::{LANES, Lanes, Part};
-use crate::plain::{ContactNumbers, NO_LIMIT, PlainBogie};
+use crate::plain::PlainBogie;
 use crate::profile::ShapeLanes;
 use crate::rows::Rows;
 use crate::wheelset::{Passing, RailLanes, WheelsetLanes};
@@ -76,14 +77,16 @@ pub struct Group {
     pub columns: usize,
     /// -K and -C over x = [q, q'], and what the track moves of the suspension.
     pub matrix: Rows,
-    inv_mass: Vec<Lanes>,
+    pub inv_mass: Vec<Lanes>,
     pub wheelsets: Vec<WheelsetLanes>,
     pub forces: Vec<PlacedLaw>,
     pub speed_scale: Lanes,
     pub inv_speed_scale: Lanes,
     pub limit: f64,
     /// Set where the structure is a bogie with nothing but saturation and flange: its rate in one piece.
-    pub plain: Option<PlainBogie>,
+    pub plain: Option<PlainBogie<Lanes>>,
+    /// Set where another structure has no more at its contacts than that.
+    pub contacts: Option<Vec<Contact<Lanes>>>,
     /// Own states that are held within a largest magnitude at the end of every step.
     held: Vec<(usize, Lanes)>,
     pub readings: Vec<Reading>,
@@ -276,6 +279,7 @@ impl Structure {
             inv_speed_scale: Lanes::from_fn(|l| 1.0 / scale.0[l]),
             limit: first.limit,
             plain: None,
+            contacts: None,
             held: Vec::new(),
             readings: Vec::new(),
             sensors: Vec::new(),
@@ -284,8 +288,17 @@ impl Structure {
         for (i, placed, range) in self.acting() {
             self.place(&mut group, &vehicles, &ones, i, placed, range)?;
         }
-        if self.kind == "bogie" && n == 6 && !group.matrix.is_driven() {
-            group.plain = Self::plain(&group, &vehicles, &ones);
+        for law in &mut group.forces {
+            let per_mass = |(i, a): &(usize, Lanes)| (*i, Lanes::from_fn(|l| a.0[l] * group.inv_mass[*i].0[l]));
+            law.pushes = law.row.iter().map(per_mass).collect();
+        }
+        if let Some(contacts) = Self::plain_contacts(&group, &vehicles) {
+            if self.kind == "bogie" && n == 6 && !group.matrix.is_driven() {
+                let numbers: Vec<_> = ones.iter().map(|one| one.numbers).collect();
+                group.plain = Some(PlainBogie::new(&numbers, &contacts, &group.speed_scale, group.touches()));
+            } else if self.layout.is_some() && n + 2 * contacts.len() <= STATES {
+                group.contacts = Some(contacts.iter().map(|numbers| Contact::new(numbers)).collect());
+            }
         }
         group.readings =
             channels.iter().map(|name| Self::reading(&group, &vehicles, name)).collect::<Result<Vec<_>>>()?;
@@ -295,8 +308,8 @@ impl Structure {
         Ok(group)
     }
 
-    /// The fused bogie where at most one saturation, whole or absent, and one flange act at the contact of each wheelset.
-    fn plain(group: &Group, vehicles: &[&Assembly], ones: &[&Single<'_>]) -> Option<PlainBogie> {
+    /// The numbers of every contact, lane by lane, where at most one saturation, whole or absent, and one flange act at it.
+    fn plain_contacts(group: &Group, vehicles: &[&Assembly]) -> Option<Vec<Vec<ContactNumbers>>> {
         let alone = |laws: &[PlacedLaw], law: Law| laws.is_empty() || (laws.len() == 1 && laws[0].law == law);
         let fits = |w: &WheelsetLanes| {
             let whole = w.creeps.iter().all(|c| c.alpha.0.iter().all(|a| *a == 0.0 || *a == 1.0));
@@ -310,17 +323,15 @@ impl Structure {
         if !group.wheelsets.iter().all(fits) {
             return None;
         }
-        let contact = |l: usize, i: usize| {
-            let (one, lanes) = (&vehicles[l].wheelsets[i], &group.wheelsets[i]);
+        let contact = |i: usize, l: usize| {
+            let (wheelset, lanes) = (vehicles[l].wheelsets[i], &group.wheelsets[i]);
             let flange = lanes.laws.first().map_or([1.0, 0.0], |f| [f.lanes[0].0[l], f.alpha.0[l] * f.lanes[1].0[l]]);
             let creep = lanes.creeps.first().filter(|c| c.alpha.0[l] == 1.0);
             let limit = creep.map_or(NO_LIMIT, |c| c.lanes[0].0[l].sqrt().recip());
-            ContactNumbers { wheelset: *one, limit, clearance: flange[0], flange: flange[1] }
+            let mass = [wheelset.y, wheelset.psi].map(|dof| vehicles[l].mass[dof]);
+            ContactNumbers { wheelset, mass, limit, clearance: flange[0], flange: flange[1] }
         };
-        let contacts: Vec<_> = (0..LANES).map(|l| [contact(l, 0), contact(l, 1)]).collect();
-        let numbers: Vec<_> = ones.iter().map(|one| one.numbers).collect();
-        let laws = group.wheelsets.iter().any(|w| !w.creeps.is_empty() || !w.laws.is_empty());
-        Some(PlainBogie::new(&numbers, &contacts, &group.speed_scale, laws))
+        Some((0..group.wheelsets.len()).map(|i| (0..LANES).map(|l| contact(i, l)).collect()).collect())
     }
 
     /// Sparse rows of -K and -C over x = [q, q'] and of the forces of the input table, a row per degree of freedom.
@@ -357,6 +368,7 @@ impl Structure {
             }
             group.forces.push(PlacedLaw {
                 law: *law,
+                pushes: Vec::new(),
                 row: (0..row.len()).map(|k| (row[k].0, Lanes::from_fn(|l| of(l).row[k].1))).collect(),
                 inputs: (0..inputs.len()).map(|k| (inputs[k].0, Lanes::from_fn(|l| of(l).inputs[k].1))).collect(),
                 lanes: (0..prepared[0].len()).map(|k| Lanes::from_fn(|l| prepared[l][k])).collect(),
@@ -388,6 +400,7 @@ impl Structure {
         };
         let law = |row, inputs, lanes, state| PlacedLaw {
             law: placed.law,
+            pushes: Vec::new(),
             row,
             inputs,
             lanes,
@@ -566,6 +579,11 @@ impl Reading {
 }
 
 impl Group {
+    /// Does a creep force saturate or a flange touch anywhere?
+    pub fn touches(&self) -> bool {
+        self.wheelsets.iter().any(|w| !w.creeps.is_empty() || !w.laws.is_empty())
+    }
+
     #[inline(always)]
     fn passing<'a, P: Part>(&self, at: usize, row: &'a [f64]) -> Passing<'a, P> {
         Passing {
@@ -601,6 +619,17 @@ impl Group {
         }
     }
 
+    /// What the track moves of the place where a law stands.
+    #[inline(always)]
+    pub fn follow<P: Part>(&self, law: &PlacedLaw, at: usize, row: &[f64], z: &mut P, v: &mut P) {
+        for (column, a) in &law.inputs {
+            *z = P::load(a, at).mul_add(P::splat(row[*column]), *z);
+            if law.looks_at_speed {
+                *v = P::load(a, at).mul_add(self.passing::<P>(at, row).speed * P::splat(row[column + 1]), *v);
+            }
+        }
+    }
+
     /// The laws at ports: their forces added to dx[n ..], or the accelerations that they cause.
     #[inline(always)]
     pub fn act<P: Part, const PER_MASS: bool>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
@@ -608,25 +637,22 @@ impl Group {
         for law in &self.forces {
             let (mut z, mut v) = (P::zero(), P::zero());
             for (i, a) in &law.row {
-                let a = P::load(a, at);
-                z = a.mul_add(x[i & 63], z);
-                v = a.mul_add(x[(n + i) & 63], v);
+                z = P::load(a, at).mul_add(x[i & 63], z);
             }
-            for (column, a) in &law.inputs {
-                let a = P::load(a, at);
-                z = a.mul_add(P::splat(row[*column]), z);
-                v = a.mul_add(self.passing::<P>(at, row).speed * P::splat(row[column + 1]), v);
+            if law.looks_at_speed {
+                for (i, a) in &law.row {
+                    v = P::load(a, at).mul_add(x[(n + i) & 63], v);
+                }
             }
+            self.follow(law, at, row, &mut z, &mut v);
             let mut own = P::zero();
             let force = law.law.force(law.numbers(at), z, v, row[0], x[law.state & 63], &mut own);
             if law.has_state {
                 dx[law.state & 63] = own;
             }
             let force = P::load(&law.alpha, at) * force;
-            for (i, a) in &law.row {
-                let a = P::load(a, at);
-                let a = if PER_MASS { a * P::load(&self.inv_mass[*i], at) } else { a };
-                dx[(n + i) & 63] = a.mul_add(force, dx[(n + i) & 63]);
+            for (i, a) in if PER_MASS { &law.pushes } else { &law.row } {
+                dx[(n + i) & 63] = P::load(a, at).mul_add(force, dx[(n + i) & 63]);
             }
         }
     }

@@ -1,8 +1,9 @@
-//! The fused bogie is the general one, lane by lane.
+//! The fused bogie and the fused vehicle of bodies and elements are the general ones, lane by lane.
+use railui_core::bodies::{Acts, Body, Joint, Layout, Number, Point, Way, Wheels};
 use railui_core::effects::Law;
 use railui_core::integrate::{Course, Series, run};
 use railui_core::lanes::LANES;
-use railui_core::vehicle::{Placed, Single, Structure};
+use railui_core::vehicle::{Group, Placed, Single, Structure};
 use std::sync::atomic::AtomicBool;
 
 const SAMPLES: usize = 1500;
@@ -46,9 +47,14 @@ fn differences(placed: Vec<Placed>, effects: &[f64], varying: f64, scale: f64, r
     assert!(fused.plain.is_some(), "nothing was fused");
     let mut general = fused.clone();
     general.plain = None;
-    let table = table(varying, if reduced { 0.0 } else { 2e-3 });
-    let course = Course::new(&table, 14, 1, 0.0025);
-    let [one, other] = [&fused, &general].map(|group| {
+    apart(&fused, &general, &table(varying, if reduced { 0.0 } else { 2e-3 }))
+}
+
+/// Largest difference of each channel over its largest value, along a table.
+fn apart(fused: &Group, general: &Group, table: &[f64]) -> Vec<f64> {
+    let course = Course::new(table, 14, 1, 0.0025);
+    let channels = &fused.readings;
+    let [one, other] = [fused, general].map(|group| {
         let mut series = Series::new(group, SAMPLES);
         let lost = run(group, &course, &[], LANES, &mut series, &AtomicBool::new(false)).expect("a run");
         assert!(lost.iter().all(Option::is_none), "{lost:?}");
@@ -100,5 +106,84 @@ fn the_fused_bogie_is_the_general_one_lane_by_lane() {
             let found = differences(placed.clone(), effects, varying, scale, reduced);
             assert!(found.iter().all(|d| *d < 1e-12), "{name}, reduced {reduced}: {found:?}");
         }
+    }
+}
+
+/// A body on one bogie that rolls, with primary dampers, a stop and a damper behind a spring; lanes differ by 10 %.
+fn built(lane: usize) -> (Layout, Vec<f64>) {
+    let mut numbers = Vec::new();
+    let mut next = |x: f64| -> Number {
+        numbers.push(x * (1.0 + 0.1 * ((lane * 31 + numbers.len() * 17) as f64).sin()));
+        vec![(1.0, numbers.len() - 1)]
+    };
+    let mut layout = Layout::default();
+    let mut body = |name: &str, number, [mass, yaw, roll, x, height]: [f64; 5], wheels: Option<Wheels>| {
+        let (mass, yaw_inertia) = (next(mass), Some(next(yaw)));
+        let roll_inertia = wheels.is_none().then(|| next(roll));
+        let (x, height, family) = (next(x), next(height), name.into());
+        let name = format!("{name}_{number}");
+        layout.bodies.push(Body { name, family, number, mass, yaw_inertia, roll_inertia, x, height, wheels });
+    };
+    body("body", 0, [16e3, 5e5, 28e3, 0.1, 1.8], None);
+    body("frame", 0, [2615.0, 3067.0, 1722.0, 0.05, 0.6], None);
+    // the numbers of both wheelsets are the same ones: theirs stand at the end
+    let at = |k: usize| -> Number { vec![(1.0, 100 + k)] };
+    let wheels = || Wheels {
+        spin_inertia: at(0),
+        half_gauge: at(1),
+        rolling_radius: at(2),
+        wheel_load: at(3),
+        contact: [4, 5, 6, 7, 8, 9].map(at),
+        spin_creep: at(10),
+    };
+    body("wheelset", 1, [1813.0, 1120.0, 0.0, 1.28, 0.46], Some(wheels()));
+    body("wheelset", 2, [1813.0, 1120.0, 0.0, -1.28, 0.46], Some(wheels()));
+    for (number, bodies) in [(1, [2, 1]), (2, [3, 1]), (0, [1, 0])] {
+        let x = [0.0, 1.28, -1.28][number as usize];
+        let points: [Point; 2] =
+            [0, 1].map(|_| [vec![], vec![], vec![]]).map(|_: Point| [next(x), next(1.0), next(0.7)]);
+        let stiff = if number > 0 { 3e6 } else { 2e5 };
+        let mut terms = vec![
+            (Way::Lateral, Acts::Spring(next(stiff))),
+            (Way::Longitudinal, Acts::Spring(next(2.0 * stiff))),
+            (Way::Vertical, Acts::Spring(next(stiff))),
+            (Way::Vertical, Acts::Damper(next(1e4))),
+        ];
+        if number == 0 {
+            terms.push((Way::Lateral, Acts::Stop([next(2e-3), next(1e6)])));
+            terms.push((Way::Lateral, Acts::Series([next(4e6), next(3e4), vec![]])));
+        }
+        let (name, static_load) = (if number > 0 { "primary" } else { "secondary" }.into(), next(4e4));
+        let bodies = bodies.map(Some);
+        layout.joints.push(Joint { name, number, bodies, points, mirrored: true, terms, static_load });
+    }
+    let contact = [112.0, 0.75, 0.46, 54e3, 0.18, 130.0, 120.0, 8.0, 0.05, 0.05, 0.25];
+    assert!(numbers.len() < 100);
+    numbers.resize(100, 1.0);
+    numbers.extend(contact.iter().enumerate().map(|(i, x)| x * (1.0 + 0.1 * ((lane * 13 + i * 7) as f64).sin())));
+    layout.numbers = numbers.len();
+    (layout, numbers)
+}
+
+#[test]
+fn the_fused_vehicle_of_bodies_is_the_general_one_lane_by_lane() {
+    let (layout, _) = built(0);
+    let numbers: Vec<_> = (0..LANES).map(|lane| built(lane).1).collect();
+    let both = vec![placed(Law::CreepSaturation, 0, 1), placed(Law::FlangeContact, 0, 2)];
+    let plain: (Vec<Placed>, &[f64]) = (Vec::new(), &[]);
+    for (some, effects) in [plain, (both.clone(), &[0.35, 3e-3, 14.6e6]), (both, &[0.04, 5e-3, 14.6e6])] {
+        let structure =
+            Structure { kind: "built".into(), measured: vec![], placed: some, layout: Some(layout.clone()) };
+        let amounts = vec![1.0; structure.placed.len()];
+        let singles: Vec<_> = (0..LANES)
+            .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts, speed_scale: 1.0 - 0.01 * l as f64 })
+            .collect();
+        let channels = ["e1", "e2", "psi2", "ay1", "ayf", "y.body_0", "phi.frame_0"].map(String::from);
+        let fused = structure.group(&singles, &channels).expect("a group");
+        assert!(fused.contacts.is_some(), "nothing was fused");
+        let mut general = fused.clone();
+        general.contacts = None;
+        let found = apart(&fused, &general, &table(8.0, 2e-3));
+        assert!(found.iter().all(|d| *d < 1e-12), "{effects:?}: {found:?}");
     }
 }

@@ -13,7 +13,8 @@ from click.testing import CliRunner
 from railui.cli import cli
 from railui.files.track_file import save_track
 from railui.study.assess import assess, in_band
-from railui.study.ride import ride, simulate
+from railui.study.forces import forces
+from railui.study.ride import model_of, ride, road_of, simulate
 from railui.track import Track, band_sd, synthetic_track
 
 HOME = Path(__file__).parents[2]
@@ -28,6 +29,22 @@ def faulty_line(*faults: tuple[float, float, float, float]) -> Track:
         inside = np.clip(np.minimum(good.s - begin, end - good.s) / 20.0, 0.0, 1.0)
         yw += amplitude * inside * np.sin(2 * np.pi * good.s / wave)
     return Track(good.s, yw, good.phiw, good.gauge)
+
+
+@pytest.mark.parametrize("design", [BOGIE, HOME / "designs/manchester_coach.yaml"])
+def test_the_guiding_forces_of_stretches_are_those_of_the_ride(design: Path) -> None:
+    line = synthetic_track("erri_b176_high", length=1000.0, seed=3)
+    found = assess(line, design, 40.0, stretch=250.0)
+    whole = forces(model_of(design), road_of(line, 40.0))
+    assert whole is not None
+    sums = [one["sum_of_guiding_forces"] for one in found["stretches"]]
+    of_wheelsets = max(one["sum_of_guiding_forces"] for one in whole["wheelsets"])
+    # a percentile of the whole lies between those of its parts
+    assert min(sums) < of_wheelsets <= max(sums)
+    assert min(sums) > 0 and found["sum_of_guiding_forces_limit"] == whole["wheelsets"][0]["limit"]
+    quotients = [one["derailment_quotient"] for one in found["stretches"]]
+    assert min(quotients) < whole["derailment_quotient"] <= max(quotients)
+    assert any("planar" in note for note in found["notes"]) == (design == BOGIE)
 
 
 def test_a_stretch_has_what_the_whole_ride_does_in_it() -> None:

@@ -32,6 +32,8 @@ impl Effect for BumpStop {
 }
 
 impl Force for BumpStop {
+    const SPEED: bool = false;
+
     // F = -k (abs(z) - h) sign z beyond h
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {

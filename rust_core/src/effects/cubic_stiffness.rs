@@ -34,6 +34,8 @@ impl Effect for CubicStiffness {
 }
 
 impl Force for CubicStiffness {
+    const SPEED: bool = false;
+
     // F = -k3 z^3
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {

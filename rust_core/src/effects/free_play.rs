@@ -35,6 +35,8 @@ impl Effect for FreePlay {
 }
 
 impl Force for FreePlay {
+    const SPEED: bool = false;
+
     // F = -k (z - clamp(z, -h, h)), less the declared -k z
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {

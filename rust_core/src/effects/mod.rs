@@ -149,6 +149,8 @@ impl Law {
 pub struct PlacedLaw {
     pub law: Law,
     pub row: Vec<(usize, Lanes)>,
+    /// The row over the masses: what the force accelerates.
+    pub pushes: Vec<(usize, Lanes)>,
     /// Terms of the input table in z; the speed times the next column is their rate.
     pub inputs: Vec<(usize, Lanes)>,
     pub lanes: Vec<Lanes>,

@@ -34,6 +34,8 @@ impl Effect for QuadraticStiffness {
 }
 
 impl Force for QuadraticStiffness {
+    const SPEED: bool = false;
+
     // F = -k2 z^2
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {

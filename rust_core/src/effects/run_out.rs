@@ -39,6 +39,8 @@ impl Effect for RunOut {
 }
 
 impl Force for RunOut {
+    const SPEED: bool = false;
+
     // F = F_0 sin(s/r_e + phase)
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, _v: P, s: f64, _x: P, _dx: &mut P) -> P {

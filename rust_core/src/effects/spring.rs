@@ -26,6 +26,8 @@ impl Effect for Spring {
 }
 
 impl Force for Spring {
+    const SPEED: bool = false;
+
     // F = -k z
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {

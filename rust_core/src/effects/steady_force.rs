@@ -22,6 +22,8 @@ impl Effect for SteadyForce {
 }
 
 impl Force for SteadyForce {
+    const SPEED: bool = false;
+
     // F = F_0
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {

@@ -1,0 +1,278 @@
+//! The fused contact of one wheelset: gravitation, saturated creep forces and flange as accelerations.
+//!
+//! The same equations as in wheelset.rs, (3.2)-(3.10) of Broersen (1976), with every product of constants made
+//! beforehand: creep forces in units of the friction limit mu N, all forces as accelerations.
+use crate::lanes::{Lanes, Part};
+use crate::wheelset::{Motion, Wheelset};
+
+/// A wheelset with its saturation and its flange.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactNumbers {
+    pub wheelset: Wheelset,
+    /// Mass and yaw inertia of the wheelset.
+    pub mass: [f64; 2],
+    /// mu N, or [`NO_LIMIT`].
+    pub limit: f64,
+    /// Clearance and stiffness of the flange; stiffness 0 where there is none.
+    pub clearance: f64,
+    pub flange: f64,
+}
+
+/// Where nothing saturates: so far above every creep force that the factor is one to the last digit.
+pub const NO_LIMIT: f64 = 1e40;
+
+/// The contact of one wheelset of sixteen vehicles, or of a part of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact<T> {
+    pub r: T,
+    /// t_x = along_e e + along_turn psi'/V
+    along_e: T,
+    along_turn: T,
+    /// t_y = (across y' + across_turn psi')/V - across_psi psi - across_e e - across_line dy_w - across_roll dphi_w
+    across: T,
+    across_turn: T,
+    across_psi: T,
+    across_e: T,
+    pub across_line: T,
+    pub across_roll: T,
+    /// t_y of the right wheel is less by this, of the left one more.
+    angle: T,
+    clearance: T,
+    minus_clearance: T,
+    /// Accelerations: per phi_w, e, flange deflection, unit of creep force, V psi'.
+    pub gravity: T,
+    gravity_e: T,
+    flange: T,
+    creep: T,
+    gyro: T,
+    /// Angular accelerations: per unit of creep force, psi, V y'.
+    turn: T,
+    turn_psi: T,
+    turn_gyro: T,
+}
+
+/// What depends on the speed: t_x per psi', t_y per y' and psi', accelerations per psi' and y'.
+#[derive(Clone, Copy)]
+pub struct AtSpeed<P> {
+    along: P,
+    across: P,
+    across_turn: P,
+    gyro: P,
+    turn_gyro: P,
+}
+
+/// e, and the creep forces of the linear law: t_x, t_y of the right and the left wheel.
+#[derive(Clone, Copy)]
+pub struct Slip<P> {
+    e: P,
+    tx: P,
+    ty: [P; 2],
+}
+
+/// What touches: the accelerations of gravitation and flange, the sums of t_y and t_x over both wheels.
+#[derive(Clone, Copy)]
+pub struct Touch<P> {
+    pub a_y: P,
+    pub a_psi: P,
+    sum: P,
+    pulls: P,
+}
+
+impl Contact<Lanes> {
+    /// From the contacts of sixteen vehicles.
+    pub fn new(of: &[ContactNumbers]) -> Self {
+        let lanes = |f: &dyn Fn(&Wheelset, &ContactNumbers) -> f64| Lanes::from_fn(|l| f(&of[l].wheelset, &of[l]));
+        let roll = |w: &Wheelset| 1.0 + w.r * w.sigma / w.b;
+        let gyro = |w: &Wheelset| w.i_ya * w.sigma / (w.b * w.r);
+        Contact {
+            r: lanes(&|w, _| w.r),
+            along_e: lanes(&|w, c| w.kappa_x * w.n * w.lambda / (w.r * c.limit)),
+            along_turn: lanes(&|w, c| w.kappa_x * w.n * w.b / c.limit),
+            across: lanes(&|w, c| w.kappa_y * w.n * roll(w) / c.limit),
+            across_turn: lanes(&|w, c| w.kappa_s * w.n / c.limit),
+            across_psi: lanes(&|w, c| w.kappa_y * w.n / c.limit),
+            across_e: lanes(&|w, c| w.kappa_s * w.n * (w.epsilon - w.sigma) / (w.b * w.r * c.limit)),
+            across_line: lanes(&|w, c| w.kappa_y * w.n * w.r * w.sigma / (w.b * c.limit)),
+            across_roll: lanes(&|w, c| w.kappa_y * w.n * roll(w) * w.r / c.limit),
+            angle: lanes(&|w, c| w.kappa_s * w.n * w.delta / (w.r * c.limit)),
+            clearance: lanes(&|_, c| c.clearance),
+            minus_clearance: lanes(&|_, c| -c.clearance),
+            gravity: lanes(&|w, c| 2.0 * w.n / c.mass[0]),
+            gravity_e: lanes(&|w, c| 2.0 * w.n * w.epsilon / w.b / c.mass[0]),
+            flange: lanes(&|_, c| c.flange / c.mass[0]),
+            creep: lanes(&|_, c| c.limit / c.mass[0]),
+            gyro: lanes(&|w, c| gyro(w) / c.mass[0]),
+            turn: lanes(&|w, c| w.b * c.limit / c.mass[1]),
+            turn_psi: lanes(&|w, c| 2.0 * w.b * w.n * w.delta / c.mass[1]),
+            turn_gyro: lanes(&|w, c| gyro(w) / c.mass[1]),
+        }
+    }
+
+    /// The lanes from `at` on, side by side in memory.
+    #[inline(always)]
+    pub fn part<P: Part>(&self, at: usize) -> Contact<P> {
+        let g = |l: &Lanes| P::load(l, at);
+        Contact {
+            r: g(&self.r),
+            along_e: g(&self.along_e),
+            along_turn: g(&self.along_turn),
+            across: g(&self.across),
+            across_turn: g(&self.across_turn),
+            across_psi: g(&self.across_psi),
+            across_e: g(&self.across_e),
+            across_line: g(&self.across_line),
+            across_roll: g(&self.across_roll),
+            angle: g(&self.angle),
+            clearance: g(&self.clearance),
+            minus_clearance: g(&self.minus_clearance),
+            gravity: g(&self.gravity),
+            gravity_e: g(&self.gravity_e),
+            flange: g(&self.flange),
+            creep: g(&self.creep),
+            gyro: g(&self.gyro),
+            turn: g(&self.turn),
+            turn_psi: g(&self.turn_psi),
+            turn_gyro: g(&self.turn_gyro),
+        }
+    }
+}
+
+impl<P: Part> Contact<P> {
+    /// At a speed and its inverse.
+    #[inline(always)]
+    pub fn at_speed(&self, v: P, per_v: P) -> AtSpeed<P> {
+        AtSpeed {
+            along: self.along_turn * per_v,
+            across: self.across * per_v,
+            across_turn: self.across_turn * per_v,
+            gyro: self.gyro * v,
+            turn_gyro: self.turn_gyro * v,
+        }
+    }
+
+    /// The creep forces of the linear law at the displacement e = `motion.y` relative to the rails, in units of the limit
+    /// (3.3), (3.5); `lay` is what line and cross-level take off t_y. Without `SPIN` both wheels creep alike.
+    #[inline(always)]
+    pub fn slip<const SPIN: bool>(&self, at_speed: &AtSpeed<P>, motion: &Motion<P>, lay: impl Lay<P>) -> Slip<P> {
+        let Motion { y: e, psi, vy, vpsi } = *motion;
+        let tx = self.along_e.mul_add(e, at_speed.along * vpsi);
+        let mut ty = self.across_psi.neg_mul_add(psi, at_speed.across * vy);
+        if !SPIN {
+            return Slip { e, tx, ty: [ty, ty] };
+        }
+        ty = at_speed.across_turn.mul_add(vpsi, ty);
+        ty = self.across_e.neg_mul_add(e, ty);
+        ty = lay.off(self, ty);
+        Slip { e, tx, ty: [ty - self.angle, ty + self.angle] }
+    }
+
+    /// The accelerations of gravitation and flange, `a_y` being what the track's cross-level alone does, and the sums of
+    /// creep forces. Without `LAWS` nothing touches.
+    #[inline(always)]
+    pub fn touch<const LAWS: bool, const SPIN: bool>(
+        &self,
+        slip: &Slip<P>,
+        [f_1, f_2]: [P; 2],
+        psi: P,
+        a_y: P,
+    ) -> Touch<P> {
+        let Slip { e, tx, ty: [ty_1, ty_2] } = *slip;
+        // sum and difference of t_y of both wheels, sum of t_x
+        let (sum, difference, pulls);
+        if SPIN {
+            let (g_1, g_2) = (f_1 * ty_1, f_2 * ty_2);
+            (sum, difference, pulls) = (g_1 + g_2, g_1 - g_2, (f_1 + f_2) * tx);
+        } else {
+            let f = f_1 + f_1;
+            (sum, difference, pulls) = (f * ty_1, P::zero(), f * tx);
+        }
+
+        // (3.4), (3.10)
+        let mut a_y = self.gravity_e.neg_mul_add(e, a_y);
+        if LAWS {
+            let beyond = e - e.min(self.clearance).max(self.minus_clearance);
+            a_y = self.flange.neg_mul_add(beyond, a_y);
+        }
+        let a_psi = if SPIN { self.turn.mul_add(difference, self.turn_psi) * psi } else { P::zero() };
+        Touch { a_y, a_psi, sum, pulls }
+    }
+
+    /// The accelerations of y and psi with what creeps and turns, once everything else has joined those of `touch`.
+    #[inline(always)]
+    pub fn creep<const SPIN: bool>(&self, at_speed: &AtSpeed<P>, touch: Touch<P>, vy: P, vpsi: P) -> [P; 2] {
+        let Touch { mut a_y, mut a_psi, sum, pulls } = touch;
+        if SPIN {
+            (a_y, a_psi) = (at_speed.gyro.mul_add(vpsi, a_y), at_speed.turn_gyro.neg_mul_add(vy, a_psi));
+        }
+        [self.creep.neg_mul_add(sum, a_y), self.turn.neg_mul_add(pulls, a_psi)]
+    }
+}
+
+/// What the slopes of line and cross-level take off t_y.
+pub trait Lay<P> {
+    fn off(self, contact: &Contact<P>, ty: P) -> P;
+}
+
+/// dy_w/ds and dphi_w/ds as the input table has them.
+pub struct Slopes(pub f64, pub f64);
+
+impl<P: Part> Lay<P> for Slopes {
+    #[inline(always)]
+    fn off(self, contact: &Contact<P>, ty: P) -> P {
+        let ty = contact.across_line.neg_mul_add(P::splat(self.0), ty);
+        contact.across_roll.neg_mul_add(P::splat(self.1), ty)
+    }
+}
+
+/// Both together, made beforehand.
+pub struct Taken<P>(pub P);
+
+impl<P: Part> Lay<P> for Taken<P> {
+    #[inline(always)]
+    fn off(self, _: &Contact<P>, ty: P) -> P {
+        ty - self.0
+    }
+}
+
+impl<P: Part> Slip<P> {
+    #[inline(always)]
+    pub fn none() -> Self {
+        Slip { e: P::zero(), tx: P::zero(), ty: [P::zero(); 2] }
+    }
+
+    /// The factors of the creep forces of both wheels; one without `LAWS`.
+    #[inline(always)]
+    pub fn factors<const LAWS: bool, const SPIN: bool>(&self) -> [P; 2] {
+        if !LAWS {
+            return [P::splat(1.0); 2];
+        }
+        if SPIN {
+            return saturation(self.tx, self.ty);
+        }
+        let [f] = saturation(self.tx, [self.ty[0]]);
+        [f, f]
+    }
+}
+
+/// Factors of wheels of one t_x for creep forces in units of the limit: 1 - q/3 + q^2/27 for q < 3, else 1/q.
+#[inline(always)]
+fn saturation<P: Part, const N: usize>(tx: P, ty: [P; N]) -> [P; N] {
+    let (one, nine) = (P::splat(1.0), P::splat(9.0));
+    let along = tx * tx;
+    // loops, for closures inside array functions would not be compiled for the level
+    let (mut square, mut q, mut factor) = (ty, ty, ty);
+    let mut largest = one;
+    for i in 0..N {
+        square[i] = ty[i].mul_add(ty[i], along);
+        q[i] = square[i].sqrt();
+        factor[i] = q[i].mul_add(P::splat(-1.0 / 3.0), square[i].mul_add(P::splat(1.0 / 27.0), one));
+        largest = if i == 0 { square[0] } else { largest.max(square[i]) };
+    }
+    // full sliding is rare: its divisions are made only where a lane slides
+    if largest.any_from(nine) {
+        for i in 0..N {
+            factor[i] = square[i].if_less(nine, factor[i], one / q[i].max(one));
+        }
+    }
+    factor
+}
