@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from railui.files.design import load_design
+from railui.study.hunting import hunting
 from railui.study.model import Model
 from railui.study.road import Road, lay
 from tests.truth import coach as truth
@@ -84,3 +85,8 @@ def test_a_softer_anti_roll_bar_lets_the_body_roll_more_slowly() -> None:
     soft = Model(MODEL.design.with_values({"vehicle.elements.anti_roll_bar.stiffness": 0.0}))
     slow = [min(abs(z.imag) for z in m.eigenvalues(30.0)[0] if z.imag and z.real > -5) for m in (soft, MODEL)]
     assert slow[0] < slow[1]
+
+
+def test_its_hunting_dies_below_its_linear_critical_speed() -> None:
+    found = hunting(MODEL, [70.0, 80.0, 90.0], diagram=False)
+    assert found.hard and found.fold == pytest.approx(76.97, abs=0.05)  # linear: 82.59 m/s
