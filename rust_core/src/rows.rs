@@ -109,6 +109,9 @@ pub struct Packed<P> {
     rows: Vec<[u8; 3]>,
 }
 
+/// A row: where its sum goes and where it starts from, its terms.
+pub type Row<P> = ([usize; 2], Vec<(usize, P)>);
+
 /// What the places of a row hold.
 pub trait Places<P> {
     fn at(&self, place: u8) -> P;
@@ -152,7 +155,7 @@ impl<P: Part> Places<P> for Table {
 
 impl<P: Part> Packed<P> {
     /// From rows: where the sum goes, where it starts from, its terms; no place is beyond those of [`State`] or [`Table`].
-    pub fn new(mut rows: Vec<([usize; 2], Vec<(usize, P)>)>) -> Self {
+    pub fn new(mut rows: Vec<Row<P>>) -> Self {
         let mut packed = Packed { places: Vec::new(), factors: Vec::new(), rows: Vec::new() };
         // rows of one length after each other: their ends can be foreseen
         rows.sort_by_key(|(_, terms)| terms.len());
