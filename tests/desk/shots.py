@@ -87,7 +87,7 @@ async def campaign() -> None:
         await rest(desk, pilot)
         panel = desk.query_one(CampaignPanel)
         await pilot.press("s")
-        await until(lambda: len(panel.refits) > 0)
+        await until(lambda: len(panel.progress.refits) > 0)
         take(desk, "trace")
         await until(lambda: panel.closed is not None)
         await rest(desk, pilot)

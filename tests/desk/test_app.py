@@ -88,7 +88,7 @@ async def test_quitting_while_a_loop_runs_asks_first(sit: Sitting) -> None:
     async with sit(REPOSITORY / "designs/campaigns/worn_axle_box") as keys:
         await keys.pilot.press("s")
         panel = keys.desk.query_one(CampaignPanel)
-        await keys.until(lambda: panel.turn is not None)
+        await keys.until(lambda: panel.progress.turn is not None)
         await keys.pilot.press("ctrl+q")
         await keys.pilot.pause(0.3)
         assert isinstance(keys.desk.screen, Ask)

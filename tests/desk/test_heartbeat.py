@@ -87,7 +87,7 @@ async def test_a_loop_beside_it_never_holds_the_screen(sit: Sitting, capsys: pyt
 
         async def adjust() -> None:
             await keys.pilot.press("s")
-            await keys.until(lambda: panel.turn is not None and panel.turn.iteration >= 3)
+            await keys.until(lambda: panel.progress.turn is not None and panel.progress.turn.iteration >= 3)
             await keys.pilot.press("k")
             await keys.until(lambda: panel.study is None)
 

@@ -7,12 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from textual.widgets import Static
 
 from railui.desk.bars import Bars
 from railui.desk.form import Form
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.plan import Plan
+from railui.desk.plot import Plot
+from railui.desk.search_progress import spread
 from railui.desk.work import Study
 from railui.engine.session import status
 from tests.desk.conftest import Sitting
@@ -46,6 +49,10 @@ async def test_a_study_is_searched_and_a_design_taken_within_four_keys(sit: Sitt
         await keys.press("f", "up")
         at = panel.query_one("#designs", Bars).at
         assert panel.declared is not None  # what the design does stands beside what the declared one does
+        found = panel.result["pareto"][at]["fresh"]  # and its spread on seeds that the search never saw
+        told = spread(found["mean"][0], found["sd"][0])
+        assert told in panel.fresh and told in str(panel.query_one("#search-quality", Static).content)
+        assert "fresh seeds" in [line.label for line in panel.query_one("#front", Plot).picture.lines]
         await keys.press("t")
         assert keys.count <= 4
         assert design.draft is not None
@@ -98,6 +105,12 @@ async def test_the_plan_begins_with_the_design_in_the_form(sit: Sitting, bogie: 
         await keys.type("9 t")
         await keys.press("enter")
         assert "not below" in panel.side.trouble
+
+
+async def test_a_spread_has_two_digits() -> None:
+    assert spread(0.149713, 0.00231) == "0.1497±0.0023"
+    assert spread(5.50871, 0.0987) == "5.509±0.099"
+    assert spread(31.2, 14.0) == "31±14"
 
 
 async def test_the_study_file_of_a_plan_says_the_same(study: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
@@ -19,42 +19,27 @@ from textual.message import Message
 from textual.widgets import Static
 
 from railui.desk.axis import Axis
-from railui.desk.bars import Bar, Bars
+from railui.desk.bars import Bars
 from railui.desk.dialogs import Faults, Pick
-from railui.desk.form import Form, pretty
+from railui.desk.form import Form
 from railui.desk.form_side import FormSide
 from railui.desk.look import Case, Look, look
 from railui.desk.messages import Done, Failed, Offered, Seen, Showed
 from railui.desk.panels.common import arranged, in_turn, titled
-from railui.desk.plan import Plan, aim_unit, variables
-from railui.desk.plot import Line, Mark, Picture, Plot
+from railui.desk.plan import Plan, variables
+from railui.desk.plot import Picture, Plot
 from railui.desk.quality import comparison
+from railui.desk.search_progress import Searched, Step, step_of
 from railui.desk.views import acceleration, displacement
 from railui.desk.work import Latest, Study
 from railui.engine.local import Local
 from railui.engine.session import Session
 from railui.files.design import Design
-from railui.files.display import display
 from railui.files.problems import FileProblems
-from railui.study.aims import violations
 from railui.study.optimise import Stand, optimise
-from railui.study.pareto import hypervolumes, knee
 
 Floats = NDArray[np.float64]
 EMPTY = Picture(Axis(""), Axis(""), wait="s starts the search")
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """A generation as the panel keeps it: designs, aims, which keep all limits, aims of the design as it is."""
-
-    x: Floats
-    aims: Floats
-    kept: NDArray[np.bool_]
-    evaluations: int
-    failed: int
-    doing: str
-    baseline: Floats
 
 
 class OptimisePanel(Vertical):
@@ -79,7 +64,8 @@ The plan on the left begins with the design in the form (`d` takes it anew): whi
 aimed at, which limits hold, on which track, speeds and seeds. `a` adds a variable, `g` an aim, Delete removes the one
 under the cursor. `s` starts, `p` pauses, `k` stops; every evaluation is kept in the directory of the plan, so that `s`
 goes on where it ended, and `railui optimise` does too. `f` goes to the front: up and down walk along it, the pictures
-show what each design does beside the design as it is. `t` takes it into the form.
+show what each design does beside the design as it is, and the cross on the front what its aims are on seeds that the
+search never saw: mean and one standard deviation. `t` takes it into the form.
 """
 
     def __init__(self, *, id: str | None = None) -> None:
@@ -89,13 +75,18 @@ show what each design does beside the design as it is. `t` takes it into the for
         self.view, self.touched = 0, False
         self.latest = Latest(self, "look")
         self.declared: Look | None = None
-        self._forget()
+        self.searched: Searched | None = None
+        self.doing, self.fresh = "", ""
 
-    def _forget(self) -> None:
-        self.steps: list[Step] = []
-        self.result: dict[str, Any] | None = None
-        self.searched: Plan | None = None
-        self.doing = ""
+    @property
+    def steps(self) -> list[Step]:
+        """The generations so far."""
+        return self.searched.steps if self.searched else []
+
+    @property
+    def result(self) -> dict[str, Any] | None:
+        """The result, once there is one."""
+        return self.searched.result if self.searched else None
 
     def compose(self) -> ComposeResult:
         with Horizontal():
@@ -206,9 +197,8 @@ show what each design does beside the design as it is. `t` takes it into the for
         except FileProblems as error:
             self.app.push_screen(Faults("the plan", error))
             return
-        self._forget()
-        self.searched = self.plan
-        self.declared = None
+        self.searched, self.declared = Searched(self.plan), None
+        self.doing, self.fresh = "", ""
         where = Path(self.plan.directory).expanduser()
         self.study = Study(self, "search", lambda job: self._search(job, study, where))
         self._everything()
@@ -220,7 +210,7 @@ show what each design does beside the design as it is. `t` takes it into the for
             def watch(stand: Stand) -> None:
                 session.watch(stand)
                 job.checkpoint()
-                self.post_message(Showed("search", _step(study, stand)))
+                self.post_message(Showed("search", step_of(study, stand)))
 
             found = optimise(study, evaluator=session.evaluator, watch=watch)
             session.finish(_document(study, found))
@@ -240,23 +230,23 @@ show what each design does beside the design as it is. `t` takes it into the for
     @on(Showed)
     def _showed(self, message: Showed) -> None:
         step: Step | None = message.event
-        if step is not None:
-            self.doing = step.doing
-            if not self.steps or step.evaluations > self.steps[-1].evaluations:
-                self.steps.append(step)
+        if step is not None and self.searched is not None:
+            self.doing, self.fresh = step.doing, ""
+            if self.searched.take(step):
                 self._front()
                 self._convergence()
         self._state()
 
     @on(Done)
     def _done(self, message: Done) -> None:
-        self.study, self.result = None, message.result
+        assert self.searched is not None
+        self.study, self.searched.result = None, message.result
         self.doing = f"finished: {len(message.result['pareto'])} designs on the front"
         if message.result["warnings"]:
             self.notify("\n".join(message.result["warnings"]), title="Mind", timeout=12)
         self._everything()
-        if self.result and self.result["knee"] is not None:
-            self.query_one("#designs", Bars).choose(self.result["knee"])
+        if message.result["knee"] is not None:
+            self.query_one("#designs", Bars).choose(message.result["knee"])
 
     @on(Failed)
     def _failed(self, message: Failed) -> None:
@@ -269,27 +259,9 @@ show what each design does beside the design as it is. `t` takes it into the for
         if not message.stopped:
             self.notify(message.text, severity="error", timeout=10)
 
-    # what is known
-
     def points(self) -> tuple[Floats, Floats]:
-        """Designs [n, variable] of the front and their aims [n, aim]: the result's, or the best so far."""
-        plan = self.searched
-        if plan is None or (not self.steps and self.result is None):
-            return np.zeros((0, 0)), np.zeros((0, 2))
-        if self.result is not None:
-            found = self.result["pareto"]
-            x = np.array([list(p["variables"].values()) for p in found]).reshape(len(found), -1)
-            told = [[np.nan if v is None else v for v in p["objectives"]] for p in found]
-            return x, np.array(told, dtype=float).reshape(len(found), -1)
-        x = np.vstack([step.x[step.kept] for step in self.steps])
-        aims = np.vstack([step.aims[step.kept] for step in self.steps])
-        if not len(aims):
-            return x, aims
-        better = aims * senses(plan)
-        worse = np.all(better[:, None] >= better, axis=2) & np.any(better[:, None] > better, axis=2)
-        kept = np.flatnonzero(~worse.any(axis=1))
-        order = kept[np.argsort(better[kept, 0], kind="stable")]
-        return x[order], aims[order]
+        """Designs [n, variable] of the front and their aims [n, aim]."""
+        return self.searched.points() if self.searched else (np.zeros((0, 0)), np.zeros((0, 2)))
 
     # drawing
 
@@ -298,7 +270,8 @@ show what each design does beside the design as it is. `t` takes it into the for
 
     def _state(self) -> None:
         """The vehicle, what goes on, and how long it will take."""
-        stand, plan = self.query_one("#stand", Static), self.searched or self.plan
+        stand = self.query_one("#stand", Static)
+        plan = self.searched.plan if self.searched else self.plan
         text = Text(no_wrap=True, overflow="ellipsis")
         if plan is None:
             text.append("No design: ctrl+o opens one, or a study.", "dim")
@@ -309,89 +282,42 @@ show what each design does beside the design as it is. `t` takes it into the for
         whose = f"contact as adjusted to {adjusted.campaign}" if adjusted else "contact as declared, not adjusted"
         text.append(f"{whose}\n", "" if adjusted else "yellow")
         text.append(self.doing or "s starts the search", "" if self.doing else "dim")
+        text.append(f"\n{self.fresh}")
         stand.update(text, layout=False)
-        study = self.study
+        study, share = self.study, self.searched.share if self.searched else 0.0
         if study is None:
             titled(stand, sub="")
             return
-        share = (self.steps[-1].evaluations if self.steps else 0) / (plan.population * plan.generations)
         left = f"{study.seconds * (1 - share) / share:.0f} s to go" if share > 0 else "beginning"
         titled(stand, sub="paused: p goes on" if study.paused else f"{100 * share:.0f} % · {left}")
 
     def _front(self) -> None:
-        """All designs tried, the front, the design as it is, the one under the cursor."""
-        plan, plot, bars = self.searched, self.query_one("#front", Plot), self.query_one("#designs", Bars)
-        x, aims = self.points()
-        if plan is None or not (self.steps or self.result):
+        """The front and its designs."""
+        plot, bars, searched = self.query_one("#front", Plot), self.query_one("#designs", Bars), self.searched
+        if searched is None or not (searched.steps or searched.result):
             plot.show(EMPTY)
             bars.show([])
             return
-        self._designs(plan, bars, x, aims)
-        if len(plan.aims) < 2:
-            plot.show(Picture(Axis(""), Axis(""), wait="one aim: see the convergence"))
-            return
-        names = [Axis(aim.split()[-1].replace("_", " "), aim_unit(aim)) for aim, _ in plan.aims]
-        lines = []
-        tried = np.vstack([step.aims[step.kept] for step in self.steps]) if self.steps else np.zeros((0, 2))
-        if len(tried):
-            low, high = _frame(np.vstack([aims, tried]) if len(aims) else tried)
-            near = np.all((tried[:, :2] >= low) & (tried[:, :2] <= high), axis=1)
-            lines.append(Line(tried[near, 0], tried[near, 1], "tried", "base", points=True))
-        lines.append(Line(aims[:, 0], aims[:, 1], "front", "now"))
-        marks = []
-        if self.steps and np.all(np.isfinite(self.steps[-1].baseline)):
-            one = self.steps[-1].baseline
-            marks.append(Mark(float(one[0]), float(one[1]), "x", "as it is", "other"))
-            lines.append(Line(one[:1], one[1:2], "", "other", points=True))
-        if bars.rows and bars.at < len(aims):
-            marks.append(Mark(float(aims[bars.at, 0]), float(aims[bars.at, 1]), "o", f"{bars.at + 1}", "limit"))
-        plot.show(Picture(names[0], names[1], lines, marks=marks))
-
-    def _designs(self, plan: Plan, bars: Bars, x: Floats, aims: Floats) -> None:
-        """A row per design of the front: its aims, and where it lies between the best and the worst of the first."""
-        best = self.result["knee"] if self.result is not None else None
-        if best is None and len(aims) > 1:
-            best = knee(aims, senses(plan))
-        width = float(np.ptp(aims[:, 0])) if len(aims) else 0.0
-        rows = []
-        for i, values in enumerate(aims):
-            told = "  ".join(f"{value:8.4g}" for value in values)
-            share = 1 - abs(values[0] - aims[0, 0]) / width if width else 1.0
-            rows.append(Bar(f"{i + 1}{' knee' if i == best else ''}", float(share), told, strong=i == best))
-        bars.show(rows)
-        titled(bars, sub=", ".join(aim.split()[-1].replace("_", " ") for aim, _ in plan.aims))
+        bars.show(searched.design_rows())
+        titled(bars, sub=", ".join(searched.names))
+        plot.show(searched.front_picture(bars.at))
 
     def _convergence(self) -> None:
-        plot, plan = self.query_one("#convergence", Plot), self.searched
-        if plan is None or len(self.steps) < 2:
-            plot.show(Picture(Axis(""), Axis(""), wait="after two generations"))
-            return
-        count = np.array([float(step.evaluations) for step in self.steps])
-        if len(plan.aims) == 1:
-            best = senses(plan)[0] * np.array(
-                [np.min(s.aims[s.kept] * senses(plan), initial=np.inf) for s in self.steps]
-            )
-            aim = plan.aims[0][0]
-            name = Axis(aim.split()[-1].replace("_", " "), aim_unit(aim))
-            plot.show(Picture(Axis("designs"), name, [Line(count, best, "best")]))
-            return
-        volumes = hypervolumes([(s.evaluations, s.aims[s.kept] * senses(plan)) for s in self.steps])
-        if volumes:
-            y = np.array([one["hypervolume"] for one in volumes])
-            plot.show(Picture(Axis("designs"), Axis("hypervolume", low=0.0, high=1.05), [Line(count, y, "")]))
+        wait = Picture(Axis(""), Axis(""), wait="after two generations")
+        self.query_one("#convergence", Plot).show(self.searched.convergence_picture() if self.searched else wait)
 
     # walking along the front
 
     @on(Bars.Chosen)
     def _chosen(self, event: Bars.Chosen) -> None:
-        x, _ = self.points()
         self._front()
-        if self.searched is None or event.index >= len(x):
+        searched = self.searched
+        values = searched.values(event.index) if searched else None
+        if searched is None or values is None:
             return
-        plan = self.searched
-        values = dict(zip(plan.bounds, x[event.index].tolist(), strict=True))
-        self.doing = _told(plan.design, values)
+        self.doing, self.fresh = searched.told(event.index), searched.told_fresh(event.index)
         self._state()
+        plan = searched.plan
         case = Case(f"{plan.track} seed={plan.seeds.split(',')[0].strip()}", plan.speed)
         self.latest.ask(partial(_looked, plan.design, values, case, self.declared))
 
@@ -399,7 +325,10 @@ show what each design does beside the design as it is. `t` takes it into the for
     def _seen(self, event: Seen) -> None:
         self.declared = event.base
         quality = self.query_one("#search-quality", Static)
-        quality.update(comparison(event.look, event.base, quality.size.width), layout=False)
+        spread = self.searched.compared(self.query_one("#designs", Bars).at) if self.searched else ""
+        text = Text(f"{spread}\n\n" if spread else "", no_wrap=True, overflow="ellipsis")
+        text.append_text(comparison(event.look, event.base, quality.size.width))
+        quality.update(text, layout=False)
         for name, view in (("displacement", displacement), ("comfort", acceleration)):
             self.query_one(f"#search-{name}", Plot).show(view(event.look, event.base))
 
@@ -413,13 +342,12 @@ show what each design does beside the design as it is. `t` takes it into the for
             bars.choose(bars.at)
 
     def action_take(self) -> None:
-        x, _ = self.points()
         at = self.query_one("#designs", Bars).at
-        if self.searched is None or at >= len(x):
+        values = self.searched.values(at) if self.searched else None
+        if self.searched is None or values is None:
             self.notify("no design yet: s starts the search")
             return
-        values = dict(zip(self.searched.bounds, x[at].tolist(), strict=True))
-        declared = self.searched.design
+        declared = self.searched.plan.design
         self.post_message(Offered(f"design {at + 1} of the front", declared.with_values(values), declared))
 
     def action_copy(self) -> None:
@@ -437,39 +365,6 @@ show what each design does beside the design as it is. `t` takes it into the for
     def action_view(self, by: int) -> None:
         self.view = (self.view + by) % 6
         self._arrange()
-
-
-def senses(plan: Plan) -> Floats:
-    """1 for every aim of which less is better, -1 where more is."""
-    return np.array([1.0 if aim.startswith("minimise") else -1.0 for aim, _ in plan.aims])
-
-
-def _step(study: Any, stand: Stand) -> Step | None:
-    """What the panel keeps of a generation; copied, for the search goes on."""
-    one = stand.latest
-    if one is None:
-        return None
-    kept = np.all(violations(study, one.judged) <= 0, axis=1)
-    baseline = stand.baseline.objectives[0] if stand.baseline is not None else np.full(len(study.objectives), np.nan)
-    return Step(
-        one.x.copy(), one.judged.objectives.copy(), kept, stand.evaluations, stand.failed, stand.doing, baseline
-    )
-
-
-def _frame(aims: Floats) -> tuple[Floats, Floats]:
-    """Ends between which points are drawn: those far outside would hide the front."""
-    low, high = np.nanpercentile(aims[:, :2], [0, 90], axis=0)
-    spread = high - low
-    return low - 0.5 * spread, high + 0.5 * spread
-
-
-def _told(design: Design, values: dict[str, float]) -> str:
-    """A design of the front in words: each variable beside what it is now."""
-    parts = []
-    for path, value in values.items():
-        unit, name = design.unit(path), path.split(".")[-1].replace("_", " ")
-        parts.append(f"{name} {pretty(display(value, unit, 3))} (is {pretty(display(design.value(path), unit, 3))})")
-    return ", ".join(parts)
 
 
 def _looked(design: Design, values: dict[str, float], case: Case, declared: Look | None) -> Message:
