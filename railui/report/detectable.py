@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,27 +10,39 @@ import numpy as np
 from railui import core
 from railui.files.effect_reading import unit_of
 from railui.study.candidates import Candidate
+from railui.study.foresight import Foreseen
 from railui.study.trace import POWER, Sighting, Trace
 
 CHANCE = 0.9
-MARGIN = 1.1  # the gain on the validating runs scatters about what the adjusting runs promise
+MARGIN = 1.25  # the gain scatters about what is foreseen, and a fit takes more of an effect than its first order
 
 
-def smallest_amount(s: Sighting, trace: Trace, material: float) -> float:
-    """Amount of a shape that passes both gates: the family-wise score, and the material gain."""
+def smallest_amount(s: Sighting, trace: Trace, material: float, rest: float, foreseen: Foreseen) -> float:
+    """Amount of a shape that passes both gates: the family-wise score, and the material gain on the validating runs."""
     needed = (trace.critical + POWER) * s.spread / s.norm
-    gain = (1.0 / (1.0 - material) ** 2 - 1.0) * trace.rss
-    return max(needed, MARGIN * float(np.sqrt(gain / s.norm)))
+    gain = 1.0 / (1.0 - material) ** 2 - 1.0
+    amounts = [needed, MARGIN * float(np.sqrt(gain * trace.rss / s.norm))]
+    added = foreseen.get((s.candidate, s.shape))
+    if added:
+        amounts.append(MARGIN * float(np.sqrt(gain * rest**2 / added)))
+    return max(amounts)
 
 
-def detectable(trace: Trace, material: float) -> list[dict[str, Any]]:
-    """One row per kind, place and wheelset: parameter, its smallest value, unit, power; value null where unknown."""
+def detectable(trace: Trace, material: float, rest: float, foreseen: Foreseen) -> list[dict[str, Any]]:
+    """One row per kind, place and wheelset: parameter, its smallest value, unit, power; value null where unknown.
+
+    rest: nrmse of the vehicle as found on the validating runs; foreseen: what of it every candidate would add.
+    """
+
+    def amount(s: Sighting) -> float:
+        return smallest_amount(s, trace, material, rest, foreseen)
+
     rows = []
     by_candidate: dict[Candidate, list[Sighting]] = {}
     for s in trace.sightings:
         by_candidate.setdefault(s.candidate, []).append(s)
     for candidate, seen in by_candidate.items():
-        key, value = _smallest(candidate, seen, trace, material)
+        key, value = _smallest(candidate, seen, amount)
         record = core.record(candidate.kind)
         parameter = next(p for p in record["parameters"] if p["key"] == key)
         rows.append(
@@ -46,9 +59,11 @@ def detectable(trace: Trace, material: float) -> list[dict[str, Any]]:
     return rows
 
 
-def _smallest(candidate: Candidate, seen: list[Sighting], trace: Trace, material: float) -> tuple[str, float | None]:
+def _smallest(
+    candidate: Candidate, seen: list[Sighting], amount: Callable[[Sighting], float]
+) -> tuple[str, float | None]:
     key = candidate.strength
-    amounts = [smallest_amount(s, trace, material) for s in seen]
+    amounts = [amount(s) for s in seen]
     if key is not None:
         return key, float(min(a * abs(candidate.shapes[s.shape][key]) for a, s in zip(amounts, seen, strict=True)))
     record = core.record(candidate.kind)

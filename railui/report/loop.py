@@ -79,7 +79,7 @@ def loop_report(found: Found) -> dict[str, Any]:
         "classes": [alike for step in found.steps if (alike := lookalikes(step))],
         "ranking": ranking(found),
         "traces": _traces(found),
-        "detectable": detectable(found.last, campaign.material),
+        "detectable": detectable(found.last, campaign.material, found.judged["after"].nrmse, found.foreseen),
         "means": _means(found),
         "riding": _riding(found),
         "parameters": _parameters(found),

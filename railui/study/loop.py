@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from railui.files.campaign import Campaign, load_campaign
 from railui.study.adjust import STABLE, Fit, Report, adjust, silent
+from railui.study.foresight import Foreseen, foresee
 from railui.study.gate import Finding, gate
 from railui.study.judge import Floor, Judgement, floor, judge
 from railui.study.measured import Measurement, Stretch, read
@@ -48,6 +49,7 @@ class Found:
     seed: int
     gate: tuple[Finding, ...] = ()
     hunting: Fit | None = None  # without an effect on windows, where the vehicle hunts
+    foreseen: Foreseen = field(default_factory=dict, repr=False)  # of the last trace, on the validating runs
 
     @property
     def unexplained(self) -> float:
@@ -138,6 +140,7 @@ def close_loop(
     noise = floor(fit.model, measurement, measurement.validate)
     watch(noise)
     last = terms.last
+    foreseen = foresee(fit, last, measurement, jobs=jobs)
     outside = None
     ratio = judged["after"].nrmse / noise.nrmse
     if not ratio <= ADEQUATE:
@@ -160,7 +163,7 @@ def close_loop(
     report(f"verdict {verdict}: nrmse {judged['after'].nrmse:.4f}, floor {noise.nrmse:.4f}")
     return Found(
         measurement, declared, before, fit, judged, noise, terms.steps, last, verdict, outside,
-        time.perf_counter() - began, seed, findings, wild,
+        time.perf_counter() - began, seed, findings, wild, foreseen,
     )  # fmt: skip
 
 

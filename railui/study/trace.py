@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,8 @@ class Sighting:
     """One shape of a candidate seen against the residual.
 
     rho: partial correlation; amount: of it that would explain the residual best; explained: share of the squared
-    residual; scores [block]: what each block of time says; norm: squared length of its difference.
+    residual; scores [block]: what each block of time says; norm: squared length of its difference; absorbed [p]: what
+    the adjustable parameters make of one of it.
     """
 
     candidate: Candidate
@@ -45,6 +46,7 @@ class Sighting:
     scores: Floats
     norm: float
     phase: float | None = None
+    absorbed: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
 
     @property
     def t(self) -> float:
@@ -93,7 +95,9 @@ def merged(sightings: Sequence[Sighting]) -> tuple[Sighting, ...]:
         a, b = np.cos(phase), np.sin(phase)
         scores, norm = a * sine.scores + b * cosine.scores, a * a * sine.norm + b * b * cosine.norm
         amount = float(np.hypot(sine.amount, cosine.amount))
-        out.append(Sighting(candidate, shape, float(np.hypot(sine.rho, cosine.rho)), amount, scores, norm, phase))
+        absorbed = a * sine.absorbed + b * cosine.absorbed
+        rho = float(np.hypot(sine.rho, cosine.rho))
+        out.append(Sighting(candidate, shape, rho, amount, scores, norm, phase, absorbed))
     return tuple(out)
 
 
@@ -285,7 +289,8 @@ def _look(fit: Fit, bases: Sequence[_Base], solver: _Projector, bundle: Bundle) 
         projection = float(scores.sum())
         rho = projection / np.sqrt(left[lane] * max(solver.rest, 1e-300))
         amount = projection / left[lane]
-        found.append(Sighting(bundle.members[member], shape, float(rho), float(amount), scores, float(left[lane])))
+        one = Sighting(bundle.members[member], shape, float(rho), float(amount), scores, float(left[lane]), absorbed=b)
+        found.append(one)
     return found
 
 

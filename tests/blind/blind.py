@@ -55,7 +55,8 @@ def _lines(plant: Plant, home: Path, barred: bool) -> tuple[Line | None, Found |
 
 def _planted(plant: Plant, found: Found) -> list[Plant]:
     """One of the floors that a report states, planted weaker, as stated, and stronger, in the same vehicle."""
-    rows = detectable(found.last, found.measurement.campaign.material)
+    material, rest = found.measurement.campaign.material, found.judged["after"].nrmse
+    rows = detectable(found.last, material, rest, found.foreseen)
     rows = [r for r in rows if (r["kind"], r["at"]) in FLOORS and r["value"]]
     rng = np.random.default_rng([plant.order.seed, 43])
     if not rows:

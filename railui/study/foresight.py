@@ -1,0 +1,64 @@
+"""What a little of every candidate would do to the error on the validating runs, where an effect must gain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.core import jobs_or_all
+from railui.study.adjust import STABLE, Adjuster, Fit
+from railui.study.candidates import Bundle, Candidate, bundles
+from railui.study.judge import compared
+from railui.study.measured import Measurement
+from railui.study.target import shortened, targets
+from railui.study.trace import Trace, differences
+from railui.study.windows import cut_where
+
+Floats = NDArray[np.float64]
+LOOKED_AT = 20.0  # seconds of each validating stretch
+
+Foreseen = Mapping[tuple[Candidate, int], float]
+
+
+def foresee(fit: Fit, trace: Trace, measurement: Measurement, *, jobs: int | None = None) -> Foreseen:
+    """By candidate and shape: nrmse^2 on the validating runs that an amount of one adds to a vehicle without it.
+
+    The vehicle was adjusted on the other runs: what its parameters absorbed there is taken off as they will, at
+    the speeds and on the track of these. To first order in the effect.
+    """
+    if fit.model.design.kind == "bogie" and cut_where(fit.model, measurement.validate, STABLE):
+        return {}  # what hunts there is not of first order
+    ready = shortened(targets(fit.model, measurement, measurement.validate), measurement, LOOKED_AT)
+    here = replace(fit, targets=tuple(ready))
+    adjuster = Adjuster(fit.model, fit.free, ready, block=1.0, stable=False, jobs=1)
+    bases = [adjuster.sensitivities(t, fit.x)[0][1:] for t in ready]
+    rows = [[t.stretch.channels.index(c) for c in compared(t.stretch)] for t in ready]
+    power: dict[str, float] = {}
+    for t, used in zip(ready, rows, strict=True):
+        for i in used:
+            c = t.stretch.channels[i]
+            power[c] = power.get(c, 0.0) + float(np.sum((t.y[i] / t.filter.weights[i]) ** 2))
+    absorbed = {(s.candidate, s.shape): s.absorbed for s in trace.sightings}
+
+    def look(bundle: Bundle) -> list[tuple[tuple[Candidate, int], float]]:
+        keys = [(bundle.members[member], shape) for member, shape in bundle.lanes]
+        added = np.zeros(len(keys))
+        for k, (t, base, used) in enumerate(zip(ready, bases, rows, strict=True)):
+            series, fine = differences(here, k, bundle)
+            for lane, key in enumerate(keys):
+                if key not in absorbed or not fine[lane]:
+                    added[lane] = np.nan
+                    continue
+                rest = series[lane] - np.tensordot(absorbed[key], base, 1)
+                for i in used:
+                    scale = power[t.stretch.channels[i]] * t.filter.weights[i] ** 2
+                    added[lane] += float(np.sum(rest[i] ** 2)) / max(scale, 1e-300)
+        return [(key, a / len(power)) for key, a in zip(keys, added.tolist(), strict=True) if np.isfinite(a)]
+
+    found = list(dict.fromkeys(s.candidate for s in trace.sightings))
+    with ThreadPoolExecutor(jobs_or_all(jobs)) as pool:
+        return {key: a for part in pool.map(look, bundles(found)) for key, a in part}
