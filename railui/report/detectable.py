@@ -14,7 +14,7 @@ from railui.study.foresight import Foreseen
 from railui.study.trace import POWER, Sighting, Trace
 
 CHANCE = 0.9
-MARGIN = 1.25  # the gain scatters about what is foreseen, and a fit takes more of an effect than its first order
+MARGIN = 1.4  # the gain scatters about what is foreseen, and a fit takes more of an effect than its first order
 
 
 def smallest_amount(s: Sighting, trace: Trace, material: float, rest: float, foreseen: Foreseen) -> float:

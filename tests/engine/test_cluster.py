@@ -74,7 +74,8 @@ def test_a_worker_of_another_simd_level_or_version_is_refused(tmp_path: Path, ma
     process = spread(study, tmp_path / "many", machines)
     told = process.communicate(timeout=120)[1]
     assert process.returncode == 0, told
-    assert "SIMD level portable, not" in told and "railui 9.9, not" in told and told.count("refused") == 2
+    refused = {line for line in told.splitlines() if "refused" in line}  # again, where one was away for a moment
+    assert "SIMD level portable, not" in told and "railui 9.9, not" in told and len(refused) == 2
     assert run("optimise", study, "-o", tmp_path / "one").returncode == 0
     assert result(tmp_path / "many") == result(tmp_path / "one")
 
