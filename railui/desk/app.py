@@ -19,7 +19,7 @@ from textual.widgets import ContentSwitcher, Footer, Static
 from railui.desk import log
 from railui.desk.dialogs import Ask, Faults, Help, Pick
 from railui.desk.draft import Draft
-from railui.desk.heartbeat import Heartbeat
+from railui.desk.heartbeat import Heartbeat, settled, unhindered
 from railui.desk.look import Case
 from railui.desk.messages import Offered
 from railui.desk.ours import files_below, kind_of
@@ -81,6 +81,7 @@ class Desk(App[None]):
         if self.plain:
             self.animation_level = "none"
         self._beating = asyncio.get_running_loop().create_task(self.heartbeat.beat())
+        self.call_after_refresh(settled)
         self.query_one(Tabs).show("design")
         panel = self.query_one(DesignPanel)
         panel.case = Case(str(self.state.get("track", Case.track)), float(self.state.get("speed", Case.speed)))
@@ -305,9 +306,7 @@ class Desk(App[None]):
 
 def run(path: Path | None = None, *, plain: bool = False) -> int:
     """Opens the desk until it is quit; returns the exit code."""
-    import sys
-
-    sys.setswitchinterval(0.001)  # a key waits no longer than this for a thread that computes
+    unhindered()
     desk = Desk(path, plain=plain)
     desk.run()
     return desk.return_code or 0

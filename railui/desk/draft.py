@@ -248,7 +248,18 @@ class Draft:
             return f"adjusted to {adjusted.campaign}"
         if p.path in self.marks and self.file.source is not None:
             return f"{self.file.source.name}:{self.marks[p.path]}"
+        if self.design.profiles is not None and p.path.startswith("contact."):
+            return self._measured(p.path)
         return p.origin or ("by use" if p.optional else "")
+
+    def _measured(self, path: str) -> str:
+        """Where a number of the contact comes from that the file leaves to its profiles."""
+        profiles, changed = self.design.profiles, _value(self.design, path) != _value(self.file, path)
+        assert profiles is not None
+        if not changed:
+            return f"{profiles.wheel.stem} on {profiles.rail.stem}, sd {1e3 * profiles.given['sd']:g} mm"
+        scaled = profiles.given["use"] == "table" and path.endswith(("conicity", "gravitational_stiffness"))
+        return "typed: the table of the profiles is scaled to it" if scaled else "typed: the profiles give another"
 
 
 def span(p: Parameter, values: tuple[float | str | bool | None, ...]) -> tuple[float, float]:

@@ -3,28 +3,41 @@
 from __future__ import annotations
 
 import asyncio
+import gc
+import sys
 import time
 from typing import Final
 
 BEAT: Final = 0.010  # s
+SWITCH: Final = 0.001  # s: a key waits no longer than this for a thread that computes
+COLLECT: Final = (20_000, 20, 20)  # objects, and rounds of the younger, until the garbage collector looks
 
 
 class Heartbeat:
     """Beats every 10 ms in the screen's own loop; `longest` is the longest gap between two beats [s]."""
 
     def __init__(self) -> None:
-        self.longest, self.own = 0.0, 0.0  # own: the longest that the screen itself computed between two beats
-        self.beats = 0
+        self.longest, self.beats = 0.0, 0
 
     def reset(self) -> None:
         """From now on."""
-        self.longest, self.own, self.beats = 0.0, 0.0, 0
+        self.longest, self.beats = 0.0, 0
 
     async def beat(self) -> None:
         """Beats until it is cancelled."""
-        last, used = time.perf_counter(), time.thread_time()
+        last = time.perf_counter()
         while True:
             await asyncio.sleep(BEAT)
-            now, computed = time.perf_counter(), time.thread_time()
-            self.longest, self.own = max(self.longest, now - last), max(self.own, computed - used)
-            self.beats, last, used = self.beats + 1, now, computed
+            now = time.perf_counter()
+            self.longest, self.beats, last = max(self.longest, now - last), self.beats + 1, now
+
+
+def unhindered() -> None:
+    """Lets neither threads nor the garbage collector hold the screen; `settled` belongs to it."""
+    sys.setswitchinterval(SWITCH)
+    gc.set_threshold(*COLLECT)
+
+
+def settled() -> None:
+    """What is there once the desk is open stays: a collection that looks through it all takes some 0.2 s."""
+    gc.freeze()

@@ -40,7 +40,7 @@ class Keys:
             await self.desk.workers.wait_for_complete()
             await self.pilot.pause()
 
-    async def until(self, seen: Callable[[], bool], seconds: float = 60.0) -> None:
+    async def until(self, seen: Callable[[], bool], seconds: float = 300.0) -> None:
         """Until something is seen on the desk."""
         for _ in range(int(seconds / 0.05)):
             if seen():

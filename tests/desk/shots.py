@@ -16,6 +16,7 @@ from pathlib import Path
 from textual.pilot import Pilot
 
 from railui.desk.app import Desk
+from railui.desk.heartbeat import unhindered
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
 from railui.desk.panels.design import DesignPanel
@@ -109,7 +110,7 @@ async def capture() -> None:
 
 
 if __name__ == "__main__":
-    sys.setswitchinterval(0.001)
+    unhindered()
     wanted = sys.argv[1:]
     with tempfile.TemporaryDirectory() as scratch:
         os.environ["XDG_STATE_HOME"] = scratch

@@ -35,7 +35,7 @@ async def test_a_campaign_is_adjusted_traced_and_accepted_within_five_keys(sit: 
         first = {bar.name: bar.share for bar in panel.query_one("#errors", Bars).rows}
         assert set(first) == {"all", "e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2"}
         await keys.until(lambda: len(panel.query_one("#ranking", Bars).rows) > 20)
-        await keys.until(lambda: panel.closed is not None, 200)
+        await keys.until(lambda: panel.closed is not None)
         await keys.settle()
         assert panel.closed is not None and panel.closed.report["verdict"] == "effect"
         assert panel.query_one("#ranking", Bars).rows[0].name == "free play, primary lateral"

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from railui.desk.dialogs import Ask, Faults
-from railui.desk.form import Form
+from railui.desk.form import Form, Head
 from railui.desk.panels.design import DesignPanel
 from railui.desk.plot import Plot
 from railui.files.design import load_design
-from tests.desk.conftest import Sitting
+from tests.desk.conftest import REPOSITORY, Sitting
 
 pytestmark = pytest.mark.asyncio
 STIFFNESS = "vehicle.primary.lateral_stiffness"
@@ -138,3 +138,28 @@ async def test_no_size_is_too_small_or_too_large(sit: Sitting, bogie: Path, size
         await keys.settle()
         shown = [plot for plot in keys.desk.query_one(DesignPanel).query(Plot) if plot.display]
         assert 1 <= len(shown) <= 6
+
+
+async def test_a_contact_of_measured_profiles_says_what_it_comes_from(sit: Sitting) -> None:
+    async with sit(REPOSITORY / "designs/profiled_bogie.yaml") as keys:
+        panel = keys.desk.query_one(DesignPanel)
+        assert panel.draft is not None and panel.looks is not None
+        heads = [row.text for row in panel._rows(panel.draft) if isinstance(row, Head)]
+        assert "contact: s1002 on 60e1, table" in heads
+        sources = {field.path: field.source for field in panel.draft.fields()}
+        assert sources["contact.leading.conicity"] == "s1002 on 60e1, sd 2 mm"
+        panel.set("contact.leading.conicity", "0.3")
+        sources = {field.path: field.source for field in panel.draft.fields()}
+        assert sources["contact.leading.conicity"] == "typed: the table of the profiles is scaled to it"
+
+
+async def test_a_vehicle_of_bodies_rides_on_the_desk(sit: Sitting) -> None:
+    async with sit(REPOSITORY / "designs/bogie_under_coach.yaml") as keys:
+        panel = keys.desk.query_one(DesignPanel)
+        assert panel.draft is not None and panel.looks is not None
+        heads = [row.text for row in panel._rows(panel.draft) if isinstance(row, Head)]
+        assert {"body", "frame", "primary", "anti roll bar"} <= set(heads)
+        before = panel.looks[0].quality["score"]
+        panel.set("vehicle.elements.secondary.lateral_stiffness", "0.4 MN/m")
+        await keys.settle()
+        assert panel.looks[0].quality["score"] != before == panel.looks[1].quality["score"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -66,15 +65,20 @@ async def test_a_search_that_was_stopped_goes_on_where_it_ended(
 ) -> None:
     quick = Study.checkpoint
 
-    def slow(self: Study, _: object = None) -> None:
-        time.sleep(0.2)  # a hand needs some time for the key
+    def waiting(self: Study, _: object = None) -> None:
+        """The third generation waits for the key that stops it, however quick a search is."""
+        if len(seen) < 3:
+            seen.append(self)
+        else:
+            self.stopping.wait()
         quick(self)
 
+    seen: list[Study] = []
     async with sit(study) as keys:
         panel = keys.desk.query_one(OptimisePanel)
         assert panel.plan is not None
-        panel.set_plan(replace(panel.plan, generations=25))
-        monkeypatch.setattr(Study, "checkpoint", slow)
+        panel.set_plan(replace(panel.plan, generations=8))
+        monkeypatch.setattr(Study, "checkpoint", waiting)
         await keys.pilot.press("s")
         await keys.until(lambda: len(panel.steps) >= 2)
         await keys.pilot.press("k")

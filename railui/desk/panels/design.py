@@ -33,6 +33,7 @@ from railui.study.stability import stability
 
 EMPTY = Picture(Axis(""), Axis(""), wait="no design: ctrl+o opens one")
 CASE = ("case.track", "case.speed")
+OF_PROFILES = (".wheel_load", ".rolling_radius")  # on which depends what measured profiles give
 
 
 class DesignPanel(Vertical):
@@ -110,6 +111,9 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
         speed = Field("case.speed", "V", "speed", "m/s", self.case.speed, 5.0, 100.0, False, "the desk")
         track = Field("case.track", "", "track", "", self.case.track, 0, 1, False, "the desk")
         rows: list[Head | Field] = [Head("rides on"), track, speed]
+        profiles = draft.design.profiles
+        if profiles is not None:
+            rows.append(Head(f"contact: {profiles.wheel.stem} on {profiles.rail.stem}, {profiles.given['use']}"))
         last = ""
         for field in draft.fields():
             if field.group != last:
@@ -123,7 +127,9 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
             effect = draft.design.effects[int(group.split(".")[1])]
             which = f" {effect.wheelset}" if effect.wheelset else ""
             return f"{effect.kind.replace('_', ' ')} at {effect.at.replace('_', ' ')}{which}"
-        return group.removeprefix("vehicle.").replace(".", " ").replace("_", " ")
+        for whole in ("vehicle.", "bodies.", "elements."):
+            group = group.removeprefix(whole)
+        return group.replace(".", " ").replace("_", " ")
 
     # what the form asks for
 
@@ -155,6 +161,8 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
             return False
         self._changed()
         self.side.accepted()
+        if self.draft is not None and self.draft.design.profiles is not None and path.endswith(OF_PROFILES):
+            self.notify("what the profiles give stays as it is until the file is saved and read again", timeout=8)
         return True
 
     def _set_case(self, path: str, value: Any) -> None:
