@@ -82,7 +82,7 @@ class Desk(App[None]):
             self.animation_level = "none"
         self._beating = asyncio.get_running_loop().create_task(self.heartbeat.beat())
         self.call_after_refresh(settled)
-        self.query_one(Tabs).show("design")
+        self.action_panel("design")
         panel = self.query_one(DesignPanel)
         panel.case = Case(str(self.state.get("track", Case.track)), float(self.state.get("speed", Case.speed)))
         panel.view = int(self.state.get("view", 0))

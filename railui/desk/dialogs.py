@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from rich.markup import escape
 from rich.text import Text
 from textual.app import ComposeResult
+from textual.await_complete import AwaitComplete
 from textual.binding import Binding
 from textual.containers import Vertical, VerticalScroll
 from textual.screen import ModalScreen
@@ -21,7 +22,20 @@ from railui.files.problems import FileProblems
 MOST_SHOWN = 400
 
 
-class Ask(ModalScreen[str | None]):
+class Dialog(ModalScreen[str | None]):
+    """A question that is answered once, however quickly keys follow one another."""
+
+    answered = False
+
+    def dismiss(self, result: str | None = None) -> AwaitComplete:
+        """Answers, and goes away; a second answer is none."""
+        if self.answered:
+            return AwaitComplete()
+        self.answered = True
+        return super().dismiss(result)
+
+
+class Ask(Dialog):
     """A question with a few answers, each by its key; escape answers nothing."""
 
     BINDINGS: ClassVar[list[Any]] = [Binding("escape", "dismiss(None)", "Back")]
@@ -50,7 +64,7 @@ class Ask(ModalScreen[str | None]):
             self.dismiss(event.character)
 
 
-class Name(ModalScreen[str | None]):
+class Name(Dialog):
     """A line to type."""
 
     BINDINGS: ClassVar[list[Any]] = [Binding("escape", "dismiss(None)", "Back")]
@@ -68,7 +82,7 @@ class Name(ModalScreen[str | None]):
         self.dismiss(event.value.strip() or None)
 
 
-class Pick(ModalScreen[str | None]):
+class Pick(Dialog):
     """One of a list, narrowed by typing."""
 
     BINDINGS: ClassVar[list[Any]] = [
@@ -121,7 +135,7 @@ class Pick(ModalScreen[str | None]):
         self.dismiss(event.option.id)
 
 
-class Faults(ModalScreen[str | None]):
+class Faults(Dialog):
     """The faults of a file, each beside the line where it stands. r reads the file again."""
 
     BINDINGS: ClassVar[list[Any]] = [
@@ -170,7 +184,7 @@ class Faults(ModalScreen[str | None]):
         self.notify("copied the faults")
 
 
-class Help(ModalScreen[None]):
+class Help(Dialog):
     """What can be done here: the panel, the part that has the keys, all keys."""
 
     BINDINGS: ClassVar[list[Any]] = [Binding("escape,q,f1,enter", "dismiss(None)", "Back")]

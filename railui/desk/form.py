@@ -117,6 +117,7 @@ Drag the slider with the mouse.
 
         field: Field
         begin: str
+        more: bool = False  # letters that came before the entry had the keys
 
     @dataclass
     class Selected(Message):
@@ -140,6 +141,7 @@ Drag the slider with the mouse.
         self.at = 0
         self.gesture = 0
         self.dragging, self.symbols = False, False
+        self.typing = False  # has a value been begun whose next letters belong to the entry?
 
     def fill(self, rows: Sequence[Head | Field], base: dict[str, float]) -> None:
         """The lines anew; the cursor stays on its path."""
@@ -274,7 +276,7 @@ Drag the slider with the mouse.
 
     def action_type(self) -> None:
         if self.field is not None:
-            self.post_message(self.Typing(self.field, ""))
+            self.post_message(self.Typing(self.field, "\n" if self.typing else "", more=self.typing))
 
     def action_reset(self) -> None:
         if self.field is not None:
@@ -283,9 +285,17 @@ Drag the slider with the mouse.
     def action_search(self) -> None:
         self.post_message(self.Search())
 
+    def on_focus(self) -> None:
+        self.typing = False
+
     def on_key(self, event: events.Key) -> None:
-        if event.character in TYPED and self.field is not None and not self.field.choices:
+        if self.typing and self.field is not None and event.is_printable:
+            event.stop()  # a quick hand: the entry has not the keys yet
+            event.prevent_default()
+            self.post_message(self.Typing(self.field, event.character or "", more=True))
+        elif event.character in TYPED and self.field is not None and not self.field.choices:
             event.stop()
+            self.typing = True
             self.post_message(self.Typing(self.field, event.character or ""))
 
     def on_mouse_down(self, event: events.MouseDown) -> None:

@@ -88,6 +88,9 @@ class FormSide(Vertical):
     def _typing(self, event: Form.Typing) -> None:
         event.stop()
         field = event.field
+        if event.more:
+            self._more(event.begin)
+            return
         whole = event.begin or ("" if field.value is None else value_text(field))
         if not event.begin and isinstance(field.value, str | bool):
             whole = str(field.value).lower() if isinstance(field.value, bool) else field.value
@@ -95,6 +98,16 @@ class FormSide(Vertical):
         self.entry.value = whole
         self.entry.focus()
         self.entry.cursor_position = len(whole)
+
+    def _more(self, letter: str) -> None:
+        """What was typed before the entry had the keys."""
+        if letter == "\n":
+            self.form.typing = False
+            if self.form.field is not None:
+                self.post_message(Form.Wanted(self.form.field.path, _given(self.entry.value)))
+            return
+        self.entry.value += letter
+        self.entry.cursor_position = len(self.entry.value)
 
     @on(Input.Submitted)
     def _typed(self, event: Input.Submitted) -> None:
@@ -108,6 +121,7 @@ class FormSide(Vertical):
             self.accepted()
 
     def _put_away(self) -> None:
+        self.form.typing = False
         if self.entry.display:
             self.entry.display = False
             self.form.focus()

@@ -41,6 +41,7 @@ class Progress:
         self.fitted: Model | None = None  # whose parameters are moving
         self.measurement: Measurement | None = None
         self.findings: Sequence[Finding] = ()
+        self.fault = ""  # why the runs cannot be read
         self.closed: Closed | None = None
         self.lines: list[str] = []
         self.doing = ""

@@ -175,16 +175,17 @@ class Searched:
             return "" if self.result is None else "no spread on fresh seeds: tracks of files have none"
         return f"fresh {', '.join(spread(mean, sd) for mean, sd in zip(*found, strict=True))}"
 
-    def compared(self, index: int) -> str:
-        """Per aim what the search saw of a design, and mean and sd on fresh seeds."""
+    def compared(self, index: int, width: int) -> str:
+        """Per aim mean and sd on fresh seeds of a design, and where there is room what the search saw of it."""
         _, aims = self.points()
         found = self.fresh(index)
         if index >= len(aims) or found is None:
             return ""
-        rows = [
-            f"{name[:21]:22}{value:>9.4g}, fresh {spread(mean, sd)}"
-            for name, value, mean, sd in zip(self.names, aims[index], *found, strict=True)
-        ]
+        rows = []
+        for name, value, mean, sd in zip(self.names, aims[index], *found, strict=True):
+            told = f"{spread(mean, sd)} fresh"
+            wide = f"{name[:21]:22}{told}, {value:.4g} searched"
+            rows.append(wide if len(wide) <= width else f"{name[: width - len(told) - 1]:{width - len(told)}}{told}")
         return "\n".join(rows)
 
 

@@ -14,6 +14,7 @@ from textual.pilot import Pilot
 from railui.desk.app import Desk
 
 REPOSITORY = Path(__file__).parents[2]
+QUIET = 4  # rounds without work after which nothing is on its way any more
 
 
 class Keys:
@@ -36,9 +37,13 @@ class Keys:
 
     async def settle(self) -> None:
         """Until no thread works for the screen and all is drawn."""
-        for _ in range(3):
+        quiet = 0
+        while quiet < QUIET:
+            busy = any(not worker.is_finished for worker in self.desk.workers)
             await self.desk.workers.wait_for_complete()
+            await self.pilot.pause(0.01)
             await self.pilot.pause()
+            quiet = 0 if busy else quiet + 1
 
     async def until(self, seen: Callable[[], bool], seconds: float = 300.0) -> None:
         """Until something is seen on the desk."""

@@ -94,3 +94,11 @@ async def test_a_campaign_without_its_vehicle_shows_the_fault(sit: Sitting, tmp_
     async with sit(mine) as keys:
         assert isinstance(keys.desk.screen, Faults)
         assert "vehicle.yaml" in str(keys.desk.screen._text())
+
+
+async def test_runs_that_cannot_be_read_say_where_before_anything_is_fitted(sit: Sitting, tmp_path: Path) -> None:
+    mine = Path(shutil.copytree(CAMPAIGN, tmp_path / "campaign"))
+    (mine / "run_a.csv.gz").write_bytes(gzip.compress(b"t [s],e1 [m]\n0,abc\n1,2\n"))
+    async with sit(mine) as keys:
+        panel = keys.desk.query_one(CampaignPanel)
+        assert "run_a.csv.gz:2:3" in said(panel) and "'abc' is no number" in said(panel)

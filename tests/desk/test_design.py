@@ -163,3 +163,24 @@ async def test_a_vehicle_of_bodies_rides_on_the_desk(sit: Sitting) -> None:
         panel.set("vehicle.elements.secondary.lateral_stiffness", "0.4 MN/m")
         await keys.settle()
         assert panel.looks[0].quality["score"] != before == panel.looks[1].quality["score"]
+
+
+async def test_no_letter_of_a_quick_hand_is_lost(sit: Sitting, bogie: Path) -> None:
+    async with sit(bogie) as keys:
+        panel = keys.desk.query_one(DesignPanel)
+        panel.side.form.choose("vehicle.wheel_load")
+        await keys.settle()
+        for key in ("7", "0", "space", "k", "N", "enter"):  # at once, as a paste or a slow line delivers them
+            keys.desk.simulate_key(key)
+        await keys.settle()
+        assert panel.draft is not None and panel.draft.design.value("vehicle.wheel_load") == 70e3
+        assert not panel.side.entry.display
+
+
+async def test_a_dialog_is_answered_once_however_often_enter_is_pressed(sit: Sitting, bogie: Path) -> None:
+    async with sit(bogie) as keys:
+        await keys.press("slash")
+        for _ in range(3):
+            keys.desk.simulate_key("enter")
+        await keys.settle()
+        assert len(keys.desk.screen_stack) == 1

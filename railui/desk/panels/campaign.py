@@ -202,7 +202,10 @@ for the runs that no fit has seen; with it stands what the motions determine of 
     def _failed(self, message: Failed) -> None:
         if message.name == "loop":
             self.study = None
-        if message.name != "write":
+        if message.name == "gate":
+            self.progress.fault = message.text
+            self._told()
+        elif message.name == "loop":
             self.progress.doing = "stopped" if message.stopped else message.text
         self._state()
         if not message.stopped:
@@ -238,7 +241,8 @@ for the runs that no fit has seen; with it stands what the motions determine of 
         if self.campaign is None:
             titled(told, "Data gate")
             return
-        found = gate_text(progress.findings) if progress.measurement else Text("reading the runs", "dim")
+        waiting = Text(progress.fault, "red") if progress.fault else Text("reading the runs", "dim")
+        found = gate_text(progress.findings) if progress.measurement else waiting
         if progress.closed is not None:
             titled(told, "What the motions determine · data gate")
             found = determined_text(progress.closed.report).append("\n\n").append_text(found)

@@ -325,7 +325,8 @@ search never saw: mean and one standard deviation. `t` takes it into the form.
     def _seen(self, event: Seen) -> None:
         self.declared = event.base
         quality = self.query_one("#search-quality", Static)
-        spread = self.searched.compared(self.query_one("#designs", Bars).at) if self.searched else ""
+        width = max(24, quality.content_size.width)
+        spread = self.searched.compared(self.query_one("#designs", Bars).at, width) if self.searched else ""
         text = Text(f"{spread}\n\n" if spread else "", no_wrap=True, overflow="ellipsis")
         text.append_text(comparison(event.look, event.base, quality.size.width))
         quality.update(text, layout=False)
