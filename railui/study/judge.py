@@ -14,6 +14,7 @@ from railui.study.measured import (
     RIG_RESPONSES,
     Measurement,
     Stretch,
+    cut_samples,
     filter_for,
     filtered,
     nrmse,
@@ -216,7 +217,8 @@ def weights(model: Model, measurement: Measurement, stretch: Stretch, seeds: int
     sd = np.array([noise.get(c, 0.0) for c in channels])
     flat = filter_for(campaign, stretch, np.ones(len(channels)))
     rng = np.random.default_rng(np.random.SeedSequence([7, stretch.number]))
-    white = filtered(campaign, stretch, rng.standard_normal((1, min(stretch.samples, 4000))))
+    enough = min(stretch.samples, max(4000, 4 * cut_samples(campaign, stretch)))
+    white = filtered(campaign, stretch, rng.standard_normal((1, enough)))
     variance = (sd * white.std()) ** 2
     steps = steps_for(model, stretch)
     clean, lost = simulate(model, stretch, channels, steps=steps, filter=flat)

@@ -11,7 +11,7 @@ import pytest
 from railui.files.campaign import load_campaign
 from railui.files.design import PlacedEffect
 from railui.study.adjust import Adjuster, adjust, block_gram
-from railui.study.judge import floor, judge
+from railui.study.judge import floor, judge, weights
 from railui.study.loop import adjusted
 from railui.study.measured import read
 from railui.study.model import Model
@@ -118,6 +118,18 @@ def test_a_rig_is_adjusted_to_its_true_stiffness_and_damping(tmp_path: Path, fre
     found = dict(zip(fit.free.paths, fit.x, strict=True))
     assert found["vehicle.rig.stiffness"] == pytest.approx(true.k, rel=0.01)
     assert found["vehicle.rig.damping"] == pytest.approx(true.c, rel=0.05)
+
+
+def test_a_long_record_of_a_rig_is_weighted_as_a_short_one(tmp_path: Path):
+    write_bench(Bench(seed=5, seconds=(4.0, 3.0)), tmp_path)
+    measurement = read(load_campaign(tmp_path))
+    (short,) = measurement.adjust
+    many = -(-100_000 // short.samples)
+    columns = {c: np.tile(x, many) for c, x in short.columns.items()}
+    columns["t"] = np.arange(many * short.samples) * short.dt
+    long = replace(short, columns=columns, tables={})
+    model = Model(measurement.campaign.design)
+    assert weights(model, measurement, long) == pytest.approx(weights(model, measurement, short), rel=0.05)
 
 
 def test_a_sensor_is_adjusted_along_and_the_digits_do_not_depend_on_the_number_of_jobs():
