@@ -3,7 +3,7 @@
 //! The same forces as those of the general path in another order, made ready for one part of the lanes: every factor
 //! side by side with the next, divided by its mass; what the track alone does is summed once per row of the input table.
 use crate::contact::{AtSpeed, Contact, Slip, Taken};
-use crate::effects::PlacedLaw;
+use crate::effects::{Law, PlacedLaw};
 use crate::lanes::{Lanes, Part};
 use crate::rows::{Packed, State, Table};
 use crate::vehicle::{Group, STATES};
@@ -16,11 +16,13 @@ pub struct FusedVehicle<'a, P> {
     /// Of the input table: accelerations of every degree of freedom; behind them per wheelset y_w + r phi_w and what is
     /// taken off t_y.
     track: Packed<P>,
+    table: Table,
     /// Accelerations by the state.
     rows: Packed<P>,
     wheelsets: Vec<Wheels<P>>,
     /// Those that differ: less to keep in the first cache.
     contacts: Vec<(Contact<P>, AtSpeed<P>)>,
+    stops: Vec<Stop<P>>,
     ports: Vec<Port<'a, P>>,
     speed: f64,
     /// The sums of `track` at this row of the table.
@@ -45,6 +47,14 @@ struct Port<'a, P> {
     alpha: P,
 }
 
+/// A stop: the row of its deflection, and what its force does. It is rarely met: only then anything is pushed.
+struct Stop<P> {
+    row: Vec<(usize, P)>,
+    gap: P,
+    stiffness: P,
+    pushes: Vec<(usize, P)>,
+}
+
 /// Numbers of a wheelset among the laid ones.
 const PER_WHEELSET: usize = 2;
 
@@ -62,7 +72,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         for row in 0..n {
             let per_mass = P::load(&group.inv_mass[row], at);
             let shared = |(i, a): (usize, &Lanes)| (i, P::load(a, at) * per_mass);
-            rows.push(([n + row, row], group.matrix.state_of(row).map(shared).collect()));
+            rows.push(([n + row, row], telling(group.matrix.state_of(row)).map(shared).collect()));
             track.push(([row; 2], group.matrix.inputs_of(row).map(shared).collect::<Vec<_>>()));
         }
         for (i, (wheelset, contact)) in group.wheelsets.iter().zip(contacts).enumerate() {
@@ -76,13 +86,30 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             let at_speed = contact.at_speed(P::zero(), P::zero());
             parts.push((contact, at_speed));
         }
-        let (track, rows) = (Packed::new(track), Packed::new(rows));
-        let (laid, ports) = ([P::zero(); STATES], Vec::new());
-        let contacts = parts;
-        let speed = f64::NAN;
-        let mut vehicle =
-            FusedVehicle { group, at, track, rows, wheelsets, contacts, ports, speed, laid, laid_at: usize::MAX };
+        track.retain(|(_, terms)| !terms.is_empty());
+        track.iter_mut().for_each(|(_, terms)| merge(terms));
+        let mut vehicle = FusedVehicle {
+            group,
+            at,
+            table: Table::new(&track),
+            track: Packed::new(&track),
+            rows: Packed::new(&rows),
+            wheelsets,
+            contacts: parts,
+            stops: Vec::new(),
+            ports: Vec::new(),
+            speed: f64::NAN,
+            laid: [P::zero(); STATES],
+            laid_at: usize::MAX,
+        };
+        let part = |row: &[(usize, Lanes)]| row.iter().map(|(i, a)| (*i, P::load(a, at))).collect::<Vec<_>>();
         for law in &group.forces {
+            if law.law == Law::BumpStop && law.inputs.is_empty() {
+                let [gap, stiffness] = [0, 1].map(|k| P::load(&law.lanes[k], at));
+                let stiffness = P::load(&law.alpha, at) * stiffness;
+                vehicle.stops.push(Stop { row: part(&law.row), gap, stiffness, pushes: part(&law.pushes) });
+                continue;
+            }
             let term =
                 |((i, a), (_, push)): (&(usize, Lanes), &(usize, Lanes))| (*i, P::load(a, at), P::load(push, at));
             let terms = law.row.iter().zip(&law.pushes).map(term).collect();
@@ -94,7 +121,8 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
     #[inline(always)]
     fn lay(&mut self, index: usize, row: &[f64]) {
         self.laid_at = index;
-        self.track.sums(&Table::new(row), None, &mut self.laid);
+        self.table.read(row);
+        self.track.sums(&self.table, None, &mut self.laid);
         if row[1] != self.speed {
             self.speed = row[1];
             let v = P::splat(row[1]) * P::load(&self.group.speed_scale, self.at);
@@ -131,6 +159,9 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             touch.a_psi = touch.a_psi + dx[ipsi];
             [dx[iy], dx[ipsi]] = contact.creep::<true>(at_speed, touch, x[iy], x[ipsi]);
         }
+        for stop in &self.stops {
+            stop.act(n, x, dx);
+        }
         for port in &self.ports {
             self.act(port, row, x, dx);
         }
@@ -158,4 +189,40 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             dx[(n + i) & 63] = push.mul_add(force, dx[(n + i) & 63]);
         }
     }
+}
+
+impl<P: Part> Stop<P> {
+    #[inline(always)]
+    fn act(&self, n: usize, x: &[P; STATES], dx: &mut [P; STATES]) {
+        let mut z = P::zero();
+        for (i, a) in &self.row {
+            z = a.mul_add(x[i & 63], z);
+        }
+        if z.abs().any_from(self.gap) {
+            let force = self.stiffness * (z - z.clamp(self.gap));
+            for (i, push) in &self.pushes {
+                dx[(n + i) & 63] = push.neg_mul_add(force, dx[(n + i) & 63]);
+            }
+        }
+    }
+}
+
+/// The terms of a row that are more than what rounding leaves of equal and opposite springs.
+fn telling<'a>(terms: impl Iterator<Item = (usize, &'a Lanes)>) -> impl Iterator<Item = (usize, &'a Lanes)> {
+    let terms: Vec<_> = terms.collect();
+    let size = |a: &Lanes| a.0.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let least = f64::EPSILON * terms.iter().map(|(_, a)| size(a)).fold(0.0, f64::max);
+    terms.into_iter().filter(move |(_, a)| size(a) > least)
+}
+
+/// Terms of one place made one.
+fn merge<P: Part>(terms: &mut Vec<(usize, P)>) {
+    let mut some: Vec<(usize, P)> = Vec::new();
+    for (i, a) in terms.drain(..) {
+        match some.iter_mut().find(|(j, _)| *j == i) {
+            Some((_, sum)) => *sum = *sum + a,
+            None => some.push((i, a)),
+        }
+    }
+    *terms = some;
 }

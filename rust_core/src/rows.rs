@@ -99,14 +99,36 @@ fn moving(table: &[f64], column: usize) -> f64 {
     table[column % COLUMNS] * if column < COLUMNS { 1.0 } else { table[1] }
 }
 
-/// Rows for one part of the lanes, their terms two by two and every factor beside the next in memory: one short loop,
-/// which stays in the cache of decoded instructions.
+/// Terms of a row that are summed at once.
+const CHUNK: usize = 4;
+
+/// Rows for one part of the lanes, cut into chunks of one length, every factor beside the next in memory: two short loops
+/// whose branches can all be foreseen, and which stay in the cache of decoded instructions.
 #[derive(Clone, Debug)]
 pub struct Packed<P> {
-    places: Vec<[u8; 2]>,
-    factors: Vec<[P; 2]>,
-    /// Where the sum of each row goes, where it starts from, and how many pairs of terms it has.
-    rows: Vec<[u8; 3]>,
+    /// The first chunk of every row.
+    first: Vec<Chunk<P>>,
+    /// What is left of them, in turns, so that no sum waits for the one before.
+    further: Vec<Chunk<P>>,
+}
+
+/// Some terms of a row; where their sum goes, and where the row starts from.
+#[derive(Clone, Debug)]
+struct Chunk<P> {
+    factors: [P; CHUNK],
+    places: [u8; CHUNK],
+    to: u8,
+    from: u8,
+}
+
+impl<P: Part> Chunk<P> {
+    #[inline(always)]
+    fn sum(&self, values: &impl Places<P>, start: P) -> P {
+        let ([a, b, c, d], [x, y, z, w]) = (&self.factors, self.places);
+        let one = a.mul_add(values.at(x), c.mul_add(values.at(z), start));
+        // two sums side by side: fewer products wait for the one before
+        one + b.mul_add(values.at(y), *d * values.at(w))
+    }
 }
 
 /// A row: where its sum goes and where it starts from, its terms.
@@ -129,18 +151,29 @@ impl<P: Part> Places<P> for State<'_, P> {
     }
 }
 
-/// A row of the input table, and behind it its products with the speed.
-pub struct Table([f64; 2 * COLUMNS]);
+/// A row of the input table, and behind it the products with the speed of those columns that are read so.
+pub struct Table {
+    values: [f64; 2 * COLUMNS],
+    moved: Vec<usize>,
+}
 
 impl Table {
+    /// For rows with these places.
+    pub fn new<P>(rows: &[Row<P>]) -> Self {
+        let places = rows.iter().flat_map(|(_, terms)| terms.iter().map(|(place, _)| *place));
+        let mut moved: Vec<_> = places.filter_map(|place| place.checked_sub(COLUMNS)).collect();
+        moved.sort_unstable();
+        moved.dedup();
+        Table { values: [0.0; 2 * COLUMNS], moved }
+    }
+
     #[inline(always)]
-    pub fn new(row: &[f64]) -> Self {
-        let mut values = [0.0; 2 * COLUMNS];
-        let (plain, moving) = values.split_at_mut(COLUMNS);
-        for ((plain, moving), x) in plain.iter_mut().zip(moving).zip(row) {
-            (*plain, *moving) = (*x, *x * row[1]);
+    pub fn read(&mut self, row: &[f64]) {
+        let (plain, moving) = self.values.split_at_mut(COLUMNS);
+        plain[..row.len()].copy_from_slice(row);
+        for column in &self.moved {
+            moving[*column] = row[*column] * row[1];
         }
-        Table(values)
     }
 }
 
@@ -148,43 +181,37 @@ impl<P: Part> Places<P> for Table {
     #[inline(always)]
     fn at(&self, place: u8) -> P {
         // SAFETY: as for the state, below 128
-        debug_assert!((place as usize) < self.0.len());
-        P::splat(unsafe { *self.0.get_unchecked(place as usize) })
+        debug_assert!((place as usize) < self.values.len());
+        P::splat(unsafe { *self.values.get_unchecked(place as usize) })
     }
 }
 
 impl<P: Part> Packed<P> {
-    /// From rows: where the sum goes, where it starts from, its terms; no place is beyond those of [`State`] or [`Table`].
-    pub fn new(mut rows: Vec<Row<P>>) -> Self {
-        let mut packed = Packed { places: Vec::new(), factors: Vec::new(), rows: Vec::new() };
-        // rows of one length after each other: their ends can be foreseen
-        rows.sort_by_key(|(_, terms)| terms.len());
-        for ([to, from], terms) in &rows {
-            for two in terms.chunks(2) {
-                let term = |k: usize| two.get(k).map_or((0, P::zero()), |(place, factor)| (*place as u8, *factor));
-                let [a, b] = [term(0), term(1)];
-                packed.places.push([a.0, b.0]);
-                packed.factors.push([a.1, b.1]);
-            }
-            packed.rows.push([*to as u8, *from as u8, terms.len().div_ceil(2) as u8]);
-        }
-        packed
+    /// From rows; no place is beyond those of [`State`] or [`Table`].
+    pub fn new(rows: &[Row<P>]) -> Self {
+        let chunk = |([to, from], terms): &Row<P>, k: usize| {
+            let term = |i: usize| terms.get(CHUNK * k + i).copied().unwrap_or((0, P::zero()));
+            let terms = [0, 1, 2, 3].map(term);
+            let (places, factors) = (terms.map(|t| t.0 as u8), terms.map(|t| t.1));
+            Chunk { factors, places, to: *to as u8, from: *from as u8 }
+        };
+        let chunks = |row: &Row<P>| row.1.len().div_ceil(CHUNK);
+        let first = rows.iter().map(|row| chunk(row, 0)).collect();
+        let turns = 1..rows.iter().map(chunks).max().unwrap_or(0);
+        let still = |k: usize| rows.iter().filter(move |row| k < chunks(row)).map(move |row| chunk(row, k));
+        Packed { first, further: turns.flat_map(still).collect() }
     }
 
     /// to[..] = from[..] (or none) + the sum of every row.
     #[inline(always)]
     pub fn sums(&self, values: &impl Places<P>, from: Option<&[P; 64]>, to: &mut [P; 64]) {
-        let mut terms = self.places.iter().zip(&self.factors);
-        for [end, start, pairs] in &self.rows {
-            // two sums side by side: no product waits for the one before
-            let (mut sum, mut other) = (P::zero(), P::zero());
-            for _ in 0..*pairs {
-                let Some((places, factors)) = terms.next() else { break };
-                sum = factors[0].mul_add(values.at(places[0]), sum);
-                other = factors[1].mul_add(values.at(places[1]), other);
-            }
-            sum = sum + other;
-            to[*end as usize & 63] = from.map_or(sum, |from| from[*start as usize & 63] + sum);
+        for chunk in &self.first {
+            let start = from.map_or(P::zero(), |from| from[chunk.from as usize & 63]);
+            to[chunk.to as usize & 63] = chunk.sum(values, start);
+        }
+        for chunk in &self.further {
+            let place = chunk.to as usize & 63;
+            to[place] = to[place] + chunk.sum(values, P::zero());
         }
     }
 }
