@@ -16,7 +16,7 @@ run: .stamp-build
 	@$(BIN)/railui optimise designs/studies/worn_axle_box.yaml -o railui-study/worn_axle_box
 
 test: check
-	cargo test --release
+	cargo test --profile tried
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 check: .stamp-build
