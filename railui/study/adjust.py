@@ -193,7 +193,7 @@ class Adjuster:
         return Normal(np.concatenate(grams), count)
 
     def begin(self, x: Floats) -> None:
-        """Windows begun anew with the vehicle at x."""
+        """Windows begun anew with the vehicle at x; twice, so that what a beginning can do is that of the one kept."""
         if any(t.stretch.whole is not None for t in self.ready):
             model = self.model.with_row(self.free.paths, x)
             self.ready = [t if t.stretch.whole is None else begin(model, begin(model, t)) for t in self.ready]

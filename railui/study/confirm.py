@@ -187,7 +187,6 @@ class Rough:
 
     def fitted(self, trace: Trace, s: Sighting) -> Fit | None:
         """The best of a few steps from every start, or nothing where no start can be simulated."""
-        memory = core.record(s.candidate.kind)["states"] > 0
         effects = [s.candidate.placed(p) for p in starts(trace, s)]
         begun = [self._begun(e) for e in effects]
         # a mass costs little, and a hunting vehicle without what holds it runs far away: from the declared one as well
@@ -196,12 +195,13 @@ class Rough:
         tries = [f for f in begun if f is not None]
         if not tries:
             return None
-        if self.wild and held(tries[0].model):
+        holding = self.wild and held(tries[0].model)
+        if holding:  # far from each other after a few steps, the starts part only later
             tries = [self._carried(f, PATIENT) for f in tries]
-            memory = True
         best = min(tries, key=lambda f: f.cost)
-        if best.normal.rss <= BEHIND * self.least or memory:
-            best = self._carried(best, PATIENT if memory else QUICK)
+        patient = holding or core.record(s.candidate.kind)["states"] > 0
+        if patient or best.normal.rss <= BEHIND * self.least:
+            best = self._carried(best, PATIENT if patient else QUICK)
         self.least = min(self.least, best.normal.rss)
         return best
 

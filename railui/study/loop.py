@@ -100,9 +100,8 @@ def stabilised(declared: Model, stretches: Sequence[Stretch]) -> Model:
         return declared
     model = declared
     conicities = [f"contact.{where}.conicity" for where in ("leading", "trailing")]
-    speeds = {v for s in stretches for v in s.speeds}
     for _ in range(SOFTER):
-        if max(float(model.eigenvalues(v)[0, 0].real) for v in speeds) <= STABLE:
+        if not cut_where(model, stretches, STABLE):
             break
         lower = np.array([0.8 * model.design.values[c] for c in conicities])
         model = model.with_row(conicities, lower)
@@ -145,20 +144,17 @@ def close_loop(
     ratio = judged["after"].nrmse / noise.nrmse
     if not ratio <= ADEQUATE:
         structured = last.p <= SIGNIFICANT and last.rho2 >= STRUCTURED
-        if fit is before and wild is not None:
-            fit = wild
-        along = look_along(fit, measurement, report)
+        from_here = wild if fit is before and wild is not None else fit
+        along = look_along(from_here, measurement, report)
         seen = along
         if not ratio <= UNEXPLAINED or structured or telling(along):
-            seen = look_outside(fit, measurement, declared, along, jobs=jobs, report=report)
+            seen = look_outside(from_here, measurement, declared, along, jobs=jobs, report=report)
         gains = seen is not None and material(judged["after"], seen.judgement, campaign.material)
         if seen is not None and (gains or telling(seen) or (ratio > UNEXPLAINED and not terms.added)):
             outside = seen
         if outside is not None and gains:
             fit, judged["after"] = outside.fit, outside.judgement
             noise = floor(fit.model, measurement, measurement.validate)
-        elif fit is wild:
-            fit = before
     verdict = "outside" if outside else "effect" if terms.added else "none"
     report(f"verdict {verdict}: nrmse {judged['after'].nrmse:.4f}, floor {noise.nrmse:.4f}")
     return Found(

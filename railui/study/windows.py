@@ -71,14 +71,13 @@ def hunting(
     if not cut:
         return before, None
     paths = measurement.campaign.adjust
-    fit, spent = before, 0
-    for start in range(ROUNDS):
-        ready = targets(fit.model if start else declared, measurement, pieces(stretches, cut))
+    model, spent = declared, 0
+    for _ in range(ROUNDS):
+        ready = targets(model, measurement, pieces(stretches, cut))
         fit = adjust(
-            fit.model if start else declared, measurement, paths, declared, ready=ready, stable=False,
-            tolerance=1e-4, jobs=jobs, watch=watch,
-        )  # fmt: skip
-        spent += fit.simulations
+            model, measurement, paths, declared, ready=ready, stable=False, tolerance=1e-4, jobs=jobs, watch=watch
+        )
+        model, spent = fit.model, spent + fit.simulations
         more = cut_where(fit.model, stretches, STABLE) - cut
         if not more:
             break
