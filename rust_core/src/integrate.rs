@@ -1,9 +1,11 @@
 //! RK4 steps of a group along an input table.
 use crate::error::{Error, Result, expect_len};
 use crate::fused::FusedVehicle;
-use crate::lanes::{Job, LANES, Lanes, Part, dispatch, level};
+use crate::lanes::{Job, LANES, Lanes, Level, Part, dispatch, level};
 use crate::plain::{BOGIE_COLUMNS, BogieAtSpeed, CROSS_LEVEL, PlainBogie};
+use crate::ride::Sums;
 use crate::vehicle::{Group, STATES};
+use std::marker::PhantomData;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One row per half step, so that RK4 finds t, t + h/2 and t + h; see `input_table` of the track.
@@ -47,11 +49,28 @@ impl<'a> Course<'a> {
     }
 }
 
-/// What watches the steps: called at every sample with the state, its rate and the input row.
-pub trait Observer {
-    fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]);
+/// What watches the steps. Not a type parameter: so the step loop is compiled once for both.
+pub enum Watch<'a> {
+    Series(&'a mut Series),
+    Sums(&'a mut Sums),
+}
+
+impl Watch<'_> {
+    /// Called at every sample with the state, its rate and the input row.
+    #[inline(always)]
+    fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) {
+        match self {
+            Watch::Series(series) => series.sample(group, at, k, row, x, dx),
+            Watch::Sums(sums) => sums.sample(group, at, k, row, x, dx),
+        }
+    }
+
     /// A lane was found off the rails at a sample; what it did since the last look is not worth keeping.
-    fn lost(&mut self, _lane: usize, _k: usize) {}
+    fn lost(&mut self, lane: usize, k: usize) {
+        if let Watch::Series(series) = self {
+            series.lost(lane, k);
+        }
+    }
 }
 
 /// Samples between two looks at divergence and cancellation.
@@ -62,21 +81,20 @@ const WILD: f64 = 1e12;
 
 /// Run sixteen vehicles (the first `live` count) from `initial` (one entry per state; none: at rest).
 /// Returns per lane the sample at which it was found diverged; its state is zero from there on.
-pub fn run<O: Observer>(
+pub fn run(
     group: &Group,
     course: &Course<'_>,
     initial: &[Lanes],
     live: usize,
-    observer: &mut O,
+    mut watch: Watch<'_>,
     cancel: &AtomicBool,
 ) -> Result<[Option<usize>; LANES]> {
     course.check(group.columns)?;
     let mut diverged = [None; LANES];
-    let watch = &mut *observer;
-    dispatch(level(), Run { group, course, initial, live, observer: watch, cancel, diverged: &mut diverged });
+    Run { group, course, initial, live, watch: &mut watch, cancel, diverged: &mut diverged }.begin();
     for (lane, k) in diverged.iter().enumerate() {
         if let Some(k) = k {
-            observer.lost(lane, *k);
+            watch.lost(lane, *k);
         }
     }
     if cancel.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(diverged) }
@@ -102,14 +120,12 @@ impl<P: Part> Room<P> {
     }
 }
 
-struct Run<'a, O> {
-    group: &'a Group,
-    course: &'a Course<'a>,
-    initial: &'a [Lanes],
-    live: usize,
-    observer: &'a mut O,
-    cancel: &'a AtomicBool,
-    diverged: &'a mut [Option<usize>; LANES],
+/// A form of the rate of change that is compiled on its own, with its own step loop.
+trait Form {
+    /// Only forms that every machine needs are compiled for those without AVX2: these are slow anyhow.
+    const PORTABLE: bool;
+    /// The lanes of a group from `at` on.
+    fn part<'a, P: Part>(group: &'a Group, course: &Course<'_>, at: usize) -> impl Moving<P> + 'a;
 }
 
 /// A group as the step loop sees it: its size, known when compiled or not, and its rate of change.
@@ -121,12 +137,23 @@ trait Moving<P: Part> {
 }
 
 /// Any structure.
-struct General<'a> {
+struct General;
+
+impl Form for General {
+    const PORTABLE: bool = true;
+
+    #[inline(always)]
+    fn part<'a, P: Part>(group: &'a Group, _: &Course<'_>, at: usize) -> impl Moving<P> + 'a {
+        GeneralPart { group, at }
+    }
+}
+
+struct GeneralPart<'a> {
     group: &'a Group,
     at: usize,
 }
 
-impl<P: Part> Moving<P> for General<'_> {
+impl<P: Part> Moving<P> for GeneralPart<'_> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
         (self.group.dofs, self.group.states)
@@ -140,14 +167,27 @@ impl<P: Part> Moving<P> for General<'_> {
 
 /// The bogie whose rate is fused, with or without laws at the contact, with or without spin and cross-level, with or
 /// without laws at its suspensions.
-struct Bogie<'a, P, const LAWS: bool, const SPIN: bool, const PORTS: bool> {
+struct Bogie<const LAWS: bool, const SPIN: bool, const PORTS: bool>;
+
+impl<const LAWS: bool, const SPIN: bool, const PORTS: bool> Form for Bogie<LAWS, SPIN, PORTS> {
+    const PORTABLE: bool = false;
+
+    #[inline(always)]
+    fn part<'a, P: Part>(group: &'a Group, course: &Course<'_>, at: usize) -> impl Moving<P> + 'a {
+        let bogie: PlainBogie<P> = group.plain.as_ref().expect("a plain bogie").part(at);
+        let at_speed = bogie.at_speed(course.row(0)[1]);
+        BogiePart::<P, LAWS, SPIN, PORTS> { group, bogie, at, at_speed }
+    }
+}
+
+struct BogiePart<'a, P, const LAWS: bool, const SPIN: bool, const PORTS: bool> {
     group: &'a Group,
     bogie: PlainBogie<P>,
     at: usize,
     at_speed: BogieAtSpeed<P>,
 }
 
-impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Moving<P> for Bogie<'_, P, LAWS, SPIN, PORTS> {
+impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Moving<P> for BogiePart<'_, P, LAWS, SPIN, PORTS> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
         (6, if PORTS { self.group.states } else { 12 })
@@ -162,10 +202,22 @@ impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Moving<P> f
     }
 }
 
-/// Another vehicle whose contacts are fused.
-struct Fused<'a, P, const LAWS: bool>(FusedVehicle<'a, P>, &'a Group);
+/// Another vehicle whose contacts are fused, with or without laws there.
+struct Fused<const LAWS: bool>;
 
-impl<P: Part, const LAWS: bool> Moving<P> for Fused<'_, P, LAWS> {
+impl<const LAWS: bool> Form for Fused<LAWS> {
+    const PORTABLE: bool = false;
+
+    #[inline(always)]
+    fn part<'a, P: Part>(group: &'a Group, _: &Course<'_>, at: usize) -> impl Moving<P> + 'a {
+        let contacts = group.contacts.as_ref().expect("fused contacts");
+        FusedPart::<P, LAWS>(FusedVehicle::new(group, contacts, at), group)
+    }
+}
+
+struct FusedPart<'a, P, const LAWS: bool>(FusedVehicle<'a, P>, &'a Group);
+
+impl<P: Part, const LAWS: bool> Moving<P> for FusedPart<'_, P, LAWS> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
         (self.1.dofs, self.1.states)
@@ -177,50 +229,61 @@ impl<P: Part, const LAWS: bool> Moving<P> for Fused<'_, P, LAWS> {
     }
 }
 
-impl<O: Observer> Job for Run<'_, O> {
+struct Run<'a, 'w> {
+    group: &'a Group,
+    course: &'a Course<'a>,
+    initial: &'a [Lanes],
+    live: usize,
+    watch: &'a mut Watch<'w>,
+    cancel: &'a AtomicBool,
+    diverged: &'a mut [Option<usize>; LANES],
+}
+
+/// A run in one form.
+struct Along<'a, 'w, F>(Run<'a, 'w>, PhantomData<F>);
+
+impl<F: Form> Job for Along<'_, '_, F> {
     type Output = ();
+    const PORTABLE: bool = F::PORTABLE;
 
     #[inline(always)]
     fn run<P: Part>(mut self) {
+        let Run { group, course, live, cancel, .. } = self.0;
         for at in (0..LANES).step_by(P::WIDTH) {
-            if at >= self.live || self.cancel.load(Ordering::Relaxed) {
+            if at >= live || cancel.load(Ordering::Relaxed) {
                 break;
             }
-            let group = self.group;
-            if let Some(bogie) = &group.plain {
-                self.bogie::<P>(at, bogie.part(at));
-            } else if let Some(contacts) = &group.contacts {
-                let vehicle = FusedVehicle::<P>::new(group, contacts, at);
-                if group.touches() {
-                    self.along::<P>(at, Fused::<P, true>(vehicle, group));
-                } else {
-                    self.along::<P>(at, Fused::<P, false>(vehicle, group));
-                }
-            } else {
-                self.along::<P>(at, General { group, at });
-            }
+            self.0.along::<P>(at, F::part::<P>(group, course, at));
         }
     }
 }
 
-impl<O: Observer> Run<'_, O> {
-    #[inline(always)]
-    fn bogie<P: Part>(&mut self, at: usize, bogie: PlainBogie<P>) {
+impl Run<'_, '_> {
+    /// In the form that fits the group.
+    fn begin(self) {
         let group = self.group;
-        let at_speed = bogie.at_speed(self.course.row(0)[1]);
-        let (laws, spin, ports) = (bogie.laws, bogie.spin || !self.course.level, !group.forces.is_empty());
-        macro_rules! fused {
-            ($laws:literal, $spin:literal, $ports:literal) => {
-                self.along::<P>(at, Bogie::<P, $laws, $spin, $ports> { group, bogie, at, at_speed })
+        let ports = !group.forces.is_empty();
+        if level() == Level::Portable {
+            return self.within::<General>();
+        }
+        if let Some(bogie) = &group.plain {
+            return match (bogie.laws, bogie.spin || !self.course.level, ports) {
+                (true, _, true) => self.within::<Bogie<true, true, true>>(),
+                (false, _, true) => self.within::<Bogie<false, true, true>>(),
+                (true, true, false) => self.within::<Bogie<true, true, false>>(),
+                (false, true, false) => self.within::<Bogie<false, true, false>>(),
+                (_, false, false) => self.within::<Bogie<true, false, false>>(),
             };
         }
-        match (laws, spin, ports) {
-            (true, _, true) => fused!(true, true, true),
-            (false, _, true) => fused!(false, true, true),
-            (true, true, false) => fused!(true, true, false),
-            (false, true, false) => fused!(false, true, false),
-            (_, false, false) => fused!(true, false, false),
+        match (&group.contacts, group.touches()) {
+            (Some(_), true) => self.within::<Fused<true>>(),
+            (Some(_), false) => self.within::<Fused<false>>(),
+            (None, _) => self.within::<General>(),
         }
+    }
+
+    fn within<F: Form>(self) {
+        dispatch(level(), Along::<F>(self, PhantomData));
     }
 
     /// RK4 along the course for one part of the lanes: with x_2, x_3, x_4 the states at which the slopes k_2, k_3, k_4
@@ -255,7 +318,7 @@ impl<O: Observer> Run<'_, O> {
                     let here: &[P; STATES] = if turn == 0 { x } else { &stages[turn - 1].0 };
                     moving.rate(index, row, here, dx);
                     if turn == 0 && step == 0 {
-                        self.observer.sample(group, at, k, row, x, dx);
+                        self.watch.sample(group, at, k, row, x, dx);
                         if k + 1 == samples {
                             return;
                         }
@@ -339,7 +402,7 @@ impl Series {
     }
 }
 
-impl Observer for Series {
+impl Series {
     #[inline(always)]
     fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) {
         for (c, reading) in group.readings.iter().enumerate() {

@@ -31,7 +31,7 @@ impl Lanes {
 
 /// A few lanes at once, as wide as the machine takes them.
 pub trait Part:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+    Copy + 'static + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     const WIDTH: usize;
     fn splat(x: f64) -> Self;
@@ -572,6 +572,8 @@ pub fn level() -> Level {
 /// Work that is compiled once per level. `run` must be `#[inline(always)]`, and all it calls per step too.
 pub trait Job {
     type Output;
+    /// Is it compiled for machines without AVX2?
+    const PORTABLE: bool = true;
     fn run<P: Part>(self) -> Self::Output;
 }
 
@@ -588,7 +590,8 @@ unsafe fn on_v4<J: Job>(job: J) -> J::Output {
 /// Run a job at the level given; a level the processor lacks is never handed out by [`level`].
 pub fn dispatch<J: Job>(level: Level, job: J) -> J::Output {
     match level {
-        Level::Portable => job.run::<Portable>(),
+        Level::Portable if J::PORTABLE => job.run::<Portable>(),
+        Level::Portable => unreachable!("a job that is not compiled for this machine"),
         // SAFETY: `level` has asked the processor
         Level::V3 => unsafe { on_v3(job) },
         Level::V4 => unsafe { on_v4(job) },

@@ -12,8 +12,8 @@ pub mod rows;
 pub mod vehicle;
 pub mod fused;
 pub mod curve;
-pub mod integrate;
 pub mod ride;
+pub mod integrate;
 pub mod compare;
 pub mod many;
 #[cfg(feature = "python")]

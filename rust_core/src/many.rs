@@ -2,8 +2,8 @@
 use crate::compare::{Filter, filtered, sense};
 use crate::curve::{Stand, Statics};
 use crate::error::{Error, Result, expect_len};
-use crate::integrate::{Course, Series, run};
-use crate::lanes::{Job, LANES, Lanes, Part, dispatch, level};
+use crate::integrate::{Course, Series, Watch, run};
+use crate::lanes::{Job, LANES, Lanes, Part, Portable, dispatch, level};
 use crate::ride::{Sums, cascade};
 use crate::vehicle::{Group, STATES, Single, Structure};
 use rayon::prelude::*;
@@ -60,7 +60,7 @@ fn series(
         return Err(Error::Shape { what: "initial states".into(), got: initial.len(), expected: group.states });
     }
     let mut series = Series::new(&group, course.samples());
-    let diverged = run(&group, course, &initial, live, &mut series, cancel)?;
+    let diverged = run(&group, course, &initial, live, Watch::Series(&mut series), cancel)?;
     sense(&group, &mut series.lanes, course.samples(), course.dt);
     Ok((series.lanes, diverged))
 }
@@ -162,7 +162,8 @@ pub fn statics(many: &Many<'_>, offsets: &[f64], curvature: &[f64]) -> Result<(V
         };
         let (states, offsets) = (rows(many.initial, group.states)?, rows(offsets, group.dofs)?);
         let stand = Stand { states: &states, offsets: &offsets, curvature: rows(curvature, 1)?[0] };
-        let found = dispatch(level(), Statics { group: &group, stand: &stand });
+        // a few iterations: not worth compiling for each level
+        let found = Statics { group: &group, stand: &stand }.run::<Portable>();
         for lane in 0..live {
             forces.extend(found.residual.iter().map(|f| f.0[lane]));
             told.extend(found.wheelsets.iter().flatten().map(|w| w.0[lane]));
@@ -216,7 +217,7 @@ pub fn score(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>, canc
                 })
                 .collect();
             let mut sums = Sums::new(samples, clearance, [wheelsets, points], cascades, weighing.block);
-            let lost = run(&group, course, &many.initial(from, live), live, &mut sums, cancel)?;
+            let lost = run(&group, course, &many.initial(from, live), live, Watch::Sums(&mut sums), cancel)?;
             Ok::<_, Error>((sums, lost, live))
         })
         .collect::<Result<_>>()?;

@@ -1,5 +1,4 @@
 //! Weights and sums that stream with the steps: what a riding quality is made of.
-use crate::integrate::Observer;
 use crate::lanes::{LANES, Lanes, Part};
 use crate::vehicle::{Group, STATES};
 
@@ -72,9 +71,17 @@ fn add<P: Part>(to: &mut Lanes, at: usize, value: P) {
     (P::load(to, at) + value).store(to, at);
 }
 
-impl Observer for Sums {
+impl Sums {
     #[inline(always)]
-    fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) {
+    pub(crate) fn sample<P: Part>(
+        &mut self,
+        group: &Group,
+        at: usize,
+        k: usize,
+        row: &[f64],
+        x: &[P; STATES],
+        dx: &[P; STATES],
+    ) {
         let clearance = P::load(&self.clearance, at);
         for (reading, [sum, squares, touching]) in group.readings.iter().zip(&mut self.e) {
             let e = reading.read(at, row, x, dx);

@@ -1,7 +1,7 @@
 //! The fused bogie and the fused vehicle of bodies and elements are the general ones, lane by lane.
 use railui_core::bodies::{Acts, Body, Joint, Layout, Number, Point, Way, Wheels};
 use railui_core::effects::Law;
-use railui_core::integrate::{Course, Series, run};
+use railui_core::integrate::{Course, Series, Watch, run};
 use railui_core::lanes::LANES;
 use railui_core::vehicle::{Group, Placed, Single, Structure};
 use std::sync::atomic::AtomicBool;
@@ -56,7 +56,7 @@ fn apart(fused: &Group, general: &Group, table: &[f64]) -> Vec<f64> {
     let channels = &fused.readings;
     let [one, other] = [fused, general].map(|group| {
         let mut series = Series::new(group, SAMPLES);
-        let lost = run(group, &course, &[], LANES, &mut series, &AtomicBool::new(false)).expect("a run");
+        let lost = run(group, &course, &[], LANES, Watch::Series(&mut series), &AtomicBool::new(false)).expect("a run");
         assert!(lost.iter().all(Option::is_none), "{lost:?}");
         series.lanes
     });
