@@ -19,6 +19,8 @@ from railui.capture import text, wire
 from railui.capture.frames import Channel, Floats
 
 HELLO_EVERY, STATUS_EVERY = 5.0, 1.0  # s
+LOOK, LOOKS = 0.02, 10  # s between two looks at a terminal, and as many in a row must find it empty
+LEAVE = 30.0  # s for a reader to take the last bytes
 RANGES = {"b": (-128, 127), "B": (0, 255), "h": (-32768, 32767), "H": (0, 65535), "i": (-(2**31), 2**31 - 1)}
 
 
@@ -259,22 +261,24 @@ class Terminal:
         """
         own = termios.tcgetattr(self.slave)
         while termios.tcgetattr(self.slave) == own:
-            time.sleep(0.02)
+            time.sleep(LOOK)
         for _ in range(2):
             self.write(delimiter)
-            time.sleep(0.05)
-            while self.unread():
-                time.sleep(0.02)
+            self.await_empty()
 
     def unread(self) -> int:
         """Bytes that wait for the reader."""
         return int.from_bytes(fcntl.ioctl(self.slave, termios.FIONREAD, bytes(4)), sys.byteorder)
 
-    def await_empty(self, seconds: float = 5.0) -> None:
-        """Gives the reader so much time to take what was written."""
-        until = time.monotonic() + seconds
-        while time.monotonic() < until and self.unread():
-            time.sleep(0.02)
+    def await_empty(self, seconds: float = float("inf")) -> None:
+        """Gives the reader so much time to take what was written.
+
+        The system refills the reader's queue from its own a moment after it was emptied: one look would not do.
+        """
+        until, empty = time.monotonic() + seconds, 0
+        while time.monotonic() < until and empty < LOOKS:
+            empty = 0 if self.unread() else empty + 1
+            time.sleep(LOOK)
 
     def write(self, data: bytes) -> None:
         """All of it, as fast as the reader takes it."""

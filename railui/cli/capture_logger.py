@@ -51,7 +51,7 @@ def command(
     import json
     import tempfile
 
-    from railui.capture.logger import Terminal, play
+    from railui.capture.logger import LEAVE, Terminal, play
 
     source = Path(design) if design else Path(__file__).parents[1] / "capture" / "demo.yaml"
     logger = _logger(source, track, speed, seconds, call.seed or 0, noise)
@@ -69,7 +69,7 @@ def command(
                 play(dataclasses.replace(logger, faults=_faults("")), terminal, pace)
         finally:
             if once:
-                terminal.await_empty()
+                terminal.await_empty(LEAVE)
             terminal.unplug()
             call.emit(call.document("capture_logger", {"sent": dataclasses.asdict(logger.truth)}, [source]))
             call.show(json.dumps(dataclasses.asdict(logger.truth)))
