@@ -137,7 +137,7 @@ def _results() -> Iterator[str]:
         (code(r.key), r.question, "" if r.word else code(r.unit), "no" if r.word else "yes") for r in RESULTS.values()
     ]
     yield table(("key", "command", "unit", "a study may aim at it"), rows)
-    yield "\nEvery JSON document begins `schema, version, inputs, seed, simd`; numbers are SI, finite or null. Of a list the largest "
+    yield "\nEvery key of every command, [with its unit](../results.md). Of a list the largest "
     yield "magnitude counts.\n"
 
 

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 import railui
 from railui.cli import cli
 from railui.files.design import load_design
+from tests.docs.results import rows_of, undocumented
 
 DESIGNS = Path(__file__).parents[2] / "designs"
 NOISE = {"e1": 5e-5, "e2": 5e-5, "ay1": 0.05, "ay2": 0.05, "ayf": 0.02, "rf": 3e-4, "d1": 2e-5, "d2": 2e-5}
@@ -50,6 +51,7 @@ def test_a_bogie_on_measured_profiles_is_found_with_their_table(
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
     assert least < found["before"]["nrmse"] < most
+    assert undocumented([found], rows_of("loop", "adjust")) == []
     if use == "table":
         values = {path: p["value"] for path, p in found["parameters"].items()}
         assert values["vehicle.primary.lateral_stiffness"] == pytest.approx(3.0e6, rel=0.01)

@@ -18,6 +18,7 @@ from railui.report.loop import loop_report
 from railui.report.loop_files import write_simulated
 from railui.study.loop import Found, close_loop, loop
 from tests.blind.made import made
+from tests.docs.results import rows_of, undocumented, unheard_of
 
 ROOT = Path(__file__).parents[2]
 BUNDLED = ROOT / "designs" / "campaigns" / "worn_axle_box"
@@ -89,6 +90,12 @@ def test_the_report_has_the_keys_that_are_promised(closed: Closed):
     assert all(set(x) == {"kind", "at", "wheelset", "rho", "nrmse", "refitted", "weight"} for x in r["ranking"])
     assert all({"kind", "at", "wheelset", "parameter", "value", "unit", "power"} <= set(x) for x in r["detectable"])
     assert set(r["riding"]) == {"measured", "declared", "before", "after"}
+
+
+def test_every_key_of_the_report_has_its_row_in_the_docs_and_every_row_its_key(closed: Closed):
+    rows = rows_of("loop")
+    assert undocumented([closed.report], rows) == []
+    assert unheard_of([closed.report], rows) == []
 
 
 def test_every_number_of_the_report_is_finite(closed: Closed):

@@ -1,0 +1,108 @@
+"""Every key of the commands' JSON has its row in docs/results.md, and every row its key."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from railui.cli import cli
+from railui.report import identifiability as told
+from railui.study.coefficients import coefficients
+from railui.study.identify import per_stretch, profile
+from railui.study.parallel import correlations
+from tests.blind.made import fitted
+from tests.docs.results import rows_of, sections, undocumented, unheard_of
+from tests.docs.transcript import ROOT
+
+BOGIE, COACH = "designs/test_bogie.yaml", "designs/manchester_coach.yaml"
+PROFILES = ["designs/profiles/s1002.txt", "designs/profiles/60e1.txt"]
+LOW = ["--track", "erri_b176_low length=400 seed=1"]
+STUDY = f"""\
+name: small
+vehicle: {ROOT / BOGIE}
+variables: {{vehicle.secondary.yaw_damping: [5e3, 2e5], vehicle.primary.lateral_stiffness: [1e6, 8e6]}}
+cases: {{track: erri_b176_low length=200, speed: 40 m/s, seed: [1], scenario: [{{}}]}}
+objectives: [{{minimise: weighted_acceleration}}, {{maximise: flange_margin}}]
+constraints: ["linear_damping >= LEAST"]
+method: {{population: 4, generations: 2}}
+"""
+CASES = {
+    "ride": [
+        [BOGIE, *LOW, "--speed", "40", "vehicle.wheel_load=56e3"],
+        [COACH, *LOW, "--speed", "40"],
+        [BOGIE, *LOW, "--speeds", "30,40"],
+        ["designs/check_bogie.yaml", "--track", "erri_b176_high length=800", "--speed", "80"],
+    ],
+    "stability": [[BOGIE, "--speeds", "20:80:20"], ["designs/check_bogie.yaml", "--speeds", "40:80:10", "--fold", *LOW]],
+    "curve": [[BOGIE, "--radius", "600"], [BOGIE, "--radii", "500,600"]],
+    "assess": [["line.csv", BOGIE, "--speed", "40"]],
+    "contact": [PROFILES, ["--delta-r", "delta_r.csv"]],
+    "track": [["--spectrum", "line.csv"]],
+    "check": [["absent.yaml"]],
+    "diff": [[BOGIE, "designs/check_bogie.yaml"]],
+    "effects": [[]],
+    "doctor": [[]],
+}
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "designs").symlink_to(ROOT / "designs")
+    monkeypatch.chdir(tmp_path)
+    run("track", "erri_b176_low", "length=1000", "-o", "line.csv")
+    lines = [f"{k / 2},{0.2 * k}" for k in range(-20, 21)]
+    Path("delta_r.csv").write_text("\n".join(["y [mm],delta_r [mm]", *lines]) + "\n")
+    return tmp_path
+
+
+def run(*words: str) -> Any:
+    """What a command writes as JSON."""
+    done = CliRunner().invoke(cli, [*words, "--json", "-", "-q"], prog_name="railui")
+    assert done.exit_code in (0, 2, 4), done.output
+    return json.loads(done.stdout) if done.stdout.startswith("{") else None
+
+
+def hold(documents: list[Any], *headings: str) -> None:
+    rows = rows_of(*headings)
+    assert documents and all(documents)
+    assert undocumented(documents, rows) == []
+    assert unheard_of(documents, rows) == []
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_every_key_has_its_row_and_every_row_its_key(home: Path, name: str) -> None:
+    hold([run(name, *words) for words in CASES[name]], name)
+
+
+def test_every_key_of_a_search_has_its_row(home: Path) -> None:
+    found = []
+    for least, words in (("0.02", ["--sensitivities"]), ("0.9", [])):
+        Path(f"{least}.yaml").write_text(STUDY.replace("LEAST", least))
+        found.append(run("optimise", f"{least}.yaml", "-o", f"out_{least}", *words))
+    plan = run("optimise", "0.02.yaml", "--dry-run")
+    hold([*found, plan], "optimise")
+    hold([run("status", "out_0.02")], "status")
+
+
+def test_every_key_of_what_else_adjusting_tells_has_its_row() -> None:
+    fit = fitted()
+    path = "contact.leading.conicity"
+    further = {
+        "correlations": told.correlation_rows(correlations(fit)),
+        "coefficients": told.coefficient_rows(coefficients(fit)),
+        "stretches": told.stretch_rows(per_stretch(fit, 300.0)),
+        "profile": told.profile_rows([profile(fit, path, jobs=2)]),
+    }
+    assert undocumented([further], sections()["adjust"]) == []
+
+
+def test_a_key_without_a_row_and_a_row_without_a_key_are_found() -> None:
+    rows = {"a.NAME.b": "of every name", "c": "where asked for", "d.0.e": ""}
+    document = {"a": {"x.y": {"b": 1}}, "d": []}
+    assert undocumented([document], rows) == unheard_of([document], rows) == []
+    assert undocumented([{"a": {"x": {"z": 1}}}], rows) == ["a.x.z"]
+    assert unheard_of([{"a": {"x": {"b": 1}}}], rows) == ["d.0.e"]
