@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import click
 
-from railui.cli.common import Invocation, options
+from railui.cli.common import Invocation, options, refuse
 
 
 @click.command("bench")
 @click.option("--repetitions", type=click.IntRange(min=1), default=5, show_default=True, help="The quickest counts.")
 @click.option("--study", is_flag=True, help="What a search costs beside the kernel, instead.")
+@click.option("--precision", is_flag=True, help="What a step is wrong by, per vehicle and kind of effect, instead.")
 @options
-def command(repetitions: int, study: bool, call: Invocation) -> None:
+def command(repetitions: int, study: bool, precision: bool, call: Invocation) -> None:
     """Time the standard job, full and reduced: 64 bogies over 2 km of erri_b176_high at 40 m/s, and coaches there.
 
     Nanoseconds are those of one step of one design on one thread. With --study: generations of 256 designs on
-    4 cases of 1 km, searched and stored, over the bare kernel for the same rides.
+    4 cases of 1 km, searched and stored, over the bare kernel for the same rides. With --precision: errors of e_1
+    with 1, 2, 4 and 8 steps per sample, at 40 m/s and a sample every 0.1 m.
     """
-    if study:
-        _overhead(call)
+    if study and precision:
+        raise refuse("give either --study or --precision")
+    if study or precision:
+        _overhead(call) if study else _precision(call)
         return
     from rich.table import Table
 
@@ -49,3 +53,18 @@ def _overhead(call: Invocation) -> None:
         f"  ratio                {found['ratio']:7.3f}"
     )
     call.emit(call.document("bench_study", found, seed=1))
+
+
+def _precision(call: Invocation) -> None:
+    from rich.table import Table
+
+    from railui.study.precision import precision
+
+    found = precision()
+    counts = [f"{n} step" + ("s" if n > 1 else "") for n in found["steps"]]
+    table = Table("vehicle", "effects", *counts, "taken", title="error of e_1 over its rms", title_justify="left")
+    for row in found["rows"]:
+        errors = ["diverges" if error is None else f"{error:.0e}" for error in row["errors"]]
+        table.add_row(row["vehicle"], row["effects"], *errors, str(row["taken"]))
+    call.show(table)
+    call.emit(call.document("bench_precision", found, seed=1))

@@ -37,7 +37,10 @@ CASES = {
         [BOGIE, *LOW, "--speeds", "30,40"],
         ["designs/check_bogie.yaml", "--track", "erri_b176_high length=800", "--speed", "80"],
     ],
-    "stability": [[BOGIE, "--speeds", "20:80:20"], ["designs/check_bogie.yaml", "--speeds", "40:80:10", "--fold", *LOW]],
+    "stability": [
+        [BOGIE, "--speeds", "20:80:20"],
+        ["designs/check_bogie.yaml", "--speeds", "40:80:20", "--fold", *LOW],
+    ],
     "curve": [[BOGIE, "--radius", "600"], [BOGIE, "--radii", "500,600"]],
     "assess": [["line.csv", BOGIE, "--speed", "40"]],
     "contact": [PROFILES, ["--delta-r", "delta_r.csv"]],
@@ -46,6 +49,7 @@ CASES = {
     "diff": [[BOGIE, "designs/check_bogie.yaml"]],
     "effects": [[]],
     "doctor": [[]],
+    "bench": [["--repetitions", "1"], ["--precision"]],
 }
 
 

@@ -1,0 +1,23 @@
+"""Work and precision: the steps that the kernel takes by itself are precise enough, for every kind of effect."""
+
+from __future__ import annotations
+
+from railui.core import catalogue
+from railui.study.precision import STEPS, precision
+
+ROWS = precision()["rows"]
+
+
+def test_the_steps_that_are_taken_are_right_to_a_ten_thousandth() -> None:
+    known = [row for row in ROWS if row["taken"] in STEPS and row["errors"][0] is not None]
+    assert len(known) > 20
+    assert [row for row in known if not row["errors"][STEPS.index(row["taken"])] < 1e-4] == []
+
+
+def test_errors_fall_with_the_step() -> None:
+    assert all(row["errors"][-1] < 0.1 * row["errors"][0] for row in ROWS if row["errors"][0] is not None)
+
+
+def test_every_kind_of_law_is_among_them() -> None:
+    laws = {record["kind"] for record in catalogue() if record["acts"] not in ("sensor", "profile")}
+    assert laws - {row["effects"] for row in ROWS} == {"measured_force", "steady_force"}
