@@ -2,6 +2,7 @@
 # dist: wheel, archive, bill of materials, tried away from here; minimum: with the oldest versions that pyproject admits;
 # docs: the site, in target/site; transcripts: every command of README and docs typed again, the long ones too;
 # rewrite: write down what they print now;
+# deny: advisories, licences, doubles and sources of the crates; killed: a search killed at 50 random moments;
 # purpose: what the declared optimum costs;
 # pictures: the README's figure, from what run has found
 PYTHON ?= python3
@@ -9,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test check bench shots blind pictures docs transcripts rewrite dist minimum clean
+.PHONY: run test check bench shots blind pictures docs transcripts rewrite dist minimum deny killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -52,6 +53,13 @@ dist: .stamp-build
 minimum: dist
 	$(BIN)/python -m pip install --quiet uv
 	$(BIN)/python release/smoke.py dist/railui-*.whl --minimum
+
+# cargo install cargo-deny --locked
+deny:
+	cargo deny check
+
+killed: .stamp-build
+	$(BIN)/python -m pytest tests/engine/test_resume.py -m slow
 
 transcripts: .stamp-build
 	$(BIN)/python -m pytest tests/docs -m "slow or not slow"

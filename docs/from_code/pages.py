@@ -13,6 +13,7 @@ import commands  # noqa: E402
 import effects  # noqa: E402
 import formats  # noqa: E402
 import front  # noqa: E402
+import house  # noqa: E402
 import validation  # noqa: E402
 
 PAGES = {
@@ -21,6 +22,7 @@ PAGES = {
     "reference/commands.md": commands.page,
     "reference/effects.md": effects.page,
     "reference/api.md": api.page,
+    "reference/code.md": house.page,
     "validation.md": validation.page,
 }
 

@@ -1,12 +1,14 @@
-"""Every path that the README's tree names exists, and the folders that exist are in it."""
+"""The README: its tree, its length, and that what it prints is what the first hour prints."""
 
 from __future__ import annotations
 
 import re
+from math import ceil
 
 from tests.docs.transcript import ROOT
 
 CAPTION = 30  # the column at which captions begin
+WIDE, TWO_SCREENS = 84, 110
 
 
 def tree() -> set[str]:
@@ -28,10 +30,28 @@ def tree() -> set[str]:
 
 def test_every_path_of_the_tree_exists() -> None:
     paths = tree()
-    assert len(paths) > 25
+    assert len(paths) > 15
     assert sorted(path for path in paths if not (ROOT / path).exists()) == []
 
 
 def test_every_folder_of_the_package_is_in_the_tree() -> None:
     folders = {f"railui/{p.name}/" for p in (ROOT / "railui").iterdir() if (p / "__init__.py").exists()}
     assert folders - tree() == set()
+
+
+def test_it_is_two_screens_at_most() -> None:
+    lines = (ROOT / "README.md").read_text().splitlines()
+    assert sum(max(1, ceil(len(line) / WIDE)) for line in lines) <= TWO_SCREENS
+
+
+def test_what_it_prints_is_what_the_first_hour_prints() -> None:
+    """The first hour is typed again by a test."""
+
+    def words(text: str) -> list[str]:
+        return [" ".join(line.split()) for line in text.splitlines()]
+
+    _, _, part = (ROOT / "README.md").read_text().partition("## What `make run` prints")
+    printed = words("\n".join(re.findall(r"^```\n(.*?)^```", part.partition("## The tree")[0], re.S | re.M)))
+    known = set(words((ROOT / "docs/first_hour.md").read_text()))
+    assert len(printed) > 15
+    assert [line for line in printed if line not in known] == []

@@ -41,23 +41,29 @@ def stored(out: Path) -> int:
         return 0
 
 
-def test_killed_at_random_moments_the_front_is_the_uninterrupted_one_bit_for_bit(tmp_path: Path) -> None:
-    study = write_study(tmp_path, length=1000, population=32, generations=8)
+@pytest.mark.parametrize(
+    ("most", "fewest", "longest", "generations"),
+    [(12, 2, 2.5, 8), pytest.param(50, 50, 1.6, 60, marks=[pytest.mark.slow, pytest.mark.timeout(1800)])],
+)
+def test_killed_at_random_moments_the_front_is_the_uninterrupted_one_bit_for_bit(
+    tmp_path: Path, most: int, fewest: int, longest: float, generations: int
+) -> None:
+    study = write_study(tmp_path, length=1000, population=32, generations=generations)
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     assert run("optimise", study, "-o", whole).returncode == 0
     began = time.monotonic()
     moments, kills = random.Random(7), 0
-    while kills < 12:
+    while kills < most:
         before = stored(broken)
         process = start(study, broken)
-        time.sleep(moments.uniform(0.3, 2.5))
+        time.sleep(moments.uniform(0.3, longest))
         if process.poll() is not None:
             break
         process.send_signal(signal.SIGKILL)
         process.wait()
         kills += 1
         assert stored(broken) >= before  # what was kept stays
-    assert kills >= 2, f"the study is too short to be killed: {time.monotonic() - began:.1f} s"
+    assert kills >= fewest, f"the study is too short to be killed: {time.monotonic() - began:.1f} s, {kills} times"
     assert run("optimise", study, "-o", broken).returncode == 0
     assert result(broken) == result(whole)
     assert (broken / "front.csv").read_bytes() == (whole / "front.csv").read_bytes()
