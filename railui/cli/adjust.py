@@ -117,17 +117,11 @@ def further(
 
 def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
     """Parameters before and after, the error, and what was asked for beside."""
-    from rich.table import Table
-
     from railui.files.display import display
 
-    table = Table(title="adjusted parameters", title_justify="left")
-    for name in ("path", "declared", "adjusted", "standard deviation", ""):
-        table.add_column(name)
-    for path, p in data["parameters"].items():
-        cells = [display(p[k], p["unit"]) for k in ("declared", "value", "sd")]
-        table.add_row(path, *cells, p["flag"] or "")
-    call.show(table)
+    call.show(parameters_table(data, list(data["parameters"])))
+    if data["profiles"]:
+        call.show(profiles_note(data["profiles"]))
     for sentence in data["identifiability"]["words"]:
         call.show(sentence)
     error, floor = data["after"]["nrmse"], data["floor"]["nrmse"]
@@ -141,6 +135,30 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
         ends = ["open" if p[k] is None else display(p[k], unit) for k in ("low", "high")]
         call.show(f"profile of {path}: 90 % from {ends[0]} to {ends[1]}")
     call.say(f"{found.before.simulations} simulations")
+
+
+def parameters_table(data: dict[str, Any], paths: list[str]) -> Any:
+    """Parameters before and after, beside what the profiles of the design give where it names a pair."""
+    from rich.table import Table
+
+    from railui.files.display import display
+
+    profiles = data["profiles"]
+    table = Table(title="adjusted parameters", title_justify="left")
+    for name in ("path", "declared", *(["profiles"] if profiles else []), "adjusted", "standard deviation", ""):
+        table.add_column(name)
+    for path in paths:
+        p = data["parameters"][path]
+        declared, *after = (display(p[k], p["unit"]) for k in ("declared", "value", "sd"))
+        given = [profiles["parameters"].get(path)] if profiles else []
+        beside = ["-" if value is None else display(value, p["unit"]) for value in given]
+        table.add_row(path, declared, *beside, *after, p["flag"] or "")
+    return table
+
+
+def profiles_note(profiles: dict[str, Any]) -> str:
+    """Which pair, or why there is nothing of it."""
+    return str(profiles["note"] or f"profiles: {profiles['wheel']} on {profiles['rail']}, over the measured motion")
 
 
 def show_coefficients(call: Invocation, rows: list[dict[str, Any]] | None) -> None:

@@ -89,6 +89,8 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
     """The verdict, the errors per channel and the effects, for the reader."""
     from rich.table import Table
 
+    from railui.cli.adjust import parameters_table, profiles_note
+
     call.show(f"\n{data['sentence']}\n")
     table = Table(title="error (nrmse) on the runs that no fit has seen", title_justify="left")
     table.add_column("")
@@ -100,6 +102,10 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
         cells = [row["nrmse"], *(row["channels"].get(c) for c in channels)]
         table.add_row(which, *(("-" if v is None else f"{v:.3f}") for v in cells))
     call.show(table)
+    if data["profiles"]:
+        contact = [path for path in data["parameters"] if path.startswith("contact.")]
+        call.show(parameters_table(data, contact))
+        call.show(profiles_note(data["profiles"]))
     if data["effects"]:
         call.show(effects_table(data))
     elif found.outside is None:

@@ -47,9 +47,11 @@ def test_a_bogie_on_measured_profiles_is_found_with_their_table(
         "name: profiles\nvehicle: vehicle.yaml\nruns:\n  - {file: a.csv, role: adjust}\n"
         f"  - {{file: b.csv, role: validate}}\nnoise: {{{noise}}}\n"
     )
-    result = CliRunner().invoke(cli, ["adjust", str(tmp_path), "-q", "--json", "-"])
+    result = CliRunner().invoke(cli, ["adjust", str(tmp_path), "-q", "--json", str(tmp_path / "told.json")])
     assert result.exit_code == 0, result.output
-    found = json.loads(result.stdout)
+    found = json.loads((tmp_path / "told.json").read_text("utf-8"))
+    told = " ".join(result.stdout.split())
+    assert "┃ declared ┃ profiles ┃ adjusted ┃" in told and "on 60e1.txt" in told
     assert least < found["before"]["nrmse"] < most
     assert undocumented([found], rows_of("loop", "adjust")) == []
     if use == "table":
