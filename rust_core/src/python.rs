@@ -13,9 +13,9 @@ use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUn
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, mpsc};
+use std::sync::{Mutex, mpsc};
 use std::time::Duration;
 
 impl From<Error> for PyErr {
@@ -27,14 +27,16 @@ impl From<Error> for PyErr {
     }
 }
 
-/// The pool of so many threads; made once.
-fn pool(jobs: usize) -> Arc<rayon::ThreadPool> {
-    static POOLS: OnceLock<Mutex<HashMap<usize, Arc<rayon::ThreadPool>>>> = OnceLock::new();
-    let mut pools = POOLS.get_or_init(Default::default).lock().unwrap_or_else(|e| e.into_inner());
-    let pool = pools.entry(jobs).or_insert_with(|| {
-        Arc::new(rayon::ThreadPoolBuilder::new().num_threads(jobs).build().expect("threads can be started"))
-    });
-    pool.clone()
+/// Work on so many threads that nobody else uses meanwhile: callers side by side do not wait for each other.
+fn on_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> T {
+    static IDLE: Mutex<BTreeMap<usize, Vec<rayon::ThreadPool>>> = Mutex::new(BTreeMap::new());
+    let idle = || IDLE.lock().unwrap_or_else(|e| e.into_inner());
+    let kept = idle().get_mut(&jobs).and_then(Vec::pop);
+    let pool = kept
+        .unwrap_or_else(|| rayon::ThreadPoolBuilder::new().num_threads(jobs).build().expect("threads can be started"));
+    let out = pool.install(work);
+    idle().entry(jobs).or_default().push(pool);
+    out
 }
 
 /// Work without the interpreter's lock; every 50 ms a look at its signals, so that ctrl-c stops it.
@@ -50,8 +52,7 @@ fn away<T: Send>(
             let (send, receive) = mpsc::channel();
             let cancel = &cancel;
             let worker = scope.spawn(move || {
-                let out =
-                    std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| pool(jobs).install(|| work(cancel))));
+                let out = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| on_threads(jobs, || work(cancel))));
                 let _ = send.send(());
                 out
             });
