@@ -12,7 +12,7 @@ INTRODUCTION = """# The code
 
 One idea a file; its first line says which. A floor may use what stands above it: in the kernel in the order of `lib.rs`; in the
 package core, files, track and contact, study and capture, engine, report, and on top the commands and the desk, which never see
-each other. Tests hold both orders. Only `core.py` imports the kernel, only `python.rs` knows Python, only the desk knows Textual.
+each other. Tests hold both orders. Only `core.py` imports the kernel, only `python.rs` and `python_layout.rs` know Python, only the desk knows Textual.
 """
 
 

@@ -19,7 +19,6 @@ from railui.capture.run_files import FULL
 FLUSH, SYNC = 0.25, 1.0  # s
 PAUSE = 0.02  # s in which bytes gather: the system keeps 4 kB for a serial line, 44 ms at 921600 baud
 RETRY = 0.25  # s between two attempts to open a port that is gone
-SILENT = 3.0  # s of bytes without a frame before the baud rate is doubted
 MOST_BACKLOG = 8 << 20  # bytes kept while the disk is full
 TICK = 1.0  # s between two notes of the time
 

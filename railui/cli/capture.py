@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from railui.capture.replay import Replay
 
 LATER, VIOLATED = 3, 4
+SILENT = 5.0  # s without a byte, after which the reader is asked
 PARTS = {
     "campaign": "Recordings to a campaign: map, rail position, runs, campaign.yaml.",
     "decode": "Rebuild the runs of raw bytes.",
@@ -115,9 +116,12 @@ def record(
 def _directory(out: str | None) -> Path:
     from datetime import datetime
 
+    from railui.files.writing import check_writable
+
     directory = Path(out) if out is not None else Path("railui-capture") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
     if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
         raise refuse(f"{directory} is there already and stays as it is: give another -o DIR")
+    check_writable(directory)
     return directory
 
 
@@ -157,6 +161,7 @@ def _record(recorder: Recorder, seconds: float | None, call: Invocation) -> None
     """Records until ctrl-c, a signal to end, or the time is up."""
     import signal
     import threading
+    import time
 
     def typed() -> None:
         try:
@@ -171,15 +176,26 @@ def _record(recorder: Recorder, seconds: float | None, call: Invocation) -> None
     if sys.stdin is not None and not sys.stdin.closed:
         threading.Thread(target=typed, name="markers", daemon=True).start()
     try:
-        doubted = False
+        told, begun = None, time.monotonic()
         for replay in recorder.run(seconds):
             call.progress(_state(replay))
-            if not doubted and replay.at > 3 * recorder.baud / 10 and not replay.assembly.total().frames:
-                doubted = True
-                call.say(f"bytes come and no frame is whole: is the logger set to {recorder.baud} baud?")
+            doubt = _doubt(replay, recorder, time.monotonic() - begun)
+            if doubt is not None and doubt != told:
+                call.say(doubt)
+                told = doubt
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _doubt(replay: Replay, recorder: Recorder, waited: float) -> str | None:
+    """What may be wrong where a logger is not heard for some seconds; None where it is, or may still be."""
+    if not replay.at:
+        asked = f"is the logger on, and is {recorder.name} its port?"
+        return f"no byte has come in {SILENT:g} s: {asked}" if waited > SILENT else None
+    if replay.at > 3 * recorder.baud / 10 and not replay.assembly.total().frames:
+        return f"bytes come and no frame is whole: is the logger set to {recorder.baud} baud?"
+    return None
 
 
 def _state(replay: Replay) -> str:

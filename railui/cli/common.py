@@ -131,6 +131,10 @@ def options(command: Callable[..., Any]) -> Callable[..., Any]:
     ) -> Any:  # fmt: skip
         ctx.meta["railui.verbose"] = verbose
         call = Invocation(json_to, quiet, verbose, seed, jobs)
+        if json_to not in (None, "-"):  # before the work, not after it
+            from railui.files.writing import check_writable
+
+            check_writable(Path(str(json_to)).parent)
         try:
             return command(call=call, **more)
         finally:

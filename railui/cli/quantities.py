@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
@@ -81,13 +82,16 @@ def speed(text: str) -> float:
 
 
 def figure(text: str) -> str:
-    """The name of a figure to draw.
+    """The name of a figure to draw, where it can be written.
 
     >>> figure("a.svg")
     'a.svg'
     """
+    from railui.files.writing import check_writable
+
     if not text.lower().endswith((".svg", ".png", ".pdf")):
         raise ValueError(f"{text!r} is no figure: write a name that ends in .svg, .png or .pdf")
+    check_writable(Path(text).parent)
     return text
 
 

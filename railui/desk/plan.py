@@ -23,7 +23,6 @@ from railui.track import parse_spec
 
 FIRST: Final = ("vehicle.primary.lateral_stiffness", "vehicle.primary.longitudinal_stiffness",
                 "vehicle.secondary.lateral_damping", "vehicle.secondary.yaw_damping")  # fmt: skip
-FIRST_AIMS: Final = (("minimise weighted_acceleration", "mean"), ("maximise flange_margin", "worst"))
 REACH: Final = 4.0  # a variable may first go to so many times its value, or to that part of it
 OVER: Final = ("mean", "worst", "p95")
 USUAL, NONE, OWN = "usual", "none", "as the study says"

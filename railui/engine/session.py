@@ -17,7 +17,7 @@ from railui.engine.store import FILE, Store, remote_disk
 from railui.engine.work import Runner, identity
 from railui.files.saving import save_design
 from railui.files.study import Study
-from railui.files.writing import write_text
+from railui.files.writing import check_writable, write_text
 from railui.study.optimise import FRESH, Stand
 
 RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
@@ -35,6 +35,7 @@ class Session:
         say: Callable[[str], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self.directory = check_directory(study, directory)
+        check_writable(self.directory)
         self.directory.mkdir(parents=True, exist_ok=True)
         if kind := remote_disk(self.directory):
             say(f"warning: {self.directory} lies on {kind}, where a store can be spoilt: choose a disk of this machine")

@@ -48,11 +48,6 @@ class Work:
         """Some of the vehicles."""
         return Work(self.case, self.rows[some], self.keys, self.hashes[some])
 
-    def halves(self) -> list[Work]:
-        """The work in two, or as it is where it is one vehicle."""
-        half = len(self) // 2
-        return [self.part(slice(None, half)), self.part(slice(half, None))] if half else [self]
-
 
 @dataclass(frozen=True, eq=False)
 class Done:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import gzip
 import hashlib
 import json
@@ -9,7 +11,13 @@ import os
 import secrets
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
+
+ELSEWHERE: Final = ", name a place that you may write"
+REMEDIES: Final = {
+    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT), ELSEWHERE),
+    errno.ENOSPC: ", make room there, or name another disk",
+}
 
 
 def write_bytes(path: str | Path, data: bytes) -> Path:
@@ -27,10 +35,31 @@ def write_bytes(path: str | Path, data: bytes) -> Path:
             os.fsync(file.fileno())
         beside.replace(path)
     except OSError as error:
-        raise OSError(error.errno, f"cannot be written ({error.strerror or error})", str(path)) from error
+        raise unwritten(error, path) from error
     finally:
         beside.unlink(missing_ok=True)
     return path
+
+
+def check_writable(directory: str | Path) -> None:
+    """Raises OSError where nothing could be written into a directory, there or still to be made; leaves nothing."""
+    there = Path(directory).absolute()
+    while not there.exists():
+        there = there.parent
+    probe = there / f".{secrets.token_hex(4)}.part"
+    try:
+        probe.touch(exist_ok=False)
+    except OSError as error:
+        raise unwritten(error, directory) from error
+    finally:
+        with contextlib.suppress(OSError):
+            probe.unlink()
+
+
+def unwritten(error: OSError, path: str | Path) -> OSError:
+    """The same error with the path that was asked for and what to do."""
+    remedy = REMEDIES.get(error.errno or 0, "")
+    return OSError(error.errno, f"cannot be written ({error.strerror or error}){remedy}", str(path))
 
 
 def write_text(path: str | Path, text: str) -> Path:

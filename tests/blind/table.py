@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import beta
 
-from tests.blind.answers import ADEQUATE, CLEAN, Line
+from tests.blind.answers import ADEQUATE, Line
 
 HEAD = (
     f"{'no':>5s} {'planted':54s} {'nuisance':10s} {'verdict':9s} {'named':52s} name class "
@@ -92,8 +92,3 @@ def totals(lines: Sequence[Line]) -> list[str]:
     if busy:
         out.append(f"processor seconds per loop: median {np.median(busy):.0f}, longest {max(busy):.0f}")
     return out
-
-
-def still_missing(x: Line) -> bool:
-    """Does the report's first sentence say that something is still missing?"""
-    return x.after > CLEAN * x.floor

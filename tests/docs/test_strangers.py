@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import tty
 from pathlib import Path
 
 import pytest
@@ -75,3 +77,26 @@ def test_a_directory_that_may_not_be_written_is_told(home: Path) -> None:
     done = CliRunner().invoke(cli, ["track", "erri_b176_low", "length=200", "-o", "/proc/line.csv"], prog_name="railui")
     assert done.exit_code == 1
     assert "/proc/line.csv: cannot be written" in done.output
+
+
+@pytest.mark.parametrize("words", [
+    ["loop", CAMPAIGN, "-o", "/proc/found"],
+    ["optimise", "designs/studies/test_bogie.yaml", "-o", "/proc/found"],
+    ["stability", BOGIE, "--figure", "/proc/s.png"],
+    ["ride", BOGIE, *TRACK, "--speed", "40", "--json", "/proc/a.json"],
+    ["capture", "--demo", "-o", "/proc/found"],
+], ids=lambda words: words[0])  # fmt: skip
+def test_what_cannot_be_written_is_told_before_the_work(home: Path, words: list[str]) -> None:
+    done = CliRunner().invoke(cli, words, prog_name="railui")
+    assert done.exit_code == 1
+    assert len(done.output.splitlines()) == 1
+    assert "cannot be written" in done.output and "name a place that you may write" in done.output
+
+
+def test_a_logger_that_is_silent_is_asked_for(home: Path) -> None:
+    """A port to which nothing is connected: a terminal of our own whose other end says nothing."""
+    other, port = os.openpty()
+    tty.setraw(port)
+    done = CliRunner().invoke(cli, ["capture", os.ttyname(port), "-o", "got", "--seconds", "6"], prog_name="railui")
+    os.close(other)
+    assert "no byte has come in 5 s: is the logger on" in done.output
