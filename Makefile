@@ -47,6 +47,7 @@ dist: .stamp-build
 	rm -rf dist
 	$(BIN)/python -m maturin build --release --sdist --quiet --out dist
 	$(BIN)/python release/smoke.py dist/railui-*.whl --freeze dist/installed.json
+	$(BIN)/python release/smoke.py dist/railui-*.tar.gz --wheel dist/railui-*.whl
 	$(BIN)/python release/bill.py dist/installed.json dist
 
 # the oldest versions that pyproject admits

@@ -1,6 +1,7 @@
-"""A wheel tried as a stranger would: a clean environment, a path with a space and an umlaut, no checkout in sight.
+"""A wheel or source archive tried as a stranger would: a clean environment, a path with an umlaut, no checkout.
 
 python release/smoke.py dist/railui-*.whl [--minimum]      --minimum: the oldest versions that pyproject admits
+python release/smoke.py dist/railui-*.tar.gz --wheel dist/railui-*.whl    it must hold the same
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -25,30 +27,33 @@ COMMANDS = (
     ["capture", "--check", "--channels", "4", "--rate", "200"],
     ["loop", "--help"],
 )
+# an archive is built to see whether it is whole, not to be quick
+ROUGHLY = {"CARGO_PROFILE_RELEASE_LTO": "off", "CARGO_PROFILE_RELEASE_CODEGEN_UNITS": "16"}
+FILES = "import importlib.metadata as m; print(*m.files('railui'), sep='\\n')"
 
 
-def environment(home: Path, wheel: Path, minimum: bool) -> Path:
-    """A clean environment with the wheel; the path of its python."""
+def environment(home: Path, built: Path, minimum: bool) -> Path:
+    """A clean environment with a wheel, or a source archive that is built there; the path of its python."""
     subprocess.run([sys.executable, "-m", "venv", home / "venv"], check=True)
     python = home / "venv" / "bin" / "python"
     if minimum:
-        install = [
-            sys.executable,
-            "-m",
-            "uv",
-            "pip",
-            "install",
-            "--quiet",
-            "--python",
-            python,
-            "--resolution",
-            "lowest-direct",
-            wheel,
-        ]
+        install = [sys.executable, "-m", "uv", "pip", "install", "--quiet", "--python", python,
+                   "--resolution", "lowest-direct", built]  # fmt: skip
     else:
-        install = [python, "-m", "pip", "install", "--quiet", "-c", ROOT / "constraints.txt", wheel]
-    subprocess.run(install, check=True)
+        install = [python, "-m", "pip", "install", "--quiet", "-c", ROOT / "constraints.txt", built]
+    subprocess.run(install, check=True, env={**os.environ, **ROUGHLY})
     return python
+
+
+def same_files(python: Path, wheel: Path) -> None:
+    """What the source archive installed is what the wheel installs."""
+    told = subprocess.run([python, "-c", FILES], capture_output=True, text=True, check=True).stdout.split("\n")
+    with zipfile.ZipFile(wheel) as archive:
+        there = {name for name in archive.namelist() if name.startswith("railui/")}
+    here = {name for name in told if name.startswith("railui/") and "__pycache__" not in name}
+    if here != there:
+        raise SystemExit(f"the source archive and the wheel differ by {', '.join(sorted(here ^ there))}")
+    print(f"ok  {len(there)} files, as in {wheel.name}")
 
 
 def tried(python: Path, home: Path) -> None:
@@ -72,14 +77,17 @@ def tried(python: Path, home: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("wheel", type=Path)
+    parser.add_argument("built", type=Path, help="a wheel or a source archive")
+    parser.add_argument("--wheel", type=Path, help="the wheel that a source archive is held to")
     parser.add_argument("--minimum", action="store_true")
     parser.add_argument("--freeze", type=Path, help="where the versions that were tried are told")
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="für railui ") as scratch:
         home = Path(scratch)
-        python = environment(home, asked.wheel.resolve(), asked.minimum)
+        python = environment(home, asked.built.resolve(), asked.minimum)
         tried(python, home)
+        if asked.wheel:
+            same_files(python, asked.wheel)
         if asked.freeze:
             told = subprocess.run([python, "-c", (ROOT / "release" / "installed.py").read_text()], capture_output=True,
                                   text=True, check=True)  # fmt: skip

@@ -75,7 +75,7 @@ def _table(found: Mapping[str, Any]) -> Any:
 
     title = f"{found['track']} at {found['speed']:g} m/s, worst first"
     columns = ("from [m]", "to [m]", "score", "class", "flange share", "margin [sd]", "W_d [m/s^2]",
-               "largest e [mm]", "sum Y [kN]", "Y/Q", "sd yw [mm]", "by geometry")  # fmt: skip
+               "max e [mm]", "sum Y [kN]", "Y/Q", "sd yw [mm]", "by yw")  # fmt: skip
     table = Table(*(escape(column) for column in columns), title=escape(title), title_justify="left")
     for one in found["stretches"][:SHOWN]:
         table.add_row(

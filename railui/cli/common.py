@@ -14,11 +14,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from railui.files.design import Design
     from railui.files.problems import Problem
 
 PAUSE = 10.0  # s between two lines of progress where there is no terminal
 WIDE = 160  # columns of a table where there is no terminal
+SHORT = 16  # letters of a cell that is not to be broken
 
 
 @dataclass
@@ -72,7 +75,8 @@ class Invocation:
         from rich.console import Console
 
         stream = sys.stderr if self.json == "-" else sys.stdout
-        Console(file=stream, width=None if stream.isatty() else WIDE).print(data)
+        console = Console(file=stream, width=None if stream.isatty() else WIDE)
+        console.print(fitted(data, console))
 
     def document(
         self, kind: str, body: Mapping[str, Any], inputs: Sequence[str | Path] = (), seed: int | None = None
@@ -103,6 +107,31 @@ class Invocation:
 
             write_text(self.json, text)
             self.say(f"wrote {self.json}")
+
+
+def fitted(data: Any, console: Console) -> Any:
+    """A table without rules between its columns where they would not fit; what is still too long goes on below.
+
+    Nothing of a name or a number is left out.
+    """
+    from rich import box
+    from rich.measure import Measurement
+    from rich.table import Table
+    from rich.text import Text
+
+    if not isinstance(data, Table):
+        return data
+    for column in data.columns:
+        column.overflow = "fold"
+    natural = Measurement.get(console, console.options.update(max_width=10 * WIDE), data).maximum
+    if console.width < min(natural, WIDE):
+        data.box, data.padding, data.pad_edge = box.SIMPLE_HEAD, (0, 0), False
+        for column in data.columns:
+            head, *cells = (Text.from_markup(str(cell)).plain for cell in (column.header, *column.cells))
+            longest = max(map(len, cells), default=0)
+            if longest <= SHORT:  # numbers and single words stay whole, heads go on below
+                column.width = max(longest, *map(len, head.split()), 1)
+    return data
 
 
 def sha256_of(path: str | Path) -> str | None:

@@ -138,7 +138,8 @@ def _several(body: dict[str, Any]) -> Any:
     from rich.table import Table
 
     keys = ["score", "class", "comfort_hours", "weighted_acceleration", "flange_fraction", "flange_margin"]
-    table = Table(r"speed \[m/s]", "seed", *keys, title=body["cases"][0]["track"], title_justify="left")
+    heads = [key.replace("_", " ") for key in keys]
+    table = Table(r"speed \[m/s]", "seed", *heads, title=body["cases"][0]["track"], title_justify="left")
     for case in body["cases"]:
         table.add_row(f"{case['speed']:g}", _text(case["seed"]), *(_text(case[key]) for key in keys))
     table.add_section()

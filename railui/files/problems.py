@@ -105,7 +105,11 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
     >>> nearest("mas", ["mass", "yaw_inertia"])
     "did you mean 'mass'?"
+    >>> nearest("15", ["conicity"])  # {conicity: 0,15}
+    "is it behind a decimal comma? write a point: '0.15', not '0,15'"
     """
+    if name[:1].isdigit():
+        return f"is it behind a decimal comma? write a point: '0.{name}', not '0,{name}'"
     names = list(known)
     same = [known_name for known_name in names if known_name.lower() == name.lower()]
     close = same or get_close_matches(name, names, n=1, cutoff=0.6)
