@@ -174,7 +174,10 @@ class Rough:
             if c in tried or c.strength is None or c.kind not in LINEAR or (c.at, c.wheelset) in ADJUSTED:
                 continue
             one = self._begun(c.placed({c.strength: MODEST * c.shapes[0][c.strength]}), model)
-            if one is None or one.normal.rss > BEHIND * self.least:
+            if one is None:
+                continue
+            one = self._carried(one, QUICK)  # the declared vehicle is far off: its first two steps tell nothing yet
+            if one.normal.rss > BEHIND * self.least:
                 continue
             one = self._carried(one, PATIENT)
             if one.normal.rss < WORTH * self.least:
