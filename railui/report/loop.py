@@ -25,6 +25,7 @@ from railui.study.judge import Judgement
 from railui.study.loop import Found, lookalikes
 from railui.study.loop import loop as close
 from railui.study.measured import Stretch
+from railui.study.outside import Outside
 from railui.study.terms import Step
 from railui.study.trace import Sighting
 from railui.study.weighting import W_D, cascade, one_mass, weighted_rms
@@ -106,6 +107,7 @@ def sentence(found: Found) -> str:
     else:
         o = found.outside
         where = f"{o.at}" + (f" of wheelset {o.wheelset}" if o and o.wheelset else "") if o else "an unknown place"
+        where += f" (a coupling of {o.coupled.text})" if o and o.coupled else ""
         text = (
             f"Something is missing that is not in the catalogue; it acts at {where}: error {before:.3f} before, "
             f"{after:.3f} with the measured curve, noise floor {found.floor.nrmse:.3f}"
@@ -181,7 +183,17 @@ def _outside(found: Found) -> dict[str, Any] | None:
         "sd": list(o.sd),
         "motion_unit": o.motion_unit,
         "force_unit": o.force_unit,
-    } | ({} if o.course is None else {"parameter": o.course.path, "parameters": list(o.course.ratios)})
+    } | _stranger(o)
+
+
+def _stranger(o: Outside) -> dict[str, Any]:
+    """What is known of a fault that no curve of force against motion describes."""
+    if o.course is not None:
+        return {"parameter": o.course.path, "parameters": list(o.course.ratios)}
+    if o.coupled is not None:
+        pairs = [[{"at": at, "wheelset": w} for at, w in pair] for pair in o.coupled.pairs]
+        return {"coupling": {"pairs": pairs, "per": o.coupled.against, "share": o.coupled.share}}
+    return {}
 
 
 def _turn(found: Found) -> Step:

@@ -6,6 +6,7 @@ place. Used to say where something is missing and to draw it, never to decide th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,11 +23,14 @@ from railui.track import input_table
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
+Port = tuple[str, int | None]  # a place and its wheelset
+
 DRAWS = 4
+UNIT, DELAY = 100.0, 4  # N of a pulse, and the samples ahead of it
 SEGMENT = 5.12  # seconds of a segment of the spectra
 AS_GOOD = 0.03  # a place with fewer forces is taken within so much of the best share
 # place in reports, wheelset, the ports at which independent forces act
-SPOTS: tuple[tuple[str, int | None, tuple[tuple[str, int | None], ...]], ...] = (
+SPOTS: tuple[tuple[str, int | None, tuple[Port, ...]], ...] = (
     ("secondary_lateral", None, (("secondary_lateral", None),)),
     ("secondary_yaw", None, (("secondary_yaw", None),)),
     ("primary_lateral", 1, (("primary_lateral", 1),)),
@@ -122,25 +126,33 @@ def _noise(fit: Fit, target: Target, measurement: Measurement) -> Complexes:
     return np.asarray(total)
 
 
-def _answers(fit: Fit, target: Target) -> dict[tuple[str, int | None], Complexes]:
-    """Answer [frequency, channel] of the vehicle on even track to a short pulse at each port."""
-    stretch, every = target.stretch, target.filter.every
+def _answers(fit: Fit, target: Target) -> dict[Port, Complexes]:
+    """Answer [frequency, channel] of the vehicle to a short pulse at each port."""
+    ports = sorted({p for _, _, ports in SPOTS for p in ports}, key=str)
+    answers = pulses(fit, target, ports, target.filter.every)
+    return {port: np.fft.rfft(x, axis=1).T + 1e-300 for port, x in answers.items()}
+
+
+def pulses(fit: Fit, target: Target, ports: Sequence[Port], every: int = 1) -> dict[Port, Floats]:
+    """Weighted answer [channel, n] of the vehicle on even track to a pulse of 1 N over one sample at each port.
+
+    A sample is `every` of the run's; the pulse stands at sample `DELAY`, a triangle of two to either side.
+    """
+    stretch = target.stretch
     dt = stretch.dt
-    n = _length(target) * every
+    n = _length(target) * target.filter.every
     v = stretch.mean_speed
     t = np.arange(n) * dt
     width = v * dt * every
     table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
-    ports = sorted({p for _, _, ports in SPOTS for p in ports}, key=str)
-    out: dict[tuple[str, int | None], Complexes] = {}
+    out: dict[Port, Floats] = {}
     keep = Filter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 0, target.filter.weights, every)
     for port in ports:
-        unit = 100.0
-        motion = [2 * width, 4 * width, 6 * width]
-        row = core.effect_numbers("measured_force", {"against": "s", "motion": motion, "force": [0.0, unit, 0.0]})
+        motion = [(DELAY - 2) * width, DELAY * width, (DELAY + 2) * width]
+        row = core.effect_numbers("measured_force", {"against": "s", "motion": motion, "force": [0.0, UNIT, 0.0]})
         place = core.Placement("measured_force", port[0], port[1], len(row))
         vehicles = fit.model.vehicles((), [place])
         batch = fit.model.batch(fit.model.row[None], np.array([row]), np.ones((1, 1)))
         series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels, filter=keep)
-        out[port] = np.fft.rfft(series[0], axis=1).T + 1e-300
+        out[port] = series[0] / (2.0 * UNIT)
     return out

@@ -150,7 +150,9 @@ def close_loop(
         if not ratio <= UNEXPLAINED or structured or telling(along):
             seen = look_outside(from_here, measurement, declared, along, jobs=jobs, report=report)
         gains = seen is not None and material(judged["after"], seen.judgement, campaign.material)
-        if seen is not None and (gains or telling(seen) or (ratio > UNEXPLAINED and not terms.added)):
+        # three effects that leave something of a shape are not what is missing
+        lost = ratio > UNEXPLAINED and (structured or not terms.added)
+        if seen is not None and (gains or telling(seen) or lost):
             outside = seen
         if outside is not None and gains:
             fit, judged["after"] = outside.fit, outside.judgement

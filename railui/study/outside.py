@@ -14,6 +14,7 @@ from railui.files.design import PlacedEffect
 from railui.files.effect_records import PER_WHEELSET
 from railui.study.adjust import Adjuster, Fit, Report, adjust, silent
 from railui.study.candidates import driven_places
+from railui.study.couplings import Coupling, couplings
 from railui.study.drift import Drift, drifts, judge_course, refined
 from railui.study.equivalent import Origin, origins
 from railui.study.judge import Judgement, judge
@@ -55,6 +56,7 @@ class Outside:
     fit: Fit
     judgement: Judgement
     course: Drift | None = None
+    coupled: Coupling | None = None  # with another place, whose motion it answers
 
     def judged(self, measurement: Measurement, stretches: Sequence[Stretch]) -> Judgement:
         """What was found judged on stretches."""
@@ -108,6 +110,12 @@ def look_outside(
     if changing is not None and 1.0 - found.normal.rss / fit.normal.rss < changing.explained:
         return changing
     at, wheelset = (spot.at, spot.wheelset) if share >= CLEAR else (origin.at, origin.wheelset)
+    coupled = next(iter(couplings(fit)), None)
+    if coupled is not None and coupled.share >= max(CLEAR, share):
+        report(f"  a coupling of {coupled.text} explains {coupled.share:.2f}")
+        at, wheelset = coupled.at, coupled.wheelset
+    else:
+        coupled = None
     curve = found.model.design.effects[-1]
     yaw = spot.at.endswith("_yaw")
     z = "rad" if yaw else "m"
@@ -123,6 +131,7 @@ def look_outside(
         max(share, origin.share),
         found,
         judged,
+        coupled=coupled,
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from railui.study.adjust import Fit, Report, adjust
 from railui.study.candidates import Candidate, candidates
 from railui.study.confirm import Refit, confirm, held_out, named
+from railui.study.couplings import couplings
 from railui.study.drift import drifts
 from railui.study.judge import Judgement, floor, judge
 from railui.study.measured import Measurement
@@ -157,13 +158,16 @@ class Search:
         return refits, chosen, self._final(chosen.fit)
 
     def _exposed(self, fit: Fit, chosen: Refit) -> bool:
-        """Does a parameter that changes along the track explain more than the effect does?"""
-        along = drifts(fit, self.seed)
+        """Does what no entry of the catalogue does, a change along the track or a coupling, explain more than it?"""
         share = 1.0 - chosen.rss / fit.normal.rss
-        if not along or along[0].share < max(EXPOSED * share, PLAIN):
-            return False
-        self.report(f"  {along[0].path} changing along the track explains more: {along[0].share:.2f}, not {share:.2f}")
-        return True
+        more = max(EXPOSED * share, PLAIN)
+        strangers = [(f"{d.path} changing along the track", d.share) for d in drifts(fit, self.seed)[:1]]
+        strangers += [(f"a coupling of {c.text}", c.share) for c in couplings(fit)[:1]]
+        for words, explained in strangers:
+            if explained >= more:
+                self.report(f"  {words} explains more: {explained:.2f}, not {share:.2f}")
+                return True
+        return False
 
     def _final(self, fit: Fit) -> Fit:
         """Everything adjusted once more with weights and initial states of the model as found."""

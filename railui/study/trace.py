@@ -128,11 +128,11 @@ def trace(
     Where `first` holds shortened stretches, all candidates are seen on them and only the best on all of the fit's; what
     the others would have said there is forecast, for what could have been seen.
     """
-    whole = _Eye(fit, fit.targets)
+    whole = Eye(fit, fit.targets)
     if not first or sum(t.y.size for t in first) >= 0.7 * sum(t.y.size for t in fit.targets):
         sightings = near = whole.see(found, jobs, watch)
     else:
-        glimpse = _Eye(fit, first)
+        glimpse = Eye(fit, first)
         glimpsed = glimpse.see(found, jobs, watch)
         kept = {s.candidate for s in _ranked(glimpsed)[:KEPT]}
         near = whole.see([c for c in found if c in kept], jobs, watch)
@@ -152,7 +152,7 @@ def _ranked(sightings: Sequence[Sighting]) -> tuple[Sighting, ...]:
     return tuple(sorted(best.values(), key=lambda s: -signed(s)))
 
 
-class _Eye:
+class Eye:
     """Residual and sensitivities of a fit on some stretches, against which candidates are seen."""
 
     def __init__(self, fit: Fit, ready: Sequence[Target]) -> None:
@@ -162,7 +162,10 @@ class _Eye:
         seconds = block_length(fit)
         length = [max(8, round(seconds / (t.stretch.dt * t.filter.every))) for t in ready]
         self.bases = [_base(self.adjuster, self.fit, i, length[i]) for i in range(len(ready))]
-        gram = np.sum([np.einsum("bin,bjn->ij", b.blocks, b.blocks) for b in self.bases], axis=0)
+        self.inner = np.concatenate(
+            [b.blocks @ b.blocks.transpose(0, 2, 1) for b in self.bases]
+        )  # [block, 1 + p, 1 + p]
+        gram = self.inner.sum(axis=0)
         precision = np.diag(1.0 / fit.free.prior_sd**2) * gram[0, 0] / max(self.adjuster.informed, 1.0)
         self.solver = _Projector(gram, precision)
         self.count = sum(len(b.blocks) for b in self.bases)
@@ -180,7 +183,43 @@ class _Eye:
         return merged([s for part in parts for s in part])
 
     def _look(self, bundle: Bundle) -> list[Sighting]:
-        return _look(self.fit, self.bases, self.solver, bundle)
+        return _look(self, bundle)
+
+    def against(self, series: Sequence[Floats]) -> Seen:
+        """Output differences [lane, channel, n] of every stretch against its residual, by inner products per block."""
+        cross, norm = [], np.zeros(len(series[0]))
+        for target, base, one in zip(self.fit.targets, self.bases, series, strict=True):
+            blocks = _in_blocks(target.free_of(one), base.length)
+            cross.append(blocks @ base.blocks.transpose(0, 2, 1))
+            norm += np.einsum("bln,bln->l", blocks, blocks)
+        with_base, solver = np.concatenate(cross), self.solver  # [block, lane, 1 + p]
+        total = with_base.sum(axis=0)
+        beta = total[:, 1:] @ solver.inverse
+        left = norm - 2 * np.einsum("lp,lp->l", beta, total[:, 1:])
+        left = left + np.einsum("lp,pq,lq->l", beta, solver.sensitivities, beta)
+        told = left > VANISHED * np.maximum(norm, 1e-300)
+        left = np.where(told, left, 1.0)
+        inner = self.inner
+        scores = with_base[:, :, 0] - inner[:, 1:, 0] @ beta.T - with_base[:, :, 1:] @ solver.beta
+        scores = (scores + np.einsum("bpq,lp,q->bl", inner[:, 1:, 1:], beta, solver.beta)).T
+        projection = scores.sum(axis=1)
+        rho = projection / np.sqrt(left * max(solver.rest, 1e-300))
+        return Seen(rho, projection / left, scores, left, beta, told)
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Lanes seen against a residual: rho, amount, scores [lane, block], what is left of a difference, and told.
+
+    absorbed [lane, p]: what the adjustable parameters make of one; told: is anything left after that?
+    """
+
+    rho: Floats
+    amount: Floats
+    scores: Floats
+    left: Floats
+    absorbed: Floats
+    told: NDArray[np.bool_]
 
 
 def block_length(fit: Fit) -> float:
@@ -260,37 +299,24 @@ def _steps(vehicles: Vehicles, batch: Batch, target: Target) -> int:
         return -1
 
 
-def _look(fit: Fit, bases: Sequence[_Base], solver: _Projector, bundle: Bundle) -> list[Sighting]:
-    """Score every lane of a bundle by inner products with residual and sensitivities, block by block."""
-    lanes = len(bundle.lanes)
-    cross, norm = [], np.zeros(lanes)
-    sound = np.ones(lanes, dtype=bool)
-    for i, base in enumerate(bases):
-        series, fine = differences(fit, i, bundle)
-        series = fit.targets[i].free_of(series)
+def _look(eye: Eye, bundle: Bundle) -> list[Sighting]:
+    """Score every lane of a bundle."""
+    sound = np.ones(len(bundle.lanes), dtype=bool)
+    series = []
+    for i in range(len(eye.bases)):
+        one, fine = differences(eye.fit, i, bundle)
+        series.append(one)
         sound &= fine
-        blocks = _in_blocks(series, base.length)
-        cross.append(blocks @ base.blocks.transpose(0, 2, 1))
-        norm += np.einsum("bln,bln->l", blocks, blocks)
-    with_base = np.concatenate(cross)  # [block, lane, 1 + p]
-    total = with_base.sum(axis=0)
-    beta = total[:, 1:] @ solver.inverse
-    left = norm - 2 * np.einsum("lp,lp->l", beta, total[:, 1:])
-    left = left + np.einsum("lp,pq,lq->l", beta, solver.sensitivities, beta)
-    inner = np.concatenate([np.einsum("bin,bjn->bij", b.blocks, b.blocks) for b in bases])
+    seen = eye.against(series)
     found = []
     for lane, (member, shape) in enumerate(bundle.lanes):
-        if not sound[lane] or left[lane] <= VANISHED * max(norm[lane], 1e-300):
-            continue
-        b = beta[lane]
-        scores = with_base[:, lane, 0] - inner[:, 1:, 0] @ b
-        scores = scores - with_base[:, lane, 1:] @ solver.beta
-        scores = scores + np.einsum("bpq,p,q->b", inner[:, 1:, 1:], b, solver.beta)
-        projection = float(scores.sum())
-        rho = projection / np.sqrt(left[lane] * max(solver.rest, 1e-300))
-        amount = projection / left[lane]
-        one = Sighting(bundle.members[member], shape, float(rho), float(amount), scores, float(left[lane]), absorbed=b)
-        found.append(one)
+        if sound[lane] and seen.told[lane]:
+            found.append(
+                Sighting(
+                    bundle.members[member], shape, float(seen.rho[lane]), float(seen.amount[lane]), seen.scores[lane],
+                    float(seen.left[lane]), absorbed=seen.absorbed[lane],
+                )
+            )  # fmt: skip
     return found
 
 

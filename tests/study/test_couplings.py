@@ -1,0 +1,48 @@
+"""Couplings between places: against the kernel's own spring, found where they are, silent where they are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from railui.study.candidates import Bundle, Candidate
+from railui.study.couplings import answered, couplings, tried
+from railui.study.trace import differences
+from tests.blind.made import fitted
+
+K = 6e6  # N/m
+
+
+@pytest.mark.parametrize(
+    ("kind", "strength", "against"), [("spring", "stiffness", "z"), ("viscous_damper", "damping", "v")]
+)
+def test_a_place_coupled_with_itself_is_twice_a_negative_spring_or_damper(kind: str, strength: str, against: str):
+    fit, place = fitted(), ("primary_lateral", 1)
+    bundle = Bundle((Candidate(kind, *place, ({strength: K},)),), ((0, 0),))
+    spring, fine = differences(fit, 0, bundle, amount=1e-3)
+    coupled = answered(fit, fit.targets[0], [(((place, place),), against)])
+    assert fine.all()
+    rest = np.linalg.norm(spring[0] + 0.5 * K * coupled[0]) / np.linalg.norm(spring[0])
+    assert rest < 0.1  # the speed of a run wanders, that of an answer stands
+
+
+def test_a_slanting_arm_is_seen_where_it_is_and_explains_most():
+    best = couplings(fitted("lateral_yaw_coupling at=primary_lateral stiffness=4e6"))[0]
+    assert best.text == "primary_lateral with primary_yaw on both wheelsets"
+    assert (best.at, best.wheelset, best.against) == ("primary_lateral", None, "z")
+    assert best.share > 0.5
+
+
+def test_crossed_damping_is_seen_between_the_wheelsets():
+    best = couplings(fitted("crossed_damping at=wheelset damping=2e4"))[0]
+    assert best.text == "wheelset_yaw 1 with wheelset 2" and best.against == "v"
+    assert best.share > 0.25
+
+
+def test_where_nothing_is_missing_no_coupling_explains_a_fiftieth():
+    assert couplings(fitted())[0].share < 0.02
+
+
+def test_every_pair_is_tried_once():
+    all_pairs = tried()
+    assert len(all_pairs) == len({frozenset(map(frozenset, pairs)) for pairs in all_pairs}) == 15 + 3
