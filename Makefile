@@ -23,7 +23,7 @@ test: check
 check: .stamp-build
 	cargo fmt --check
 	cargo clippy --all-targets --features python -- -D warnings
-	$(BIN)/ruff check railui tests
+	$(BIN)/ruff check railui tests release docs
 	$(BIN)/ruff format --check railui tests
 	$(BIN)/mypy
 	$(BIN)/lint-imports

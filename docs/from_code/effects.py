@@ -15,7 +15,7 @@ from railui.core import catalogue
 from railui.files.design import PlacedEffect
 from railui.files.display import display
 from railui.files.effect_records import site
-from railui.report.laws import resisted
+from railui.report.driven import resisted
 
 SOURCES = Path(__file__).parents[2] / "rust_core" / "src" / "effects"
 LAW = re.compile(r"((?: *//[^/!].*\n)+)(?: *#\[[^\n]*\n)* *fn (?:force|forces|roll)\b")

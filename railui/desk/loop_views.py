@@ -14,8 +14,8 @@ from railui.desk.form import pretty
 from railui.desk.plot import Line as Curve
 from railui.desk.plot import Picture
 from railui.files.display import suited
+from railui.report.driven import Forces
 from railui.report.figures import Window, units_of
-from railui.report.laws import Forces
 from railui.study.loop import Found
 from railui.study.measured import Measurement, cut_samples
 

@@ -1,24 +1,34 @@
-"""The laws found, drawn: the kernel itself is the bench on which they are driven through the motion that was seen."""
+"""The laws found, drawn: force against the motion that was seen, before and after."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from railui import core
-from railui.core import LINKAGE, Batch, Placement, Vehicles
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import unit_at
-from railui.report.figures import COLOURS, LINES, POINTS, Picture, Window, axis, drawn, place, scale, units_of
-from railui.study.judge import initial_state
+from railui.report.driven import (
+    Scene,
+    at_port,
+    explained,
+    force_word,
+    gauge_under,
+    held,
+    mass_of,
+    port_of,
+    resisted,
+    rms,
+    whole_force,
+    whole_title,
+)
+from railui.report.figures import COLOURS, LINES, POINTS, Picture, Window, axis, drawn, place, scale
 from railui.study.loop import Found
-from railui.study.measured import Stretch, cut_samples, simulate
-from railui.study.model import Model, effect_row
+from railui.study.model import Model
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +36,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Curves = Mapping[str, tuple[Floats, Floats]]  # before, after -> motion [n], force [n]
 FUNCTION = 0.98  # share explained by the motion from which a law is drawn as a curve, not as a path
-HEAVY = 1e9  # times the mass of the vehicle: a bench that its forces do not move
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,58 +48,22 @@ class Law:
     lines: tuple[str, ...] = ("before", "after")
 
 
-@dataclass(frozen=True, eq=False)
-class _Scene:
-    """A vehicle with what was found, and the one before, on the stretch that is shown."""
-
-    model: Model
-    before: Model
-    stretch: Stretch
-    start: Floats
-    piece: slice
-    settled: slice
-    units: Mapping[str, str]
-
-    @classmethod
-    def of(cls, found: Found, model: Model, window: Window) -> _Scene:
-        stretch = window.stretch
-        cut = cut_samples(found.measurement.campaign, stretch)
-        start = initial_state(model, stretch, found.measurement.noise)
-        settled = slice(cut, stretch.samples - cut)
-        return cls(model, found.before.model, stretch, start, window.rows(cut), settled, units_of(found, stretch))
-
-    def unit(self, word: str, at: str) -> str:
-        """Unit of z, v or F at a place; at a rig as the run calls it."""
-        named = {"z": "z", "v": "vz"}.get(word, "")
-        return self.units.get(named, "1") if at == "rig" else unit_at(word, at)
-
-    @property
-    def path(self) -> slice:
-        """The rows of a path that is still to be followed by eye."""
-        return slice(self.piece.start, self.piece.start + max(2, (self.piece.stop - self.piece.start) // 2))
-
-    def motion(self, channels: Sequence[str], model: Model | None = None) -> Floats:
-        """Channels [channel, n] of the vehicle (or another with its states)."""
-        series, lost = simulate(model or self.model, self.stretch, channels, initial=self.start)
-        return sound(series, lost)
-
-
 def law_figures(found: Found, report: Mapping[str, Any], window: Window) -> list[Law]:
     """The measured curve of `outside`, then every effect of the vehicle as found, over the motion actually seen."""
     model, laws = found.after.model, []
     if found.outside is not None:
-        laws.append(_outside(_Scene.of(found, found.outside.fit.model, window), report["outside"]))
-    scene = _Scene.of(found, model, window)
+        laws.append(_outside(Scene.of(found, found.outside.fit.model, window), report["outside"]))
+    scene = Scene.of(found, model, window)
     for i, effect in enumerate(model.effects):
         if effect.kind not in core.CURVES:
             laws.append(_law(scene, effect, f"law-{i}"))
     return laws
 
 
-def _law(scene: _Scene, effect: PlacedEffect, name: str) -> Law:
+def _law(scene: Scene, effect: PlacedEffect, name: str) -> Law:
     record = core.record(effect.kind)
     title = f"{record['title']}: {place(effect.at, effect.wheelset)}"
-    draw: Callable[[_Scene, PlacedEffect, str, str], Law] = _outer
+    draw: Callable[[Scene, PlacedEffect, str, str], Law] = _outer
     if record["acts"] == "sensor":
         draw = _sensor
     elif "rig" in record["at"]:
@@ -105,65 +78,17 @@ def _law(scene: _Scene, effect: PlacedEffect, name: str) -> Law:
         return Law(title, (), f"Not drawn: {problem}.", ())
 
 
-def resisted(z: Floats, dt: float, mass: float, effects: Sequence[PlacedEffect], k: float, c: float) -> Floats:
-    """The force [n] with which effects beside a spring and a damper resist a motion z [n], and its speed: [2, n].
-
-    The kernel's own laws: they stand under a mass that they cannot move, on a base that makes the motion.
-    """
-    t = np.linspace(0.0, dt * (len(z) - 1), len(z))
-    bench = Stretch("", "", 0, {"t": t, "u": -z}, dt, "rig")
-    vehicles = Vehicles("rig", [Placement(e.kind, "rig", None, len(effect_row(e))) for e in effects])
-    numbers = np.array([[HEAVY * mass, k, c, 1.0, core.RIG_INPUTS["base_displacement"]]])
-    tail = np.array([[x for e in effects for x in effect_row(e)]])
-    batch = Batch.of(numbers, tail, np.ones((1, len(effects))))
-    start = np.zeros(vehicles.states(batch))
-    start[:2] = z[0], CubicSpline(t, z)(0.0, 1)
-    steps = vehicles.steps(batch, 1.0, 1.0, dt)[0]
-    channels, table = ["v.rig.0", "az"], bench.table(0.0, steps)
-    v, a = sound(*vehicles.simulate(batch.with_initial(start), table, dt, steps, channels))
-    return np.stack([-HEAVY * mass * a, v])
-
-
-def sound(series: Floats, lost: NDArray[np.int64]) -> Floats:
-    """The series [channel, n] of the first vehicle; ValueError where it diverged."""
-    if lost[0] >= 0:
-        raise ValueError("the vehicle diverges")
-    return np.asarray(series[0])
-
-
-def _mass(model: Model) -> float:
-    values = model.design.values
-    return values.get("vehicle.frame.mass") or values["vehicle.rig.mass"]
-
-
-def _at(model: Model, at: str, wheelset: int) -> tuple[list[PlacedEffect], float, float]:
-    """Effects, spring and damper of a model at one port."""
-    here = [e for e in model.design.effects if e.at == at and e.wheelset in (None, wheelset)]
-    k, c = model.vehicles().sites(model.single())[(at, wheelset)]
-    return [e for e in here if "rig" in core.record(e.kind)["at"]], k, c
-
-
-def _port(scene: _Scene, at: str, wheelset: int | None) -> tuple[int, Floats]:
-    """The port of an effect (that which moves most, where it has two) and its motion z."""
-    sites = scene.model.vehicles().sites(scene.model.single())
-    linkage = wheelset is None and (at, LINKAGE) in sites
-    ports = [w for a, w in sites if a == at and ((w == LINKAGE) if linkage else w != LINKAGE and wheelset in (None, w))]
-    motion = scene.motion([f"z.{at}.{w}" for w in ports])
-    best = int(np.argmax(motion.std(axis=1)))
-    return ports[best], motion[best]
-
-
-def _suspension(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
+def _suspension(scene: Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     """Whole force of the place against displacement, and the effect's own against what rules it."""
-    at, (w, z) = effect.at, _port(scene, effect.at, effect.wheelset)
-    mass, (_, k, c) = _mass(scene.model), _at(scene.model, at, w)
-    curves, v = _whole(scene, at, w, z)
+    at, (w, z) = effect.at, port_of(scene, effect.at, effect.wheelset)
+    mass, (_, k, c) = mass_of(scene.model), at_port(scene.model, at, w)
+    curves, v = whole_force(scene, at, w, z)
     superseded = str(core.record(effect.kind)["supersedes"] or "")
     own = resisted(z, scene.stretch.dt, mass, [effect], k, c)[0] - resisted(z, scene.stretch.dt, mass, [], k, c)[0]
     own = own + ("stiffness" in superseded) * k * z + ("damping" in superseded) * c * v
     kept = scene.settled
-    ruling = ("v", v) if _explained(v[kept], own[kept]) > _explained(z[kept], own[kept]) else ("z", z)
-    heading = _whole_title(scene, at, w)
+    ruling = ("v", v) if explained(v[kept], own[kept]) > explained(z[kept], own[kept]) else ("z", z)
+    heading = whole_title(scene, at, w)
     note = "Force that resists the motion, over the motion of the validating run."
     if np.std(own - curves["after"]) < 0.01 * np.std(own):  # nothing else stands there
         return Law(title, (_motion_picture(scene, f"{name}-whole", heading, curves, ruling, at),), note)
@@ -172,43 +97,19 @@ def _suspension(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> L
     return Law(title, (whole, alone), note)
 
 
-def _whole(scene: _Scene, at: str, w: int, z: Floats) -> tuple[dict[str, Floats], Floats]:
-    """All that resists a motion z at a port, before and after [n], and the speed [n]."""
-    dt, mass = scene.stretch.dt, _mass(scene.model)
-    whole, v = resisted(z, dt, mass, *_at(scene.model, at, w))
-    was, _ = resisted(z, dt, mass, *_at(scene.before, at, w))
-    return {"before": was, "after": whole}, v
-
-
-def _whole_title(scene: _Scene, at: str, w: int) -> str:
-    return f"whole {_force_word(scene.unit('F', at))}, {place(at, w if w in (1, 2) else None)}"
-
-
 def _motion_picture(
-    scene: _Scene, name: str, title: str, forces: Mapping[str, Floats], motion: tuple[str, Floats], at: str
+    scene: Scene, name: str, title: str, forces: Mapping[str, Floats], motion: tuple[str, Floats], at: str
 ) -> Picture:
     """Forces against a motion (z or v, and its values) at a place."""
     curves = {which: (motion[1], force) for which, force in forces.items()}
     return _force_picture(scene, name, title, curves, (motion[0], scene.unit(motion[0], at)), scene.unit("F", at))
 
 
-def _force_word(unit: str) -> str:
-    return "moment" if unit.endswith("*m") else "force"
-
-
-def _explained(x: Floats, y: Floats, bins: int = 100) -> float:
-    """Share of the variance of y that x rules, from quantile bins."""
-    parts = np.array_split(y[np.argsort(x)], min(bins, len(x)))
-    within = sum(float(np.sum((p - p.mean()) ** 2)) for p in parts)
-    total = float(np.sum((y - y.mean()) ** 2))
-    return 1.0 - within / total if total > 0 else 1.0
-
-
-def _force_picture(scene: _Scene, name: str, title: str, curves: Curves, motion: tuple[str, str], unit: str) -> Picture:
+def _force_picture(scene: Scene, name: str, title: str, curves: Curves, motion: tuple[str, str], unit: str) -> Picture:
     """Force against motion: a curve where the motion rules it, else the path of some seconds."""
     words = {"z": "displacement z", "v": "speed v", "e": "displacement e from the rails"}[motion[0]]
     kept = scene.settled
-    ruled = {which: _explained(x[kept], y[kept]) >= FUNCTION for which, (x, y) in curves.items()}
+    ruled = {which: explained(x[kept], y[kept]) >= FUNCTION for which, (x, y) in curves.items()}
     shown = kept if all(ruled.values()) else scene.path
     seen = next(iter(curves.values()))[0][shown]
     x_scale, x_unit = scale(seen, motion[1])
@@ -225,9 +126,9 @@ def _force_picture(scene: _Scene, name: str, title: str, curves: Curves, motion:
         _seen(ax, x_scale * seen)
         ax.set_title(title)
         ax.set_xlabel(axis(words, x_unit))
-        ax.set_ylabel(axis(_force_word(unit), y_unit))
+        ax.set_ylabel(axis(force_word(unit), y_unit))
 
-    return drawn(name, f"{title}: {_force_word(unit)} against {words}", (4.7, 3.0), draw)
+    return drawn(name, f"{title}: {force_word(unit)} against {words}", (4.7, 3.0), draw)
 
 
 def _seen(ax: Axes, x: Floats) -> None:
@@ -238,49 +139,20 @@ def _seen(ax: Axes, x: Floats) -> None:
                     transform=ax.get_xaxis_transform())  # fmt: skip
 
 
-def _held(scene: _Scene, model: Model, moved: bool) -> dict[str, Floats]:
-    """Forces and moments [n] on both wheelsets of a vehicle too heavy to move: Y1, Y2, M1, M2.
-
-    moved: the rails are moved under it so that e is what was seen; else they lie straight.
-    """
-    stretch, columns = scene.stretch, model.columns
-    vehicles = model.vehicles(stretch.coach_forces)
-    row = model.row.copy()
-    masses = [p for p in columns if p.startswith("vehicle.") and p.endswith(("mass", "yaw_inertia"))]
-    row[[columns[p] for p in masses]] *= HEAVY
-    batch = model.batch(row[None])
-    steps = vehicles.steps(batch, *stretch.speeds, stretch.dt)[0]
-    table = stretch.table(model.half_wheelbase(), steps).copy()
-    table[:, [2, 3, 4, 5, 7, 8, 9, 10]] = 0.0
-    if moved:
-        at = np.arange(len(table)) * (stretch.dt / (2 * steps))
-        e = scene.motion(["e1", "e2"])
-        spline = CubicSpline(stretch.dt * np.arange(stretch.samples), -e, axis=1)
-        for i, column in enumerate((2, 7)):
-            table[:, column] = spline(at)[i]
-            table[:, column + 1] = spline(at, 1)[i] / table[:, 1]
-    channels = ["ay1", "ay2", "v.wheelset_yaw.1", "v.wheelset_yaw.2"]
-    series = sound(*vehicles.simulate(batch, table, stretch.dt, steps, channels))
-    m = row[columns["vehicle.wheelset.mass"]]
-    inertia = row[columns["vehicle.wheelset.yaw_inertia"]]
-    turned = inertia * np.gradient(series[2:], stretch.dt, axis=1)
-    return {"Y1": m * series[0], "Y2": m * series[1], "M1": turned[0], "M2": turned[1]}
-
-
-def _contact(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
+def _contact(scene: Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     """Lateral force and yaw moment of the contact on a wheelset held straight, against e."""
     w, model = effect.wheelset or 1, scene.model
     e = scene.motion([f"e{w}"])[0]
     others = Model(model.design.with_effects(x for x in model.design.effects if x is not effect))
-    now, was, without = (_held(scene, m, True) for m in (model, scene.before, others))
-    change = {k: _rms(now[k] - without[k]) / _rms(without[k]) for k in (f"Y{w}", f"M{w}")}
-    gauge, fan, pictures = _gauge_under(scene, w), False, []
+    now, was, without = (held(scene, m, True) for m in (model, scene.before, others))
+    change = {k: rms(now[k] - without[k]) / rms(without[k]) for k in (f"Y{w}", f"M{w}")}
+    gauge, fan, pictures = gauge_under(scene, w), False, []
     for key, unit, words in ((f"Y{w}", "N", "lateral force"), (f"M{w}", "N*m", "yaw moment")):
         if change[key] < 0.5 * max(change.values()):
             continue
         curves = {"before": (e, was[key]), "after": (e, now[key])}
         heading = f"{words} of the rails on wheelset {w}"
-        ruled = {k: _explained(x[scene.settled], f[scene.settled]) >= FUNCTION for k, (x, f) in curves.items()}
+        ruled = {k: explained(x[scene.settled], f[scene.settled]) >= FUNCTION for k, (x, f) in curves.items()}
         fan = gauge is not None and ruled["before"] and not ruled["after"]
         if fan and gauge is not None:
             pictures.append(_fan_picture(scene, f"{name}-{key}", heading, curves, gauge, unit))
@@ -292,19 +164,7 @@ def _contact(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     return Law(title, tuple(pictures), note)
 
 
-def _rms(x: Floats) -> float:
-    return float(np.sqrt(np.mean(x**2)))
-
-
-def _gauge_under(scene: _Scene, wheelset: int) -> Floats | None:
-    """Gauge deviation [n] under a wheelset, None where none was measured."""
-    gauge, s = scene.stretch.columns.get("gauge"), scene.stretch.columns.get("s")
-    if gauge is None or s is None or not np.any(gauge):
-        return None
-    return np.interp(s - scene.model.behind()[wheelset - 1], s, gauge)
-
-
-def _fan_picture(scene: _Scene, name: str, title: str, curves: Curves, gauge: Floats, unit: str) -> Picture:
+def _fan_picture(scene: Scene, name: str, title: str, curves: Curves, gauge: Floats, unit: str) -> Picture:
     """As `_force_picture` where e alone does not rule the force: dots coloured by the gauge."""
     (x, y), (_, was) = curves["after"], curves["before"]
     some = np.arange(len(x))[scene.settled][:: max(1, len(x) // 1200)]
@@ -320,17 +180,17 @@ def _fan_picture(scene: _Scene, name: str, title: str, curves: Curves, gauge: Fl
         _seen(ax, x_scale * x[some])
         ax.set_title(title)
         ax.set_xlabel(axis("displacement e from the rails", x_unit))
-        ax.set_ylabel(axis(_force_word(unit), y_unit))
+        ax.set_ylabel(axis(force_word(unit), y_unit))
 
     return drawn(name, f"{title} against e, coloured by the gauge", (4.7, 3.0), draw)
 
 
-def _outer(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
+def _outer(scene: Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     """A force that hangs on the way alone: on a wheelset held still, against distance."""
     w, key, unit = effect.wheelset or 1, "M" if effect.at.endswith("_yaw") else "Y", unit_at("F", effect.at)
     if not effect.at.startswith("wheelset"):
         return Law(title, (), "A constant: there is no curve to draw.", ())
-    f = _held(scene, Model(scene.model.design.with_effects([effect])), False)[f"{key}{w}"]
+    f = held(scene, Model(scene.model.design.with_effects([effect])), False)[f"{key}{w}"]
     s = scene.stretch.columns["s"][scene.piece]
     radius = scene.model.design.values["vehicle.geometry.rolling_radius"]
     some = s <= s[0] + 8 * np.pi * radius
@@ -347,22 +207,22 @@ def _outer(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     return Law(title, (picture,), "Four turns of the wheelset.", ("after",))
 
 
-def _coach(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
+def _coach(scene: Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     """Force between frame and coach against the frame's motion, from the balance of the simulated frame."""
     model, before = scene.model, scene.before
     y, a = scene.motion(["z.frame.0", "ayf"])
-    mass, dt = _mass(model), scene.stretch.dt
+    mass, dt = mass_of(model), scene.stretch.dt
     primary = 0.0
     for w, z in zip((1, 2), scene.motion(["z.primary_lateral.1", "z.primary_lateral.2"]), strict=True):
-        primary = primary + resisted(z, dt, mass, *_at(model, "primary_lateral", w))[0]
+        primary = primary + resisted(z, dt, mass, *at_port(model, "primary_lateral", w))[0]
     force = primary - mass * a
-    was, _ = resisted(y, dt, mass, *_at(before, "secondary_lateral", 0))
+    was, _ = resisted(y, dt, mass, *at_port(before, "secondary_lateral", 0))
     forces = {"before": was, "after": force}
     picture = _motion_picture(scene, name, "force between frame and coach", forces, ("z", y), "secondary_lateral")
     return Law(title, (picture,), "Force that resists the motion of the frame; the coach moves with it.")
 
 
-def _sensor(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
+def _sensor(scene: Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     """What a sensor shows against what the vehicle does."""
     channel, stretch = effect.at, scene.stretch
     true = scene.motion([channel], Model(scene.model.design))[0][scene.piece]
@@ -381,7 +241,7 @@ def _sensor(scene: _Scene, effect: PlacedEffect, name: str, title: str) -> Law:
     return Law(title, (picture,), "Grey: measured; dashed: a true sensor; blue: the sensor as found.", ())
 
 
-def _outside(scene: _Scene, o: Mapping[str, Any]) -> Law:
+def _outside(scene: Scene, o: Mapping[str, Any]) -> Law:
     """The measured curve with its error bars, over the motion actually seen, and with it the place's whole force."""
     path, pictures = o.get("parameter"), []
     rows = [r for r in zip(o["motion"], o["force"], o["sd"], strict=True) if None not in r[:2]]
@@ -392,9 +252,9 @@ def _outside(scene: _Scene, o: Mapping[str, Any]) -> Law:
     curve = scene.model.design.effects[-1] if scene.model.design.effects else None
     motion: list[Floats] = []
     if curve is not None and curve.kind == "measured_force" and o["against"] in ("z", "v"):
-        w, z = _port(scene, curve.at, curve.wheelset)
-        forces, v = _whole(scene, curve.at, w, z)
-        heading = _whole_title(scene, curve.at, w)
+        w, z = port_of(scene, curve.at, curve.wheelset)
+        forces, v = whole_force(scene, curve.at, w, z)
+        heading = whole_title(scene, curve.at, w)
         pictures.append(_motion_picture(scene, "outside-whole", heading, forces, ("z", z), curve.at))
         motion = [(z if o["against"] == "z" else v)[scene.settled]]
 
@@ -406,36 +266,10 @@ def _outside(scene: _Scene, o: Mapping[str, Any]) -> Law:
         words = {"z": "displacement z", "v": "speed v", "s": "distance s"}[o["against"]]
         ax.set_title("the curve alone")
         ax.set_xlabel(axis(words, x_unit))
-        ax.set_ylabel(axis(path or _force_word(o["force_unit"]), y_unit))
+        ax.set_ylabel(axis(path or force_word(o["force_unit"]), y_unit))
 
     where = place(o["at"], o["wheelset"]) if o.get("at") else "along the track"
     pictures.append(drawn("outside", f"Measured curve, {where}", (4.7, 3.0), draw))
     turned = "" if path else " Force that resists the motion: the negative of F in the files."
     lines = ("before", "after") if len(pictures) > 1 else ()
     return Law(f"measured curve: {where}", tuple(pictures), "Bars: two standard deviations." + turned, lines)
-
-
-@dataclass(frozen=True, eq=False)
-class Forces:
-    """What resists the motion at the place of an effect: motion [n], force before and after [n], SI units of both."""
-
-    title: str
-    motion: Floats
-    before: Floats
-    after: Floats
-    motion_unit: str
-    force_unit: str
-
-
-def suspension_forces(found: Found, window: Window) -> list[Forces]:
-    """Force against motion at every suspension where the loop placed an effect, over the motion actually seen."""
-    scene, out = _Scene.of(found, found.after.model, window), []
-    for effect in found.after.model.effects:
-        if "rig" in core.record(effect.kind)["at"] and effect.kind != "measured_force":
-            w, z = _port(scene, effect.at, effect.wheelset)
-            whole, _ = _whole(scene, effect.at, w, z)
-            kept, at = scene.settled, effect.at
-            before, after = whole["before"][kept], whole["after"][kept]
-            title = _whole_title(scene, at, w)
-            out.append(Forces(title, z[kept], before, after, scene.unit("z", at), scene.unit("F", at)))
-    return out

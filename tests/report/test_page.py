@@ -20,7 +20,7 @@ from railui import core
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import default_at
 from railui.files.writing import finite
-from railui.report import figures, laws
+from railui.report import driven, figures, laws
 from railui.report.loop import loop_report
 from railui.report.page import page, write_page
 from railui.study.loop import Found, loop
@@ -178,7 +178,7 @@ def test_the_bench_returns_the_law_of_a_free_play() -> None:
     z = 1e-3 * np.sin(7.0 * t) * np.cos(1.3 * t)
     expected = k * np.sign(z) * np.maximum(np.abs(z) - h, 0.0)
     effect = PlacedEffect("free_play", "primary_lateral", None, {"half_width": h})
-    force, speed = laws.resisted(z, 0.005, 2900.0, [effect], k, 0.0)
+    force, speed = driven.resisted(z, 0.005, 2900.0, [effect], k, 0.0)
     assert np.abs(force - expected).max() < 1e-4 * np.abs(expected).max()
     assert np.abs(speed - np.gradient(z, 0.005))[1:-1].max() < 0.01 * np.abs(speed).max()
 
@@ -186,7 +186,7 @@ def test_the_bench_returns_the_law_of_a_free_play() -> None:
 def test_the_bench_returns_a_spring_and_a_damper() -> None:
     t = np.arange(1000) * 0.005
     z, v = 1e-3 * np.sin(9.0 * t), 9e-3 * np.cos(9.0 * t)
-    force, _ = laws.resisted(z, 0.005, 2900.0, [], 2e5, 3e4)
+    force, _ = driven.resisted(z, 0.005, 2900.0, [], 2e5, 3e4)
     assert np.abs(force - (2e5 * z + 3e4 * v)).max() < 1e-3 * np.abs(force).max()
 
 

@@ -28,8 +28,8 @@ from railui.desk.panels.common import in_turn, titled
 from railui.desk.plot import Picture, Plot
 from railui.desk.work import Latest, Study
 from railui.files.campaign import Campaign, load_campaign
+from railui.report.driven import suspension_forces
 from railui.report.figures import compared_series, shown_channels, telling
-from railui.report.laws import suspension_forces
 from railui.report.loop import loop_report
 from railui.report.loop_files import ForeignFiles, adjusted_design, check_directory, write_loop
 from railui.study.gate import Finding, gate
