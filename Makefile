@@ -3,6 +3,7 @@
 # docs: the site, in target/site; transcripts: every command of README and docs typed again, the long ones too;
 # rewrite: write down what they print now;
 # deny: advisories, licences, doubles and sources of the crates; killed: a search killed at 50 random moments;
+# bench-peers: the standard job in what one could pick instead; bench-counts: its instructions, for valgrind
 # purpose: what the declared optimum costs;
 # pictures: the README's figure, from what run has found
 PYTHON ?= python3
@@ -10,7 +11,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test check bench shots blind pictures docs transcripts rewrite dist minimum deny killed clean
+.PHONY: run test check bench bench-peers bench-counts shots blind pictures docs transcripts rewrite dist minimum deny killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -28,8 +29,22 @@ check: .stamp-build
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+KEPT := target/bench/history.jsonl
 bench: .stamp-build
-	$(BIN)/railui bench
+	$(BIN)/railui bench --keep $(KEPT)
+
+bench-counts: .stamp-build
+	$(BIN)/python -m tests.bench.counts --keep $(KEPT)
+
+# in an environment of their own: they bring a gigabyte
+PEERS := target/peers
+$(PEERS)/.stamp: tests/bench/peers/requirements.txt constraints.txt
+	$(PYTHON) -m venv $(PEERS) 2>/dev/null || $(PYTHON) -m venv --without-pip $(PEERS)
+	$(PYTHON) -m pip --python $(PEERS)/bin/python install --quiet -c constraints.txt -r $<
+	@touch $@
+
+bench-peers: .stamp-build $(PEERS)/.stamp
+	$(PEERS)/bin/python -m tests.bench.peers --write docs/peers.md
 
 pictures: run
 	@$(BIN)/python docs/pictures.py

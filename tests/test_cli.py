@@ -227,6 +227,16 @@ def test_the_standard_job_is_timed() -> None:
     assert {"lanes", "simd", "threads"} <= set(found)
 
 
+def test_a_bench_that_is_kept_tells_the_change_since_the_last(tmp_path: Path) -> None:
+    file = tmp_path / "new" / "history.jsonl"
+    words = ("bench", "--repetitions", "1", "--keep", str(file))
+    assert "the first of this machine" in run(*words).stdout
+    file.write_text(file.read_text("utf-8") + '{"half a line', "utf-8")
+    assert "ns per design-step, since" in (told := run(*words).stdout) and "coach: " in told
+    last = json.loads(file.read_text("utf-8").splitlines()[-1])
+    assert set(last["numbers"]) == {"full", "reduced", "coach"} and last["date"] and last["machine"]
+
+
 def test_an_unknown_command_names_the_nearest() -> None:
     result = run("optimize")
     assert result.exit_code == 2 and "did you mean 'optimise'?" in result.stderr

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import click
 
 from railui.cli.common import Invocation, options, refuse
@@ -11,16 +14,17 @@ from railui.cli.common import Invocation, options, refuse
 @click.option("--repetitions", type=click.IntRange(min=1), default=5, show_default=True, help="The quickest counts.")
 @click.option("--study", is_flag=True, help="What a search costs beside the kernel, instead.")
 @click.option("--precision", is_flag=True, help="What a step is wrong by, per vehicle and kind of effect, instead.")
+@click.option("--keep", metavar="FILE", help="Append the result to FILE, dated, and tell the change since the last.")
 @options
-def command(repetitions: int, study: bool, precision: bool, call: Invocation) -> None:
+def command(repetitions: int, study: bool, precision: bool, keep: str | None, call: Invocation) -> None:
     """Time the standard job, full and reduced: 64 bogies over 2 km of erri_b176_high at 40 m/s, and coaches there.
 
     Nanoseconds are those of one step of one design on one thread. With --study: generations of 256 designs on
     4 cases of 1 km, searched and stored, over the bare kernel for the same rides. With --precision: errors of e_1
     with 1, 2, 4 and 8 steps per sample, at 40 m/s and a sample every 0.1 m.
     """
-    if study and precision:
-        raise refuse("give either --study or --precision")
+    if sum((study, precision, keep is not None)) > 1:
+        raise refuse("give one of --study, --precision and --keep")
     if study or precision:
         _overhead(call) if study else _precision(call)
         return
@@ -38,7 +42,21 @@ def command(repetitions: int, study: bool, precision: bool, call: Invocation) ->
     times = found["coach_to_bogie"]
     table.caption = f"a step of the coach of 17 degrees costs {times:.2f} times that of the full bogie"
     call.show(table)
+    if keep is not None:
+        _kept(Path(keep), found, call)
     call.emit(call.document("bench", found, seed=1))
+
+
+def _kept(file: Path, found: dict[str, Any], call: Invocation) -> None:
+    from railui.study.history import change, keep
+
+    numbers = {name: found[name]["ns_per_design_step"] for name in ("full", "reduced", "coach")}
+    before = keep(file, "ns per design-step", numbers)
+    if before is None:
+        call.show(f"kept in {file}, the first of this machine there")
+        return
+    then = f"{before['date'][:16].replace('T', ' ')}, {before['commit'] or 'no commit'}"
+    call.show("\n  ".join([f"ns per design-step, since {then}:", *change(numbers, before)]))
 
 
 def _overhead(call: Invocation) -> None:

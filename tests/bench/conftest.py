@@ -1,0 +1,3 @@
+"""Peers import what only their own environment has."""
+
+collect_ignore = ["peers"]

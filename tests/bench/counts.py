@@ -1,0 +1,69 @@
+"""Instructions per design-step of the standard jobs, for regressions that noise hides: make bench-counts.
+
+python -m tests.bench.counts [--keep FILE]: valgrind counts what a process does that rides every job once, and once
+more; the difference is one job. Four processes of a minute each, most of it the start of Python. The level is AVX2
+(RAILUI_SIMD=v3), which valgrind knows, so the numbers of two machines compare.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from railui.study.bench import bogie, coach, coach_job, full_job, reduced_job, spread
+from railui.study.history import change, keep
+
+DESIGNS = 16
+STEPS = 20_000 - 1
+JOBS = {"full": (full_job, bogie), "reduced": (reduced_job, lambda: bogie(reduced=True)), "coach": (coach_job, coach)}
+
+
+def ride(twice: str) -> None:
+    """Every job once, one of them once more."""
+    for name, (job, vehicle) in JOBS.items():
+        run = job(spread(vehicle(), DESIGNS), 1)
+        run()
+        if name == twice:
+            run()
+
+
+def counted(twice: str) -> int:
+    """Instructions of a process of its own that does so."""
+    surroundings = os.environ | {"RAILUI_SIMD": "v3", "PYTHONHASHSEED": "0", "OPENBLAS_NUM_THREADS": "1"}
+    with tempfile.TemporaryDirectory() as folder:
+        words = ["valgrind", "--tool=cachegrind", "--cache-sim=no", f"--cachegrind-out-file={folder}/out"]
+        words += [sys.executable, "-m", "tests.bench.counts", "--ride", twice]
+        told = subprocess.run(words, env=surroundings, capture_output=True, text=True)
+    found = re.search(r"I refs:\s+([\d,]+)", told.stderr)
+    if told.returncode or not found:
+        raise SystemExit(f"valgrind did not count:\n{told.stderr[-2000:]}")
+    return int(found[1].replace(",", ""))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--keep", type=Path, help="append the result, dated, and tell the change against the last one")
+    parser.add_argument("--ride", help=argparse.SUPPRESS)
+    told = parser.parse_args()
+    if told.ride is not None:
+        ride(told.ride)
+        return
+    if shutil.which("valgrind") is None:
+        print("skipped: valgrind is not installed, and it is what counts instructions", file=sys.stderr)
+        return
+    once = counted("none")
+    numbers = {name: (counted(name) - once) / (DESIGNS * STEPS) for name in JOBS}
+    for name, number in numbers.items():
+        print(f"{name:8s} {number:7.1f} instructions per design-step")
+    if told.keep and (before := keep(told.keep, "instructions per design-step", numbers)):
+        print(f"since {before['date'][:10]}, {before['commit']}:", *change(numbers, before), sep="\n  ")
+
+
+if __name__ == "__main__":
+    main()
