@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from railui.cli import cli
-from railui.report.page import number
+from railui.report.written import number
 from tests.engine.small import write_study
 
 
