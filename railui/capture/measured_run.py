@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from railui.files.table import write_table
 
 SHORTEST = 10.0  # s: of a stretch that anything is adjusted to
 SHORTEST_RIG = 0.05
+SLOWEST = 1.0  # m/s, below which a vehicle stands
 LATE = 0.25  # m by which the trailing wheelset's version may be off before that is told
 RIG = ("u", "z", "vz", "az")
 FASTEST_TURN = 40.0  # Hz, above which the derivative of a gyro is noise
@@ -87,7 +88,8 @@ def measured_run(recording: Recording, mapped: SensorMap) -> MeasuredRun:
     for piece in found:
         s, v = motion(mapped, recording, piece, at if until is None else at + (piece.t[0] - until[0]) * until[1])
         at, until = float(s[-1]), (float(piece.t[-1]), float(v[-1]))
-        _one_piece(recording, mapped, piece, (s, v), raw, stretch, gathered, counts)
+        for part, way in _moving(piece, s, v, gathered, counts):
+            _one_piece(recording, mapped, part, way, raw, stretch, gathered, counts)
     if not gathered.columns:
         raise _too_short(recording, counts)
     columns = _concatenated(gathered.columns)
@@ -103,6 +105,23 @@ def measured_run(recording: Recording, mapped: SensorMap) -> MeasuredRun:
     return MeasuredRun(
         ordered, units, noise, quality, counts, natural, standstill, tuple(dict.fromkeys(gathered.notes))
     )
+
+
+def _moving(
+    piece: Piece, s: Floats, v: Floats, gathered: _Gathered, counts: dict[str, int]
+) -> Iterator[tuple[Piece, tuple[Floats, Floats]]]:
+    """The parts of a piece in which the vehicle runs, with their distance [m] and speed [m/s]."""
+    still = np.concatenate(([True], v < SLOWEST, [True]))
+    standing = float(np.count_nonzero(still[1:-1]) * piece.dt)
+    if standing:
+        gathered.notes.append(f"{standing:.0f} s at a standstill are left out")
+    for a, b in np.flatnonzero(np.diff(still.astype(int))).reshape(-1, 2):
+        if (b - a) * piece.dt < SHORTEST:
+            counts["short"] += 1
+            continue
+        rows = slice(int(a), int(b))
+        channels = {name: x[rows] for name, x in piece.channels.items()}
+        yield replace(piece, t=piece.t[rows], channels=channels), (s[rows], v[rows])
 
 
 def _needs_vehicle(mapped: SensorMap, raw: frozenset[str]) -> None:
@@ -128,9 +147,6 @@ def _one_piece(
     _to_the_middle(q, mapped, piece.dt, gathered.notes)
     _car_channels(q, mapped)
     base = {"t": piece.t * stretch, "s": s, "v": v}
-    if np.median(v) < 1.0:
-        gathered.notes.append(f"{len(piece) * piece.dt:.0f} s at a standstill are left out")
-        return
     geometry = mapped.geometry
     if geometry is None:
         gathered.columns.append(base | {n: x for n, x in q.items() if n in COLUMNS})

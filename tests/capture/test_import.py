@@ -132,6 +132,19 @@ def test_gravity_on_a_lateral_axis_is_doubted(tmp_path: Path) -> None:
     assert any("ay1" in note and "gravity is on its axis" in note for note in run.notes)
 
 
+def test_a_vehicle_that_stands_before_it_runs_is_taken_from_where_it_runs(tmp_path: Path) -> None:
+    columns = ride()
+    sensors = {name: x for name, x in read(columns).items() if name[0] in "ae" or name == "roll_rate1"}
+    speed = np.where(columns["t"] < columns["t"][0] + 12.0, 0.0, columns["v"])
+    units: dict[str, str | None] = {"v": "m/s"}
+    units |= {name: {"a": "m/s^2", "e": "m", "r": "rad/s"}[name[0]] for name in sensors}
+    path = mapped_file(tmp_path, "sensors:\n" + "".join(f"  {name}: {{channel: {name}}}\n" for name in sensors))
+    run = measured_run(Recording("a", columns["t"], sensors | {"v": speed}, units), load_map(path))
+    assert "12 s at a standstill are left out" in run.notes
+    assert run.columns["t"][0] >= columns["t"][0] + 12.0 and np.all(run.columns["v"] > 1.0)
+    assert run.quality is not None and run.quality.correlation > 0.9
+
+
 def test_a_recording_car_becomes_a_track(tmp_path: Path) -> None:
     s = np.arange(0, 500, 0.25)
     rows = "\r\n".join(

@@ -10,11 +10,13 @@ import pytest
 from click.testing import CliRunner
 
 from railui.cli import cli
+from railui.files.table import write_table
 from railui.report import identifiability as told
 from railui.study.coefficients import coefficients
 from railui.study.identify import per_stretch, profile
 from railui.study.parallel import correlations
 from tests.blind.made import fitted
+from tests.capture.rides import read, ride
 from tests.docs.results import rows_of, sections, undocumented, unheard_of
 from tests.docs.transcript import ROOT
 
@@ -57,7 +59,7 @@ CASES = {
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "designs").symlink_to(ROOT / "designs")
     monkeypatch.chdir(tmp_path)
-    run("track", "erri_b176_low", "length=1000", "-o", "line.csv")
+    CliRunner().invoke(cli, ["track", "erri_b176_low", "length=1000", "-o", "line.csv"])
     lines = [f"{k / 2},{0.2 * k}" for k in range(-20, 21)]
     Path("delta_r.csv").write_text("\n".join(["y [mm],delta_r [mm]", *lines]) + "\n")
     return tmp_path
@@ -67,7 +69,8 @@ def run(*words: str) -> Any:
     """What a command writes as JSON."""
     done = CliRunner().invoke(cli, [*words, "--json", "-", "-q"], prog_name="railui")
     assert done.exit_code in (0, 2, 4), done.output
-    return json.loads(done.stdout) if done.stdout.startswith("{") else None
+    assert done.stdout.startswith("{"), done.output
+    return json.loads(done.stdout)
 
 
 def hold(documents: list[Any], *headings: str) -> None:
@@ -102,6 +105,25 @@ def test_every_key_of_what_else_adjusting_tells_has_its_row() -> None:
         "profile": told.profile_rows([profile(fit, path, jobs=2)]),
     }
     assert undocumented([further], sections()["adjust"]) == []
+
+
+def test_every_key_of_a_recording_has_its_row(home: Path) -> None:
+    found = run("capture", "--demo", "--seconds", "3", "-o", "got")
+    hold([found, run("capture", "decode", "got/raw.bin", "-o", "again")], "capture")
+
+
+def test_every_key_of_an_import_has_its_row(home: Path) -> None:
+    columns, sensors = ride(), read(ride())
+    names = ("ay1", "ay2", "e1_right", "e1_left", "e2_right", "e2_left", "roll_rate1")
+    channels = {name: sensors[name] for name in names} | {"v": columns["v"].copy()}
+    channels["v"][: len(columns["t"]) // 4] = 0.0  # it stands at first
+    units = [{"a": "m/s^2", "e": "m", "r": "rad/s"}[name[0]] for name in names] + ["m/s"]
+    heads = [f"{name} [{unit}]" for name, unit in zip(channels, units, strict=True)]
+    write_table("rec.csv", dict(zip(["t [s]", *heads], [columns["t"], *channels.values()], strict=True)))
+    lines = [f"  {name}: {{channel: {name}}}" for name in names]
+    vehicle = f"vehicle: {ROOT / BOGIE}\nspeed: {{channel: v}}\nsensors:"
+    Path("map.yaml").write_text("\n".join([vehicle, *lines]) + "\n")
+    hold([run("import", "rec.csv", "--map", "map.yaml", "-o", "run.csv")], "import")
 
 
 def test_a_key_without_a_row_and_a_row_without_a_key_are_found() -> None:
