@@ -26,7 +26,7 @@ from railui.study.loop import Found, lookalikes
 from railui.study.loop import loop as close
 from railui.study.measured import Stretch
 from railui.study.outside import Outside
-from railui.study.terms import Step
+from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, Step
 from railui.study.trace import Sighting
 from railui.study.weighting import W_D, cascade, one_mass, weighted_rms
 from railui.study.windows import WINDOW, files
@@ -333,4 +333,18 @@ def _notes(found: Found) -> list[str]:
     for name, judgement in found.judged.items():
         told = "its error is null"
         notes += [f"{name}: the vehicle diverges on {file} at {at:.2f} s, {told}" for file, at in judgement.diverged]
-    return notes
+    return notes + _shapeless(found)
+
+
+def _shapeless(found: Found) -> list[str]:
+    """What a rest above the floor may be where the trace sees nothing in it."""
+    quiet = found.last.sightings and (found.last.p > SIGNIFICANT or found.last.rho2 < STRUCTURED)
+    if found.outside or not quiet or not found.unexplained > ADEQUATE:
+        return []
+    error, floor = found.judged["after"].channels, found.floor.channels
+    ratios = sorted(((error[c] / floor[c], c) for c in floor if floor[c] > 0 and c in error), reverse=True)
+    worst = ", ".join(f"{c} {ratio:.2f}" for ratio, c in ratios[:3])
+    return [
+        f"{found.unexplained:.2f} times the floor is left, and no candidate sees a shape in it: an unmeasured force, or "
+        f"noise that is larger than declared or not white, as the floor takes it (most above their floor: {worst})"
+    ]

@@ -102,6 +102,7 @@ class Search:
         """
         now, steps = hunting or before, list[Step]()
         good, accepted, kept = before, judged, 0
+        stages = [(before, judged)]  # the vehicle as it was before each step, and how it was judged
         noise = floor(before.model, self.measurement, self.measurement.validate, ROUGH_FLOOR)
         self.report(f"adjusted, no effect: nrmse {judged.nrmse:.4f}, noise floor {noise.nrmse:.4f}")
         for _ in range(EFFECTS):
@@ -123,6 +124,7 @@ class Search:
                 steps.append(Step(seen, refits, None))
                 break
             now = trial
+            stages.append((trial, result))
             steps.append(Step(seen, refits, replace(chosen, fit=trial, held_out=held_out(trial))))
             if gains:
                 good, accepted, kept = trial, result, len(steps)
@@ -131,7 +133,7 @@ class Search:
                 if result.nrmse <= (1.0 + 0.5 * (ADEQUATE - 1.0)) * noise.nrmse:
                     break
         steps = [s if i < kept else replace(s, added=None) for i, s in enumerate(steps)]
-        fit, accepted, steps = self._without_idle(good, accepted, steps)
+        fit, accepted, steps = self._without_idle(good, accepted, steps, stages[kept - 1] if kept else None)
         known = fit is good and kept < len(steps)
         last = steps[kept].trace if known else self.traced(fit)
         return Terms(fit, accepted, tuple(steps), last)
@@ -177,21 +179,29 @@ class Search:
             tolerance=1e-5, jobs=self.jobs, watch=self.watch,
         )  # fmt: skip
 
-    def _without_idle(self, fit: Fit, judged: Judgement, steps: list[Step]) -> tuple[Fit, Judgement, list[Step]]:
-        """The backward pass: each effect taken out, all adjusted again; what is not missed stays out."""
+    def _without_idle(
+        self, fit: Fit, judged: Judgement, steps: list[Step], one_less: tuple[Fit, Judgement] | None
+    ) -> tuple[Fit, Judgement, list[Step]]:
+        """The backward pass: each effect taken out, all adjusted again; what is not missed stays out.
+
+        one_less: the vehicle as it was before the last effect came in.
+        """
         idle = True
         while idle:
             added = [i for i, s in enumerate(steps) if s.added]
             idle = False
             for i in added if len(added) > 1 else ():
                 refit = steps[i].added
-                trial = None if refit is None else self._without(fit, refit)
-                if trial is None:
-                    continue
-                result = judge(trial.model, self.measurement, self.measurement.validate)
+                if one_less is not None and i == added[-1]:
+                    trial, result = one_less
+                else:
+                    taken = None if refit is None else self._without(fit, refit)
+                    if taken is None:
+                        continue
+                    trial, result = taken, judge(taken.model, self.measurement, self.measurement.validate)
                 self.report(f"  without {_words(refit)}: nrmse {result.nrmse:.4f}")
                 if not material(result, judged, self.measurement.campaign.material):
-                    fit, judged, idle = trial, result, True
+                    fit, judged, idle, one_less = trial, result, True, None
                     steps[i] = replace(steps[i], added=None)
                     break
         return fit, judged, steps
