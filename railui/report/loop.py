@@ -345,6 +345,6 @@ def _shapeless(found: Found) -> list[str]:
     ratios = sorted(((error[c] / floor[c], c) for c in floor if floor[c] > 0 and c in error), reverse=True)
     worst = ", ".join(f"{c} {ratio:.2f}" for ratio, c in ratios[:3])
     return [
-        f"{found.unexplained:.2f} times the floor is left, and no candidate sees a shape in it: an unmeasured force, or "
+        f"{found.unexplained:.2f} times the floor is left, and no candidate sees a shape in it: an unmeasured force or "
         f"noise that is larger than declared or not white, as the floor takes it (most above their floor: {worst})"
     ]
