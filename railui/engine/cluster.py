@@ -257,7 +257,10 @@ class _Run:
             else:
                 self._failed(bundle, KILLED)
         except (OSError, TimeoutError, CancelledError) as error:
-            raise self.cluster.lost(error) from None
+            if not (isinstance(error, TimeoutError) and self.cluster.alive()):
+                raise self.cluster.lost(error) from None
+            future.cancel()  # who held the answer died before it was fetched
+            self._send([bundle])
         else:
             self._answered(bundle, parts)
 
