@@ -63,8 +63,8 @@ def command(
     for key in ("verdict", "sentence", "ranking", "traces", "detectable", "classes", "outside"):
         data.pop(key)
     data |= further(found, coefficients, length, paths, method, call, report)
+    call.emit(data)  # before the table: its reader may leave
     show(call, found, data)
-    call.emit(data)
 
 
 def metres(text: str) -> float:

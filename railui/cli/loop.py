@@ -57,8 +57,8 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     data = loop_report(found)
     log.append(str(data["sentence"]))
     write_loop(found, data, directory, log)
+    call.emit(data)  # before the table: its reader may leave
     show(call, found, data)
-    call.emit(data)
     call.say(f"written to {directory}: loop.json, adjusted.yaml, campaign.yaml, report.html, simulated channels")
 
 

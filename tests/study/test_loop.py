@@ -158,6 +158,7 @@ def test_with_its_answers_taken_away_the_loop_does_not_name_another_cleanly():
     outside = found.verdict == "outside" and found.outside is not None and found.outside.at == "primary_lateral"
     assert outside or found.unexplained > 1.5
     assert not any(e.kind in ("free_play", "bump_stop", "cubic_stiffness") for e in found.after.model.effects)
+    assert undocumented([loop_report(found)], rows_of("loop")) == []
 
 
 @pytest.mark.skipif(not os.environ.get("RAILUI_SLOW"), reason="three minutes: RAILUI_SLOW=1 runs it")
