@@ -3,7 +3,8 @@
 # docs: the site, in target/site; transcripts: every command of README and docs typed again, the long ones too;
 # rewrite: write down what they print now;
 # deny: advisories, licences, doubles and sources of the crates; killed: a search killed at 50 random moments;
-# bench-peers: the standard job in what one could pick instead; bench-counts: its instructions, for valgrind
+# bench-peers: the standard job in what one could pick instead; bench-counts: its instructions, for valgrind;
+# growth: what length, designs, degrees of freedom, threads and effects cost
 # purpose: what the declared optimum costs;
 # pictures: the README's figure, from what run has found
 PYTHON ?= python3
@@ -11,7 +12,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test check bench bench-peers bench-counts shots blind pictures docs transcripts rewrite dist minimum deny killed clean
+.PHONY: run test check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -45,6 +46,9 @@ $(PEERS)/.stamp: tests/bench/peers/requirements.txt constraints.txt
 
 bench-peers: .stamp-build $(PEERS)/.stamp
 	$(PEERS)/bin/python -m tests.bench.peers --write docs/peers.md
+
+growth: .stamp-build
+	$(BIN)/python -m tests.bench.growth --write docs/growth.md
 
 pictures: run
 	@$(BIN)/python docs/pictures.py

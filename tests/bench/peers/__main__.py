@@ -22,11 +22,11 @@ import numpy as np  # noqa: E402
 
 from railui.core import simd  # noqa: E402
 from railui.study.history import commit, machine  # noqa: E402
+from tests.bench.page import write_after  # noqa: E402
 from tests.bench.peers import diffrax_peer, exudyn_peer, jax_peer, numba_peer, scipy_peer  # noqa: E402
 from tests.bench.peers.job import Answers, Job, difference, jobs  # noqa: E402
 
 WITHIN = 1e-4
-MARK = "<!-- results: make bench-peers writes what follows -->"
 Run = Callable[[], Answers]
 
 
@@ -108,9 +108,7 @@ def main() -> None:
     text = "\n\n".join([head, *(table(job, measure(job, told.rounds)) for job in jobs())]) + "\n"
     print(text)
     if told.write:
-        page = told.write.read_text("utf-8")
-        assert MARK in page, f"{told.write} has no line {MARK}"
-        told.write.write_text(page.partition(MARK)[0] + MARK + "\n\n" + text, "utf-8")
+        write_after(told.write, text)
 
 
 if __name__ == "__main__":
