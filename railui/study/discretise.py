@@ -6,7 +6,7 @@ from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg, signal
+from scipy import linalg
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -46,8 +46,16 @@ def discretise(zpk: tuple[ArrayLike, ArrayLike, float], dt: float) -> FloatArray
     raw = np.prod((step[:, None] - around) / (z[:, None] - held_poles), axis=1)
     k = int(np.argmax(np.abs(true)))
     held_gain = float(gain * (true[k] / raw[k]).real)
-    sections = signal.zpk2sos(1.0 + around, held_poles, held_gain)  # type: ignore[arg-type]  # complex they are
-    return np.asarray(sections, dtype=np.float64)
+    # scipy.signal would do this too, at half a second for reading it
+    tops, bottoms = _real_factors(1.0 + around), _real_factors(held_poles)
+    sections = np.array(
+        [
+            np.pad([*top, *np.zeros(3 - top.size), *bottom], (0, 3 - bottom.size))
+            for top, bottom in zip(tops, bottoms, strict=True)
+        ]
+    )
+    sections[0, :3] *= held_gain
+    return sections
 
 
 def _state_space(zeros: ComplexArray, poles: ComplexArray) -> System:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from railui.study.model import Model
 from railui.study.road import Road
@@ -170,8 +170,8 @@ def _smooth(x: Floats, rate: float) -> Floats:
     """Low-passed at 20 Hz, without phase; as it is where it is sampled too slowly for that."""
     if rate <= 2.2 * LOW_PASS:
         return x
-    sos = signal.butter(4, LOW_PASS, fs=rate, output="sos")
-    return np.asarray(signal.sosfiltfilt(sos, x, axis=-1))
+    sos = scipy.signal.butter(4, LOW_PASS, fs=rate, output="sos")
+    return np.asarray(scipy.signal.sosfiltfilt(sos, x, axis=-1))
 
 
 def _instability(total: Floats, rate: float, spacing: float) -> dict[str, float | None]:
@@ -179,10 +179,10 @@ def _instability(total: Floats, rate: float, spacing: float) -> dict[str, float 
     window, step = round(WINDOW / spacing), max(1, round(STEP / spacing))
     if len(total) < window + 1:
         return {"rms_100m": None, "dominant_frequency": None}
-    f, density = signal.welch(total, fs=rate, nperseg=min(len(total), 4 * window))
+    f, density = scipy.signal.welch(total, fs=rate, nperseg=min(len(total), 4 * window))
     above = f >= SLOWEST
     f_0 = float(f[above][np.argmax(density[above])])
     band = [max(f_0 - BAND, 0.1), min(f_0 + BAND, 0.45 * rate)]
-    passed = signal.sosfiltfilt(signal.butter(4, band, "bandpass", fs=rate, output="sos"), total)
+    passed = scipy.signal.sosfiltfilt(scipy.signal.butter(4, band, "bandpass", fs=rate, output="sos"), total)
     rms = np.sqrt(sliding_mean(passed**2, spacing, WINDOW)[::step])
     return {"rms_100m": float(rms.max()), "dominant_frequency": f_0}

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from railui.core import Batch, Vehicles
 from railui.files.design import Design, load_design
@@ -32,6 +32,8 @@ CHANNELS: Final = (*SCORED, "ay1", "ay2", "rf", "d1", "d2", "psi1", "psi2")
 BLOCK: Final = 5.0  # s, of the running rms of EN 12299
 GAUGE: Final = 4  # column of the gauge among those of a wheelset
 WEIGHTED: Final = ("weighted_acceleration", "weighted_acceleration_1974", "wz")
+RESOLVED: Final = 1e-4  # change by halved steps below which a ride is taken as exact
+LOOKED_AT: Final = 16  # steps per sample up to which that is looked at: where more are taken a motion is smooth in them
 JUDGED_BY: Final = WEIGHTED[1]  # of several floor points: that which feels most of it decides
 
 
@@ -191,8 +193,31 @@ class _Group:
     def peaks(self, sections: Floats) -> Floats:
         """The greatest acceleration [n] at any comfort point."""
         series, _ = self.vehicles.simulate(self.batch, *self.course, self.points, jobs=self.jobs)
-        passed = [signal.sosfilt(w, x, axis=-1) for w, x in zip(sections, series, strict=True)]
+        passed = [scipy.signal.sosfilt(w, x, axis=-1) for w, x in zip(sections, series, strict=True)]
         return np.asarray(np.abs(passed).max(axis=(1, 2)))
+
+
+def _unresolved(model: Model, road: Road, steps: int, jobs: int | None) -> list[str]:
+    """A note where halved steps change rms displacements or weighted accelerations by more than `RESOLVED`."""
+    if steps > LOOKED_AT:
+        return []
+    coarse, fine = (
+        statistics_many(model, model.row[None], road, steps=np.array([n]), jobs=jobs) for n in (steps, 2 * steps)
+    )
+    if np.any(coarse["diverged"]) or np.any(fine["diverged"]):
+        return []
+    changes = {"rms of e": _change(*(np.hypot(one["mean_e"], one["sd_e"]) for one in (coarse, fine)))}
+    changes |= {name: _change(coarse[name], fine[name]) for name in WEIGHTED[:2]}
+    worst = max(changes, key=lambda name: changes[name])
+    if changes[worst] <= RESOLVED:
+        return []
+    told = f"steps: {2 * steps} per sample instead of {steps} change {worst} by {100 * changes[worst]:.2g} %"
+    return [f"{told}: what is hard there (stops, play, friction) needs a finer track, or moves too wildly for any"]
+
+
+def _change(coarse: Floats, fine: Floats) -> float:
+    """The greatest relative change."""
+    return float(np.max(np.abs(coarse - fine) / np.maximum(np.abs(fine), np.finfo(float).tiny)))
 
 
 def structure_of(model: Model) -> tuple[Any, ...]:
@@ -280,8 +305,9 @@ def ride(
 
     As `ride_many`, and `reference`: the weighted accelerations in the frequency domain, with the brick wall
     of the 1970s, beside which the streaming forms of the result stand. `seed` takes the place of the
-    spec's. `forces`: guiding forces and Y/Q by the names of EN 14363, see `railui.study.forces`. Raises
-    FileProblems for faulty files, ValueError for a faulty spec or speed, or a vehicle too
+    spec's. A note tells where halved steps change what the score rests on by more than 1e-4: hard stops, or a
+    motion that no step can follow. `forces`: guiding forces and Y/Q by the names of EN 14363, see
+    `railui.study.forces`. Raises FileProblems for faulty files, ValueError for a faulty spec or speed, or a vehicle too
     stiff to be stepped. Source: Broersen 1976, chapter 2.
 
     >>> ride("designs/test_bogie.yaml", "erri_b176_low length=500", "144 km/h")["decided_by"]
@@ -289,6 +315,7 @@ def ride(
     """
     model, road = model_of(design), road_of(track, speed, seed)
     found = rides([model], road, jobs)[0]
+    found["notes"] += _unresolved(model, road, found["steps"], jobs)
     if found["diverged"] is None:
         names = floor_points(model)
         channel = found["comfort_point"].replace("floor ", "floor.", 1) if names else "ayf"

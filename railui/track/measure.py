@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from railui.track.line import Track
 from railui.track.spectra import QUANTITIES, SPECTRA, Quantity, spectrum_sd
@@ -68,7 +68,7 @@ def psd(track: Track, segment: float = 500.0) -> TrackSpectrum:
     """
     points = min(len(track), max(8, round(segment / track.spacing)))
     columns = np.stack([track.yw, track.phiw, track.gauge])
-    n, per_cycle = signal.welch(columns, 1 / track.spacing, nperseg=points, detrend=signal.detrend)
+    n, per_cycle = scipy.signal.welch(columns, 1 / track.spacing, nperseg=points, detrend=scipy.signal.detrend)
     density = np.asarray(per_cycle[:, 1:], dtype=np.float64) / (2 * np.pi)
     return TrackSpectrum(2 * np.pi * np.asarray(n[1:], dtype=np.float64), density[0], density[1], density[2])
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import integrate
 
 FloatArray = NDArray[np.float64]
 Density = Callable[[FloatArray], FloatArray]
@@ -152,5 +152,5 @@ def spectrum_sd(name: str, quantity: Quantity, shortest: float, longest: float) 
     def per_logarithm(u: float) -> float:  # S falls over decades: ln W spreads it evenly
         return float(spectrum_density(name, quantity, np.exp(u)) * np.exp(u))
 
-    variance = integrate.quad(per_logarithm, np.log(low), np.log(high), epsabs=0.0, epsrel=1e-10)[0]
+    variance = scipy.integrate.quad(per_logarithm, np.log(low), np.log(high), epsabs=0.0, epsrel=1e-10)[0]
     return float(np.sqrt(variance))

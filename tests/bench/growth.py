@@ -23,7 +23,7 @@ import numpy as np
 
 from railui.core import simd
 from railui.files.design import Design, load_design, parse_design
-from railui.study.bench import SPEED, bogie, coach, spread
+from railui.study.bench import SPEED, bogie, coach, quickest, spread
 from railui.study.history import commit, machine
 from railui.study.model import Model
 from railui.study.precision import cases
@@ -80,6 +80,24 @@ def rig(count: int) -> dict[str, Any]:
     return {"ns": 1e9 * timed(run) / (count * (samples - 1)), "steps": 1}
 
 
+def effects() -> list[dict[str, Any]]:
+    """The bogie with each effect alone, without comfort, in turns in one process: their differences are small."""
+    road, jobs = road_of(TRACK.format(500), SPEED), []
+    for vehicle, names, design in cases():
+        if vehicle == "bogie":
+            model = Model(design)
+            rows = np.tile(model.row, (256, 1))
+            steps = model.vehicles().steps(model.single(), SPEED, SPEED, road.dt)[0]
+            way = road.table(model.half_wheelbase(), steps), road.dt, steps, ("e1", "e2"), np.full(256, 7e-3)
+            jobs.append((names, steps, partial(model.vehicles().score, model.batch(rows), *way, jobs=1)))
+    seconds = quickest([run for _, _, run in jobs], 7, time.process_time)
+    each = 256 * (len(road.track) - 1)
+    return [
+        {"value": names, "steps": steps, "ns": 1e9 * time / (each * steps)}
+        for (names, steps, _), time in zip(jobs, seconds, strict=True)
+    ]
+
+
 def measure(what: str, value: Any) -> dict[str, Any]:
     """One row, in this process."""
     if what == "length":
@@ -89,8 +107,7 @@ def measure(what: str, value: Any) -> dict[str, Any]:
     if what == "threads":
         return ridden(bogie(), 256, 2000, value, time.perf_counter)
     if what == "effects":
-        _, _, design = next(case for case in cases() if case[:2] == ("bogie", value))
-        return ridden(Model(design), 64, 200)
+        return {"rows": effects()}
     if value == 1:
         return rig(64)
     models = {6: bogie, 17: coach} | {n: partial(_bundled, name) for n, name in VEHICLES.items()}
@@ -151,8 +168,8 @@ def tables() -> Iterator[str]:
         ("threads", "seconds", "times one thread"),
         [(str(r["value"]), f"{r['seconds']:.2f}", f"{found[0]['seconds'] / r['seconds']:.2f}") for r in found],
     )
-    yield "## Effects: the bogie with one effect each, 64 over 200 m, one thread"
-    found = [row("effects", effects) for vehicle, effects, _ in cases() if vehicle == "bogie"]
+    yield "## Effects: 256 bogies with one effect each, 500 m, without comfort, one thread"
+    found = row("effects", 0)["rows"]
     yield table(
         ("effect", "ns per design-step", "over none", "steps per sample"),
         [(r["value"], f"{r['ns']:.1f}", f"{r['ns'] - found[0]['ns']:+.1f}", str(r["steps"])) for r in found],

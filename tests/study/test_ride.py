@@ -13,6 +13,7 @@ from scipy import signal
 from railui.files.design import Design, load_design
 from railui.files.problems import FileProblems
 from railui.files.track_file import save_track
+from railui.study.bench import bogie
 from railui.study.comfort_point import before
 from railui.study.discretise import discretise
 from railui.study.model import Model
@@ -122,6 +123,23 @@ def test_a_vehicle_that_diverges_is_dangerous_and_told_where() -> None:
     assert any("diverged" in note for note in found["notes"])
     series = simulate(CHECK, "erri_b176_high length=1000 seed=1", 80.0)
     assert np.isnan(series["e1"][-1]) and np.isfinite(series["e1"][0])
+
+
+def test_a_note_tells_where_no_step_can_follow_a_motion() -> None:
+    text = {"kind": "bump_stop", "at": "primary_lateral", "gap": 5e-4}
+    hard, soft = (ride(with_effects(text | {"stiffness": k}), "erri_b176_high length=300", 40.0) for k in (1e9, 1e5))
+    assert any("steps: " in note and "instead of" in note for note in hard["notes"])
+    assert not any("steps: " in note for note in soft["notes"])
+
+
+@pytest.mark.parametrize("speed", [5.0, 20.0, 60.0, 90.0, 120.0])
+def test_what_a_score_rests_on_is_right_to_a_ten_thousandth_at_any_speed(speed: float) -> None:
+    model, road = bogie(), road_of("erri_b176_high length=300 seed=1", speed)
+    taken = model.vehicles().steps(model.single(), speed, speed, road.dt)[0]
+    found, exact = (statistics_many(model, model.row[None], road, steps=np.array([n])) for n in (taken, 16 * taken))
+    for key in ("mean_e", "sd_e", "weighted_acceleration", "weighted_acceleration_1974"):
+        scale = np.hypot(exact["mean_e"], exact["sd_e"]) if key.endswith("_e") else exact[key]
+        assert np.max(np.abs(found[key] - exact[key]) / scale) < 1e-4
 
 
 def test_a_track_is_the_same_as_a_spec_an_object_and_a_file(tmp_path: Path) -> None:
