@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from railui.cli.common import Invocation, options, refuse
+from railui.cli.quantities import reading
+from railui.cli.quantities import stretch as stretch_of_track
 
 if TYPE_CHECKING:
     from railui.study.loop import Found
@@ -18,7 +20,12 @@ LEAST = 0.01  # and of its value, by which it must differ
 @click.command("adjust")
 @click.argument("campaign", metavar="CAMPAIGN")
 @click.option("--coefficients", is_flag=True, help="Free the 16 coefficients of the wheelset equations as well.")
-@click.option("--stretch", metavar="LENGTH", help='Parameters per stretch of track, such as 500 or "0.5 km".')
+@click.option(
+    "--stretch",
+    callback=reading(stretch_of_track),
+    metavar="LENGTH",
+    help='Parameters per stretch of track, such as 500 or "0.5 km".',
+)
 @click.option(
     "--method",
     type=click.Choice(["least-squares", "two-parallel-models"]),
@@ -29,7 +36,7 @@ LEAST = 0.01  # and of its value, by which it must differ
 @click.option("--profile", "profiled", metavar="PATH,PATH", help='Profile likelihood of these parameters; "all".')
 @options
 def command(
-    campaign: str, coefficients: bool, stretch: str | None, method: str, profiled: str | None, call: Invocation
+    campaign: str, coefficients: bool, stretch: float | None, method: str, profiled: str | None, call: Invocation
 ) -> None:
     """Adjust the declared vehicle of a measured CAMPAIGN, without looking for effects.
 
@@ -49,12 +56,11 @@ def command(
     from railui.study.loop import adjust_only
     from railui.study.measured import read
 
-    length = None if stretch is None else metres(stretch)
     expect(campaign, "campaign")
     loaded = load_campaign(campaign)
     call.warn(loaded.warnings)
     paths = profiled_paths(profiled, loaded.adjust)
-    if loaded.design.kind != "bogie" and (coefficients or length is not None):
+    if loaded.design.kind != "bogie" and (coefficients or stretch is not None):
         raise refuse("--coefficients and --stretch are for vehicles on a track, this campaign is of a rig")
     report = narrator(call, [])
     found = adjust_only(read(loaded), method=method, seed=call.seed or 0, jobs=call.jobs, report=report)
@@ -62,22 +68,9 @@ def command(
     data = data | {"schema": "railui.adjust/1", "method": method}
     for key in ("verdict", "sentence", "ranking", "traces", "detectable", "classes", "outside"):
         data.pop(key)
-    data |= further(found, coefficients, length, paths, method, call, report)
+    data |= further(found, coefficients, stretch, paths, method, call, report)
     call.emit(data)  # before the table: its reader may leave
     show(call, found, data)
-
-
-def metres(text: str) -> float:
-    """A length of track; a usage error where it is none."""
-    from railui.files.units import UnitError, quantity
-
-    try:
-        length = quantity(text, "m")
-    except UnitError as error:
-        raise refuse(f"--stretch {text}: {error.message}, {error.remedy}") from None
-    if not length > 0:
-        raise refuse(f"--stretch {text}: give a length above 0 m")
-    return float(length)
 
 
 def profiled_paths(text: str | None, adjusted: tuple[str, ...]) -> list[str]:

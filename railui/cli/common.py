@@ -109,6 +109,19 @@ class Invocation:
             self.say(f"wrote {self.json}")
 
 
+def cell(value: Any, digits: int = 4) -> str:
+    """A value for the reader: a number of so many digits, several divided by commas, a dash for none.
+
+    >>> cell(2.51349), cell(None), cell("good"), cell([1.0, 0.25])
+    ('2.513', '-', 'good', '1, 0.25')
+    """
+    if isinstance(value, list | tuple):
+        return ", ".join(cell(one, digits) for one in value)
+    if value is None:
+        return "-"
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+
+
 def fitted(data: Any, console: Console) -> Any:
     """A table without rules between its columns where they would not fit; what is still too long goes on below.
 

@@ -7,22 +7,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from railui.cli.common import Invocation, options, refuse
-from railui.cli.quantities import reading
+from railui.cli.quantities import figure as drawing
+from railui.cli.quantities import force, length, reading
 
 if TYPE_CHECKING:
     from railui.study.contact import Found
-
-
-def _length(text: str) -> float:
-    from railui.files.units import quantity
-
-    return quantity(text if not _plain(text) else float(text), "m")
-
-
-def _load(text: str) -> float:
-    from railui.files.units import quantity
-
-    return quantity(text if not _plain(text) else float(text), "N")
 
 
 def _inclination(text: str) -> float:
@@ -31,37 +20,34 @@ def _inclination(text: str) -> float:
     return read_inclination(text)
 
 
-def _plain(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 @click.command("contact")
 @click.argument("wheel", required=False, metavar="[WHEEL]")
 @click.argument("rail", required=False, metavar="[RAIL]")
-@click.option("--gauge", callback=reading(_length), default="1435 mm", metavar="LENGTH", show_default=True,
+@click.option("--gauge", callback=reading(length), default="1435 mm", metavar="LENGTH", show_default=True,
               help="Of the rails, 14 mm below their top.")  # fmt: skip
-@click.option("--back-to-back", callback=reading(_length), default="1360 mm", metavar="LENGTH", show_default=True,
+@click.option("--back-to-back", callback=reading(length), default="1360 mm", metavar="LENGTH", show_default=True,
               help="Of the wheels' inner faces.")  # fmt: skip
 @click.option("--inclination", callback=reading(_inclination), default="0", metavar="1:N", show_default=True,
               help="Of the rails; 0 where the file is of a rail as it lies.")  # fmt: skip
-@click.option("--radius", callback=reading(_length), default="0.46 m", metavar="LENGTH", show_default=True,
+@click.option("--radius", callback=reading(length), default="0.46 m", metavar="LENGTH", show_default=True,
               help="Of the wheels.")  # fmt: skip
-@click.option("--diameter-difference", callback=reading(_length), default="0", metavar="LENGTH", show_default=True,
+@click.option("--diameter-difference", callback=reading(length), default="0", metavar="LENGTH", show_default=True,
               help="Right wheel less left wheel.")  # fmt: skip
 @click.option("--mirror-rail", is_flag=True, help="The rail's y points to the other side than its file type says.")
-@click.option("--smooth", callback=reading(_length), metavar="LENGTH", help="Smooth measured profiles: half is left.")
-@click.option("--sd", callback=reading(_length), default="2 mm", metavar="LENGTH", show_default=True,
+@click.option("--smooth", callback=reading(length), metavar="LENGTH", help="Smooth measured profiles: half is left.")
+@click.option("--sd", callback=reading(length), default="2 mm", metavar="LENGTH", show_default=True,
               help="Standard deviation of e that is linearised over.")  # fmt: skip
-@click.option("--load", callback=reading(_load), default="55 kN", metavar="FORCE", show_default=True, help="Per wheel.")
+@click.option("--load", callback=reading(force), default="55 kN", metavar="FORCE", show_default=True, help="Per wheel.")
 @click.option("--surface", type=click.FloatRange(0.05, 1.5), default=0.6, show_default=True,
               help="Share of Kalker's coefficients on rails as they are: 0.5 to 0.7, 1 clean.")  # fmt: skip
 @click.option("--delta-r", metavar="TABLE", help="A table `y [mm],delta_r [mm]` in place of profiles.")
-@click.option("--figure", metavar="FILE", help="Draw it: .png, .svg or .pdf.")
-@click.option("--laws", metavar="FILE", help="Draw the laws of creep at this contact against each other.")
+@click.option("--figure", callback=reading(drawing), metavar="FILE", help="Draw it: .png, .svg or .pdf.")
+@click.option(
+    "--laws",
+    callback=reading(drawing),
+    metavar="FILE",
+    help="Draw the laws of creep at this contact against each other.",
+)
 @options
 def command(
     wheel: str | None, rail: str | None, gauge: float, back_to_back: float, inclination: float, radius: float,
@@ -78,9 +64,6 @@ def command(
     WHEEL and RAIL are SIMPACK's .prw and .prr, or text of two columns y and z (header `y [mm], z [mm]`).
     The equivalent conicity is that of EN 15302; conicity_parameters are linearised over --sd.
     """
-    for option, file in (("--figure", figure), ("--laws", laws)):
-        if file is not None and not file.lower().endswith((".png", ".svg", ".pdf")):
-            raise refuse(f"{option}: {file!r} ends in no known format: write .png, .svg or .pdf")
     if not 2.5e-4 <= sd <= 0.01:
         raise refuse(f"--sd: {sd * 1e3:g} mm is no displacement of a wheelset: write 0.5 to 5 mm")
     if delta_r is not None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from railui.cli.common import Invocation, options
+from railui.cli.common import Invocation, cell, options
 
 VIOLATED = 4
 
@@ -42,18 +42,10 @@ def _table(found: Mapping[str, Any]) -> Any:
     table = Table("", "check", "expected", "got", "source", title=title, title_justify="left")
     for check in found["checks"]:
         mark = "ok" if check["ok"] else "[bold red]FAILS[/]"
-        values = (_text(check[key]) for key in ("name", "expected", "got", "source"))
+        values = (cell(check[key], 7) for key in ("name", "expected", "got", "source"))
         table.add_row(mark, *(escape(value) for value in values))
     failed = sum(not check["ok"] for check in found["checks"])
     counts = f"{len(found['checks'])} checks, {failed} fail, {found['seconds']:.1f} s"
     skipped = [f"skipped: {one['name']}, {one['reason']}" for one in found["skipped"]]
     table.caption = "\n".join(escape(line) for line in [*skipped, counts])
     return table
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, list | tuple):
-        return ", ".join(_text(one) for one in value)
-    if value is None:
-        return "-"
-    return f"{value:.7g}" if isinstance(value, float) else str(value)

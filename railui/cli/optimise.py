@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, options, refuse
+from railui.cli.common import Invocation, cell, options, refuse
 
 if TYPE_CHECKING:
     from railui.engine.work import Runner
@@ -130,14 +130,14 @@ def _table(found: dict[str, Any]) -> Any:
     title = f"{found['study']}: {len(found['pareto'])} designs on the front, {found['cases']} cases"
     table = Table("riding quality, mean of the cases", "before", "after (knee)", title=title, title_justify="left")
     for key in before or after:
-        table.add_row(f"{key}, worst" if key == "class" else key, _text(before.get(key)), _text(after.get(key)))
+        table.add_row(f"{key}, worst" if key == "class" else key, cell(before.get(key)), cell(after.get(key)))
     table.add_section()
     knee = found["pareto"][found["knee"]] if found["knee"] is not None else None
     for i, aim in enumerate(found["aims"]):
         cells = [_aim(point, i) for point in (found["baseline"], knee)]
         table.add_row(f"{aim['sense']} {aim['key']}, {aim['over']} (on fresh seeds)", *cells)
     for i, limit in enumerate(found["limits"]):
-        cells = [_text(point["constraints"][i] if point else None) for point in (found["baseline"], knee)]
+        cells = [cell(point["constraints"][i] if point else None) for point in (found["baseline"], knee)]
         table.add_row(limit, *cells)
     return table
 
@@ -147,10 +147,4 @@ def _aim(point: dict[str, Any] | None, i: int) -> str:
         return "-"
     mean, sd = (point["fresh"][key][i] for key in ("mean", "sd"))
     spread = "" if mean is None or sd is None else f" ({mean:.4g} +/- {sd:.2g})"
-    return _text(point["objectives"][i]) + spread
-
-
-def _text(value: Any) -> str:
-    if value is None:
-        return "-"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return cell(point["objectives"][i]) + spread

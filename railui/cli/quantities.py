@@ -106,6 +106,25 @@ def length(text: str) -> float:
     return quantity(text, "m")
 
 
+def force(text: str) -> float:
+    """One force [N], with a unit or without.
+
+    >>> force("55 kN")
+    55000.0
+    """
+    from railui.files.units import quantity
+
+    return quantity(text, "N")
+
+
+def stretch(text: str) -> float:
+    """The length of a stretch of track [m], above 0."""
+    found = length(text)
+    if not found > 0:
+        raise ValueError(f"{text!r} is no stretch of track: give a length above 0 m")
+    return found
+
+
 def reading(read: Callable[[str], Any]) -> Callable[[click.Context, click.Parameter, str | None], Any]:
     """A callback of an option that reads its text; a ValueError becomes wrong use of that option."""
 

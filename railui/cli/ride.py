@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, design_argument, load_vehicle, options, refuse
+from railui.cli.common import Invocation, cell, design_argument, load_vehicle, options, refuse
 from railui.cli.quantities import reading, seeds, speed, speeds
 
 if TYPE_CHECKING:
@@ -119,17 +119,17 @@ def _single(found: dict[str, Any]) -> Any:
     title = f"{found['track']} at {found['speed']:g} m/s ({3.6 * found['speed']:g} km/h)"
     table = Table("riding quality", "", "unit", title=title, title_justify="left")
     for key, unit in SHOWN:
-        table.add_row(key, _text(found[key]), unit)
+        table.add_row(key, cell(found[key]), unit)
     if found["reference"]:
         for key, value in found["reference"].items():
-            table.add_row(f"{key}, in the frequency domain", _text(value), "m/s^2")
+            table.add_row(f"{key}, in the frequency domain", cell(value), "m/s^2")
     for i, one in enumerate((found.get("forces") or {}).get("wheelsets", ())):
         told = f"{one['sum_of_guiding_forces'] / 1e3:.3g} of {one['limit'] / 1e3:.3g}"
         table.add_row(f"sum of guiding forces, wheelset {i + 1} (2 m, 99.85 %)", told, "kN")
     if quotient := (found.get("forces") or {}).get("derailment_quotient"):
-        table.add_row("Y/Q (2 m, 99.85 %), an indication", _text(quotient), "")
+        table.add_row("Y/Q (2 m, 99.85 %), an indication", cell(quotient), "")
     if found["diverged"]:
-        table.add_row("left the track at s", _text(found["diverged"]["at_s"]), "m")
+        table.add_row("left the track at s", cell(found["diverged"]["at_s"]), "m")
     table.caption = "\n".join(found["notes"])
     return table
 
@@ -141,14 +141,8 @@ def _several(body: dict[str, Any]) -> Any:
     heads = [key.replace("_", " ") for key in keys]
     table = Table(r"speed \[m/s]", "seed", *heads, title=body["cases"][0]["track"], title_justify="left")
     for case in body["cases"]:
-        table.add_row(f"{case['speed']:g}", _text(case["seed"]), *(_text(case[key]) for key in keys))
+        table.add_row(f"{case['speed']:g}", cell(case["seed"]), *(cell(case[key]) for key in keys))
     table.add_section()
     for name in ("mean", "sd"):
-        table.add_row(name, "", *(_text(body[name].get(key)) if key != "class" else "" for key in keys))
+        table.add_row(name, "", *(cell(body[name].get(key)) if key != "class" else "" for key in keys))
     return table
-
-
-def _text(value: Any) -> str:
-    if value is None:
-        return "-"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

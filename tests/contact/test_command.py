@@ -85,7 +85,7 @@ def test_unequal_diameters_shift_the_centre() -> None:
         ((PAIR[0],), "give a wheel and a rail"),
         ((*PAIR, "--delta-r", "t.csv"), "either two profiles or"),
         (("--delta-r", "t.csv", "--laws", "l.png"), "no contact ellipse"),
-        ((*PAIR, "--figure", "f.gif"), "no known format"),
+        ((*PAIR, "--figure", "f.gif"), "is no figure"),
         ((*PAIR[:2], "--inclination", "40"), "write 1:40"),
         ((*PAIR, "--gauge", "1435"), "in one unit"),
         ((*PAIR, "--gauge", "1405 mm"), "1405 mm"),
