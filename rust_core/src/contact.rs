@@ -81,6 +81,7 @@ pub struct Touch<P> {
 impl Contact<Lanes> {
     /// From the contacts of sixteen vehicles.
     pub fn new(of: &[ContactNumbers]) -> Self {
+        let of: Vec<_> = of.iter().map(|c| ContactNumbers { limit: UNIT * c.limit, ..*c }).collect();
         let lanes = |f: &dyn Fn(&Wheelset, &ContactNumbers) -> f64| Lanes::from_fn(|l| f(&of[l].wheelset, &of[l]));
         let roll = |w: &Wheelset| 1.0 + w.r * w.sigma / w.b;
         let gyro = |w: &Wheelset| w.i_ya * w.sigma / (w.b * w.r);
@@ -106,6 +107,13 @@ impl Contact<Lanes> {
             turn_psi: lanes(&|w, c| 2.0 * w.b * w.n * w.delta / c.mass[1]),
             turn_gyro: lanes(&|w, c| gyro(w) / c.mass[1]),
         }
+    }
+
+    /// Held by springs as well: accelerations per e and psi.
+    pub fn held(mut self, lateral: &Lanes, yaw: &Lanes) -> Self {
+        self.gravity_e = Lanes::from_fn(|l| self.gravity_e.0[l] + lateral.0[l]);
+        self.turn_psi = Lanes::from_fn(|l| self.turn_psi.0[l] - yaw.0[l]);
+        self
     }
 
     /// The lanes from `at` on, side by side in memory.
@@ -175,13 +183,14 @@ impl<P: Part> Contact<P> {
         [f_1, f_2]: [P; 2],
         psi: P,
         a_y: P,
+        a_psi: P,
     ) -> Touch<P> {
         let Slip { e, tx, ty: [ty_1, ty_2] } = *slip;
         // sum and difference of t_y of both wheels, sum of t_x
         let (sum, difference, pulls);
         if SPIN {
-            let (g_1, g_2) = (f_1 * ty_1, f_2 * ty_2);
-            (sum, difference, pulls) = (g_1 + g_2, g_1 - g_2, (f_1 + f_2) * tx);
+            let g_1 = f_1 * ty_1;
+            (sum, difference, pulls) = (f_2.mul_add(ty_2, g_1), f_2.neg_mul_add(ty_2, g_1), (f_1 + f_2) * tx);
         } else {
             let f = f_1 + f_1;
             (sum, difference, pulls) = (f * ty_1, P::zero(), f * tx);
@@ -193,7 +202,8 @@ impl<P: Part> Contact<P> {
             let beyond = e - e.min(self.clearance).max(self.minus_clearance);
             a_y = self.flange.neg_mul_add(beyond, a_y);
         }
-        let a_psi = if SPIN { self.turn.mul_add(difference, self.turn_psi) * psi } else { P::zero() };
+        let per_psi = if SPIN { self.turn.mul_add(difference, self.turn_psi) } else { self.turn_psi };
+        let a_psi = per_psi.mul_add(psi, a_psi);
         Touch { a_y, a_psi, sum, pulls }
     }
 
@@ -213,18 +223,7 @@ pub trait Lay<P> {
     fn off(self, contact: &Contact<P>, ty: P) -> P;
 }
 
-/// dy_w/ds and dphi_w/ds as the input table has them.
-pub struct Slopes(pub f64, pub f64);
-
-impl<P: Part> Lay<P> for Slopes {
-    #[inline(always)]
-    fn off(self, contact: &Contact<P>, ty: P) -> P {
-        let ty = contact.across_line.neg_mul_add(P::splat(self.0), ty);
-        contact.across_roll.neg_mul_add(P::splat(self.1), ty)
-    }
-}
-
-/// Both together, made beforehand.
+/// Made beforehand, once per row of the input table.
 pub struct Taken<P>(pub P);
 
 impl<P: Part> Lay<P> for Taken<P> {
@@ -254,10 +253,10 @@ impl<P: Part> Slip<P> {
     }
 }
 
-/// Factors of wheels of one t_x for creep forces in units of the limit: 1 - q/3 + q^2/27 for q < 3, else 1/q.
+/// Factors of wheels of one t_x for creep forces in units of [`UNIT`] limits: 1 - q/3 + q^2/27 for q < 3, else 1/q.
 #[inline(always)]
 fn saturation<P: Part, const N: usize>(tx: P, ty: [P; N]) -> [P; N] {
-    let (one, nine) = (P::splat(1.0), P::splat(9.0));
+    let (one, third) = (P::splat(1.0), P::splat(1.0 / 3.0));
     let along = tx * tx;
     // loops, for closures inside array functions would not be compiled for the level
     let (mut square, mut q, mut factor) = (ty, ty, ty);
@@ -265,14 +264,17 @@ fn saturation<P: Part, const N: usize>(tx: P, ty: [P; N]) -> [P; N] {
     for i in 0..N {
         square[i] = ty[i].mul_add(ty[i], along);
         q[i] = square[i].sqrt();
-        factor[i] = q[i].mul_add(P::splat(-1.0 / 3.0), square[i].mul_add(P::splat(1.0 / 27.0), one));
+        factor[i] = third.mul_add(square[i], one) - q[i];
         largest = if i == 0 { square[0] } else { largest.max(square[i]) };
     }
     // full sliding is rare: its divisions are made only where a lane slides
-    if largest.any_from(nine) {
+    if largest.any_from(one) {
         for i in 0..N {
-            factor[i] = square[i].if_less(nine, factor[i], one / q[i].max(one));
+            factor[i] = square[i].if_less(one, factor[i], third / q[i].max(third));
         }
     }
     factor
 }
+
+/// So sliding begins at one.
+const UNIT: f64 = 3.0;

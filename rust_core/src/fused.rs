@@ -155,8 +155,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         for Wheels { y, psi, contact, slip, factors } in &self.wheelsets {
             let (contact, at_speed) = &self.contacts[*contact];
             let (iy, ipsi) = ((n + y) & 63, (n + psi) & 63);
-            let mut touch = contact.touch::<LAWS, true>(slip, *factors, x[psi & 63], dx[iy]);
-            touch.a_psi = touch.a_psi + dx[ipsi];
+            let touch = contact.touch::<LAWS, true>(slip, *factors, x[psi & 63], dx[iy], dx[ipsi]);
             [dx[iy], dx[ipsi]] = contact.creep::<true>(at_speed, touch, x[iy], x[ipsi]);
         }
         for stop in &self.stops {

@@ -3,8 +3,8 @@ use crate::error::{Error, Result, expect_len};
 use crate::fused::FusedVehicle;
 use crate::lanes::{Job, LANES, Lanes, Level, Part, dispatch, level};
 use crate::plain::{BOGIE_COLUMNS, BogieAtSpeed, CROSS_LEVEL, PlainBogie};
-use crate::ride::Sums;
-use crate::vehicle::{Group, STATES};
+use crate::ride::{Growing, Sums};
+use crate::vehicle::{Group, STATES, Signal};
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -56,15 +56,6 @@ pub enum Watch<'a> {
 }
 
 impl Watch<'_> {
-    /// Called at every sample with the state, its rate and the input row.
-    #[inline(always)]
-    fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) {
-        match self {
-            Watch::Series(series) => series.sample(group, at, k, row, x, dx),
-            Watch::Sums(sums) => sums.sample(group, at, k, row, x, dx),
-        }
-    }
-
     /// A lane was found off the rails at a sample; what it did since the last look is not worth keeping.
     fn lost(&mut self, lane: usize, k: usize) {
         if let Watch::Series(series) = self {
@@ -102,28 +93,36 @@ pub fn run(
 
 /// The states of a step, set apart: at distances of 4096 bytes loads and stores would take each other for the same, and
 /// all would want the same few lines of the first cache.
-const APART: usize = 37;
+const APART: usize = 16;
 
+/// x and the states x_2, x_3, x_4 at which the next slopes are taken; all four slopes k_1 .. k_4.
 #[repr(C)]
 struct Room<P> {
-    x: [P; STATES],
-    apart: [P; APART],
-    stages: [([P; STATES], [P; APART]); 3],
-    dx: [P; STATES],
+    states: [([P; STATES], [P; APART]); 4],
+    slopes: [([P; STATES], [P; APART]); 4],
 }
 
 impl<P: Part> Room<P> {
     #[inline(always)]
     fn new() -> Self {
-        let (all, apart) = ([P::zero(); STATES], [P::zero(); APART]);
-        Room { x: all, apart, stages: [(all, apart); 3], dx: all }
+        let all = ([P::zero(); STATES], [P::zero(); APART]);
+        Room { states: [all; 4], slopes: [all; 4] }
     }
+}
+
+/// Which parts of the lanes step in turns: none, where the first cache has no room for more; whole ones; or those of one
+/// register, where a rate has more numbers at hand than there are registers.
+enum Turns {
+    None,
+    Parts,
+    Singles,
 }
 
 /// A form of the rate of change that is compiled on its own, with its own step loop.
 trait Form {
     /// Only forms that every machine needs are compiled for those without AVX2: these are slow anyhow.
     const PORTABLE: bool;
+    const TURNS: Turns = Turns::None;
     /// The lanes of a group from `at` on.
     fn part<'a, P: Part>(group: &'a Group, course: &Course<'_>, at: usize) -> impl Moving<P> + 'a;
 }
@@ -171,6 +170,7 @@ struct Bogie<const LAWS: bool, const SPIN: bool, const PORTS: bool>;
 
 impl<const LAWS: bool, const SPIN: bool, const PORTS: bool> Form for Bogie<LAWS, SPIN, PORTS> {
     const PORTABLE: bool = false;
+    const TURNS: Turns = if SPIN { Turns::Singles } else { Turns::Parts };
 
     #[inline(always)]
     fn part<'a, P: Part>(group: &'a Group, course: &Course<'_>, at: usize) -> impl Moving<P> + 'a {
@@ -194,8 +194,8 @@ impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Moving<P> f
     }
 
     #[inline(always)]
-    fn rate(&mut self, _: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
-        self.bogie.rate::<LAWS, SPIN>(row, &mut self.at_speed, x, dx);
+    fn rate(&mut self, index: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+        self.bogie.rate::<LAWS, SPIN>(index, row, &mut self.at_speed, x, dx);
         if PORTS {
             self.group.act::<P, true>(self.at, row, x, dx);
         }
@@ -247,13 +247,11 @@ impl<F: Form> Job for Along<'_, '_, F> {
     const PORTABLE: bool = F::PORTABLE;
 
     #[inline(always)]
-    fn run<P: Part>(mut self) {
-        let Run { group, course, live, cancel, .. } = self.0;
-        for at in (0..LANES).step_by(P::WIDTH) {
-            if at >= live || cancel.load(Ordering::Relaxed) {
-                break;
-            }
-            self.0.along::<P>(at, F::part::<P>(group, course, at));
+    fn run<P: Part>(self) {
+        match F::TURNS {
+            Turns::None => self.0.abreast::<P, F>(P::WIDTH),
+            Turns::Parts => self.0.abreast::<P, F>(LANES),
+            Turns::Singles => self.0.abreast::<P::Single, F>(P::WIDTH),
         }
     }
 }
@@ -286,63 +284,166 @@ impl Run<'_, '_> {
         dispatch(level(), Along::<F>(self, PhantomData));
     }
 
-    /// RK4 along the course for one part of the lanes: with x_2, x_3, x_4 the states at which the slopes k_2, k_3, k_4
-    /// are taken, x + h/6 (k_1 + 2 k_2 + 2 k_3 + k_4) = (x_2 + 2 x_3 + x_4 - x)/3 + h/6 k_4, which needs no sums.
+    /// So many lanes abreast, in parts of one register each.
     #[inline(always)]
-    fn along<P: Part>(&mut self, at: usize, mut moving: impl Moving<P>) {
-        let (group, course) = (self.group, self.course);
-        let (samples, steps, (n, states)) = (course.samples(), course.steps, moving.size());
-        let mut room = Room::new();
-        let Room { x, stages, dx, .. } = &mut room;
-        for (i, x) in x.iter_mut().enumerate() {
-            *x = if i < self.initial.len() { P::load(&self.initial[i], at) } else { P::zero() };
+    fn abreast<P: Part, F: Form>(mut self, lanes: usize) {
+        for from in (0..self.live).step_by(lanes) {
+            let ats = (from..(from + lanes).min(self.live)).step_by(P::WIDTH);
+            let part = |at: usize| Stepping::new(&self, at, F::part::<P>(self.group, self.course, at));
+            let mut parts: Vec<_> = ats.map(part).collect();
+            self.along(&mut parts);
         }
+    }
+
+    /// RK4 along the course for some parts of the lanes in turns: while one waits for its square roots, the next goes on.
+    #[inline(always)]
+    fn along<P: Part, M: Moving<P>>(&mut self, parts: &mut [Stepping<'_, P, M>]) {
+        let (group, course) = (self.group, self.course);
+        let (samples, steps) = (course.samples(), course.steps);
         let mut h = Lanes::from_fn(|l| course.dt / steps as f64 * group.inv_speed_scale.0[l]);
-        let (two, third) = (P::splat(2.0), P::splat(1.0 / 3.0));
         // one call of rate() in all: its code stays in the cache of decoded instructions
         for k in 0..samples {
-            if k % LOOK == 0 || k + 1 == samples {
+            let last = k + 1 == samples;
+            if k % LOOK == 0 || last {
                 if self.cancel.load(Ordering::Relaxed) {
                     return;
                 }
-                look(group, at, k, course.row(2 * steps * k), x, &mut h, self.diverged);
+                for part in &mut *parts {
+                    look(
+                        group,
+                        part.at,
+                        k,
+                        course.row(2 * steps * k),
+                        &mut part.room.states[0].0,
+                        &mut h,
+                        self.diverged,
+                    );
+                    part.pace(P::load(&h, part.at));
+                }
             }
-            let h = P::load(&h, at);
-            let half = h * P::splat(0.5);
-            let sixth = h * P::splat(1.0 / 6.0);
-            for step in 0..steps {
+            for step in 0..if last { 1 } else { steps } {
                 let begin = 2 * (steps * k + step);
-                for turn in 0..4_usize {
+                for turn in 0..if last { 1 } else { 4_usize } {
                     let index = begin + turn.div_ceil(2);
                     let row = course.row(index);
-                    let here: &[P; STATES] = if turn == 0 { x } else { &stages[turn - 1].0 };
-                    moving.rate(index, row, here, dx);
-                    if turn == 0 && step == 0 {
-                        self.watch.sample(group, at, k, row, x, dx);
-                        if k + 1 == samples {
-                            return;
+                    for part in &mut *parts {
+                        part.rate(turn, index, row);
+                        match turn {
+                            0 => part.ahead::<0>(turn),
+                            1 => part.ahead::<1>(turn),
+                            2 => part.ahead::<2>(turn),
+                            _ => part.step(turn),
                         }
-                    }
-                    // the positions' slopes are the velocities
-                    if turn < 3 {
-                        let ahead = if turn == 2 { h } else { half };
-                        for i in 0..n {
-                            let slope = if turn == 0 { x[(n + i) & 63] } else { stages[turn - 1].0[(n + i) & 63] };
-                            stages[turn].0[i & 63] = ahead.mul_add(slope, x[i & 63]);
+                        if turn == 0 && step == 0 {
+                            part.sample(k, row, self.watch);
                         }
-                        for i in n..states {
-                            stages[turn].0[i & 63] = ahead.mul_add(dx[i & 63], x[i & 63]);
+                        if turn == 3 {
+                            group.settle(part.at, &mut part.room.states[0].0);
                         }
                     }
                 }
-                let [(x_2, _), (x_3, _), (x_4, _)] = &*stages;
-                for i in 0..states {
-                    let slope = if i < n { x_4[(n + i) & 63] } else { dx[i & 63] };
-                    let sum = two.mul_add(x_3[i & 63], x_2[i & 63] + x_4[i & 63]) - x[i & 63];
-                    x[i & 63] = third.mul_add(sum, sixth * slope);
-                }
-                group.settle(at, x);
             }
+        }
+        if let Watch::Sums(sums) = self.watch {
+            for part in parts {
+                part.watching.iter().for_each(|growing| growing.store(sums, part.at));
+            }
+        }
+    }
+}
+
+/// A part of the lanes on its way.
+struct Stepping<'a, P, M> {
+    at: usize,
+    moving: M,
+    /// How far the states k_2, k_3, k_4 are ahead, and h/6, h^2/6.
+    ahead: [P; 3],
+    sixth: [P; 2],
+    room: Room<P>,
+    signals: Vec<Signal<'a, P>>,
+    /// Where sums are watched.
+    watching: Option<Growing<'a, P>>,
+}
+
+impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
+    #[inline(always)]
+    fn new(run: &Run<'a, '_>, at: usize, moving: M) -> Self {
+        let mut room = Room::new();
+        for (x, start) in room.states[0].0.iter_mut().zip(run.initial) {
+            *x = P::load(start, at);
+        }
+        let watching = match &run.watch {
+            Watch::Sums(sums) => Some(Growing::new(sums, run.group, at)),
+            Watch::Series(_) => None,
+        };
+        let signals = run.group.readings.iter().map(|reading| reading.part(at)).collect();
+        Stepping { at, moving, ahead: [P::zero(); 3], sixth: [P::zero(); 2], room, signals, watching }
+    }
+
+    #[inline(always)]
+    fn pace(&mut self, h: P) {
+        let half = h * P::splat(0.5);
+        let sixth = h * P::splat(1.0 / 6.0);
+        (self.ahead, self.sixth) = ([half, half, h], [sixth, sixth * h]);
+    }
+
+    #[inline(always)]
+    fn rate(&mut self, turn: usize, index: usize, row: &[f64]) {
+        let Room { states, slopes } = &mut self.room;
+        self.moving.rate(index, row, &states[turn].0, &mut slopes[turn].0);
+    }
+
+    #[inline(always)]
+    fn sample(&mut self, k: usize, row: &[f64], watch: &mut Watch<'_>) {
+        let (x, dx) = (&self.room.states[0].0, &self.room.slopes[0].0);
+        if let Some(growing) = &mut self.watching {
+            growing.sample(row, x, dx);
+        }
+        if let Watch::Series(series) = watch {
+            for (c, signal) in self.signals.iter().enumerate() {
+                signal.read(row, x, dx).store(&mut series.lanes[c * series.samples + k], self.at);
+            }
+        }
+    }
+
+    /// To the velocities and own states where the next slope is taken, and to the positions where that after it is taken.
+    #[inline(always)]
+    fn ahead<const TURN: usize>(&mut self, turn: usize) {
+        let (n, states) = self.moving.size();
+        let (to, k) = (self.ahead[TURN], &self.room.slopes[turn].0);
+        let [(x, _), next @ ..] = &mut self.room.states;
+        for i in 0..n {
+            let (q, v) = (x[i & 63], x[(n + i) & 63]);
+            if TURN == 0 {
+                next[0].0[i & 63] = to.mul_add(v, q);
+            }
+            let v = to.mul_add(k[(n + i) & 63], v);
+            next[TURN].0[(n + i) & 63] = v;
+            if TURN < 2 {
+                next[TURN + 1].0[i & 63] = self.ahead[TURN + 1].mul_add(v, q);
+            }
+        }
+        for i in 2 * n..states {
+            next[TURN].0[i & 63] = to.mul_add(k[i & 63], x[i & 63]);
+        }
+    }
+
+    /// x + h/6 (k_1 + 2 k_2 + 2 k_3 + k_4), and of positions q + h v + h^2/6 (k_1 + k_2 + k_3) with the slopes of v.
+    #[inline(always)]
+    fn step(&mut self, turn: usize) {
+        let (n, states) = self.moving.size();
+        let ([sixth, square], h) = (self.sixth, self.ahead[2]);
+        let Room { states: [(x, _), ..], slopes } = &mut self.room;
+        for i in n..states {
+            let [k_1, k_2, k_3, k_4] = [0, 1, 2, turn].map(|t| slopes[t & 3].0[i & 63]);
+            let middle = k_2 + k_3;
+            let sum = k_1 + middle;
+            if i < 2 * n {
+                let v = x[i & 63];
+                let q = &mut x[(i - n) & 63];
+                *q = square.mul_add(sum, h.mul_add(v, *q));
+            }
+            x[i & 63] = sixth.mul_add(sum + (middle + k_4), x[i & 63]);
         }
     }
 }
@@ -403,13 +504,6 @@ impl Series {
 }
 
 impl Series {
-    #[inline(always)]
-    fn sample<P: Part>(&mut self, group: &Group, at: usize, k: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) {
-        for (c, reading) in group.readings.iter().enumerate() {
-            reading.read(at, row, x, dx).store(&mut self.lanes[c * self.samples + k], at);
-        }
-    }
-
     /// Zero from where the lane's channels leave every scale: what overflows here would be NaN behind a filter.
     fn lost(&mut self, lane: usize, k: usize) {
         let channels = self.lanes.len() / self.samples;

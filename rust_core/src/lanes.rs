@@ -34,6 +34,8 @@ pub trait Part:
     Copy + 'static + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     const WIDTH: usize;
+    /// A part of one register per number.
+    type Single: Part;
     fn splat(x: f64) -> Self;
     /// Lanes `at .. at + WIDTH`.
     fn load(from: &Lanes, at: usize) -> Self;
@@ -183,8 +185,9 @@ impl<P: Part> Neg for Pair<P> {
     }
 }
 
-impl<P: Part> Part for Pair<P> {
+impl<P: Part<Single = P>> Part for Pair<P> {
     const WIDTH: usize = 2 * P::WIDTH;
+    type Single = P;
     #[inline(always)]
     fn splat(x: f64) -> Self {
         Pair(P::splat(x), P::splat(x))
@@ -290,6 +293,7 @@ impl Portable {
 
 impl Part for Portable {
     const WIDTH: usize = 4;
+    type Single = Self;
     #[inline(always)]
     fn splat(x: f64) -> Self {
         Portable([x; 4])
@@ -395,6 +399,7 @@ macro_rules! intel {
 
         impl Part for $name {
             const WIDTH: usize = $width;
+            type Single = Self;
             #[inline(always)]
             fn splat(x: f64) -> Self {
                 $name(unsafe { $set1(x) })

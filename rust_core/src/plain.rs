@@ -1,5 +1,5 @@
 //! The plain bogie fused: suspension and both contacts in one rate, (3.1)-(3.10) of Broersen (1976).
-use crate::contact::{AtSpeed, Contact, ContactNumbers, Slopes};
+use crate::contact::{AtSpeed, Contact, ContactNumbers, Taken};
 use crate::lanes::{Lanes, Part};
 use crate::wheelset::Motion;
 
@@ -10,7 +10,6 @@ pub struct PlainBogie<T> {
     pub laws: bool,
     /// Has a wheelset roll, spin creep, a contact angle that matters or gyroscopic moments anywhere?
     pub spin: bool,
-    a: T,
     /// Accelerations per deflection: of the wheelset and of the frame by the primary suspension.
     pull: T,
     frame_pull: T,
@@ -18,6 +17,8 @@ pub struct PlainBogie<T> {
     frame_turn: T,
     frame_lever: T,
     secondary: [T; 4],
+    /// Of the wheelsets per yaw of the frame, by the lever a.
+    pull_a: T,
     contacts: [Contact<T>; 2],
     speed_scale: T,
     inv_speed_scale: T,
@@ -28,6 +29,19 @@ pub struct PlainBogie<T> {
 pub struct BogieAtSpeed<P> {
     speed: f64,
     contacts: [AtSpeed<P>; 2],
+    laid_at: usize,
+    laid: [Laid<P>; 2],
+}
+
+/// What the track alone does to a wheelset.
+#[derive(Clone, Copy)]
+struct Laid<P> {
+    /// y_w + r phi_w
+    line: P,
+    /// What is taken off t_y.
+    taken: P,
+    /// The acceleration by gravitation, and by the springs were it to stand on the line.
+    push: P,
 }
 
 /// First input column of each wheelset: y_w, dy_w/ds, phi_w, dphi_w/ds, g.
@@ -42,22 +56,23 @@ impl PlainBogie<Lanes> {
         let lanes = |f: &dyn Fn(&[f64]) -> f64| Lanes::from_fn(|l| f(numbers[l]));
         let yaw = |p: &[f64]| 2.0 * p[11] * p[7] * p[7];
         let plane = |c: &ContactNumbers| [c.wheelset.sigma, c.wheelset.kappa_s, c.wheelset.delta] == [0.0; 3];
+        let (pull, turn) = (lanes(&|p| 2.0 * p[10] / p[2]), lanes(&|p| yaw(p) / p[3]));
         PlainBogie {
             laws,
             spin: !contacts.iter().flatten().all(plane),
-            a: lanes(&|p| p[5]),
-            pull: lanes(&|p| 2.0 * p[10] / p[2]),
+            pull,
+            pull_a: lanes(&|p| 2.0 * p[10] / p[2] * p[5]),
             frame_pull: lanes(&|p| 2.0 * p[10] / p[0]),
-            turn: lanes(&|p| yaw(p) / p[3]),
+            turn,
             frame_turn: lanes(&|p| yaw(p) / p[1]),
             frame_lever: lanes(&|p| 2.0 * p[10] * p[5] / p[1]),
             secondary: [
-                lanes(&|p| p[12] / p[0]),
+                lanes(&|p| (p[12] + 4.0 * p[10]) / p[0]),
                 lanes(&|p| p[14] / p[0]),
-                lanes(&|p| p[13] / p[1]),
+                lanes(&|p| (p[13] + 2.0 * yaw(p) + 4.0 * p[10] * p[5] * p[5]) / p[1]),
                 lanes(&|p| p[15] / p[1]),
             ],
-            contacts: [Contact::new(&contacts[0]), Contact::new(&contacts[1])],
+            contacts: [Contact::new(&contacts[0]).held(&pull, &turn), Contact::new(&contacts[1]).held(&pull, &turn)],
             speed_scale: *speed_scale,
             inv_speed_scale: Lanes::from_fn(|l| 1.0 / speed_scale.0[l]),
         }
@@ -71,8 +86,8 @@ impl PlainBogie<Lanes> {
         PlainBogie {
             laws: self.laws,
             spin: self.spin,
-            a: g(&self.a),
             pull: g(&self.pull),
+            pull_a: g(&self.pull_a),
             frame_pull: g(&self.frame_pull),
             turn: g(&self.turn),
             frame_turn: g(&self.frame_turn),
@@ -91,7 +106,34 @@ impl<P: Part> PlainBogie<P> {
         let v = P::splat(speed) * self.speed_scale;
         let per_v = P::splat(1.0 / speed) * self.inv_speed_scale;
         let [leading, trailing] = &self.contacts;
-        BogieAtSpeed { speed, contacts: [leading.at_speed(v, per_v), trailing.at_speed(v, per_v)] }
+        let laid = [Laid { line: P::zero(), taken: P::zero(), push: P::zero() }; 2];
+        BogieAtSpeed {
+            speed,
+            contacts: [leading.at_speed(v, per_v), trailing.at_speed(v, per_v)],
+            laid_at: usize::MAX,
+            laid,
+        }
+    }
+
+    /// Once per row of the input table: RK4 asks twice for most.
+    #[inline(always)]
+    fn lay<const SPIN: bool>(&self, index: usize, row: &[f64], at: &mut BogieAtSpeed<P>) {
+        if row[1] != at.speed {
+            *at = self.at_speed(row[1]);
+        }
+        at.laid_at = index;
+        for i in 0..2 {
+            let (w, track) = (&self.contacts[i], &row[COLUMNS[i]..COLUMNS[i] + 4]);
+            let [y, dy, phi, dphi] = [0, 1, 2, 3].map(|k| P::splat(track[k]));
+            let (mut line, mut push, mut taken) = (y, P::zero(), P::zero());
+            if SPIN {
+                line = w.r.mul_add(phi, line);
+                push = w.gravity * phi;
+                taken = w.across_line.mul_add(dy, w.across_roll * dphi);
+            }
+            push = self.pull.neg_mul_add(line, push);
+            at.laid[i] = Laid { line, taken, push };
+        }
     }
 
     /// dx[6 ..] = accelerations of y, psi, y1, psi1, y2, psi2; x holds positions, then velocities.
@@ -100,39 +142,42 @@ impl<P: Part> PlainBogie<P> {
     #[inline(always)]
     pub fn rate<const LAWS: bool, const SPIN: bool>(
         &self,
+        index: usize,
         row: &[f64],
-        at_speed: &mut BogieAtSpeed<P>,
+        at: &mut BogieAtSpeed<P>,
         x: &[P; 64],
         dx: &mut [P; 64],
     ) {
-        if row[1] != at_speed.speed {
-            *at_speed = self.at_speed(row[1]);
+        if index != at.laid_at {
+            self.lay::<SPIN>(index, row, at);
         }
-        let arm = self.a * x[1];
-        let near = [x[2] - x[0] - arm, x[4] - x[0] + arm];
-        let twist = [x[3] - x[1], x[5] - x[1]];
+        let [leading, trailing] = &self.contacts;
+        let [by_1, by_2] = &at.contacts;
+        let [laid_1, laid_2] = &at.laid;
+        let m_1 = Motion { y: x[2] - laid_1.line, psi: x[3], vy: x[8], vpsi: x[9] };
+        let m_2 = Motion { y: x[4] - laid_2.line, psi: x[5], vy: x[10], vpsi: x[11] };
+        let slip_1 = leading.slip::<SPIN>(by_1, &m_1, Taken(laid_1.taken));
+        let slip_2 = trailing.slip::<SPIN>(by_2, &m_2, Taken(laid_2.taken));
+        let factors_1 = slip_1.factors::<LAWS, SPIN>();
+        let factors_2 = slip_2.factors::<LAWS, SPIN>();
+
         let [c_y, k_y, c_psi, k_psi] = &self.secondary;
-        dx[6] = k_y.neg_mul_add(x[6], c_y.neg_mul_add(x[0], self.frame_pull * (near[0] + near[1])));
-        let turning = self.frame_lever.mul_add(near[0] - near[1], self.frame_turn * (twist[0] + twist[1]));
+        dx[6] = k_y.neg_mul_add(x[6], c_y.neg_mul_add(x[0], self.frame_pull * (x[2] + x[4])));
+        let turning = self.frame_lever.mul_add(x[2] - x[4], self.frame_turn * (x[3] + x[5]));
         dx[7] = k_psi.neg_mul_add(x[7], c_psi.neg_mul_add(x[1], turning));
 
-        for i in 0..2 {
-            let (w, at_speed) = (&self.contacts[i], &at_speed.contacts[i]);
-            let track = &row[COLUMNS[i]..COLUMNS[i] + 4];
-            let (psi, vy, vpsi) = (x[3 + 2 * i], x[8 + 2 * i], x[9 + 2 * i]);
-            let phi_w = P::splat(track[2]);
-            let mut e = x[2 + 2 * i] - P::splat(track[0]);
-            let mut a_y = P::zero();
-            if SPIN {
-                e = w.r.neg_mul_add(phi_w, e);
-                a_y = w.gravity * phi_w;
-            }
-            let motion = Motion { y: e, psi, vy, vpsi };
-            let slip = w.slip::<SPIN>(at_speed, &motion, Slopes(track[1], track[3]));
-            let mut touch = w.touch::<LAWS, SPIN>(&slip, slip.factors::<LAWS, SPIN>(), psi, a_y);
-            touch.a_y = self.pull.neg_mul_add(near[i], touch.a_y);
-            touch.a_psi = self.turn.neg_mul_add(twist[i], touch.a_psi);
-            [dx[8 + 2 * i], dx[9 + 2 * i]] = w.creep::<SPIN>(at_speed, touch, vy, vpsi);
-        }
+        let pull = self.pull * x[0];
+        let turn = self.turn * x[1];
+        let touch =
+            leading.touch::<LAWS, SPIN>(&slip_1, factors_1, x[3], self.pull_a.mul_add(x[1], pull) + laid_1.push, turn);
+        [dx[8], dx[9]] = leading.creep::<SPIN>(by_1, touch, x[8], x[9]);
+        let touch = trailing.touch::<LAWS, SPIN>(
+            &slip_2,
+            factors_2,
+            x[5],
+            self.pull_a.neg_mul_add(x[1], pull) + laid_2.push,
+            turn,
+        );
+        [dx[10], dx[11]] = trailing.creep::<SPIN>(by_2, touch, x[10], x[11]);
     }
 }

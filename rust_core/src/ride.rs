@@ -1,6 +1,6 @@
 //! Weights and sums that stream with the steps: what a riding quality is made of.
 use crate::lanes::{LANES, Lanes, Part};
-use crate::vehicle::{Group, STATES};
+use crate::vehicle::{Group, STATES, Signal};
 
 /// A cascade of second-order sections [b0, b1, b2, a1, a2] per lane.
 pub type Cascade = Vec<[Lanes; 5]>;
@@ -14,8 +14,6 @@ pub struct Sums {
     cascades: Vec<Cascade>,
     /// Samples per block of the block rms, 0: none.
     block: usize,
-    memory: Vec<[Lanes; 2]>,
-    pub count: usize,
     /// Per wheelset: sum, sum of squares, samples with abs(e) at the clearance or beyond.
     pub e: Vec<[Lanes; 3]>,
     /// Per acceleration, per cascade: sum of squares.
@@ -33,7 +31,6 @@ impl Sums {
         cascades: Vec<Cascade>,
         block: usize,
     ) -> Self {
-        let sections: usize = cascades.iter().map(Vec::len).sum();
         let blocks = samples.checked_div(block).unwrap_or(0);
         Sums {
             samples,
@@ -42,8 +39,6 @@ impl Sums {
             squares: vec![Lanes::ZERO; points * cascades.len()],
             cascades,
             block,
-            memory: vec![[Lanes::ZERO; 2]; points * sections],
-            count: 0,
             e: vec![[Lanes::ZERO; 3]; wheelsets],
             blocks: vec![Lanes::ZERO; points * blocks],
         }
@@ -66,54 +61,120 @@ impl Sums {
     }
 }
 
-#[inline(always)]
-fn add<P: Part>(to: &mut Lanes, at: usize, value: P) {
-    (P::load(to, at) + value).store(to, at);
+/// The sums of a part of the lanes as they grow: what a sample touches stands side by side in memory.
+pub struct Growing<'a, P> {
+    clearance: P,
+    displacements: Vec<(Signal<'a, P>, [P; 3])>,
+    points: Vec<(Signal<'a, P>, Vec<Weighted<P>>)>,
+    block: usize,
+    /// Samples until the block is full.
+    left: usize,
+    /// Block after block, per acceleration the mean square of cascade 0; their sums of squares where the block began.
+    blocks: Vec<P>,
+    begun: Vec<P>,
 }
 
-impl Sums {
+/// An acceleration behind a cascade.
+struct Weighted<P> {
+    sections: Vec<Section<P>>,
+    squares: P,
+}
+
+/// A second-order section with its memory.
+struct Section<P> {
+    b: [P; 3],
+    a: [P; 2],
+    memory: [P; 2],
+}
+
+impl<P: Part> Section<P> {
+    /// Transposed direct form II.
     #[inline(always)]
-    pub(crate) fn sample<P: Part>(
-        &mut self,
-        group: &Group,
-        at: usize,
-        k: usize,
-        row: &[f64],
-        x: &[P; STATES],
-        dx: &[P; STATES],
-    ) {
-        let clearance = P::load(&self.clearance, at);
-        for (reading, [sum, squares, touching]) in group.readings.iter().zip(&mut self.e) {
-            let e = reading.read(at, row, x, dx);
-            add(sum, at, e);
-            P::load(squares, at).mul_add(P::splat(1.0), e * e).store(squares, at);
-            add(touching, at, e.abs().if_less(clearance, P::zero(), P::splat(1.0)));
+    fn pass(&mut self, w: P) -> P {
+        let Section { b, a, memory } = self;
+        let y = b[0].mul_add(w, memory[0]);
+        memory[0] = a[0].neg_mul_add(y, b[1].mul_add(w, memory[1]));
+        memory[1] = a[1].neg_mul_add(y, b[2] * w);
+        y
+    }
+}
+
+impl<'a, P: Part> Growing<'a, P> {
+    /// The lanes of a group from `at` on.
+    #[inline(always)]
+    pub fn new(sums: &Sums, group: &'a Group, at: usize) -> Self {
+        let mut signals: Vec<_> = group.readings.iter().map(|reading| reading.part::<P>(at)).collect();
+        let points = signals.split_off(sums.wheelsets);
+        let section = |[b0, b1, b2, a1, a2]: &[Lanes; 5]| {
+            let [b, a] = [[b0, b1, b2].map(|b| P::load(b, at)), [a1, a2, a2].map(|a| P::load(a, at))];
+            Section { b, a: [a[0], a[1]], memory: [P::zero(); 2] }
+        };
+        let weighted =
+            |cascade: &Cascade| Weighted { sections: cascade.iter().map(section).collect(), squares: P::zero() };
+        let behind = |signal| (signal, sums.cascades.iter().map(weighted).collect());
+        Growing {
+            clearance: P::load(&sums.clearance, at),
+            displacements: signals.into_iter().map(|signal| (signal, [P::zero(); 3])).collect(),
+            begun: vec![P::zero(); points.len()],
+            points: points.into_iter().map(behind).collect(),
+            block: sums.block,
+            left: sums.block,
+            blocks: Vec::new(),
         }
-        let blocks = self.samples.checked_div(self.block).unwrap_or(0);
-        let mut memory = self.memory.iter_mut();
-        for (point, reading) in group.readings.iter().skip(self.wheelsets).enumerate() {
-            let acceleration = reading.read(at, row, x, dx);
-            for (c, cascade) in self.cascades.iter().enumerate() {
+    }
+
+    /// A sample: the input row, the state and its rate.
+    #[inline(always)]
+    pub fn sample(&mut self, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) {
+        for (signal, [sum, squares, touching]) in &mut self.displacements {
+            let e = signal.read(row, x, dx);
+            *sum = *sum + e;
+            *squares = e.mul_add(e, *squares);
+            *touching = *touching + e.abs().if_less(self.clearance, P::zero(), P::splat(1.0));
+        }
+        for (signal, behind) in &mut self.points {
+            let acceleration = signal.read(row, x, dx);
+            for Weighted { sections, squares } in behind {
                 let mut w = acceleration;
-                for section in cascade {
-                    let [m0, m1] = memory.next().expect("a memory per section");
-                    let get = |i: usize| P::load(&section[i], at);
-                    // transposed direct form II
-                    let y = get(0).mul_add(w, P::load(m0, at));
-                    get(3).neg_mul_add(y, get(1).mul_add(w, P::load(m1, at))).store(m0, at);
-                    get(4).neg_mul_add(y, get(2) * w).store(m1, at);
-                    w = y;
+                for section in sections {
+                    w = section.pass(w);
                 }
-                let square = w * w;
-                add(&mut self.squares[point * self.cascades.len() + c], at, square);
-                if c == 0 && self.block > 0 && k / self.block < blocks {
-                    add(
-                        &mut self.blocks[point * blocks + k / self.block],
-                        at,
-                        square * P::splat(1.0 / self.block as f64),
-                    );
-                }
+                *squares = w.mul_add(w, *squares);
             }
+        }
+        if self.left == 1 {
+            self.close();
+        }
+        self.left = self.left.saturating_sub(1);
+    }
+
+    /// The block is full.
+    #[inline(always)]
+    fn close(&mut self) {
+        self.left = self.block + 1;
+        let share = P::splat(1.0 / self.block as f64);
+        for ((_, behind), begun) in self.points.iter().zip(&mut self.begun) {
+            let squares = behind.first().map_or(P::zero(), |weighted| weighted.squares);
+            self.blocks.push((squares - *begun) * share);
+            *begun = squares;
+        }
+    }
+
+    /// What has grown, to its lanes.
+    #[inline(always)]
+    pub fn store(&self, sums: &mut Sums, at: usize) {
+        for ((_, grown), e) in self.displacements.iter().zip(&mut sums.e) {
+            for (grown, sum) in grown.iter().zip(e) {
+                grown.store(sum, at);
+            }
+        }
+        let squares = self.points.iter().flat_map(|(_, behind)| behind);
+        for (weighted, sum) in squares.zip(&mut sums.squares) {
+            weighted.squares.store(sum, at);
+        }
+        let (points, blocks) = (self.points.len(), sums.blocks.len() / self.points.len().max(1));
+        for (i, mean) in self.blocks.iter().enumerate() {
+            mean.store(&mut sums.blocks[i % points * blocks + i / points], at);
         }
     }
 }

@@ -556,23 +556,44 @@ impl Reading {
         Some(Reading { name: name.into(), state, rate, inputs, rates, guiding })
     }
 
+    /// Of the lanes from `at` on.
     #[inline(always)]
-    pub fn read<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) -> P {
+    pub fn part<P: Part>(&self, at: usize) -> Signal<'_, P> {
+        let part = |terms: &[(usize, Lanes)]| terms.iter().map(|(i, a)| (*i, P::load(a, at))).collect();
+        let [state, rate, inputs, rates] =
+            [&self.state, &self.rate, &self.inputs, &self.rates].map(|terms| part(terms));
+        Signal { state, rate, inputs, rates, guiding: self.guiding.as_deref(), at }
+    }
+}
+
+/// A reading of a part of the lanes.
+pub struct Signal<'a, P> {
+    state: Vec<(usize, P)>,
+    rate: Vec<(usize, P)>,
+    inputs: Vec<(usize, P)>,
+    rates: Vec<(usize, P)>,
+    guiding: Option<&'a Guiding>,
+    at: usize,
+}
+
+impl<P: Part> Signal<'_, P> {
+    #[inline(always)]
+    pub fn read(&self, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) -> P {
         if let Some(guiding) = &self.guiding {
-            return guiding.force(at, row, x);
+            return guiding.force(self.at, row, x);
         }
         let mut value = P::zero();
         for (i, a) in &self.state {
-            value = P::load(a, at).mul_add(x[i & 63], value);
+            value = a.mul_add(x[i & 63], value);
         }
         for (i, a) in &self.rate {
-            value = P::load(a, at).mul_add(dx[i & 63], value);
+            value = a.mul_add(dx[i & 63], value);
         }
         for (column, a) in &self.inputs {
-            value = P::load(a, at).mul_add(P::splat(row[*column]), value);
+            value = a.mul_add(P::splat(row[*column]), value);
         }
         for (column, a) in &self.rates {
-            value = P::load(a, at).mul_add(P::splat(row[1] * row[*column]), value);
+            value = a.mul_add(P::splat(row[1] * row[*column]), value);
         }
         value
     }
