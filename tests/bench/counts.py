@@ -40,7 +40,7 @@ def counted(twice: str) -> int:
         words = ["valgrind", "--tool=cachegrind", "--cache-sim=no", f"--cachegrind-out-file={folder}/out"]
         words += [sys.executable, "-m", "tests.bench.counts", "--ride", twice]
         told = subprocess.run(words, env=surroundings, capture_output=True, text=True)
-    found = re.search(r"I refs:\s+([\d,]+)", told.stderr)
+    found = re.search(r"I\s+refs:\s+([\d,]+)", told.stderr)
     if told.returncode or not found:
         raise SystemExit(f"valgrind did not count:\n{told.stderr[-2000:]}")
     return int(found[1].replace(",", ""))

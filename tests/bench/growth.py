@@ -179,7 +179,7 @@ def tables() -> Iterator[str]:
     hours = {name: each * steps * 1e-9 / 3600 for name, each in (("bogie", ns), ("coach", freedoms[17]["ns"]))}
     yield table(
         ("vehicle", "core-hours", f"cores for a night of {NIGHT:g} h"),
-        [(name, f"{each:.0f}", f"{int(np.ceil(each / NIGHT))}") for name, each in hours.items()],
+        [(name, f"{each:.1f}", f"{each / NIGHT:.1f}") for name, each in hours.items()],
     )
 
 
