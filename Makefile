@@ -12,7 +12,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny killed clean
+.PHONY: run test slow check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -77,6 +77,10 @@ minimum: dist
 # cargo install cargo-deny --locked
 deny:
 	cargo deny check
+
+# what takes too long for every change: answers taken away, crossed damping
+slow: .stamp-build
+	$(BIN)/python -m pytest tests/study -m slow
 
 killed: .stamp-build
 	$(BIN)/python -m pytest tests/engine/test_resume.py -m slow

@@ -33,6 +33,7 @@ def test_a_slanting_arm_is_seen_where_it_is_and_explains_most():
     assert best.share > 0.5
 
 
+@pytest.mark.slow
 def test_crossed_damping_is_seen_between_the_wheelsets():
     best = couplings(fitted("crossed_damping at=wheelset damping=2e4"))[0]
     assert best.text == "wheelset_yaw 1 with wheelset 2" and best.against == "v"

@@ -153,6 +153,7 @@ def test_where_nothing_is_missing_nothing_is_named():
     assert {r["kind"] for r in report["detectable"]} >= {"free_play", "dry_friction"}
 
 
+@pytest.mark.slow
 def test_with_its_answers_taken_away_the_loop_does_not_name_another_cleanly():
     found = close_loop(made(FREE_PLAY).measurement, without=("free_play", "bump_stop", "cubic_stiffness"), jobs=2)
     outside = found.verdict == "outside" and found.outside is not None and found.outside.at == "primary_lateral"
