@@ -1,4 +1,5 @@
-# run: the main job on the bundled campaign; test: everything; check: style and floors; bench: speed; blind: planted effects;
+# run: the main job on the bundled campaign; test: everything; check: style and floors; rust: the kernel's own tests;
+# bench: speed; blind: planted effects;
 # dist: wheel, archive, bill of materials, tried away from here; minimum: with the oldest versions that pyproject admits;
 # docs: the site, in target/site; transcripts: every command of README and docs typed again, the long ones too;
 # rewrite: write down what they print now;
@@ -12,23 +13,30 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test slow check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny killed clean
+.PHONY: run test rust rust-style slow check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
 	@$(BIN)/railui optimise designs/studies/worn_axle_box.yaml -o railui-study/worn_axle_box
 
-test: check
-	cargo test --profile tried
+# the kernel is built on one core while the other checks and tests the Rust
+test:
+	@$(MAKE) --jobs=2 --output-sync=line check rust
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
-check: .stamp-build
-	cargo fmt --check
-	cargo clippy --all-targets --features python -- -D warnings
+rust: rust-style
+	cargo test --profile tried
+
+check: rust-style .stamp-build
+	cargo test --quiet --profile tried --test floors
 	$(BIN)/ruff check railui tests release docs
 	$(BIN)/ruff format --check railui tests
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+rust-style:
+	cargo fmt --check
+	cargo clippy --all-targets --features python -- -D warnings
 
 KEPT := target/bench/history.jsonl
 bench: .stamp-build
