@@ -48,7 +48,7 @@ bench-counts: .stamp-build
 # in an environment of their own: they bring a gigabyte
 PEERS := target/peers
 $(PEERS)/.stamp: tests/bench/peers/requirements.txt constraints.txt
-	$(PYTHON) -m venv $(PEERS) 2>/dev/null || $(PYTHON) -m venv --without-pip $(PEERS)
+	$(PYTHON) -m venv $(PEERS) >/dev/null 2>&1 || $(PYTHON) -m venv --without-pip $(PEERS)
 	$(PYTHON) -m pip --python $(PEERS)/bin/python install --quiet -c constraints.txt -r $<
 	@touch $@
 
@@ -105,16 +105,16 @@ blind: .stamp-build
 purpose: .stamp-build
 	@$(BIN)/python -m tests.bench.purpose
 
-# the outer pip serves where ensurepip is missing
+# the outer pip serves where ensurepip is missing; maturin is looked for on the path
 .stamp-venv: constraints.txt
-	$(PYTHON) -m venv $(VENV) 2>/dev/null || $(PYTHON) -m venv --without-pip $(VENV)
+	$(PYTHON) -m venv $(VENV) >/dev/null 2>&1 || $(PYTHON) -m venv --without-pip $(VENV)
 	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m pip --python $(BIN)/python install --quiet pip
 	$(BIN)/python -m pip install --quiet -c constraints.txt maturin
 	@touch $@
 
 .stamp-build: .stamp-venv $(SOURCES)
 	@echo "building railui (the first time takes a few minutes)" >&2
-	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation --editable '.[dev]'
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation --editable '.[dev]'
 	@touch $@
 
 clean:
