@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 Kind = Literal["wheel", "rail"]
 
 FINE = 5e-5  # m between the points of a resampled profile
-FEWEST = 8
+FEWEST, MOST = 8, 20_000  # points
 SIZE = {"wheel": (0.05, 0.25), "rail": (0.03, 0.25)}  # m across: a worn tread to a whole wheel, a head to a foot
 ALPHA = float(np.sqrt(np.log(2.0) / np.pi))  # of the Gaussian filter of ISO 16610-21: half is left at the wavelength
 INNER_FACE = 0.070  # m from the inner face of a wheel to its tape line (EN 13715)
@@ -131,6 +131,8 @@ class Profile:
 def _whole(kind: Kind, y: Floats, h: Floats) -> None:
     if len(y) != len(h) or len(y) < FEWEST:
         raise ProfileFault(f"the profile has {len(y)} points", f"give {FEWEST} or more")
+    if len(y) > MOST:
+        raise ProfileFault(f"the profile has {len(y)} points", f"give {MOST} at most: one every 0.02 mm is plenty")
     bad = np.flatnonzero(~(np.isfinite(y) & np.isfinite(h)))
     if len(bad):
         raise ProfileFault("a point is not finite", "give numbers", int(bad[0]))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 SIMPACK: dict[str, Kind] = {".prw": "wheel", ".prr": "rail"}
-TYPES = {0: "rail", 1: "wheel"}
+TYPES = {0.0: "rail", 1.0: "wheel"}
 SETTING = re.compile(r"\s*([A-Za-z][\w.]*)\s*=\s*('[^']*'|\S+)")
 HEADED = re.compile(r"\s*([A-Za-z]\w*)\s*(?:\[([^\]]*)\])?\s*\Z")
 MILLIMETRES, METRES = (20.0, 400.0), (0.02, 0.4)  # widths that a profile has in either
@@ -76,7 +76,8 @@ def _simpack(text: str, file: str, kind: str) -> _Points:
                 rows.append(cells[:2])
                 lines.append(number)
         elif not inside and (found := SETTING.match(bare)):
-            settings[found[1]] = (found[2].strip("'"), number)
+            # the header's type stands first; that of the original data file comes later and is another number
+            settings.setdefault(found[1], (found[2].strip("'"), number))
     findings.stop()
     told: dict[str, float] = {}
     for key, (word, number) in settings.items():
@@ -93,8 +94,7 @@ def _simpack(text: str, file: str, kind: str) -> _Points:
 
 
 def _of_kind(told: dict[str, float], settings: dict[str, tuple[str, int]], kind: str, findings: Findings) -> None:
-    # the header's type stands first; that of the original data file comes later and is another number
-    name = SIMPACK.get(Path(findings.file).suffix.lower()) or TYPES.get(int(told.get("type", -1)))
+    name = SIMPACK.get(Path(findings.file).suffix.lower()) or TYPES.get(told.get("type", -1.0))
     if name is not None and name != kind:
         line = settings.get("type", ("", 1))[1]
         findings.add("", f"is a {name} profile where a {kind} belongs", "give the wheel first, then the rail",

@@ -21,6 +21,7 @@ MOST_ROWS = 20_000_000
 MOST_BYTES = 2_000_000_000  # uncompressed
 MOST_COMMENTS = 1 << 20  # bytes in which the header must come
 BLOCK = 1 << 24  # bytes read at a time
+LONGEST = 1 << 20  # bytes of a line: forty thousand columns
 NAMED = re.compile(r"\s*(.*?)\s*(?:\[([^\]]*)\])?\s*\Z")
 MARKS = {
     b"\xff\xfe": "UTF-16",
@@ -168,11 +169,15 @@ def _blocks(stream: IO[bytes], start: bytes, findings: Findings) -> Iterator[byt
         if total > MOST_BYTES:
             findings.add("", f"is larger than {MOST_BYTES} bytes uncompressed", "cut the recording into parts")
             raise FileProblems(findings.problems)
+        rest = rest[cut:]
+        if len(rest) > LONGEST:
+            findings.add("", f"has a line of more than {LONGEST} bytes", "write a line for each sample")
+            raise FileProblems(findings.problems)
         if not more:
-            if rest[cut:].strip():
-                yield rest[cut:] + b"\n"
+            if rest.strip():
+                yield rest + b"\n"
             return
-        rest = rest[cut:] + more
+        rest += more
 
 
 def _place_of(path: Path, row: int, cell: int) -> Place:

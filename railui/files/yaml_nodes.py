@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -13,6 +14,7 @@ from .problems import FileProblems, Findings, Place, Problem
 
 DEEPEST = 20
 MOST_VALUES = 200_000  # after aliases are written out: what a bomb would burst
+MOST_DIGITS = 240  # of a whole number: what has more is beyond a double in any base, and slow to read
 
 NULL = re.compile(r"(?:null|Null|NULL|~|)\Z")
 TRUE, FALSE = re.compile(r"(?:true|True|TRUE)\Z"), re.compile(r"(?:false|False|FALSE)\Z")
@@ -51,9 +53,9 @@ def scalar(text: str) -> Any:
         (NULL, lambda t: None),
         (TRUE, lambda t: True),
         (FALSE, lambda t: False),
-        (INTEGER, lambda t: int(t) if len(t) < 300 else float(t)),
-        (OCTAL, lambda t: int(t[2:], 8)),
-        (HEXADECIMAL, lambda t: int(t, 16)),
+        (INTEGER, lambda t: int(t) if len(t) < MOST_DIGITS else float(t)),
+        (OCTAL, lambda t: int(t[2:], 8) if len(t) < MOST_DIGITS else math.inf),
+        (HEXADECIMAL, lambda t: int(t, 16) if len(t) < MOST_DIGITS else math.inf),
         (FLOAT, float),
         (INFINITE, lambda t: float(t.replace(".", ""))),
         (NOT_A_NUMBER, lambda t: float("nan")),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import re
 from dataclasses import dataclass, fields
 
@@ -68,6 +69,8 @@ def _problems(spec: TrackSpec) -> list[str]:
         found.append(f"length={spec.length:g} m must be positive")
     elif spec.spacing > 0:
         count = spec.length / spec.spacing
+        if count > MOST_ROWS + 0.5:
+            return [*found, f"length={spec.length:g} m makes {count:g} samples: 4 to {MOST_ROWS:,} are possible"]
         whole = max(round(count), 1)
         if abs(count - whole) > 1e-6 * count:
             near = int(count) * spec.spacing
@@ -75,7 +78,7 @@ def _problems(spec: TrackSpec) -> list[str]:
                 f"length={spec.length:g} m is not a whole number of spacings of {spec.spacing:g} m: "
                 f"take length={near:.10g} or {near + spec.spacing:.10g}"
             )
-        elif not 4 <= whole <= MOST_ROWS:
+        elif whole < 4:
             found.append(f"length={spec.length:g} m makes {whole} samples: 4 to {MOST_ROWS:,} are possible")
     if not 0 < spec.shortest < spec.longest:
         found.append(f"shortest={spec.shortest:g} m must be positive and below longest={spec.longest:g} m")
@@ -84,7 +87,7 @@ def _problems(spec: TrackSpec) -> list[str]:
     elif spec.length > 0 and not _harmonics(spec).size:
         band = f"{spec.shortest:g} to {spec.longest:g} m"
         found.append(f"no wavelength {spec.length:g}/k m lies in {band}: take a greater length")
-    if spec.seed < 0 or int(spec.seed) != spec.seed:
+    if not 0 <= spec.seed < math.inf or int(spec.seed) != spec.seed:
         found.append(f"seed={spec.seed:g} must be a whole number from 0")
     if spec.scale < 0:
         found.append(f"scale={spec.scale:g} must not be negative")

@@ -157,6 +157,22 @@ def test_a_simpack_rail_where_a_wheel_belongs_is_named(tmp_path: Path) -> None:
     assert "is a rail profile where a wheel belongs" in told(tmp_path / "a.prr", text).message
 
 
+def test_a_simpack_file_of_another_ending_is_what_its_header_says(tmp_path: Path) -> None:
+    text = simpack(1e3 * WHEEL.y, 1e3 * WHEEL.h, 1, units__len__f=1000)
+    assert read(tmp_path / "a.txt", text, "wheel").kind == "wheel"
+    assert "is a wheel profile where a rail belongs" in told(tmp_path / "a.txt", text, "rail").message
+
+
+def test_a_type_that_is_no_number_says_nothing_of_the_kind(tmp_path: Path) -> None:
+    text = simpack(1e3 * RAIL.y, 1e3 * RAIL.h, 0, units__len__f=1000).replace("type = 0", "type = nan")
+    assert read(tmp_path / "a.txt", text, "rail").kind == "rail"
+
+
+def test_a_profile_of_very_many_points_is_refused(tmp_path: Path) -> None:
+    points = "".join(f"{0.003 * i:.4f}, 0\n" for i in range(20_001))
+    assert "20001 points" in told(tmp_path / "w.txt", points).message
+
+
 def test_a_table_of_rolling_radii_is_read_either_way_up_and_its_faults_have_lines(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
     rows = [f"{y},{0.1 * y:.2f}" for y in range(-6, 7)]

@@ -322,6 +322,14 @@ def test_too_many_rows_or_bytes_are_refused(
     assert "uncompressed" in told(lambda: load_run(packed))[0].message
 
 
+def test_a_line_without_an_end_is_refused_before_it_fills_the_memory(
+    written: Written, told: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(table, "BLOCK", 1 << 16)
+    packed = written(gzip.compress(b"t [s],v [m/s]\n" + b"1," * (2 << 20)))
+    assert "a line of more than" in told(lambda: load_run(packed))[0].message
+
+
 def test_blocks_join_without_a_seam(
     written: Written, columns: Columns, as_csv: Csv, monkeypatch: pytest.MonkeyPatch
 ) -> None:
