@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,8 +30,6 @@ class Taken:
 
 def on_one_line(taken: Sequence[Taken]) -> tuple[list[Taken], list[str]]:
     """Runs over the same line with one distance: each laid on the first by the correlation of their tracks."""
-    from dataclasses import replace
-
     first, done, notes = taken[0].run.columns, [taken[0]], []
     for one in taken[1:]:
         columns = one.run.columns
@@ -83,6 +81,6 @@ def letters(count: int) -> list[str]:
     return found
 
 
-def rows_of(run: MeasuredRun) -> float:
-    """Seconds of a run, gaps left out."""
+def duration(run: MeasuredRun) -> float:
+    """Duration of a run [s], gaps left out."""
     return float(run.columns["t"].size * np.median(np.diff(run.columns["t"])))

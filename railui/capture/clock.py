@@ -1,4 +1,4 @@
-"""A logger's clock against this machine's: the drift, from samples that can only arrive late."""
+"""A logger's clock: its 32 bits unwrapped, and its drift against this machine's, from samples that only arrive late."""
 
 from __future__ import annotations
 
@@ -7,8 +7,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
+WRAP = 1 << 32  # us, and frames: where a logger's counters begin again
 WINDOWS = 8  # fewer tell no drift
 MOST_WINDOWS = 200
+
+
+class Clock:
+    """Unwraps the 32-bit microseconds of one start of a logger."""
+
+    def __init__(self) -> None:
+        self.now: int | None = None
+        self.origin: int | None = None
+
+    def unwrapped(self, time: int, expected: float) -> int | None:
+        """Microseconds on a clock that does not wrap, `expected` us after the last; None where it ran back."""
+        if self.now is None:
+            return time
+        forward = (time - self.now) % WRAP
+        turns = max(round((expected - forward) / WRAP), 0)
+        if not turns and forward >= WRAP // 2:
+            return None
+        return self.now + forward + turns * WRAP
 
 
 @dataclass(frozen=True)

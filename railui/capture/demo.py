@@ -25,7 +25,6 @@ SENSORS: dict[str, tuple[str, float, float]] = {
     "prim1": ("mm", 0.0005, 0.02),
     "prim2": ("mm", 0.0005, 0.02),
 }
-RESPONSES = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
 
 
 @dataclass(frozen=True)

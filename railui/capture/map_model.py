@@ -9,6 +9,7 @@ from pydantic import Field
 
 from railui.capture.conventions import CONVENTIONS
 from railui.files.fields import LISTED_OR_ONE, Group, Reader, Text, measure, quantity_schema, whole, word
+from railui.files.units import UnitError
 
 
 @dataclass(frozen=True)
@@ -46,11 +47,13 @@ ACCELERATIONS = ("ay1", "ay2", "ayf")
 
 
 def read_axis(value: Any) -> str:
-    """An axis of the vehicle that a sensor's arrow points along, with its sign."""
+    """An axis of the vehicle that a sensor's arrow points along, with its sign; UnitError for what is none.
+
+    >>> read_axis("+ y"), read_axis("-z")
+    ('y', '-z')
+    """
     text = str(value).strip().replace(" ", "")
     if text.lstrip("+-") not in ("x", "y", "z") or len(text) > 2:
-        from railui.files.units import UnitError
-
         raise UnitError(f"{value!r} is no axis", "write x, y, z, or -x, -y, -z")
     return text.lstrip("+")
 

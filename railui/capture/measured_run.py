@@ -25,7 +25,6 @@ SHORTEST = 10.0  # s: of a stretch that anything is adjusted to
 SHORTEST_RIG = 0.05
 SLOWEST = 1.0  # m/s, below which a vehicle stands
 LATE = 0.25  # m by which the trailing wheelset's version may be off before that is told
-RIG = ("u", "z", "vz", "az")
 FASTEST_TURN = 40.0  # Hz, above which the derivative of a gyro is noise
 
 
@@ -76,7 +75,7 @@ def measured_run(recording: Recording, mapped: SensorMap) -> MeasuredRun:
     """The run of a recording. FileProblems that name what the map or the recording lacks, all at once."""
     check_channels(mapped, recording)
     names = needed(mapped, recording)
-    if set(mapped.sensors) & set(RIG):
+    if set(mapped.sensors) & set(RIG_COLUMNS):
         return _rig_run(recording, mapped, names)
     raw = frozenset(n for n in ACCELERATIONS if n in mapped.sensors and mapped.sensors[n].gravity == "raw")
     _needs_vehicle(mapped, raw)

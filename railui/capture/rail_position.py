@@ -11,11 +11,13 @@ from scipy.interpolate import CubicSpline
 from railui.capture.integrate import Floats, integrated, lowpassed
 from railui.capture.map_model import RailsModel
 from railui.capture.sensor_map import Geometry
+from railui.files.columns import named
 
 G = 9.81  # m/s^2
 SHARE = 0.35  # natural frequency beside that of the longest wavelength: its gain is 1.5 % low there
 SETTLE = 0.75  # periods of the natural frequency that both ends are wrong
 CUT_SHORT = 0.85  # corner of the low pass beside the shortest wavelength kept
+MOTIONS = named("bogie", "response", "coach")
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +164,7 @@ def _roll(work: _Work, i: int) -> Floats | None:
 def _freed(work: _Work, rolls: tuple[Floats | None, Floats | None, Floats | None]) -> dict[str, Floats]:
     """The responses as columns of a run: accelerations with g phi added where it was felt."""
     phiw, first, second = rolls
-    columns = {name: x for name, x in work.q.items() if name in RESPONSES}
+    columns = {name: x for name, x in work.q.items() if name in MOTIONS}
     frame = None
     if "ayf" in columns and "ayf" in work.raw:
         if "roll_ratef" in work.q:
@@ -173,9 +175,6 @@ def _freed(work: _Work, rolls: tuple[Floats | None, Floats | None, Floats | None
         if name in columns and name in work.raw and roll is not None:
             columns[name] = columns[name] + G * roll
     return columns
-
-
-RESPONSES = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2", "psi1", "psi2", "Qy", "Qpsi")
 
 
 def _versions(

@@ -8,11 +8,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from railui.capture.assembly import Assembly
 from railui.capture.clock import ClockFit, fit_clock
 from railui.capture.journal import NAME as JOURNAL
 from railui.capture.journal import Event, read_journal
 from railui.capture.run_files import RunFiles
-from railui.capture.segments import Assembly, Rows, Segment
+from railui.capture.segments import Rows, Segment
 
 RAW = "raw.bin"
 PIECE = 1 << 16

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
+import threading
 from pathlib import Path
 
 from railui.capture.segments import Rows, Segment
@@ -13,23 +15,28 @@ FINE = {"i", "I"}  # types with more digits than seven
 
 
 class RunFiles:
-    """The decoded runs of a recording in one directory."""
+    """The decoded runs of a recording in one directory; a segment's file is closed once a newer one has rows."""
 
     def __init__(self, directory: Path) -> None:
         self.directory = directory
         self.names: list[str] = []
         self._files: dict[int, int] = {}
+        self._lock = threading.Lock()  # a file is synced by one thread, and closed by another
         self._rest: list[tuple[int, bytes]] = []
 
     def add(self, segment: Segment, rows: Rows) -> None:
         """Appends rows to the file of their segment; call `push` until it says that all is written."""
         data = table_rows(segment, rows)
+        name = f"run_{segment.number:03d}.csv"
         if segment.number not in self._files:
-            name = f"run_{segment.number:03d}.csv"
-            flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND
-            self._files[segment.number] = os.open(self.directory / name, flags, 0o644)
-            self.names.append(name)
-            data = head(segment) + data
+            self.push()
+            begun = name in self.names
+            flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | (0 if begun else os.O_TRUNC)
+            with self._lock:
+                self._files[segment.number] = os.open(self.directory / name, flags, 0o644)
+            if not begun:
+                self.names.append(name)
+                data = head(segment) + data
         self._rest.append((segment.number, data))
 
     def push(self) -> bool:
@@ -46,18 +53,27 @@ class RunFiles:
                 self._rest.pop(0)
             else:
                 self._rest[0] = (number, data[written:])
+        self._close_all_but(1)
         return True
 
     def sync(self) -> None:
         """The newest file on the disk, not only handed over."""
-        if self._files:
-            os.fsync(self._files[max(self._files)])
+        with self._lock:
+            if self._files:
+                os.fsync(self._files[max(self._files)])
 
     def close(self) -> None:
         """Closes all files."""
-        for number in self._files.values():
-            os.close(number)
-        self._files.clear()
+        self._close_all_but(0)
+
+    def _close_all_but(self, newest: int) -> None:
+        """A logger that restarts again and again must not use up the files that a process may have open."""
+        for number in sorted(self._files)[: len(self._files) - newest]:
+            with self._lock:
+                file = self._files.pop(number)
+                with contextlib.suppress(OSError):
+                    os.fsync(file)
+                os.close(file)
 
 
 def head(segment: Segment) -> bytes:

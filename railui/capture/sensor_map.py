@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -147,8 +147,6 @@ def _sensor(name: str, model: SensorModel, convention: str, findings: Findings) 
 
 def _with_amounts(sensor: Sensor, model: SensorModel, path: str, unit: str, findings: Findings) -> Sensor:
     """Offset and noise, and whether the unit fits."""
-    from dataclasses import replace
-
     amounts: dict[str, Any] = {}
     for key in ("offset", "noise"):  # an offset is in the channel's own unit
         given = getattr(model, key)

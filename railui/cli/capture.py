@@ -97,10 +97,11 @@ def record(
     with ExitStack() as stack:
         from serial import SerialException
 
+        from railui.capture.demo_logger import DemoLogger
         from railui.capture.record import Recorder
 
         if port is None:
-            port = _demo(stack, call)
+            port = stack.enter_context(DemoLogger(call.seed or 0)).port
         try:
             recorder = Recorder(port, baud, directory, call.say)
         except (SerialException, OSError, ValueError) as error:
@@ -123,27 +124,6 @@ def _directory(out: str | None) -> Path:
         raise refuse(f"{directory} is there already and stays as it is: give another -o DIR")
     check_writable(directory)
     return directory
-
-
-def _demo(stack: ExitStack, call: Invocation) -> str:
-    """Starts the demo logger in a process of its own; returns its port."""
-    import subprocess
-    import tempfile
-    import time
-
-    home = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="railui-demo-")))
-    port = home / "logger"
-    words = [sys.executable, "-m", "railui", "capture", "logger", "--link", str(port), "-q"]
-    child = subprocess.Popen([*words, "--seed", str(call.seed or 0)], start_new_session=True)
-    stack.callback(child.wait)
-    stack.callback(child.terminate)
-    for _ in range(600):
-        if port.exists():
-            return str(port)
-        if child.poll() is not None:
-            break
-        time.sleep(0.1)
-    raise RuntimeError("the demo logger did not start")
 
 
 def _unopened(port: str, error: Exception) -> str:
@@ -226,7 +206,6 @@ def finish(call: Invocation, replay: Replay, directory: Path) -> None:
 
 def table(document: dict[str, Any]) -> Any:
     """The segments and the counts."""
-    from rich.markup import escape
     from rich.table import Table
 
     names = ("segment", "begins with", "logger", "rate [Hz]", "seconds", "samples", "missing", "gaps", "drift [ppm]")
@@ -234,7 +213,7 @@ def table(document: dict[str, Any]) -> Any:
         f"{document[key]} {key.replace('_', ' ')}"
         for key in ("frames", "lost", "crc_errors", "gaps", "reconnects", "restarts", "overruns")
     )
-    shown = Table(*map(escape, names), title="recording", title_justify="left", caption=counts, caption_justify="left")
+    shown = Table(*names, title="recording", title_justify="left", caption=counts, caption_justify="left")
     for i, s in enumerate(document["segments"], 1):
         length = "" if s["first"] is None else f"{s['last'] - s['first']:.1f}"
         drift = "" if s["drift"] is None else f"{1e6 * s['drift']:.0f} ± {1e6 * s['drift_sd']:.0f}"

@@ -33,7 +33,7 @@ def command(
 
     A recording is a directory of railui capture, or any file that railui import reads. The map names the vehicle.
     """
-    from railui.capture.campaign_files import Taken, on_one_line, rows_of, write_campaign
+    from railui.capture.campaign_files import Taken, duration, on_one_line, write_campaign
     from railui.capture.formats import read_recordings
     from railui.capture.measured_run import measured_run
     from railui.capture.sensor_map import load_map
@@ -53,7 +53,7 @@ def command(
     taken, notes = on_one_line(taken)
     path = write_campaign(directory, name or directory.resolve().name, Path(mapped.design.source), taken)
     for one in taken:
-        show_run(call, f"{one.source} ({one.role}, {rows_of(one.run):.1f} s)", one.run)
+        show_run(call, f"{one.source} ({one.role}, {duration(one.run):.1f} s)", one.run)
     for note in notes:
         call.say(note)
     problems = check([path])

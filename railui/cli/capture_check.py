@@ -68,7 +68,7 @@ def _heard(port: str, baud: int) -> tuple[list[Channel], float, int, str]:
 
     import serial
 
-    from railui.capture.segments import Assembly
+    from railui.capture.assembly import Assembly
 
     heard = Assembly()
     with serial.Serial(port, baud, timeout=0.2, exclusive=True) as line:

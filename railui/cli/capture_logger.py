@@ -51,7 +51,7 @@ def command(
     import json
     import tempfile
 
-    from railui.capture.logger import LEAVE, Terminal, play
+    from railui.capture.terminal import LEAVE, Terminal, play
 
     source = Path(design) if design else Path(__file__).parents[1] / "capture" / "demo.yaml"
     logger = _logger(source, track, speed, seconds, call.seed or 0, noise)
@@ -80,8 +80,9 @@ def _logger(source: Path, track: str, speed: float, seconds: float, seed: int, n
     import numpy as np
 
     import railui
-    from railui.capture.demo import RESPONSES, Wheels, channels, sensed
+    from railui.capture.demo import Wheels, channels, sensed
     from railui.capture.logger import Logger
+    from railui.files.columns import COMPARED
     from railui.files.design import load_design
     from railui.track import parse_spec
 
@@ -92,8 +93,8 @@ def _logger(source: Path, track: str, speed: float, seconds: float, seed: int, n
     except ValueError as error:
         raise refuse(str(error)) from None
     line = spec.build()
-    ride = railui.simulate(vehicle, line, speed, RESPONSES)
-    if not all(np.all(np.isfinite(ride[name])) for name in RESPONSES):
+    ride = railui.simulate(vehicle, line, speed, COMPARED)
+    if not all(np.all(np.isfinite(ride[name])) for name in COMPARED):
         raise RuntimeError(f"{vehicle.name} leaves the track at {speed:g} m/s: lower the speed")
     ride |= {"v": np.full_like(ride["t"], speed), "phiw": line.phiw, "gauge": line.gauge}
     wheels = Wheels(

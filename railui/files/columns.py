@@ -49,8 +49,8 @@ RIG_COLUMNS: dict[str, Column] = {
         Column("az", "", "response", "acceleration of the mass"),
     )
 }
-# what nrmse is the mean over
-JUDGED = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
+# what nrmse is the mean over, and what the sensors of a bogie usually tell
+COMPARED = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
 
 
 def columns_of(form: str) -> dict[str, Column]:

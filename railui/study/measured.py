@@ -12,6 +12,7 @@ from scipy import signal
 from scipy.interpolate import CubicSpline
 
 from railui.core import Batch, Filter, Vehicles
+from railui.files import columns as known
 from railui.files.campaign import Campaign
 from railui.files.run import Run, load_run
 from railui.study.model import Model
@@ -19,11 +20,11 @@ from railui.track import Behind, band_limited_noise, distance, input_table
 
 Floats = NDArray[np.float64]
 
-COMPARED = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
-RESPONSES = (*COMPARED, "psi1", "psi2")
-RIG_RESPONSES = ("z", "vz", "az")
-COACH = ("Qy", "Qpsi")
-TRACK = ("yw", "phiw", "gauge")
+COMPARED = known.COMPARED
+RESPONSES = known.named("bogie", "response")
+RIG_RESPONSES = known.named("rig", "response")
+COACH = known.named("bogie", "coach")
+TRACK = known.named("bogie", "track")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +48,8 @@ class Stretch:
     @property
     def channels(self) -> list[str]:
         """The responses that were measured here."""
-        known = RIG_RESPONSES if self.kind == "rig" else RESPONSES
-        return [c for c in known if c in self.columns]
+        responses = RIG_RESPONSES if self.kind == "rig" else RESPONSES
+        return [c for c in responses if c in self.columns]
 
     @property
     def coach_forces(self) -> tuple[str, ...]:
@@ -136,10 +137,10 @@ def _rig_table(c: Mapping[str, Floats], dt: float, steps: int) -> Floats:
 
 def stretches(run: Run, name: str, role: str, kind: str = "bogie") -> list[Stretch]:
     """The stretches of a run that are used, in their order."""
-    known = ("t", "u", *RIG_RESPONSES) if kind == "rig" else ("t", "s", "v", *TRACK, *COACH, *RESPONSES)
+    names = tuple(known.columns_of(kind))
     found = []
     for number, piece in enumerate(run.stretches):
-        columns = {k: np.ascontiguousarray(run.columns[k][piece]) for k in known if k in run.columns}
+        columns = {k: np.ascontiguousarray(run.columns[k][piece]) for k in names if k in run.columns}
         if kind != "rig" and "s" not in columns:
             columns["s"] = distance(columns["t"], columns["v"])
         usable = {k: x for k, x in columns.items() if k not in RESPONSES or np.all(np.isfinite(x))}

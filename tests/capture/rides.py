@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.capture.demo import RESPONSES, Wheels, sensed
+from railui.capture.demo import Wheels, sensed
 from railui.capture.sensor_map import Geometry
+from railui.files.columns import COMPARED
 from railui.study.ride import simulate
 from railui.track import Track, synthetic_track
 
@@ -28,7 +29,7 @@ def ride(seconds: float = 40.0, speed: float = 40.0, seed: int = 5) -> dict[str,
     track = synthetic_track("erri_b176_high", length=length, seed=seed, spacing=spacing)
     # the family has no gauge: that of the other seed's lateral, a third of it
     gauge = synthetic_track("erri_b176_high", length=length, seed=seed + 100, spacing=spacing).yw / 3
-    found = simulate(str(BOGIE), Track(track.s, track.yw, track.phiw, gauge), speed, RESPONSES)
+    found = simulate(str(BOGIE), Track(track.s, track.yw, track.phiw, gauge), speed, COMPARED)
     columns = {**found, "v": np.full(found["t"].size, speed), "yw": track.yw, "phiw": track.phiw, "gauge": gauge}
     return {name: x[round(WARM * RATE) :] for name, x in columns.items()}
 

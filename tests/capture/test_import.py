@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from railui.capture.formats import read_recordings, write_recording
+from railui.capture.formats import delimited, read_recordings, write_recording
 from railui.capture.measured_run import measured_run
 from railui.capture.recording import Recording
 from railui.capture.sensor_map import load_map
@@ -56,6 +57,30 @@ def mapped_file(tmp_path: Path, text: str) -> Path:
     path = tmp_path / "map.yaml"
     path.write_text(f"vehicle: {BOGIE}\n{text}")
     return path
+
+
+def test_square_brackets_in_the_name_of_a_channel_are_text(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t;acc [/b] y;way :smile: [bold]x\n" + "".join(f"{i};1;2\n" for i in range(9)))
+    told = CliRunner().invoke(cli, ["import", str(tmp_path / "a.csv")])
+    assert told.exit_code == 0, told.output
+    assert "acc [/b] y" in told.output and "way :smile: [bold]x" in told.output
+
+
+def test_a_size_that_a_file_only_claims_is_refused(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.create_dataset("t", shape=(10**12,), dtype="f8", chunks=(1 << 16,))  # nothing of it is written
+    with pytest.raises(FileProblems, match="claims 1000000000000 values"):
+        read_recordings(tmp_path / "a.h5")
+
+
+def test_a_file_that_is_too_large_uncompressed_is_refused_not_cut(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(delimited, "MOST_BYTES", 1000)
+    (tmp_path / "a.csv.gz").write_bytes(gzip.compress(b"t;v\n" + b"0;1\n" * 1000))
+    with pytest.raises(FileProblems, match="larger than 1000 bytes"):
+        read_recordings(tmp_path / "a.csv.gz")
 
 
 def test_conventions_signs_units_and_lags_come_out_in_railuis_own(tmp_path: Path) -> None:

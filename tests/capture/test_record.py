@@ -14,9 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from railui.capture import wire
 from railui.capture.formats import read_recordings
-from railui.capture.logger import Terminal, play
+from railui.capture.frames import Channel
 from railui.capture.replay import decode
+from railui.capture.terminal import Terminal, play
 from railui.files.table import read_table
 from tests.capture.ports import PATIENCE, RAILUI, Feeder, demo_logger, recorder, small_logger, told, truth_of, until
 
@@ -208,6 +210,22 @@ def test_raw_bytes_that_something_else_stored_are_decoded_too(tmp_path: Path) ->
     replay = decode(raw, tmp_path / "out")
     assert replay.assembly.counts.samples >= 999
     assert [r.t.size for r in read_recordings(tmp_path / "out")] == [replay.assembly.counts.samples]
+
+
+def test_a_logger_that_restarts_again_and_again_does_not_use_up_the_open_files(tmp_path: Path) -> None:
+    channels, raw, restarts = (Channel("a", "m"),), b"", 200
+    for boot in range(restarts):
+        body = wire.hello_body(boot, 100.0, "x", "1", channels)
+        raw += wire.hello(0, body) + wire.sample(wire.layout_of(body), 1, 1000, b"\1\0")
+    (tmp_path / "raw.bin").write_bytes(raw)
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (len(os.listdir("/proc/self/fd")) + 20, hard))
+    try:
+        decoded = decode(tmp_path / "raw.bin", tmp_path / "runs")
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    assert len(decoded.files.names) == restarts
+    assert all(read_table(tmp_path / "runs" / name).rows.shape == (1, 2) for name in decoded.files.names)
 
 
 def test_a_line_that_a_power_cut_left_unfinished_is_taken_off(tmp_path: Path) -> None:

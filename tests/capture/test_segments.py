@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from railui.capture import wire
+from railui.capture.assembly import MOST_HELD, Assembly
 from railui.capture.clock import fit_clock
 from railui.capture.frames import Channel, Floats
 from railui.capture.logger import Faults, Logger
-from railui.capture.segments import MOST_HELD, Assembly, Rows, Segment
+from railui.capture.segments import Rows, Segment
 
 RATE = 200.0
 CHANNELS = tuple(Channel(f"c{i}", "m/s^2", "h", 0.001) for i in range(4))

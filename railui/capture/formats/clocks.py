@@ -10,6 +10,7 @@ import numpy as np
 
 from railui.capture.recording import Floats, Recording
 from railui.files.problems import FileProblems, Problem, nearest
+from railui.files.table import MOST_ROWS
 from railui.files.units import UnitError, convert
 
 TIMES = ("t", "time", "zeit", "temps", "timestamp", "time_s", "x_time")
@@ -24,6 +25,13 @@ class Series:
     unit: str | None
     t: Floats
     values: Floats
+
+
+def check_size(path: Path, name: str, size: int) -> None:
+    """FileProblems where a series claims more values than are read, before there is memory for them."""
+    if size > MOST_ROWS:
+        what = f"claims {size} values, {MOST_ROWS} are the most"
+        raise FileProblems([Problem(str(path), 0, 0, name, what, "export the recording in parts")])
 
 
 def one_clock(path: Path, series: list[Series]) -> Recording:

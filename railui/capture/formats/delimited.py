@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import io
 import re
 from pathlib import Path
 
@@ -12,12 +11,13 @@ import numpy as np
 from railui.capture.formats.clocks import of_columns
 from railui.capture.recording import Floats, Recording
 from railui.files.problems import FileProblems, Problem
+from railui.files.table import MOST_BYTES
+from railui.files.units import UnitError, parse_unit
 
 SEPARATORS = (";", "\t", ",", "|")
 NAMED = re.compile(r"(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s/\s(\S+))?\s*\Z")
 LACKING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "nodata"}
 MOST_TITLE = 200  # lines ahead of the numbers
-MOST_BYTES = 2_000_000_000
 
 
 def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
@@ -32,10 +32,15 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
 
 
 def _bytes(path: Path) -> bytes:
-    data = path.read_bytes()
-    if data.startswith(b"\x1f\x8b"):
-        with gzip.open(io.BytesIO(data)) as packed:
-            data = packed.read(MOST_BYTES)
+    """The file, uncompressed; FileProblems for one that is larger than any recording."""
+    with path.open("rb") as file:
+        packed = file.read(2) == b"\x1f\x8b"
+        file.seek(0)
+        with gzip.open(file) if packed else file as stream:
+            data = stream.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        what = f"is larger than {MOST_BYTES} bytes uncompressed"
+        raise FileProblems([Problem(str(path), 0, 0, "", what, "export the recording in parts")])
     return data
 
 
@@ -101,8 +106,6 @@ def _header(lines: list[str], first: int, separator: str) -> tuple[list[str], li
 
 def _are_units(cells: list[str]) -> bool:
     """Is a line one of units, not of names?"""
-    from railui.files.units import UnitError, parse_unit
-
     good = 0
     for cell in cells:
         try:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from railui.capture.formats.clocks import of_columns
+from railui.capture.formats.clocks import check_size, of_columns
 from railui.capture.recording import Floats, Recording
 
 UNITS = ("unit", "units", "Unit", "Units")
@@ -27,6 +27,7 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
             nonlocal rate
             if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "fiu":
                 return
+            check_size(path, name, item.size)
             values = np.squeeze(np.asarray(item[()], dtype=np.float64))
             if values.ndim == 1 and values.size > 3:
                 columns[name], units[name] = values, _attribute(item, UNITS, str)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 
 from railui.capture.formats import hdf5
-from railui.capture.formats.clocks import of_columns
+from railui.capture.formats.clocks import check_size, of_columns
 from railui.capture.recording import Floats, Recording
 
 RATES = ("fs", "Fs", "rate", "sampling_rate")
@@ -15,11 +16,13 @@ RATES = ("fs", "Fs", "rate", "sampling_rate")
 
 def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
     """The longest vectors and all of their length; fs or rate is the sampling rate, `units` a struct of theirs."""
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
 
     with path.open("rb") as file:
         if b"MATLAB 7.3" in file.read(128):
             return hdf5.read(path, clock, rate)
+    for name, shape, _ in whosmat(path):
+        check_size(path, name, math.prod(shape))
     found = loadmat(path, squeeze_me=True, struct_as_record=False)
     columns: dict[str, Floats] = {
         name: np.asarray(x, dtype=np.float64)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.capture.formats.clocks import Series, one_clock
+from railui.capture.formats.clocks import Series, check_size, one_clock
 from railui.capture.recording import Recording
 
 
@@ -16,6 +16,8 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
 
     series = []
     with MDF(path) as file:
+        for number, group in enumerate(file.groups):
+            check_size(path, f"group {number}", group.channel_group.cycles_nr)
         for signal in file.iter_channels(skip_master=True):
             values = np.asarray(signal.samples)
             if values.ndim == 1 and values.size > 3 and values.dtype.kind in "fiub":

@@ -21,6 +21,7 @@ from textual.events import Resize
 from textual.message import Message
 from textual.widgets import Static
 
+from railui.capture.demo_logger import DemoLogger
 from railui.capture.load import BAUDS, NARROW, link_load
 from railui.capture.record import Recorder
 from railui.capture.replay import Replay
@@ -29,11 +30,11 @@ from railui.desk.axis import Axis
 from railui.desk.bars import Bar, Bars
 from railui.desk.dialogs import Name, Pick
 from railui.desk.form import pretty
-from railui.desk.logger import DEMO, DemoLogger, ports
 from railui.desk.messages import Done, Failed, Showed
 from railui.desk.messages import Line as Told
 from railui.desk.panels.common import arranged, titled
 from railui.desk.plot import Level, Line, Picture, Plot
+from railui.desk.ports import DEMO, ports
 from railui.desk.work import Study
 
 Floats = NDArray[np.float64]
