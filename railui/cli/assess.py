@@ -70,13 +70,12 @@ def command(
 
 
 def _table(found: Mapping[str, Any]) -> Any:
-    from rich.markup import escape
     from rich.table import Table
 
     title = f"{found['track']} at {found['speed']:g} m/s, worst first"
     columns = ("from [m]", "to [m]", "score", "class", "flange share", "margin [sd]", "W_d [m/s^2]",
                "max e [mm]", "sum Y [kN]", "Y/Q", "sd yw [mm]", "by yw")  # fmt: skip
-    table = Table(*(escape(column) for column in columns), title=escape(title), title_justify="left")
+    table = Table(*columns, title=title, title_justify="left")
     for one in found["stretches"][:SHOWN]:
         table.add_row(
             f"{one['from']:.0f}", f"{one['to']:.0f}", f"{one['score']:.1f}", one["class"],
@@ -89,7 +88,7 @@ def _table(found: Mapping[str, Any]) -> Any:
     notes = [f"{more} more in the JSON"] if more > 0 else []
     if found["agreement"] is not None:
         notes.append(f"rank correlation of ride and geometry (sd of 3 to 25 m): {found['agreement']:.2f}")
-    table.caption = escape("\n".join([*notes, *found["notes"]]))
+    table.caption = "\n".join([*notes, *found["notes"]])
     return table
 
 

@@ -45,7 +45,7 @@ class Invocation:
     def warn(self, problems: Sequence[Problem] | Sequence[str]) -> None:
         """Warnings, a line each."""
         for problem in problems:
-            self.say(problem if not isinstance(problem, str) else f"warning: {problem}")  # type: ignore[arg-type]
+            self.say(f"warning: {problem}" if isinstance(problem, str) else str(problem))
 
     def progress(self, text: str) -> None:
         """How far long work is: one line rewritten on a terminal, elsewhere a line now and then (-v: all)."""
@@ -75,7 +75,8 @@ class Invocation:
         from rich.console import Console
 
         stream = sys.stderr if self.json == "-" else sys.stdout
-        console = Console(file=stream, width=None if stream.isatty() else WIDE)
+        # names come from files: what stands in square brackets there is text, never markup
+        console = Console(file=stream, width=None if stream.isatty() else WIDE, markup=False, emoji=False)
         console.print(fitted(data, console))
 
     def document(
@@ -130,7 +131,6 @@ def fitted(data: Any, console: Console) -> Any:
     from rich import box
     from rich.measure import Measurement
     from rich.table import Table
-    from rich.text import Text
 
     if not isinstance(data, Table):
         return data
@@ -140,7 +140,7 @@ def fitted(data: Any, console: Console) -> Any:
     if console.width < min(natural, WIDE):
         data.box, data.padding, data.pad_edge = box.SIMPLE_HEAD, (0, 0), False
         for column in data.columns:
-            head, *cells = (Text.from_markup(str(cell)).plain for cell in (column.header, *column.cells))
+            head, *cells = (str(cell) for cell in (column.header, *column.cells))
             longest = max(map(len, cells), default=0)
             if longest <= SHORT:  # numbers and single words stay whole, heads go on below
                 column.width = max(longest, *map(len, head.split()), 1)

@@ -172,7 +172,7 @@ def _told(body: dict[str, Any]) -> Any:
     names = {
         "conicity": "conicity lambda",
         "gravitational_stiffness": "gravitational stiffness epsilon",
-        "contact_angle": r"contact angle delta \[rad]",
+        "contact_angle": "contact angle delta [rad]",
         "roll": "roll sigma",
     }
     for key, name in names.items():
@@ -180,15 +180,15 @@ def _told(body: dict[str, Any]) -> Any:
         table.add_row(name, number(body["conicity_parameters"][key]), number(harmonic[key]), en)
     table.add_row("change of conicity with gauge [1/m]", number(body["gauge_conicity"], 1))
     ends = [body["flange_contact"][side] for side in ("left", "right")]
-    table.add_row(r"flange contact at \[mm]", ", ".join("none" if x is None else f"{x * 1e3:.1f}" for x in ends))
+    table.add_row("flange contact at [mm]", ", ".join("none" if x is None else f"{x * 1e3:.1f}" for x in ends))
     jumps = sorted({round(abs(j["displacement"]) * 1e3, 1) for j in body["two_point_contacts"]})
-    table.add_row(r"two points of contact at \[mm]", ", ".join(f"{x:g}" for x in jumps) or "none")
+    table.add_row("two points of contact at [mm]", ", ".join(f"{x:g}" for x in jumps) or "none")
     if (creep := body["creep"]) is not None:
         ellipse, c = creep["ellipse"], creep["kalker"]
         table.add_section()
-        table.add_row(r"ellipse a x b \[mm]", f"{ellipse['a'] * 1e3:.2f} x {ellipse['b'] * 1e3:.2f}")
+        table.add_row("ellipse a x b [mm]", f"{ellipse['a'] * 1e3:.2f} x {ellipse['b'] * 1e3:.2f}")
         table.add_row("Kalker C11, C22, C23", ", ".join(f"{c[k]:.2f}" for k in ("c11", "c22", "c23")))
         table.add_row(f"kappa_x, kappa_y (surface {creep['surface']:g})",
                       f"{creep['longitudinal_creep']:.0f}, {creep['lateral_creep']:.0f}")  # fmt: skip
-        table.add_row(r"kappa_s \[m]", number(creep["spin_creep"]))
+        table.add_row("kappa_s [m]", number(creep["spin_creep"]))
     return table

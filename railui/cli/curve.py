@@ -69,11 +69,10 @@ def command(
 
 
 def _table(cases: list[dict[str, Any]]) -> Any:
-    from rich.markup import escape
     from rich.table import Table
 
     columns = ("radius [m]", "e [mm]", "angle of attack [mrad]", "guiding force [kN]", "wear number [N]", "flange")
-    table = Table(*(escape(column) for column in columns))
+    table = Table(*columns)
     for case in cases:
         table.add_row(f"{case['radius']:g}", *_values(case))
     table.caption = "\n".join(dict.fromkeys(note for case in cases for note in case["notes"]))

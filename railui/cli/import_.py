@@ -150,14 +150,13 @@ def show_run(call: Invocation, name: str, run: MeasuredRun) -> None:
         call.say(f"note: {note}")
     if run.quality is None:
         return
-    from rich.markup import escape
     from rich.table import Table
 
     q = run.quality
     valid = "none" if q.valid is None else f"{q.valid[0]:.3g} to {q.valid[1]:.3g} m"
     told = f"valid {valid}; filter {run.natural:.3g} Hz; the trailing wheelset {q.lag:+.3f} m beside 2a"
     columns = ("wavelengths [m]", "sd yw [mm]", "difference of both wheelsets [mm]", "error of their mean, about")
-    table = Table(*(escape(column) for column in columns))
+    table = Table(*columns)
     table.title, table.caption, table.title_justify, table.caption_justify = "rail position", told, "left", "left"
     for low, high, sd, difference in q.bands:
         share = 100 * 0.5 * difference / sd if sd else 0.0

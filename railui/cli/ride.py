@@ -139,7 +139,7 @@ def _several(body: dict[str, Any]) -> Any:
 
     keys = ["score", "class", "comfort_hours", "weighted_acceleration", "flange_fraction", "flange_margin"]
     heads = [key.replace("_", " ") for key in keys]
-    table = Table(r"speed \[m/s]", "seed", *heads, title=body["cases"][0]["track"], title_justify="left")
+    table = Table("speed [m/s]", "seed", *heads, title=body["cases"][0]["track"], title_justify="left")
     for case in body["cases"]:
         table.add_row(f"{case['speed']:g}", cell(case["seed"]), *(cell(case[key]) for key in keys))
     table.add_section()

@@ -64,7 +64,7 @@ def _modes(found: Mapping[str, Any]) -> Any:
     from rich.table import Table
 
     title = "least damped oscillation"
-    table = Table(r"speed \[m/s]", "Re [1/s]", "frequency [Hz]", "damping", "decrement", "shape", title=title,
+    table = Table("speed [m/s]", "Re [1/s]", "frequency [Hz]", "damping", "decrement", "shape", title=title,
                   title_justify="left")  # fmt: skip
     before = ""
     for v in found["speeds"]:

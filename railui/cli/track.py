@@ -27,7 +27,6 @@ def command(spec: tuple[str, ...], output: str | None, spectrum: str | None, cal
     A SPEC is a name (erri_b176_low, erri_b176_high, fra_1 to fra_6, sncf_good, sncf_poor) and key=value
     pairs of length, seed, spacing, shortest, longest, scale. Spectra are one-sided, per rad/m.
     """
-
     if bool(spec) == bool(spectrum):
         raise refuse("give either the SPEC of a track to write, or --spectrum and a file")
     if spec and output is None and call.json is None:
@@ -109,13 +108,12 @@ def contents(laid: Laid) -> dict[str, Any]:
 
 
 def _table(laid: Laid, body: dict[str, Any]) -> Any:
-    from rich.markup import escape
     from rich.table import Table
 
     nearest = body["nearest"]
     told = f"nearest: {nearest['name']} times {nearest['factor']:.3g}" if nearest else "flat"
     columns = ("wavelengths [m]", "sd yw [mm]", "sd phiw [mrad]", "sd gauge [mm]")
-    table = Table(*(escape(column) for column in columns), title=escape(laid.name), caption=told)
+    table = Table(*columns, title=laid.name, caption=told)
     for band in body["bands"]:
         values = (f"{1e3 * band[key]:.3f}" for key in ("sd_yw", "sd_phiw", "sd_gauge"))
         table.add_row(f"{band['from']:g} to {band['to']:g}", *values)
