@@ -92,6 +92,10 @@ class Desk(App[None]):
         else:
             self.call_after_refresh(self.action_open)
 
+    def notify(self, message: str, **more: Any) -> None:
+        """Says it as it is: messages hold units in square brackets and names out of files, never markup."""
+        super().notify(message, **(more | {"markup": False}))
+
     def _theme(self) -> str:
         wanted = str(self.state.get("theme", "textual-dark"))
         return wanted if wanted in self.available_themes else "textual-dark"
@@ -165,11 +169,9 @@ class Desk(App[None]):
     def _named(self) -> None:
         draft = self.query_one(DesignPanel).draft
         if draft is not None:
-            self.query_one("#status", Static).update(
-                f"{draft.name}{' ●' if draft.dirty else '  '}", layout=draft.name != self._shown
-            )
+            status = Text(f"{draft.name}{' ●' if draft.dirty else '  '}")
+            self.query_one("#status", Static).update(status, layout=draft.name != self._shown)
             self._shown = draft.name
-
         panel = self.query_one(OptimisePanel)
         if draft is not None and draft.design.kind != "rig":
             panel.begin(draft.design, self.query_one(DesignPanel).case)
@@ -277,7 +279,7 @@ class Desk(App[None]):
         yield SystemCommand("Open", "a design or a campaign (ctrl+o)", self.action_open)
         yield SystemCommand("Save", "the design into its file (ctrl+s)", self.action_save)
         yield SystemCommand("Save as", "the design under a name", self.query_one(DesignPanel).save_as)
-        beat = f"the longest that the screen waited: {1e3 * self.heartbeat.longest:.0f} ms"
+        beat = f"the longest that the desk itself kept the screen waiting: {1e3 * self.heartbeat.longest:.0f} ms"
         yield SystemCommand("Heartbeat", beat, lambda: self.notify(beat))
         for node in (self.panel, self.focused):
             for binding in getattr(node, "BINDINGS", ()):

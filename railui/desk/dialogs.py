@@ -13,6 +13,7 @@ from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
 from textual.binding import Binding
 from textual.containers import Vertical, VerticalScroll
+from textual.content import Content
 from textual.screen import ModalScreen
 from textual.widgets import Input, OptionList, Static
 from textual.widgets.option_list import Option
@@ -151,7 +152,7 @@ class Faults(Dialog):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog tall wide") as box:
             count = len(self.problems.problems)
-            box.border_title = f"{escape(Path(self.path).name)}: {count} fault{'s' if count != 1 else ''}"
+            box.border_title = Content(f"{Path(self.path).name}: {count} fault{'s' if count != 1 else ''}")
             box.border_subtitle = "r read again · c copy · esc back"
             with VerticalScroll():
                 yield Static(self._text())

@@ -1,4 +1,4 @@
-"""The heartbeat of the desk: how long the desk ever kept its screen waiting."""
+"""The heartbeat of the desk: the longest that the desk itself ever kept its screen waiting."""
 
 from __future__ import annotations
 

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 from textual.command import CommandPalette
+from textual.content import Content
+from textual.widgets import Static
+from textual.widgets._toast import Toast
 
 from railui.desk.dialogs import Ask, Help, Pick
 from railui.desk.form import Form
@@ -28,6 +31,18 @@ async def test_the_next_start_is_where_the_last_one_ended(sit: Sitting, bogie: P
         panel = keys.desk.query_one(DesignPanel)
         assert panel.draft is not None and panel.draft.file.source == bogie.resolve()
         assert panel.case.speed == 50.0 and keys.desk.theme == "nord"
+
+
+async def test_square_brackets_in_a_message_or_a_name_are_text(sit: Sitting, bogie: Path) -> None:
+    named = bogie.rename(bogie.with_name("a [bold]b.yaml"))
+    async with sit(named) as keys:
+        keys.desk.notify("add `yw [m]`, or [/b]")
+        await keys.until(lambda: len(keys.desk._notifications) > 0, 10.0)
+        (toast,) = [Toast(told) for told in keys.desk._notifications]
+        assert "`yw [m]`, or [/b]" in str(toast.render())
+        assert "a [bold]b.yaml" in str(keys.desk.query_one("#status", Static).render())
+        title = keys.desk.query_one(DesignPanel).side.border_title
+        assert Content.from_markup(str(title)).plain.startswith("a [bold]b.yaml")
 
 
 async def test_a_state_that_cannot_be_read_is_no_reason_to_fail(sit: Sitting, bogie: Path, tmp_path: Path) -> None:

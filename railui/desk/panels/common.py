@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from textual.containers import Grid
+from textual.content import Content
 from textual.widget import Widget
 
 WIDE, HIGH = 44, 11  # cells that a picture wants
 
 
 def titled(widget: Widget, title: str | None = None, sub: str | None = None) -> None:
-    """Another title, where it is another: a title draws all that stands inside again."""
-    if title is not None and widget.border_title != title:
-        widget.border_title = title
-    if sub is not None and (widget.border_subtitle or "") != sub:
-        widget.border_subtitle = sub
+    """Another title, where it is another: a title draws all that stands inside again. Its brackets are text."""
+    for border, text in (("border_title", title), ("border_subtitle", sub)):
+        if text is not None and (getattr(widget, border) or "") != (content := Content(text)).markup:
+            setattr(widget, border, content)
 
 
 def in_turn(owner: Widget, jobs: Sequence[Callable[[], None]]) -> None:
