@@ -105,11 +105,12 @@ blind: .stamp-build
 purpose: .stamp-build
 	@$(BIN)/python -m tests.bench.purpose
 
-# the outer pip serves where ensurepip is missing; maturin is looked for on the path
+# the outer pip serves where ensurepip is missing; maturin is looked for on the path; cobs is built with setuptools
 .stamp-venv: constraints.txt
+	@$(PYTHON) release/needs.py
 	$(PYTHON) -m venv $(VENV) >/dev/null 2>&1 || $(PYTHON) -m venv --without-pip $(VENV)
 	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m pip --python $(BIN)/python install --quiet pip
-	$(BIN)/python -m pip install --quiet -c constraints.txt maturin
+	$(BIN)/python -m pip install --quiet -c constraints.txt maturin setuptools
 	@touch $@
 
 .stamp-build: .stamp-venv $(SOURCES)

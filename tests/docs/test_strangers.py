@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
+import sys
 import tty
 from pathlib import Path
 
@@ -100,3 +102,17 @@ def test_a_logger_that_is_silent_is_asked_for(home: Path) -> None:
     done = CliRunner().invoke(cli, ["capture", os.ttyname(port), "-o", "got", "--seconds", "6"], prog_name="railui")
     os.close(other)
     assert "no byte has come in 5 s: is the logger on" in done.output
+
+
+def test_a_machine_without_what_the_build_needs_is_told_all_of_it(tmp_path: Path) -> None:
+    old = tmp_path / "rustc"
+    old.write_text("#!/bin/sh\necho 'rustc 1.63.0 (4b91a6ea7 2022-08-08)'\n", "utf-8")
+    shutil.copy(old, tmp_path / "cargo")
+    for tool in (old, tmp_path / "cargo"):
+        tool.chmod(0o755)
+    for path, lacks in (("", "cargo is missing"), (str(tmp_path), "rustc is 1.63, 1.89 is needed")):
+        done = subprocess.run(
+            [sys.executable, ROOT / "release/needs.py"], env={"PATH": path}, capture_output=True, text=True
+        )
+        assert done.returncode == 1 and lacks in done.stderr and "cc is missing" in done.stderr
+        assert "rustup.rs" in done.stderr and "Traceback" not in done.stderr
