@@ -197,13 +197,15 @@ class _Group:
         return np.asarray(np.abs(passed).max(axis=(1, 2)))
 
 
-def _unresolved(model: Model, road: Road, steps: int, jobs: int | None) -> list[str]:
-    """A note where halved steps change rms displacements or weighted accelerations by more than `RESOLVED`."""
+def _unresolved(model: Model, road: Road, coarse: dict[str, Floats], jobs: int | None) -> list[str]:
+    """A note where halved steps change rms displacements or weighted accelerations of a ride by more than `RESOLVED`.
+
+    coarse: its statistics as `statistics_many` gives them.
+    """
+    steps = int(coarse["steps"][0])
     if steps > LOOKED_AT:
         return []
-    coarse, fine = (
-        statistics_many(model, model.row[None], road, steps=np.array([n]), jobs=jobs) for n in (steps, 2 * steps)
-    )
+    fine = statistics_many(model, model.row[None], road, steps=np.array([2 * steps]), jobs=jobs)
     if np.any(coarse["diverged"]) or np.any(fine["diverged"]):
         return []
     changes = {"rms of e": _change(*(np.hypot(one["mean_e"], one["sd_e"]) for one in (coarse, fine)))}
@@ -314,8 +316,9 @@ def ride(
     'reduced comfort after 2.21 h, within the journey of 4 h'
     """
     model, road = model_of(design), road_of(track, speed, seed)
-    found = rides([model], road, jobs)[0]
-    found["notes"] += _unresolved(model, road, found["steps"], jobs)
+    statistics = statistics_many(model, model.row[None], road, jobs=jobs)
+    found = quality_of(model, statistics, 0, road)
+    found["notes"] += _unresolved(model, road, statistics, jobs)
     if found["diverged"] is None:
         names = floor_points(model)
         channel = found["comfort_point"].replace("floor ", "floor.", 1) if names else "ayf"
