@@ -79,7 +79,16 @@ def couplings(fit: Fit) -> list[Coupling]:
 
 
 def answered(fit: Fit, target: Target, against: Sequence[tuple[tuple[Pair, ...], str]]) -> Floats:
-    """Output differences [coupling, channel, n] to first order: the answer to a place's force, driven by a motion."""
+    """Output differences [coupling, channel, n] of couplings, to first order in them.
+
+    A coupling of places a and b puts a force q_b at a and q_a at b, q the displacement or rate there of the vehicle
+    without it; its output is their convolution with the answers h to a pulse of force:
+
+        answer = sum over the pairs of  h_a * q_b + h_b * q_a
+
+    Source: what is missing as an equivalent input signal (Broersen 1976, 6.2), here of known law; to first order, since
+    q is that of the vehicle without it (Born's approximation).
+    """
     ports = sorted({p for pairs, _ in against for pair in pairs for p in pair}, key=str)
     answers = pulses(fit, target, ports)
     channels = [f"{q}.{at}.{w or 0}" for q in ("z", "v") for at, w in ports]
