@@ -25,9 +25,15 @@ def command(repetitions: int, study: bool, precision: bool, keep: str | None, ca
     """
     if sum((study, precision, keep is not None)) > 1:
         raise refuse("give one of --study, --precision and --keep")
-    if study or precision:
-        _overhead(call) if study else _precision(call)
-        return
+    if study:
+        _overhead(call)
+    elif precision:
+        _precision(call)
+    else:
+        _standard(repetitions, keep, call)
+
+
+def _standard(repetitions: int, keep: str | None, call: Invocation) -> None:
     from rich.table import Table
 
     from railui.study.bench import bench, told
