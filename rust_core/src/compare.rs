@@ -102,10 +102,10 @@ impl Job for FiltFilt<'_> {
                 if filter.sos.is_empty() {
                     centre::<P>(&mut work, at);
                 } else {
-                    pass::<P>(filter, &mut work, at);
-                    work.reverse();
-                    pass::<P>(filter, &mut work, at);
-                    work.reverse();
+                    let begins = P::load(&work[0], at);
+                    pass(&sections(filter, begins), &mut work, at, false);
+                    let ends = P::load(&work[work.len() - 1], at);
+                    pass(&sections(filter, ends), &mut work, at, true);
                 }
                 let weight = P::splat(filter.weights[c]);
                 for k in 0..kept {
@@ -144,22 +144,59 @@ fn centre<P: Part>(work: &mut [Lanes], at: usize) {
     }
 }
 
-/// All sections over the whole work, from the steady state of its first value.
+/// A section of second order in the transposed form II, with what it remembers.
+#[derive(Clone, Copy)]
+struct Section<P> {
+    b: [P; 3],
+    a: [P; 2],
+    memory: [P; 2],
+}
+
+impl<P: Part> Section<P> {
+    #[inline(always)]
+    fn step(&mut self, x: P) -> P {
+        let ([b0, b1, b2], [a1, a2], [m0, m1]) = (self.b, self.a, self.memory);
+        let y = b0.mul_add(x, m0);
+        self.memory = [b1 * x - a1 * y + m1, b2 * x - a2 * y];
+        y
+    }
+}
+
+/// All sections in the steady state of a first value; zi of a later section holds the gain of those before it.
 #[inline(always)]
-fn pass<P: Part>(filter: &Filter, work: &mut [Lanes], at: usize) {
-    // zi of a later section holds the gain of those before it
-    let first = P::load(&work[0], at);
-    for (s, zi) in filter.sos.iter().zip(&filter.zi) {
-        let [b0, b1, b2, a0, a1, a2] = *s;
-        let get = |b: f64| P::splat(b / a0);
-        let (b0, b1, b2, a1, a2) = (get(b0), get(b1), get(b2), get(a1), get(a2));
-        let (mut m0, mut m1) = (P::splat(zi[0]) * first, P::splat(zi[1]) * first);
-        for x in work.iter_mut() {
-            let w = P::load(x, at);
-            let y = b0.mul_add(w, m0);
-            m0 = b1 * w - a1 * y + m1;
-            m1 = b2 * w - a2 * y;
-            y.store(x, at);
+fn sections<P: Part>(filter: &Filter, first: P) -> Vec<Section<P>> {
+    let mut found = Vec::with_capacity(filter.sos.len());
+    for ([b0, b1, b2, a0, a1, a2], zi) in filter.sos.iter().zip(&filter.zi) {
+        let get = |b: &f64| P::splat(b / a0);
+        let (b, a) = ([get(b0), get(b1), get(b2)], [get(a1), get(a2)]);
+        found.push(Section { b, a, memory: [P::splat(zi[0]) * first, P::splat(zi[1]) * first] });
+    }
+    found
+}
+
+/// Sections that a sample passes at once: while one waits for its last result the others have work.
+const AT_ONCE: usize = 4;
+
+/// All sections over the whole work, forwards or backwards.
+#[inline(always)]
+fn pass<P: Part>(sections: &[Section<P>], work: &mut [Lanes], at: usize, backwards: bool) {
+    for some in sections.chunks(AT_ONCE) {
+        match <[Section<P>; AT_ONCE]>::try_from(some) {
+            Ok(all) => along(all, work, at, backwards),
+            Err(_) => some.iter().for_each(|one| along([*one], work, at, backwards)),
         }
+    }
+}
+
+#[inline(always)]
+fn along<P: Part, const N: usize>(mut sections: [Section<P>; N], work: &mut [Lanes], at: usize, backwards: bool) {
+    let n = work.len();
+    for k in 0..n {
+        let here = &mut work[if backwards { n - 1 - k } else { k }];
+        let mut x = P::load(here, at);
+        for section in &mut sections {
+            x = section.step(x);
+        }
+        x.store(here, at);
     }
 }
