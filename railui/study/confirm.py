@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from railui import core
 from railui.files.design import PlacedEffect
 from railui.study.adjust import Fit, Report, adjust, silent
+from railui.study.beside import beside
 from railui.study.candidates import Candidate
 from railui.study.measured import Measurement
 from railui.study.model import Model
@@ -27,6 +28,8 @@ MEMORY = 0.1  # effects with states of their own are fitted from this share on
 CLOSE = 1.25  # within so much of the best misfit a fit is carried to its end
 COARSE, FINE = 1e-3, 3e-5
 PART = 18.0  # seconds of each stretch on which candidates are fitted roughly
+SETTLED = 1.10  # times the root of the misfit that noise leaves, up to which nothing is left to find
+FORLORN = 4.0  # times the least misfit so far at which an effect with memory is given up too
 BEHIND = 1.6  # times the least misfit so far at which a candidate is given up after its first steps
 LINEAR = ("spring", "viscous_damper")
 ADJUSTED = tuple((at, None) for at in ("secondary_lateral", "secondary_yaw"))  # what adjusting does already
@@ -107,34 +110,40 @@ def confirm(
     `unsettled`: much is left on runs that no fit has seen, so that what adjusting has absorbed is tried as well.
     """
     rough = Rough(fit, measurement, declared, base, jobs)
-    found = []
-    for s in chosen(trace, few=fit.model.design.kind == "rig"):
+    picked = chosen(trace, few=fit.model.design.kind == "rig")
+    for s in picked:
         watch(s)
-        one = rough.fitted(trace, s)
-        if one is not None:
-            found.append((s, one))
-            share = one.normal.rss / rough.before
-            report(f"  {named(s.candidate):48s} rho {s.rho:+.3f}   misfit {share:.4f} of before")
-    if unsettled:
-        found += rough.absorbed(trace, [s.candidate for s, _ in found], report)
+    found = rough.fitted(trace, picked)
+    for s, one in found:
+        share = one.normal.rss / rough.before
+        report(f"  {named(s.candidate):48s} rho {s.rho:+.3f}   misfit {share:.4f} of before")
+    if unsettled and not rough.settled:
+        found += rough.absorbed(trace, picked, report)
     if not found:
         return []
     near = CLOSE * min(f.normal.rss for _, f in found)
-    several = sum(f.normal.rss <= near for _, f in found) > 1
-    refits = []
-    for s, f in found:
-        close = f.normal.rss <= near
+    tolerance = FINE if sum(f.normal.rss <= near for _, f in found) > 1 else COARSE
+
+    def carried(one: tuple[Sighting, Fit]) -> Refit | None:
+        """A rough fit on the whole runs: near the best to its end, else only looked at."""
+        s, f = one
         ready = retarget(f.model, fit.targets, measurement)
         if f.model.design.kind == "rig":  # whose initial state a rough fit knows best
             ready = [replace(t, start=short.start) for t, short in zip(ready, f.targets, strict=True)]
         whole = _fitted(
             f.model, ready, measurement, declared,
-            [*base, *f.model.effect_paths()], jobs,
-            tolerance=FINE if several else COARSE, most=30 if close else 0,
+            [*base, *f.model.effect_paths()], threads,
+            tolerance=tolerance, most=30 if f.normal.rss <= near else 0,
         )  # fmt: skip
-        if whole is not None:
-            refits.append(Refit(s.candidate, whole, held_out(whole), s))
-            watch(refits[-1])
+        return None if whole is None else Refit(s.candidate, whole, held_out(whole), s)
+
+    threads = 1 if len(found) > 1 else jobs
+    found.sort(key=lambda one: one[1].normal.rss > near)  # what takes longest first
+    refits = []
+    for refit in beside(carried, found, jobs):
+        if refit is not None:
+            refits.append(refit)
+            watch(refit)
     return sorted(refits, key=lambda r: r.rss)
 
 
@@ -161,52 +170,76 @@ class Rough:
         at_rest = adjust(fit.model, measurement, base, declared, ready=self.short, most=0, jobs=jobs)
         self.before = self.least = at_rest.normal.rss
 
-    def absorbed(self, trace: Trace, tried: Sequence[Candidate], report: Report) -> list[tuple[Sighting, Fit]]:
+    @property
+    def settled(self) -> bool:
+        """Is as little left as noise leaves? The weights are such that it leaves one per sample."""
+        return self.least <= SETTLED**2 * sum(t.y.size for t in self.short)
+
+    def absorbed(self, trace: Trace, tried: Sequence[Sighting], report: Report) -> list[tuple[Sighting, Fit]]:
         """Springs and dampers fitted from the declared vehicle, where much is left whatever was added.
 
         Without a linear element the adjusted parameters run away to make up for it, and near where they end the trace
         sees little of it.
         """
-        model = self._declared()
-        found = []
-        for s in trace.best:
+        model, known = self._declared(), {s.candidate for s in tried}
+        elements = [s for s in trace.best if s.candidate not in known and _absorbed(s.candidate)]
+
+        def begun(s: Sighting) -> Fit | None:
             c = s.candidate
-            if c in tried or c.strength is None or c.kind not in LINEAR or (c.at, c.wheelset) in ADJUSTED:
-                continue
-            one = self._begun(c.placed({c.strength: MODEST * c.shapes[0][c.strength]}), model)
-            if one is None:
-                continue
-            one = self._carried(one, QUICK)  # the declared vehicle is far off: its first two steps tell nothing yet
-            if one.normal.rss > BEHIND * self.least:
-                continue
-            one = self._carried(one, PATIENT)
+            one = self._begun(c.placed({str(c.strength): MODEST * c.shapes[0][str(c.strength)]}), model)
+            # the declared vehicle is far off: its first two steps tell nothing yet
+            return None if one is None else self._carried(one, QUICK)
+
+        near = [
+            (s, f)
+            for s, f in zip(elements, beside(begun, elements, self.jobs), strict=True)
+            if f is not None and f.normal.rss <= BEHIND * self.least
+        ]
+        found = []
+        for (s, _), one in zip(near, beside(lambda n: self._carried(n[1], PATIENT), near, self.jobs), strict=True):
             if one.normal.rss < WORTH * self.least:
-                report(
-                    f"  {named(c):48s} from the declared vehicle, misfit {one.normal.rss / self.before:.4f} of before"
-                )
+                share = one.normal.rss / self.before
+                report(f"  {named(s.candidate):48s} from the declared vehicle, misfit {share:.4f} of before")
                 found.append((s, one))
                 self.least = one.normal.rss
         return found
 
-    def fitted(self, trace: Trace, s: Sighting) -> Fit | None:
-        """The best of a few steps from every start, or nothing where no start can be simulated."""
+    def fitted(self, trace: Trace, sightings: Sequence[Sighting]) -> list[tuple[Sighting, Fit]]:
+        """The best of a few steps from every start of every candidate that can be simulated.
+
+        First a few steps of all, then more of those that are not far behind the best.
+        """
+        begun = beside(lambda s: self._tried(trace, s), sightings, self.jobs)
+        found = [(s, one) for s, one in zip(sightings, begun, strict=True) if one is not None]
+        self.least = min([self.before, *(f.normal.rss for _, f in found)])
+        settled = beside(lambda one: self._settled(*one), found, self.jobs)
+        found = [(s, f) for (s, _), f in zip(found, settled, strict=True)]
+        self.least = min([self.least, *(f.normal.rss for _, f in found)])
+        return found
+
+    def _tried(self, trace: Trace, s: Sighting) -> Fit | None:
+        """The best after the first steps from every start, or nothing where no start can be simulated."""
         effects = [s.candidate.placed(p) for p in starts(trace, s)]
         begun = [self._begun(e) for e in effects]
         # a mass costs little, and a hunting vehicle without what holds it runs far away: from the declared one as well
         if self.model.design.kind == "rig" or self.wild:
             begun += [self._begun(e, self._declared()) for e in effects]
         tries = [f for f in begun if f is not None]
-        if not tries:
-            return None
-        holding = self.wild and held(tries[0].model)
-        if holding:  # far from each other after a few steps, the starts part only later
+        if tries and self._holding(tries[0]):  # far from each other after a few steps, the starts part only later
             tries = [self._carried(f, PATIENT) for f in tries]
-        best = min(tries, key=lambda f: f.cost)
-        patient = holding or core.record(s.candidate.kind)["states"] > 0
-        if patient or best.normal.rss <= BEHIND * self.least:
-            best = self._carried(best, PATIENT if patient else QUICK)
-        self.least = min(self.least, best.normal.rss)
-        return best
+        return min(tries, key=lambda f: f.cost, default=None)
+
+    def _settled(self, s: Sighting, fit: Fit) -> Fit:
+        """A fit carried on where it may still be the best; slow ones get more steps, and more time to catch up."""
+        memory = core.record(s.candidate.kind)["states"] > 0
+        patient = self._holding(fit) or (memory and fit.normal.rss <= FORLORN * self.least)
+        if patient or fit.normal.rss <= BEHIND * self.least:
+            return self._carried(fit, PATIENT if patient else QUICK)
+        return fit
+
+    def _holding(self, fit: Fit) -> bool:
+        """Does its effect hold the hunting of a vehicle that is adjusted on windows?"""
+        return self.wild and held(fit.model)
 
     def _declared(self) -> Model:
         """The model with its adjusted parameters back at their declared values."""
@@ -223,14 +256,19 @@ class Rough:
         own = model.effect_paths()
         few = len(self.base) if self.wild else max(core.LANES - 1 - len(own), len(self.base) // 2)
         paths = [*self.base[:few], *own]
-        return _fitted(model, ready, self.measurement, self.declared, paths, self.jobs, tolerance=COARSE, most=2)
+        return _fitted(model, ready, self.measurement, self.declared, paths, 1, tolerance=COARSE, most=2)
 
     def _carried(self, fit: Fit, most: int) -> Fit:
         ready = retarget(fit.model, fit.targets, self.measurement)
         further = _fitted(
-            fit.model, ready, self.measurement, self.declared, fit.free.paths, self.jobs, tolerance=COARSE, most=most
+            fit.model, ready, self.measurement, self.declared, fit.free.paths, 1, tolerance=COARSE, most=most
         )
         return further if further is not None and further.cost < fit.cost else fit
+
+
+def _absorbed(c: Candidate) -> bool:
+    """Is it an element that adjusting can make up for, and does not stand for already?"""
+    return c.strength is not None and c.kind in LINEAR and (c.at, c.wheelset) not in ADJUSTED
 
 
 def _fitted(

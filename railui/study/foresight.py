@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.core import jobs_or_all
 from railui.study.adjust import STABLE, Adjuster, Fit
+from railui.study.beside import beside
 from railui.study.candidates import Bundle, Candidate, bundles
 from railui.study.judge import compared
 from railui.study.measured import Measurement
@@ -19,7 +18,7 @@ from railui.study.trace import Trace, differences
 from railui.study.windows import cut_where
 
 Floats = NDArray[np.float64]
-LOOKED_AT = 20.0  # seconds of each validating stretch
+LOOKED_AT = 12.0  # seconds of each validating stretch
 
 Foreseen = Mapping[tuple[Candidate, int], float]
 
@@ -60,5 +59,4 @@ def foresee(fit: Fit, trace: Trace, measurement: Measurement, *, jobs: int | Non
         return [(key, a / len(power)) for key, a in zip(keys, added.tolist(), strict=True) if np.isfinite(a)]
 
     found = list(dict.fromkeys(s.candidate for s in trace.sightings))
-    with ThreadPoolExecutor(jobs_or_all(jobs)) as pool:
-        return {key: a for part in pool.map(look, bundles(found)) for key, a in part}
+    return {key: a for part in beside(look, bundles(found), jobs) for key, a in part}

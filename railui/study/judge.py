@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.core import Batch
+from railui.study.beside import beside
 from railui.study.measured import (
     COMPARED,
     RIG_RESPONSES,
@@ -182,25 +183,42 @@ class Floor:
     sensors_only: float
 
 
-def floor(model: Model, measurement: Measurement, stretches: Sequence[Stretch], seeds: int = 20) -> Floor:
+Compared = tuple[Sequence[str], Floats, Floats]
+
+
+class _Scene:
+    """A model taken as true on a stretch, which is measured and simulated again with noise."""
+
+    def __init__(self, model: Model, measurement: Measurement, stretch: Stretch, index: int) -> None:
+        self.model, self.measurement, self.stretch, self.index = model, measurement, stretch, index
+        self.channels, self.steps = compared(stretch), steps_for(model, stretch)
+        self.start = initial_state(model, stretch, measurement.noise)
+        truth = simulate(model, stretch, self.channels, steps=self.steps, initial=self.start)[0][0]
+        self.clean = filtered(measurement.campaign, stretch, truth)
+        self.sd = np.array([measurement.noise.get(c, 0.0) for c in self.channels])
+
+    def drawn(self, seed: int) -> tuple[Floats, Floats]:
+        """Measured with noise of the sensors, and simulated on a track with noise, both as compared."""
+        campaign, model, stretch = self.measurement.campaign, self.model, self.stretch
+        rng = np.random.default_rng(np.random.SeedSequence([seed, self.index]))
+        noise, behind = self.measurement.noise, model.half_wheelbase()
+        table = stretch.noisy_table(noise, campaign.noise_band, rng, behind, self.steps)
+        z = simulate(model, stretch, self.channels, steps=self.steps, table=table, initial=self.start)[0][0]
+        white = filtered(campaign, stretch, self.sd[:, None] * rng.standard_normal(z.shape))
+        return self.clean + white, filtered(campaign, stretch, z)
+
+
+def floor(
+    model: Model, measurement: Measurement, stretches: Sequence[Stretch], seeds: int = 20, jobs: int | None = None
+) -> Floor:
     """The noise floor: the model taken as true, simulated again on noisy track, sensor noise added."""
-    campaign, noise = measurement.campaign, measurement.noise
-    per_seed: list[list[tuple[Sequence[str], Floats, Floats]]] = [[] for _ in range(seeds)]
-    quiet: list[list[tuple[Sequence[str], Floats, Floats]]] = [[] for _ in range(seeds)]
+    per_seed: list[list[Compared]] = [[] for _ in range(seeds)]
+    quiet: list[list[Compared]] = [[] for _ in range(seeds)]
     for index, stretch in enumerate(stretches):
-        channels = compared(stretch)
-        steps = steps_for(model, stretch)
-        start = initial_state(model, stretch, noise)
-        truth = simulate(model, stretch, channels, steps=steps, initial=start)[0][0]
-        clean = filtered(campaign, stretch, truth)
-        for seed in range(seeds):
-            rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
-            table = stretch.noisy_table(noise, campaign.noise_band, rng, model.half_wheelbase(), steps)
-            z = simulate(model, stretch, channels, steps=steps, table=table, initial=start)[0][0]
-            sd = np.array([noise.get(c, 0.0) for c in channels])
-            white = filtered(campaign, stretch, sd[:, None] * rng.standard_normal(truth.shape))
-            per_seed[seed].append((channels, clean + white, filtered(campaign, stretch, z)))
-            quiet[seed].append((channels, clean + white, clean))
+        scene = _Scene(model, measurement, stretch, index)
+        for seed, (measured, simulated) in enumerate(beside(scene.drawn, range(seeds), jobs)):
+            per_seed[seed].append((scene.channels, measured, simulated))
+            quiet[seed].append((scene.channels, measured, scene.clean))
     all_channels = [nrmse(pairs) for pairs in per_seed]
     totals = [overall(c) for c in all_channels]
     return Floor(

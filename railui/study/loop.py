@@ -136,7 +136,7 @@ def close_loop(
     search = Search(measurement, declared, frozenset(without), seed, jobs, report, watch)
     terms = search.terms(before, judged["before"], wild)
     fit, judged["after"] = terms.fit, terms.judgement
-    noise = floor(fit.model, measurement, measurement.validate)
+    noise = floor(fit.model, measurement, measurement.validate, jobs=jobs)
     watch(noise)
     last = terms.last
     foreseen = foresee(fit, last, measurement, jobs=jobs)
@@ -156,7 +156,7 @@ def close_loop(
             outside = seen
         if outside is not None and gains:
             fit, judged["after"] = outside.fit, outside.judgement
-            noise = floor(fit.model, measurement, measurement.validate)
+            noise = floor(fit.model, measurement, measurement.validate, jobs=jobs)
     verdict = "outside" if outside else "effect" if terms.added else "none"
     report(f"verdict {verdict}: nrmse {judged['after'].nrmse:.4f}, floor {noise.nrmse:.4f}")
     return Found(
@@ -208,7 +208,7 @@ def adjust_only(
         "before": judge(before.model, measurement, measurement.validate),
     }
     judged["after"] = judged["before"]
-    noise = floor(before.model, measurement, measurement.validate)
+    noise = floor(before.model, measurement, measurement.validate, jobs=jobs)
     seconds = time.perf_counter() - began
     return Found(
         measurement, declared, before, before, judged, noise, (Step(NOTHING, (), None),), NOTHING, "none", None,

@@ -16,7 +16,7 @@ from railui.files import columns as known
 from railui.files.campaign import Campaign
 from railui.files.run import Run, load_run
 from railui.study.model import Model
-from railui.track import Behind, band_limited_noise, distance, input_table
+from railui.track import Behind, band_limited_noise, distance, input_table, with_track
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +25,7 @@ RESPONSES = known.named("bogie", "response")
 RIG_RESPONSES = known.named("rig", "response")
 COACH = known.named("bogie", "coach")
 TRACK = known.named("bogie", "track")
+SHARED = 2  # steps per sample up to which the whole has a table anyhow, of which a beginning takes its part
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +41,7 @@ class Stretch:
     tables: dict[tuple[Behind, int], Floats] = field(default_factory=dict, repr=False)
     whole: Stretch | None = None  # what a window was cut from, and its first sample there
     first: int = 0
+    longer: Stretch | None = None  # of which this is the beginning
 
     @property
     def samples(self) -> int:
@@ -73,12 +75,18 @@ class Stretch:
         """The input table of this stretch, made once for each number of steps."""
         key = (half_wheelbase, steps)
         if key not in self.tables:
+            cut_from = self.whole or (self.longer if steps <= SHARED else None)
             self.tables[key] = (
                 self._table(self.columns, half_wheelbase, steps)
-                if self.whole is None
-                else self._part(self.whole.table(half_wheelbase, steps), steps)
+                if cut_from is None
+                else self._part(cut_from.table(half_wheelbase, steps), steps)
             )
         return self.tables[key]
+
+    def beginning(self, samples: int) -> Stretch:
+        """The first samples of this stretch."""
+        columns = {k: np.ascontiguousarray(x[:samples]) for k, x in self.columns.items()}
+        return replace(self, columns=columns, tables={}, longer=self)
 
     def windows(self, seconds: float) -> list[Stretch]:
         """This stretch cut into windows of at least so many seconds, on the track that the whole lies on."""
@@ -111,11 +119,11 @@ class Stretch:
         """The table with noise of the declared standard deviations on its track columns."""
         if self.whole is not None:
             return self._part(self.whole.noisy_table(noise, band, rng, half_wheelbase, steps), steps)
-        columns = dict(self.columns)
-        for q in TRACK:
-            if noise.get(q) and q in columns:
-                columns[q] = columns[q] + band_limited_noise(rng, columns["s"], noise[q], band)
-        return self._table(columns, half_wheelbase, steps)
+        s = self.columns["s"]
+        drawn = [
+            band_limited_noise(rng, s, noise[q], band) if noise.get(q) and q in self.columns else None for q in TRACK
+        ]
+        return with_track(self.table(half_wheelbase, steps), s, drawn, half_wheelbase)
 
     def measured(self, channels: Sequence[str]) -> Floats:
         """Measured channels [channel, n]."""

@@ -124,8 +124,7 @@ def shortened(ready: Sequence[Target], measurement: Measurement, seconds: float)
         if n >= t.stretch.samples:
             out.append(t)
             continue
-        columns = {k: np.ascontiguousarray(x[:n]) for k, x in t.stretch.columns.items()}
-        stretch = replace(t.stretch, columns=columns, tables={})
+        stretch = t.stretch.beginning(n)
         weights, every = t.filter.weights, t.filter.every
         y = filtered(measurement.campaign, stretch, stretch.measured(stretch.channels))[:, ::every]
         short = filter_for(measurement.campaign, stretch, weights, every)

@@ -103,7 +103,7 @@ class Search:
         now, steps = hunting or before, list[Step]()
         good, accepted, kept = before, judged, 0
         stages = [(before, judged)]  # the vehicle as it was before each step, and how it was judged
-        noise = floor(before.model, self.measurement, self.measurement.validate, ROUGH_FLOOR)
+        noise = floor(before.model, self.measurement, self.measurement.validate, ROUGH_FLOOR, self.jobs)
         self.report(f"adjusted, no effect: nrmse {judged.nrmse:.4f}, noise floor {noise.nrmse:.4f}")
         for _ in range(EFFECTS):
             seen = self.traced(now)
@@ -129,7 +129,7 @@ class Search:
             if gains:
                 good, accepted, kept = trial, result, len(steps)
                 self.watch(Judged("after", result))
-                noise = floor(trial.model, self.measurement, self.measurement.validate, ROUGH_FLOOR)
+                noise = floor(trial.model, self.measurement, self.measurement.validate, ROUGH_FLOOR, self.jobs)
                 if result.nrmse <= (1.0 + 0.5 * (ADEQUATE - 1.0)) * noise.nrmse:
                     break
         steps = [s if i < kept else replace(s, added=None) for i, s in enumerate(steps)]

@@ -7,15 +7,15 @@ out, against the residual: a partial rho (Broersen 1976, ch. 5 and 6; the score 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from railui.core import Batch, Vehicles, jobs_or_all
+from railui.core import Batch, Vehicles
 from railui.study.adjust import Adjuster, Fit, block_seconds
+from railui.study.beside import beside
 from railui.study.candidates import Bundle, Candidate, bundles
 from railui.study.measured import simulate
 from railui.study.target import Target
@@ -26,7 +26,7 @@ AMOUNT = 0.05  # of a candidate beside the adjusted vehicle
 BOOTSTRAPS = 2000
 POWER = 1.2816  # normal quantile of 90 % power
 KEPT = 16  # candidates that are seen on the whole of the runs after a first look
-FINEST = 4  # times the steps of the adjusted vehicle that a shape may need
+FINEST = 4  # times the steps of the adjusted vehicle that a little of an effect is looked at with
 VANISHED = 1e-3  # share of a difference left by the projection below which nothing new is in it
 
 
@@ -172,14 +172,10 @@ class Eye:
 
     def see(self, found: Sequence[Candidate], jobs: int | None, watch: Watch) -> tuple[Sighting, ...]:
         """Every shape of every candidate."""
-        work = bundles(found)
-        pool, parts = ThreadPoolExecutor(jobs_or_all(jobs)), list[list[Sighting]]()
-        try:
-            for part in pool.map(self._look, work):
-                parts.append(part)
-                watch(Looked(len(parts), len(work), tuple(part)))
-        finally:
-            pool.shutdown(cancel_futures=True)  # whoever stops it does not wait for the rest
+        work, parts = bundles(found), list[list[Sighting]]()
+        for part in beside(self._look, work, jobs):
+            parts.append(part)
+            watch(Looked(len(parts), len(work), tuple(part)))
         return merged([s for part in parts for s in part])
 
     def _look(self, bundle: Bundle) -> list[Sighting]:
@@ -263,11 +259,13 @@ def differences(fit: Fit, index: int, bundle: Bundle, amount: float = AMOUNT) ->
     amounts = np.vstack([np.zeros_like(amounts[:1]), amounts])
     vehicles = model.vehicles(target.stretch.coach_forces, bundle.placements)
     batch = model.batch(np.tile(model.row, (len(numbers), 1)), numbers, amounts)
-    steps = np.array([_steps(vehicles, batch.select([i]), target) for i in range(len(batch))])
-    sound = (steps > 0) & (steps <= FINEST * steps[0])
-    if not sound[0] or not sound[1:].any():
+    steps = _steps(vehicles, batch, target)
+    sound = steps > 0
+    sound[0] = True
+    if not sound[1:].any():
         return np.zeros((len(numbers) - 1, *target.y.shape)), np.zeros(len(numbers) - 1, dtype=bool)
-    used = int(steps[sound].max())
+    # steps hold for motions much wilder than those here, and a little of an effect moves the vehicle little
+    used = min(max(int(steps.max()), target.steps), FINEST * target.steps)
     start = target.start if vehicles.states(batch.select([0])) >= len(target.start) and not _grows(bundle) else None
     series, lost = simulate(
         model,
@@ -292,11 +290,14 @@ def _grows(bundle: Bundle) -> bool:
     return bundle.members[0].kind == "coach_mode"
 
 
-def _steps(vehicles: Vehicles, batch: Batch, target: Target) -> int:
+def _steps(vehicles: Vehicles, batch: Batch, target: Target) -> NDArray[np.int64]:
+    """Steps per sample that each vehicle needs; -1 where too many."""
     try:
-        return int(vehicles.steps(batch, *target.stretch.speeds, target.stretch.dt)[0])
+        return np.array(vehicles.steps(batch, *target.stretch.speeds, target.stretch.dt))
     except ValueError:
-        return -1
+        if len(batch) == 1:
+            return np.array([-1])
+        return np.concatenate([_steps(vehicles, batch.select([i]), target) for i in range(len(batch))])
 
 
 def _look(eye: Eye, bundle: Bundle) -> list[Sighting]:

@@ -12,7 +12,16 @@ from railui.track.spectra import (
     spectrum_sd,
 )
 from railui.track.synthetic import TrackSpec, band_limited_noise, parse_spec, synthetic_track
-from railui.track.table import COLUMNS, Behind, distance, distances_behind, input_table, run_table, track_table
+from railui.track.table import (
+    COLUMNS,
+    Behind,
+    distance,
+    distances_behind,
+    input_table,
+    run_table,
+    track_table,
+    with_track,
+)
 
 __all__ = [
     "BANDS",
@@ -41,4 +50,5 @@ __all__ = [
     "spectrum_sd",
     "synthetic_track",
     "track_table",
+    "with_track",
 ]

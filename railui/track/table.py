@@ -113,6 +113,34 @@ def _lay_track(table: FloatArray, place: FloatArray, track: list[FloatArray], be
                 table[:, base + 2 * i + 1] = np.where(before & (distance > 0), 0.0, slope[:, j])
 
 
+def with_track(
+    table: FloatArray, s: FloatArray, more: Sequence[FloatArray | None], half_wheelbase: Behind
+) -> FloatArray:
+    """A table with more track under every wheelset: yw, phiw, gauge [n] at the places s [m] (None: nothing).
+
+    Splines add up: what comes out is the table of the sum of both tracks, to rounding.
+    """
+    out = table.copy()
+    moving = [i for i in range(3) if more[i] is not None]
+    if not moving:
+        return out
+    # by column: factors of the powers of the distance from a knot, highest first [column, power, interval]
+    spline = CubicSpline(s, np.stack([x for x in more if x is not None], axis=1))
+    splines = np.ascontiguousarray(spline.c.transpose(2, 0, 1))
+    for number, distance in enumerate(distances_behind(half_wheelbase)):
+        base, at = LEADING + PER_WHEELSET * number, table[:, 0] - distance
+        held = np.maximum(at, s[0]) if distance else at
+        interval = np.clip(np.searchsorted(s, held, side="right") - 1, 0, len(s) - 2)
+        x = held - s[interval]
+        for i, factors in zip(moving, splines, strict=True):
+            c3, c2, c1, c0 = np.take(factors, interval, axis=1)
+            out[:, base + 2 * i] += ((c3 * x + c2) * x + c1) * x + c0
+            if i < 2:
+                slope = (3.0 * c3 * x + 2.0 * c2) * x + c1
+                out[:, base + 2 * i + 1] += np.where((at < s[0] - 1e-9) & (distance > 0), 0.0, slope)
+    return out
+
+
 def _column(name: str, values: ArrayLike, n: int | None = None) -> FloatArray:
     column = np.asarray(values, dtype=np.float64)
     if column.ndim != 1 or (n is not None and column.size != n):

@@ -1,0 +1,31 @@
+"""Work that stands alone, side by side on threads: the kernel computes without the interpreter's lock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+from railui.core import jobs_or_all
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+def beside(work: Callable[[T], R], items: Sequence[T], jobs: int | None = None) -> Iterator[R]:
+    """What work makes of every item, in their order, on so many threads (None: all that the machine has).
+
+    Whoever stops taking results does not wait for those that have not begun.
+
+    >>> list(beside(lambda x: x * x, [3, 1, 2], jobs=2))
+    [9, 1, 4]
+    """
+    threads = min(jobs_or_all(jobs), len(items))
+    if threads <= 1:
+        yield from map(work, items)
+        return
+    pool = ThreadPoolExecutor(threads)
+    try:
+        yield from pool.map(work, items)
+    finally:
+        pool.shutdown(cancel_futures=True)
