@@ -159,7 +159,7 @@ class Adjuster:
         try:
             return all(
                 self.model.vehicles(t.stretch.coach_forces).steps(batch, *t.stretch.speeds, t.stretch.dt)[0]
-                <= max(STIFFEST, t.steps)
+                <= max(STIFFEST, t.steps, t.needed)
                 for t in self.ready
             )
         except ValueError:

@@ -16,7 +16,7 @@ from railui.study.candidates import Candidate
 from railui.study.measured import Measurement
 from railui.study.model import Model
 from railui.study.target import Target, retarget, shortened
-from railui.study.trace import Sighting, Trace, signed
+from railui.study.trace import FINEST, Sighting, Trace, signed
 from railui.study.watch import Watch, unwatched
 from railui.study.windows import held
 
@@ -29,6 +29,7 @@ CLOSE = 1.25  # within so much of the best misfit a fit is carried to its end
 COARSE, FINE = 1e-3, 3e-5
 PART = 18.0  # seconds of each stretch on which candidates are fitted roughly
 SETTLED = 1.10  # times the root of the misfit that noise leaves, up to which nothing is left to find
+ROUGHLY = 0.01  # of the misfit without an effect that a rough fit may leave besides
 FORLORN = 4.0  # times the least misfit so far at which an effect with memory is given up too
 BEHIND = 1.6  # times the least misfit so far at which a candidate is given up after its first steps
 LINEAR = ("spring", "viscous_damper")
@@ -127,13 +128,14 @@ def confirm(
     def carried(one: tuple[Sighting, Fit]) -> Refit | None:
         """A rough fit on the whole runs: near the best to its end, else only looked at."""
         s, f = one
-        ready = retarget(f.model, fit.targets, measurement)
+        close = f.normal.rss <= near
+        ready = retarget(f.model, fit.targets, measurement, None if close else rough.finest)
         if f.model.design.kind == "rig":  # whose initial state a rough fit knows best
             ready = [replace(t, start=short.start) for t, short in zip(ready, f.targets, strict=True)]
         whole = _fitted(
             f.model, ready, measurement, declared,
             [*base, *f.model.effect_paths()], threads,
-            tolerance=tolerance, most=30 if f.normal.rss <= near else 0,
+            tolerance=tolerance, most=30 if close else 0,
         )  # fmt: skip
         return None if whole is None else Refit(s.candidate, whole, held_out(whole), s)
 
@@ -164,6 +166,8 @@ class Rough:
     ) -> None:
         self.model, self.measurement, self.declared, self.jobs = fit.model, measurement, declared, jobs
         self.short = shortened(fit.targets, measurement, PART)
+        # steps hold for motions much wilder than those of a run; a rough fit takes fewer, and ends where it diverges
+        self.finest = FINEST * max(t.steps for t in self.short)
         self.wild = any(t.stretch.whole is not None for t in self.short)
         held = dict(zip(fit.free.paths, fit.sd / fit.free.prior_sd, strict=True))
         self.base = sorted(base, key=lambda p: held.get(p, 0.0))
@@ -172,8 +176,8 @@ class Rough:
 
     @property
     def settled(self) -> bool:
-        """Is as little left as noise leaves? The weights are such that it leaves one per sample."""
-        return self.least <= SETTLED**2 * sum(t.y.size for t in self.short)
+        """Is little left beyond what noise leaves? The weights are such that it leaves one per sample."""
+        return self.least <= SETTLED**2 * sum(t.y.size for t in self.short) + ROUGHLY * self.before
 
     def absorbed(self, trace: Trace, tried: Sequence[Sighting], report: Report) -> list[tuple[Sighting, Fit]]:
         """Springs and dampers fitted from the declared vehicle, where much is left whatever was added.
@@ -250,7 +254,7 @@ class Rough:
     def _begun(self, effect: PlacedEffect, base: Model | None = None) -> Fit | None:
         try:
             model = (base or self.model).with_effect(effect)
-            ready = retarget(model, self.short, self.measurement)
+            ready = retarget(model, self.short, self.measurement, self.finest)
         except ValueError:
             return None  # this start cannot be simulated: another may
         own = model.effect_paths()
@@ -259,7 +263,7 @@ class Rough:
         return _fitted(model, ready, self.measurement, self.declared, paths, 1, tolerance=COARSE, most=2)
 
     def _carried(self, fit: Fit, most: int) -> Fit:
-        ready = retarget(fit.model, fit.targets, self.measurement)
+        ready = retarget(fit.model, fit.targets, self.measurement, self.finest)
         further = _fitted(
             fit.model, ready, self.measurement, self.declared, fit.free.paths, 1, tolerance=COARSE, most=most
         )

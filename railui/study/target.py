@@ -44,6 +44,7 @@ class Target:
     start: Floats
     steps: int
     begun: Begun | None = field(default=None, repr=False)
+    needed: int = 0  # steps that the vehicle asks for, where fewer are taken
 
     def free_of(self, series: Floats) -> Floats:
         """Series [..., channel, n] less what a window's own beginning can make of them."""
@@ -98,8 +99,8 @@ def begin(model: Model, target: Target) -> Target:
     return replace(target, start=start, begun=begun)
 
 
-def retarget(model: Model, ready: Sequence[Target], measurement: Measurement) -> list[Target]:
-    """The same comparison for a model of another structure: steps, and initial states where they matter.
+def retarget(model: Model, ready: Sequence[Target], measurement: Measurement, most: int | None = None) -> list[Target]:
+    """The same comparison for a model of another structure: steps (no more than `most`), initial states if they matter.
 
     That is where bodies were added, and on a rig, whose ringing lasts as long as its runs.
     """
@@ -107,7 +108,9 @@ def retarget(model: Model, ready: Sequence[Target], measurement: Measurement) ->
     for t in ready:
         grown = t.stretch.kind == "rig" or any(e.kind == "coach_mode" for e in model.effects)
         start = initial_state(model, t.stretch, measurement.noise) if grown else t.start
-        out.append(replace(t, start=start, steps=max(t.steps, steps_for(model, t.stretch))))
+        needed = max(t.steps, steps_for(model, t.stretch))
+        steps = needed if most is None else max(t.steps, min(needed, most))
+        out.append(replace(t, start=start, steps=steps, needed=needed))
     return out
 
 
