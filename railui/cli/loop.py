@@ -35,6 +35,7 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     from railui.files.campaign import campaign_file, load_campaign
     from railui.files.check import expect
     from railui.files.writing import check_writable
+    from railui.report.figures import load_beside
     from railui.report.loop import loop_report
     from railui.report.loop_files import ForeignFiles, check_directory, write_loop
     from railui.study.loop import close_loop
@@ -51,6 +52,7 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     except ForeignFiles as error:
         raise refuse(str(error)) from None
     check_writable(directory)
+    load_beside()
     log: list[str] = []
     report = narrator(call, log)
     found = close_loop(read(loaded), without=barred, seed=call.seed or 0, jobs=call.jobs, report=report)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import base64
+import importlib
 import io
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -69,6 +71,15 @@ class Picture:
     def source(self) -> str:
         """The figure as an address that holds it whole."""
         return "data:image/svg+xml;base64," + base64.b64encode(self.svg).decode("ascii")
+
+
+def load_beside() -> None:
+    """Load what draws while something else is computed."""
+
+    def load() -> None:
+        importlib.import_module("matplotlib.backends.backend_svg")
+
+    threading.Thread(target=load, daemon=True).start()
 
 
 def drawn(
@@ -266,11 +277,12 @@ def spectrum_picture(found: Found, window: Window, series: Mapping[str, Floats],
     low, high = (0.0, np.inf) if band is None else (0.5 * band[0], 1.5 * band[1])
 
     def draw(ax: Axes) -> None:
+        ax.set(xscale="log", yscale="log")
         for which, line in LINES.items():
             if which in lines:
                 f, density = signal.welch(lines[which], 1.0 / stretch.dt, nperseg=segment)
                 kept = (f > 0) & (f >= low) & (f <= high)
-                ax.loglog(f[kept], factor**2 * density[kept], **line)
+                ax.plot(f[kept], factor**2 * density[kept], **line)
                 if which == "measured":  # what a noiseless model has below the sensors' noise tells nothing
                     bottom = 0.1 * factor**2 * float(density[kept].min())
         ax.set_ylim(bottom=bottom)

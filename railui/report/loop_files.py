@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -64,8 +65,10 @@ def write_loop(found: Found, report: Mapping[str, Any], directory: Path, log: Se
     save_design(adjusted_design(found), directory / "adjusted.yaml")
     campaign = replace(found.measurement.campaign, sensors=found.after.model.sensors)
     save_campaign(campaign, directory / "campaign.yaml", directory / "adjusted.yaml")
-    write_simulated(found, directory)
-    write_page(found, report, directory / "report.html")
+    with ThreadPoolExecutor(1) as pool:  # to simulate and to compress leaves the interpreter to the figures
+        simulated = pool.submit(write_simulated, found, directory)
+        write_page(found, report, directory / "report.html")
+        simulated.result()
     write_text(directory / "log.txt", "\n".join(log) + "\n")
 
 
