@@ -8,8 +8,10 @@ from typing import TypeVar
 
 from railui.core import jobs_or_all
 
-T = TypeVar("T")
+A = TypeVar("A")
+B = TypeVar("B")
 R = TypeVar("R")
+T = TypeVar("T")
 
 
 def beside(work: Callable[[T], R], items: Sequence[T], jobs: int | None = None) -> Iterator[R]:
@@ -29,3 +31,16 @@ def beside(work: Callable[[T], R], items: Sequence[T], jobs: int | None = None) 
         yield from pool.map(work, items)
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def both(first: Callable[[], A], second: Callable[[], B], jobs: int | None = None) -> tuple[A, B]:
+    """What two pieces of work make, beside each other where there is more than one thread; one's error is raised.
+
+    >>> both(lambda: 2 + 2, lambda: "four")
+    (4, 'four')
+    """
+    if jobs_or_all(jobs) == 1:
+        return first(), second()
+    with ThreadPoolExecutor(1) as pool:
+        other = pool.submit(second)
+        return first(), other.result()

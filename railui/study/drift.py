@@ -136,18 +136,16 @@ def _course(
     )
     inverse = _inverse(inner, 1e-8)
     flat = _inverse(gram[:, 1:, 1:].sum(axis=0) + np.diag(prior), 1e-12)
-
-    def explained(sign: Floats) -> tuple[float, Floats]:
-        right = np.concatenate([sign @ gram[:, others, 0], u.T @ (sign * own[:, 0])])
-        plain = sign @ gram[:, 1:, 0]
-        found = inverse @ right
-        return float(right @ found - plain @ flat @ plain), found[len(others) :]
-
     rng = np.random.default_rng(np.random.SeedSequence([seed, 19, j]))
-    chance = max(float(np.mean([explained(rng.choice([-1.0, 1.0], len(s)))[0] for _ in range(DRAWS)])), 0.0)
-    gain, found = explained(np.ones(len(s)))
+    signs = np.vstack([np.ones(len(s)), rng.choice([-1.0, 1.0], (DRAWS, len(s)))])  # as it is, then chance
+    right = np.hstack([signs @ gram[:, others, 0], signs @ (own[:, :1] * u)])
+    plain, found = signs @ gram[:, 1:, 0], right @ inverse
+    explained = np.sum(right * found, axis=1) - np.sum((plain @ flat) * plain, axis=1)
+    chance = max(float(np.mean(explained[1:])), 0.0)
+    course = found[0, len(others) :]
     sd = np.sqrt(np.maximum(np.diag(inverse)[len(others) :], 0.0) * chance / max(len(knots) - 1, 1))
-    return Drift(path, ratios, knots, fit.x[j] + found, sd, max((gain - chance) / fit.normal.rss, 0.0))
+    share = max((float(explained[0]) - chance) / fit.normal.rss, 0.0)
+    return Drift(path, ratios, knots, fit.x[j] + course, sd, share)
 
 
 def _inverse(a: Floats, least: float) -> Floats:
