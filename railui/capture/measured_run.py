@@ -18,7 +18,7 @@ from railui.capture.recording import Piece, Recording, pieces
 from railui.capture.sensor_map import SensorMap
 from railui.capture.sensors import check_channels, motion, needed, noise_of, quantities
 from railui.files.columns import COLUMNS, RIG_COLUMNS
-from railui.files.problems import FileProblems, Problem
+from railui.files.problems import FileProblems, one_problem
 from railui.files.table import write_table
 
 SHORTEST = 10.0  # s: of a stretch that anything is adjusted to
@@ -127,14 +127,14 @@ def _needs_vehicle(mapped: SensorMap, raw: frozenset[str]) -> None:
     if mapped.geometry is None and ("yw" not in mapped.sensors or raw):
         why = "the rail position" if "yw" not in mapped.sensors else f"the gravity in {', '.join(sorted(raw))}"
         remedy = "add `vehicle: DESIGN.yaml`, whose wheelbase, gauge, radius and roll are taken"
-        raise FileProblems([Problem(str(mapped.source), 1, 1, "vehicle", f"is missing: {why} depends on it", remedy)])
+        raise one_problem(mapped.source, f"is missing: {why} depends on it", remedy, "vehicle", place=(1, 1))
 
 
 def _too_short(recording: Recording, counts: Mapping[str, int]) -> FileProblems:
     told = f"{counts['rows']} rows, {counts['gaps']} gaps, {counts['short']} short pieces"
     message = f"no piece is long enough ({told}): {SHORTEST:g} s, and what the filter takes at both ends"
     source = str(recording.sources[0]) if recording.sources else recording.name
-    return FileProblems([Problem(source, 0, 0, "", message, "record longer without a gap, or map fewer channels")])
+    return one_problem(source, message, "record longer without a gap, or map fewer channels")
 
 
 def _one_piece(
@@ -157,7 +157,7 @@ def _one_piece(
         rails = reconstruct(q, s, piece.dt, mapped.rails, geometry, raw)
     except ValueError as error:
         remedy = "map what tells it"
-        raise FileProblems([Problem(str(mapped.source), 1, 1, "sensors", str(error), remedy)]) from None
+        raise one_problem(mapped.source, str(error), remedy, "sensors", place=(1, 1)) from None
     keep = slice(rails.settle, len(piece) - rails.settle)
     gathered.notes += rails.notes
     gathered.rails.append((rails, keep, s))
@@ -256,7 +256,7 @@ def track_of(recording: Recording, mapped: SensorMap) -> dict[str, Floats]:
     _car_channels(q, mapped)
     if "yw" not in q:
         message, remedy = "nothing tells the lateral deviation", "map alignment_right and alignment_left, or yw"
-        raise FileProblems([Problem(str(mapped.source), 1, 1, "sensors", message, remedy)])
+        raise one_problem(mapped.source, message, remedy, "sensors", place=(1, 1))
     # places count down where the car runs against the mileage; its own right stays right
     forward = 1.0 if recording.t[-1] > recording.t[0] else -1.0
     columns: dict[str, Floats] = {"s": forward * (recording.t - recording.t[0])}
@@ -264,7 +264,5 @@ def track_of(recording: Recording, mapped: SensorMap) -> dict[str, Floats]:
     good = np.all([np.isfinite(x) for x in columns.values()], axis=0)
     if not good.all():
         lacking = int(np.sum(~good))
-        raise FileProblems(
-            [Problem(str(recording.sources[0]), 0, 0, "", f"{lacking} places have no value", "cut the track there")]
-        )
+        raise one_problem(recording.sources[0], f"{lacking} places have no value", "cut the track there")
     return columns

@@ -83,7 +83,7 @@ def command(
 def _table(file: str, sd: float, figure: str | None, call: Invocation) -> None:
     from railui.contact import NoCentre
     from railui.files.delta_r import read_delta_r
-    from railui.files.problems import FileProblems, Problem
+    from railui.files.problems import one_problem
     from railui.study.contact import described_table
 
     y, delta_r = read_delta_r(file)
@@ -91,7 +91,7 @@ def _table(file: str, sd: float, figure: str | None, call: Invocation) -> None:
         found, body = described_table(y, delta_r, sd)
     except NoCentre as fault:
         told = "check the sign: r_1 - r_2 is positive where the wheelset stands to the right"
-        raise FileProblems([Problem(file, 0, 0, "delta_r", str(fault), told)]) from None
+        raise one_problem(file, str(fault), told, "delta_r") from None
     call.warn([note for note in body["notes"] if "left out" in note or "does not reach" in note])
     if figure is not None:
         from railui.report.contact import table_figure
@@ -107,7 +107,7 @@ def _contact(
 ) -> Found:
     """The contact of two files; what is wrong with either is told at once."""
     from railui.contact import Pair, Profile, ProfileFault
-    from railui.files.problems import FileProblems, Problem
+    from railui.files.problems import FileProblems, Problem, one_problem
     from railui.files.profile import read_profile
     from railui.study.contact import contact
 
@@ -123,7 +123,7 @@ def _contact(
     try:
         return contact(Pair(read[0], read[1], *stands), load, surface)
     except ProfileFault as fault:
-        raise FileProblems([Problem(f"{wheel} on {rail}", 0, 0, "", fault.message, fault.remedy)]) from None
+        raise one_problem(f"{wheel} on {rail}", fault.message, fault.remedy) from None
 
 
 def _profiles(

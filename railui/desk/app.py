@@ -29,7 +29,7 @@ from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.panels.track import TrackPanel
 from railui.desk.tabs import PANELS, Tabs
-from railui.files.problems import FileProblems, Problem
+from railui.files.problems import FileProblems, one_problem
 
 SMALLEST = (60, 18)
 
@@ -131,7 +131,7 @@ class Desk(App[None]):
             self.notify(f"{problem.key}: {problem.message}, {problem.remedy}", severity="warning", timeout=8)
 
     def _fault(self, path: Path, what: str) -> None:
-        self.push_screen(Faults(str(path), FileProblems([Problem(str(path), 0, 0, "", what, "")])))
+        self.push_screen(Faults(str(path), one_problem(path, what, "")))
 
     def action_open(self) -> None:
         here = Path.cwd()

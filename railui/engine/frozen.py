@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from railui.files.difference import leaves
-from railui.files.problems import FileProblems, Problem
+from railui.files.problems import one_problem
 from railui.files.study import Study
 from railui.files.writing import finite, sha256_file
 from railui.study.road import is_track_file
@@ -50,4 +50,4 @@ def check_same(directory: Path, begun: Mapping[str, Any], study: Study) -> None:
     more = f", and {len(changed) - SHOWN} more" if len(changed) > SHOWN else ""
     remedy = f"resume with `railui optimise {directory / 'study.yaml'}`, or choose another directory with -o"
     what = f"was begun with another configuration ({'; '.join(told)}{more})"
-    raise FileProblems([Problem(str(directory), 0, 0, "", what, remedy)])
+    raise one_problem(directory, what, remedy)

@@ -15,7 +15,7 @@ from typing import Any, Final
 from railui.engine import lock, store
 from railui.files.design import Design
 from railui.files.numbers import scalar_text
-from railui.files.problems import FileProblems, Problem
+from railui.files.problems import one_problem
 from railui.files.results import RESULTS
 from railui.files.saving import flow, save_design
 from railui.files.schema_line import schema_name
@@ -36,19 +36,15 @@ def check_directory(study: Study, directory: str | Path) -> Path:
         return path
     told = "choose another directory with -o"
     if not path.is_dir():
-        raise _refused(path, "is a file", told)
+        raise one_problem(path, "is a file", told)
     names = sorted(entry.name for entry in path.iterdir())
     foreign = [name for name in names if name not in OURS and not CHOSEN.fullmatch(name)]
     if foreign:
-        raise _refused(path, f"holds files that are not of a search, such as {foreign[0]}", told)
+        raise one_problem(path, f"holds files that are not of a search, such as {foreign[0]}", told)
     begun = (path / store.FILE).exists()
     if not begun and (path / STUDY).exists() and (path / STUDY).samefile(study.source):
-        raise _refused(path, "holds the study itself, which the resolved one would replace", told)
+        raise one_problem(path, "holds the study itself, which the resolved one would replace", told)
     return path
-
-
-def _refused(path: Path, what: str, remedy: str) -> FileProblems:
-    return FileProblems([Problem(str(path), 0, 0, "", what, remedy)])
 
 
 def save_outcome(

@@ -10,7 +10,7 @@ from .campaign import Campaign, campaign_file, load_campaign
 from .delta_r import read_delta_r
 from .design import Design, load_design
 from .effect_records import Catalogue
-from .problems import FileProblems, Findings, Problem
+from .problems import FileProblems, Findings, Problem, one_problem
 from .profile import SIMPACK, read_profile
 from .run import Run, load_run
 from .schema_line import kind_of
@@ -81,7 +81,7 @@ def expect(path: str | Path, kind: str) -> None:
     except FileProblems:
         return  # the reader of the kind that was asked for tells it better
     if found != kind:
-        raise FileProblems([Problem(str(path), 0, 0, "", f"is a {found}, where a {kind} belongs", TAKEN_BY[found])])
+        raise one_problem(path, f"is a {found}, where a {kind} belongs", TAKEN_BY[found])
 
 
 def load(

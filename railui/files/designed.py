@@ -14,7 +14,7 @@ from .effect_records import Catalogue, kernel_catalogue, range_at, record_of
 from .loads import STATE, loaded
 from .parameters import BY_USE, PARAMETERS, RIDING, SETTINGS, Parameter, below, settings_of
 from .placed_effects import PlacedEffect
-from .problems import FileProblems, Findings, Problem, nearest
+from .problems import FileProblems, Findings, Problem, nearest, one_problem
 from .units import UnitError
 
 
@@ -254,11 +254,11 @@ class Design:
         name = "design" if self.source is None else str(self.source)
         if group := below(path, self.paths()):
             told = f"name one of them, such as {group[0]}"
-            return FileProblems([Problem(name, 0, 0, path, f"is a group of {len(group)} numbers", told)])
+            return one_problem(name, f"is a group of {len(group)} numbers", told, path)
         groups = {p[:i] for p in known for i, c in enumerate(p) if c == "."}
         ends = [p for p in known if p.rpartition(".")[2] == path.rpartition(".")[2]]
         told = f"did you mean {ends[0]!r}?" if ends and path not in ends else nearest(path, [*known, *sorted(groups)])
-        return FileProblems([Problem(name, 0, 0, path, "no such parameter", told)])
+        return one_problem(name, "no such parameter", told, path)
 
 
 def read_setting(path: str, value: Any) -> float | str | bool:

@@ -8,7 +8,7 @@ from typing import Any
 
 from .design import load_design
 from .designed import Design
-from .problems import FileProblems, Problem
+from .problems import FileProblems, one_problem
 from .writing import sha256
 from .yaml12 import load
 
@@ -25,7 +25,7 @@ def differences(a: str | Path, b: str | Path) -> list[dict[str, Any]]:
     kinds = [_kind(document) for document in documents]
     if kinds[0] != kinds[1]:
         what = f"is a {kinds[1]}, {a} a {kinds[0]}"
-        raise FileProblems([Problem(str(b), 0, 0, "", what, "compare two files of one kind")])
+        raise one_problem(b, what, "compare two files of one kind")
     if kinds[0] != "design":
         one, other = (dict(leaves(document)) for document in documents)
         return _rows(one, other, {})

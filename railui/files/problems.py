@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from pathlib import Path
 
 Place = tuple[int, int]
 NOWHERE: Place = (0, 0)
@@ -54,6 +55,15 @@ class FileProblems(ValueError):
 
     def __reduce__(self) -> tuple[type[FileProblems], tuple[tuple[Problem, ...]]]:
         return FileProblems, (self.problems,)
+
+
+def one_problem(file: str | Path, message: str, remedy: str, key: str = "", *, place: Place = NOWHERE) -> FileProblems:
+    """What to raise where one thing is wrong with a file: what, what to write instead, at which dotted key and place.
+
+    >>> print(one_problem("a.yaml", "is empty", "write `key: value` lines"))
+    a.yaml: is empty, write `key: value` lines
+    """
+    return FileProblems([Problem(str(file), *place, key, message, remedy)])
 
 
 class LaterError(RuntimeError):

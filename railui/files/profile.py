@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .problems import FileProblems, Findings, Problem
+from .problems import Findings, one_problem
 from .units import UnitError, parse_unit, quantity
 from .yaml12 import read_text
 
@@ -58,7 +58,7 @@ def read_profile(path: str | Path, kind: Kind, *, mirror: bool = False, smoothin
             profile = profile.smoothed(smoothing)
     except ProfileFault as fault:
         line = points.lines[fault.point] if fault.point is not None else 0
-        raise FileProblems([Problem(str(path), line, 1 if line else 0, "", fault.message, fault.remedy)]) from None
+        raise one_problem(path, fault.message, fault.remedy, place=(line, 1 if line else 0)) from None
     return Profile(profile.kind, profile.y, profile.h, profile.name, (*points.notes, *profile.notes))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .columns import COLUMNS
-from .problems import FileProblems, Findings, Problem, nearest
+from .problems import Findings, nearest, one_problem
 from .run import load_run
 from .run_units import to_si
 from .table import Table, read_header, read_table, write_table
@@ -42,7 +42,7 @@ def load_track(path: str | Path) -> TrackColumns:
     """Reads a track, or a run as a track; FileProblems with every fault."""
     if Path(path).suffix.lower() in (".yaml", ".yml"):
         remedy = "give a track or a run as CSV, or a spec such as 'erri_b176_low length=2000'"
-        raise FileProblems([Problem(str(path), 0, 0, "", "is no table of a track", remedy)])
+        raise one_problem(path, "is no table of a track", remedy)
     if "t" in read_header(path).names:
         return _of_run(path)
     table = read_table(path)

@@ -9,8 +9,8 @@ from typing import Any
 
 import yaml
 
-from .problems import Findings, Place
-from .yaml_nodes import Composer, Node, join, one_problem
+from .problems import Findings, Place, one_problem
+from .yaml_nodes import Composer, Node, join
 
 LARGEST = 1_000_000  # bytes
 
@@ -38,16 +38,16 @@ def read_text(path: str | Path, file: str | None = None) -> str:
         with Path(path).open("rb") as handle:
             data = handle.read(LARGEST + 1)
     except OSError as error:
-        raise one_problem(name, (0, 0), f"cannot be read ({error.strerror})", "give the path of a file") from None
+        raise one_problem(name, f"cannot be read ({error.strerror})", "give the path of a file") from None
     if len(data) > LARGEST:
-        raise one_problem(name, (0, 0), f"is larger than {LARGEST} bytes", "keep measured data in CSV files beside it")
+        raise one_problem(name, f"is larger than {LARGEST} bytes", "keep measured data in CSV files beside it")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         before = data[: error.start]
         place = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
         raise one_problem(
-            name, place, f"byte 0x{data[error.start]:02x} is no UTF-8", "save the file as UTF-8"
+            name, f"byte 0x{data[error.start]:02x} is no UTF-8", "save the file as UTF-8", place=place
         ) from None
 
 
@@ -58,9 +58,7 @@ def parse(text: str, file: str = "text") -> Document:
     (1, 31)
     """
     if len(text) > LARGEST:
-        raise one_problem(
-            file, (0, 0), f"is larger than {LARGEST} characters", "keep measured data in CSV files beside it"
-        )
+        raise one_problem(file, f"is larger than {LARGEST} characters", "keep measured data in CSV files beside it")
     composer = Composer(file)
     try:
         root = composer.document(text)
@@ -68,11 +66,11 @@ def parse(text: str, file: str = "text") -> Document:
         mark = error.problem_mark or error.context_mark
         place = (mark.line + 1, mark.column + 1) if mark else (1, 1)
         raise one_problem(
-            file, place, f"is no YAML here: {error.problem or error}", "mend the brackets, quotes or indents"
+            file, f"is no YAML here: {error.problem or error}", "mend the brackets, quotes or indents", place=place
         ) from None
     except yaml.YAMLError as error:
         raise one_problem(
-            file, (1, 1), f"is no YAML: {str(error).splitlines()[0]}", "write it as plain UTF-8 text"
+            file, f"is no YAML: {str(error).splitlines()[0]}", "write it as plain UTF-8 text", place=(1, 1)
         ) from None
     composer.findings.stop()
     marks: dict[str, Place] = {}

@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from .problems import FileProblems, Findings, Place, Problem
+from .problems import FileProblems, Findings, Place, one_problem
 
 DEEPEST = 20
 MOST_VALUES = 200_000  # after aliases are written out: what a bomb would burst
@@ -77,23 +77,28 @@ class Composer:
         self.events: Iterator[Any] = iter(())
         self.values = 0
 
+    def fault(self, event: Any, message: str, remedy: str, path: str = "") -> FileProblems:
+        """What to raise for something that stands where an event does."""
+        return one_problem(self.file, message, remedy, path, place=_place(event))
+
     def document(self, text: str) -> Node:
+        """The root of a text; FileProblems where it is no single document, yaml.YAMLError where it is no YAML."""
         loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
         self.events = iter(yaml.parse(text, Loader=loader))
         root: Node | None = None
         for event in self.events:
             if isinstance(event, yaml.DocumentStartEvent) and root is not None:
-                raise one_problem(self.file, _place(event), "a second document begins", "keep one document in a file")
+                raise self.fault(event, "a second document begins", "keep one document in a file")
             if isinstance(event, yaml.NodeEvent):
                 root = self.node(event, "", 1)[0]
         if root is None or (root.kind == "scalar" and root.value is None):
-            raise one_problem(self.file, (1, 1), "is empty", "write `key: value` lines")
+            raise one_problem(self.file, "is empty", "write `key: value` lines", place=(1, 1))
         return root
 
     def node(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
         """A node, how many values it holds and how deep it goes."""
         if depth > DEEPEST:
-            raise one_problem(self.file, _place(event), f"is nested deeper than {DEEPEST}", "flatten it", path)
+            raise self.fault(event, f"is nested deeper than {DEEPEST}", "flatten it", path)
         if isinstance(event, yaml.AliasEvent):
             made = self.alias(event, path, depth)
         elif isinstance(event, yaml.ScalarEvent):
@@ -103,30 +108,22 @@ class Composer:
         else:
             made = self.sequence(event, path, depth)
         if self.values + made[1] > MOST_VALUES:
-            raise one_problem(
-                self.file, _place(event), f"holds more than {MOST_VALUES} values", "write fewer aliases", path
-            )
+            raise self.fault(event, f"holds more than {MOST_VALUES} values", "write fewer aliases", path)
         if not isinstance(event, yaml.AliasEvent) and event.anchor is not None:
             self.anchors[event.anchor] = made
         return made
 
     def alias(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
         if event.anchor not in self.anchors:
-            raise one_problem(
-                self.file,
-                _place(event),
-                f"no anchor &{event.anchor} stands before *{event.anchor}",
-                "write the value out",
-                path,
+            raise self.fault(
+                event, f"no anchor &{event.anchor} stands before *{event.anchor}", "write the value out", path
             )
         node, size, height = self.anchors[event.anchor]
         if depth + height - 1 > DEEPEST:
-            raise one_problem(self.file, _place(event), f"is nested deeper than {DEEPEST}", "flatten it", path)
+            raise self.fault(event, f"is nested deeper than {DEEPEST}", "flatten it", path)
         self.values += size
         if self.values > MOST_VALUES:
-            raise one_problem(
-                self.file, _place(event), f"holds more than {MOST_VALUES} values", "write fewer aliases", path
-            )
+            raise self.fault(event, f"holds more than {MOST_VALUES} values", "write fewer aliases", path)
         same = Node(
             _index(event),
             _end(event),
@@ -159,7 +156,7 @@ class Composer:
                 node.end = _end(key) if node.flow else _last(node)
                 break
             if not isinstance(key, yaml.ScalarEvent):
-                raise one_problem(self.file, _place(key), "a key that is no word", "write `name: value`", path)
+                raise self.fault(key, "a key that is no word", "write `name: value`", path)
             name = key.value
             child, n, deep = self.node(next(self.events), join(path, name), depth + 1)
             if name in node.children:
@@ -209,7 +206,3 @@ def _place(event: Any) -> Place:
 def _last(node: Node) -> int:
     """Where a block group ends: its end mark would lie behind the comments that follow."""
     return max([child.end for child in node.children.values()], default=node.end)
-
-
-def one_problem(file: str, place: Place, message: str, remedy: str, key: str = "") -> FileProblems:
-    return FileProblems([Problem(file, place[0], place[1], key, message, remedy)])

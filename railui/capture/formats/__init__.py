@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from railui.capture.recording import Recording
-from railui.files.problems import FileProblems, Problem
+from railui.files.problems import FileProblems, one_problem
 
 # the reader of each ending, and what it is called
 READERS = {
@@ -44,18 +44,20 @@ def read_recordings(path: str | Path, clock: str | None = None, rate: float | No
         return read_recorded(path)
     found = READERS.get(ending(path))
     if not path.is_file():
-        raise _problem(path, "cannot be read (no such file)", "give the path of a file")
+        raise one_problem(path, "cannot be read (no such file)", "give the path of a file")
     if found is None:
-        raise _problem(path, f"has the ending {ending(path)!r}", f"give one of {', '.join(READERS)}")
+        raise one_problem(path, f"has the ending {ending(path)!r}", f"give one of {', '.join(READERS)}")
     read: Callable[[Path, str | None, float | None], list[Recording]] = _part(found).read
     try:
         return read(path, clock, rate)
     except FileProblems:
         raise
     except ModuleNotFoundError as error:
-        raise _problem(path, f"needs {error.name}", "pip install 'railui[formats]'") from None
+        raise one_problem(path, f"needs {error.name}", "pip install 'railui[formats]'") from None
     except Exception as error:  # readers of foreign formats raise what they like
-        raise _problem(path, f"cannot be read as {found}: {type(error).__name__}: {error}", "check the file") from error
+        raise one_problem(
+            path, f"cannot be read as {found}: {type(error).__name__}: {error}", "check the file"
+        ) from error
 
 
 def write_recording(path: Path, recording: Recording) -> None:
@@ -70,7 +72,3 @@ def write_recording(path: Path, recording: Recording) -> None:
 
 def _part(name: str) -> Any:
     return import_module(f"{__name__}.{name}")
-
-
-def _problem(path: Path, message: str, remedy: str) -> FileProblems:
-    return FileProblems([Problem(str(path), 0, 0, "", message, remedy)])

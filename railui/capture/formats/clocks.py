@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from railui.capture.recording import Floats, Recording
-from railui.files.problems import FileProblems, Problem, nearest
+from railui.files.problems import nearest, one_problem
 from railui.files.table import MOST_ROWS
 from railui.files.units import UnitError, convert
 
@@ -31,13 +31,13 @@ def check_size(path: Path, name: str, size: int) -> None:
     """FileProblems where a series claims more values than are read, before there is memory for them."""
     if size > MOST_ROWS:
         what = f"claims {size} values, {MOST_ROWS} are the most"
-        raise FileProblems([Problem(str(path), 0, 0, name, what, "export the recording in parts")])
+        raise one_problem(path, what, "export the recording in parts", name)
 
 
 def one_clock(path: Path, series: list[Series]) -> Recording:
     """All series at the stamps of the fastest; slower ones are interpolated, which is told. FileProblems for none."""
     if not series:
-        raise FileProblems([Problem(str(path), 0, 0, "", "holds no series against time", "export time histories")])
+        raise one_problem(path, "holds no series against time", "export time histories")
     best = max(series, key=lambda x: x.t.size)
     channels: dict[str, Floats] = {}
     units: dict[str, str | None] = {}
@@ -58,7 +58,7 @@ def of_columns(
     """Columns with one among them that is the time [s], or the place [m]; else a `rate` [Hz]. FileProblems without."""
     lower = {name.lower(): name for name in columns}
     if clock is not None and clock not in columns:
-        raise FileProblems([Problem(str(path), 0, 0, "clock", f"no channel {clock!r}", nearest(clock, columns))])
+        raise one_problem(path, f"no channel {clock!r}", nearest(clock, columns), "clock")
     named = clock or next((lower[name] for name in TIMES if name in lower), None)
     against = "t"
     if named is None and rate is None:
@@ -66,7 +66,7 @@ def of_columns(
         against = "s"
     if named is None and rate is None:
         remedy = f"name it in the map, `clock: NAME`, or give `rate: 200 Hz`; channels are {', '.join(columns)[:300]}"
-        raise FileProblems([Problem(str(path), 0, 0, "clock", "no channel is the time", remedy)])
+        raise one_problem(path, "no channel is the time", remedy, "clock")
     if named is None:
         size = len(next(iter(columns.values())))
         t = np.arange(size) / (rate or 1.0)
@@ -79,4 +79,4 @@ def _factor(path: Path, name: str, unit: str | None, wanted: str) -> float:
     try:
         return convert(1.0, unit or wanted, wanted)
     except UnitError as error:
-        raise FileProblems([Problem(str(path), 0, 0, name, error.message, error.remedy)]) from None
+        raise one_problem(path, error.message, error.remedy, name) from None

@@ -10,7 +10,7 @@ import numpy as np
 
 from railui.capture.formats.clocks import of_columns
 from railui.capture.recording import Floats, Recording
-from railui.files.problems import FileProblems, Problem
+from railui.files.problems import one_problem
 from railui.files.table import MOST_BYTES
 from railui.files.units import UnitError, parse_unit
 
@@ -40,7 +40,7 @@ def _bytes(path: Path) -> bytes:
             data = stream.read(MOST_BYTES + 1)
     if len(data) > MOST_BYTES:
         what = f"is larger than {MOST_BYTES} bytes uncompressed"
-        raise FileProblems([Problem(str(path), 0, 0, "", what, "export the recording in parts")])
+        raise one_problem(path, what, "export the recording in parts")
     return data
 
 
@@ -70,9 +70,7 @@ def _where(path: Path, lines: list[str]) -> tuple[int, str, bool]:
                 later = [c.strip() for row in lines[i : i + 50] for c in row.split(separator)]
                 comma = comma or (separator != "," and any(re.fullmatch(r"[-+]?\d+,\d+", c) for c in later))
                 return i, separator, comma
-    raise FileProblems(
-        [Problem(str(path), 1, 1, "", f"no line of numbers in the first {MOST_TITLE}", "export it as CSV")]
-    )
+    raise one_problem(path, f"no line of numbers in the first {MOST_TITLE}", "export it as CSV", place=(1, 1))
 
 
 def _is_number(cell: str, comma: bool) -> bool:
@@ -128,7 +126,7 @@ def _rows(path: Path, lines: list[str], first: int, separator: str, comma: bool,
             if number >= len(lines) - 1:  # the recorder was switched off in the middle of a line
                 break
             message = f"has {len(cells)} cells, the first line of numbers has {count}"
-            raise FileProblems([Problem(str(path), number, 1, "", message, "complete or remove the line")])
+            raise one_problem(path, message, "complete or remove the line", place=(number, 1))
         found.append([_number(path, number, c, comma) for c in cells])
     return np.array(found, dtype=np.float64).reshape(len(found), count)
 
@@ -139,6 +137,4 @@ def _number(path: Path, line: int, cell: str, comma: bool) -> float:
     try:
         return float(cell.replace(",", ".") if comma else cell)
     except ValueError:
-        raise FileProblems(
-            [Problem(str(path), line, 1, "", f"{cell[:40]!r} is no number", "mend or empty it")]
-        ) from None
+        raise one_problem(path, f"{cell[:40]!r} is no number", "mend or empty it", place=(line, 1)) from None

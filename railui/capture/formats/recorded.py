@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from railui.capture.recording import Recording
-from railui.files.problems import FileProblems, Problem
+from railui.files.problems import one_problem
 from railui.files.table import read_table
 from railui.files.writing import write_bytes
 
@@ -18,7 +18,7 @@ def read_recorded(path: Path) -> list[Recording]:
     files = [path] if path.is_file() else sorted(path.glob("run_*.csv"))
     if not files:
         remedy = "railui capture decode RAW rebuilds the runs from raw.bin" if (path / "raw.bin").exists() else ""
-        raise FileProblems([Problem(str(path), 0, 0, "", "holds no run_*.csv", remedy or "give a recording")])
+        raise one_problem(path, "holds no run_*.csv", remedy or "give a recording")
     told = _told(path if path.is_dir() else path.parent)
     found: dict[tuple[object, ...], list[Path]] = {}
     for file in files:
