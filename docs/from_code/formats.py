@@ -7,7 +7,7 @@ from typing import Any
 from words import code, letters, plain, table
 
 from railui.capture.map_model import TARGETS, MapModel
-from railui.files.bodies import BODY, KINDS, PLACED, numbers_of
+from railui.files.body_numbers import BODY, KINDS, PLACED, numbers_of
 from railui.files.bodies_reading import words_of
 from railui.files.columns import COLUMNS, JUDGED, RIG_COLUMNS
 from railui.files.contact_profiles import ProfilesModel

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +13,7 @@ from railui.capture.measured_run import MeasuredRun, save_run
 from railui.files.numbers import scalar_text
 from railui.files.saving import flow
 from railui.files.schema_line import schema_name
-from railui.files.writing import write_text
+from railui.files.writing import beside, write_text
 
 DIGITS = 3
 
@@ -59,8 +58,11 @@ def write_campaign(directory: Path, name: str, vehicle: Path, taken: Sequence[Ta
     for one in taken:
         for column, sd in one.run.noise.items():
             noise[column] = max(noise.get(column, 0.0), float(f"{sd:.{DIGITS}g}"))
-    beside = Path(os.path.relpath(vehicle.resolve(), directory.resolve())).as_posix()
-    lines = [f"schema: {schema_name('campaign')}", f"name: {scalar_text(name)}", f"vehicle: {scalar_text(beside)}"]
+    lines = [
+        f"schema: {schema_name('campaign')}",
+        f"name: {scalar_text(name)}",
+        f"vehicle: {scalar_text(beside(vehicle, directory))}",
+    ]
     lines += ["runs:", *entries, f"noise: {flow(noise)}"]
     return write_text(directory / "campaign.yaml", "\n".join(lines) + "\n")
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.capture.frames import Channel, Floats
+from railui.files.balance import GRAVITY
 
-G = 9.81  # m/s^2
 # what each sensor reads, its unit, the resolution of its 16 bits and its noise [SI of the unit]
 SENSORS: dict[str, tuple[str, float, float]] = {
     "speed": ("m/s", 0.002, 0.005),
@@ -49,9 +49,9 @@ def sensed(ride: Mapping[str, Floats], wheels: Wheels, rate: float, seed: int, n
     roll2 = phiw2 - wheels.roll[1] * ride["e2"] / b
     clean = {
         "speed": ride["v"],
-        "box1_y": ride["ay1"] - G * roll1,
-        "box2_y": ride["ay2"] - G * roll2,
-        "frame_y": ride["ayf"] - G * 0.5 * (ride["phiw"] + phiw2),
+        "box1_y": ride["ay1"] - GRAVITY * roll1,
+        "box2_y": ride["ay2"] - GRAVITY * roll2,
+        "frame_y": ride["ayf"] - GRAVITY * 0.5 * (ride["phiw"] + phiw2),
         "frame_yaw": ride["rf"],
         "box1_roll": np.gradient(roll1, 1.0 / rate),
         "rail1_right": 1e3 * (ride["e1"] - ride["gauge"] / 2),

@@ -11,9 +11,9 @@ from scipy.interpolate import CubicSpline
 from railui.capture.integrate import Floats, integrated, lowpassed
 from railui.capture.map_model import RailsModel
 from railui.capture.sensor_map import Geometry
+from railui.files.balance import GRAVITY
 from railui.files.columns import named
 
-G = 9.81  # m/s^2
 SHARE = 0.35  # natural frequency beside that of the longest wavelength: its gain is 1.5 % low there
 SETTLE = 0.75  # periods of the natural frequency that both ends are wrong
 CUT_SHORT = 0.85  # corner of the low pass beside the shortest wavelength kept
@@ -173,7 +173,7 @@ def _freed(work: _Work, rolls: tuple[Floats | None, Floats | None, Floats | None
             frame = 0.5 * (phiw + work.behind(phiw))
     for name, roll in (("ay1", first), ("ay2", second), ("ayf", frame)):
         if name in columns and name in work.raw and roll is not None:
-            columns[name] = columns[name] + G * roll
+            columns[name] = columns[name] + GRAVITY * roll
     return columns
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from railui.files.problems import FileProblems
+from railui.files.schema_line import kind_of as kind_of_document
 from railui.files.yaml12 import load as load_yaml
 
 MOST_FILES = 400
@@ -13,15 +14,14 @@ DEEPEST = 5
 
 
 def kind_of(path: Path) -> str:
-    """Which of our files this is: a campaign (a directory, or it has runs), a study (it has variables), a design."""
+    """Which of our files this is: a campaign (or a directory), a study, or else a design."""
     if path.is_dir():
         return "campaign"
     try:
-        value = load_yaml(path).value
+        kind = kind_of_document(load_yaml(path).value)
     except (FileProblems, OSError):
-        return "design"  # whatever it is, its faults are told when it is read
-    keys = value if isinstance(value, dict) else {}
-    return "campaign" if "runs" in keys else "study" if "variables" in keys else "design"
+        kind = None
+    return kind if kind in ("campaign", "study") else "design"  # whose faults are told when it is read
 
 
 def files_below(directory: Path, patterns: Sequence[str] = ("*.yaml", "*.yml")) -> list[Path]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -20,7 +19,7 @@ from railui.files.results import RESULTS
 from railui.files.saving import flow, save_design
 from railui.files.schema_line import schema_name
 from railui.files.study import Study
-from railui.files.writing import write_text
+from railui.files.writing import beside, write_text
 from railui.study.road import is_track_file
 
 STUDY, VEHICLE, RESULT, FRONT = "study.yaml", "vehicle.yaml", "result.json", "front.csv"
@@ -98,15 +97,13 @@ def front_text(study: Study, document: Mapping[str, Any]) -> str:
 
 def study_text(study: Study, directory: str | Path) -> str:
     """A study with all defaults written out, SI, as a file to stand in a directory."""
-    home, cases = Path(directory).resolve(), study.cases
-
-    def beside(path: Path) -> str:
-        return Path(os.path.relpath(path.resolve(), home)).as_posix()
-
-    tracks = [beside(p) if is_track_file(p := study.directory / t) and p.is_file() else t for t in cases.track]
+    cases = study.cases
+    tracks = [
+        beside(p, directory) if is_track_file(p := study.directory / t) and p.is_file() else t for t in cases.track
+    ]
     vehicle = study.design.source
     lines = [f"schema: {schema_name('study')}", f"name: {scalar_text(study.name)}"]
-    lines += [f"vehicle: {scalar_text(beside(vehicle))}"] if vehicle is not None else []
+    lines += [f"vehicle: {scalar_text(beside(vehicle, directory))}"] if vehicle is not None else []
     lines.append("variables:")
     lines += [f"  {v.path}: {flow([v.lowest, v.highest])}  # {v.unit}" for v in study.variables]
     lines += ["cases:", f"  track: {flow(tracks)}", f"  speed: {flow(list(cases.speed))}  # m/s"]

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
-from .bodies import BODY as BODY_NUMBERS
-from .bodies import DIRECTED, GROUND, KINDS, STRUCTURAL, WAYS, Member, Part, Structure, numbers_of
-from .bodies import PLACED as PLACED_NUMBERS
+from .bodies import Member, Part, Structure
+from .body_numbers import BODY, DIRECTED, GROUND, KINDS, PLACED, STRUCTURAL, WAYS, numbers_of
 from .fields import Group, check_group
 from .parameters import CONTACT, WHEELSET_CONTACT, Parameter
 from .problems import Findings, nearest
@@ -83,7 +82,7 @@ def read_structure(data: Mapping[str, Any], findings: Findings) -> tuple[Structu
             told = "a vehicle of bodies and elements has `bodies`, `elements` and `floor`"
             findings.add(f"vehicle.{key}", "unknown key", told, key=True)
     bodies = tuple(
-        read.part("vehicle.bodies", name, raw, "body", BODY_NUMBERS)
+        read.part("vehicle.bodies", name, raw, "body", BODY)
         for name, raw in _entries(vehicle.get("bodies"), "vehicle.bodies", findings)
     )
     elements = tuple(
@@ -92,7 +91,7 @@ def read_structure(data: Mapping[str, Any], findings: Findings) -> tuple[Structu
         if (part := _element(read, name, raw)) is not None
     )
     floor = tuple(
-        read.part("vehicle.floor", name, raw, "floor", PLACED_NUMBERS)
+        read.part("vehicle.floor", name, raw, "floor", PLACED)
         for name, raw in _entries(vehicle.get("floor"), "vehicle.floor", findings)
     )
     contacts = _contacts(data.get("contact"), read)

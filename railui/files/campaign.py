@@ -63,10 +63,6 @@ class Campaign:
     sha256: str
     warnings: tuple[Problem, ...] = field(default=(), compare=False)
 
-    def of_role(self, role: str) -> tuple[RunEntry, ...]:
-        """The runs of one role, "adjust" or "validate"."""
-        return tuple(run for run in self.runs if run.role == role)
-
     def cut_of(self, duration: float) -> float:
         """Seconds to leave out at each end of a stretch of so many seconds."""
         return self.cut + self.cut_share * duration

@@ -35,11 +35,6 @@ TAKEN_BY = {
     "delta_r": "railui contact --delta-r takes it",
     "profile": "railui contact takes it, or `contact: {profiles: {wheel, rail}}` of a design",
 }
-KEYS = {
-    "study": ("variables", "objectives", "cases"),
-    "campaign": ("runs", "adjust", "noise"),
-    "design": ("vehicle", "contact"),
-}
 
 
 def recognise(path: str | Path) -> str:
@@ -57,11 +52,7 @@ def recognise(path: str | Path) -> str:
             kind = "delta_r" if "delta_r" in names else "profile"
         remedy = "give a run with a column t [s], or a track with s [m], yw [m]"
     else:
-        data = load_yaml(path).value
-        kind = kind_of(data) or next(
-            (k for k, keys in KEYS.items() if isinstance(data, dict) and any(key in data for key in keys)),
-            None,
-        )
+        kind = kind_of(load_yaml(path).value)
         remedy = "write `schema: railui.design/1`, or the keys of a design, a campaign or a study"
     if kind not in TAKEN_BY:
         findings = Findings(str(path))
@@ -120,15 +111,15 @@ def check(
     check_track: Callable[[str], object] | None = None,
 ) -> list[Problem]:
     """Every problem of some files, and of the runs that a campaign names; warnings carry that severity."""
-    found: list[Problem] = []
-    for path in paths:
-        found += _problems(lambda path=path: load(path, catalogue, check_track))  # type: ignore[misc]
+    found = [problem for path in paths for problem in _problems(path, catalogue, check_track)]
     return list(dict.fromkeys(found))
 
 
-def _problems(read: Callable[[], Anything]) -> list[Problem]:
+def _problems(
+    path: str | Path, catalogue: Catalogue | None, check_track: Callable[[str], object] | None
+) -> list[Problem]:
     try:
-        loaded = read()
+        loaded = load(path, catalogue, check_track)
     except FileProblems as error:
         return list(error.problems)
     found: list[Problem] = list(getattr(loaded, "warnings", ()))

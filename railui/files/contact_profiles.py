@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -14,7 +13,7 @@ from .parameters import CONTACT, WHEELSET_CONTACT
 from .problems import FileProblems, Findings
 from .profile import read_inclination, read_profile
 from .units import UnitError, quantity
-from .writing import sha256_file
+from .writing import beside, sha256_file
 
 if TYPE_CHECKING:
     from railui.contact import Contacts
@@ -108,12 +107,9 @@ class ContactProfiles:
         return kept | self.files(home) | {"use": USES[0] if SHAPE in kinds else USES[1]}
 
     def files(self, home: Path | None) -> dict[str, str]:
-        """Wheel and rail as named from a directory."""
-
-        def beside(path: Path) -> str:
-            return path.as_posix() if home is None else Path(os.path.relpath(path, home.resolve())).as_posix()
-
-        return {"wheel": beside(self.wheel), "rail": beside(self.rail)}
+        """Wheel and rail as a file in a directory names them; their whole paths where there is none."""
+        both = {"wheel": self.wheel, "rail": self.rail}
+        return {key: path.as_posix() if home is None else beside(path, home) for key, path in both.items()}
 
 
 def filled(

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from .balance import balance
+from .balance import balance, balance_bogie
 from .bodies import Structure
 from .bodies_reading import read_structure
 from .contact_profiles import filled
@@ -23,10 +23,6 @@ from .problems import Findings, nearest
 from .schema_line import check_schema
 from .writing import sha256, sha256_file
 from .yaml12 import Document, parse, read_text
-
-GRAVITY = 9.81
-BALANCE = 0.10  # share by which 4 N may differ from g times the masses above the rails
-HEAVIEST = 200e3  # N per wheel: 40 t per axle, the heaviest that runs on rails
 
 
 def load_design(path_or_text: str | Path, catalogue: Catalogue | None = None) -> Design:
@@ -81,8 +77,9 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
     if model is None or (form == "vehicle" and structure is None):
         return None
     _cushion(model, form, findings)
-    _balance(values, effects, form, findings)
-    if structure is not None:
+    if form == "bogie":
+        balance_bogie(values, effects, findings)
+    elif structure is not None:
         balance(structure, values, findings)
     design = Design(
         name=str(_at(model, "name")) or (source.stem if source else form),
@@ -157,35 +154,6 @@ def _numbers(data: dict[str, Any], form: str) -> dict[str, float]:
 def _cushion(model: Any, form: str, findings: Findings) -> None:
     if form != "rig" and (model.riding.cushion_frequency is None) != (model.riding.cushion_damping is None):
         findings.add("riding", "a seat cushion needs cushion_frequency and cushion_damping", "give both, or none")
-
-
-def _balance(values: dict[str, float], effects: tuple[PlacedEffect, ...], form: str, findings: Findings) -> None:
-    """Warns where four wheel loads do not carry the masses above the rails; a coach unknown may be any."""
-    if form != "bogie":
-        return
-    load = 4 * values["vehicle.wheel_load"]
-    coach = [float(m) for e in effects if e.kind == "coach_mode" and isinstance(m := e.parameters.get("mass"), float)]
-    masses = values["vehicle.frame.mass"] + 2 * values["vehicle.wheelset.mass"] + sum(coach)
-    weight, path = GRAVITY * masses, "vehicle.wheel_load"
-    share = "" if coach else ", and a coach would add to them"
-    if load < (1 - BALANCE) * weight:
-        findings.warn(
-            path,
-            f"4 N is {load / 1e3:.4g} kN, the masses weigh {weight / 1e3:.4g} kN{share}",
-            "check the masses and the load per wheel",
-        )
-    elif coach and load > (1 + BALANCE) * weight:
-        findings.warn(
-            path,
-            f"4 N is {load / 1e3:.4g} kN, the masses with the coach's share weigh {weight / 1e3:.4g} kN",
-            "check the masses and the load per wheel",
-        )
-    elif load > 4 * HEAVIEST:
-        findings.warn(
-            path,
-            f"{load / 4e3:.4g} kN on a wheel is more than any railway carries",
-            "give the load of one wheel in N",
-        )
 
 
 def _adjusted(design: Design, model: Any, findings: Findings) -> Design:

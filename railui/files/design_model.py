@@ -10,7 +10,7 @@ from pydantic import Field, create_model
 from pydantic.config import JsonDict
 
 from .fields import LISTED, Group, Objects, Reader, Switch, Text, quantity_schema, word
-from .parameters import FORMS, RIDING, SETTINGS, Parameter, settings_of
+from .parameters import FORMS, RIDING, SETTINGS, Parameter, nested, settings_of
 
 
 class AdjustmentModel(Group):
@@ -46,17 +46,6 @@ def setting(path: str) -> tuple[Any, Any]:
     return kind, choices[0]
 
 
-def _tree(fields: dict[str, tuple[Any, Any]]) -> dict[str, Any]:
-    root: dict[str, Any] = {}
-    for path, field in fields.items():
-        *groups, key = path.split(".")
-        here = root
-        for group in groups:
-            here = here.setdefault(group, {})
-        here[key] = field
-    return root
-
-
 def _group(name: str, tree: dict[str, Any]) -> type[Group]:
     fields: dict[str, Any] = {}
     for key, entry in tree.items():
@@ -84,7 +73,7 @@ def design_model(form: str) -> type[Group]:
     top: dict[str, Any] = {
         "schema_": (Text, Field(default="railui.design/1", alias="schema")),
         "name": (Text, ""),
-        **_tree(fields),
+        **nested(fields),
         "effects": (Objects, Field(default_factory=list)),
         "adjustment": (AdjustmentModel, None),
     }

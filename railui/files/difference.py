@@ -9,6 +9,7 @@ from typing import Any
 from .design import load_design
 from .designed import Design
 from .problems import FileProblems, one_problem
+from .schema_line import kind_of
 from .writing import sha256
 from .yaml12 import load
 
@@ -22,7 +23,7 @@ def differences(a: str | Path, b: str | Path) -> list[dict[str, Any]]:
     different kinds.
     """
     documents = [load(path).value for path in (a, b)]
-    kinds = [_kind(document) for document in documents]
+    kinds = [kind_of(document) or "design" for document in documents]
     if kinds[0] != kinds[1]:
         what = f"is a {kinds[1]}, {a} a {kinds[0]}"
         raise one_problem(b, what, "compare two files of one kind")
@@ -32,13 +33,6 @@ def differences(a: str | Path, b: str | Path) -> list[dict[str, Any]]:
     designs = [load_design(Path(path)) for path in (a, b)]
     one, other = map(_numbers, designs)
     return _rows(one, other, {path: _unit(designs, path) for path in {**one, **other}})
-
-
-def _kind(document: Any) -> str:
-    keys = set(document) if isinstance(document, Mapping) else set()
-    if "objectives" in keys:
-        return "study"
-    return "campaign" if "runs" in keys else "design"
 
 
 def _numbers(design: Design) -> dict[str, Any]:

@@ -40,6 +40,7 @@ class Reader:
         return handler(core) if self.schema is None else dict(self.schema)
 
     def validate(self, value: Any) -> Any:
+        """The value as read; a UnitError as the fault that pydantic gathers."""
         try:
             return self.read(value)
         except UnitError as error:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from .display import display
 from .units import UnitError, example, quantity
@@ -247,3 +249,19 @@ def below(path: str, known: list[str]) -> list[str]:
     ['vehicle.primary.lateral_stiffness', 'vehicle.primary.longitudinal_stiffness']
     """
     return [path] if path in known else [p for p in known if p.startswith(f"{path}.")]
+
+
+def nested(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by dotted path as groups within groups.
+
+    >>> nested({"vehicle.frame.mass": 1, "name": "a", "vehicle.wheel_load": 2})
+    {'vehicle': {'frame': {'mass': 1}, 'wheel_load': 2}, 'name': 'a'}
+    """
+    root: dict[str, Any] = {}
+    for path, value in values.items():
+        *groups, key = path.split(".")
+        here = root
+        for group in groups:
+            here = here.setdefault(group, {})
+        here[key] = value
+    return root

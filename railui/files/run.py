@@ -14,10 +14,10 @@ from .run_units import own_units, to_si
 from .stretches import Stretches, find_stretches, sampling
 from .table import Table, read_table
 from .table_cells import Floats
+from .units import FAST
 from .writing import sha256_file
 
 FASTEST_RIG, MOST_RIG_ROWS = 1e5, 1_000_000
-FAST = 120.0  # m/s: faster than any train that was measured, so km/h are more likely
 
 
 @dataclass(frozen=True, eq=False)

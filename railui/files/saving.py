@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,10 +9,10 @@ from typing import Any
 from .campaign import Campaign
 from .designed import Design
 from .numbers import number_text, scalar_text
-from .parameters import FORMS, PARAMETERS
+from .parameters import FORMS, PARAMETERS, nested
 from .placed_effects import PlacedEffect
 from .schema_line import schema_name
-from .writing import write_text
+from .writing import beside, write_text
 
 
 def design_text(design: Design, directory: str | Path | None = None) -> str:
@@ -22,7 +21,7 @@ def design_text(design: Design, directory: str | Path | None = None) -> str:
     Profiles are named as from `directory`, by their whole paths where none is given.
     """
     lines = [f"schema: {schema_name('design')}", f"name: {scalar_text(design.name)}"]
-    tree = _tree(_vehicle(design) | dict(design.settings))
+    tree = nested(_vehicle(design) | dict(design.settings))
     for top in ("vehicle", "contact", "riding"):
         if top in tree:
             lines.append(f"{top}:")
@@ -81,17 +80,12 @@ def save_design(design: Design, path: str | Path) -> Path:
 
 def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path | None = None) -> str:
     """A campaign as a file to stand in `directory`; `vehicle` (a path) takes the declared one's place."""
-    home = Path(directory).resolve()
-
-    def beside(path: Path) -> str:
-        return Path(os.path.relpath(path.resolve(), home)).as_posix()
-
     declared = vehicle if vehicle is not None else campaign.design.source
     lines = [f"schema: {schema_name('campaign')}", f"name: {scalar_text(campaign.name)}"]
     if declared is not None:
-        lines.append(f"vehicle: {scalar_text(beside(Path(declared)))}")
+        lines.append(f"vehicle: {scalar_text(beside(declared, directory))}")
     lines.append("runs:")
-    lines += [f"  - {flow({'file': beside(run.file), 'role': run.role})}" for run in campaign.runs]
+    lines += [f"  - {flow({'file': beside(run.file, directory), 'role': run.role})}" for run in campaign.runs]
     lines += [f"noise: {flow(dict(campaign.noise))}", f"noise_band: {number_text(campaign.noise_band)}"]
     lines += [f"adjust: {flow(list(campaign.adjust))}"]
     if campaign.band is not None:
@@ -123,17 +117,6 @@ def flow(value: Any) -> str:
 def _entries(key: str, effects: Iterable[PlacedEffect]) -> list[str]:
     entries = [f"  - {flow(effect.entry())}" for effect in effects]
     return [f"{key}:", *entries] if entries else []
-
-
-def _tree(values: Mapping[str, Any]) -> dict[str, Any]:
-    root: dict[str, Any] = {}
-    for path, value in values.items():
-        *groups, key = path.split(".")
-        here = root
-        for group in groups:
-            here = here.setdefault(group, {})
-        here[key] = value
-    return root
 
 
 def _remark(path: str, value: Any) -> str:

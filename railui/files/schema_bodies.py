@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .bodies import BODY, DIRECTED, GROUND, KINDS, PLACED, WAYS, numbers_of
 from .bodies_reading import SIDES, group_model, words_of
+from .body_numbers import BODY, DIRECTED, GROUND, KINDS, PLACED, WAYS, numbers_of
 from .design_model import design_model, number_group
 from .parameters import CONTACT, WHEELSET_CONTACT
 

@@ -9,6 +9,11 @@ from typing import Any
 from .problems import Findings
 
 VERSION = 1
+KEYS = {
+    "study": ("variables", "objectives", "cases"),
+    "campaign": ("runs", "adjust", "noise"),
+    "design": ("vehicle", "contact"),
+}  # that tell a file without a schema line
 LINE = re.compile(r"railui\.([a-z]+)/(\d{1,6})\Z")
 
 
@@ -22,9 +27,15 @@ def schema_name(kind: str) -> str:
 
 
 def kind_of(data: Any) -> str | None:
-    """The kind that a schema line names, None where there is none."""
-    match = LINE.match(str(data.get("schema", ""))) if isinstance(data, Mapping) else None
-    return match[1] if match else None
+    """The kind of a document: what its schema line names, else what its keys tell; None where nothing does.
+
+    >>> kind_of({"schema": "railui.loop/1"}), kind_of({"vehicle": "a.yaml", "runs": []}), kind_of([])
+    ('loop', 'campaign', None)
+    """
+    if not isinstance(data, Mapping):
+        return None
+    match = LINE.match(str(data.get("schema", "")))
+    return match[1] if match else next((kind for kind, keys in KEYS.items() if any(key in data for key in keys)), None)
 
 
 def check_schema(data: Mapping[str, Any], kind: str, findings: Findings) -> None:

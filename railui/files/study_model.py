@@ -8,11 +8,10 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from .fields import LISTED, LISTED_OR_ONE, PAIRED, Group, Reader, Text, measure, quantity_schema, whole, word
-from .units import UnitError, quantity
+from .units import FAST, UnitError, quantity
 
 OVER = ("mean", "worst", "p95")
 METHODS = ("nsga2", "nsga3", "cmaes", "de")
-FAST = 120.0  # m/s, above which km/h are more likely
 
 
 def read_speed(value: Any) -> float:

@@ -1,4 +1,4 @@
-"""The parts of a study: variables, objectives, constraints, tracks, scenarios."""
+"""The parts of a study: variables, objectives, constraints, tracks, the kind of search."""
 
 from __future__ import annotations
 
@@ -49,6 +49,7 @@ class Constraint:
 
 
 def read_variables(raw: Any, design: Design | None, findings: Findings) -> tuple[Variable, ...]:
+    """The variables of a study, their ends in SI; what is no parameter of the design or no range goes to `findings`."""
     variables: list[Variable] = []
     if isinstance(raw, dict) and not raw:
         findings.add("variables", "is empty", "name a parameter and its range")
@@ -90,6 +91,7 @@ def _key(name: str, where: str, findings: Findings) -> bool:
 
 
 def read_objectives(raw: Any, findings: Findings) -> tuple[Objective, ...]:
+    """The aims of a study; what is no single aim at a number of the results goes to `findings`."""
     objectives: list[Objective] = []
     if isinstance(raw, list) and not raw:
         findings.add("objectives", "is empty", "add {minimise: weighted_acceleration, over: mean}")
@@ -105,6 +107,7 @@ def read_objectives(raw: Any, findings: Findings) -> tuple[Objective, ...]:
 
 
 def read_constraints(raw: Any, findings: Findings) -> tuple[Constraint, ...]:
+    """The limits of a study, "linear_damping >= 0.05", bounds in the key's own unit; faults go to `findings`."""
     constraints: list[Constraint] = []
     for i, text in enumerate(raw if isinstance(raw, list) else []):
         where = f"constraints.{i}"
@@ -122,6 +125,7 @@ def read_constraints(raw: Any, findings: Findings) -> tuple[Constraint, ...]:
 
 
 def check_tracks(raw: Any, home: Path, findings: Findings, check: Callable[[str], object] | None) -> None:
+    """Tells tracks that are no file beside the study in `home` and no spec; `check` reads a spec, ValueError if not."""
     tracks = raw if isinstance(raw, list) else [] if raw is None else [raw]
     for i, text in enumerate(tracks):
         where = f"cases.track.{i}" if isinstance(raw, list) else "cases.track"

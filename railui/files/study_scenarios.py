@@ -7,6 +7,7 @@ from itertools import product
 from typing import Any
 
 from .design import Design
+from .placed_effects import PlacedEffect
 from .problems import FileProblems, Findings
 from .units import UnitError, quantity
 
@@ -44,8 +45,6 @@ def in_scenario(design: Design, changes: Mapping[str, Any]) -> Design:
         return design.with_values(given) if given else design
     friction = _friction(changes[FRICTION])
     if not _frictions(design):
-        from .placed_effects import PlacedEffect
-
         design = design.with_effects(
             [*design.effects, PlacedEffect(SATURATION, "contact", None, {"friction": friction})]
         )

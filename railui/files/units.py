@@ -45,6 +45,8 @@ PLAIN = str.maketrans(RAISED + "·⋅×", "0123456789-***")
 NUMBER = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 TOKEN = re.compile(r"\^\(?[-+]?\d+\)?|[*/()]|1(?![\d.])|[^\W\d_]+|[%‰°]|\S")
 
+FAST = 120.0  # m/s, faster than any train that was measured: km/h are more likely
+
 EXAMPLES = {"m": "7 mm", "m/s": "144 km/h", "s": "2 s", "Hz": "1.2 Hz", "N": "55 kN", "N/m": "3.0 MN/m",
             "N*m/rad": "0.2 MN*m/rad", "N*s/m": "30 kN*s/m", "N*m*s/rad": "30 kN*m*s/rad", "kg": "2900 kg",
             "kg*m^2": "3300 kg*m^2", "rad": "0.3 mrad", "rad/s": "0.3 mrad/s", "m/s^2": "0.05 m/s^2",

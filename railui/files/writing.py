@@ -70,6 +70,15 @@ def write_text(path: str | Path, text: str) -> Path:
     return write_bytes(path, data)
 
 
+def beside(path: str | Path, home: str | Path) -> str:
+    """A path as a file that stands in the directory `home` names it.
+
+    >>> beside("designs/coach.yaml", "designs/studies")
+    '../coach.yaml'
+    """
+    return Path(os.path.relpath(Path(path).resolve(), Path(home).resolve())).as_posix()
+
+
 def canonical_json(value: object) -> str:
     """JSON of which there is one form only: keys sorted, no spaces, shortest digits; NaN is a ValueError.
 

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.core import Batch, Vehicles
+from railui.files.balance import GRAVITY
 from railui.files.bodies_reading import position_terms
-from railui.files.design import GRAVITY, Design
+from railui.files.design import Design
 from railui.study.linear import is_lateral
 from railui.study.model import Model
 from railui.study.modes import part_of

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from functools import cache
 
 from railui.core import BodyLayout, FloorLayout, JointLayout, Layout, Number, Point, WheelsLayout
-from railui.files.bodies import WAYS, Joined, Member, Part, Structure
+from railui.files.bodies import Joined, Member, Part, Structure
 from railui.files.bodies_reading import position_terms
+from railui.files.body_numbers import WAYS
 
 # lambda, kappa_x, kappa_y, epsilon, delta, sigma
 CONTACT = (

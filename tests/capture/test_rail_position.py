@@ -8,8 +8,9 @@ import pytest
 from railui.capture.align import align
 from railui.capture.integrate import highpass_gain, integrated
 from railui.capture.map_model import RailsModel
-from railui.capture.rail_position import G, Rails, reconstruct
+from railui.capture.rail_position import Rails, reconstruct
 from railui.capture.rail_quality import band_rms, compare
+from railui.files.balance import GRAVITY
 from tests.capture.rides import GEOMETRY, RATE, Floats, read, ride
 
 RAW = frozenset(("ay1", "ay2", "ayf"))
@@ -53,7 +54,7 @@ def test_accelerations_are_freed_of_gravity() -> None:
     inside = slice(rails.settle, -rails.settle)
     for name in ("ay1", "ay2", "ayf"):
         rest = (rails.columns[name] - columns[name])[inside]
-        assert rest.std() < 0.1 * G * columns["phiw"].std(), name
+        assert rest.std() < 0.1 * GRAVITY * columns["phiw"].std(), name
 
 
 def test_each_wheelset_alone_is_worse_than_both() -> None:

@@ -52,7 +52,7 @@ def test_noise_is_in_si(campaign_folder: Path) -> None:
 def test_runs_keep_their_roles_and_the_names_they_are_given(campaign_folder: Path) -> None:
     campaign = load_campaign(campaign_folder)
     assert [(r.name, r.role) for r in campaign.runs] == [("run_a.csv", "adjust"), ("run_b.csv", "validate")]
-    assert campaign.of_role("validate")[0].file == campaign_folder / "run_b.csv"
+    assert campaign.runs[1].file == campaign_folder / "run_b.csv"
 
 
 def test_every_key_is_read(campaign_folder: Path, catalogue: Records) -> None:
