@@ -250,8 +250,8 @@ type FilterParts<'py> = (Matrix<'py>, Matrix<'py>, usize, usize, PyReadonlyArray
 fn filter(parts: FilterParts<'_>) -> PyResult<Filter> {
     let (sos, zi, pad, cut, weights, every) = parts;
     Ok(Filter {
-        sos: sos.as_slice()?.chunks_exact(6).map(|s| s.try_into().expect("six")).collect(),
-        zi: zi.as_slice()?.chunks_exact(2).map(|s| s.try_into().expect("two")).collect(),
+        sos: sos.as_slice()?.as_chunks().0.to_vec(),
+        zi: zi.as_slice()?.as_chunks().0.to_vec(),
         pad,
         cut,
         weights: weights.as_slice()?.to_vec(),
