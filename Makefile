@@ -19,10 +19,11 @@ run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
 	@$(BIN)/railui optimise designs/studies/worn_axle_box.yaml -o railui-study/worn_axle_box
 
-# the kernel is built on one core while the other checks and tests the Rust
+# the kernel is built on one core while the other checks and tests the Rust; many tests wait for wires, terminals and
+# schedulers, so three processes of tests fill two cores
 test:
 	@$(MAKE) --jobs=2 --output-sync=line check rust
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 3 --dist loadfile
 
 rust: rust-style
 	cargo test --profile tried

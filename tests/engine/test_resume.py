@@ -15,9 +15,9 @@ from railui.engine.store import Store
 from tests.engine.small import railui, result, run, write_study
 
 
-def start(study: Path, out: Path) -> subprocess.Popen[bytes]:
+def start(study: Path, out: Path, jobs: int = 2) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
-        railui("optimise", study, "-o", out, "--jobs", 2), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        railui("optimise", study, "-o", out, "--jobs", jobs), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     )
 
 
@@ -72,7 +72,7 @@ def test_killed_at_random_moments_the_front_is_the_uninterrupted_one_bit_for_bit
 
 def test_a_second_process_is_refused_while_the_first_lives_and_not_when_it_is_dead(tmp_path: Path) -> None:
     study, out = write_study(tmp_path, length=3000, population=128, generations=60), tmp_path / "out"
-    first = start(study, out)
+    first = start(study, out, jobs=1)
     await_results(out, 1, first)
     second = run("optimise", study, "-o", out)
     assert second.returncode == 3 and f"process {first.pid} on" in second.stderr
@@ -83,7 +83,7 @@ def test_a_second_process_is_refused_while_the_first_lives_and_not_when_it_is_de
     first.wait()
     status = json.loads(run("status", out, "--json", "-").stdout)
     assert status["state"] == "interrupted" and status["eta_s"] is None
-    third = start(study, out)
+    third = start(study, out, jobs=1)
     await_results(out, stored(out) + 1, third)
     third.send_signal(signal.SIGINT)
     assert third.wait(20) == 130
