@@ -301,7 +301,7 @@ def spectrum_picture(found: Found, window: Window, series: Mapping[str, Floats],
 
 def _plain_decades(ax: Axes) -> None:
     """Frequencies as 1, 2, 5, 10; densities in few decades; no mathematics in the text."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
     left, right = ax.get_xlim()
@@ -309,5 +309,5 @@ def _plain_decades(ax: Axes) -> None:
     ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
     ax.yaxis.set_major_locator(LogLocator(numticks=5))
     ax.yaxis.set_major_formatter(FuncFormatter(lambda x, _: "10" + f"{round(np.log10(x))}".translate(digits)))
-    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.xaxis.set_minor_locator(NullLocator())  # ticks are what takes time in a figure
     ax.yaxis.set_minor_locator(NullLocator())

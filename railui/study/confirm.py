@@ -123,7 +123,8 @@ def confirm(
     if not found:
         return []
     near = CLOSE * min(f.normal.rss for _, f in found)
-    tolerance = FINE if sum(f.normal.rss <= near for _, f in found) > 1 else COARSE
+    several = sum(f.normal.rss <= near for _, f in found) > 1
+    tolerance, threads = (FINE, 1) if several else (COARSE, jobs)
 
     def carried(one: tuple[Sighting, Fit]) -> Refit | None:
         """A rough fit on the whole runs: near the best to its end, else only looked at."""
@@ -139,7 +140,6 @@ def confirm(
         )  # fmt: skip
         return None if whole is None else Refit(s.candidate, whole, held_out(whole), s)
 
-    threads = 1 if len(found) > 1 else jobs
     found.sort(key=lambda one: one[1].normal.rss > near)  # what takes longest first
     refits = []
     for refit in beside(carried, found, jobs):

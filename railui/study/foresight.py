@@ -18,7 +18,7 @@ from railui.study.trace import Trace, differences
 from railui.study.windows import cut_where
 
 Floats = NDArray[np.float64]
-LOOKED_AT = 12.0  # seconds of each validating stretch
+LOOKED_AT = 10.0  # seconds of each validating stretch
 
 Foreseen = Mapping[tuple[Candidate, int], float]
 

@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 AMOUNT = 0.05  # of a candidate beside the adjusted vehicle
 BOOTSTRAPS = 2000
 POWER = 1.2816  # normal quantile of 90 % power
-KEPT = 16  # candidates that are seen on the whole of the runs after a first look
+KEPT = 12  # candidates that are seen on the whole of the runs after a first look
 FINEST = 4  # times the steps of the adjusted vehicle that a little of an effect is looked at with
 VANISHED = 1e-3  # share of a difference left by the projection below which nothing new is in it
 
