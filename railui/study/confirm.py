@@ -31,6 +31,7 @@ PART = 18.0  # seconds of each stretch on which candidates are fitted roughly
 SETTLED = 1.10  # times the root of the misfit that noise leaves, up to which nothing is left to find
 ROUGHLY = 0.01  # of the misfit without an effect that a rough fit may leave besides
 FORLORN = 4.0  # times the least misfit so far at which an effect with memory is given up too
+LEADING = 2  # candidates that are carried on before the others are given up against them
 BEHIND = 1.6  # times the least misfit so far at which a candidate is given up after its first steps
 LINEAR = ("spring", "viscous_damper")
 ADJUSTED = tuple((at, None) for at in ("secondary_lateral", "secondary_yaw"))  # what adjusting does already
@@ -211,15 +212,16 @@ class Rough:
     def fitted(self, trace: Trace, sightings: Sequence[Sighting]) -> list[tuple[Sighting, Fit]]:
         """The best of a few steps from every start of every candidate that can be simulated.
 
-        First a few steps of all, then more of those that are not far behind the best.
+        First a few steps of all, then more of the two that lead, then of those that are not far behind them.
         """
         begun = beside(lambda s: self._tried(trace, s), sightings, self.jobs)
-        found = [(s, one) for s, one in zip(sightings, begun, strict=True) if one is not None]
-        self.least = min([self.before, *(f.normal.rss for _, f in found)])
-        settled = beside(lambda one: self._settled(*one), found, self.jobs)
-        found = [(s, f) for (s, _), f in zip(found, settled, strict=True)]
-        self.least = min([self.least, *(f.normal.rss for _, f in found)])
-        return found
+        found = {s: one for s, one in zip(sightings, begun, strict=True) if one is not None}
+        self.least = min([self.before, *(f.normal.rss for f in found.values())])
+        order = sorted(found, key=lambda s: found[s].normal.rss)
+        for some in (order[:LEADING], order[LEADING:]):
+            found.update(zip(some, beside(lambda s: self._settled(s, found[s]), some, self.jobs), strict=True))
+            self.least = min([self.least, *(found[s].normal.rss for s in some)])
+        return list(found.items())
 
     def _tried(self, trace: Trace, s: Sighting) -> Fit | None:
         """The best after the first steps from every start, or nothing where no start can be simulated."""
