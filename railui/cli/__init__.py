@@ -32,7 +32,7 @@ COMMANDS = {
     "doctor": "Published values and the machine against this installation.",
     "bench": "How quick the kernel is on this machine.",
 }
-FAILED, WRONG, LATER, INTERRUPTED = 1, 2, 3, 130
+FAILED, WRONG, LATER, VIOLATED, INTERRUPTED = 1, 2, 3, 4, 130  # exit codes, as --help tells them
 
 
 class Door(click.Group):

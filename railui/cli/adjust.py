@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, options, refuse
+from railui.cli.common import Invocation, narrator, options, refuse
 from railui.cli.quantities import reading
 from railui.cli.quantities import stretch as stretch_of_track
 
@@ -49,7 +49,6 @@ def command(
     Output-error least squares over all channels of the runs of role adjust; the error stands for the runs of
     role validate.
     """
-    from railui.cli.loop import narrator
     from railui.files.campaign import load_campaign
     from railui.files.check import expect
     from railui.report.loop import loop_report

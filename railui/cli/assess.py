@@ -7,11 +7,10 @@ from typing import Any
 
 import click
 
-from railui.cli.common import Invocation, load_vehicle, options, overrides_of, refuse
+from railui.cli import VIOLATED
+from railui.cli.common import STRICT, Invocation, lay_track, load_vehicle, options, overrides_of, refuse
 from railui.cli.quantities import figure, length, reading, speed
 
-VIOLATED = 4
-STRICT = ("not admissible", "dangerous")
 SHOWN = 20  # stretches of the table
 
 
@@ -45,15 +44,9 @@ def command(
     the straightness: beside the score of a stretch stands its place in the order by geometry.
     """
     from railui.study.assess import assess
-    from railui.study.road import is_track_file, lay
 
     vehicle = load_vehicle(call, design, overrides)
-    try:
-        laid = lay(track, None if is_track_file(track) else call.seed)
-    except ValueError as error:
-        if type(error) is not ValueError:
-            raise
-        raise refuse(f"TRACK: {error}") from None
+    laid = lay_track(track, call.seed, "TRACK")
     if not 10 * laid.track.spacing <= stretch < laid.track.length:
         raise refuse(f"--stretch must be shorter than the track of {laid.track.length:g} m: {stretch:g} m")
     found = assess(laid, vehicle, speed, stretch=stretch, jobs=call.jobs)

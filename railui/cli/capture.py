@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from railui.cli import LATER
 from railui.cli.common import Invocation, options, refuse
 
 if TYPE_CHECKING:
     from railui.capture.record import Recorder
     from railui.capture.replay import Replay
 
-LATER, VIOLATED = 3, 4
 SILENT = 5.0  # s without a byte, after which the reader is asked
 PARTS = {
     "campaign": "Recordings to a campaign: map, rail position, runs, campaign.yaml.",

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from railui.cli import VIOLATED
 from railui.cli.common import Invocation, refuse
 
 if TYPE_CHECKING:
     from railui.capture.frames import Channel
 
-VIOLATED = 4
 LISTEN = 12.0  # s: two hellos
 LETTERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I", "float32": "f"}
 

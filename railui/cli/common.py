@@ -18,10 +18,12 @@ if TYPE_CHECKING:
 
     from railui.files.design import Design
     from railui.files.problems import Problem
+    from railui.study.road import Laid
 
 PAUSE = 10.0  # s between two lines of progress where there is no terminal
 WIDE = 160  # columns of a table where there is no terminal
 SHORT = 16  # letters of a cell that is not to be broken
+STRICT = ("not admissible", "dangerous")  # classes that --strict does not let pass
 
 
 @dataclass
@@ -214,6 +216,34 @@ def load_vehicle(call: Invocation, path: str, overrides: Mapping[str, str]) -> D
     design = load_design(Path(path))
     call.warn(design.warnings)
     return design.with_values(overrides) if overrides else design
+
+
+def narrator(call: Invocation, log: list[str]) -> Any:
+    """Tells every line with the seconds since the start, and keeps it for the log."""
+    began = time.perf_counter()
+
+    def report(text: str) -> None:
+        line = f"{time.perf_counter() - began:6.1f} s  {text}"
+        log.append(line)
+        call.say(line)
+
+    return report
+
+
+def lay_track(track: str, seed: int | None, said: str = "--track", *, seeded: bool = False) -> Laid:
+    """The track that an argument names, its `seed` where it is random: a file has none, unless one is asked of it.
+
+    FileProblems for a faulty file, wrong use of what was `said` for a faulty spec.
+    """
+    from railui.files.problems import FileProblems
+    from railui.study.road import is_track_file, lay
+
+    try:
+        return lay(track, seed if seeded or not is_track_file(track) else None)
+    except FileProblems:
+        raise
+    except ValueError as error:
+        raise refuse(f"{said}: {error}") from None
 
 
 def refuse(message: str) -> click.UsageError:

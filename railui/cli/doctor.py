@@ -7,9 +7,8 @@ from typing import Any
 
 import click
 
+from railui.cli import VIOLATED
 from railui.cli.common import Invocation, cell, options
-
-VIOLATED = 4
 
 
 @click.command("doctor")

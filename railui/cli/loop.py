@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, options, refuse
+from railui.cli.common import Invocation, narrator, options, refuse
 
 if TYPE_CHECKING:
     from railui.study.loop import Found
@@ -75,18 +74,6 @@ def barred_kinds(text: str) -> list[str]:
         if kind not in known:
             raise refuse(f"no effect {kind!r} in the catalogue, {nearest(kind, known)}")
     return kinds
-
-
-def narrator(call: Invocation, log: list[str]) -> Any:
-    """Tells every line with the seconds since the start, and keeps it for the log."""
-    began = time.perf_counter()
-
-    def report(text: str) -> None:
-        line = f"{time.perf_counter() - began:6.1f} s  {text}"
-        log.append(line)
-        call.say(line)
-
-    return report
 
 
 def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:

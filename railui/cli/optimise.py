@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from railui.cli import VIOLATED
 from railui.cli.common import Invocation, cell, options, refuse
 
 if TYPE_CHECKING:
     from railui.engine.work import Runner
     from railui.files.study import Study
 
-INFEASIBLE = 4
 SAMPLES = 256  # of Sobol's, for each of the variables and two more
 
 
@@ -75,7 +75,7 @@ def command(
     call.emit(document)
     if found["knee"] is None:
         call.say(f"no design keeps the limits; the nearest: {found['closest']}")
-        ctx.exit(INFEASIBLE)
+        ctx.exit(VIOLATED)
 
 
 def _usual(source: Path) -> Path:

@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, cell, design_argument, load_vehicle, options, refuse
+from railui.cli import VIOLATED
+from railui.cli.common import STRICT, Invocation, cell, design_argument, lay_track, load_vehicle, options, refuse
 from railui.cli.quantities import reading, seeds, speed, speeds
 
 if TYPE_CHECKING:
     from railui.files.design import Design
     from railui.study.road import Laid
 
-VIOLATED = 4
-STRICT = ("not admissible", "dangerous")
 SHOWN = (
     *(("score", ""), ("class", ""), ("decided_by", ""), ("comfort_hours", "h")),
     *(("weighted_acceleration", "m/s^2"), ("weighted_acceleration_1974", "m/s^2")),
@@ -48,7 +47,8 @@ def command(
         raise refuse("give either --speed or --speeds")
     vehicle = load_vehicle(call, design, overrides)
     given = speeds if speeds is not None else [speed] if speed is not None else []
-    laid = _laid(track, seeds if seeds is not None else [call.seed], seeds is not None)
+    asked: list[int | None] = [call.seed] if seeds is None else [*seeds]
+    laid = [lay_track(track, seed, seeded=seeds is not None) for seed in asked]
     inputs = [design, *[str(line.file) for line in laid[:1] if line.file is not None]]
     head = {"design": vehicle.name, "overrides": overrides}
     if len(given) * len(laid) == 1:
@@ -63,20 +63,6 @@ def command(
         call.show(_several(body))
     call.emit(call.document("ride", body, inputs, body.get("seed")))
     ctx.exit(VIOLATED if strict and any(case["class"] in STRICT for case in cases) else 0)
-
-
-def _laid(track: str, seeds: list[int | None] | list[int], asked: bool) -> list[Laid]:
-    from railui.files.problems import FileProblems
-    from railui.study.road import is_track_file, lay
-
-    if is_track_file(track) and not asked:  # --seed is for what is random: a file is not
-        return [lay(track)]
-    try:
-        return [lay(track, seed) for seed in seeds]
-    except FileProblems:
-        raise
-    except ValueError as error:
-        raise refuse(f"--track: {error}") from None
 
 
 def _cases(vehicle: Design, laid: list[Laid], speeds: list[float], call: Invocation) -> list[dict[str, Any]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from railui.cli.common import Invocation, design_argument, load_vehicle, options, refuse
+from railui.cli.common import Invocation, design_argument, lay_track, load_vehicle, options
 from railui.cli.quantities import figure, reading, speeds
 
 
@@ -38,14 +38,10 @@ def command(
     dies. Practical: up to it the class of the ride on the track stays just admissible. None of them follows
     from another.
     """
-    from railui.study.road import is_track_file, lay
     from railui.study.stability import stability
 
     vehicle = load_vehicle(call, design, overrides)
-    try:
-        laid = None if track is None else lay(track, None if is_track_file(track) else call.seed)
-    except ValueError as error:
-        raise refuse(f"--track: {error}") from None
+    laid = None if track is None else lay_track(track, call.seed)
     found = stability(vehicle, speeds, fold=fold, track=laid, jobs=call.jobs, told=call.progress)
     body = {"design": vehicle.name, "overrides": overrides, **found}
     if figure is not None:

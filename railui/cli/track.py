@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, options, refuse
+from railui.cli.common import Invocation, lay_track, options, refuse
 
 if TYPE_CHECKING:
     from railui.study.road import Laid
@@ -33,7 +33,7 @@ def command(spec: tuple[str, ...], output: str | None, spectrum: str | None, cal
         raise refuse("give -o TRACK.csv (- for stdout), or --json")
     if output == "-" and call.json == "-":
         raise refuse("stdout can take the track or the JSON, not both")
-    laid = _read(spectrum) if spectrum else _spec(" ".join(spec), call.seed)
+    laid = _read(spectrum) if spectrum else lay_track(" ".join(spec), call.seed, "SPEC")
     if laid.file is not None and output is not None:
         raise refuse("-o writes a synthetic track: give its SPEC")
     if output is not None:
@@ -48,22 +48,13 @@ def command(spec: tuple[str, ...], output: str | None, spectrum: str | None, cal
         call.say(f"{len(laid.track)} places of {laid.name} written to {output}")
 
 
-def _spec(text: str, seed: int | None) -> Laid:
-    from railui.study.road import lay
-
-    try:
-        return lay(text, seed)
-    except ValueError as error:
-        raise refuse(str(error)) from None
-
-
 def _read(name: str) -> Laid:
     from pathlib import Path
 
     from railui.study.road import is_track_file, lay
 
     file = is_track_file(name) or (len(name.split()) == 1 and "." in name)
-    return lay(Path(name)) if file else _spec(name, None)
+    return lay(Path(name)) if file else lay_track(name, None, "--spectrum")
 
 
 def _write(laid: Laid, output: str, call: Invocation) -> None:

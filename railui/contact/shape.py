@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.contact.contacts import Contacts
-from railui.contact.linearise import Linearised
+from railui.contact.linearise import Linearised, linearise
 from railui.contact.pair import Pair
 from railui.contact.search import search
 
@@ -61,8 +61,6 @@ def shape(contacts: Contacts, linear: Linearised) -> Shape:
 
 def conicity_per_gauge(pair: Pair, deviation: float) -> float:
     """d lambda/dg [1/m], lambda statistically linearised over a standard deviation [m]: the gauge term (thesis 5.5)."""
-    from railui.contact.linearise import linearise
-
     narrow, wide = (linearise(_at_gauge(pair, s * GAUGE_STEP), deviation).conicity for s in (-1, 1))
     return (wide - narrow) / (2.0 * GAUGE_STEP)
 

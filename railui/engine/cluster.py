@@ -5,24 +5,19 @@ from __future__ import annotations
 import pickle
 import queue
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-import numpy as np
-from distributed import Client, Future, KilledWorker, get_worker
-from numpy.typing import NDArray
+from distributed import Client, Future, KilledWorker
 
-from railui.engine import work as kernel
 from railui.engine.work import PACE, Done, Work, identity, pieces
+from railui.engine.worker import Parts, Refused, differences, do_bundle, identity_of_worker
 from railui.files.problems import LaterError
 from railui.study.answers import Answered
 from railui.study.cases import Case
 from railui.study.road import Road
-
-Floats = NDArray[np.float64]
-Parts = list[tuple[Answered, float]]
 
 SECONDS: Final = 1.0  # of a piece of work: long beside a scheduler's millisecond, short beside a lost worker
 CONNECT: Final = 10.0  # s for the scheduler to answer
@@ -34,13 +29,6 @@ KILLED: Final = "killed its worker"
 
 class ClusterError(LaterError):
     """The scheduler or its workers cannot be had, now."""
-
-
-@dataclass(frozen=True)
-class Refused:
-    """What a worker answers whose digits would be others: where it is."""
-
-    address: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,41 +286,3 @@ def _bundled(works: Sequence[Work], pace: float, workers: int) -> list[Bundle]:
         found[-1].append(work)
         room -= work.samples
     return [Bundle(some) for some in found]
-
-
-# what runs on a worker
-
-
-def identity_of_worker() -> Mapping[str, str]:
-    """What a worker computes with."""
-    return identity()
-
-
-def do_bundle(
-    expected: Mapping[str, str], parts: Sequence[tuple[Floats, tuple[str, ...]]], *cases: Case
-) -> Parts | Refused | str:
-    """Vehicles of some cases; Refused where this worker's digits would be others, a reason where nothing came of it.
-
-    Nothing is raised: a client of distributed may lose an exception whose traceback is large.
-    """
-    if dict(expected) != identity():
-        return Refused(get_worker().address)
-    try:
-        # rows that came over the wire may lie anywhere: the kernel wants them aligned
-        return [kernel.do(case, np.array(rows), keys) for case, (rows, keys) in zip(cases, parts, strict=True)]
-    except Exception as error:
-        return f"{type(error).__name__}: {error}"
-
-
-def differences(theirs: object) -> str:
-    """In which parts the identity of a worker is another; what went wrong where it has none; "" where none."""
-    if not isinstance(theirs, Mapping):
-        return f"it has no railui that answers ({theirs})"
-    mine = identity()
-    names = {"kernel": "kernel sources", "python": "Python sources", "simd": "SIMD level"}
-    differing = [name for name in mine if mine[name] != theirs.get(name)]
-    return ", ".join(
-        f"another {names[name]}" if name in ("kernel", "python")
-        else f"{names.get(name, name)} {theirs.get(name)}, not {mine[name]}"
-        for name in differing
-    )  # fmt: skip

@@ -62,8 +62,9 @@ def _unknown(whole: Sequence[Work], known: Known) -> list[Work]:
     """The works without what is known, each vehicle once."""
     found, seen = [], set(known)
     for work in whole:
-        new = [i for i, key in enumerate(work.hashes) if key not in seen and not seen.add(key)]  # type: ignore[func-returns-value]
-        if new:
+        first = {key: i for i, key in reversed(list(enumerate(work.hashes))) if key not in seen}
+        seen |= first.keys()
+        if new := sorted(first.values()):
             found.append(Work(work.case, work.rows[new], work.keys, tuple(work.hashes[i] for i in new)))
     return found
 

@@ -163,7 +163,7 @@ def bench(jobs: int | None = None, repetitions: int = REPETITIONS, designs: int 
         "coach": (coach_job, spread(coach(), designs)),
     }
     seconds = {n: quickest([job(rows, n) for job, rows in parts.values()], repetitions) for n in {1, threads}}
-    steps = round(2000 / 0.1) - 1
+    steps = len(road().track) - 1
 
     def rate(time: float) -> dict[str, float]:
         return {"ns_per_design_step": 1e9 * time / (designs * steps), "designs_per_second": designs / time}

@@ -15,7 +15,6 @@ from railui.study.measured import COMPARED, RIG_RESPONSES, Stretch, simulate
 from railui.study.model import Model
 
 Floats = NDArray[np.float64]
-SUSPENSIONS = ("secondary_lateral", "secondary_yaw", "primary_lateral", "primary_yaw")
 W = 10.0  # rad/s, the corner that dampers are measured by
 QUADRATURE = 0.5 * np.pi  # what belongs to a run is seen in two phases
 PACKED = 2  # kinds with at most so many shapes share their groups
@@ -101,7 +100,7 @@ def _compatible(model: Model, candidate: Candidate) -> bool:
 def _sites(model: Model, stretches: Sequence[Stretch]) -> dict[str, dict[str, float]]:
     """Place -> the vehicle's own k, c, and its actual rms motion z, v there: what shapes are multiples of."""
     linear = model.vehicles().sites(model.single())
-    places = [(at, w) for at, w in linear if w < 3]
+    places = [(at, w) for at, w in linear if w != core.LINKAGE]
     channels = [f"{q}.{at}.{w}" for at, w in places for q in ("z", "v")]
     square = np.zeros(len(channels))
     for stretch in stretches:

@@ -14,6 +14,7 @@ from railui.contact.creep import creep_coefficients
 from railui.contact.linearise import Linearised, forms, harmonic, linearise
 from railui.contact.profile import ROUGH
 from railui.contact.shape import conicity_per_gauge
+from railui.study.modes import klingel_wavelength
 
 Floats = NDArray[np.float64]
 EN_AMPLITUDE = 3e-3  # m, at which equivalent conicities are compared
@@ -89,7 +90,7 @@ def described(found: Found, deviation: float = DEVIATION) -> dict[str, Any]:
             "centre": found.conicity.centre if found.conicity else None,
         },
         "conicity_3mm": at_3,
-        "klingel_wavelength": klingel(pair.half_distance, pair.radius, at_3),
+        "klingel_wavelength": klingel_wavelength(pair.half_distance, pair.radius, at_3),
         "standard_deviation": deviation,
         "conicity_parameters": parameters(linear),
         "harmonic_parameters": {"amplitude": EN_AMPLITUDE, **parameters(swung)},
@@ -173,12 +174,3 @@ def described_table(y: Floats, delta_r: Floats, deviation: float = DEVIATION) ->
         "geometry": {"displacement": y, "delta_r": delta_r},
         "notes": [*notes, "a table of rolling radii holds no contact angles and no roll: null"],
     }  # fmt: skip
-
-
-def klingel(b: float, r: float, conicity: float) -> float:
-    """Wavelength of a free wheelset [m]: 2 pi sqrt(b r/tan gamma).
-
-    >>> round(klingel(0.75, 0.46, 0.1), 2), round(klingel(0.75, 0.46, 0.05), 2)
-    (11.67, 16.5)
-    """
-    return float(2.0 * np.pi * np.sqrt(b * r / conicity)) if conicity > 0.0 else float("nan")

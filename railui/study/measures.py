@@ -75,15 +75,6 @@ def log_flange_fraction_gaussian(mean: ArrayLike, sd: ArrayLike, clearance: floa
     return np.minimum(np.where(still & (np.abs(m) == clearance), np.log(0.5), found), 0.0)
 
 
-def flange_fraction_gaussian(mean: ArrayLike, sd: ArrayLike, clearance: float) -> FloatArray:
-    """phi_G itself, of `log_flange_fraction_gaussian`; 0 where it is below the least double.
-
-    >>> round(float(flange_fraction_gaussian(0.0, 3.5e-3, 7e-3)), 6)  # erfc(2/sqrt 2)
-    0.0455
-    """
-    return np.asarray(np.exp(log_flange_fraction_gaussian(mean, sd, clearance)), dtype=np.float64)
-
-
 def comfort_part(time: ArrayLike) -> FloatArray:
     """Comfort from 0 (1 min) to 1 (24 h) at a comfort time [s], even in its logarithm.
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.special import ellipk
 
 from railui.contact import NoCentre, equivalent_conicity
-from railui.study.contact import klingel
+from railui.study.modes import klingel_wavelength
 from tests.contact.shapes import reference
 
 Y = np.linspace(-7e-3, 7e-3, 141)
@@ -85,5 +85,5 @@ def test_the_tables_of_the_standard_have_their_nominal_conicity(name: str) -> No
 
 def test_klingel_s_wavelength() -> None:
     # L = 2 pi sqrt(b r/tan gamma)
-    assert klingel(0.75, 0.46, 0.1) == pytest.approx(11.670, abs=5e-4)
-    assert klingel(0.75, 0.46, 0.05) == pytest.approx(16.5045, abs=1e-4)
+    assert klingel_wavelength(0.75, 0.46, 0.1) == pytest.approx(11.670, abs=5e-4)
+    assert klingel_wavelength(0.75, 0.46, 0.05) == pytest.approx(16.5045, abs=1e-4)

@@ -14,7 +14,6 @@ from railui.study.measures import (
     comfort_clipped,
     comfort_part,
     comfort_time,
-    flange_fraction_gaussian,
     goods_part,
     guidance_part,
     log_flange_fraction_gaussian,
@@ -26,6 +25,11 @@ from railui.study.score import CLASSES, KEYS, riding_class, riding_quality, scor
 CLEARANCE = 0.007
 LONG = SimpleNamespace(use="long_distance", journey=4 * 3600.0, comfort_weight=0.6, admissible_flange_fraction=0.05)
 LOCAL = SimpleNamespace(use="local", journey=3600.0, comfort_weight=0.4, admissible_flange_fraction=0.05)
+
+
+def gaussian_share(mean, sd, clearance):
+    """phi_G itself."""
+    return np.exp(log_flange_fraction_gaussian(mean, sd, clearance))
 
 
 def ride(**more):
@@ -103,8 +107,8 @@ def test_n_mv_is_six_times_the_95th_percentile_of_blocks_and_absent_under_60():
 def test_the_gaussian_share_of_flange_contact_is_the_sum_of_both_tails():
     m, sd, c = 1e-3, 3e-3, 7e-3
     by_hand = 0.5 * math.erfc((c - m) / (math.sqrt(2) * sd)) + 0.5 * math.erfc((c + m) / (math.sqrt(2) * sd))
-    assert float(flange_fraction_gaussian(m, sd, c)) == pytest.approx(by_hand, rel=1e-12)
-    assert float(flange_fraction_gaussian(-m, sd, c)) == pytest.approx(by_hand, rel=1e-12)
+    assert float(gaussian_share(m, sd, c)) == pytest.approx(by_hand, rel=1e-12)
+    assert float(gaussian_share(-m, sd, c)) == pytest.approx(by_hand, rel=1e-12)
 
 
 def test_the_logarithm_of_the_share_goes_on_where_the_share_itself_is_no_longer_a_number():
@@ -112,17 +116,17 @@ def test_the_logarithm_of_the_share_goes_on_where_the_share_itself_is_no_longer_
     x = 70.0
     by_hand = math.log(2) - x**2 / 2 - math.log(x * math.sqrt(2 * math.pi)) + math.log1p(-1 / x**2 + 3 / x**4)
     assert float(log_flange_fraction_gaussian(0.0, 1e-4, 7e-3)) == pytest.approx(by_hand, rel=1e-9)
-    assert float(flange_fraction_gaussian(0.0, 1e-4, 7e-3)) == 0.0
+    assert float(gaussian_share(0.0, 1e-4, 7e-3)) == 0.0
 
 
 def test_a_wheelset_that_stands_still_touches_or_does_not():
-    assert flange_fraction_gaussian([0.0, 8e-3, -8e-3, 7e-3], 0.0, 7e-3) == pytest.approx([0, 1, 1, 0.5])
+    assert gaussian_share([0.0, 8e-3, -8e-3, 7e-3], 0.0, 7e-3) == pytest.approx([0, 1, 1, 0.5])
 
 
 @given(st.floats(-0.02, 0.02), st.floats(0, 0.05), st.floats(0, 0.05))
 def test_shares_lie_between_0_and_1_and_grow_with_the_standard_deviation(mean, one, other):
     small, large = sorted((one, other))
-    found = [float(flange_fraction_gaussian(mean, sd, CLEARANCE)) for sd in (small, large)]
+    found = [float(gaussian_share(mean, sd, CLEARANCE)) for sd in (small, large)]
     assert min(found) >= 0 and max(found) <= 1
     if abs(mean) < CLEARANCE:
         assert found[0] <= found[1] * (1 + 1e-12)

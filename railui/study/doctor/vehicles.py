@@ -76,12 +76,7 @@ effects:
 
 def check_bogie() -> Design:
     """The bogie of the check values."""
-    return parse_design(_without_anchors(CHECK_BOGIE))
-
-
-def _without_anchors(text: str) -> str:
-    wheels = text.partition("&wheels ")[2].partition("}")[0] + "}"
-    return text.replace("&wheels ", "").replace("*wheels", wheels)
+    return parse_design(CHECK_BOGIE)
 
 
 def one_wheelset() -> Iterator[Check]:
