@@ -1,11 +1,14 @@
-//! The standard job without Python around it: nanoseconds per design and step, full and plain.
+//! The standard job and its pieces without Python around them: `cargo bench --bench standard_job [piece]`.
+//! An item is one design and step, or one sample of one channel and vehicle where channels are filtered.
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use railui_core::compare::{Filter, filtered};
 use railui_core::effects::Law;
 use railui_core::integrate::Course;
-use railui_core::lanes;
-use railui_core::many::{Many, Weighing, score};
+use railui_core::lanes::{LANES, Lanes, level};
+use railui_core::many::{Many, Weighing, rates, score};
 use railui_core::vehicle::{Placed, Structure};
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
 const DESIGNS: usize = 16;
 const SAMPLES: usize = 20_000;
@@ -50,65 +53,117 @@ fn bogies(reduced: bool) -> Vec<f64> {
         .collect()
 }
 
-fn main() {
-    let placed = vec![
-        Placed { law: Law::CreepSaturation, at: "contact".into(), wheelset: 0, count: 1 },
-        Placed { law: Law::FlangeContact, at: "contact".into(), wheelset: 0, count: 2 },
-    ];
-    let tables = [table(0.3), table(0.0)];
-    let cancel = AtomicBool::new(false);
+/// What a ride of the standard job is made of.
+struct Job {
+    reduced: bool,
+    effects: &'static [(Law, &'static str, &'static [f64])],
+    channels: &'static [&'static str],
+    comfort: bool,
+}
+
+const SATURATION: (Law, &str, &[f64]) = (Law::CreepSaturation, "contact", &[0.35]);
+const FLANGE: (Law, &str, &[f64]) = (Law::FlangeContact, "contact", &[7e-3, 14.6e6]);
+
+fn job(name: &str) -> Job {
+    let full = Job { reduced: false, effects: &[SATURATION, FLANGE], channels: &["e1", "e2", "ayf"], comfort: true };
+    match name {
+        "full" => full,
+        "without comfort" => Job { channels: &["e1", "e2"], comfort: false, ..full },
+        "without flanges" => Job { effects: &[SATURATION], ..full },
+        "linear" => Job { effects: &[], channels: &["e1", "e2"], comfort: false, ..full },
+        "reduced" => Job { reduced: true, effects: &[], channels: &["e1"], comfort: false },
+        _ => unreachable!("{name} is no job"),
+    }
+}
+
+/// The vehicles of a job, and what they need to live as long as they.
+struct Vehicles {
+    structure: Structure,
+    numbers: Vec<f64>,
+    effects: Vec<f64>,
+    amounts: Vec<f64>,
+}
+
+impl Vehicles {
+    fn new(job: &Job) -> Self {
+        let placed = job.effects.iter().map(|(law, at, numbers)| Placed {
+            law: *law,
+            at: (*at).into(),
+            wheelset: 0,
+            count: numbers.len(),
+        });
+        let structure =
+            Structure { kind: "bogie".into(), measured: Vec::new(), layout: None, placed: placed.collect() };
+        let effects: Vec<f64> = job.effects.iter().flat_map(|(_, _, numbers)| numbers.iter().copied()).collect();
+        Self {
+            structure,
+            numbers: bogies(job.reduced),
+            effects: effects.repeat(DESIGNS),
+            amounts: vec![1.0; job.effects.len() * DESIGNS],
+        }
+    }
+
+    fn many(&self) -> Many<'_> {
+        Many {
+            structure: &self.structure,
+            count: DESIGNS,
+            numbers: &self.numbers,
+            effects: &self.effects,
+            amounts: &self.amounts,
+            speed_scale: &[],
+            initial: &[],
+        }
+    }
+}
+
+#[divan::bench(args = ["full", "without comfort", "without flanges", "linear", "reduced"])]
+fn ride(bencher: Bencher<'_, '_>, name: &str) {
+    let job = job(name);
+    let vehicles = Vehicles::new(&job);
+    let table = table(if job.reduced { 0.0 } else { 0.3 });
     let section = [0.2, 0.3, 0.1, 1.0, -0.5, 0.2];
     let cascades: Vec<Vec<f64>> = [4, 4, 3].iter().map(|n| section.repeat(n * DESIGNS)).collect();
     let clearance = vec![7e-3; DESIGNS];
-    let jobs = [
-        ("full", true, true, false),
-        ("full, no comfort", true, false, false),
-        ("linear", false, false, false),
-        ("reduced", true, false, true),
-    ];
-    for (name, effects, comfort, reduced) in jobs {
-        let course = Course::new(&tables[usize::from(reduced)], 14, 1, 0.0025);
-        let structure = Structure {
-            kind: "bogie".into(),
-            measured: Vec::new(),
-            layout: None,
-            placed: if effects { placed.clone() } else { Vec::new() },
-        };
-        let numbers = bogies(reduced);
-        let effect_numbers = if effects { [0.35, 7e-3, 14.6e6].repeat(DESIGNS) } else { Vec::new() };
-        let amounts = vec![1.0; if effects { 2 * DESIGNS } else { 0 }];
-        let many = Many {
-            structure: &structure,
-            count: DESIGNS,
-            numbers: &numbers,
-            effects: &effect_numbers,
-            amounts: &amounts,
-            speed_scale: &[],
-            initial: &[],
-        };
-        let channels = ["e1", "e2", "ayf"];
-        let channels = &channels[..if comfort {
-            3
-        } else if reduced {
-            1
-        } else {
-            2
-        }];
-        let weighing = Weighing {
-            wheelsets: 2,
-            channels: channels.iter().map(|c| c.to_string()).collect(),
-            clearance: &clearance,
-            cascades: if comfort { cascades.iter().map(Vec::as_slice).collect() } else { Vec::new() },
-            block: if comfort { 2000 } else { 0 },
-        };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-        let best = (0..60)
-            .map(|_| {
-                let began = Instant::now();
-                pool.install(|| score(&many, &course, &weighing, &cancel)).expect("a ride");
-                began.elapsed().as_secs_f64()
-            })
-            .fold(f64::INFINITY, f64::min);
-        println!("{} {name}: {:.1} ns per design-step", lanes::level().name(), best / (DESIGNS * SAMPLES) as f64 * 1e9);
-    }
+    let weighing = Weighing {
+        wheelsets: 2,
+        channels: job.channels.iter().map(|c| c.to_string()).collect(),
+        clearance: &clearance,
+        cascades: if job.comfort { cascades.iter().map(Vec::as_slice).collect() } else { Vec::new() },
+        block: if job.comfort { 2000 } else { 0 },
+    };
+    let course = Course::new(&table, 14, 1, 0.0025);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let cancel = AtomicBool::new(false);
+    bencher
+        .counter(ItemsCount::new(DESIGNS * SAMPLES))
+        .bench(|| pool.install(|| score(&vehicles.many(), &course, &weighing, &cancel)).expect("a ride"));
+}
+
+/// The rates of all designs at one moment, group and coefficients made anew: what one look from outside costs.
+#[divan::bench]
+fn rates_once(bencher: Bencher<'_, '_>) {
+    let vehicles = Vehicles::new(&job("full"));
+    let states = vec![1e-3; 12 * DESIGNS];
+    let row = table(0.3)[..14].to_vec();
+    bencher.counter(ItemsCount::new(DESIGNS)).bench(|| rates(&vehicles.many(), &row, &states).expect("rates"));
+}
+
+/// Channels of a comparison: forwards and backwards through four sections, every fourth sample kept.
+#[divan::bench]
+fn filter(bencher: Bencher<'_, '_>) {
+    let series: Vec<Lanes> = (0..SAMPLES).map(|i| Lanes::from_fn(|l| (0.01 * (i * (l + 1)) as f64).sin())).collect();
+    let filter = Filter {
+        sos: vec![[0.2, 0.3, 0.1, 1.0, -0.5, 0.2]; 4],
+        zi: vec![[0.1, 0.05]; 4],
+        pad: 300,
+        cut: 0,
+        weights: vec![1.0],
+        every: 4,
+    };
+    bencher.counter(ItemsCount::new(LANES * SAMPLES)).bench(|| filtered(&series, SAMPLES, &filter));
+}
+
+fn main() {
+    println!("SIMD level {}", level().name());
+    divan::main();
 }
