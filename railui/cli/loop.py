@@ -34,7 +34,7 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     from railui.files.campaign import campaign_file, load_campaign
     from railui.files.check import expect
     from railui.files.writing import check_writable
-    from railui.report.figures import load_beside
+    from railui.report.drawing import load_beside
     from railui.report.loop import loop_report
     from railui.report.loop_files import ForeignFiles, check_directory, write_loop
     from railui.study.loop import close_loop

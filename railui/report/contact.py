@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.contact import CreepCoefficients
+from railui.contact import CreepCoefficients, Profile
 from railui.report.creep_laws import LEFT, RIGHT, draw_laws
-from railui.report.figures import STYLE
+from railui.report.drawing import sheet
 from railui.study.contact import Found
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
 STEEPEST = 75.0  # degrees of the angle axis
@@ -23,7 +22,7 @@ STEEPEST = 75.0  # degrees of the angle axis
 
 def contact_figure(found: Found, file: str | Path, deviation: float) -> None:
     """Writes what a pair of profiles does as one figure of six; the file's ending says in which format."""
-    with _page(11.0, 6.6, file) as figure:
+    with sheet(file, 11.0, 6.6) as figure:
         axes = figure.subplots(2, 3)
         _profiles(axes[0, 0], found)
         _rolling(axes[0, 1], found)
@@ -41,7 +40,7 @@ def contact_figure(found: Found, file: str | Path, deviation: float) -> None:
 
 def table_figure(y: Floats, delta_r: Floats, amplitude: Floats, tan_gamma: Floats, file: str | Path) -> None:
     """Writes a table of rolling radii and its equivalent conicity as one figure of two."""
-    with _page(7.6, 3.3, file) as figure:
+    with sheet(file, 7.6, 3.3) as figure:
         first, second = figure.subplots(1, 2)
         first.plot(1e3 * y, 1e3 * delta_r, color=RIGHT)
         first.set(xlabel="lateral displacement [mm]", ylabel="$r_1 - r_2$ [mm]", title="rolling radius difference")
@@ -50,44 +49,10 @@ def table_figure(y: Floats, delta_r: Floats, amplitude: Floats, tan_gamma: Float
 
 def laws_figure(creep: CreepCoefficients, file: str | Path) -> None:
     """Writes the laws of creep against each other: along the rail, and across it with the spin of the contact angle."""
-    with _page(9.4, 4.0, file) as figure:
+    with sheet(file, 9.4, 4.0) as figure:
         first, second = figure.subplots(1, 2)
         draw_laws(first, creep)
         draw_laws(second, creep, across=True)
-
-
-class _page:
-    """A figure in our style that is written at the end."""
-
-    def __init__(self, width: float, height: float, file: str | Path) -> None:
-        self.size, self.file = (width, height), Path(file)
-
-    def __enter__(self) -> Figure:
-        import matplotlib
-        from matplotlib.figure import Figure
-
-        self.style = matplotlib.rc_context({**STYLE, "svg.hashsalt": self.file.name})
-        self.style.__enter__()
-        self.figure = Figure(figsize=self.size, layout="constrained")
-        return self.figure
-
-    def __exit__(self, *error: Any) -> None:
-        try:
-            if error[0] is None:
-                from railui.files.writing import write_bytes
-
-                write_bytes(self.file, self._bytes())
-        finally:
-            self.style.__exit__(*error)
-
-    def _bytes(self) -> bytes:
-        import io
-
-        out = io.BytesIO()
-        kind = self.file.suffix.lstrip(".").lower() or "png"
-        more = {"metadata": {"Date": None, "Creator": None}} if kind == "svg" else {}
-        self.figure.savefig(out, format=kind, dpi=130, **more)  # type: ignore[arg-type]
-        return out.getvalue()
 
 
 def _profiles(ax: Axes, found: Found) -> None:
@@ -95,14 +60,19 @@ def _profiles(ax: Axes, found: Found) -> None:
     i = contacts.at(0.0)
     rail, wheel = pair.rail_curve, pair.wheel_curve
     level = float(np.interp(contacts.rail[0, i], rail.y, rail.h) - np.interp(contacts.wheel[0, i], wheel.y, wheel.h))
-    ax.plot(1e3 * rail.y, 1e3 * rail.h, color="#555555", label=f"rail {pair.rail.name}")
-    ax.plot(1e3 * wheel.y, 1e3 * (wheel.h + level), color=RIGHT, label=f"wheel {pair.wheel.name}")
+    ax.plot(1e3 * rail.y, 1e3 * rail.h, color="#555555", label=_named(pair.rail))
+    ax.plot(1e3 * wheel.y, 1e3 * (wheel.h + level), color=RIGHT, label=_named(pair.wheel))
     near = np.abs(contacts.displacement) < 8.05e-3
     marks = 1e3 * np.interp(contacts.rail[0, near], rail.y, rail.h)
     ax.plot(1e3 * contacts.rail[0, near], marks, ".", ms=3.5, color=LEFT, label="contacts, -8 to 8 mm")
     ax.set(xlabel="from the track's middle [mm]", ylabel="height [mm]", title="right wheel on its rail, e = 0")
     ax.set_aspect("equal", adjustable="datalim")
     ax.legend(frameon=False, fontsize=7, loc="lower right")
+
+
+def _named(profile: Profile) -> str:
+    """A profile by its kind and its file, whose name is no formula."""
+    return f"{profile.kind} {profile.name}".replace("$", r"\$")
 
 
 def _marks(ax: Axes, found: Found) -> None:

@@ -8,11 +8,12 @@ import numpy as np
 
 from railui import core
 from railui.contact import CreepCoefficients
+from railui.report.drawing import BLUE, GREEN, ORANGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-RIGHT, LEFT, THIRD = "#0072b2", "#d55e00", "#009e73"
+RIGHT, LEFT, THIRD = BLUE, ORANGE, GREEN
 DASHED, DOTTED = (0, (3, 2)), (0, (1, 2))
 FRICTION, SPEED = 0.35, 40.0  # m/s
 MOST = 0.01  # creep at the edge of the picture

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from railui import core
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import unit_at
+from railui.report.drawing import Picture, axis, drawn, scale
 from railui.report.driven import (
     Scene,
     at_port,
@@ -26,7 +27,7 @@ from railui.report.driven import (
     whole_force,
     whole_title,
 )
-from railui.report.figures import COLOURS, LINES, POINTS, Picture, Window, axis, drawn, place, scale
+from railui.report.figures import COLOURS, LINES, POINTS, Window, place
 from railui.study.loop import Found
 from railui.study.model import Model
 

@@ -11,7 +11,8 @@ from railui.files.columns import columns_of
 from railui.files.parameters import PARAMETERS
 from railui.files.writing import write_text
 from railui.report import figures, laws
-from railui.report.figures import place, pretty, scale
+from railui.report.drawing import scale
+from railui.report.figures import place
 from railui.report.rendered import rendered
 from railui.report.written import DASH, number, signed, with_sd
 from railui.study.loop import Found
@@ -346,6 +347,3 @@ def provenance(report: Report) -> Sequence[tuple[str, str]]:
 
 def _simulations(report: Report) -> str:
     return f", {report['simulations']} simulations in the fits kept" if report.get("simulations") else ""
-
-
-__all__ = ["page", "pretty", "write_page"]

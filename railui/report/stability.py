@@ -9,29 +9,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from railui.report.figures import STYLE
+from railui.report.drawing import BLUE, GREEN, GREY, ORANGE, stacked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 ABOVE: Any = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
-BLUE, RED, GREY, GREEN = "#0072b2", "#d55e00", "#888888", "#009e73"
 
 
 def draw_stability(found: Mapping[str, Any], path: str | Path) -> None:
     """Writes damping and frequency against speed and, where there is one, the bifurcation diagram (svg, png, pdf)."""
     rows = 3 if found["fold"] and found["fold"]["diagram"] else 2
-    figure, axes = stacked(rows, 2.3)
-    _damping(axes[0], axes[1], found)
-    if rows == 3:
-        _bifurcation(axes[2], found)
-    for ax in axes:
-        _critical(ax, found)
-    if axes[0].get_legend_handles_labels()[0]:
-        axes[0].legend(frameon=False, fontsize=8, ncols=3, **ABOVE)
-    axes[-1].set_xlabel("speed [m/s]")
-    write_figure(figure, path)
+    with stacked(path, rows, 2.3) as axes:
+        _damping(axes[0], axes[1], found)
+        if rows == 3:
+            _bifurcation(axes[2], found)
+        for ax in axes:
+            _critical(ax, found)
+        if axes[0].get_legend_handles_labels()[0]:
+            axes[0].legend(frameon=False, fontsize=8, ncols=3, **ABOVE)
+        axes[-1].set_xlabel("speed [m/s]")
 
 
 def _damping(top: Axes, bottom: Axes, found: Mapping[str, Any]) -> None:
@@ -60,7 +57,7 @@ def _bifurcation(ax: Axes, found: Mapping[str, Any]) -> None:
         return [v for v, _ in some], [a for _, a in some]
 
     ax.plot(*line("from_below"), color=BLUE, marker="^", ms=4.5, lw=0, label="from a small disturbance")
-    ax.plot(*line("from_above"), color=RED, marker="v", ms=3.5, lw=1.2, label="hunting, followed downwards")
+    ax.plot(*line("from_above"), color=ORANGE, marker="v", ms=3.5, lw=1.2, label="hunting, followed downwards")
     label: str | None = "unstable cycle: beyond it a disturbance grows"
     for one, two in pairwise(fold["branch"]):
         unstable = max(one["multiplier"], two["multiplier"]) > 1
@@ -80,7 +77,7 @@ def _bifurcation(ax: Axes, found: Mapping[str, Any]) -> None:
 
 def _critical(ax: Axes, found: Mapping[str, Any]) -> None:
     """The critical speeds as lines across a diagram."""
-    named = (("linear", "linear_critical_speed", BLUE), ("fold", "fold_speed", RED),
+    named = (("linear", "linear_critical_speed", BLUE), ("fold", "fold_speed", ORANGE),
              ("practical", "practical_critical_speed", GREEN))  # fmt: skip
     for name, key, colour in named:
         if found[key]:
@@ -91,45 +88,20 @@ def draw_curves(cases: Sequence[Mapping[str, Any]], path: str | Path) -> None:
     """Writes displacement, angle of attack, guiding force and wear number against radius (svg, png, pdf)."""
     drawn = [case for case in cases if case["displacement"] is not None]
     radii = np.array([abs(case["radius"]) for case in drawn])
-    figure, axes = stacked(4, 1.7)
-    for ax, key, factor, label in (
-        (axes[0], "displacement", 1e3, "e [mm]"),
-        (axes[1], "angle_of_attack", 1e3, "angle of attack [mrad]"),
-        (axes[2], "guiding_force", 1e-3, "guiding force [kN]"),
-    ):
-        for i, values in enumerate(np.array([case[key] for case in drawn]).reshape(len(drawn), -1).T):
-            dash: Any = ("-", (0, (4, 2)), (0, (1, 1)), "-.")[i % 4]
-            colour = (BLUE, RED, GREEN, GREY)[i % 4]
-            ax.plot(radii, factor * values, lw=1.2, label=f"wheelset {i + 1}", color=colour, ls=dash)
-        ax.axhline(0.0, color="#444444", lw=0.7)
-        ax.set_ylabel(label)
-    axes[3].plot(radii, [case["wear_number"] for case in drawn], color=BLUE, lw=1.2)
-    axes[3].set_ylim(bottom=0.0)
-    axes[3].set_ylabel("wear number [N]")
-    axes[3].set_xlabel("radius [m]")
-    axes[0].legend(frameon=False, fontsize=8, ncols=4, **ABOVE)
-    write_figure(figure, path)
-
-
-def stacked(rows: int, high: float) -> tuple[Figure, list[Axes]]:
-    """Axes below each other over one abscissa, each so high [inch]."""
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(7.6, rows * high + 0.4), layout="constrained")
-        axes = figure.subplots(rows, 1, sharex=True)
-        return figure, list(np.atleast_1d(axes))
-
-
-def write_figure(figure: Figure, path: str | Path) -> None:
-    """Writes a figure as its name says; ValueError for a kind that is none of svg, png, pdf."""
-    import matplotlib
-
-    with matplotlib.rc_context(STYLE):
-        figure.align_ylabels()
-        suffix = Path(path).suffix.lower().lstrip(".")
-        if suffix not in ("svg", "png", "pdf"):
-            raise ValueError(f"a figure is written as .svg, .png or .pdf: {path}")
-        metadata = {"svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}}.get(suffix)
-        figure.savefig(path, dpi=150, metadata=metadata)
+    with stacked(path, 4, 1.7) as axes:
+        for ax, key, factor, label in (
+            (axes[0], "displacement", 1e3, "e [mm]"),
+            (axes[1], "angle_of_attack", 1e3, "angle of attack [mrad]"),
+            (axes[2], "guiding_force", 1e-3, "guiding force [kN]"),
+        ):
+            for i, values in enumerate(np.array([case[key] for case in drawn]).reshape(len(drawn), -1).T):
+                dash: Any = ("-", (0, (4, 2)), (0, (1, 1)), "-.")[i % 4]
+                colour = (BLUE, ORANGE, GREEN, GREY)[i % 4]
+                ax.plot(radii, factor * values, lw=1.2, label=f"wheelset {i + 1}", color=colour, ls=dash)
+            ax.axhline(0.0, color="#444444", lw=0.7)
+            ax.set_ylabel(label)
+        axes[3].plot(radii, [case["wear_number"] for case in drawn], color=BLUE, lw=1.2)
+        axes[3].set_ylim(bottom=0.0)
+        axes[3].set_ylabel("wear number [N]")
+        axes[3].set_xlabel("radius [m]")
+        axes[0].legend(frameon=False, fontsize=8, ncols=4, **ABOVE)

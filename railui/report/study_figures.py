@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from railui.files.results import RESULTS
 from railui.files.study import Study, Variable
-from railui.report.figures import Picture, axis, drawn, pretty, scale
+from railui.report.drawing import BLUE, ORANGE, Picture, axis, drawn, pretty, scale
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Report = Mapping[str, Any]
 
-BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#8c8c8c"
 BARS: Final = 14  # numbers of the vehicle shown
 WIDE: Final = 9.4  # inch
 

@@ -11,7 +11,7 @@ from railui.files.results import RESULTS
 from railui.files.study import Study
 from railui.files.writing import write_text
 from railui.report import study_figures as figures
-from railui.report.figures import pretty, scale
+from railui.report.drawing import pretty, scale
 from railui.report.rendered import rendered
 from railui.report.written import DASH, number, with_sd
 from railui.study.aims import keys_of

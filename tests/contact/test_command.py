@@ -73,6 +73,13 @@ def test_figures_are_written_whole(tmp_path: Path) -> None:
     assert laws.read_bytes()[:4] == b"\x89PNG"
 
 
+def test_a_name_with_dollars_is_no_formula(tmp_path: Path) -> None:
+    wheel, figure = tmp_path / "a$_{b$.txt", tmp_path / "f.svg"
+    wheel.write_text(Path(PAIR[0]).read_text())
+    assert run(str(wheel), *PAIR[1:], "--figure", str(figure)).exit_code == 0
+    assert "a$_{b$" in figure.read_text()
+
+
 def test_unequal_diameters_shift_the_centre() -> None:
     found = document(*PAIR, "--diameter-difference", "1 mm")
     assert found["conicity"]["centre"] < -2e-4
