@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, optimize
 
+from railui.study.beside import beside
 from railui.study.free import Free, free_parameters
 from railui.study.judge import initial_state
 from railui.study.measured import Measurement, Stretch, simulate
@@ -196,7 +197,11 @@ class Adjuster:
         """Windows begun anew with the vehicle at x; twice, so that what a beginning can do is that of the one kept."""
         if any(t.stretch.whole is not None for t in self.ready):
             model = self.model.with_row(self.free.paths, x)
-            self.ready = [t if t.stretch.whole is None else begin(model, begin(model, t)) for t in self.ready]
+
+            def anew(t: Target) -> Target:
+                return t if t.stretch.whole is None else begin(model, begin(model, t))
+
+            self.ready = list(beside(anew, self.ready, self.jobs))
 
     def block_samples(self, target: Target) -> int:
         return samples_of(self.block, target)

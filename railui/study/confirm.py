@@ -115,7 +115,7 @@ def confirm(
     picked = chosen(trace, few=fit.model.design.kind == "rig")
     for s in picked:
         watch(s)
-    found = rough.fitted(trace, picked)
+    found = rough.fitted(trace, picked, report)
     for s, one in found:
         share = one.normal.rss / rough.before
         report(f"  {named(s.candidate):48s} rho {s.rho:+.3f}   misfit {share:.4f} of before")
@@ -209,13 +209,17 @@ class Rough:
                 self.least = one.normal.rss
         return found
 
-    def fitted(self, trace: Trace, sightings: Sequence[Sighting]) -> list[tuple[Sighting, Fit]]:
+    def fitted(self, trace: Trace, sightings: Sequence[Sighting], report: Report) -> list[tuple[Sighting, Fit]]:
         """The best of a few steps from every start of every candidate that can be simulated.
 
         First a few steps of all, then more of the two that lead, then of those that are not far behind them.
         """
-        begun = beside(lambda s: self._tried(trace, s), sightings, self.jobs)
-        found = {s: one for s, one in zip(sightings, begun, strict=True) if one is not None}
+        found = dict[Sighting, Fit]()
+        for s, one in zip(sightings, beside(lambda s: self._tried(trace, s), sightings, self.jobs), strict=True):
+            if one is not None:
+                found[s] = one
+            if self.wild:  # on windows a candidate takes seconds
+                report(f"  {named(s.candidate)}: first steps on windows")
         self.least = min([self.before, *(f.normal.rss for f in found.values())])
         order = sorted(found, key=lambda s: found[s].normal.rss)
         for some in (order[:LEADING], order[LEADING:]):

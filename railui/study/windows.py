@@ -73,7 +73,10 @@ def hunting(
     paths = measurement.campaign.adjust
     model, spent = declared, 0
     for _ in range(ROUNDS):
-        ready = targets(model, measurement, pieces(stretches, cut))
+        windows = pieces(stretches, cut)
+        count = sum(w.whole is not None for w in windows)
+        report(f"near its hunting limit: adjusting on {count} windows of {WINDOW:g} s")
+        ready = targets(model, measurement, windows)
         fit = adjust(
             model, measurement, paths, declared, ready=ready, stable=False, tolerance=1e-4, jobs=jobs, watch=watch
         )
