@@ -24,6 +24,7 @@ from railui.track import (
     spectrum_sd,
     synthetic_track,
     track_table,
+    with_track,
 )
 
 # --- spectra
@@ -410,3 +411,14 @@ def test_noise_may_be_asked_at_uneven_places_and_is_repeatable():
 def test_noise_refuses_a_wavelength_of_nothing():
     with pytest.raises(ValueError, match="wavelength"):
         band_limited_noise(np.random.default_rng(0), np.arange(5.0), 1.0, 0.0)
+
+
+def test_noise_laid_upon_a_table_is_the_table_of_the_sum():
+    rng = np.random.default_rng(5)
+    t = np.arange(60) * 0.01
+    v = 30.0 + np.sin(t)
+    s = 30.0 * t + 1.0 - np.cos(t)
+    track, noise = rng.standard_normal((2, 3, 60))
+    both = input_table(t, s, v, *(track + noise), 1.25, 2)
+    laid = with_track(input_table(t, s, v, *track, 1.25, 2), s, list(noise), 1.25)
+    assert np.allclose(laid, both, rtol=1e-9, atol=1e-9)
