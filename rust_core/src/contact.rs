@@ -39,13 +39,15 @@ pub struct Contact<T> {
     angle: T,
     clearance: T,
     minus_clearance: T,
-    /// Accelerations: per phi_w, e, flange deflection, unit of creep force, V psi'.
+    /// Accelerations: per phi_w, e (by gravitation and what springs of [`Contact::held`] add), flange deflection, unit of
+    /// creep force, V psi'.
     pub gravity: T,
     gravity_e: T,
     flange: T,
     creep: T,
     gyro: T,
-    /// Angular accelerations: per unit of creep force, psi, V y'.
+    /// Angular accelerations: per unit of creep force, psi (by the contact angle, less what springs of [`Contact::held`]
+    /// take off), V y'.
     turn: T,
     turn_psi: T,
     turn_gyro: T,
@@ -159,9 +161,9 @@ impl<P: Part> Contact<P> {
     }
 
     /// The creep forces of the linear law at the displacement e = `motion.y` relative to the rails, in units of the limit
-    /// (3.3), (3.5); `lay` is what line and cross-level take off t_y. Without `SPIN` both wheels creep alike.
+    /// (3.3), (3.5); `off` is what line and cross-level take off t_y. Without `SPIN` both wheels creep alike.
     #[inline(always)]
-    pub fn slip<const SPIN: bool>(&self, at_speed: &AtSpeed<P>, motion: &Motion<P>, lay: impl Lay<P>) -> Slip<P> {
+    pub fn slip<const SPIN: bool>(&self, at_speed: &AtSpeed<P>, motion: &Motion<P>, off: P) -> Slip<P> {
         let Motion { y: e, psi, vy, vpsi } = *motion;
         let tx = self.along_e.mul_add(e, at_speed.along * vpsi);
         let mut ty = self.across_psi.neg_mul_add(psi, at_speed.across * vy);
@@ -170,7 +172,7 @@ impl<P: Part> Contact<P> {
         }
         ty = at_speed.across_turn.mul_add(vpsi, ty);
         ty = self.across_e.neg_mul_add(e, ty);
-        ty = lay.off(self, ty);
+        ty = ty - off;
         Slip { e, tx, ty: [ty - self.angle, ty + self.angle] }
     }
 
@@ -215,21 +217,6 @@ impl<P: Part> Contact<P> {
             (a_y, a_psi) = (at_speed.gyro.mul_add(vpsi, a_y), at_speed.turn_gyro.neg_mul_add(vy, a_psi));
         }
         [self.creep.neg_mul_add(sum, a_y), self.turn.neg_mul_add(pulls, a_psi)]
-    }
-}
-
-/// What the slopes of line and cross-level take off t_y.
-pub trait Lay<P> {
-    fn off(self, contact: &Contact<P>, ty: P) -> P;
-}
-
-/// Made beforehand, once per row of the input table.
-pub struct Taken<P>(pub P);
-
-impl<P: Part> Lay<P> for Taken<P> {
-    #[inline(always)]
-    fn off(self, _: &Contact<P>, ty: P) -> P {
-        ty - self.0
     }
 }
 

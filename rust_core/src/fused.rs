@@ -2,7 +2,7 @@
 //!
 //! The same forces as those of the general path in another order, made ready for one part of the lanes: every factor
 //! side by side with the next, divided by its mass; what the track alone does is summed once per row of the input table.
-use crate::contact::{AtSpeed, Contact, Slip, Taken};
+use crate::contact::{AtSpeed, Contact, Slip};
 use crate::effects::{Law, PlacedLaw};
 use crate::lanes::{Lanes, Part};
 use crate::rows::{Packed, State, Table};
@@ -146,7 +146,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             let to = laid(n, i);
             let e = x[*y & 63] - self.laid[to & 63];
             let motion = Motion { y: e, psi: x[*psi & 63], vy: x[(n + *y) & 63], vpsi: x[(n + *psi) & 63] };
-            *slip = contact.slip::<true>(at_speed, &motion, Taken(self.laid[(to + 1) & 63]));
+            *slip = contact.slip::<true>(at_speed, &motion, self.laid[(to + 1) & 63]);
         }
         for Wheels { slip, factors, .. } in &mut self.wheelsets {
             *factors = slip.factors::<LAWS, true>();

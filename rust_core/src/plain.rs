@@ -1,5 +1,5 @@
 //! The plain bogie fused: suspension and both contacts in one rate, (3.1)-(3.10) of Broersen (1976).
-use crate::contact::{AtSpeed, Contact, ContactNumbers, Taken};
+use crate::contact::{AtSpeed, Contact, ContactNumbers};
 use crate::lanes::{Lanes, Part};
 use crate::wheelset::Motion;
 
@@ -156,8 +156,8 @@ impl<P: Part> PlainBogie<P> {
         let [laid_1, laid_2] = &at.laid;
         let m_1 = Motion { y: x[2] - laid_1.line, psi: x[3], vy: x[8], vpsi: x[9] };
         let m_2 = Motion { y: x[4] - laid_2.line, psi: x[5], vy: x[10], vpsi: x[11] };
-        let slip_1 = leading.slip::<SPIN>(by_1, &m_1, Taken(laid_1.taken));
-        let slip_2 = trailing.slip::<SPIN>(by_2, &m_2, Taken(laid_2.taken));
+        let slip_1 = leading.slip::<SPIN>(by_1, &m_1, laid_1.taken);
+        let slip_2 = trailing.slip::<SPIN>(by_2, &m_2, laid_2.taken);
         let factors_1 = slip_1.factors::<LAWS, SPIN>();
         let factors_2 = slip_2.factors::<LAWS, SPIN>();
 
