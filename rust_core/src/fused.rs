@@ -1,11 +1,12 @@
 //! Any vehicle whose contacts saturate and touch at most: linear rows, contacts and laws as accelerations in one rate.
 //!
 //! The same forces as those of the general path in another order, made ready for one part of the lanes: every factor
-//! side by side with the next, divided by its mass; what the track alone does is summed once per row of the input table.
-use crate::contact::{AtSpeed, Contact, Slip};
+//! side by side with the next, divided by its mass; the springs that hold a wheelset itself joined with its gravitation;
+//! what the track alone does is summed once per row of the input table.
+use crate::contact::{AtSpeed, Contact};
 use crate::effects::{Law, PlacedLaw};
-use crate::lanes::{Lanes, Part};
-use crate::rows::{Packed, State, Table};
+use crate::lanes::{LANES, Lanes, Part};
+use crate::rows::{Packed, Place, Row, State, Table};
 use crate::vehicle::{Group, STATES};
 use crate::wheelset::Motion;
 
@@ -13,16 +14,16 @@ use crate::wheelset::Motion;
 pub struct FusedVehicle<'a, P> {
     group: &'a Group,
     at: usize,
-    /// Of the input table: accelerations of every degree of freedom; behind them per wheelset y_w + r phi_w and what is
-    /// taken off t_y.
+    /// Accelerations by the input table of every degree of freedom, but for what a wheelset's own track does to its y.
     track: Packed<P>,
     table: Table,
-    /// Accelerations by the state.
+    /// Accelerations by the state: of the wheelsets; of all else, and where none stands in dx, deflections of the stops.
+    wheel_rows: Packed<P>,
     rows: Packed<P>,
     wheelsets: Vec<Wheels<P>>,
     /// Those that differ: less to keep in the first cache.
     contacts: Vec<(Contact<P>, AtSpeed<P>)>,
-    stops: Vec<Stop<P>>,
+    stops: Vec<Stop<'a, P>>,
     ports: Vec<Port<'a, P>>,
     speed: f64,
     /// The sums of `track` at this row of the table.
@@ -30,14 +31,20 @@ pub struct FusedVehicle<'a, P> {
     laid_at: usize,
 }
 
-/// A wheelset: where its y and psi stand, how it creeps at this instant.
+/// A wheelset in its suspension.
 struct Wheels<P> {
-    y: usize,
-    psi: usize,
-    /// Which of the contacts.
+    /// y, psi, y', psi'
+    places: [Place<P>; 4],
     contact: usize,
-    slip: Slip<P>,
-    factors: [P; 2],
+    /// Its acceleration per y' by dampers.
+    damping: P,
+    /// First of the columns y_w, dy_w/ds, phi_w, dphi_w/ds, and its acceleration by each, the speed times the slopes.
+    column: usize,
+    by_track: [P; 4],
+    /// At the row of the table where `laid` is: y_w + r phi_w, what is taken off t_y, the acceleration by the track.
+    line: P,
+    off: P,
+    push: P,
 }
 
 /// A law at its port: its row, and the same over the masses.
@@ -47,75 +54,96 @@ struct Port<'a, P> {
     alpha: P,
 }
 
-/// A stop: the row of its deflection, and what its force does. It is rarely met: only then anything is pushed.
-struct Stop<P> {
-    row: Vec<(usize, P)>,
+/// A stop whose deflection stands in dx at its own number, and what its force accelerates. It is rarely met: only then
+/// anything is pushed.
+struct Stop<'a, P> {
+    law: &'a PlacedLaw,
     gap: P,
-    stiffness: P,
+    alpha: P,
     pushes: Vec<(usize, P)>,
 }
 
-/// Numbers of a wheelset among the laid ones.
-const PER_WHEELSET: usize = 2;
-
-/// How many numbers are laid for so many degrees of freedom and wheelsets.
-pub fn laid(dofs: usize, wheelsets: usize) -> usize {
-    dofs + PER_WHEELSET * wheelsets
-}
+/// The laid place that nothing is laid at.
+pub const NOWHERE: usize = STATES - 1;
 
 impl<'a, P: Part> FusedVehicle<'a, P> {
     /// Of a group that has these fused contacts.
     #[inline(always)]
     pub fn new(group: &'a Group, contacts: &[Contact<Lanes>], at: usize) -> Self {
         let n = group.dofs;
+        let part = |a: &Lanes| P::load(a, at);
         let (mut rows, mut track, mut wheelsets, mut parts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for row in 0..n {
-            let per_mass = P::load(&group.inv_mass[row], at);
-            let shared = |(i, a): (usize, &Lanes)| (i, P::load(a, at) * per_mass);
-            rows.push(([n + row, row], telling(group.matrix.state_of(row)).map(shared).collect()));
-            track.push(([row; 2], group.matrix.inputs_of(row).map(shared).collect::<Vec<_>>()));
+            let per_mass = |(i, a): (usize, &Lanes)| (i, times(a, &group.inv_mass[row]));
+            rows.push(telling(group.matrix.state_of(row).map(per_mass)));
+            track.push(group.matrix.inputs_of(row).map(per_mass).collect::<Vec<_>>());
         }
-        for (i, (wheelset, contact)) in group.wheelsets.iter().zip(contacts).enumerate() {
-            let which = contacts.iter().position(|other| other == contact).unwrap_or(i);
-            let (contact, column, to) = (contact.part::<P>(at), wheelset.column, laid(n, i));
-            track.push(([to; 2], vec![(column, P::splat(1.0)), (column + 2, contact.r)]));
-            track.push(([to + 1; 2], vec![(column + 1, contact.across_line), (column + 3, contact.across_roll)]));
-            track[wheelset.y].1.push((column + 2, contact.gravity));
-            let (y, psi, slip) = (wheelset.y, wheelset.psi, Slip::none());
-            wheelsets.push(Wheels { y, psi, contact: which, slip, factors: [P::zero(); 2] });
-            let at_speed = contact.at_speed(P::zero(), P::zero());
+        // what holds a wheelset itself goes with its contact
+        let mut held = Vec::new();
+        for (wheelset, contact) in group.wheelsets.iter().zip(contacts) {
+            let [lateral, yaw] = [wheelset.y, wheelset.psi].map(|dof| minus(&taken(&mut rows[dof], dof)));
+            held.push((contact.clone().held(&lateral, &yaw), lateral));
+        }
+        for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&held).enumerate() {
+            let (y, psi, column) = (wheelset.y, wheelset.psi, wheelset.column);
+            let which = held.iter().position(|(other, _)| other == contact).unwrap_or(i);
+            let contact: Contact<P> = contact.part(at);
+            // gravitation, and the springs were it to stand on the line
+            let own = [column, Table::moved(column + 1), column + 2, Table::moved(column + 3)];
+            let [y_w, dy_w, phi_w, dphi_w] = own.map(|place| part(&taken(&mut track[y], place)));
+            let pull = part(lateral);
+            let by_track = [y_w - pull, dy_w, phi_w + pull.neg_mul_add(contact.r, contact.gravity), dphi_w];
+            let (none, damping) = (P::zero(), part(&taken(&mut rows[y], n + y)));
+            let places = [y, psi, n + y, n + psi].map(Place::new);
+            wheelsets.push(Wheels {
+                places,
+                contact: which,
+                damping,
+                column,
+                by_track,
+                line: none,
+                off: none,
+                push: none,
+            });
+            let at_speed = contact.at_speed(none, none);
             parts.push((contact, at_speed));
         }
-        track.retain(|(_, terms)| !terms.is_empty());
-        track.iter_mut().for_each(|(_, terms)| merge(terms));
-        let mut vehicle = FusedVehicle {
+        let packed = |to: usize, from: usize, row: &[(usize, Lanes)]| -> Row<P> {
+            ([to, from], row.iter().map(|(i, a)| (*i, part(a))).collect())
+        };
+        let track: Vec<_> =
+            track.iter().enumerate().filter(|(_, row)| !row.is_empty()).map(|(i, row)| packed(i, i, row)).collect();
+        let rows = rows.iter().enumerate().map(|(i, row)| packed(n + i, i, row));
+        let of_wheelset = |([_, i], _): &Row<P>| group.wheelsets.iter().any(|w| w.y == *i || w.psi == *i);
+        let (wheel_rows, mut rows): (Vec<_>, Vec<_>) = rows.partition(of_wheelset);
+        let (mut stops, mut ports) = (Vec::new(), Vec::new());
+        for law in &group.forces {
+            let alpha = part(&law.alpha);
+            if law.law == Law::BumpStop && law.inputs.is_empty() && stops.len() < n {
+                rows.push(packed(stops.len(), NOWHERE, &law.row));
+                let pushes = law.pushes.iter().map(|(i, a)| (*i, part(a))).collect();
+                stops.push(Stop { law, gap: part(&law.lanes[0]), alpha, pushes });
+                continue;
+            }
+            let term = |((i, a), (_, push)): (&(usize, Lanes), &(usize, Lanes))| (*i, part(a), part(push));
+            let terms = law.row.iter().zip(&law.pushes).map(term).collect();
+            ports.push(Port { law, terms, alpha });
+        }
+        FusedVehicle {
             group,
             at,
-            table: Table::new(&track),
-            track: Packed::new(&track),
-            rows: Packed::new(&rows),
+            table: Table::new(),
+            track: Packed::new::<Table>(&track),
+            wheel_rows: Packed::new::<State<'_, P>>(&wheel_rows),
+            rows: Packed::new::<State<'_, P>>(&rows),
             wheelsets,
             contacts: parts,
-            stops: Vec::new(),
-            ports: Vec::new(),
+            stops,
+            ports,
             speed: f64::NAN,
             laid: [P::zero(); STATES],
             laid_at: usize::MAX,
-        };
-        let part = |row: &[(usize, Lanes)]| row.iter().map(|(i, a)| (*i, P::load(a, at))).collect::<Vec<_>>();
-        for law in &group.forces {
-            if law.law == Law::BumpStop && law.inputs.is_empty() {
-                let [gap, stiffness] = [0, 1].map(|k| P::load(&law.lanes[k], at));
-                let stiffness = P::load(&law.alpha, at) * stiffness;
-                vehicle.stops.push(Stop { row: part(&law.row), gap, stiffness, pushes: part(&law.pushes) });
-                continue;
-            }
-            let term =
-                |((i, a), (_, push)): (&(usize, Lanes), &(usize, Lanes))| (*i, P::load(a, at), P::load(push, at));
-            let terms = law.row.iter().zip(&law.pushes).map(term).collect();
-            vehicle.ports.push(Port { law, terms, alpha: P::load(&law.alpha, at) });
         }
-        vehicle
     }
 
     #[inline(always)]
@@ -123,6 +151,16 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         self.laid_at = index;
         self.table.read(row);
         self.track.sums(&self.table, None, &mut self.laid);
+        for wheels in &mut self.wheelsets {
+            let (contact, _) = &self.contacts[wheels.contact];
+            let track = &row[wheels.column..wheels.column + 4];
+            let (y, dy, phi, dphi) = (P::splat(track[0]), P::splat(track[1]), P::splat(track[2]), P::splat(track[3]));
+            let (moved, rolled) = (P::splat(row[1] * track[1]), P::splat(row[1] * track[3]));
+            let [by_y, by_dy, by_phi, by_dphi] = wheels.by_track;
+            wheels.line = contact.r.mul_add(phi, y);
+            wheels.off = contact.across_line.mul_add(dy, contact.across_roll * dphi);
+            wheels.push = by_phi.mul_add(phi, by_y * y) + by_dphi.mul_add(rolled, by_dy * moved);
+        }
         if row[1] != self.speed {
             self.speed = row[1];
             let v = P::splat(row[1]) * P::load(&self.group.speed_scale, self.at);
@@ -139,30 +177,40 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         if index != self.laid_at {
             self.lay(index, row);
         }
-        let n = self.group.dofs;
-        // a contact is a long chain: all wheelsets go through it abreast, and rows fill the time that square roots take
-        for (i, Wheels { y, psi, contact, slip, .. }) in self.wheelsets.iter_mut().enumerate() {
+        self.wheel_rows.sums(&State(x), Some(&self.laid), dx);
+        for Wheels { places, contact, damping, line, off, push, .. } in &self.wheelsets {
             let (contact, at_speed) = &self.contacts[*contact];
-            let to = laid(n, i);
-            let e = x[*y & 63] - self.laid[to & 63];
-            let motion = Motion { y: e, psi: x[*psi & 63], vy: x[(n + *y) & 63], vpsi: x[(n + *psi) & 63] };
-            *slip = contact.slip::<true>(at_speed, &motion, self.laid[(to + 1) & 63]);
+            let [y, psi, vy, vpsi] = [places[0].of(x), places[1].of(x), places[2].of(x), places[3].of(x)];
+            let slip = contact.slip::<true>(at_speed, &Motion { y: y - *line, psi, vy, vpsi }, *off);
+            let factors = slip.factors::<LAWS, true>();
+            let [_, _, to_y, to_psi] = places;
+            let a_y = damping.mul_add(vy, to_y.of(dx) + *push);
+            let touch = contact.touch::<LAWS, true>(&slip, factors, psi, a_y, to_psi.of(dx));
+            let [a_y, a_psi] = contact.creep::<true>(at_speed, touch, vy, vpsi);
+            to_y.put(dx, a_y);
+            to_psi.put(dx, a_psi);
         }
-        for Wheels { slip, factors, .. } in &mut self.wheelsets {
-            *factors = slip.factors::<LAWS, true>();
-        }
+        // a contact is a long chain: these rows fill the time that its square roots take
         self.rows.sums(&State(x), Some(&self.laid), dx);
-        for Wheels { y, psi, contact, slip, factors } in &self.wheelsets {
-            let (contact, at_speed) = &self.contacts[*contact];
-            let (iy, ipsi) = ((n + y) & 63, (n + psi) & 63);
-            let touch = contact.touch::<LAWS, true>(slip, *factors, x[psi & 63], dx[iy], dx[ipsi]);
-            [dx[iy], dx[ipsi]] = contact.creep::<true>(at_speed, touch, x[iy], x[ipsi]);
-        }
-        for stop in &self.stops {
-            stop.act(n, x, dx);
+        for (i, stop) in self.stops.iter().enumerate() {
+            let z = dx[i & 63];
+            if z.abs().any_from(stop.gap) {
+                self.push(stop, z, row, dx);
+            }
         }
         for port in &self.ports {
             self.act(port, row, x, dx);
+        }
+    }
+
+    #[cold]
+    #[inline(always)]
+    fn push(&self, stop: &Stop<'_, P>, z: P, row: &[f64], dx: &mut [P; STATES]) {
+        let (none, law) = (P::zero(), stop.law);
+        let force = stop.alpha * law.law.force(law.numbers(self.at), z, none, row[0], none, &mut P::zero());
+        for (i, push) in &stop.pushes {
+            let at = (self.group.dofs + i) & 63;
+            dx[at] = push.mul_add(force, dx[at]);
         }
     }
 
@@ -190,38 +238,30 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
     }
 }
 
-impl<P: Part> Stop<P> {
-    #[inline(always)]
-    fn act(&self, n: usize, x: &[P; STATES], dx: &mut [P; STATES]) {
-        let mut z = P::zero();
-        for (i, a) in &self.row {
-            z = a.mul_add(x[i & 63], z);
-        }
-        if z.abs().any_from(self.gap) {
-            let force = self.stiffness * (z - z.clamp(self.gap));
-            for (i, push) in &self.pushes {
-                dx[(n + i) & 63] = push.neg_mul_add(force, dx[(n + i) & 63]);
+/// The terms of a row that are more than what rounding leaves of equal and opposite springs, vehicle by vehicle.
+fn telling(terms: impl Iterator<Item = (usize, Lanes)>) -> Vec<(usize, Lanes)> {
+    let mut terms: Vec<_> = terms.collect();
+    for l in 0..LANES {
+        let least = f64::EPSILON * terms.iter().map(|(_, a)| a.0[l].abs()).fold(0.0, f64::max);
+        for (_, a) in &mut terms {
+            if a.0[l].abs() <= least {
+                a.0[l] = 0.0;
             }
         }
     }
+    terms.retain(|(_, a)| !a.is_zero());
+    terms
 }
 
-/// The terms of a row that are more than what rounding leaves of equal and opposite springs.
-fn telling<'a>(terms: impl Iterator<Item = (usize, &'a Lanes)>) -> impl Iterator<Item = (usize, &'a Lanes)> {
-    let terms: Vec<_> = terms.collect();
-    let size = |a: &Lanes| a.0.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let least = f64::EPSILON * terms.iter().map(|(_, a)| size(a)).fold(0.0, f64::max);
-    terms.into_iter().filter(move |(_, a)| size(a) > least)
+/// The factor of a row at a place, which leaves the row.
+fn taken(row: &mut Vec<(usize, Lanes)>, place: usize) -> Lanes {
+    row.iter().position(|(i, _)| *i == place).map_or(Lanes::ZERO, |k| row.remove(k).1)
 }
 
-/// Terms of one place made one.
-fn merge<P: Part>(terms: &mut Vec<(usize, P)>) {
-    let mut some: Vec<(usize, P)> = Vec::new();
-    for (i, a) in terms.drain(..) {
-        match some.iter_mut().find(|(j, _)| *j == i) {
-            Some((_, sum)) => *sum = *sum + a,
-            None => some.push((i, a)),
-        }
-    }
-    *terms = some;
+fn minus(a: &Lanes) -> Lanes {
+    Lanes(a.0.map(|a| -a))
+}
+
+fn times(a: &Lanes, b: &Lanes) -> Lanes {
+    Lanes::from_fn(|l| a.0[l] * b.0[l])
 }

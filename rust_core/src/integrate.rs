@@ -95,10 +95,10 @@ pub fn run(
 /// all would want the same few lines of the first cache.
 const APART: usize = 16;
 
-/// x and the states x_2, x_3, x_4 at which the next slopes are taken; all four slopes k_1 .. k_4.
+/// x and the states x_2, x_3 at which the next slopes are taken, x_4 in the room of x_2; all four slopes k_1 .. k_4.
 #[repr(C)]
 struct Room<P> {
-    states: [([P; STATES], [P; APART]); 4],
+    states: [([P; STATES], [P; APART]); 3],
     slopes: [([P; STATES], [P; APART]); 4],
 }
 
@@ -106,7 +106,7 @@ impl<P: Part> Room<P> {
     #[inline(always)]
     fn new() -> Self {
         let all = ([P::zero(); STATES], [P::zero(); APART]);
-        Room { states: [all; 4], slopes: [all; 4] }
+        Room { states: [all; 3], slopes: [all; 4] }
     }
 }
 
@@ -344,9 +344,9 @@ impl Run<'_, '_> {
                 }
             }
         }
-        if let Watch::Sums(sums) = self.watch {
-            for part in parts {
-                part.watching.iter().for_each(|growing| growing.store(sums, part.at));
+        for part in parts {
+            if let (Watch::Sums(sums), Watching::Sums(growing)) = (&mut *self.watch, &part.watching) {
+                growing.store(sums, part.at);
             }
         }
     }
@@ -360,9 +360,14 @@ struct Stepping<'a, P, M> {
     ahead: [P; 3],
     sixth: [P; 2],
     room: Room<P>,
-    signals: Vec<Signal<'a, P>>,
-    /// Where sums are watched.
-    watching: Option<Growing<'a, P>>,
+    watching: Watching<'a, P>,
+}
+
+/// What watches a part of the lanes.
+enum Watching<'a, P> {
+    /// Every channel.
+    Series(Vec<Signal<'a, P>>),
+    Sums(Growing<'a, P>),
 }
 
 impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
@@ -373,11 +378,10 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
             *x = P::load(start, at);
         }
         let watching = match &run.watch {
-            Watch::Sums(sums) => Some(Growing::new(sums, run.group, at)),
-            Watch::Series(_) => None,
+            Watch::Sums(sums) => Watching::Sums(Growing::new(sums, run.group, at)),
+            Watch::Series(_) => Watching::Series(run.group.readings.iter().map(|reading| reading.part(at)).collect()),
         };
-        let signals = run.group.readings.iter().map(|reading| reading.part(at)).collect();
-        Stepping { at, moving, ahead: [P::zero(); 3], sixth: [P::zero(); 2], room, signals, watching }
+        Stepping { at, moving, ahead: [P::zero(); 3], sixth: [P::zero(); 2], room, watching }
     }
 
     #[inline(always)]
@@ -390,19 +394,21 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
     #[inline(always)]
     fn rate(&mut self, turn: usize, index: usize, row: &[f64]) {
         let Room { states, slopes } = &mut self.room;
-        self.moving.rate(index, row, &states[turn].0, &mut slopes[turn].0);
+        let state = if turn == 3 { 1 } else { turn };
+        self.moving.rate(index, row, &states[state].0, &mut slopes[turn].0);
     }
 
     #[inline(always)]
     fn sample(&mut self, k: usize, row: &[f64], watch: &mut Watch<'_>) {
         let (x, dx) = (&self.room.states[0].0, &self.room.slopes[0].0);
-        if let Some(growing) = &mut self.watching {
-            growing.sample(row, x, dx);
-        }
-        if let Watch::Series(series) = watch {
-            for (c, signal) in self.signals.iter().enumerate() {
-                signal.read(row, x, dx).store(&mut series.lanes[c * series.samples + k], self.at);
+        match (&mut self.watching, watch) {
+            (Watching::Sums(growing), _) => growing.sample(row, x, dx),
+            (Watching::Series(signals), Watch::Series(series)) => {
+                for (c, signal) in signals.iter().enumerate() {
+                    signal.read(row, x, dx).store(&mut series.lanes[c * series.samples + k], self.at);
+                }
             }
+            (Watching::Series(_), Watch::Sums(_)) => {}
         }
     }
 
@@ -410,21 +416,33 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
     #[inline(always)]
     fn ahead<const TURN: usize>(&mut self, turn: usize) {
         let (n, states) = self.moving.size();
-        let (to, k) = (self.ahead[TURN], &self.room.slopes[turn].0);
-        let [(x, _), next @ ..] = &mut self.room.states;
-        for i in 0..n {
-            let (q, v) = (x[i & 63], x[(n + i) & 63]);
-            if TURN == 0 {
-                next[0].0[i & 63] = to.mul_add(v, q);
-            }
-            let v = to.mul_add(k[(n + i) & 63], v);
-            next[TURN].0[(n + i) & 63] = v;
-            if TURN < 2 {
-                next[TURN + 1].0[i & 63] = self.ahead[TURN + 1].mul_add(v, q);
+        let (n, states) = (n.min(STATES / 2), states.min(STATES));
+        let (to, slopes) = (self.ahead[TURN], &self.room.slopes[turn].0);
+        let [(x, _), (second, _), (third, _)] = &mut self.room.states;
+        // slices of one length: their indices are not checked
+        let (q, v, k) = (&x[..n], &x[n..2 * n], &slopes[n..2 * n]);
+        if TURN == 0 {
+            let next_q = &mut second[..n];
+            for i in 0..n {
+                next_q[i] = to.mul_add(v[i], q[i]);
             }
         }
-        for i in 2 * n..states {
-            next[TURN].0[i & 63] = to.mul_add(k[i & 63], x[i & 63]);
+        let (here, beyond) = if TURN == 1 { (third, second) } else { (second, third) };
+        let (next_v, next_own) = here[n..states].split_at_mut(n);
+        if TURN < 2 {
+            let (after, next_q) = (self.ahead[(TURN + 1) % 3], &mut beyond[..n]);
+            for i in 0..n {
+                next_v[i] = to.mul_add(k[i], v[i]);
+                next_q[i] = after.mul_add(next_v[i], q[i]);
+            }
+        } else {
+            for i in 0..n {
+                next_v[i] = to.mul_add(k[i], v[i]);
+            }
+        }
+        let (own, k) = (&x[2 * n..states], &slopes[2 * n..states]);
+        for i in 0..states - 2 * n {
+            next_own[i] = to.mul_add(k[i], own[i]);
         }
     }
 
@@ -432,18 +450,24 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
     #[inline(always)]
     fn step(&mut self, turn: usize) {
         let (n, states) = self.moving.size();
+        let (n, states) = (n.min(STATES / 2), states.min(STATES));
         let ([sixth, square], h) = (self.sixth, self.ahead[2]);
         let Room { states: [(x, _), ..], slopes } = &mut self.room;
-        for i in n..states {
-            let [k_1, k_2, k_3, k_4] = [0, 1, 2, turn].map(|t| slopes[t & 3].0[i & 63]);
-            let middle = k_2 + k_3;
-            let sum = k_1 + middle;
-            if i < 2 * n {
-                let v = x[i & 63];
-                let q = &mut x[(i - n) & 63];
-                *q = square.mul_add(sum, h.mul_add(v, *q));
-            }
-            x[i & 63] = sixth.mul_add(sum + (middle + k_4), x[i & 63]);
+        let (moving, own) = x[..states].split_at_mut(2 * n);
+        let (q, v) = moving.split_at_mut(n);
+        let (k_1, own_1) = slopes[0].0[n..states].split_at(n);
+        let (k_2, own_2) = slopes[1].0[n..states].split_at(n);
+        let (k_3, own_3) = slopes[2].0[n..states].split_at(n);
+        let (k_4, own_4) = slopes[turn & 3].0[n..states].split_at(n);
+        for i in 0..n {
+            let middle = k_2[i] + k_3[i];
+            let sum = k_1[i] + middle;
+            q[i] = square.mul_add(sum, h.mul_add(v[i], q[i]));
+            v[i] = sixth.mul_add(sum + (middle + k_4[i]), v[i]);
+        }
+        for i in 0..states - 2 * n {
+            let middle = own_2[i] + own_3[i];
+            own[i] = sixth.mul_add((own_1[i] + middle) + (middle + own_4[i]), own[i]);
         }
     }
 }

@@ -124,7 +124,7 @@ impl<P: Part> PlainBogie<P> {
         at.laid_at = index;
         for i in 0..2 {
             let (w, track) = (&self.contacts[i], &row[COLUMNS[i]..COLUMNS[i] + 4]);
-            let [y, dy, phi, dphi] = [0, 1, 2, 3].map(|k| P::splat(track[k]));
+            let (y, dy, phi, dphi) = (P::splat(track[0]), P::splat(track[1]), P::splat(track[2]), P::splat(track[3]));
             let (mut line, mut push, mut taken) = (y, P::zero(), P::zero());
             if SPIN {
                 line = w.r.mul_add(phi, line);

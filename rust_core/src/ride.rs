@@ -65,7 +65,9 @@ impl Sums {
 pub struct Growing<'a, P> {
     clearance: P,
     displacements: Vec<(Signal<'a, P>, [P; 3])>,
-    points: Vec<(Signal<'a, P>, Vec<Weighted<P>>)>,
+    /// Accelerations, and behind them per cascade what each of them is weighted by.
+    points: Vec<(Signal<'a, P>, P)>,
+    cascades: Vec<Weighting<P>>,
     block: usize,
     /// Samples until the block is full.
     left: usize,
@@ -74,24 +76,23 @@ pub struct Growing<'a, P> {
     begun: Vec<P>,
 }
 
-/// An acceleration behind a cascade.
-struct Weighted<P> {
+/// A cascade: its sections, once for all accelerations, and behind it per acceleration the memories and the sum of squares.
+struct Weighting<P> {
     sections: Vec<Section<P>>,
-    squares: P,
+    behind: Vec<(Vec<[P; 2]>, P)>,
 }
 
-/// A second-order section with its memory.
+/// A second-order section.
 struct Section<P> {
     b: [P; 3],
     a: [P; 2],
-    memory: [P; 2],
 }
 
 impl<P: Part> Section<P> {
     /// Transposed direct form II.
     #[inline(always)]
-    fn pass(&mut self, w: P) -> P {
-        let Section { b, a, memory } = self;
+    fn pass(&self, memory: &mut [P; 2], w: P) -> P {
+        let Section { b, a } = self;
         let y = b[0].mul_add(w, memory[0]);
         memory[0] = a[0].neg_mul_add(y, b[1].mul_add(w, memory[1]));
         memory[1] = a[1].neg_mul_add(y, b[2] * w);
@@ -107,16 +108,18 @@ impl<'a, P: Part> Growing<'a, P> {
         let points = signals.split_off(sums.wheelsets);
         let section = |[b0, b1, b2, a1, a2]: &[Lanes; 5]| {
             let [b, a] = [[b0, b1, b2].map(|b| P::load(b, at)), [a1, a2, a2].map(|a| P::load(a, at))];
-            Section { b, a: [a[0], a[1]], memory: [P::zero(); 2] }
+            Section { b, a: [a[0], a[1]] }
         };
-        let weighted =
-            |cascade: &Cascade| Weighted { sections: cascade.iter().map(section).collect(), squares: P::zero() };
-        let behind = |signal| (signal, sums.cascades.iter().map(weighted).collect());
+        let weighting = |cascade: &Cascade| Weighting {
+            sections: cascade.iter().map(section).collect(),
+            behind: vec![(vec![[P::zero(); 2]; cascade.len()], P::zero()); points.len()],
+        };
         Growing {
             clearance: P::load(&sums.clearance, at),
             displacements: signals.into_iter().map(|signal| (signal, [P::zero(); 3])).collect(),
             begun: vec![P::zero(); points.len()],
-            points: points.into_iter().map(behind).collect(),
+            cascades: sums.cascades.iter().map(weighting).collect(),
+            points: points.into_iter().map(|signal| (signal, P::zero())).collect(),
             block: sums.block,
             left: sums.block,
             blocks: Vec::new(),
@@ -132,12 +135,14 @@ impl<'a, P: Part> Growing<'a, P> {
             *squares = e.mul_add(e, *squares);
             *touching = *touching + e.abs().if_less(self.clearance, P::zero(), P::splat(1.0));
         }
-        for (signal, behind) in &mut self.points {
-            let acceleration = signal.read(row, x, dx);
-            for Weighted { sections, squares } in behind {
-                let mut w = acceleration;
-                for section in sections {
-                    w = section.pass(w);
+        for (signal, acceleration) in &mut self.points {
+            *acceleration = signal.read(row, x, dx);
+        }
+        for Weighting { sections, behind } in &mut self.cascades {
+            for ((_, acceleration), (memories, squares)) in self.points.iter().zip(behind) {
+                let mut w = *acceleration;
+                for (section, memory) in sections.iter().zip(memories) {
+                    w = section.pass(memory, w);
                 }
                 *squares = w.mul_add(w, *squares);
             }
@@ -148,15 +153,21 @@ impl<'a, P: Part> Growing<'a, P> {
         self.left = self.left.saturating_sub(1);
     }
 
+    /// The sum of squares of an acceleration behind a cascade.
+    #[inline(always)]
+    fn squares(&self, point: usize, cascade: usize) -> P {
+        self.cascades.get(cascade).map_or(P::zero(), |weighting| weighting.behind[point].1)
+    }
+
     /// The block is full.
     #[inline(always)]
     fn close(&mut self) {
         self.left = self.block + 1;
         let share = P::splat(1.0 / self.block as f64);
-        for ((_, behind), begun) in self.points.iter().zip(&mut self.begun) {
-            let squares = behind.first().map_or(P::zero(), |weighted| weighted.squares);
-            self.blocks.push((squares - *begun) * share);
-            *begun = squares;
+        for point in 0..self.points.len() {
+            let squares = self.squares(point, 0);
+            self.blocks.push((squares - self.begun[point]) * share);
+            self.begun[point] = squares;
         }
     }
 
@@ -168,9 +179,8 @@ impl<'a, P: Part> Growing<'a, P> {
                 grown.store(sum, at);
             }
         }
-        let squares = self.points.iter().flat_map(|(_, behind)| behind);
-        for (weighted, sum) in squares.zip(&mut sums.squares) {
-            weighted.squares.store(sum, at);
+        for (i, sum) in sums.squares.iter_mut().enumerate() {
+            self.squares(i / self.cascades.len(), i % self.cascades.len()).store(sum, at);
         }
         let (points, blocks) = (self.points.len(), sums.blocks.len() / self.points.len().max(1));
         for (i, mean) in self.blocks.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Sparse rows of sixteen vehicles: forces that are linear in the state and in the track.
 use crate::lanes::{Lanes, Part};
+use std::marker::PhantomData;
 
 /// Columns of the input table; behind them stand those that the speed multiplies.
 const COLUMNS: usize = 64;
@@ -69,7 +70,7 @@ impl Rows {
         self.state.of(row)
     }
 
-    /// The terms of one row over the input table, as [`Packed::over_table`] counts its places.
+    /// The terms of one row over the input table, as [`Table`] counts its places.
     pub fn inputs_of(&self, row: usize) -> impl Iterator<Item = (usize, &Lanes)> {
         self.inputs.of(row)
     }
@@ -99,36 +100,112 @@ fn moving(table: &[f64], column: usize) -> f64 {
     table[column % COLUMNS] * if column < COLUMNS { 1.0 } else { table[1] }
 }
 
-/// Terms of a row that are summed at once.
-const CHUNK: usize = 4;
-
-/// Rows for one part of the lanes, cut into chunks of one length, every factor beside the next in memory: two short loops
-/// whose branches can all be foreseen, and which stay in the cache of decoded instructions.
+/// Rows for one part of the lanes, two by two where they read the same places: what a place holds is loaded once for both.
+/// Every factor stands beside the next in memory. Terms are summed one by one in the order of their places: so one that is
+/// zero moves no digit, whichever vehicle beside it needs it.
 #[derive(Clone, Debug)]
 pub struct Packed<P> {
-    /// The first chunk of every row.
-    first: Vec<Chunk<P>>,
-    /// What is left of them, in turns, so that no sum waits for the one before.
-    further: Vec<Chunk<P>>,
+    twins: Strips<P, 2>,
+    singles: Strips<P, 1>,
 }
 
-/// Some terms of a row; where their sum goes, and where the row starts from.
+/// Rows in groups of N over the same places.
 #[derive(Clone, Debug)]
-struct Chunk<P> {
-    factors: [P; CHUNK],
-    places: [u8; CHUNK],
-    to: u8,
-    from: u8,
+struct Strips<P, const N: usize> {
+    heads: Vec<Head<P, N>>,
+    /// Terms in steps of two: an offset each (see [`Places`]), a factor per row.
+    places: Vec<[u32; 2]>,
+    factors: Vec<[[P; N]; 2]>,
 }
 
-impl<P: Part> Chunk<P> {
-    #[inline(always)]
-    fn sum(&self, values: &impl Places<P>, start: P) -> P {
-        let ([a, b, c, d], [x, y, z, w]) = (&self.factors, self.places);
-        let one = a.mul_add(values.at(x), c.mul_add(values.at(z), start));
-        // two sums side by side: fewer products wait for the one before
-        one + b.mul_add(values.at(y), *d * values.at(w))
+/// A group of rows: where the sums go and where they start from, and its number of steps.
+#[derive(Clone, Debug)]
+struct Head<P, const N: usize> {
+    to: [Place<P>; N],
+    from: [Place<P>; N],
+    steps: u32,
+}
+
+/// A place of a state, ready to be read.
+#[derive(Clone, Copy, Debug)]
+pub struct Place<P>(u32, PhantomData<P>);
+
+impl<P: Part> Place<P> {
+    pub fn new(index: usize) -> Self {
+        assert!(index < 64);
+        Place((index * size_of::<P>()) as u32, PhantomData)
     }
+
+    #[inline(always)]
+    pub fn of(self, x: &[P; 64]) -> P {
+        // SAFETY: a place is made below 64 alone; an index would have to be masked and shifted
+        unsafe { *x.as_ptr().byte_add(self.0 as usize) }
+    }
+
+    #[inline(always)]
+    pub fn put(self, x: &mut [P; 64], value: P) {
+        // SAFETY: as above
+        unsafe { *x.as_mut_ptr().byte_add(self.0 as usize) = value }
+    }
+}
+
+impl<P: Part, const N: usize> Strips<P, N> {
+    fn new(groups: &[[&Row<P>; N]], size: usize) -> Self {
+        let mut strips = Strips { heads: Vec::new(), places: Vec::new(), factors: Vec::new() };
+        for rows in groups {
+            let places = together(rows);
+            let factor = |row: &Row<P>, place: usize| -> P {
+                row.1.iter().find(|(other, _)| *other == place).map_or(P::zero(), |(_, factor)| *factor)
+            };
+            for step in places.chunks(2) {
+                let last = step[step.len() - 1];
+                strips.places.push([step[0], last].map(|place| (place * size) as u32));
+                let factors = |k: usize, place: usize| {
+                    rows.map(|row| if k < step.len() { factor(row, place) } else { P::zero() })
+                };
+                strips.factors.push([factors(0, step[0]), factors(1, last)]);
+            }
+            let [to, from] = [0, 1].map(|end| rows.map(|row| Place::new(row.0[end])));
+            strips.heads.push(Head { to, from, steps: places.len().div_ceil(2) as u32 });
+        }
+        strips
+    }
+
+    #[inline(always)]
+    fn sums(&self, values: &impl Places<P>, from: Option<&[P; 64]>, to: &mut [P; 64]) {
+        let (mut places, mut factors) = (self.places.as_ptr(), self.factors.as_ptr());
+        for head in &self.heads {
+            // loops over indices: adapters and closures of the library would not be compiled for the level
+            let mut sums = [P::zero(); N];
+            if let Some(from) = from {
+                for n in 0..N {
+                    sums[n] = head.from[n].of(from);
+                }
+            }
+            for _ in 0..head.steps {
+                // SAFETY: the heads count as many steps as there are
+                let (places_of, factors_of) = unsafe { (&*places, &*factors) };
+                for k in 0..2 {
+                    let value = values.at(places_of[k]);
+                    for n in 0..N {
+                        sums[n] = factors_of[k][n].mul_add(value, sums[n]);
+                    }
+                }
+                (places, factors) = unsafe { (places.add(1), factors.add(1)) };
+            }
+            for n in 0..N {
+                head.to[n].put(to, sums[n]);
+            }
+        }
+    }
+}
+
+/// The places that any of these rows reads, in order.
+fn together<P>(rows: &[&Row<P>]) -> Vec<usize> {
+    let mut places: Vec<_> = rows.iter().flat_map(|row| row.1.iter().map(|(place, _)| *place)).collect();
+    places.sort_unstable();
+    places.dedup();
+    places
 }
 
 /// A row: where its sum goes and where it starts from, its terms.
@@ -136,82 +213,84 @@ pub type Row<P> = ([usize; 2], Vec<(usize, P)>);
 
 /// What the places of a row hold.
 pub trait Places<P> {
-    fn at(&self, place: u8) -> P;
+    /// Bytes from one place to the next.
+    const SIZE: usize;
+    /// So many bytes behind the first place.
+    fn at(&self, offset: u32) -> P;
 }
 
 /// Positions and velocities.
 pub struct State<'a, P>(pub &'a [P; 64]);
 
 impl<P: Part> Places<P> for State<'_, P> {
+    const SIZE: usize = size_of::<P>();
+
     #[inline(always)]
-    fn at(&self, place: u8) -> P {
+    fn at(&self, offset: u32) -> P {
         // SAFETY: `Packed::new` is given places below 64 alone; a mask would be vectorised, at a cost
-        debug_assert!((place as usize) < self.0.len());
-        unsafe { *self.0.get_unchecked(place as usize) }
+        debug_assert!((offset as usize) < size_of_val(self.0));
+        unsafe { *self.0.as_ptr().byte_add(offset as usize) }
     }
 }
 
-/// A row of the input table, and behind it the products with the speed of those columns that are read so.
-pub struct Table {
-    values: [f64; 2 * COLUMNS],
-    moved: Vec<usize>,
-}
+/// A row of the input table, and behind it its products with the speed.
+pub struct Table([f64; 2 * COLUMNS]);
 
 impl Table {
-    /// For rows with these places.
-    pub fn new<P>(rows: &[Row<P>]) -> Self {
-        let places = rows.iter().flat_map(|(_, terms)| terms.iter().map(|(place, _)| *place));
-        let mut moved: Vec<_> = places.filter_map(|place| place.checked_sub(COLUMNS)).collect();
-        moved.sort_unstable();
-        moved.dedup();
-        Table { values: [0.0; 2 * COLUMNS], moved }
+    pub fn new() -> Self {
+        Table([0.0; 2 * COLUMNS])
+    }
+
+    /// The place of a column times the speed.
+    pub fn moved(column: usize) -> usize {
+        column + COLUMNS
     }
 
     #[inline(always)]
     pub fn read(&mut self, row: &[f64]) {
-        let (plain, moving) = self.values.split_at_mut(COLUMNS);
-        plain[..row.len()].copy_from_slice(row);
-        for column in &self.moved {
-            moving[*column] = row[*column] * row[1];
+        let (plain, moving) = self.0.split_at_mut(COLUMNS);
+        for i in 0..row.len().min(COLUMNS) {
+            (plain[i], moving[i]) = (row[i], row[1] * row[i]);
         }
     }
 }
 
 impl<P: Part> Places<P> for Table {
+    const SIZE: usize = size_of::<f64>();
+
     #[inline(always)]
-    fn at(&self, place: u8) -> P {
+    fn at(&self, offset: u32) -> P {
         // SAFETY: as for the state, below 128
-        debug_assert!((place as usize) < self.values.len());
-        P::splat(unsafe { *self.values.get_unchecked(place as usize) })
+        debug_assert!((offset as usize) < size_of_val(&self.0));
+        P::splat(unsafe { *self.0.as_ptr().byte_add(offset as usize) })
     }
 }
 
 impl<P: Part> Packed<P> {
-    /// From rows; no place is beyond those of [`State`] or [`Table`].
-    pub fn new(rows: &[Row<P>]) -> Self {
-        let chunk = |([to, from], terms): &Row<P>, k: usize| {
-            let term = |i: usize| terms.get(CHUNK * k + i).copied().unwrap_or((0, P::zero()));
-            let terms = [0, 1, 2, 3].map(term);
-            let (places, factors) = (terms.map(|t| t.0 as u8), terms.map(|t| t.1));
-            Chunk { factors, places, to: *to as u8, from: *from as u8 }
-        };
-        let chunks = |row: &Row<P>| row.1.len().div_ceil(CHUNK);
-        let first = rows.iter().map(|row| chunk(row, 0)).collect();
-        let turns = 1..rows.iter().map(chunks).max().unwrap_or(0);
-        let still = |k: usize| rows.iter().filter(move |row| k < chunks(row)).map(move |row| chunk(row, k));
-        Packed { first, further: turns.flat_map(still).collect() }
+    /// From rows whose places are below those of [`State`] or [`Table`].
+    pub fn new<V: Places<P>>(rows: &[Row<P>]) -> Self {
+        let places = |rows: &[&Row<P>]| together(rows).len();
+        let mut left: Vec<_> = rows.iter().collect();
+        let mut twins = Vec::new();
+        // a row apart loads a place and a factor per term, two together load a place and two factors
+        let spared = |a: &Row<P>, b: &Row<P>| 2 * (places(&[a]) + places(&[b])) as isize - 3 * places(&[a, b]) as isize;
+        while let Some((_, i, j)) = (0..left.len())
+            .flat_map(|j| (0..j).map(move |i| (i, j)))
+            .map(|(i, j)| (spared(left[i], left[j]), i, j))
+            .filter(|(spared, ..)| *spared > 0)
+            .max_by_key(|(spared, i, j)| (*spared, usize::MAX - i, usize::MAX - j))
+        {
+            let (second, first) = (left.remove(j), left.remove(i));
+            twins.push([first, second]);
+        }
+        let singles: Vec<_> = left.into_iter().map(|row| [row]).collect();
+        Packed { twins: Strips::new(&twins, V::SIZE), singles: Strips::new(&singles, V::SIZE) }
     }
 
     /// to[..] = from[..] (or none) + the sum of every row.
     #[inline(always)]
     pub fn sums(&self, values: &impl Places<P>, from: Option<&[P; 64]>, to: &mut [P; 64]) {
-        for chunk in &self.first {
-            let start = from.map_or(P::zero(), |from| from[chunk.from as usize & 63]);
-            to[chunk.to as usize & 63] = chunk.sum(values, start);
-        }
-        for chunk in &self.further {
-            let place = chunk.to as usize & 63;
-            to[place] = to[place] + chunk.sum(values, P::zero());
-        }
+        self.twins.sums(values, from, to);
+        self.singles.sums(values, from, to);
     }
 }

@@ -60,7 +60,7 @@ pub struct Reading {
 
 /// Which wheels of which wheelset guide: both together, or one.
 #[derive(Clone, Debug)]
-struct Guiding {
+pub struct Guiding {
     wheelset: WheelsetLanes,
     /// 0: both; 1 right, 2 left.
     wheel: usize,
@@ -296,7 +296,7 @@ impl Structure {
             if self.kind == "bogie" && n == 6 && !group.matrix.is_driven() {
                 let numbers: Vec<_> = ones.iter().map(|one| one.numbers).collect();
                 group.plain = Some(PlainBogie::new(&numbers, &contacts, &group.speed_scale, group.touches()));
-            } else if self.layout.is_some() && n + 2 * contacts.len() <= STATES {
+            } else if self.layout.is_some() && n < STATES {
                 group.contacts = Some(contacts.iter().map(|numbers| Contact::new(numbers)).collect());
             }
         }
@@ -559,43 +559,60 @@ impl Reading {
     /// Of the lanes from `at` on.
     #[inline(always)]
     pub fn part<P: Part>(&self, at: usize) -> Signal<'_, P> {
-        let part = |terms: &[(usize, Lanes)]| terms.iter().map(|(i, a)| (*i, P::load(a, at))).collect();
+        let part = |terms: &[(usize, Lanes)]| terms.iter().map(|(i, a)| (*i, P::load(a, at))).collect::<Vec<_>>();
         let [state, rate, inputs, rates] =
             [&self.state, &self.rate, &self.inputs, &self.rates].map(|terms| part(terms));
-        Signal { state, rate, inputs, rates, guiding: self.guiding.as_deref(), at }
+        match (&self.guiding, &state[..], &inputs[..]) {
+            (Some(guiding), ..) => Signal::Guiding(guiding, at),
+            (None, &[state], &[line, level]) if rate.is_empty() && rates.is_empty() => {
+                Signal::Displacement { state, inputs: [line, level] }
+            }
+            _ => Signal::Terms { state, rate, inputs, rates },
+        }
     }
 }
 
 /// A reading of a part of the lanes.
-pub struct Signal<'a, P> {
-    state: Vec<(usize, P)>,
-    rate: Vec<(usize, P)>,
-    inputs: Vec<(usize, P)>,
-    rates: Vec<(usize, P)>,
-    guiding: Option<&'a Guiding>,
-    at: usize,
+pub enum Signal<'a, P> {
+    /// Of a wheelset relative to the rails, such as every score has: as its terms, without loops over them.
+    Displacement {
+        state: (usize, P),
+        inputs: [(usize, P); 2],
+    },
+    Terms {
+        state: Vec<(usize, P)>,
+        rate: Vec<(usize, P)>,
+        inputs: Vec<(usize, P)>,
+        rates: Vec<(usize, P)>,
+    },
+    Guiding(&'a Guiding, usize),
 }
 
 impl<P: Part> Signal<'_, P> {
     #[inline(always)]
     pub fn read(&self, row: &[f64], x: &[P; STATES], dx: &[P; STATES]) -> P {
-        if let Some(guiding) = &self.guiding {
-            return guiding.force(self.at, row, x);
+        match self {
+            Signal::Displacement { state: (i, a), inputs: [(line, b), (level, c)] } => {
+                c.mul_add(P::splat(row[*level]), b.mul_add(P::splat(row[*line]), *a * x[i & 63]))
+            }
+            Signal::Terms { state, rate, inputs, rates } => {
+                let mut value = P::zero();
+                for (i, a) in state {
+                    value = a.mul_add(x[i & 63], value);
+                }
+                for (i, a) in rate {
+                    value = a.mul_add(dx[i & 63], value);
+                }
+                for (column, a) in inputs {
+                    value = a.mul_add(P::splat(row[*column]), value);
+                }
+                for (column, a) in rates {
+                    value = a.mul_add(P::splat(row[1] * row[*column]), value);
+                }
+                value
+            }
+            Signal::Guiding(guiding, at) => guiding.force(*at, row, x),
         }
-        let mut value = P::zero();
-        for (i, a) in &self.state {
-            value = a.mul_add(x[i & 63], value);
-        }
-        for (i, a) in &self.rate {
-            value = a.mul_add(dx[i & 63], value);
-        }
-        for (column, a) in &self.inputs {
-            value = a.mul_add(P::splat(row[*column]), value);
-        }
-        for (column, a) in &self.rates {
-            value = a.mul_add(P::splat(row[1] * row[*column]), value);
-        }
-        value
     }
 }
 
