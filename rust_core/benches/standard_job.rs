@@ -3,8 +3,8 @@
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use railui_core::compare::{Filter, filtered};
+use railui_core::course::Course;
 use railui_core::effects::Law;
-use railui_core::integrate::Course;
 use railui_core::lanes::{LANES, Lanes, level};
 use railui_core::many::{Many, Weighing, rates, score};
 use railui_core::vehicle::{Placed, Structure};

@@ -1,11 +1,13 @@
 //! Groups over threads: designs, perturbed parameters, candidates.
 use crate::compare::{Filter, filtered, sense};
+use crate::course::Course;
 use crate::curve::{Stand, Statics};
 use crate::error::{Error, Result, expect_len};
-use crate::integrate::{Course, Series, Watch, run};
+use crate::integrate::run;
 use crate::lanes::{Job, LANES, Lanes, Part, Portable, dispatch, level};
 use crate::ride::{Sums, cascade};
 use crate::vehicle::{Group, STATES, Single, Structure};
+use crate::watch::{Series, Watch};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 

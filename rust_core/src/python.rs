@@ -1,10 +1,10 @@
 //! The one door to Python: conversions, no physics.
 use crate::assemble;
 use crate::compare::Filter;
+use crate::course::Course;
 use crate::effects::effect::{Kind, Param, Role, Site, Supersedes};
 use crate::effects::{CATALOGUE, Law};
 use crate::error::Error;
-use crate::integrate::Course;
 use crate::lanes;
 use crate::many::{self, Many, Weighing};
 use crate::python_layout::Given;

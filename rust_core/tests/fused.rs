@@ -1,9 +1,11 @@
 //! The fused bogie and the fused vehicle of bodies and elements are the general ones, lane by lane.
 use railui_core::bodies::{Acts, Body, Joint, Layout, Number, Point, Way, Wheels};
+use railui_core::course::Course;
 use railui_core::effects::Law;
-use railui_core::integrate::{Course, Series, Watch, run};
+use railui_core::integrate::run;
 use railui_core::lanes::LANES;
 use railui_core::vehicle::{Group, Placed, Single, Structure};
+use railui_core::watch::{Series, Watch};
 use std::sync::atomic::AtomicBool;
 
 const SAMPLES: usize = 1500;
