@@ -63,8 +63,8 @@ struct Stop<'a, P> {
     pushes: Vec<(usize, P)>,
 }
 
-/// The laid place that nothing is laid at.
-pub const NOWHERE: usize = STATES - 1;
+/// The place of `laid` where nothing is laid.
+const NOWHERE: usize = STATES - 1;
 
 impl<'a, P: Part> FusedVehicle<'a, P> {
     /// Of a group that has these fused contacts.
@@ -132,7 +132,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         FusedVehicle {
             group,
             at,
-            table: Table::new(),
+            table: Table::default(),
             track: Packed::new::<Table>(&track),
             wheel_rows: Packed::new::<State<'_, P>>(&wheel_rows),
             rows: Packed::new::<State<'_, P>>(&rows),

@@ -171,11 +171,12 @@ impl<P: Part, const N: usize> Strips<P, N> {
         strips
     }
 
+    // adapters and closures of the library need not be compiled for the level: plain loops over indices are
+    #[allow(clippy::needless_range_loop)]
     #[inline(always)]
     fn sums(&self, values: &impl Places<P>, from: Option<&[P; 64]>, to: &mut [P; 64]) {
         let (mut places, mut factors) = (self.places.as_ptr(), self.factors.as_ptr());
         for head in &self.heads {
-            // loops over indices: adapters and closures of the library would not be compiled for the level
             let mut sums = [P::zero(); N];
             if let Some(from) = from {
                 for n in 0..N {
@@ -236,11 +237,13 @@ impl<P: Part> Places<P> for State<'_, P> {
 /// A row of the input table, and behind it its products with the speed.
 pub struct Table([f64; 2 * COLUMNS]);
 
-impl Table {
-    pub fn new() -> Self {
+impl Default for Table {
+    fn default() -> Self {
         Table([0.0; 2 * COLUMNS])
     }
+}
 
+impl Table {
     /// The place of a column times the speed.
     pub fn moved(column: usize) -> usize {
         column + COLUMNS
@@ -272,8 +275,10 @@ impl<P: Part> Packed<P> {
         let places = |rows: &[&Row<P>]| together(rows).len();
         let mut left: Vec<_> = rows.iter().collect();
         let mut twins = Vec::new();
-        // a row apart loads a place and a factor per term, two together load a place and two factors
-        let spared = |a: &Row<P>, b: &Row<P>| 2 * (places(&[a]) + places(&[b])) as isize - 3 * places(&[a, b]) as isize;
+        // a row apart loads a place and a factor per term, two together load a place and two factors; to begin and to end
+        // a sum costs as much as two terms
+        let cost = |rows: &[&Row<P>]| (1 + rows.len()) * (places(rows) + 2);
+        let spared = |a: &Row<P>, b: &Row<P>| (cost(&[a]) + cost(&[b])) as isize - cost(&[a, b]) as isize;
         while let Some((_, i, j)) = (0..left.len())
             .flat_map(|j| (0..j).map(move |i| (i, j)))
             .map(|(i, j)| (spared(left[i], left[j]), i, j))
