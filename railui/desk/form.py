@@ -16,10 +16,8 @@ from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
 from railui.desk.draft import Field
-from railui.files.display import display
+from railui.desk.written import symbol, value_text
 
-GREEK = {"lambda": "λ", "kappa": "κ", "epsilon": "ε", "delta": "δ", "sigma": "σ", "psi": "ψ", "phi": "φ"}
-LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 NAME, VALUE, SYMBOL = 22, 14, 9  # columns
 STEP = 0.02  # of a range, one press
 TYPED = frozenset("0123456789.-")
@@ -30,48 +28,6 @@ class Head:
     """A heading between the lines of a form."""
 
     text: str
-
-
-def symbol(text: str) -> str:
-    """A symbol as it is printed.
-
-    >>> symbol("kappa_x_1"), symbol("c_spsi"), symbol("I_zb")
-    ('κ_x₁', 'c_sψ', 'I_zb')
-    """
-    for name, letter in GREEK.items():
-        text = text.replace(name, letter)
-    for digit in "0123456789":
-        text = text.replace(f"_{digit}", digit.translate(LOWERED))
-    return text
-
-
-def value_text(field: Field) -> str:
-    """The value as one would write it by hand."""
-    if field.value is None:
-        return "-"
-    if isinstance(field.value, bool):
-        return "yes" if field.value else "no"
-    if isinstance(field.value, str):
-        return field.value.replace("_", " ") if field.choices else field.value
-    return pretty(display(field.value, field.unit))
-
-
-def pretty(text: str) -> str:
-    """A quantity as it is printed.
-
-    >>> pretty("30 kN*m*s/rad"), pretty("3300 kg*m^2")
-    ('30 kN·m·s/rad', '3300 kg·m²')
-    """
-    return text.replace("*", "·").replace("^2", "²").replace("^3", "³")
-
-
-def range_text(field: Field) -> str:
-    """The usual range in words."""
-    if field.choices:
-        return " / ".join(str(c).lower() for c in field.choices)
-    if isinstance(field.value, str):
-        return ""
-    return pretty(f"{display(field.low, field.unit, 5)} to {display(field.high, field.unit, 5)}")
 
 
 class Form(ScrollView, can_focus=True):

@@ -13,8 +13,9 @@ from textual.widgets import Input, Static
 
 from railui.desk.dialogs import Pick
 from railui.desk.draft import Field
-from railui.desk.form import Form, Head, pretty, range_text, value_text
-from railui.files.display import display
+from railui.desk.form import Form, Head
+from railui.desk.written import range_text, value_text
+from railui.files.display import display, pretty
 
 
 class FormSide(Vertical):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -73,8 +74,7 @@ def road(case: Case) -> Road:
 
 @lru_cache(maxsize=4)
 def laid(track: str) -> Laid:
-    from pathlib import Path
-
+    """A track by its file or its spec. FileProblems or ValueError where it cannot be laid."""
     return lay(Path(track) if is_track_file(track) else track)
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from railui.desk.bars import Bar
-from railui.desk.form import pretty, symbol
 from railui.desk.loop_views import Closed, error, named, share, short
+from railui.desk.written import symbol
 from railui.files.campaign import Campaign
-from railui.files.display import display
+from railui.files.display import display, pretty
 from railui.files.parameters import PARAMETERS
 from railui.files.problems import FileProblems
 from railui.study.confirm import Refit

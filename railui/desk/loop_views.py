@@ -10,10 +10,9 @@ import numpy as np
 from rich.text import Text
 
 from railui.desk.axis import Axis
-from railui.desk.form import pretty
-from railui.desk.plot import Line as Curve
-from railui.desk.plot import Picture
-from railui.files.display import suited
+from railui.desk.picture import Line as Curve
+from railui.desk.picture import Picture
+from railui.files.display import suited, unit_text
 from railui.report.driven import Forces
 from railui.report.figures import Window, units_of
 from railui.study.loop import Found
@@ -35,6 +34,7 @@ class Closed:
 
 
 def run_text(measurement: Measurement, index: int) -> Text:
+    """How long a run is, how fast it was sampled, how many channels it has, what it lacks."""
     run = measurement.runs[index]
     text = Text(f"{len(run) / run.rate:6.0f} s  {run.rate:.4g} Hz  {len(run.responses)} channels  ")
     lost = {k: n for k, n in run.counts.items() if n and k in ("gaps", "stuck", "short_stretches", "missing_rows")}
@@ -46,10 +46,12 @@ def run_text(measurement: Measurement, index: int) -> Text:
 
 
 def error(value: float) -> str:
+    """A normalised error as it is told; where the simulation diverged there is none."""
     return f"{value:.3f}" if np.isfinite(value) else "div."
 
 
 def share(value: float, worst: float) -> float:
+    """An error as a share of the worst [0 .. 1], for a bar."""
     return value / worst if np.isfinite(value) else 1.0
 
 
@@ -61,6 +63,7 @@ def short(path: str) -> str:
 
 
 def named(candidate: Any, narrow: bool = False) -> str:
+    """An effect and its place in words."""
     which = f" {candidate.wheelset}" if candidate.wheelset else ""
     words = [word[:3] if narrow else word for word in candidate.at.split("_")]
     return f"{candidate.kind.replace('_', ' ')}, {' '.join(words)}{which}"
@@ -78,10 +81,11 @@ def series_picture(closed: Closed, channel: str) -> Picture:
         for which in ("measured", "before", "after")
         if which in closed.series
     ]
-    return Picture(Axis("t", "s"), Axis(channel, pretty(unit)), lines)
+    return Picture(Axis("t", "s"), Axis(channel, unit_text(unit)), lines)
 
 
 def force_picture(forces: Forces) -> Picture:
+    """The force at the place of an effect against the motion there, before and after."""
     every = max(1, len(forces.motion) // POINTS)
     x_factor, x_unit = scale(forces.motion, forces.motion_unit)
     y_factor, y_unit = scale(forces.after, forces.force_unit)
@@ -89,7 +93,7 @@ def force_picture(forces: Forces) -> Picture:
         Curve(x_factor * forces.motion[::every], y_factor * y[::every], label, ROLES[label], points=True)
         for label, y in (("before", forces.before), ("after", forces.after))
     ]
-    return Picture(Axis("z", pretty(x_unit)), Axis("force", pretty(y_unit)), lines)
+    return Picture(Axis("z", unit_text(x_unit)), Axis("force", unit_text(y_unit)), lines)
 
 
 def scale(values: Any, unit: str) -> tuple[float, str]:

@@ -10,7 +10,7 @@ from typing import Any, Final
 from railui.desk.draft import DECADE, Field
 from railui.desk.form import Head
 from railui.files.design import Design
-from railui.files.display import display
+from railui.files.display import display, unit_text
 from railui.files.parameters import PARAMETERS
 from railui.files.problems import FileProblems
 from railui.files.results import NUMBERS as KNOWN
@@ -251,5 +251,4 @@ def variables(design: Design) -> list[tuple[str, str]]:
 
 def aim_unit(aim: str) -> str:
     """The unit of an aim, as it is printed."""
-    unit = RESULTS[aim.split()[-1]].unit
-    return "" if unit == "1" else unit.replace("^2", "²")
+    return unit_text(RESULTS[aim.split()[-1]].unit)

@@ -2,69 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.style import Style
 from textual import events
 from textual.binding import Binding
 from textual.strip import Strip
 from textual.widget import Widget
 
-from railui.desk.axis import Axis, Scale, scaled, ticks
+from railui.desk.axis import Scale, scaled, ticks
 from railui.desk.braille import HIGH, WIDE, drawn, points
 from railui.desk.canvas import Canvas, Frame
+from railui.desk.picture import Picture
 
-Floats = NDArray[np.float64]
 GUTTER = 8  # columns that the labels of the vertical axis may take
 LONGEST = 0.35  # of the width that the name of the horizontal axis may take
 LEAST = (18, 6)  # columns and rows below which only the lines are drawn
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """A line (or points) of a picture: its role names its colour."""
-
-    x: Floats
-    y: Floats
-    label: str = ""
-    role: str = "now"
-    points: bool = False
-
-
-@dataclass(frozen=True)
-class Level:
-    """A limit across the picture, at a value of the vertical axis (or of the horizontal one: `upright`)."""
-
-    value: float
-    label: str = ""
-    upright: bool = False
-
-
-@dataclass(frozen=True)
-class Mark:
-    """A letter at a point, with a word beside it."""
-
-    x: float
-    y: float
-    letter: str
-    label: str = ""
-    role: str = "limit"
-
-
-@dataclass(frozen=True, eq=False)
-class Picture:
-    """What a plot shows. `wait` is said where there are no lines yet."""
-
-    x: Axis
-    y: Axis
-    lines: Sequence[Line] = ()
-    levels: Sequence[Level] = ()
-    marks: Sequence[Mark] = ()
-    wait: str = ""
 
 
 class Plot(Widget, can_focus=True):

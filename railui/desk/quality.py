@@ -7,7 +7,7 @@ from typing import Any
 from rich.text import Text
 
 from railui.desk.look import RADII, Look
-from railui.files.display import display
+from railui.files.display import display, pretty
 
 COLOURS = {
     "very good": "green",
@@ -89,7 +89,7 @@ def _text(value: Any, unit: str) -> str:
         return f"{100 * value:.3g} %"
     if unit in ("1", "sd", "h"):
         return f"{value:.3g}" + (f" {unit}" if unit != "1" else "")
-    return display(float(value), unit, 3).replace("^2", "²")
+    return pretty(display(float(value), unit, 3))
 
 
 def _arrow(now: Any, base: Any, sense: int) -> tuple[str, str]:

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from railui.desk.axis import Axis
 from railui.desk.bars import Bar
-from railui.desk.form import pretty
+from railui.desk.picture import Line, Mark, Picture
 from railui.desk.plan import Plan, aim_unit
-from railui.desk.plot import Line, Mark, Picture
 from railui.files.design import Design
-from railui.files.display import display
+from railui.files.display import display, pretty
 from railui.study.aims import violations
 from railui.study.optimise import Stand
 from railui.study.pareto import hypervolumes, knee

@@ -8,7 +8,7 @@ import numpy as np
 
 from railui.desk.axis import Axis
 from railui.desk.look import RADII, Look
-from railui.desk.plot import Level, Line, Picture
+from railui.desk.picture import Level, Line, Picture
 
 View = Callable[[Look, Look], Picture]
 MM = 1e3

@@ -57,6 +57,24 @@ def display(value: float, unit: str, digits: int = 4) -> str:
     return text if name in ("1", "") else f"{text} {name}"
 
 
+def pretty(text: str) -> str:
+    """A quantity as it is printed.
+
+    >>> pretty("30 kN*m*s/rad"), pretty("3300 kg*m^2")
+    ('30 kN·m·s/rad', '3300 kg·m²')
+    """
+    return text.replace("*", "·").replace("^2", "²").replace("^3", "³")
+
+
+def unit_text(unit: str) -> str:
+    """A unit as it is printed; of a pure number nothing.
+
+    >>> unit_text("kN*s^2/m^2"), unit_text("1")
+    ('kN·s²/m²', '')
+    """
+    return "" if unit == "1" else pretty(unit)
+
+
 def _time(value: float) -> tuple[float, str]:
     if abs(value) >= 3600:
         return value / 3600, "h"

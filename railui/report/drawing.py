@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from railui.files.display import suited
+from railui.files.display import suited, unit_text
 from railui.files.writing import write_bytes
 
 if TYPE_CHECKING:
@@ -96,25 +96,16 @@ def drawn(
     return Picture(name, alt, svg, round(100 * size[0]))
 
 
-def pretty(unit: str) -> str:
-    """A unit as it is printed.
-
-    >>> pretty("kN*s^2/m^2"), pretty("1")
-    ('kN·s²/m²', '')
-    """
-    return "" if unit == "1" else unit.replace("*", "·").replace("^2", "²").replace("^3", "³")
-
-
 def scale(values: Any, unit: str) -> tuple[float, str]:
     """What SI values are multiplied by to be read, and the unit they then have."""
     given = np.abs(np.asarray([v for v in np.ravel(values) if v is not None], dtype=float))
     largest = float(given[np.isfinite(given)].max(initial=0.0))
     if largest == 0:
-        return 1.0, pretty(unit)
+        return 1.0, unit_text(unit)
     if unit in ("m", "m/s") and 1e-4 <= largest < 10.0:  # the trade speaks of millimetres
         return (1e3, "mm" + unit[1:]) if largest < 0.1 else (1.0, unit)
     number, name = suited(largest, unit)
-    return number / largest, pretty(name)
+    return number / largest, unit_text(name)
 
 
 def axis(name: str, unit: str) -> str:

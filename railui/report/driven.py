@@ -37,6 +37,7 @@ class Scene:
 
     @classmethod
     def of(cls, found: Found, model: Model, window: Window) -> Scene:
+        """The scene of a window: the whole stretch, ridden from the state it began with."""
         stretch = window.stretch
         cut = cut_samples(found.measurement.campaign, stretch)
         start = initial_state(model, stretch, found.measurement.noise)
@@ -86,6 +87,7 @@ def sound(series: Floats, lost: NDArray[np.int64]) -> Floats:
 
 
 def mass_of(model: Model) -> float:
+    """The mass that forces are set against: of the frame, or of the rig [kg]."""
     values = model.design.values
     return values.get("vehicle.frame.mass") or values["vehicle.rig.mass"]
 
@@ -161,14 +163,17 @@ def explained(x: Floats, y: Floats, bins: int = 100) -> float:
 
 
 def rms(x: Floats) -> float:
+    """Root mean square, in the unit of x."""
     return float(np.sqrt(np.mean(x**2)))
 
 
 def force_word(unit: str) -> str:
+    """What a force of this unit is called."""
     return "moment" if unit.endswith("*m") else "force"
 
 
 def whole_title(scene: Scene, at: str, w: int) -> str:
+    """The title of the force over the whole run, at a place."""
     return f"whole {force_word(scene.unit('F', at))}, {place(at, w if w in (1, 2) else None)}"
 
 

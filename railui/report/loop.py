@@ -24,7 +24,7 @@ from railui.study.gate import Finding
 from railui.study.judge import Judgement
 from railui.study.loop import Found, lookalikes
 from railui.study.loop import loop as close
-from railui.study.measured import Stretch
+from railui.study.measured import Stretch, cut_samples
 from railui.study.outside import Outside
 from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, Step
 from railui.study.trace import Sighting
@@ -251,7 +251,7 @@ def _traces(found: Found) -> list[dict[str, Any]]:
 
 
 def _trimmed(found: Found, stretch: Stretch, x: Floats) -> Floats:
-    cut = round(found.measurement.campaign.cut_of(stretch.samples * stretch.dt) / stretch.dt)
+    cut = cut_samples(found.measurement.campaign, stretch)
     return np.asarray(x[..., cut : x.shape[-1] - cut])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -75,12 +76,13 @@ def write_loop(found: Found, report: Mapping[str, Any], directory: Path, log: Se
 def write_simulated(found: Found, directory: Path) -> None:
     """simulated_NAME.csv.gz of every run: t and declared, before, after of each channel."""
     measurement = found.measurement
+    names = simulated_names([entry.name for entry in measurement.campaign.runs])
     adjusting = {
         "declared": judge(found.declared, measurement, measurement.adjust),
         "before": judge(found.before.model, measurement, measurement.adjust),
         "after": found.judge(measurement.adjust),
     }
-    for entry, run in zip(measurement.campaign.runs, measurement.runs, strict=True):
+    for entry, run, name in zip(measurement.campaign.runs, measurement.runs, names, strict=True):
         judged = found.judged if entry.role == "validate" else adjusting
         stretches = [s for s in measurement.stretches if s.role == entry.role]
         columns: dict[str, Floats] = {"t": run.columns["t"]}
@@ -88,8 +90,21 @@ def write_simulated(found: Found, directory: Path) -> None:
             for stretch, z in zip(stretches, judged[which].series, strict=True):
                 if stretch.file == entry.name:
                     _lay(columns, which, stretch.channels, run.stretches[stretch.number], z)
-        name = Path(entry.name).name.removesuffix(".gz").removesuffix(".csv")
-        write_text(directory / f"simulated_{name}.csv.gz", _csv(columns))
+        write_text(directory / name, _csv(columns))
+
+
+def simulated_names(runs: Sequence[str]) -> list[str]:
+    """The file of each run; of runs that share a name in different folders the second is _2, in their order.
+
+    >>> simulated_names(["mon/run.csv.gz", "tue/run.csv", "run_2.csv"])
+    ['simulated_run.csv.gz', 'simulated_run_2.csv.gz', 'simulated_run_2_2.csv.gz']
+    """
+    names: list[str] = []
+    for run in runs:
+        stem = "simulated_" + Path(run).name.removesuffix(".gz").removesuffix(".csv")
+        among = (f"{stem}{'' if i == 1 else f'_{i}'}.csv.gz" for i in itertools.count(1))
+        names.append(next(name for name in among if name not in names))
+    return names
 
 
 def _lay(columns: dict[str, Floats], which: str, channels: Sequence[str], rows: slice, z: Floats) -> None:

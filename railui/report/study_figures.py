@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from railui.files.display import unit_text
 from railui.files.results import RESULTS
 from railui.files.study import Study, Variable
-from railui.report.drawing import BLUE, ORANGE, Picture, axis, drawn, pretty, scale
+from railui.report.drawing import BLUE, ORANGE, Picture, axis, drawn, scale
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -75,7 +76,7 @@ def _front(report: Report, j: int, near: bool) -> Picture:
 
 def _label(aim: Mapping[str, str]) -> str:
     arrow = "less is better" if aim["sense"] == "minimise" else "more is better"
-    return f"{axis(aim_words(aim), pretty(RESULTS[aim['key']].unit))}, {arrow}"
+    return f"{axis(aim_words(aim), unit_text(RESULTS[aim['key']].unit))}, {arrow}"
 
 
 def parallel(study: Study, report: Report) -> Picture | None:
@@ -87,7 +88,7 @@ def parallel(study: Study, report: Report) -> Picture | None:
     low, high = np.nanmin(aims, axis=0), np.nanmax(aims, axis=0)
     columns = [(_path_words(v), *_ends(v)) for v in study.variables]
     for a, b, aim in zip(low, high, report["aims"], strict=True):
-        unit = pretty(RESULTS[aim["key"]].unit)
+        unit = unit_text(RESULTS[aim["key"]].unit)
         columns.append((aim_words(aim).replace(", ", ",\n"), f"{a:.3g} {unit}", f"{b:.3g} {unit}"))
     lines = np.hstack([_unit(study, points), (aims - low) / np.where(high > low, high - low, 1.0)])
 
@@ -173,7 +174,7 @@ def hanging(report: Report, j: int) -> Picture | None:
         ax.grid(axis="y", visible=False)
         ax.spines["left"].set_visible(False)
         ax.tick_params(axis="y", length=0)
-        ax.set_xlabel(axis(f"change of {aim_words(aim)}", pretty(RESULTS[aim["key"]].unit)))
+        ax.set_xlabel(axis(f"change of {aim_words(aim)}", unit_text(RESULTS[aim["key"]].unit)))
 
     words = f"change of {aim_words(aim)} for a rise of 10 % in each number; blue is better"
     return drawn(f"hanging{j}", words, (WIDE / 2, 0.95 + 0.2 * len(strong)), draw)

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from railui import core
+from railui.files.display import unit_text
 from railui.files.results import RESULTS
 from railui.files.study import Study
 from railui.files.writing import write_text
 from railui.report import study_figures as figures
-from railui.report.drawing import pretty, scale
+from railui.report.drawing import scale
 from railui.report.rendered import rendered
 from railui.report.written import DASH, number, with_sd
 from railui.study.aims import keys_of
@@ -53,7 +54,7 @@ def sentence(report: Report) -> str:
     knee, base = (point["objectives"] for point in (report["pareto"][report["knee"]], report["baseline"]))
     parts = []
     for aim, new, old in zip(report["aims"], knee, base, strict=True):
-        unit = pretty(RESULTS[aim["key"]].unit)
+        unit = unit_text(RESULTS[aim["key"]].unit)
         told = f"{number(new)} {unit}".strip()
         parts.append(f"{figures.aim_words(aim)} {told}" + (f" instead of {number(old)}" if old is not None else ""))
     return f"At the knee of {len(report['pareto'])} designs: {'; '.join(parts)}."
@@ -76,13 +77,13 @@ def chosen(study: Study, report: Report) -> Row:
         factor, unit = scale(values, v.unit)
         rows.append({"name": v.path, "unit": unit, "cells": [_edge(v, x, number(factor * x)) for x in values]})
     for j, aim in enumerate(report["aims"]):
-        unit = pretty(RESULTS[aim["key"]].unit)
+        unit = unit_text(RESULTS[aim["key"]].unit)
         name = f"{aim['sense']} {figures.aim_words(aim)}"
         rows.append({"name": name, "unit": unit, "cells": [number(point["objectives"][j]) for _, point in points]})
         fresh = [with_sd(point["fresh"]["mean"][j], point["fresh"]["sd"][j]) for _, point in points]
         rows.append({"name": "on fresh seeds", "unit": unit, "cells": fresh, "quiet": True})
     for j, limit in enumerate(report["limits"]):
-        unit = pretty(RESULTS[study.constraints[j].key].unit)
+        unit = unit_text(RESULTS[study.constraints[j].key].unit)
         rows.append({"name": limit, "unit": unit, "cells": [number(point["constraints"][j]) for _, point in points]})
     return {"names": [name for name, _ in points], "rows": rows}
 
@@ -97,7 +98,7 @@ def riding(report: Report) -> list[Row]:
     before, after = (report["riding"][when] or {} for when in ("before", "after"))
     rows = []
     for key in before or after:
-        unit = pretty(RESULTS[key].unit) if key in RESULTS else ""
+        unit = unit_text(RESULTS[key].unit) if key in RESULTS else ""
         cells = [x if isinstance(x := one.get(key), str) else number(x) for one in (before, after)]
         name = key.replace("_", " ") + (", worst" if key == "class" else "")
         rows.append({"name": name, "unit": unit, "cells": cells})

@@ -16,7 +16,8 @@ from textual.widget import Widget
 from textual_plot import HiResMode, PlotWidget
 
 from railui.desk.axis import Axis
-from railui.desk.plot import Line, Picture, Plot
+from railui.desk.picture import Line, Picture
+from railui.desk.plot import Plot
 
 POINTS, PLOTS, ROUNDS = 2000, 6, 15
 X = np.linspace(0.0, 10.0, POINTS)

@@ -25,7 +25,8 @@ from railui.desk.loop_views import Closed, force_picture, run_text, series_pictu
 from railui.desk.loop_words import determined_text, gate_text, hunting_note, summary
 from railui.desk.messages import Done, Failed, Line, Offered, Showed
 from railui.desk.panels.common import in_turn, titled
-from railui.desk.plot import Picture, Plot
+from railui.desk.picture import Picture
+from railui.desk.plot import Plot
 from railui.desk.work import Latest, Study
 from railui.files.campaign import Campaign, load_campaign
 from railui.report.driven import suspension_forces

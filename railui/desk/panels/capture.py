@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import threading
-from collections import deque
 from contextlib import ExitStack
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
 from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
@@ -22,74 +17,23 @@ from textual.message import Message
 from textual.widgets import Static
 
 from railui.capture.demo_logger import DemoLogger
-from railui.capture.load import BAUDS, NARROW, link_load
+from railui.capture.load import BAUDS, NARROW
 from railui.capture.record import Recorder
-from railui.capture.replay import Replay
-from railui.capture.segments import Rows, Segment
 from railui.desk.axis import Axis
 from railui.desk.bars import Bar, Bars
 from railui.desk.dialogs import Name, Pick
-from railui.desk.form import pretty
 from railui.desk.messages import Done, Failed, Showed
 from railui.desk.messages import Line as Told
 from railui.desk.panels.common import arranged, titled
-from railui.desk.plot import Level, Line, Picture, Plot
+from railui.desk.picture import Level, Line, Picture
+from railui.desk.plot import Plot
 from railui.desk.ports import DEMO, ports
+from railui.desk.tap import WINDOW, State, Tap, state_of
 from railui.desk.work import Study
+from railui.files.display import unit_text
 
-Floats = NDArray[np.float64]
-WINDOW = 10.0  # s of the strip chart
-KEPT = 40_000  # rows in memory
 CHARTS = 6
 EMPTY = Picture(Axis(""), Axis(""), wait="s starts recording")
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """What is told of a recording four times a second; channels of the newest segment, rows of its last seconds."""
-
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    t: Floats
-    values: Floats
-    rate: float
-    load: float | None
-    counts: dict[str, int]
-    seconds: float
-    marks: tuple[tuple[float, str], ...]
-    status: dict[str, float | None]
-    device: str
-
-
-class Tap:
-    """The last rows of what is being recorded, filled by the thread that decodes."""
-
-    def __init__(self) -> None:
-        self.lock = threading.Lock()
-        self.segment: Segment | None = None
-        self.blocks: deque[Rows] = deque()
-        self.rows = 0
-
-    def take(self, segment: Segment, rows: Rows) -> None:
-        """Rows as they are decoded."""
-        with self.lock:
-            if segment is not self.segment:
-                self.segment, self.rows = segment, 0
-                self.blocks.clear()
-            self.blocks.append(rows)
-            self.rows += len(rows.t)
-            while self.rows - len(self.blocks[0].t) > KEPT:
-                self.rows -= len(self.blocks.popleft().t)
-
-    def last(self, seconds: float) -> tuple[Segment | None, Floats, Floats]:
-        """The newest segment and its last seconds: t [n], values [n, channel]."""
-        with self.lock:
-            if self.segment is None or not self.blocks:
-                return self.segment, np.zeros(0), np.zeros((0, 0))
-            t = np.concatenate([rows.t for rows in self.blocks])
-            values = np.concatenate([rows.values for rows in self.blocks])
-        kept = t >= t[-1] - seconds
-        return self.segment, t[kept], values[kept]
 
 
 class CapturePanel(Vertical):
@@ -177,7 +121,7 @@ what was lost: frames by their numbers, samples by their times. `m` marks the in
             for replay in recorder.run():
                 if job.stopping.is_set():
                     recorder.stop()
-                self.post_message(Showed("capture", _state(replay, tap, baud)))
+                self.post_message(Showed("capture", state_of(replay, tap, baud)))
             self.recorder = None
         return Done("capture", recorder.replay.report())
 
@@ -262,7 +206,7 @@ what was lost: frames by their numbers, samples by their times. `m` marks the in
         channels = []
         for i, (name, unit) in enumerate(zip(state.names, state.units, strict=True)):
             x = state.values[:, i]
-            told = f"{x[-1]:10.4g} ± {x.std():.3g} {pretty(unit)}" if len(x) else pretty(unit)
+            told = f"{x[-1]:10.4g} ± {x.std():.3g} {unit_text(unit)}" if len(x) else unit_text(unit)
             channels.append(Bar(name, 0.0, told))
         self.query_one("#channels", Bars).show(channels)
         titled(self.query_one("#channels"), sub=f"{state.rate:.4g} Hz")
@@ -281,7 +225,7 @@ what was lost: frames by their numbers, samples by their times. `m` marks the in
             x = Axis("t", "s", low=state.t[-1] - WINDOW, high=float(state.t[-1])) if len(state.t) else Axis("t", "s")
             marks = [Level(t, word, upright=True) for t, word in state.marks]
             plot.show(
-                Picture(x, Axis(state.names[k], pretty(state.units[k])), [Line(state.t, state.values[:, k])], marks)
+                Picture(x, Axis(state.names[k], unit_text(state.units[k])), [Line(state.t, state.values[:, k])], marks)
             )
 
     def on_resize(self, event: Resize) -> None:
@@ -298,24 +242,3 @@ what was lost: frames by their numbers, samples by their times. `m` marks the in
 
     def action_copy(self) -> None:
         self.query_one("#losses", Bars).action_copy()
-
-
-def _state(replay: Replay, tap: Tap, baud: int) -> State:
-    """Where a recording stands; called in its own thread."""
-    counts, heard = replay.assembly.counts, replay.assembly.total()
-    segment, t, values = tap.last(WINDOW)
-    numbers = {
-        "samples": counts.samples, "frames": heard.frames, "lost": counts.lost, "missing": counts.missing,
-        "crc errors": heard.crc_errors, "gaps": counts.gaps, "reconnects": counts.reconnects,
-        "overruns": counts.overruns, "queue": replay.highest_queue,
-    }  # fmt: skip
-    seconds = replay.assembly.newest[1] if replay.assembly.newest else 0.0
-    if segment is None:
-        return State((), (), t, values, 0.0, None, numbers, seconds, (), {}, "")
-    hello = segment.hello
-    load = link_load(list(hello.channels), hello.rate, baud).share
-    marks = tuple((m.t, m.text) for m in replay.assembly.markers if m.t is not None and m.segment == segment.number)
-    return State(
-        tuple(c.name for c in hello.channels), tuple(c.unit for c in hello.channels), t, values, hello.rate, load,
-        numbers, seconds, marks, dict(segment.status), hello.device,
-    )  # fmt: skip

@@ -18,15 +18,18 @@ from textual.widgets import Static
 from railui.desk.axis import Axis
 from railui.desk.dialogs import Name, Pick
 from railui.desk.draft import Draft, Field, Moved
-from railui.desk.form import Form, Head, value_text
+from railui.desk.effects import choices, placed
+from railui.desk.form import Form, Head
 from railui.desk.form_side import FormSide
-from railui.desk.look import Case, Look, laid, look, with_curves
+from railui.desk.look import Case, Look, laid, look, road, with_curves
 from railui.desk.messages import Done, Failed, Seen
 from railui.desk.panels.common import arranged, titled
-from railui.desk.plot import Picture, Plot
+from railui.desk.picture import Picture
+from railui.desk.plot import Plot
 from railui.desk.quality import comparison
 from railui.desk.views import VIEWS, WINDOWS
 from railui.desk.work import Latest, Study
+from railui.desk.written import value_text
 from railui.files.problems import FileProblems
 from railui.files.study_model import read_speed
 from railui.study.stability import stability
@@ -166,8 +169,6 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
         return True
 
     def _set_case(self, path: str, value: Any) -> None:
-        from railui.desk.look import road
-
         case = replace(self.case, speed=read_speed(value)) if path == "case.speed" else replace(self.case, track=value)
         road(case)
         self.case = case
@@ -274,14 +275,10 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
         self.query_one(Form).action_type()
 
     def action_add(self) -> None:
-        from railui.desk.effects import choices
-
         if self.draft is not None:
             self.app.push_screen(Pick("Add an effect", choices(self.draft.design)), self._add)
 
     def _add(self, chosen: str | None) -> None:
-        from railui.desk.effects import placed
-
         if chosen is None or self.draft is None:
             return
         try:

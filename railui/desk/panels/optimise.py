@@ -26,8 +26,9 @@ from railui.desk.form_side import FormSide
 from railui.desk.look import Case, Look, look
 from railui.desk.messages import Done, Failed, Offered, Seen, Showed
 from railui.desk.panels.common import arranged, in_turn, titled
+from railui.desk.picture import Picture
 from railui.desk.plan import Plan, variables
-from railui.desk.plot import Picture, Plot
+from railui.desk.plot import Plot
 from railui.desk.quality import comparison
 from railui.desk.search_progress import Searched, Step, step_of
 from railui.desk.views import acceleration, displacement

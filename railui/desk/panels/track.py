@@ -24,7 +24,8 @@ from railui.desk.dialogs import Name, Pick
 from railui.desk.messages import Failed
 from railui.desk.ours import files_below
 from railui.desk.panels.common import arranged, in_turn, titled
-from railui.desk.plot import Line, Picture, Plot
+from railui.desk.picture import Line, Picture
+from railui.desk.plot import Plot
 from railui.desk.work import Latest
 from railui.files.design import Design
 from railui.study.assess import assess
