@@ -7,9 +7,9 @@ from typing import Any
 from words import code, letters, plain, table
 
 from railui.capture.map_model import TARGETS, MapModel
-from railui.files.body_numbers import BODY, KINDS, PLACED, numbers_of
 from railui.files.bodies_reading import words_of
-from railui.files.columns import COLUMNS, JUDGED, RIG_COLUMNS
+from railui.files.body_numbers import BODY, KINDS, PLACED, numbers_of
+from railui.files.columns import COLUMNS, COMPARED, RIG_COLUMNS
 from railui.files.contact_profiles import ProfilesModel
 from railui.files.display import display
 from railui.files.parameters import BEYOND, BY_USE, CONTACT, DEFAULT_ADJUST, RIDING, RIG, SETTINGS, VEHICLE, Parameter
@@ -96,7 +96,7 @@ def _runs() -> Iterator[str]:
     yield "`yw` and one response are required. A gap, an empty or stuck cell ends a stretch; stretches under 10 s are not used. Rows "
     yield "out of order, repeated time stamps and uneven intervals are errors with their line.\n\n"
     yield table(("column", "unit", "part", "meaning", "in nrmse"), [
-        (code(c.name), code(c.unit), c.part, plain(c.caption), "yes" if c.name in JUDGED else "") for c in COLUMNS.values()
+        (code(c.name), code(c.unit), c.part, plain(c.caption), "yes" if c.name in COMPARED else "") for c in COLUMNS.values()
     ])  # fmt: skip
     yield "\nOf a rig, in any unit, which is kept as a label:\n\n"
     yield table(("column", "unit", "part", "meaning"),

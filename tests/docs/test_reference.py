@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 
 import click
 import pytest
@@ -26,3 +28,11 @@ def test_every_command_and_part_of_it_has_an_example(name: str) -> None:
     parts = [f"{name}_{part}" for part in command.commands] if isinstance(command, click.Group) else []
     for example in (name, *parts):
         assert f"railui {example.replace('_', ' ', 1)}" in (ROOT / "docs/examples" / f"{example}.md").read_text()
+
+
+@pytest.mark.parametrize("name", ["front", "formats", "commands", "effects", "api", "house", "validation"])
+def test_a_page_of_the_site_is_written_from_the_code(name: str) -> None:
+    write = f"import sys; sys.path.insert(0, 'docs/from_code'); import {name}; print({name}.page())"
+    done = subprocess.run([sys.executable, "-c", write], cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("# ") and len(done.stdout) > 1000
