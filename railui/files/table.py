@@ -18,6 +18,7 @@ from .table_cells import MOST_TOLD, Floats, Header, numbers_of
 from .writing import write_text
 
 MOST_ROWS = 20_000_000
+MOST_NUMBERS = 300_000_000  # in memory, 8 bytes each
 MOST_BYTES = 2_000_000_000  # uncompressed
 MOST_COMMENTS = 1 << 20  # bytes in which the header must come
 BLOCK = 1 << 24  # bytes read at a time
@@ -64,13 +65,17 @@ def read_table(path: str | Path) -> Table:
     findings = Findings(str(path))
     with _opened(Path(path), findings) as stream:
         header, start = _header(stream, findings)
-        parts, rows, line = [], 0, header.line + 1
+        parts, rows, numbers, line = [], 0, 0, header.line + 1
         for block in _blocks(stream, start, findings):
             part = numbers_of(block, header, line, findings)
             line += block.count(b"\n")
-            rows += len(part)
+            rows, numbers = rows + len(part), numbers + part.size
             if rows > MOST_ROWS:
                 findings.add("", f"has more than {MOST_ROWS} rows", "cut the recording into parts", place=(line, 1))
+                break
+            if numbers > MOST_NUMBERS:
+                remedy = "cut the recording into parts, or leave out columns"
+                findings.add("", f"has more than {MOST_NUMBERS} numbers", remedy, place=(line, 1))
                 break
             if len(findings.problems) >= MOST_TOLD:
                 break

@@ -310,7 +310,7 @@ def test_an_absent_file_is_told(tmp_path: Path, told: Told) -> None:
     assert "cannot be read" in told(lambda: load_run(tmp_path / "no.csv"))[0].message
 
 
-def test_too_many_rows_or_bytes_are_refused(
+def test_too_many_rows_numbers_or_bytes_are_refused(
     written: Written, columns: Columns, as_csv: Csv, told: Told, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     packed = written(gzip.compress(as_csv(columns()).encode()))
@@ -318,6 +318,9 @@ def test_too_many_rows_or_bytes_are_refused(
     assert "more than 999 rows" in told(lambda: load_run(packed))[0].message
     monkeypatch.setattr(table, "MOST_ROWS", 1000)
     assert load_run(packed).counts["rows"] == 1000
+    monkeypatch.setattr(table, "MOST_NUMBERS", 1001)
+    assert "more than 1001 numbers" in told(lambda: load_run(packed))[0].message
+    monkeypatch.setattr(table, "MOST_NUMBERS", 10**6)
     monkeypatch.setattr(table, "MOST_BYTES", 1000)
     assert "uncompressed" in told(lambda: load_run(packed))[0].message
 
