@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from railui.study.adjust import STABLE, Adjuster, Fit
 from railui.study.beside import beside
@@ -17,7 +16,6 @@ from railui.study.target import shortened, targets
 from railui.study.trace import Trace, differences
 from railui.study.windows import cut_where
 
-Floats = NDArray[np.float64]
 LOOKED_AT = 10.0  # seconds of each validating stretch
 
 Foreseen = Mapping[tuple[Candidate, int], float]

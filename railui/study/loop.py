@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from railui.files.campaign import Campaign, load_campaign
 from railui.study.adjust import STABLE, Fit, Report, adjust, silent
@@ -25,10 +24,11 @@ from railui.study.trace import Trace
 from railui.study.watch import Judged, Watch, unwatched
 from railui.study.windows import NEAR, cut_where, held, hunting, pieces
 
-Floats = NDArray[np.float64]
 RINGING = 4  # times that the initial state of a rig is estimated anew: it rings as long as it is recorded
 SOFTER = 20  # times that a start is made less conical
 LOOKALIKE = 1.10  # within so much of the best error, judged on what no fit saw, two laws look alike
+METHODS = ("least-squares", "two-parallel-models")
+NOTHING = Trace((), (), 1.0, float("inf"), 0.0)  # nothing was traced
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +61,6 @@ class Found:
         if self.outside is not None and self.outside.judgement is self.judged["after"]:
             return self.outside.judged(self.measurement, stretches)
         return judge(self.after.model, self.measurement, stretches)
-
-
-NOTHING = Trace((), (), 1.0, float("inf"), 0.0)
 
 
 def adjusted(
@@ -172,9 +169,6 @@ def passed_gate(measurement: Measurement, report: Report) -> tuple[Finding, ...]
         if f.check != "ceiling":
             report(f"{'check this first: ' if f.serious else ''}{f.file}: {f.text}")
     return tuple(findings)
-
-
-METHODS = ("least-squares", "two-parallel-models")
 
 
 def adjust_only(

@@ -199,7 +199,7 @@ def _spots(fit: Fit) -> list[_Spot]:
     barred = driven_places(stretches)
     out = []
     for at in PLACES:
-        ports = [w for place, w in linear if place == at and w < 3]
+        ports = [w for place, w in linear if place == at and w != core.LINKAGE]
         if not ports or at in barred:
             continue
         for wheelset in (None, 1, 2) if at in PER_WHEELSET else (None,):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from railui.core import Batch, Vehicles
-from railui.study.adjust import Adjuster, Fit, block_seconds
+from railui.study.adjust import Adjuster, Fit, block_seconds, samples_of
 from railui.study.beside import beside
 from railui.study.candidates import Bundle, Candidate, bundles
 from railui.study.measured import simulate
@@ -160,7 +160,7 @@ class Eye:
         self.adjuster.begin(fit.x)
         self.fit = replace(fit, targets=tuple(self.adjuster.ready))
         seconds = block_length(fit)
-        length = [max(8, round(seconds / (t.stretch.dt * t.filter.every))) for t in ready]
+        length = [samples_of(seconds, t) for t in ready]
         self.bases = [_base(self.adjuster, self.fit, i, length[i]) for i in range(len(ready))]
         self.inner = np.concatenate(
             [b.blocks @ b.blocks.transpose(0, 2, 1) for b in self.bases]
@@ -179,7 +179,24 @@ class Eye:
         return merged([s for part in parts for s in part])
 
     def _look(self, bundle: Bundle) -> list[Sighting]:
-        return _look(self, bundle)
+        """Score every lane of a bundle."""
+        sound = np.ones(len(bundle.lanes), dtype=bool)
+        series = []
+        for i in range(len(self.bases)):
+            one, fine = differences(self.fit, i, bundle)
+            series.append(one)
+            sound &= fine
+        seen = self.against(series)
+        found = []
+        for lane, (member, shape) in enumerate(bundle.lanes):
+            if sound[lane] and seen.told[lane]:
+                found.append(
+                    Sighting(
+                        bundle.members[member], shape, float(seen.rho[lane]), float(seen.amount[lane]),
+                        seen.scores[lane], float(seen.left[lane]), absorbed=seen.absorbed[lane],
+                    )
+                )  # fmt: skip
+        return found
 
     def against(self, series: Sequence[Floats]) -> Seen:
         """Output differences [lane, channel, n] of every stretch against its residual, by inner products per block."""
@@ -298,27 +315,6 @@ def _steps(vehicles: Vehicles, batch: Batch, target: Target) -> NDArray[np.int64
         if len(batch) == 1:
             return np.array([-1])
         return np.concatenate([_steps(vehicles, batch.select([i]), target) for i in range(len(batch))])
-
-
-def _look(eye: Eye, bundle: Bundle) -> list[Sighting]:
-    """Score every lane of a bundle."""
-    sound = np.ones(len(bundle.lanes), dtype=bool)
-    series = []
-    for i in range(len(eye.bases)):
-        one, fine = differences(eye.fit, i, bundle)
-        series.append(one)
-        sound &= fine
-    seen = eye.against(series)
-    found = []
-    for lane, (member, shape) in enumerate(bundle.lanes):
-        if sound[lane] and seen.told[lane]:
-            found.append(
-                Sighting(
-                    bundle.members[member], shape, float(seen.rho[lane]), float(seen.amount[lane]), seen.scores[lane],
-                    float(seen.left[lane]), absorbed=seen.absorbed[lane],
-                )
-            )  # fmt: skip
-    return found
 
 
 def family_wise(
