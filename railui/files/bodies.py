@@ -80,6 +80,11 @@ class Member:
         """Does it yaw, does it roll?"""
         return f"{way}_inertia" in self.part.keys
 
+    @property
+    def degrees(self) -> int:
+        """Degrees of freedom: sideways, and the turns that have an inertia."""
+        return 1 + self.free("yaw") + self.free("roll")
+
 
 @dataclass(frozen=True)
 class Joined:

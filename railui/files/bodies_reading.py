@@ -16,6 +16,7 @@ from .yaml_nodes import join
 
 WORDS = {"wheelset": ("under", "contact"), "floor": ("body",), "body": ()}
 SIDES = ("both", "right", "left")
+MOST_DEGREES = 32  # 64 states: what the kernel holds for one vehicle
 
 
 @dataclass
@@ -167,6 +168,11 @@ def _check(structure: Structure, values: Mapping[str, float], findings: Findings
     if findings.errors():
         return
     members = structure.members
+    degrees = sum(m.degrees for m in members.values())
+    if degrees > MOST_DEGREES:
+        told = "join bodies that move together"
+        findings.add("vehicle", f"has {degrees} degrees of freedom, at most {MOST_DEGREES} are stepped", told)
+        return
     for member in members.values():
         if member.part.kind == "body" and {"x", "half_centres"} <= set(member.part.keys):
             findings.add(member.part.path, "has x and half_centres", "give one of them")

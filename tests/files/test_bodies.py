@@ -132,3 +132,9 @@ def test_a_laden_design_is_written_laden_and_can_be_unloaded() -> None:
     found = parse_design(design_text(tare.with_values({"load.state": "laden"})))
     assert found.load_state == "laden" and found.value("vehicle.bodies.body.mass") == 38000
     assert found.with_values({"load.state": "tare"}).values == tare.values
+
+
+def test_more_bodies_than_are_stepped_are_refused_before_they_are_joined() -> None:
+    crowd = "".join(f"    body_{i}: {{mass: 1000, yaw_inertia: 500}}\n" for i in range(3000))
+    (problem,) = told(changed("  bodies:\n", f"  bodies:\n{crowd}"))
+    assert problem.key == "vehicle" and "6007 degrees of freedom, at most 32" in str(problem)
