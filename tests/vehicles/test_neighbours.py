@@ -1,0 +1,84 @@
+"""A coach has the same digits alone, in every lane, on any number of threads, beside coaches with more in them."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from railui.study.bench import coach
+from railui.study.road import Road, lay
+
+Floats = NDArray[np.float64]
+
+MODEL = coach()
+ROAD = Road(lay("erri_b176_high length=60 seed=3"), 45.0)
+TABLE = ROAD.table(MODEL.half_wheelbase(), 1)
+CHANNELS = [*MODEL.vehicles().freedoms(MODEL.single()), "e1", "e4"]
+# what the coach of the standard job does without, as little as would do
+MORE = {"yaw_stiffness": 2e5, "roll_stiffness": 2e4, "longitudinal_damping": 5e3, "lateral_damping": 4e3}
+MORE |= {"yaw_damping": 3e3, "roll_damping": 2e3, "vertical_damping": 3e3}
+# what a coach beside them goes without, and hangs otherwise by
+LESS = {
+    "no anti-roll bar": "vehicle.elements.anti_roll_bar.stiffness",
+    "no vertical dampers": "vehicle.elements.secondary_damper.vertical_damping",
+    "no lateral dampers": "vehicle.elements.lateral_damper.lateral_damping",
+    "no bump stops": "vehicle.elements.bump_stop.stiffness",
+    "secondary springs on the rails": "vehicle.elements.secondary.height",
+    "no longitudinal stiffness": "vehicle.elements.secondary.longitudinal_stiffness",
+    "no spin creep": "contact.spin_creep",
+    "no gyroscopic moments": "vehicle.elements.wheelset.spin_inertia",
+}
+
+
+def poor(what: str) -> Floats:
+    """The row of a coach without one thing."""
+    row = MODEL.row.copy()
+    row[MODEL.columns[LESS[what]]] = 0.0
+    return row
+
+
+def rich(seed: int) -> Floats:
+    """The row of a coach whose every element has everything, and of other numbers."""
+    row = MODEL.row * (1.0 + 0.1 * np.random.default_rng(seed).uniform(-1.0, 1.0, len(MODEL.row)))
+    for path, column in MODEL.columns.items():
+        if row[column] == 0.0 and path.startswith("vehicle.elements."):
+            row[column] = MORE[path.rpartition(".")[2]]
+    return row
+
+
+def series(rows: list[Floats], jobs: int = 1) -> Floats:
+    """[vehicle, channel, sample]."""
+    found, lost = MODEL.vehicles().simulate(MODEL.batch(np.stack(rows)), TABLE, ROAD.dt, 1, CHANNELS, jobs=jobs)
+    assert (lost == -1).all()
+    return found
+
+
+@cache
+def alone(what: str) -> Floats:
+    return series([poor(what)])[0]
+
+
+@pytest.mark.parametrize("what", LESS)
+def test_coaches_that_have_more_leave_the_one_between_them_its_digits(what: str) -> None:
+    assert np.array_equal(series([rich(1), poor(what), rich(2)])[1], alone(what))
+
+
+def test_what_the_coaches_are_beside_each_other_moves_none_of_their_digits() -> None:
+    found = series([poor(what) for what in LESS] + [rich(k) for k in range(9)])
+    for k, what in enumerate(LESS):
+        assert np.array_equal(found[k], alone(what)), what
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_coach_has_the_same_digits_in_every_lane(jobs: int) -> None:
+    rows = [rich(k) for k in range(19)]
+    order = np.random.default_rng(0).permutation(len(rows))
+    assert np.array_equal(series([rows[k] for k in order], jobs), series(rows)[order])
+
+
+def test_what_a_coach_goes_without_moves_it() -> None:
+    standard = series([MODEL.row])[0]
+    assert [what for what in LESS if np.array_equal(alone(what), standard)] == ["no bump stops"]
