@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,17 @@ def study(home: Path, vehicle: Path = BOGIE, **parts: str) -> Study:
     return load_study(path)
 
 
+def aims_by_hand(one: Study, variables: dict[str, float], seeds: Sequence[int | None]) -> list[float]:
+    """Mean weighted acceleration and worst flange margin of a design, ride by ride."""
+    rides = [
+        ride(one.design.with_values({**variables, **scenario}), one.cases.track[0], 40.0, seed=seed)
+        for seed in seeds
+        for scenario in one.cases.scenario
+    ]
+    mean = float(np.mean([r["weighted_acceleration"] for r in rides]))
+    return [mean, min(r["flange_margin"] for r in rides)]
+
+
 def told(result: dict[str, Any]) -> str:
     """A result without its time."""
     return json.dumps({key: value for key, value in result.items() if key != "seconds"})
@@ -74,19 +86,12 @@ def test_the_same_seed_finds_the_same_front_on_any_threads(small: tuple[Study, d
 def test_objectives_are_the_rides_of_the_design_over_all_cases(small: tuple[Study, dict[str, Any]]) -> None:
     one, found = small
     for point in (found["pareto"][0], found["baseline"]):
-        rides = [
-            ride(one.design.with_values({**point["variables"], **scenario}), one.cases.track[0], 40.0, seed=seed)
-            for seed in (1, 2)
-            for scenario in one.cases.scenario
-        ]
-        mean = np.mean([r["weighted_acceleration"] for r in rides])
-        worst = min(r["flange_margin"] for r in rides)
-        assert point["objectives"] == pytest.approx([mean, worst], rel=1e-12)
+        assert point["objectives"] == pytest.approx(aims_by_hand(one, point["variables"], (1, 2)), rel=1e-12)
 
 
 def test_nothing_on_the_front_is_worse_than_another_in_every_aim(small: tuple[Study, dict[str, Any]]) -> None:
     f = np.array([point["objectives"] for point in small[1]["pareto"]]) * [1, -1]
-    assert not any(np.all(a >= b) and np.any(a > b) for a in f for b in f)
+    assert len(f) > 1 and not any(np.all(a >= b) and np.any(a > b) for a in f for b in f)
     assert np.all(np.diff(f[:, 0]) >= 0)
 
 
@@ -106,8 +111,9 @@ def test_the_front_is_ridden_again_on_seeds_that_the_search_never_saw(
     fresh = [seeds_of(one, one.cases.track[0], k) for k in range(8)]
     assert not {1, 2} & {s for seeds in fresh for s in seeds} and len({s for f in fresh for s in f}) == 16
     point = found["pareto"][0]
-    assert point["fresh"]["mean"] == pytest.approx(point["objectives"], rel=0.3)
-    assert all(sd > 0 for sd in point["fresh"]["sd"])
+    aims = np.array([aims_by_hand(one, point["variables"], seeds) for seeds in fresh])
+    assert point["fresh"]["mean"] == pytest.approx(aims.mean(axis=0), rel=1e-9)
+    assert point["fresh"]["sd"] == pytest.approx(aims.std(axis=0, ddof=1), rel=1e-6)
 
 
 def test_no_feasible_design_is_told_with_the_nearest(tmp_path: Path) -> None:
@@ -118,9 +124,9 @@ def test_no_feasible_design_is_told_with_the_nearest(tmp_path: Path) -> None:
 
 
 def test_designs_that_leave_the_track_fail_and_are_counted(tmp_path: Path) -> None:
-    cases = "{track: [erri_b176_high length=600], speed: [85 m/s], seed: [1]}"
+    cases = "{track: [erri_b176_high length=600], speed: [70 m/s], seed: [1]}"
     found = optimise(study(tmp_path, HOME / "designs/check_bogie.yaml", cases=cases, constraints="[]"))
-    assert found["failed"] > 0
+    assert found["failed"] > 0 and found["pareto"]
     assert found["baseline"]["objectives"] == [None, None]
     assert all(value is not None for point in found["pareto"] for value in point["objectives"])
 
