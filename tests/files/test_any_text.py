@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +60,21 @@ def slipped(text: str, edits: list[tuple[float, int, str]]) -> str:
     return text
 
 
+def leaves(value: Any, at: str) -> Iterator[tuple[str, Any]]:
+    """What is no group, under its dotted path."""
+    if value and isinstance(value, dict | list):
+        for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from leaves(inner, f"{at}.{key}")
+    else:
+        yield at, value
+
+
+def beside(value: Any, path: str) -> str:
+    """All that stands neither at a path nor below it, nor holds it."""
+    there = f".{path}."
+    return repr([(p, x) for p, x in leaves(value, "") if not (f"{p}.".startswith(there) or there.startswith(f"{p}."))])
+
+
 def read_or_told(path: Path) -> None:
     try:
         load(path)
@@ -112,6 +127,7 @@ def test_an_edit_changes_what_was_asked_or_is_refused(bogie: str, edits: list[An
         after = parse(edit_values(text, {path: value}))
     except FileProblems:
         return
-    assert path in after.marks
-    changed = {p for p in before.marks if p not in after.marks}
-    assert all(p == path or p.startswith(f"{path}.") or path.startswith(f"{p}.") for p in changed)
+    assert beside(after.value, path) == beside(before.value, path)
+    asked = [(p, x) for p, x in leaves(after.value, "") if f"{p}.".startswith(f".{path}.")]
+    in_its_old_unit = value == 1.5 and len(asked) == 1 and isinstance(asked[0][1], str)
+    assert in_its_old_unit or asked == list(leaves(value, f".{path}"))
