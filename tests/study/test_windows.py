@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -73,8 +71,9 @@ def test_where_flanges_are_declared_a_hunting_vehicle_is_adjusted(hunting: Measu
     assert judge(fit.model, hunting, hunting.validate).nrmse < 0.3
 
 
-@pytest.mark.skipif(not os.environ.get("RAILUI_SLOW"), reason="minutes: RAILUI_SLOW=1 runs it")
-def test_flanges_that_nobody_declared_are_found(hunting: Measurement, tmp_path: Path):
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_flanges_that_nobody_declared_are_found(hunting: Measurement):
     found = close_loop(hunting)
     assert "flange_contact" in [e.kind for e in found.after.model.effects]
     assert found.before.constrained and found.hunting is not None
