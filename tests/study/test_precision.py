@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import pytest
+
 from railui.core import catalogue
 from railui.study.precision import STEPS, precision
 
-ROWS = precision()["rows"]
+Rows = list[dict[str, Any]]
 
 
-def test_the_steps_that_are_taken_are_right_to_a_ten_thousandth() -> None:
-    known = [row for row in ROWS if row["taken"] in STEPS and row["errors"][0] is not None]
+@pytest.fixture(scope="module")
+def rows() -> Rows:
+    found: Rows = precision()["rows"]
+    return found
+
+
+def test_the_steps_that_are_taken_are_right_to_a_ten_thousandth(rows: Rows) -> None:
+    known = [row for row in rows if row["taken"] in STEPS and row["errors"][0] is not None]
     assert len(known) > 20
     assert [row for row in known if not row["errors"][STEPS.index(row["taken"])] < 1e-4] == []
 
 
-def test_errors_fall_with_the_step() -> None:
-    assert all(row["errors"][-1] < 0.1 * row["errors"][0] for row in ROWS if row["errors"][0] is not None)
+def test_errors_fall_with_the_step(rows: Rows) -> None:
+    assert all(row["errors"][-1] < 0.1 * row["errors"][0] for row in rows if row["errors"][0] is not None)
 
 
-def test_every_kind_of_law_is_among_them() -> None:
+def test_every_kind_of_law_is_among_them(rows: Rows) -> None:
     laws = {record["kind"] for record in catalogue() if record["acts"] not in ("sensor", "profile")}
-    assert laws - {row["effects"] for row in ROWS} == {"measured_force", "steady_force"}
+    assert laws - {row["effects"] for row in rows} == {"measured_force", "steady_force"}
