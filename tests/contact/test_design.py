@@ -130,7 +130,7 @@ def test_a_vehicle_of_bodies_takes_them_for_all_its_wheelsets(home: Path, contac
         ("wheel: wheel.txt, rail: rail.txt, inclination: 1:0", "no inclination"),
         ("wheel: wheel.txt, rail: rail.txt, use: tabel", "did you mean 'table'"),
         ("wheel: wheel.txt, rail: rail.txt, gauge: 1405 mm", "stands on its flange"),
-        ("wheel: rail.txt, rail: wheel.txt", "rail"),
+        ("wheel: rail.txt, rail: wheel.txt", "that is a rail"),
     ],
 )
 def test_what_is_wrong_is_named_at_its_key(home: Path, words: str, told: str) -> None:

@@ -118,7 +118,7 @@ def test_a_gauge_too_narrow_for_the_flanges_is_named() -> None:
 
 
 def test_a_gauge_so_wide_that_the_wheel_falls_off_is_named() -> None:
-    with pytest.raises(ProfileFault, match=r"no contact at gauge 1630 mm.*end of a profile|no contact"):
+    with pytest.raises(ProfileFault, match=r"no contact at gauge 1630 mm"):
         search(cones(0.05, gauge=1.63))
 
 

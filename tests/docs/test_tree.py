@@ -40,12 +40,12 @@ def test_every_folder_of_the_package_is_in_the_tree() -> None:
     assert folders - tree() == set()
 
 
-def test_it_is_two_screens_at_most() -> None:
+def test_the_readme_is_two_screens_at_most() -> None:
     lines = (ROOT / "README.md").read_text().splitlines()
     assert sum(max(1, ceil(len(line) / WIDE)) for line in lines) <= TWO_SCREENS
 
 
-def test_what_it_prints_is_what_the_first_hour_prints() -> None:
+def test_what_the_readme_prints_is_what_the_first_hour_prints() -> None:
     """The first hour is typed again by a test."""
 
     def words(text: str) -> list[str]:

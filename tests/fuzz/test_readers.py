@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from railui.capture import text, wire
+from railui.capture import wire
 from railui.capture.formats import read_recordings
 from railui.capture.frames import Channel
 from railui.capture.link import Link
@@ -133,7 +133,8 @@ def test_frames_with_bytes_that_slip_are_counted(edits: Slips) -> None:
     link = Link()
     link.feed(slipped(SPEECH, edits))
     heard = link.close()
-    assert 0 <= heard.frames <= 20
+    # nine bytes lie in two frames at most
+    assert 20 - 2 * len(edits) <= heard.frames <= 20
 
 
 @pytest.mark.parametrize("path", sorted((CORPUS / "frames").iterdir()), ids=lambda p: p.name)
@@ -157,4 +158,3 @@ def test_any_body_with_a_right_crc_is_a_frame_or_refused(payload: bytes) -> None
 
 def test_the_corpus_is_there_for_every_reader() -> None:
     assert {p.name for p in CORPUS.iterdir()} == {*READERS, "frames"}
-    assert text.MOST_LINE < 1 << 16

@@ -26,6 +26,7 @@ def test_conicity_is_determined_and_the_contact_angle_is_not_seen():
 
 def test_directions_are_sorted_and_their_deviation_is_one_over_the_singular_value():
     found = identified(fitted()).directions
+    assert len(found) == len(fitted().free.paths)
     values = [d.singular_value for d in found]
     assert values == sorted(values, reverse=True)
     assert all(d.sd == pytest.approx(1.0 / d.singular_value) for d in found)
