@@ -25,7 +25,7 @@ async def test_the_demo_is_recorded_and_marked_within_ten_keys(
         await keys.press("f6")
         await keys.pilot.press("s")
         await keys.until(lambda: panel.state is not None and panel.state.seconds > 2.0, 90)
-        await keys.pilot.press("m", *"weld", "enter")
+        await keys.pilot.press("m", *"weld", "enter")  # f6, s, m and a word and enter, k: nine
         await keys.until(lambda: panel.state is not None and bool(panel.state.marks))
         assert panel.state is not None and panel.state.marks[0][1] == "weld"
         rows = {bar.name: bar for bar in panel.query_one("#losses", Bars).rows}
@@ -33,7 +33,6 @@ async def test_the_demo_is_recorded_and_marked_within_ten_keys(
         assert len(panel.query_one("#strip1", Plot).picture.lines[0].x) > 100
         await keys.pilot.press("k")
         await keys.until(lambda: panel.study is None)
-        assert 1 + 1 + 6 + 1 <= 10  # f6, s, m and a word and enter, k
         assert panel.directory is not None
     (run,) = (bogie.parent / panel.directory).glob("run_*.csv")
     assert len(run.read_text().splitlines()) > 300

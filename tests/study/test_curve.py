@@ -51,8 +51,7 @@ def test_creepages_and_forces_are_those_of_the_model() -> None:
         q_y = 0.0
         for j in (1, 2):
             s = (-1) ** j
-            gamma = -s * delta + eps * e / b  # gamma_1 + gamma_2 = 2 delta, gamma_1 - gamma_2 = 2 epsilon e/b
-            gamma = delta + eps * e / b if j == 1 else delta - eps * e / b
+            gamma = delta - s * eps * e / b
             u_x, u_y = s * (lam * e / r + b / 600), -psi
             u_n = (s * gamma + sig * e / b) / r + 1 / 600
             t_x, t_y = kx * n * u_x, ky * n * u_y + ks * n * u_n

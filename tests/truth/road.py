@@ -27,14 +27,6 @@ class Table:
     Qpsi: Array | None = None
 
 
-def table(v: float, yw: Array, phiw: Array | None = None, gauge: Array | None = None, rate: float = 200.0) -> Table:
-    """A run at constant speed v [m/s] with `rate` samples a second."""
-    t = np.arange(len(yw)) / rate
-    rest = np.zeros(len(yw))
-    none = [rest if column is None else column for column in (phiw, gauge)]
-    return Table(t, v * t, np.full(len(yw), v), yw, none[0], none[1])
-
-
 class Point:
     """Inputs of a batch at one time, [wheelset, vehicle]; s [vehicle], Q of a measured coach [2, vehicle].
 
