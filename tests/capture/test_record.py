@@ -10,6 +10,7 @@ import subprocess
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -107,6 +108,7 @@ def test_a_cable_pulled_and_put_in_again_begins_a_segment(tmp_path: Path) -> Non
 
 def test_killed_at_fifty_random_moments_at_most_the_last_second_is_missing(tmp_path: Path) -> None:
     random = np.random.default_rng(7)
+    read: list[int] = []  # rows of the segments that were held against the truth
     with Feeder(tmp_path) as feeder:
 
         def one(number: int, wait: float) -> None:
@@ -126,6 +128,7 @@ def test_killed_at_fifty_random_moments_at_most_the_last_second_is_missing(tmp_p
                 counted, t = (read_table(again / f"run_{segment.number:03d}.csv").column(n) for n in ("count", "t"))
                 assert np.array_equal(np.rint((t - t[0]) * 200), counted - counted[0])
                 assert counted[-1] >= 200 * (last - 1.0) - unread / FRAME, "more than the last second is missing"
+                read.append(counted.size)
             for live in out.glob("run_*.csv"):
                 written = read_recordings(live)[0].t
                 assert np.array_equal(written, read_table(again / live.name).column("t")[: written.size])
@@ -147,6 +150,7 @@ def test_killed_at_fifty_random_moments_at_most_the_last_second_is_missing(tmp_p
                 thread.join()
             if failures:
                 raise failures[0]
+    assert len(read) > KILLS / 2 and sum(read) > 50 * KILLS  # a fifth is killed before the logger has said its name
 
 
 def test_a_full_disk_loses_nothing_when_there_is_room_again(tmp_path: Path) -> None:
@@ -237,12 +241,14 @@ def test_a_line_that_a_power_cut_left_unfinished_is_taken_off(tmp_path: Path) ->
     assert read_recordings(tmp_path)[0].t.size == 999
 
 
-def test_play_goes_at_the_pace_it_is_told(tmp_path: Path) -> None:
+def test_play_goes_at_the_pace_it_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = [0.0]
+    ours = SimpleNamespace(monotonic=lambda: clock[0], sleep=lambda seconds: clock.append(clock.pop() + seconds))
+    monkeypatch.setattr("railui.capture.terminal.time", ours)
     terminal = Terminal(tmp_path / "port")
     threading.Thread(target=lambda: [os.read(terminal.slave, 4096) for _ in iter(int, 1)], daemon=True).start()
-    begun = time.monotonic()
     play(small_logger(2.0), terminal, pace=4.0)
-    assert 0.4 < time.monotonic() - begun < 10.0
+    assert clock[0] == pytest.approx(2.0 / 4.0, abs=0.01)
 
 
 @pytest.mark.parametrize(
