@@ -38,7 +38,7 @@ def test_a_killed_worker_loses_nothing_and_the_front_is_that_of_one_machine(tmp_
     study = write_study(tmp_path, length=1000, population=32, generations=8)
     one = machines.workers(2)[0]
     process = spread(study, tmp_path / "many", machines)
-    await_results(tmp_path / "many", 1, process)  # type: ignore[arg-type]
+    await_results(tmp_path / "many", 1, process)
     one.kill()
     told = process.communicate(timeout=200)[1]
     assert process.returncode == 0, told
@@ -52,7 +52,7 @@ def test_where_the_scheduler_is_killed_what_was_evaluated_is_kept_and_the_same_c
     study = write_study(tmp_path, length=2000, population=64, generations=20)
     machines.workers(2)
     process = spread(study, tmp_path / "out", machines)
-    await_results(tmp_path / "out", 1, process)  # type: ignore[arg-type]
+    await_results(tmp_path / "out", 1, process)
     machines.scheduler.send_signal(signal.SIGKILL)
     told = process.communicate(timeout=120)[1]
     assert process.returncode == 3 and "is lost" in told and "the same command resumes" in told

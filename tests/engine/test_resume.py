@@ -21,13 +21,13 @@ def start(study: Path, out: Path, jobs: int = 2) -> subprocess.Popen[bytes]:
     )
 
 
-def await_results(out: Path, count: int, process: subprocess.Popen[bytes]) -> None:
-    """Waits until a running search has kept so many rides."""
+def await_results(out: Path, count: int, process: subprocess.Popen[bytes] | subprocess.Popen[str]) -> None:
+    """Waits until a running search has kept so many rides; fails where it ends before."""
     until = time.monotonic() + 60
-    while time.monotonic() < until and process.poll() is None:
-        if (out / "results.sqlite").exists() and stored(out) >= count:
-            return
+    while not (out / "results.sqlite").exists() or stored(out) < count:
+        assert time.monotonic() < until and process.poll() is None, f"{stored(out)} of {count} rides were kept"
         time.sleep(0.01)
+    assert process.poll() is None, "the search is too short to be disturbed"
 
 
 def stored(out: Path) -> int:
@@ -125,6 +125,10 @@ def test_a_chosen_design_of_the_front_is_written_and_one_that_is_not_there_refus
     assert refused.returncode != 0 and "no design 99 on the front" in refused.stderr
 
 
-@pytest.mark.parametrize("words", [["status", "nowhere"], ["optimise", "nowhere.yaml"]])
-def test_what_is_not_there_is_told(words: list[str]) -> None:
-    assert run(*words).returncode in (1, 2)
+@pytest.mark.parametrize(
+    ("words", "code", "told"),
+    [(["status", "nowhere"], 1, "nowhere: holds no search"), (["optimise", "nowhere.yaml"], 2, "nowhere.yaml: cannot")],
+)
+def test_what_is_not_there_is_told(words: list[str], code: int, told: str) -> None:
+    done = run(*words)
+    assert done.returncode == code and told in done.stderr
