@@ -56,6 +56,9 @@ async def test_every_key_of_a_panel_is_a_command_of_the_palette(sit: Sitting, bo
     async with sit(bogie) as keys:
         told = {command.title for command in keys.desk.get_system_commands(keys.desk.screen)}
         assert {"Undo", "A/B", "Effect", "Save as", "Campaign", "Heartbeat", "Find"} <= told
+        panels = keys.desk.query_one(DesignPanel), keys.desk.query_one(CampaignPanel)
+        ours, theirs = ({key.description for key in panel.BINDINGS if key.description} for panel in panels)
+        assert ours <= told and not theirs <= told
         await keys.press("ctrl+p")
         assert isinstance(keys.desk.screen, CommandPalette)
 

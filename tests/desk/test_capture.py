@@ -54,9 +54,6 @@ async def test_a_track_is_chosen_and_ridden_on_within_twelve_keys(sit: Sitting, 
         assert design.looks is not None
         before = design.looks[0].quality["weighted_acceleration"]
         await keys.press("f5", "o")
-        await keys.type("low high")
-        await keys.press(*["backspace"] * 8)
-        keys.count = 2
         await keys.type("_high")
         await keys.press("enter", "u")
         assert keys.desk.query_one(TrackPanel).found is not None

@@ -97,6 +97,8 @@ async def test_a_vehicle_that_leaves_the_track_is_told_and_drawn(sit: Sitting, b
         panel.set("case.speed", "90 m/s")
         await keys.settle()
         assert panel.looks is not None and panel.looks[0].quality["class"] == "dangerous"
+        assert "DANGEROUS" in "".join(strip.text for strip in keys.desk.screen._compositor.render_strips())
+        assert all(plot.picture.lines for plot in panel.query(Plot) if plot.display)
 
 
 async def test_a_faulty_file_shows_its_faults_where_they_stand(sit: Sitting, tmp_path: Path) -> None:

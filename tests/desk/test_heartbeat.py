@@ -65,8 +65,8 @@ async def quietest(keys: Keys, work: Callable[[], Awaitable[None]]) -> tuple[flo
             keys.desk.heartbeat.reset()
             await work()
             longest = keys.desk.heartbeat.longest
-            told, _ = idle.communicate()
-        found.append((longest, float(told)))
+            waited, _ = idle.communicate()
+        found.append((longest, float(waited)))
         if longest < LONGEST:
             break
     return min(found, key=lambda pair: pair[0] - pair[1])
