@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -159,7 +160,5 @@ plain = st.recursive(
 
 @given(plain)
 def test_json_reads_as_itself(value: object) -> None:
-    import json
-
     text = json.dumps({"a": value}).replace("-Infinity", "-.inf").replace("Infinity", ".inf")
     assert parse(text).value == {"a": value}

@@ -23,7 +23,7 @@ from tests.kernel.pairs import (
     table,
     uneven,
 )
-from tests.truth.effects import effect, parse
+from tests.truth.effects import KINDS, effect, parse
 from tests.truth.march import simulate, simulate_many
 
 # usual motion and speed at a place, and a stiffness of the order of what is there
@@ -110,8 +110,6 @@ def test_an_effect_moves_the_bogie_as_it_moves_the_generator_s(kind: str, at: st
 
 
 def test_every_catalogued_kind_of_the_generator_is_in_the_kernel_s_list_and_the_other_way_round() -> None:
-    from tests.truth.effects import KINDS
-
     assert {r["kind"] for r in core.catalogue()} == {kind for kind, known in KINDS.items() if known.catalogued}
 
 

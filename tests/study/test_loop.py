@@ -164,7 +164,9 @@ def test_with_its_answers_taken_away_the_loop_does_not_name_another_cleanly():
 
 @pytest.mark.slow
 @pytest.mark.skipif(not SHARED.is_dir(), reason="no campaigns beside the repository")
-@pytest.mark.parametrize("name", [p.parent.name for p in sorted(SHARED.glob("*/campaign.yaml"))])
+@pytest.mark.parametrize(
+    "name", ["blind_a", "blind_b", "low_adhesion", "nothing_missing", "stiff_friction", "worn_axle_box"]
+)
 def test_the_campaigns_beside_the_repository_end_at_their_floor(name: str):
     found = loop(SHARED / name, jobs=2)
     if name == "nothing_missing":

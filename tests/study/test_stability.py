@@ -19,8 +19,9 @@ from railui.study.hunting import fold_speeds, hunting, with_flange
 from railui.study.linear import eigenvalues, linear_effects, state_matrices
 from railui.study.model import Model
 from railui.study.modes import critical_speeds, linear_many, modes_at, shape_in_words
+from railui.study.ride import ride
 from railui.study.stability import stability
-from railui.study.straight import Motion
+from railui.study.straight import Motion, Straight
 
 HOME = Path(__file__).parents[2]
 CHECK = load_design(HOME / "designs/check_bogie.yaml")
@@ -108,8 +109,6 @@ def test_many_designs_have_the_numbers_that_each_has_alone() -> None:
 
 
 def test_the_decrement_is_that_of_the_free_vibration() -> None:
-    from railui.study.straight import Straight
-
     track = Straight(Model(CHECK))
     motion = track.let_go(np.array([60.0]), track.aside(1e-3))
     for _ in range(2):  # the other modes die first
@@ -179,8 +178,6 @@ def test_hunting_dies_at_the_fold_and_not_above() -> None:
     found = hunting(model, [50.0, 60.0, 70.0])
     assert found.hard and found.fold is not None
     assert 58.0 < found.fold < 61.0  # below the linear critical speed: a hard loss
-    from railui.study.straight import Straight
-
     track = Straight(model)
     at_fold = found.from_above.states[0]
     speeds = np.array([found.fold - 0.05, found.fold + 0.05])
@@ -189,8 +186,6 @@ def test_hunting_dies_at_the_fold_and_not_above() -> None:
 
 
 def test_the_unstable_cycle_is_where_disturbances_part() -> None:
-    from railui.study.straight import Straight
-
     model = with_effects(SLIPPERY, FLANGE)
     found = hunting(model, [55.0, 62.0])
     cycles = list(found.branch)
@@ -255,8 +250,6 @@ def test_folds_of_many_are_those_of_each() -> None:
 
 
 def test_the_critical_speed_in_practice_is_the_last_admissible_one() -> None:
-    from railui.study.ride import ride
-
     design = CHECK.with_effects([SLIPPERY, FLANGE])
     found = stability(design, [40.0, 50.0, 60.0, 70.0], track="erri_b176_low length=600")
     v = found["practical_critical_speed"]
