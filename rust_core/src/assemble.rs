@@ -85,6 +85,7 @@ pub struct Assembly {
 }
 
 impl Assembly {
+    /// Bodies alone, by name and mass: no springs, no ports yet.
     pub fn of(masses: &[(&str, f64)]) -> Self {
         let n = masses.len();
         Assembly {
@@ -102,6 +103,7 @@ impl Assembly {
         }
     }
 
+    /// matrix += row^T value row
     fn element(matrix: &mut DMatrix<f64>, row: &[(usize, f64)], value: f64) {
         for &(i, a) in row {
             for &(j, b) in row {
@@ -110,6 +112,7 @@ impl Assembly {
         }
     }
 
+    /// Every body has a mass above zero, or the first that has not is named.
     pub fn check_masses(&self) -> Result<()> {
         let Some(i) = self.mass.iter().position(|m| m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater)) else {
             return Ok(());
@@ -134,6 +137,7 @@ impl Assembly {
         self.ports.push(Port { at: at.into(), class: at, wheelset, row, inputs, site });
     }
 
+    /// A further signal of the motion of a row.
     pub fn channel(&mut self, name: &str, order: Order, row: &[(usize, f64)]) -> &mut Channel {
         let (also, inputs, rates) = (Vec::new(), Inputs::new(), Inputs::new());
         self.channels.push(Channel { name: name.into(), order, row: row.to_vec(), also, inputs, rates, rail: None });
@@ -151,6 +155,7 @@ impl Assembly {
         }
     }
 
+    /// The ports of a place: of one wheelset, or with 0 of every wheelset.
     pub fn places(&self, at: &str, wheelset: u8) -> Vec<&Port> {
         self.ports
             .iter()

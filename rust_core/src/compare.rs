@@ -21,10 +21,12 @@ pub struct Filter {
 }
 
 impl Filter {
+    /// Samples of a channel that are left of so many.
     pub fn kept(&self, samples: usize) -> usize {
         samples.saturating_sub(2 * self.cut).div_ceil(self.every)
     }
 
+    /// Does the filter fit so many channels of so many samples?
     pub fn check(&self, channels: usize, samples: usize) -> Result<()> {
         crate::error::expect_len("weights", self.weights.len(), channels)?;
         crate::error::expect_len("initial states of the filter", self.zi.len(), self.sos.len())?;
@@ -59,7 +61,7 @@ fn delay(x: &mut [Lanes], lane: usize, by: f64) {
     }
     let whole = by.floor();
     let part = by - whole;
-    // nodes at -4 .. 3 around the sample before k - by
+    // nodes at -3 .. 4 from the sample before k - by, which lies 1 - part behind it
     let weights: [f64; 8] = std::array::from_fn(|i| {
         (0..8).filter(|j| *j != i).map(|j| ((1.0 - part) - (j as f64 - 3.0)) / (i as f64 - j as f64)).product()
     });

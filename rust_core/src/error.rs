@@ -25,6 +25,7 @@ pub enum Error {
     Interrupted,
 }
 
+/// What the kernel makes, or what is wrong with what it was given.
 pub type Result<T> = std::result::Result<T, Error>;
 
 /// A count that must match.

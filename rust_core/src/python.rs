@@ -151,7 +151,6 @@ fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
 
 /// Creep forces T_x, T_y of a law where the linear law gives t_x, t_y, in which `spin` is of t_y.
 #[pyfunction]
-#[pyo3(signature = (kind, numbers, wheel_load, creep_slopes, linear, speed))]
 fn creep_forces(
     kind: &str,
     numbers: Vec<f64>,
@@ -175,6 +174,7 @@ fn parameters(kind: &str) -> PyResult<Vec<&'static str>> {
     Ok(assemble::parameters(kind)?.to_vec())
 }
 
+/// The instructions that the lanes run on here.
 #[pyfunction]
 fn simd() -> &'static str {
     lanes::level().name()

@@ -21,7 +21,7 @@ pub struct Param {
 /// How the search for what is missing treats a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// The force is proportional to it.
+    /// The force is proportional to it; of a law with memory that of fast (Maxwell) or of large motion (Bouc-Wen) alone.
     Strength,
     /// It shapes the law.
     Shape,
@@ -78,7 +78,8 @@ pub struct Record {
     pub states: usize,
     /// F(-z, -v) = -F(z, v)
     pub odd: bool,
-    /// Over a closed cycle it takes energy out, or none.
+    /// Over a closed cycle it takes energy out, or none. Not so the laws of the rolling radii: by these hunting lives on
+    /// the speed of the train.
     pub dissipates: bool,
     /// Does the trace look for it?
     pub candidate: bool,

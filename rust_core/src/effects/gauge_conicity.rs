@@ -15,7 +15,7 @@ impl Effect for GaugeConicity {
         supersedes: Supersedes::Nothing,
         states: 0,
         odd: true,
-        dissipates: true,
+        dissipates: false,
         candidate: true,
         shapes: &[&[-15.0]],
     };

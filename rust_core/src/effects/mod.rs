@@ -19,6 +19,7 @@ macro_rules! catalogue {
         pub const CATALOGUE: &[Law] = &[$(Law::$force,)* $(Law::$creep,)* $(Law::$roll,)* $(Law::$other,)*];
 
         impl Law {
+            /// How the law describes itself.
             pub fn record(self) -> &'static Record {
                 match self {
                     $(Law::$force => &<$f::$force as Effect>::RECORD,)*
@@ -28,6 +29,7 @@ macro_rules! catalogue {
                 }
             }
 
+            /// Its numbers made ready for the lanes.
             pub fn prepare(self, p: &[f64], site: &Site) -> Vec<f64> {
                 match self {
                     $(Law::$force => <$f::$force as Effect>::prepare(p, site),)*
@@ -37,6 +39,7 @@ macro_rules! catalogue {
                 }
             }
 
+            /// Its steepest slopes at a place, for the step size.
             pub fn stiffest(self, p: &[f64], site: &Site) -> Slopes {
                 match self {
                     $(Law::$force => <$f::$force as Effect>::stiffest(p, site),)*
@@ -46,6 +49,7 @@ macro_rules! catalogue {
                 }
             }
 
+            /// What the magnitude of its own state is held at, where it is.
             pub fn largest(self, p: &[f64]) -> Option<f64> {
                 match self {
                     $(Law::$force => <$f::$force as Effect>::largest(p),)*
@@ -53,6 +57,7 @@ macro_rules! catalogue {
                 }
             }
 
+            /// F of a force, and x' of its own state into dx; other laws make none.
             #[inline(always)]
             pub fn force<P: Part>(self, p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P {
                 match self {
@@ -69,6 +74,7 @@ macro_rules! catalogue {
                 }
             }
 
+            /// T_x, T_y of a wheel; those of the linear law where this is none of creep.
             #[inline(always)]
             pub fn creep<P: Part>(self, p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
                 match self {
@@ -77,6 +83,7 @@ macro_rules! catalogue {
                 }
             }
 
+            /// What a law of the rolling radii adds to their difference.
             #[inline(always)]
             pub fn roll<P: Part>(self, p: Numbers<'_>, alpha: P, gauge: P, s: f64, to: &mut RollingRadius<P>) {
                 match self {
@@ -139,6 +146,7 @@ impl Law {
         })
     }
 
+    /// The law of a key of the files.
     pub fn named(key: &str) -> Option<Law> {
         CATALOGUE.iter().copied().find(|law| law.record().key == key)
     }

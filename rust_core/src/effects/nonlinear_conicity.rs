@@ -23,7 +23,7 @@ impl Effect for NonlinearConicity {
         supersedes: Supersedes::Nothing,
         states: 0,
         odd: true,
-        dissipates: true,
+        dissipates: false,
         candidate: true,
         shapes: &[&[2e4]],
     };

@@ -14,7 +14,7 @@ impl Effect for SensorOffset {
         params: &[param("offset", "offset", "z", [0.0, -1e3, 1e3], "1", "none; lives in the means", Role::Shape)],
         supersedes: Supersedes::Nothing,
         states: 0,
-        odd: true,
+        odd: false,
         dissipates: false,
         candidate: false,
         shapes: &[],
