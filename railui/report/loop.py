@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import railui
 from railui import core
-from railui.files.campaign import Campaign
+from railui.files.campaign import Campaign, load_campaign
 from railui.files.design import PlacedEffect
 from railui.files.effect_reading import unit_of
 from railui.files.writing import finite
@@ -22,11 +22,10 @@ from railui.study.adjust import Fit, Report, silent
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
 from railui.study.gate import Finding
 from railui.study.judge import Judgement
-from railui.study.loop import Found, lookalikes
-from railui.study.loop import loop as close
-from railui.study.measured import Stretch, cut_samples
+from railui.study.loop import Found, close_loop, lookalikes
+from railui.study.measured import Stretch, cut_samples, read
 from railui.study.outside import Outside
-from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, Step
+from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, UNEXPLAINED, Step
 from railui.study.trace import Sighting
 from railui.study.weighting import W_D, cascade, one_mass, weighted_rms
 from railui.study.windows import WINDOW, files
@@ -47,7 +46,8 @@ def loop(
     `without` bars kinds of effects, `report` is told how far the work is. Raises FileProblems where a file cannot be
     used. Source: Broersen 1976.
     """
-    return loop_report(close(campaign, without=without, seed=seed, jobs=jobs, report=report))
+    loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
+    return loop_report(close_loop(read(loaded), without=without, seed=seed, jobs=jobs, report=report))
 
 
 def loop_report(found: Found) -> dict[str, Any]:
@@ -112,7 +112,7 @@ def sentence(found: Found) -> str:
             f"Something is missing that is not in the catalogue; it acts at {where}: error {before:.3f} before, "
             f"{after:.3f} with the measured curve, noise floor {found.floor.nrmse:.3f}"
         )
-    if ratio > 1.5:
+    if ratio > UNEXPLAINED:
         return f"Something is still missing ({ratio:.1f} times the noise floor is left). {text}."
     return f"{text}."
 
@@ -196,14 +196,14 @@ def _stranger(o: Outside) -> dict[str, Any]:
     return {}
 
 
-def _turn(found: Found) -> Step:
+def _telling(found: Found) -> Step:
     """The step whose ranking tells most: the one that added the first effect, else the last."""
     return next((s for s in found.steps if s.added), found.steps[-1])
 
 
 def ranking(found: Found) -> list[dict[str, Any]]:
     """One row per candidate, best first, nothing added among them."""
-    step = _turn(found)
+    step = _telling(found)
     plain = found.hunting or found.before
     base = Refit(None, plain, held_out(plain))
     nothing = held_out_nrmse(base)
@@ -251,6 +251,7 @@ def _traces(found: Found) -> list[dict[str, Any]]:
 
 
 def _trimmed(found: Found, stretch: Stretch, x: Floats) -> Floats:
+    """Series [..., n] without what the comparison cuts off at both ends."""
     cut = cut_samples(found.measurement.campaign, stretch)
     return np.asarray(x[..., cut : x.shape[-1] - cut])
 
@@ -331,8 +332,8 @@ def _notes(found: Found) -> list[str]:
             "the initial state of each estimated along"
         )
     for name, judgement in found.judged.items():
-        told = "its error is null"
-        notes += [f"{name}: the vehicle diverges on {file} at {at:.2f} s, {told}" for file, at in judgement.diverged]
+        for file, at in judgement.diverged:
+            notes.append(f"{name}: the vehicle diverges on {file} at {at:.2f} s, its error is null")
     return notes + _shapeless(found)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg, optimize
 
 from railui.study.beside import beside
+from railui.study.blocks import block_gram, samples_of
 from railui.study.free import Free, free_parameters
 from railui.study.judge import initial_state
 from railui.study.measured import Measurement, Stretch, simulate
@@ -42,10 +43,12 @@ class Normal:
 
     @property
     def total(self) -> Floats:
+        """Over all blocks and channels [1 + p, 1 + p]."""
         return np.asarray(self.gram.sum(axis=(0, 1)))
 
     @property
     def rss(self) -> float:
+        """The misfit: sum of the squared weighted residuals."""
         return float(self.total[0, 0])
 
 
@@ -117,6 +120,7 @@ class Adjuster:
         return rows
 
     def series(self, target: Target, x: Floats) -> tuple[Floats, NDArray[np.int64]]:
+        """Compared series [n, channel, kept] of the vehicles with x [n, p] on a stretch, and where each diverged."""
         self.simulations += len(x)
         return simulate(
             self.model,
@@ -204,6 +208,7 @@ class Adjuster:
             self.ready = list(beside(anew, self.ready, self.jobs))
 
     def block_samples(self, target: Target) -> int:
+        """Compared samples per block of the inner products."""
         return samples_of(self.block, target)
 
     def cost(self, rss: Floats, x: Floats) -> Floats:
@@ -226,7 +231,7 @@ class Adjuster:
             tried = np.array([self._step(a, g, x, damping) for damping in DAMPINGS])
             tried = np.vstack([tried, x + 0.3 * (tried[0] - x), x + 0.5 * (tried[2] - x)])
             costs = self.cost(self.residuals(tried), tried)
-            best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
+            best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
             if not costs[best] < cost:
                 status = "converged"
                 break
@@ -314,21 +319,6 @@ class Adjuster:
         scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
         inverse = linalg.pinvh(a * np.outer(scale, scale)) * np.outer(scale, scale)
         return np.asarray(inverse @ middle @ inverse)
-
-
-def samples_of(seconds: float, target: Target) -> int:
-    """Compared samples in a block of so many seconds."""
-    return max(8, round(seconds / (target.stretch.dt * target.filter.every)))
-
-
-def block_gram(series: Floats, block: int) -> Floats:
-    """Inner products [block, channel, row, row] of series [row, channel, n] over blocks of so many samples."""
-    rows, channels, n = series.shape
-    count = -(-n // block)
-    padded = np.zeros((rows, channels, count * block))
-    padded[:, :, :n] = series
-    cut = padded.reshape(rows, channels, count, block).transpose(2, 1, 0, 3)
-    return np.asarray(cut @ cut.transpose(0, 1, 3, 2))
 
 
 def block_seconds(model: Model, stretches: Sequence[Stretch]) -> float:

@@ -49,6 +49,7 @@ class Candidate:
         return found[0] if found else None
 
     def placed(self, parameters: Mapping[str, float]) -> PlacedEffect:
+        """The effect at this place with parameters in SI."""
         return PlacedEffect(self.kind, self.at, self.wheelset, dict(parameters))
 
 
@@ -152,6 +153,7 @@ class Bundle:
 
     @property
     def placements(self) -> list[core.Placement]:
+        """Where the members stand, as the kernel wants it."""
         return [core.Placement(c.kind, c.at, c.wheelset) for c in self.members]
 
     def numbers(self) -> Floats:

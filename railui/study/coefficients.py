@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from railui import core
 from railui.core import Filter
-from railui.study.adjust import Adjuster, Fit, block_gram
+from railui.study.adjust import Adjuster, Fit
+from railui.study.blocks import block_gram, inverse
 from railui.study.measured import simulate
 from railui.study.target import Target
+from railui.study.trace import VANISHED
 from railui.track import input_table
 
 Floats = NDArray[np.float64]
@@ -53,10 +55,12 @@ class Coefficient:
 
     @property
     def t(self) -> float:
+        """Standard deviations from its derivation."""
         return self.difference / self.sd if self.sd > 0 else 0.0
 
     @property
     def contradicts(self) -> bool:
+        """Is it so far from its derivation that something is missing in its equation?"""
         return abs(self.t) > CONTRADICTS
 
 
@@ -78,16 +82,14 @@ def coefficients(fit: Fit) -> list[Coefficient]:
     prior = np.diag(1.0 / fit.free.prior_sd**2) * fit.normal.rss / fit.normal.samples
     names = [(w, at, term) for at, w in PORTS for term in TERMS]
     total = gram.sum(axis=0)
-    inner = total[1:own, 1:own] + prior
-    scale = 1.0 / np.sqrt(np.diag(inner))
-    inverse = np.linalg.pinv(inner * np.outer(scale, scale), rcond=1e-10, hermitian=True) * np.outer(scale, scale)
+    projector = inverse(total[1:own, 1:own] + prior, 1e-10)
     out = []
     for k, (wheelset, at, term) in enumerate(names):
         i = own + k
-        absorbed = inverse @ total[1:own, i]
+        absorbed = projector @ total[1:own, i]
         left = total[i, i] - total[i, 1:own] @ absorbed
         scores = gram[:, 0, i] - gram[:, 0, 1:own] @ absorbed
-        if left <= 1e-3 * total[i, i]:
+        if left <= VANISHED * total[i, i]:
             continue  # a parameter does the same
         difference = float(scores.sum() / left)
         sd = float(np.sqrt(np.sum((scores - scores.mean()) ** 2)) / left)
@@ -111,16 +113,8 @@ def _answers(fit: Fit, target: Target) -> Floats:
         transfer = np.fft.rfft(pulse, length, axis=1)
         for motion in by_wheelset[w]:
             answer = np.fft.irfft(transfer * np.fft.rfft(-motion, length), length, axis=1)[:, :n]
-            rows.append(_compared(answer, target))
+            rows.append(target.compared(answer))
     return np.array(rows)
-
-
-def _compared(x: Floats, target: Target) -> Floats:
-    from scipy import signal
-
-    f = target.filter
-    y = signal.sosfiltfilt(f.sos, x, axis=-1) if len(f.sos) else x - x.mean(axis=-1, keepdims=True)
-    return np.asarray(y[:, f.cut : x.shape[1] - f.cut : f.every] * f.weights[:, None])
 
 
 def _pulse(fit: Fit, target: Target, at: str, wheelset: int) -> Floats:

@@ -54,6 +54,7 @@ class Refit:
 
     @property
     def rss(self) -> float:
+        """Misfit on the adjusting runs."""
         return self.fit.normal.rss
 
 
@@ -170,8 +171,8 @@ class Rough:
         # steps hold for motions much wilder than those of a run; a rough fit takes fewer, and ends where it diverges
         self.finest = FINEST * max(t.steps for t in self.short)
         self.wild = any(t.stretch.whole is not None for t in self.short)
-        held = dict(zip(fit.free.paths, fit.sd / fit.free.prior_sd, strict=True))
-        self.base = sorted(base, key=lambda p: held.get(p, 0.0))
+        unseen = dict(zip(fit.free.paths, fit.sd / fit.free.prior_sd, strict=True))
+        self.base = sorted(base, key=lambda p: unseen.get(p, 0.0))
         at_rest = adjust(fit.model, measurement, base, declared, ready=self.short, most=0, jobs=jobs)
         self.before = self.least = at_rest.normal.rss
 

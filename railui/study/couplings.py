@@ -40,6 +40,7 @@ class Coupling:
 
     @property
     def at(self) -> str:
+        """The place named first."""
         return self.pairs[0][0][0]
 
     @property
@@ -50,6 +51,7 @@ class Coupling:
 
     @property
     def text(self) -> str:
+        """The coupled places in words."""
         (a, i), (b, j) = self.pairs[0]
         both = " on both wheelsets" if len(self.pairs) > 1 else ""
         return f"{_words(a, i if not both else None)} with {_words(b, j if not both else None)}{both}"

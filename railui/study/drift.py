@@ -7,19 +7,18 @@ whose parameter follows p(s) is a blend of vehicles with constant p that run sid
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from railui import core
 from railui.study.adjust import Fit
+from railui.study.blocks import inverse
 from railui.study.judge import Judgement, compared, initial_state, judgement_of
 from railui.study.measured import Measurement, Stretch, filtered, simulate, steps_for
 from railui.study.model import Model
-from railui.study.target import Target
 
 Floats = NDArray[np.float64]
 COURSES = (3, 5, 9, 17, 33)  # knots of the courses that are tried
@@ -53,16 +52,10 @@ def block_distances(fit: Fit) -> Floats:
     """Distance [m] in the middle of every block of the fit's inner products, stretch after stretch."""
     middles = []
     for target in fit.targets:
-        s = _kept(target, target.stretch.columns["s"])
+        s = target.kept(target.stretch.columns["s"])
         length = fit.block_samples(target)
         middles += [float(np.mean(s[k : k + length])) for k in range(0, len(s), length)]
     return np.array(middles)
-
-
-def _kept(target: Target, x: Floats) -> Floats:
-    """A column at the samples that are compared."""
-    cut = target.filter.cut
-    return x[cut : len(x) - cut : target.filter.every]
 
 
 def hats(s: Floats, knots: Floats) -> Floats:
@@ -134,24 +127,18 @@ def _course(
             [cross.T, u.T @ ((own @ c)[:, None] * u)],
         ]
     )
-    inverse = _inverse(inner, 1e-8)
-    flat = _inverse(gram[:, 1:, 1:].sum(axis=0) + np.diag(prior), 1e-12)
+    whole = inverse(inner, 1e-8)
+    flat = inverse(gram[:, 1:, 1:].sum(axis=0) + np.diag(prior), 1e-12)
     rng = np.random.default_rng(np.random.SeedSequence([seed, 19, j]))
     signs = np.vstack([np.ones(len(s)), rng.choice([-1.0, 1.0], (DRAWS, len(s)))])  # as it is, then chance
     right = np.hstack([signs @ gram[:, others, 0], signs @ (own[:, :1] * u)])
-    plain, found = signs @ gram[:, 1:, 0], right @ inverse
+    plain, found = signs @ gram[:, 1:, 0], right @ whole
     explained = np.sum(right * found, axis=1) - np.sum((plain @ flat) * plain, axis=1)
     chance = max(float(np.mean(explained[1:])), 0.0)
     course = found[0, len(others) :]
-    sd = np.sqrt(np.maximum(np.diag(inverse)[len(others) :], 0.0) * chance / max(len(knots) - 1, 1))
+    sd = np.sqrt(np.maximum(np.diag(whole)[len(others) :], 0.0) * chance / max(len(knots) - 1, 1))
     share = max((float(explained[0]) - chance) / fit.normal.rss, 0.0)
     return Drift(path, ratios, knots, fit.x[j] + course, sd, share)
-
-
-def _inverse(a: Floats, least: float) -> Floats:
-    """The inverse of a symmetric matrix after scaling, without what is smaller than `least`."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
-    return np.asarray(np.linalg.pinv(a * np.outer(scale, scale), rcond=least, hermitian=True) * np.outer(scale, scale))
 
 
 def refined(fit: Fit, drift: Drift) -> Drift:
@@ -164,11 +151,9 @@ def refined(fit: Fit, drift: Drift) -> Drift:
         a, b, misfit = np.zeros((len(values), len(values))), np.zeros(len(values)), 0.0
         for target in fit.targets:
             z, slope = blended(fit.model, course, target.stretch, target.stretch.channels, target.start, target.steps)
-            w = target.filter.weights[:, None]
-            passed = _filter_of(target)
-            r = target.y - passed(z) * w
+            r = target.y - target.compared(z)
             u = hats(target.stretch.columns["s"], drift.distance)
-            d = np.stack([(passed(slope * u[:, k]) * w).ravel() for k in range(len(values))])
+            d = np.stack([target.compared(slope * u[:, k]).ravel() for k in range(len(values))])
             a += d @ d.T
             b += d @ r.ravel()
             misfit += float(np.sum(r * r))
@@ -178,17 +163,6 @@ def refined(fit: Fit, drift: Drift) -> Drift:
         values = np.clip(values + np.linalg.solve(a + ridge, b), low, high)
     share = max(1.0 - least / fit.normal.rss, 0.0)
     return replace(drift, values=best, share=share)
-
-
-def _filter_of(target: Target) -> Callable[[Floats], Floats]:
-    """The comparison's filter of a target, without its weights."""
-    sos, cut, every = target.filter.sos, target.filter.cut, target.filter.every
-
-    def apply(x: Floats) -> Floats:
-        y = signal.sosfiltfilt(sos, x, axis=-1) if len(sos) else x - x.mean(axis=-1, keepdims=True)
-        return np.asarray(y[..., cut : x.shape[-1] - cut : every])
-
-    return apply
 
 
 def _limits(fit: Fit, path: str) -> tuple[float, float]:

@@ -170,6 +170,7 @@ class PerStretch:
 
     @property
     def chi2(self) -> Floats:
+        """Reduced chi-squared [path] of the stretches' values about their common one."""
         weight = 1.0 / np.maximum(self.sd, 1e-300) ** 2
         mean = np.sum(weight * self.values, axis=0) / np.sum(weight, axis=0)
         return np.asarray(np.sum(weight * (self.values - mean) ** 2, axis=0) / max(len(self.values) - 1, 1))

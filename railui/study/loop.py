@@ -5,16 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 
-from railui.files.campaign import Campaign, load_campaign
 from railui.study.adjust import STABLE, Fit, Report, adjust, silent
 from railui.study.foresight import Foreseen, foresee
 from railui.study.gate import Finding, gate
 from railui.study.judge import Floor, Judgement, floor, judge
-from railui.study.measured import Measurement, Stretch, read
+from railui.study.measured import Measurement, Stretch
 from railui.study.model import Model
 from railui.study.outside import Outside, look_along, look_outside, telling
 from railui.study.parallel import two_parallel_models
@@ -222,20 +220,3 @@ def lookalikes(step: Step) -> list[str]:
         if r.candidate is not None and r.candidate.at == place and np.sqrt(r.held_out.sum() / best) <= LOOKALIKE
     ]
     return list(dict.fromkeys([step.added.candidate.kind, *alike]))
-
-
-def loop(
-    campaign: str | Path | Campaign,
-    *,
-    without: Collection[str] = (),
-    seed: int = 0,
-    jobs: int | None = None,
-    report: Report = silent,
-    watch: Watch = unwatched,
-) -> Found:
-    """Close the loop on a campaign (its directory, its file, or as loaded).
-
-    Raises FileProblems where a file cannot be used.
-    """
-    loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
-    return close_loop(read(loaded), without=without, seed=seed, jobs=jobs, report=report, watch=watch)

@@ -45,6 +45,7 @@ class Stretch:
 
     @property
     def samples(self) -> int:
+        """How many samples it has."""
         return len(self.columns["t"])
 
     @property
@@ -69,6 +70,7 @@ class Stretch:
 
     @property
     def mean_speed(self) -> float:
+        """Mean of the speed [m/s]; 1 on a rig, which stands."""
         return 1.0 if self.kind == "rig" else float(self.columns["v"].mean())
 
     def table(self, half_wheelbase: Behind, steps: int) -> Floats:
@@ -167,10 +169,12 @@ class Measurement:
 
     @property
     def adjust(self) -> list[Stretch]:
+        """What is fitted."""
         return [s for s in self.stretches if s.role == "adjust"]
 
     @property
     def validate(self) -> list[Stretch]:
+        """What no fit sees, and judges."""
         return [s for s in self.stretches if s.role == "validate"]
 
 
@@ -222,10 +226,13 @@ def filter_for(campaign: Campaign, stretch: Stretch, weights: Floats, every: int
 
 def filtered(campaign: Campaign, stretch: Stretch, x: Floats) -> Floats:
     """The comparison as it is defined: sosfiltfilt of each channel [channel, n], then the cut."""
-    sos = band_pass(campaign.band, 1.0 / stretch.dt)
-    y = signal.sosfiltfilt(sos, x, axis=-1) if len(sos) else x - x.mean(axis=-1, keepdims=True)
     cut = cut_samples(campaign, stretch)
-    return np.asarray(y[..., cut : x.shape[-1] - cut])
+    return passed(band_pass(campaign.band, 1.0 / stretch.dt), x)[..., cut : x.shape[-1] - cut]
+
+
+def passed(sos: Floats, x: Floats) -> Floats:
+    """What sections pass forwards and backwards of each channel [channel, n]; without any, x less its mean."""
+    return np.asarray(signal.sosfiltfilt(sos, x, axis=-1) if len(sos) else x - x.mean(axis=-1, keepdims=True))
 
 
 def simulate(

@@ -56,6 +56,7 @@ class Model:
 
     @property
     def effects(self) -> tuple[PlacedEffect, ...]:
+        """Those of the design, then those of the sensors."""
         return (*self.design.effects, *self.sensors)
 
     @cached_property

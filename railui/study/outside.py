@@ -29,15 +29,7 @@ SMOOTH = 3e-3  # penalty on the bends of a curve, in its own scale
 TELLING = 0.19  # share of the squared misfit from which a change along the track decides by itself
 SLIGHT = 0.02  # share from which a change along the track is worth a look
 CLEAR = 0.5  # share that a curve explains from which its place is believed
-PLACES = (
-    "secondary_lateral",
-    "secondary_yaw",
-    "primary_lateral",
-    "primary_yaw",
-    "wheelset",
-    "wheelset_yaw",
-    "rig",
-)
+PLACES = ("secondary_lateral", "secondary_yaw", "primary_lateral", "primary_yaw", "wheelset", "wheelset_yaw", "rig")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +75,10 @@ def look_outside(
     jobs: int | None = None,
     report: Report = silent,
 ) -> Outside | None:
-    """Say where something acts that no entry of the catalogue makes, draw its force there, adjust all with it."""
+    """Say where something acts that no entry of the catalogue makes, draw its force there, adjust all with it.
+
+    changing: what a change along the track explains, kept unless a curve explains more.
+    """
     if changing is not None and changing.explained >= CLEAR:
         return changing
     origin = origins(fit, measurement)[0]
@@ -93,7 +88,7 @@ def look_outside(
     seen = [(*_explained(fit, bases, spot), spot) for spot in _spots(fit)]
     seen = sorted((s for s in seen if s[0] > 0), key=lambda s: -s[0])
     if not seen:
-        return None
+        return changing
     if seen[0][0] < CLEAR and seen[0][0] < origin.share:
         near = [s for s in seen if _beside(s[2], origin)]
         seen = near or seen

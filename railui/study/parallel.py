@@ -51,7 +51,7 @@ def two_parallel_models(
     adjuster = Adjuster(model, free, ready, block=1.0, stable=True, jobs=jobs)
     x = np.array([model.row[c] for c in adjuster.columns])
     begun = adjuster.fit(x, tolerance=1e-3, most=0)
-    adjuster.block, adjuster.simulations = begun.block, 0
+    adjuster.simulations = 0
     x, cost = begun.x, begun.cost
     sweep = 0
     for sweep in range(1, SWEEPS + 1):

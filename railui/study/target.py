@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from railui.core import Filter
 from railui.study.judge import initial_state, usual_motion, weights
-from railui.study.measured import Measurement, Stretch, filter_for, filtered, simulate, steps_for
+from railui.study.measured import Measurement, Stretch, filter_for, filtered, passed, simulate, steps_for
 from railui.study.model import Model
 
 Floats = NDArray[np.float64]
@@ -31,6 +31,7 @@ class Begun:
         return np.asarray(np.tensordot(series, self.rows, ([-2, -1], [1, 2])) @ self.inverse)
 
     def free_of(self, series: Floats) -> Floats:
+        """Series [..., channel, n] less what the initial state can make of them."""
         return np.asarray(series - np.tensordot(self.shift(series), self.rows, 1))
 
 
@@ -49,6 +50,15 @@ class Target:
     def free_of(self, series: Floats) -> Floats:
         """Series [..., channel, n] less what a window's own beginning can make of them."""
         return series if self.begun is None else self.begun.free_of(series)
+
+    def kept(self, x: Floats) -> Floats:
+        """Samples [..., n] of the stretch as they are, where it is compared."""
+        cut = self.filter.cut
+        return np.asarray(x[..., cut : x.shape[-1] - cut : self.filter.every])
+
+    def compared(self, x: Floats) -> Floats:
+        """Channels [channel, n] over the stretch as `y` was made of the measured ones: filtered and weighted."""
+        return self.kept(passed(self.filter.sos, x)) * self.filter.weights[:, None]
 
 
 def targets(model: Model, measurement: Measurement, stretches: Sequence[Stretch]) -> list[Target]:

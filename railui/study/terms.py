@@ -56,6 +56,7 @@ class Terms:
 
     @property
     def added(self) -> bool:
+        """Does any effect stand?"""
         return any(s.added for s in self.steps)
 
 

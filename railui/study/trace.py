@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from railui.core import Batch, Vehicles
-from railui.study.adjust import Adjuster, Fit, block_seconds, samples_of
+from railui.study.adjust import Adjuster, Fit, block_seconds
 from railui.study.beside import beside
+from railui.study.blocks import in_blocks, samples_of
 from railui.study.candidates import Bundle, Candidate, bundles
 from railui.study.measured import simulate
 from railui.study.target import Target
@@ -60,6 +61,7 @@ class Sighting:
 
     @property
     def spread(self) -> float:
+        """Standard deviation of the score, from blocks."""
         centred = self.scores - self.scores.mean()
         return float(np.sqrt(np.sum(centred**2)))
 
@@ -159,7 +161,7 @@ class Eye:
         self.adjuster = Adjuster(fit.model, fit.free, ready, block=1.0, stable=False, jobs=1)
         self.adjuster.begin(fit.x)
         self.fit = replace(fit, targets=tuple(self.adjuster.ready))
-        seconds = block_length(fit)
+        seconds = block_seconds(fit.model, [t.stretch for t in fit.targets])
         length = [samples_of(seconds, t) for t in ready]
         self.bases = [_base(self.adjuster, self.fit, i, length[i]) for i in range(len(ready))]
         self.inner = np.concatenate(
@@ -202,7 +204,7 @@ class Eye:
         """Output differences [lane, channel, n] of every stretch against its residual, by inner products per block."""
         cross, norm = [], np.zeros(len(series[0]))
         for target, base, one in zip(self.fit.targets, self.bases, series, strict=True):
-            blocks = _in_blocks(target.free_of(one), base.length)
+            blocks = _rows_in_blocks(target.free_of(one), base.length)
             cross.append(blocks @ base.blocks.transpose(0, 2, 1))
             norm += np.einsum("bln,bln->l", blocks, blocks)
         with_base, solver = np.concatenate(cross), self.solver  # [block, lane, 1 + p]
@@ -235,11 +237,6 @@ class Seen:
     told: NDArray[np.bool_]
 
 
-def block_length(fit: Fit) -> float:
-    """Seconds per block: three hunting periods."""
-    return block_seconds(fit.model, [t.stretch for t in fit.targets])
-
-
 class _Projector:
     """Takes off what the adjustable parameters absorb, by inner products alone."""
 
@@ -255,17 +252,13 @@ class _Projector:
 def _base(adjuster: Adjuster, fit: Fit, index: int, length: int) -> _Base:
     target = fit.targets[index]
     series, _ = adjuster.sensitivities(target, fit.x)
-    return _Base(_in_blocks(series, length), length)
+    return _Base(_rows_in_blocks(series, length), length)
 
 
-def _in_blocks(series: Floats, length: int) -> Floats:
-    """[row, channel, n] -> [block, row, channel x length], the last block filled up with zeros."""
-    rows, channels, n = series.shape
-    count = -(-n // length)
-    padded = np.zeros((rows, channels, count * length))
-    padded[:, :, :n] = series
-    blocks = padded.reshape(rows, channels, count, length).transpose(2, 0, 1, 3)
-    return np.ascontiguousarray(blocks.reshape(count, rows, channels * length))
+def _rows_in_blocks(series: Floats, length: int) -> Floats:
+    """Series [row, channel, n] as [block, row, channel x sample]."""
+    blocks = in_blocks(series, length).transpose(2, 0, 1, 3)
+    return np.ascontiguousarray(blocks.reshape(len(blocks), len(series), -1))
 
 
 def differences(fit: Fit, index: int, bundle: Bundle, amount: float = AMOUNT) -> tuple[Floats, NDArray[np.bool_]]:

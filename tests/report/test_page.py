@@ -17,13 +17,15 @@ import numpy as np
 import pytest
 
 from railui import core
+from railui.files.campaign import load_campaign
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import default_at
 from railui.files.writing import finite
 from railui.report import driven, figures, laws
 from railui.report.loop import loop_report
 from railui.report.page import page, write_page
-from railui.study.loop import Found, loop
+from railui.study import measured
+from railui.study.loop import Found, close_loop
 from railui.study.outside import Outside
 
 CAMPAIGN = Path(__file__).parents[2] / "designs" / "campaigns" / "worn_axle_box"
@@ -49,7 +51,8 @@ def shortened(directory: Path) -> Path:
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> Found:
     others = [r["kind"] for r in core.catalogue() if r["kind"] not in ("free_play", "cubic_stiffness", "sensor_gain")]
-    return loop(shortened(tmp_path_factory.mktemp("campaign")), without=others, jobs=2)
+    campaign = load_campaign(shortened(tmp_path_factory.mktemp("campaign")))
+    return close_loop(measured.read(campaign), without=others, jobs=2)
 
 
 @pytest.fixture(scope="module")

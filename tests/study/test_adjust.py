@@ -10,7 +10,8 @@ import pytest
 
 from railui.files.campaign import load_campaign
 from railui.files.design import PlacedEffect
-from railui.study.adjust import Adjuster, adjust, block_gram
+from railui.study.adjust import Adjuster, adjust
+from railui.study.blocks import block_gram
 from railui.study.judge import floor, judge, weights
 from railui.study.loop import adjusted
 from railui.study.measured import read

@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 from scipy import signal
 
+from railui.files.campaign import load_campaign
 from railui.report.loop import loop_report
 from railui.report.loop_files import write_simulated
-from railui.study.loop import Found, close_loop, loop
+from railui.study.loop import Found, close_loop
+from railui.study.measured import read
 from tests.blind.made import made
 from tests.docs.results import rows_of, undocumented, unheard_of
 
@@ -44,7 +46,7 @@ class Closed:
 
 @pytest.fixture(scope="module")
 def closed(tmp_path_factory: pytest.TempPathFactory) -> Closed:
-    found = loop(BUNDLED, jobs=2)
+    found = close_loop(read(load_campaign(BUNDLED)), jobs=2)
     directory = tmp_path_factory.mktemp("loop")
     write_simulated(found, directory)
     report = json.loads(json.dumps(loop_report(found), allow_nan=False))
@@ -168,7 +170,7 @@ def test_with_its_answers_taken_away_the_loop_does_not_name_another_cleanly():
     "name", ["blind_a", "blind_b", "low_adhesion", "nothing_missing", "stiff_friction", "worn_axle_box"]
 )
 def test_the_campaigns_beside_the_repository_end_at_their_floor(name: str):
-    found = loop(SHARED / name, jobs=2)
+    found = close_loop(read(load_campaign(SHARED / name)), jobs=2)
     if name == "nothing_missing":
         assert found.verdict == "none"
     assert found.judged["after"].nrmse <= 1.10 * found.floor.nrmse
