@@ -12,14 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from railui import core
-from railui.core import Filter
 from railui.study.adjust import Adjuster, Fit
 from railui.study.blocks import block_gram, inverse
+from railui.study.equivalent import UNIT, Port, triangles
 from railui.study.measured import simulate
 from railui.study.target import Target
 from railui.study.trace import VANISHED
-from railui.track import input_table
 
 Floats = NDArray[np.float64]
 MEMORY = 6.0  # s after which a pulse has died away
@@ -104,11 +102,9 @@ def _answers(fit: Fit, target: Target) -> Floats:
     stretch, model = target.stretch, fit.model
     motions = [f"{q}.{at}.{w}" for w in (1, 2) for at in ("wheelset", "wheelset_yaw") for q in ("z", "v")]
     series, _ = simulate(model, stretch, motions, steps=target.steps, initial=target.start)
-    by_wheelset = {1: series[0][:4], 2: series[0][4:]}  # y, y', psi, psi'
-    rows = []
-    for at, w in PORTS:
-        pulse = _pulse(fit, target, at, w)
-        n = stretch.samples
+    by_wheelset: dict[int | None, Floats] = {1: series[0][:4], 2: series[0][4:]}  # y, y', psi, psi'
+    rows, n = [], stretch.samples
+    for (_, w), pulse in _pulses(fit, target).items():
         length = 1 << int(np.ceil(np.log2(n + pulse.shape[1])))
         transfer = np.fft.rfft(pulse, length, axis=1)
         for motion in by_wheelset[w]:
@@ -117,16 +113,10 @@ def _answers(fit: Fit, target: Target) -> Floats:
     return np.array(rows)
 
 
-def _pulse(fit: Fit, target: Target, at: str, wheelset: int) -> Floats:
-    """Answer [channel, n] on even track to a force of one newton that lasts one sample, as a triangle."""
+def _pulses(fit: Fit, target: Target) -> dict[Port, Floats]:
+    """Answers [channel, n] on even track to a force of one newton that lasts one sample, as a triangle."""
     stretch = target.stretch
-    n, v, dt = round(MEMORY / stretch.dt), stretch.mean_speed, stretch.dt
-    t = np.arange(n) * dt
-    table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
-    motion, unit = [v * dt, 2 * v * dt, 3 * v * dt], 100.0
-    row = core.effect_numbers("measured_force", {"against": "s", "motion": motion, "force": [0.0, unit, 0.0]})
-    vehicles = fit.model.vehicles((), [core.Placement("measured_force", at, wheelset, len(row))])
-    batch = fit.model.batch(fit.model.row[None], np.array([row]), np.ones((1, 1)))
-    keep = Filter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 0, np.ones(len(stretch.channels)), 1)
-    series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels, filter=keep)
-    return np.asarray(series[0][:, 2:] / unit)
+    width = stretch.mean_speed * stretch.dt
+    n, weights = round(MEMORY / stretch.dt), np.ones(len(stretch.channels))
+    found = triangles(fit, target, PORTS, [width, 2 * width, 3 * width], n, weights)
+    return {port: x[:, 2:] / UNIT for port, x in found.items()}

@@ -138,21 +138,28 @@ def pulses(fit: Fit, target: Target, ports: Sequence[Port], every: int = 1) -> d
 
     A sample is `every` of the run's; the pulse stands at sample `DELAY`, a triangle of two to either side.
     """
-    stretch = target.stretch
-    dt = stretch.dt
+    width = target.stretch.mean_speed * target.stretch.dt * every
+    corners = [(DELAY - 2) * width, DELAY * width, (DELAY + 2) * width]
     n = _length(target) * target.filter.every
-    v = stretch.mean_speed
+    found = triangles(fit, target, ports, corners, n, target.filter.weights, every)
+    return {port: x / (2.0 * UNIT) for port, x in found.items()}
+
+
+def triangles(
+    fit: Fit, target: Target, ports: Sequence[Port], corners: Sequence[float], n: int, weights: Floats, every: int = 1
+) -> dict[Port, Floats]:
+    """Weighted answer [channel, n / every] of the vehicle on even track to a force at each port, a triangle of `UNIT`.
+
+    The force begins, peaks and ends at three distances [m], run at the mean speed of the stretch.
+    """
+    stretch, dt, v = target.stretch, target.stretch.dt, target.stretch.mean_speed
     t = np.arange(n) * dt
-    width = v * dt * every
     table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
+    keep = Filter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 0, weights, every)
+    row = core.effect_numbers("measured_force", {"against": "s", "motion": corners, "force": [0.0, UNIT, 0.0]})
+    batch = fit.model.batch(fit.model.row[None], np.array([row]), np.ones((1, 1)))
     out: dict[Port, Floats] = {}
-    keep = Filter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 0, target.filter.weights, every)
-    for port in ports:
-        motion = [(DELAY - 2) * width, DELAY * width, (DELAY + 2) * width]
-        row = core.effect_numbers("measured_force", {"against": "s", "motion": motion, "force": [0.0, UNIT, 0.0]})
-        place = core.Placement("measured_force", port[0], port[1], len(row))
-        vehicles = fit.model.vehicles((), [place])
-        batch = fit.model.batch(fit.model.row[None], np.array([row]), np.ones((1, 1)))
-        series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels, filter=keep)
-        out[port] = series[0] / (2.0 * UNIT)
+    for at, wheelset in ports:
+        vehicles = fit.model.vehicles((), [core.Placement("measured_force", at, wheelset, len(row))])
+        out[at, wheelset] = vehicles.simulate(batch, table, dt, target.steps, stretch.channels, filter=keep)[0][0]
     return out

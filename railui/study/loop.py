@@ -17,7 +17,7 @@ from railui.study.model import Model
 from railui.study.outside import Outside, look_along, look_outside, telling
 from railui.study.parallel import two_parallel_models
 from railui.study.target import restarted, targets
-from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, UNEXPLAINED, Search, Step, material
+from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, UNEXPLAINED, Search, Step, Terms, material
 from railui.study.trace import Trace
 from railui.study.watch import Judged, Watch, unwatched
 from railui.study.windows import NEAR, cut_where, held, hunting, pieces
@@ -133,31 +133,48 @@ def close_loop(
     fit, judged["after"] = terms.fit, terms.judgement
     noise = floor(fit.model, measurement, measurement.validate, jobs=jobs)
     watch(noise)
-    last = terms.last
-    foreseen = foresee(fit, last, measurement, jobs=jobs)
-    outside = None
-    ratio = judged["after"].nrmse / noise.nrmse
-    if not ratio <= ADEQUATE:
-        structured = last.p <= SIGNIFICANT and last.rho2 >= STRUCTURED
-        from_here = wild if fit is before and wild is not None else fit
-        along = look_along(from_here, measurement, report)
-        seen = along
-        if not ratio <= UNEXPLAINED or structured or telling(along):
-            seen = look_outside(from_here, measurement, declared, along, jobs=jobs, report=report)
-        gains = seen is not None and material(judged["after"], seen.judgement, campaign.material)
-        # three effects that leave something of a shape are not what is missing
-        lost = ratio > UNEXPLAINED and (structured or not terms.added)
-        if seen is not None and (gains or telling(seen) or lost):
-            outside = seen
-        if outside is not None and gains:
-            fit, judged["after"] = outside.fit, outside.judgement
-            noise = floor(fit.model, measurement, measurement.validate, jobs=jobs)
+    foreseen = foresee(fit, terms.last, measurement, jobs=jobs)
+    from_here = wild if fit is before and wild is not None else fit
+    outside = missing(from_here, terms, noise, measurement, declared, jobs=jobs, report=report)
+    if outside is not None and material(terms.judgement, outside.judgement, campaign.material):
+        fit, judged["after"] = outside.fit, outside.judgement
+        noise = floor(fit.model, measurement, measurement.validate, jobs=jobs)
     verdict = "outside" if outside else "effect" if terms.added else "none"
     report(f"verdict {verdict}: nrmse {judged['after'].nrmse:.4f}, floor {noise.nrmse:.4f}")
     return Found(
-        measurement, declared, before, fit, judged, noise, terms.steps, last, verdict, outside,
+        measurement, declared, before, fit, judged, noise, terms.steps, terms.last, verdict, outside,
         time.perf_counter() - began, seed, findings, wild, foreseen,
     )  # fmt: skip
+
+
+def missing(
+    fit: Fit,
+    terms: Terms,
+    noise: Floor,
+    measurement: Measurement,
+    declared: Model,
+    *,
+    jobs: int | None = None,
+    report: Report = silent,
+) -> Outside | None:
+    """What acts beside the terms found and is not in the catalogue; None where noise explains what they leave.
+
+    `fit`: the vehicle that the search starts from, with these terms.
+    """
+    ratio = terms.judgement.nrmse / noise.nrmse
+    if ratio <= ADEQUATE:
+        return None
+    structured = terms.last.p <= SIGNIFICANT and terms.last.rho2 >= STRUCTURED
+    along = look_along(fit, measurement, report)
+    seen = along
+    if not ratio <= UNEXPLAINED or structured or telling(along):
+        seen = look_outside(fit, measurement, declared, along, jobs=jobs, report=report)
+    if seen is None:
+        return None
+    gains = material(terms.judgement, seen.judgement, measurement.campaign.material)
+    # three effects that leave something of a shape are not what is missing
+    lost = ratio > UNEXPLAINED and (structured or not terms.added)
+    return seen if gains or telling(seen) or lost else None
 
 
 def passed_gate(measurement: Measurement, report: Report) -> tuple[Finding, ...]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from railui.study import outside
 from railui.study.candidates import Bundle, Candidate
 from railui.study.coefficients import PORTS, TERMS, _answers, coefficients
 from railui.study.drift import block_distances, drifts, hats
 from railui.study.identify import DETERMINED, UNSEEN, identified, per_stretch, profile
+from railui.study.outside import CLEAR, look_along, look_outside
 from railui.study.parallel import correlations, two_parallel_models
 from railui.study.target import targets
 from railui.study.trace import differences
@@ -81,6 +85,15 @@ def test_a_conicity_that_grows_along_the_track_is_seen_at_the_contact():
     found = drifts(fitted("conicity_drift at=contact per_km=0.4"))[0]
     assert found.path.startswith("contact.")
     assert found.share > 0.1
+
+
+def test_a_change_along_the_track_is_kept_where_no_curve_can_be_drawn(monkeypatch: pytest.MonkeyPatch):
+    fit, one = fitted("conicity_drift at=contact per_km=0.4"), made("conicity_drift at=contact per_km=0.4")
+    along = look_along(fit, one.measurement)
+    assert along is not None
+    weak = replace(along, explained=0.9 * CLEAR)
+    monkeypatch.setattr(outside, "_spots", lambda fit: [])
+    assert look_outside(fit, one.measurement, one.declared, weak) is weak
 
 
 def test_two_parallel_models_come_nearer_one_difference_at_a_time():
