@@ -216,6 +216,8 @@ pub type Row<P> = ([usize; 2], Vec<(usize, P)>);
 pub trait Places<P> {
     /// Bytes from one place to the next.
     const SIZE: usize;
+    /// How many places there are.
+    const COUNT: usize;
     /// So many bytes behind the first place.
     fn at(&self, offset: u32) -> P;
 }
@@ -225,10 +227,11 @@ pub struct State<'a, P>(pub &'a [P; 64]);
 
 impl<P: Part> Places<P> for State<'_, P> {
     const SIZE: usize = size_of::<P>();
+    const COUNT: usize = 64;
 
     #[inline(always)]
     fn at(&self, offset: u32) -> P {
-        // SAFETY: `Packed::new` is given places below 64 alone; a mask would be vectorised, at a cost
+        // SAFETY: `Packed::new` refuses places from 64 on; a mask would be vectorised, at a cost
         debug_assert!((offset as usize) < size_of_val(self.0));
         unsafe { *self.0.as_ptr().byte_add(offset as usize) }
     }
@@ -260,18 +263,20 @@ impl Table {
 
 impl<P: Part> Places<P> for Table {
     const SIZE: usize = size_of::<f64>();
+    const COUNT: usize = 2 * COLUMNS;
 
     #[inline(always)]
     fn at(&self, offset: u32) -> P {
-        // SAFETY: as for the state, below 128
+        // SAFETY: as for the state, from twice COLUMNS on
         debug_assert!((offset as usize) < size_of_val(&self.0));
         P::splat(unsafe { *self.0.as_ptr().byte_add(offset as usize) })
     }
 }
 
 impl<P: Part> Packed<P> {
-    /// From rows whose places are below those of [`State`] or [`Table`].
+    /// From rows over the places of a [`State`] or a [`Table`], which they are summed over later. Panics for other places.
     pub fn new<V: Places<P>>(rows: &[Row<P>]) -> Self {
+        assert!(rows.iter().flat_map(|row| &row.1).all(|(place, _)| *place < V::COUNT), "a place that is not there");
         let places = |rows: &[&Row<P>]| together(rows).len();
         let mut left: Vec<_> = rows.iter().collect();
         let mut twins = Vec::new();
