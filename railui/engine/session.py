@@ -15,6 +15,7 @@ from railui.engine.lock import Lock, holder
 from railui.engine.outcome import STUDY, VEHICLE, check_directory, save_outcome, study_text
 from railui.engine.store import FILE, Store, remote_disk
 from railui.engine.work import Runner, identity
+from railui.files.problems import one_problem
 from railui.files.saving import save_design
 from railui.files.study import Study
 from railui.files.writing import check_writable, write_text
@@ -101,11 +102,11 @@ def status(directory: str | Path) -> dict[str, Any]:
     """Where the search of a directory stands: state ("running", "interrupted", "finished"), evaluations, failed.
 
     `eta_s` [s] at the rate of the present session, None where it cannot be told; `failures` by reason, `doing`
-    in words, `rides` stored, `held_by`. Raises OSError where there is no search.
+    in words, `rides` stored, `held_by`. Raises FileProblems where there is no search.
     """
     path = Path(directory)
     if not (path / FILE).is_file():
-        raise FileNotFoundError(f"{path}: holds no search: name the directory that railui optimise wrote")
+        raise one_problem(path, "holds no search", "name the directory that railui optimise wrote")
     store = Store(path, readonly=True)
     try:
         stand = store.told("stand") or {"evaluations": 0, "failures": {}, "doing": "beginning"}

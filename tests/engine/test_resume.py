@@ -127,7 +127,7 @@ def test_a_chosen_design_of_the_front_is_written_and_one_that_is_not_there_refus
 
 @pytest.mark.parametrize(
     ("words", "code", "told"),
-    [(["status", "nowhere"], 1, "nowhere: holds no search"), (["optimise", "nowhere.yaml"], 2, "nowhere.yaml: cannot")],
+    [(["status", "nowhere"], 2, "nowhere: holds no search"), (["optimise", "nowhere.yaml"], 2, "nowhere.yaml: cannot")],
 )
 def test_what_is_not_there_is_told(words: list[str], code: int, told: str) -> None:
     done = run(*words)
