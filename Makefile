@@ -3,7 +3,8 @@
 # dist: wheel, archive, bill of materials, tried away from here; minimum: with the oldest versions that pyproject admits;
 # docs: the site, in target/site; transcripts: every command of README and docs typed again, the long ones too;
 # rewrite: write down what they print now;
-# deny: advisories, licences, doubles and sources of the crates; killed: a search killed at 50 random moments;
+# deny: advisories, licences, doubles and sources of the crates;
+# killed: a search killed at 50 random moments, workers that a case kills;
 # bench-peers: the standard job in what one could pick instead; bench-counts: its instructions, for valgrind;
 # growth: what length, designs, degrees of freedom, threads and effects cost
 # purpose: what the declared optimum costs;
@@ -19,8 +20,7 @@ run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
 	@$(BIN)/railui optimise designs/studies/worn_axle_box.yaml -o railui-study/worn_axle_box
 
-# the kernel is built on one core while the other checks and tests the Rust; many tests wait for wires, terminals and
-# schedulers, so three processes of tests fill two cores
+# three processes of tests, since many wait for wires, terminals and schedulers: a tenth less time on two cores
 test:
 	@$(MAKE) --jobs=2 --output-sync=line check rust
 	$(BIN)/python -m pytest -n 3 --dist loadfile
@@ -92,7 +92,7 @@ slow: .stamp-build
 	$(BIN)/python -m pytest tests/study -m slow
 
 killed: .stamp-build
-	$(BIN)/python -m pytest tests/engine/test_resume.py -m slow
+	$(BIN)/python -m pytest tests/engine -m slow
 
 transcripts: .stamp-build
 	$(BIN)/python -m pytest tests/docs -m "slow or not slow"

@@ -63,6 +63,7 @@ def test_where_the_scheduler_is_killed_what_was_evaluated_is_kept_and_the_same_c
     assert again.returncode == 3 and "no scheduler answers" in again.stderr
 
 
+@pytest.mark.slow
 def test_a_worker_of_another_simd_level_or_version_is_refused(tmp_path: Path, machines: Machines) -> None:
     newer = tmp_path / "newer.py"
     newer.write_text("import railui\nrailui.__version__ = '9.9'\n", "utf-8")
@@ -97,6 +98,7 @@ work.do = do
 """
 
 
+@pytest.mark.slow
 def test_a_poisonous_case_fails_alone(tmp_path: Path, machines: Machines) -> None:
     poison = tmp_path / "poison.py"
     poison.write_text(POISON, "utf-8")
