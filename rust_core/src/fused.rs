@@ -47,6 +47,30 @@ struct Wheels<P> {
     push: P,
 }
 
+impl<P: Part> Wheels<P> {
+    /// At these places; its own damping, and what the track does to its y, leave `row` and `track`, those of its y.
+    /// `pull`: what its springs take off its acceleration per y.
+    #[inline(always)]
+    fn new(
+        places: [usize; 4],
+        column: usize,
+        which: usize,
+        (contact, pull): (&Contact<P>, P),
+        row: &mut Vec<(usize, Lanes)>,
+        track: &mut Vec<(usize, Lanes)>,
+        at: usize,
+    ) -> Self {
+        let own = [column, Table::moved(column + 1), column + 2, Table::moved(column + 3)];
+        let [y_w, dy_w, phi_w, dphi_w] = own.map(|place| P::load(&taken(track, place), at));
+        // gravitation, and the springs were it to stand on the line
+        let by_track = [y_w - pull, dy_w, phi_w + pull.neg_mul_add(contact.r, contact.gravity), dphi_w];
+        let damping = P::load(&taken(row, places[2]), at);
+        let none = P::zero();
+        let places = places.map(Place::new);
+        Wheels { places, contact: which, damping, column, by_track, line: none, off: none, push: none }
+    }
+}
+
 /// A law at its port: its row, and the same over the masses.
 struct Port<'a, P> {
     law: &'a PlacedLaw,
@@ -71,8 +95,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
     #[inline(always)]
     pub fn new(group: &'a Group, contacts: &[Contact<Lanes>], at: usize) -> Self {
         let n = group.dofs;
-        let part = |a: &Lanes| P::load(a, at);
-        let (mut rows, mut track, mut wheelsets, mut parts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut rows, mut track) = (Vec::new(), Vec::new());
         for row in 0..n {
             let per_mass = |(i, a): (usize, &Lanes)| (i, times(a, &group.inv_mass[row]));
             rows.push(telling(group.matrix.state_of(row).map(per_mass)));
@@ -84,51 +107,21 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             let [lateral, yaw] = [wheelset.y, wheelset.psi].map(|dof| minus(&taken(&mut rows[dof], dof)));
             held.push((contact.clone().held(&lateral, &yaw), lateral));
         }
+        let (mut wheelsets, mut parts) = (Vec::new(), Vec::new());
         for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&held).enumerate() {
-            let (y, psi, column) = (wheelset.y, wheelset.psi, wheelset.column);
             let which = held.iter().position(|(other, _)| other == contact).unwrap_or(i);
-            let contact: Contact<P> = contact.part(at);
-            // gravitation, and the springs were it to stand on the line
-            let own = [column, Table::moved(column + 1), column + 2, Table::moved(column + 3)];
-            let [y_w, dy_w, phi_w, dphi_w] = own.map(|place| part(&taken(&mut track[y], place)));
-            let pull = part(lateral);
-            let by_track = [y_w - pull, dy_w, phi_w + pull.neg_mul_add(contact.r, contact.gravity), dphi_w];
-            let (none, damping) = (P::zero(), part(&taken(&mut rows[y], n + y)));
-            let places = [y, psi, n + y, n + psi].map(Place::new);
-            wheelsets.push(Wheels {
-                places,
-                contact: which,
-                damping,
-                column,
-                by_track,
-                line: none,
-                off: none,
-                push: none,
-            });
-            let at_speed = contact.at_speed(none, none);
-            parts.push((contact, at_speed));
+            let (part, places) = (contact.part(at), [wheelset.y, wheelset.psi, n + wheelset.y, n + wheelset.psi]);
+            let (row, track) = (&mut rows[wheelset.y], &mut track[wheelset.y]);
+            wheelsets.push(Wheels::new(places, wheelset.column, which, (&part, P::load(lateral, at)), row, track, at));
+            let at_speed = part.at_speed(P::zero(), P::zero());
+            parts.push((part, at_speed));
         }
-        let packed = |to: usize, from: usize, row: &[(usize, Lanes)]| -> Row<P> {
-            ([to, from], row.iter().map(|(i, a)| (*i, part(a))).collect())
-        };
-        let track: Vec<_> =
-            track.iter().enumerate().filter(|(_, row)| !row.is_empty()).map(|(i, row)| packed(i, i, row)).collect();
-        let rows = rows.iter().enumerate().map(|(i, row)| packed(n + i, i, row));
+        let laid = track.iter().enumerate().filter(|(_, row)| !row.is_empty());
+        let track: Vec<_> = laid.map(|(i, row)| packed([i, i], row, at)).collect();
+        let rows = rows.iter().enumerate().map(|(i, row)| packed([n + i, i], row, at));
         let of_wheelset = |([_, i], _): &Row<P>| group.wheelsets.iter().any(|w| w.y == *i || w.psi == *i);
         let (wheel_rows, mut rows): (Vec<_>, Vec<_>) = rows.partition(of_wheelset);
-        let (mut stops, mut ports) = (Vec::new(), Vec::new());
-        for law in &group.forces {
-            let alpha = part(&law.alpha);
-            if law.law == Law::BumpStop && law.inputs.is_empty() && stops.len() < n {
-                rows.push(packed(stops.len(), NOWHERE, &law.row));
-                let pushes = law.pushes.iter().map(|(i, a)| (*i, part(a))).collect();
-                stops.push(Stop { law, gap: part(&law.lanes[0]), alpha, pushes });
-                continue;
-            }
-            let term = |((i, a), (_, push)): (&(usize, Lanes), &(usize, Lanes))| (*i, part(a), part(push));
-            let terms = law.row.iter().zip(&law.pushes).map(term).collect();
-            ports.push(Port { law, terms, alpha });
-        }
+        let (stops, ports) = Self::laws(group, at, &mut rows);
         FusedVehicle {
             group,
             at,
@@ -144,6 +137,26 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             laid: [P::zero(); STATES],
             laid_at: usize::MAX,
         }
+    }
+
+    /// The laws at the suspensions; the rows of the stops' deflections go to `rows`.
+    #[inline(always)]
+    fn laws(group: &'a Group, at: usize, rows: &mut Vec<Row<P>>) -> (Vec<Stop<'a, P>>, Vec<Port<'a, P>>) {
+        let part = |a: &Lanes| P::load(a, at);
+        let (mut stops, mut ports) = (Vec::new(), Vec::new());
+        for law in &group.forces {
+            let alpha = part(&law.alpha);
+            if law.law == Law::BumpStop && law.inputs.is_empty() && stops.len() < group.dofs {
+                rows.push(packed([stops.len(), NOWHERE], &law.row, at));
+                let pushes = law.pushes.iter().map(|(i, a)| (*i, part(a))).collect();
+                stops.push(Stop { law, gap: part(&law.lanes[0]), alpha, pushes });
+                continue;
+            }
+            let term = |((i, a), (_, push)): (&(usize, Lanes), &(usize, Lanes))| (*i, part(a), part(push));
+            let terms = law.row.iter().zip(&law.pushes).map(term).collect();
+            ports.push(Port { law, terms, alpha });
+        }
+        (stops, ports)
     }
 
     #[inline(always)]
@@ -251,6 +264,11 @@ fn telling(terms: impl Iterator<Item = (usize, Lanes)>) -> Vec<(usize, Lanes)> {
     }
     terms.retain(|(_, a)| !a.is_zero());
     terms
+}
+
+/// A row for one part of the lanes: where its sum goes and where it starts from.
+fn packed<P: Part>(ends: [usize; 2], row: &[(usize, Lanes)], at: usize) -> Row<P> {
+    (ends, row.iter().map(|(i, a)| (*i, P::load(a, at))).collect())
 }
 
 /// The factor of a row at a place, which leaves the row.

@@ -107,8 +107,8 @@ impl<'a, P: Part> Growing<'a, P> {
         let mut signals: Vec<_> = group.readings.iter().map(|reading| reading.part::<P>(at)).collect();
         let points = signals.split_off(sums.wheelsets);
         let section = |[b0, b1, b2, a1, a2]: &[Lanes; 5]| {
-            let [b, a] = [[b0, b1, b2].map(|b| P::load(b, at)), [a1, a2, a2].map(|a| P::load(a, at))];
-            Section { b, a: [a[0], a[1]] }
+            let part = |a| P::load(a, at);
+            Section { b: [part(b0), part(b1), part(b2)], a: [part(a1), part(a2)] }
         };
         let weighting = |cascade: &Cascade| Weighting {
             sections: cascade.iter().map(section).collect(),
