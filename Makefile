@@ -20,24 +20,25 @@ run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
 	@$(BIN)/railui optimise designs/studies/worn_axle_box.yaml -o railui-study/worn_axle_box
 
-# three processes of tests, since many wait for wires, terminals and schedulers: a tenth less time on two cores
+# clippy and the kernel while pip fetches; three processes of tests, since many wait for wires, terminals and schedulers
 test:
 	@$(MAKE) --jobs=2 --output-sync=line check rust
 	$(BIN)/python -m pytest -n 3 --dist loadfile
 
+# the whole workspace in one profile: the kernel that Python loads is compiled once for both
 rust: rust-style
-	cargo test --profile tried
+	cargo test --release --workspace
 
 check: rust-style .stamp-build
-	cargo test --quiet --profile tried --test floors
+	cargo test --release --workspace --quiet --test floors
 	$(BIN)/ruff check railui tests release docs
 	$(BIN)/ruff format --check railui tests
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
 rust-style:
-	cargo fmt --check
-	cargo clippy --all-targets --features python -- -D warnings
+	cargo fmt --all --check
+	cargo clippy --release --workspace --all-targets -- -D warnings
 
 KEPT := target/bench/history.jsonl
 bench: .stamp-build

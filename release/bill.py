@@ -17,12 +17,11 @@ ENDING = ("GPL-2", "GPL-3", "AGPL", "GNU General Public")  # what a wheel under 
 
 def crates() -> list[dict[str, str]]:
     """The crates that are compiled into the kernel, not those of its tests."""
-    command = ["cargo", "metadata", "--format-version", "1", "--locked", "--features", "python"]
+    command = ["cargo", "metadata", "--format-version", "1", "--locked"]
     told = json.loads(subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout)
     by_id = {p["id"]: p for p in told["packages"]}
     nodes = {n["id"]: n for n in told["resolve"]["nodes"]}
-    own = next(p["id"] for p in told["packages"] if Path(p["manifest_path"]).is_relative_to(ROOT / "rust_core"))
-    reached, waiting = set(), [own]
+    reached, waiting = set(), [p["id"] for p in told["packages"] if p["name"] == "railui_python"]
     while waiting:
         here = waiting.pop()
         for dep in nodes[here]["deps"]:
@@ -30,7 +29,7 @@ def crates() -> list[dict[str, str]]:
             if normal and dep["pkg"] not in reached:
                 reached.add(dep["pkg"])
                 waiting.append(dep["pkg"])
-    found = [by_id[i] for i in reached]
+    found = [by_id[i] for i in reached if by_id[i]["source"]]
     return sorted(
         ({"name": p["name"], "version": p["version"], "licence": p["license"] or ""} for p in found),
         key=lambda p: p["name"],

@@ -12,13 +12,13 @@ INTRODUCTION = """# The code
 
 One idea a file; its first line says which. A floor may use what stands above it: in the kernel in the order of `lib.rs`; in the
 package core, files, track and contact, study and capture, engine, report, and on top the commands and the desk, which never see
-each other. Tests hold both orders. Only `core.py` imports the kernel, only `python.rs` and `python_layout.rs` know Python, only the desk knows Textual.
+each other. Tests hold both orders. Only `core.py` imports the kernel, only `rust_core/python` knows Python, only the desk knows Textual.
 """
 
 
 def page() -> str:
     """Two trees, folder by folder."""
-    kernel = _folders(ROOT / "rust_core" / "src", ".rs")
+    kernel = [part for top in ("src", "python/src") for part in _folders(ROOT / "rust_core" / top, ".rs")]
     package = _folders(ROOT / "railui", ".py")
     return "".join([INTRODUCTION, *kernel, *package])
 

@@ -20,7 +20,6 @@ pub mod stepping;
 pub mod integrate;
 pub mod compare;
 pub mod many;
-#[cfg(feature = "python")]
-mod python_layout;
-#[cfg(feature = "python")]
-mod python;
+
+/// Hash of the sources that this kernel was built from.
+pub const SOURCES: &str = env!("RAILUI_SOURCES");

@@ -1,7 +1,7 @@
 //! The layout of a vehicle of bodies and elements as Python hands it over.
-use crate::bodies::{self, Acts, Layout, Number, Way};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use railui_core::bodies::{self, Acts, Layout, Number, Way};
 
 #[derive(FromPyObject)]
 struct Wheels {
@@ -119,7 +119,7 @@ impl Given {
                 .map(|f| bodies::Floor { name: f.name, body: f.body, point: f.point })
                 .collect(),
         };
-        layout.check()?;
+        layout.check().map_err(crate::raised)?;
         Ok(layout)
     }
 }

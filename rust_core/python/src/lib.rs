@@ -1,29 +1,30 @@
 //! The one door to Python: conversions, no physics.
-use crate::assemble;
-use crate::compare::Filter;
-use crate::course::Course;
-use crate::effects::effect::{Kind, Param, Role, Site, Supersedes};
-use crate::effects::{CATALOGUE, Law};
-use crate::error::Error;
-use crate::lanes;
-use crate::many::{self, Many, Weighing};
-use crate::python_layout::Given;
-use crate::vehicle::{Placed, Structure};
+mod layout;
+
+use layout::Given;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use railui_core::assemble;
+use railui_core::compare::Filter;
+use railui_core::course::Course;
+use railui_core::effects::effect::{Kind, Param, Role, Site, Supersedes};
+use railui_core::effects::{CATALOGUE, Law};
+use railui_core::error::Error;
+use railui_core::lanes;
+use railui_core::many::{self, Many, Weighing};
+use railui_core::vehicle::{Placed, Structure};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, mpsc};
 use std::time::Duration;
 
-impl From<Error> for PyErr {
-    fn from(error: Error) -> PyErr {
-        match error {
-            Error::Interrupted => PyKeyboardInterrupt::new_err("interrupted"),
-            other => PyValueError::new_err(other.to_string()),
-        }
+/// What the kernel refuses, as Python's exception.
+fn raised(error: Error) -> PyErr {
+    match error {
+        Error::Interrupted => PyKeyboardInterrupt::new_err("interrupted"),
+        other => PyValueError::new_err(other.to_string()),
     }
 }
 
@@ -70,7 +71,7 @@ fn away<T: Send>(
         return Err(error);
     }
     match done {
-        Ok(Ok(result)) => Ok(result?),
+        Ok(Ok(result)) => result.map_err(raised),
         Ok(Err(panic)) | Err(panic) => {
             let what = panic
                 .downcast_ref::<String>()
@@ -171,7 +172,7 @@ fn creep_forces(
 /// Paths of the numbers that a kind of vehicle is assembled from, in their order.
 #[pyfunction]
 fn parameters(kind: &str) -> PyResult<Vec<&'static str>> {
-    Ok(assemble::parameters(kind)?.to_vec())
+    Ok(assemble::parameters(kind).map_err(raised)?.to_vec())
 }
 
 /// The instructions that the lanes run on here.
@@ -183,7 +184,7 @@ fn simd() -> &'static str {
 /// Hash of the sources that this kernel was built from.
 #[pyfunction]
 fn sources() -> &'static str {
-    env!("RAILUI_SOURCES")
+    railui_core::SOURCES
 }
 
 type Matrix<'py> = PyReadonlyArray2<'py, f64>;
@@ -283,9 +284,10 @@ impl Vehicle {
                 let law = Law::named(&kind).ok_or(Error::Effect(kind))?;
                 Ok(Placed { law, at, wheelset, count })
             })
-            .collect::<Result<Vec<_>, Error>>()?;
+            .collect::<Result<Vec<_>, Error>>()
+            .map_err(raised)?;
         let structure = Structure { kind, measured, placed, layout };
-        structure.check()?;
+        structure.check().map_err(raised)?;
         Ok(Vehicle { structure })
     }
 
@@ -306,7 +308,7 @@ impl Vehicle {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
         let course = Course::new(table.as_slice()?, table.shape()[1], steps, dt);
-        course.check(self.structure.columns())?;
+        course.check(self.structure.columns()).map_err(raised)?;
         let filter = filter_parts.map(filter).transpose()?;
         let (series, lost) =
             away(py, jobs, |cancel| many::simulate(&many, &course, &channels, filter.as_ref(), cancel))?;
@@ -334,7 +336,7 @@ impl Vehicle {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
         let course = Course::new(table.as_slice()?, table.shape()[1], steps, dt);
-        course.check(self.structure.columns())?;
+        course.check(self.structure.columns()).map_err(raised)?;
         let weighing = Weighing {
             channels,
             wheelsets,
@@ -365,8 +367,8 @@ impl Vehicle {
         let rows = batch.rows()?;
         let (structure, many) = (&self.structure, rows.of(&self.structure));
         let each = |i| structure.steps(&many.single(i), slowest, fastest, dt, limit);
-        let found: crate::error::Result<_> = py.detach(|| (0..many.count).map(each).collect());
-        Ok(found?)
+        let found: railui_core::error::Result<_> = py.detach(|| (0..many.count).map(each).collect());
+        found.map_err(raised)
     }
 
     /// Eigenvalues (real, imaginary) of each linear vehicle, without its effects but with the coach's body, at a speed
@@ -378,8 +380,8 @@ impl Vehicle {
             let one = many.single(i);
             Ok(structure.assemble(&one)?.eigenvalues(speed * one.speed_scale))
         };
-        let found: crate::error::Result<_> = py.detach(|| (0..many.count).map(each).collect());
-        Ok(found?)
+        let found: railui_core::error::Result<_> = py.detach(|| (0..many.count).map(each).collect());
+        found.map_err(raised)
     }
 
     /// State matrix [vehicle, states, states] of each linear vehicle at a speed, row after row.
@@ -389,7 +391,9 @@ impl Vehicle {
         let mut all = Vec::new();
         for i in 0..many.count {
             // column by column in memory: its transpose is row by row
-            all.extend(self.structure.assemble(&many.single(i))?.state_matrix(speed, &[]).transpose().iter());
+            all.extend(
+                self.structure.assemble(&many.single(i)).map_err(raised)?.state_matrix(speed, &[]).transpose().iter(),
+            );
         }
         Ok(PyArray1::from_vec(py, all))
     }
@@ -404,24 +408,24 @@ impl Vehicle {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        Ok(PyArray1::from_vec(py, many::rates(&many, row.as_slice()?, states.as_slice()?)?))
+        Ok(PyArray1::from_vec(py, many::rates(&many, row.as_slice()?, states.as_slice()?).map_err(raised)?))
     }
 
     /// Names of the degrees of freedom: the first so many states, their rates the next.
     fn freedoms(&self, batch: Batch<'_>) -> PyResult<Vec<String>> {
-        Ok(self.structure.assemble(&batch.rows()?.of(&self.structure).single(0))?.dofs)
+        Ok(self.structure.assemble(&batch.rows()?.of(&self.structure).single(0)).map_err(raised)?.dofs)
     }
 
     /// Names of the channels that the vehicle has.
     fn channels(&self, batch: Batch<'_>) -> PyResult<Vec<String>> {
-        let vehicle = self.structure.assemble(&batch.rows()?.of(&self.structure).single(0))?;
+        let vehicle = self.structure.assemble(&batch.rows()?.of(&self.structure).single(0)).map_err(raised)?;
         Ok(vehicle.channels.into_iter().map(|c| c.name).collect())
     }
 
     /// Linear spring and damper, (stiffness, damping), at every port of the first vehicle: {(place, wheelset): ...}.
     fn sites(&self, batch: Batch<'_>) -> PyResult<HashMap<(String, u8), (f64, f64)>> {
         let rows = batch.rows()?;
-        let vehicle = self.structure.assemble(&rows.of(&self.structure).single(0))?;
+        let vehicle = self.structure.assemble(&rows.of(&self.structure).single(0)).map_err(raised)?;
         Ok(vehicle.ports.iter().map(|p| ((p.at.to_string(), p.wheelset), (p.site.stiffness, p.site.damping))).collect())
     }
 
@@ -436,21 +440,22 @@ impl Vehicle {
         curvature: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
         let rows = batch.rows()?;
-        let (forces, told) = many::statics(&rows.of(&self.structure), offsets.as_slice()?, curvature.as_slice()?)?;
+        let (forces, told) =
+            many::statics(&rows.of(&self.structure), offsets.as_slice()?, curvature.as_slice()?).map_err(raised)?;
         Ok((PyArray1::from_vec(py, forces), PyArray1::from_vec(py, told)))
     }
 
     /// Names and masses of the degrees of freedom of the first vehicle.
     fn bodies(&self, batch: Batch<'_>) -> PyResult<Vec<(String, f64)>> {
         let rows = batch.rows()?;
-        let vehicle = self.structure.assemble(&rows.of(&self.structure).single(0))?;
+        let vehicle = self.structure.assemble(&rows.of(&self.structure).single(0)).map_err(raised)?;
         Ok(vehicle.dofs.iter().map(|name| name.to_string()).zip(vehicle.mass.iter().copied()).collect())
     }
 
     /// How many states the vehicle has, those of its effects last.
     fn states(&self, batch: Batch<'_>) -> PyResult<usize> {
         let rows = batch.rows()?;
-        Ok(self.structure.group(&[rows.of(&self.structure).single(0)], &[])?.states)
+        Ok(self.structure.group(&[rows.of(&self.structure).single(0)], &[]).map_err(raised)?.states)
     }
 }
 
