@@ -17,6 +17,7 @@ from .yaml_nodes import join
 WORDS = {"wheelset": ("under", "contact"), "floor": ("body",), "body": ()}
 SIDES = ("both", "right", "left")
 MOST_DEGREES = 32  # 64 states: what the kernel holds for one vehicle
+MOST_WHEELSETS = 12  # 64 columns of the input table, of which a wheelset reads five
 
 
 @dataclass
@@ -172,6 +173,10 @@ def _check(structure: Structure, values: Mapping[str, float], findings: Findings
     if degrees > MOST_DEGREES:
         told = "join bodies that move together"
         findings.add("vehicle", f"has {degrees} degrees of freedom, at most {MOST_DEGREES} are stepped", told)
+        return
+    if len(structure.wheelsets) > MOST_WHEELSETS:
+        told = "give the part of the train that matters"
+        findings.add("vehicle", f"has {len(structure.wheelsets)} wheelsets, at most {MOST_WHEELSETS} are stepped", told)
         return
     for member in members.values():
         if member.part.kind == "body" and {"x", "half_centres"} <= set(member.part.keys):

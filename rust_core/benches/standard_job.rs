@@ -7,7 +7,7 @@ use railui_core::course::Course;
 use railui_core::effects::Law;
 use railui_core::lanes::{LANES, Lanes, level};
 use railui_core::many::{Many, Weighing, rates, score};
-use railui_core::vehicle::{Placed, Structure};
+use railui_core::structure::{Placed, Structure};
 use std::sync::atomic::AtomicBool;
 
 const DESIGNS: usize = 16;

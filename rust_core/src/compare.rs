@@ -1,6 +1,6 @@
 //! From simulated series to what is compared with a measurement: sensor laws, band-pass, cut, weight.
 use crate::effects::Law;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, expect_len};
 use crate::lanes::{Job, LANES, Lanes, Part, dispatch, level};
 use crate::vehicle::Group;
 
@@ -28,9 +28,16 @@ impl Filter {
 
     /// Does the filter fit so many channels of so many samples?
     pub fn check(&self, channels: usize, samples: usize) -> Result<()> {
-        crate::error::expect_len("weights", self.weights.len(), channels)?;
-        crate::error::expect_len("initial states of the filter", self.zi.len(), self.sos.len())?;
-        if samples <= self.pad || samples <= 2 * self.cut || self.every == 0 {
+        expect_len("weights", self.weights.len(), channels)?;
+        expect_len("initial states of the filter", self.zi.len(), self.sos.len())?;
+        if self.every == 0 {
+            return Err(Error::Value {
+                what: "samples from one that is kept to the next".into(),
+                value: 0.0,
+                rule: "positive",
+            });
+        }
+        if samples <= self.pad || samples <= 2 * self.cut {
             let what = "samples of a stretch".to_string();
             return Err(Error::Shape { what, got: samples, expected: self.pad.max(2 * self.cut) + 1 });
         }

@@ -17,6 +17,10 @@ pub enum Error {
     Channel(String, String),
     #[error("{what}: {got} given, {expected} expected")]
     Shape { what: String, got: usize, expected: usize },
+    #[error("{what}: {got}, at most {most} are stepped")]
+    Room { what: &'static str, got: usize, most: usize },
+    #[error("{kind} is not described by {got} numbers")]
+    Numbers { kind: String, got: usize },
     #[error("{what} is {value}, it must be {rule}")]
     Value { what: String, value: f64, rule: &'static str },
     #[error("the fastest motion needs {needed:.0} steps per sample of {dt} s, {limit} are allowed; {remedy}")]

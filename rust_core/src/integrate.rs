@@ -20,6 +20,9 @@ pub fn run(
     cancel: &AtomicBool,
 ) -> Result<[Option<usize>; LANES]> {
     course.check(group.columns)?;
+    if initial.len() > group.states {
+        return Err(Error::Shape { what: "initial states".into(), got: initial.len(), expected: group.states });
+    }
     let mut diverged = [None; LANES];
     Run { group, course, initial, live, watch: &mut watch, cancel, diverged: &mut diverged }.begin();
     for (lane, k) in diverged.iter().enumerate() {

@@ -6,7 +6,8 @@ use crate::error::{Error, Result, expect_len};
 use crate::integrate::run;
 use crate::lanes::{Job, LANES, Lanes, Part, Portable, dispatch, level};
 use crate::ride::{Sums, cascade};
-use crate::vehicle::{Group, STATES, Single, Structure};
+use crate::structure::{Single, Structure};
+use crate::vehicle::{Group, STATES};
 use crate::watch::{Series, Watch};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
@@ -24,7 +25,22 @@ pub struct Many<'a> {
     pub initial: &'a [f64],
 }
 
+/// Vehicles that step together, sixteen or what is left: the first, and how many.
+#[derive(Clone, Copy)]
+struct Abreast {
+    from: usize,
+    live: usize,
+}
+
+impl Abreast {
+    /// The vehicle of a lane; lanes that are left over carry the first.
+    fn of(self, lane: usize) -> usize {
+        self.from + if lane < self.live { lane } else { 0 }
+    }
+}
+
 impl Many<'_> {
+    /// One of them.
     pub fn single(&self, i: usize) -> Single<'_> {
         let row = |x: &[f64]| i * (x.len() / self.count)..(i + 1) * (x.len() / self.count);
         Single {
@@ -35,15 +51,19 @@ impl Many<'_> {
         }
     }
 
-    fn initial(&self, from: usize, live: usize) -> Vec<Lanes> {
+    fn initial(&self, some: Abreast) -> Vec<Lanes> {
         let states = self.initial.len() / self.count;
-        (0..states)
-            .map(|s| Lanes::from_fn(|l| self.initial[(from + if l < live { l } else { 0 }) * states + s]))
-            .collect()
+        (0..states).map(|s| Lanes::from_fn(|l| self.initial[some.of(l) * states + s])).collect()
     }
 
-    fn groups(&self) -> Vec<(usize, usize)> {
-        (0..self.count).step_by(LANES).map(|from| (from, (self.count - from).min(LANES))).collect()
+    fn abreast(&self) -> Vec<Abreast> {
+        let of = |from| Abreast { from, live: (self.count - from).min(LANES) };
+        (0..self.count).step_by(LANES).map(of).collect()
+    }
+
+    fn group(&self, some: Abreast, channels: &[String]) -> Result<Group> {
+        let singles: Vec<_> = (some.from..some.from + some.live).map(|i| self.single(i)).collect();
+        self.structure.group(&singles, channels)
     }
 }
 
@@ -52,17 +72,12 @@ fn series(
     many: &Many<'_>,
     course: &Course<'_>,
     channels: &[String],
-    (from, live): (usize, usize),
+    some: Abreast,
     cancel: &AtomicBool,
 ) -> Result<(Vec<Lanes>, [Option<usize>; LANES])> {
-    let singles: Vec<_> = (from..from + live).map(|i| many.single(i)).collect();
-    let group = many.structure.group(&singles, channels)?;
-    let initial = many.initial(from, live);
-    if initial.len() > group.states {
-        return Err(Error::Shape { what: "initial states".into(), got: initial.len(), expected: group.states });
-    }
+    let group = many.group(some, channels)?;
     let mut series = Series::new(&group, course.samples());
-    let diverged = run(&group, course, &initial, live, Watch::Series(&mut series), cancel)?;
+    let diverged = run(&group, course, &many.initial(some), some.live, Watch::Series(&mut series), cancel)?;
     sense(&group, &mut series.lanes, course.samples(), course.dt);
     Ok((series.lanes, diverged))
 }
@@ -96,14 +111,14 @@ pub fn simulate(
     let row = channels.len() * filter.map_or(samples, |f| f.kept(samples));
     let mut out = vec![0.0; many.count * row];
     let mut diverged = vec![None; many.count];
-    out.par_chunks_mut((LANES * row).max(1)).zip(diverged.par_chunks_mut(LANES)).zip(many.groups()).try_for_each(
-        |((out, lost), group)| {
-            let (mut lanes, found) = series(many, course, channels, group, cancel)?;
+    out.par_chunks_mut((LANES * row).max(1)).zip(diverged.par_chunks_mut(LANES)).zip(many.abreast()).try_for_each(
+        |((out, lost), some)| {
+            let (mut lanes, found) = series(many, course, channels, some, cancel)?;
             if let Some(filter) = filter {
                 lanes = filtered(&lanes, samples, filter);
             }
-            transpose(&lanes, group.1, out);
-            lost.copy_from_slice(&found[..group.1]);
+            transpose(&lanes, some.live, out);
+            lost.copy_from_slice(&found[..some.live]);
             Ok::<(), Error>(())
         },
     )?;
@@ -114,16 +129,15 @@ pub fn simulate(
 pub fn rates(many: &Many<'_>, row: &[f64], states: &[f64]) -> Result<Vec<f64>> {
     expect_len("columns of the input row", row.len(), many.structure.columns())?;
     let mut out = Vec::with_capacity(states.len());
-    for (from, live) in many.groups() {
-        let singles: Vec<_> = (from..from + live).map(|i| many.single(i)).collect();
-        let group = many.structure.group(&singles, &[])?;
+    for some in many.abreast() {
+        let group = many.group(some, &[])?;
         expect_len("states", states.len(), many.count * group.states)?;
         let mut x = [Lanes::ZERO; STATES];
         for (s, x) in x.iter_mut().enumerate().take(group.states) {
-            *x = Lanes::from_fn(|l| states[(from + if l < live { l } else { 0 }) * group.states + s]);
+            *x = Lanes::from_fn(|l| states[some.of(l) * group.states + s]);
         }
         let dx = dispatch(level(), Rates { group: &group, row, x: &x });
-        out.extend((0..live).flat_map(|l| dx[..group.states].iter().map(move |d| d.0[l])));
+        out.extend((0..some.live).flat_map(|l| dx[..group.states].iter().map(move |d| d.0[l])));
     }
     Ok(out)
 }
@@ -155,18 +169,17 @@ impl Job for Rates<'_> {
 /// Every vehicle standing in its curve at `initial`: forces [vehicle][dof and own state], what is told of wheelsets.
 pub fn statics(many: &Many<'_>, offsets: &[f64], curvature: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
     let (mut forces, mut told) = (Vec::new(), Vec::new());
-    for (from, live) in many.groups() {
-        let singles: Vec<_> = (from..from + live).map(|i| many.single(i)).collect();
-        let group = many.structure.group(&singles, &[])?;
+    for some in many.abreast() {
+        let group = many.group(some, &[])?;
         let rows = |of: &[f64], width: usize| -> Result<Vec<Lanes>> {
             expect_len("numbers of a stand in the curve", of.len(), width * many.count)?;
-            Ok((0..width).map(|k| Lanes::from_fn(|l| of[(from + if l < live { l } else { 0 }) * width + k])).collect())
+            Ok((0..width).map(|k| Lanes::from_fn(|l| of[some.of(l) * width + k])).collect())
         };
         let (states, offsets) = (rows(many.initial, group.states)?, rows(offsets, group.dofs)?);
         let stand = Stand { states: &states, offsets: &offsets, curvature: rows(curvature, 1)?[0] };
         // a few iterations: not worth compiling for each level
         let found = Statics { group: &group, stand: &stand }.run::<Portable>();
-        for lane in 0..live {
+        for lane in 0..some.live {
             forces.extend(found.residual.iter().map(|f| f.0[lane]));
             told.extend(found.wheelsets.iter().flatten().map(|w| w.0[lane]));
         }
@@ -198,29 +211,26 @@ pub struct Weighing<'a> {
     pub block: usize,
 }
 
+/// The statistics of every vehicle's ride along a course.
 pub fn score(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>, cancel: &AtomicBool) -> Result<Scores> {
     let samples = course.samples();
     let wheelsets = weighing.wheelsets.min(weighing.channels.len());
     let points = weighing.channels.len() - wheelsets;
+    expect_len("clearances", weighing.clearance.len(), many.count)?;
     let parts: Vec<_> = many
-        .groups()
+        .abreast()
         .into_par_iter()
-        .map(|(from, live)| {
-            let singles: Vec<_> = (from..from + live).map(|i| many.single(i)).collect();
-            let group = many.structure.group(&singles, &weighing.channels)?;
-            let of = |l: usize| from + if l < live { l } else { 0 };
-            let clearance = Lanes::from_fn(|l| weighing.clearance[of(l)]);
-            let cascades = weighing
-                .cascades
-                .iter()
-                .map(|all| {
-                    let n = all.len() / many.count;
-                    cascade(&(from..from + live).map(|i| &all[i * n..(i + 1) * n]).collect::<Vec<_>>())
-                })
-                .collect();
+        .map(|some| {
+            let group = many.group(some, &weighing.channels)?;
+            let clearance = Lanes::from_fn(|l| weighing.clearance[some.of(l)]);
+            let lanes = |all: &&[f64]| {
+                let n = all.len() / many.count;
+                cascade(&(some.from..some.from + some.live).map(|i| &all[i * n..(i + 1) * n]).collect::<Vec<_>>())
+            };
+            let cascades = weighing.cascades.iter().map(lanes).collect();
             let mut sums = Sums::new(samples, clearance, [wheelsets, points], cascades, weighing.block);
-            let lost = run(&group, course, &many.initial(from, live), live, Watch::Sums(&mut sums), cancel)?;
-            Ok::<_, Error>((sums, lost, live))
+            let lost = run(&group, course, &many.initial(some), some.live, Watch::Sums(&mut sums), cancel)?;
+            Ok::<_, Error>((sums, lost, some.live))
         })
         .collect::<Result<_>>()?;
     let mut scores = Scores { displacement: Vec::new(), rms: Vec::new(), blocks: Vec::new(), diverged: Vec::new() };

@@ -51,7 +51,7 @@ pub const BOGIE_COLUMNS: usize = 14;
 pub const CROSS_LEVEL: [usize; 4] = [4, 5, 9, 10];
 
 impl PlainBogie<Lanes> {
-    /// From the numbers of sixteen bogies in the order of `assemble::BOGIE` and of their contacts.
+    /// From the numbers of sixteen bogies in the order of `kinds::BOGIE` and of their contacts.
     pub fn new(numbers: &[&[f64]], contacts: &[Vec<ContactNumbers>], speed_scale: &Lanes, laws: bool) -> Self {
         let lanes = |f: &dyn Fn(&[f64]) -> f64| Lanes::from_fn(|l| f(numbers[l]));
         let yaw = |p: &[f64]| 2.0 * p[11] * p[7] * p[7];

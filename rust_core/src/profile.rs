@@ -18,11 +18,11 @@ pub struct ShapeLanes {
 
 impl ShapeLanes {
     /// From the numbers of each lane (see `effects::profile_shape`); lanes of equal numbers share a table.
-    pub fn new(raw: &[Vec<f64>], alpha: Lanes) -> Self {
-        let mut distinct: Vec<&Vec<f64>> = Vec::new();
+    pub fn new(raw: &[&[f64]], alpha: Lanes) -> Self {
+        let mut distinct: Vec<&[f64]> = Vec::new();
         let of = std::array::from_fn(|l| {
-            distinct.iter().position(|table| **table == raw[l]).unwrap_or_else(|| {
-                distinct.push(&raw[l]);
+            distinct.iter().position(|table| *table == raw[l]).unwrap_or_else(|| {
+                distinct.push(raw[l]);
                 distinct.len() - 1
             })
         });
@@ -31,7 +31,7 @@ impl ShapeLanes {
             first: Lanes::from_fn(|l| raw[l][1]),
             step: Lanes::from_fn(|l| raw[l][2]),
             per_step: Lanes::from_fn(|l| 1.0 / raw[l][2]),
-            tables: distinct.into_iter().map(|raw| table(raw)).collect(),
+            tables: distinct.into_iter().map(table).collect(),
             of,
         }
     }
@@ -108,8 +108,9 @@ fn natural_spline(y: &[f64], h: f64) -> Vec<[f64; 4]> {
 /// Steepest slope of T, for the step size.
 pub fn steepest_angle(raw: &[f64]) -> f64 {
     let (n, h) = (raw[0] as usize, raw[2]);
-    let slopes = natural_spline(&raw[3 + 2 * n..], h);
-    // between the ends of an interval the slope is a parabola: its ends and its middle
-    let at = |c: &[f64; 4], x: f64| c[1] + x * (2.0 * c[2] + 3.0 * x * c[3]);
-    slopes.iter().flat_map(|c| [at(c, 0.0), at(c, 0.5 * h), at(c, h)]).fold(0.0, f64::max)
+    let splines = natural_spline(&raw[3 + 2 * n..], h);
+    // within an interval the slope is a parabola: it is steepest at an end or at its vertex
+    let slope = |[_, c_1, c_2, c_3]: &[f64; 4], x: f64| c_1 + x * (2.0 * c_2 + 3.0 * x * c_3);
+    let vertex = |[_, _, c_2, c_3]: &[f64; 4]| (-c_2 / (3.0 * c_3)).clamp(0.0, h);
+    splines.iter().flat_map(|c| [0.0, vertex(c), h].map(|x| slope(c, x))).fold(0.0, f64::max)
 }

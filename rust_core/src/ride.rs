@@ -1,6 +1,7 @@
 //! Weights and sums that stream with the steps: what a riding quality is made of.
 use crate::lanes::{LANES, Lanes, Part};
-use crate::vehicle::{Group, STATES, Signal};
+use crate::reading::Signal;
+use crate::vehicle::{Group, STATES};
 
 /// A cascade of second-order sections [b0, b1, b2, a1, a2] per lane.
 pub type Cascade = Vec<[Lanes; 5]>;

@@ -3,7 +3,7 @@ use crate::lanes::{Lanes, Part};
 use std::marker::PhantomData;
 
 /// Columns of the input table; behind them stand those that the speed multiplies.
-const COLUMNS: usize = 64;
+pub const COLUMNS: usize = 64;
 
 /// Terms of one kind, row after row.
 #[derive(Clone, Debug, Default)]

@@ -1,8 +1,9 @@
 //! A part of the lanes on its way: the states and slopes of a step of RK4, and what watches them.
 use crate::forms::Moving;
 use crate::lanes::{LANES, Lanes, Part};
+use crate::reading::Signal;
 use crate::ride::Growing;
-use crate::vehicle::{Group, STATES, Signal};
+use crate::vehicle::{Group, STATES};
 use crate::watch::Watch;
 
 /// The states of a step, set apart: at distances of 4096 bytes loads and stores would take each other for the same, and

@@ -87,6 +87,14 @@ pub struct Passing<'a, P> {
     pub inv_speed: P,
 }
 
+impl<'a, P: Part> Passing<'a, P> {
+    /// At the lanes' shares of the speed that stands in the row, with their inverses.
+    #[inline(always)]
+    pub fn new(row: &'a [f64], share: P, inv_share: P) -> Self {
+        Passing { row, speed: P::splat(row[1]) * share, inv_speed: P::splat(1.0 / row[1]) * inv_share }
+    }
+}
+
 /// Lateral and yaw motion of a wheelset.
 #[derive(Clone, Copy)]
 pub struct Motion<P> {
@@ -171,13 +179,20 @@ impl WheelsetLanes {
         }
     }
 
+    /// How the wheelset moves, and u of the rail under it; x: n degrees of freedom, their rates, own states.
+    #[inline(always)]
+    fn motion<P: Part>(&self, n: usize, x: &[P; 64]) -> (Motion<P>, P) {
+        let (y, psi) = (self.y, self.psi);
+        let motion = Motion { y: x[y & 63], psi: x[psi & 63], vy: x[(n + y) & 63], vpsi: x[(n + psi) & 63] };
+        (motion, self.rail.as_ref().map_or(P::zero(), |rail| x[rail.state & 63]))
+    }
+
     /// Adds Q_y, Q_psi and the gyroscopic moments to the forces dx[n ..], and u' where the rail yields.
     #[inline(always)]
     pub fn add<P: Part>(&self, part: usize, track: &Passing<'_, P>, n: usize, x: &[P; 64], dx: &mut [P; 64]) {
+        let (motion, u) = self.motion(n, x);
+        let (q_y, q_psi, du) = self.forces(part, track, &motion, u);
         let (iy, ipsi) = ((n + self.y) & 63, (n + self.psi) & 63);
-        let at = Motion { y: x[self.y & 63], psi: x[self.psi & 63], vy: x[iy], vpsi: x[ipsi] };
-        let u = self.rail.as_ref().map_or(P::zero(), |rail| x[rail.state & 63]);
-        let (q_y, q_psi, du) = self.forces(part, track, &at, u);
         dx[iy] = dx[iy] + q_y;
         dx[ipsi] = dx[ipsi] + q_psi;
         if let Some(rail) = &self.rail {
@@ -203,10 +218,8 @@ impl WheelsetLanes {
     /// (3.4) with gamma_1, gamma_2 of (3.8); a flange presses where the wheelset has moved to.
     #[inline(always)]
     pub fn guiding<P: Part>(&self, part: usize, track: &Passing<'_, P>, n: usize, x: &[P; 64]) -> [P; 2] {
-        let (iy, ipsi) = ((n + self.y) & 63, (n + self.psi) & 63);
-        let at = Motion { y: x[self.y & 63], psi: x[self.psi & 63], vy: x[iy], vpsi: x[ipsi] };
-        let u = self.rail.as_ref().map_or(P::zero(), |rail| x[rail.state & 63]);
-        let Touch { outer, flange, ty: [ty_1, ty_2], .. } = self.touch(part, track, &at, u);
+        let (motion, u) = self.motion(n, x);
+        let Touch { outer, flange, ty: [ty_1, ty_2], .. } = self.touch(part, track, &motion, u);
         let (none, half) = (P::zero(), P::splat(0.5));
         // N (gamma_1 - gamma_2)/2, and N (gamma_1 + gamma_2)/2 that spreads the wheels
         let leaning = half * (flange - outer);
@@ -378,6 +391,6 @@ impl WheelsetLanes {
                 [wheel.tx, wheel.ty] = whole;
             }
         }
-        (([wheels[0].tx, wheels[0].ty]), ([wheels[1].tx, wheels[1].ty]))
+        ([wheels[0].tx, wheels[0].ty], [wheels[1].tx, wheels[1].ty])
     }
 }

@@ -4,7 +4,8 @@ use railui_core::course::Course;
 use railui_core::effects::Law;
 use railui_core::integrate::run;
 use railui_core::lanes::LANES;
-use railui_core::vehicle::{Group, Placed, Single, Structure};
+use railui_core::structure::{Placed, Single, Structure};
+use railui_core::vehicle::Group;
 use railui_core::watch::{Series, Watch};
 use std::sync::atomic::AtomicBool;
 

@@ -61,10 +61,11 @@ def test_kalker_s_coefficients_lie_between_their_neighbours() -> None:
         kalker(0.05)
 
 
-def test_the_ellipse_of_a_published_phi_has_a_psi_a_quarter_above_the_published_one() -> None:
-    # Kaas-Petersen's bogie has phi 0.60252, psi 0.54219: psi below phi, which these formulas give to no such ellipse
-    ratio = brentq(lambda x: ellipse_factors(x, 0.25).phi - 0.60252, 1.0, 3.0)
-    assert ellipse_factors(ratio, 0.25).psi == pytest.approx(1.245 * 0.54219, rel=1e-3)
+def test_the_factors_of_kaas_petersen_s_bogie_are_those_of_one_ellipse_across_and_along() -> None:
+    # he divides the longitudinal creepage by 0.60252, the lateral one by 0.54219: of steel, the other way round
+    ratio = brentq(lambda x: ellipse_factors(x, 0.3).psi - 0.60252, 1.0, 3.0)
+    assert ratio == pytest.approx(1.672, abs=1e-3)
+    assert ellipse_factors(ratio, 0.3).phi == pytest.approx(0.54219, rel=5e-4)
 
 
 @given(st.floats(0.15, 7.0))

@@ -138,3 +138,10 @@ def test_more_bodies_than_are_stepped_are_refused_before_they_are_joined() -> No
     crowd = "".join(f"    body_{i}: {{mass: 1000, yaw_inertia: 500}}\n" for i in range(3000))
     (problem,) = told(changed("  bodies:\n", f"  bodies:\n{crowd}"))
     assert problem.key == "vehicle" and "6007 degrees of freedom, at most 32" in str(problem)
+
+
+def test_more_wheelsets_than_a_track_is_read_for_are_refused() -> None:
+    one = "kind: wheelset, mass: 1022, yaw_inertia: 678, half_gauge: 0.7163, rolling_radius: 0.4572, wheel_load: 66 kN"
+    more = "".join(f"    axle_{i}: {{{one}, x: {-i}}}\n" for i in range(11))
+    (problem,) = told(changed("  elements:\n", f"  elements:\n{more}"))
+    assert problem.key == "vehicle" and "13 wheelsets, at most 12" in str(problem)

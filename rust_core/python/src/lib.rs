@@ -6,15 +6,16 @@ use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUn
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use railui_core::assemble;
+use railui_core::assemble::LINKAGE;
 use railui_core::compare::Filter;
 use railui_core::course::Course;
 use railui_core::effects::effect::{Kind, Param, Role, Site, Supersedes};
 use railui_core::effects::{CATALOGUE, Law};
 use railui_core::error::Error;
+use railui_core::kinds;
 use railui_core::lanes;
 use railui_core::many::{self, Many, Weighing};
-use railui_core::vehicle::{Placed, Structure};
+use railui_core::structure::{Placed, Structure};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, mpsc};
@@ -29,7 +30,11 @@ fn raised(error: Error) -> PyErr {
 }
 
 /// Work on so many threads that nobody else uses meanwhile: callers side by side do not wait for each other.
+///
+/// More threads than any machine has cores help nobody, and a hundred thousand of them would stop it.
 fn on_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> T {
+    const MOST: usize = 1024;
+    let jobs = jobs.min(MOST);
     static IDLE: Mutex<BTreeMap<usize, Vec<rayon::ThreadPool>>> = Mutex::new(BTreeMap::new());
     let idle = || IDLE.lock().unwrap_or_else(|e| e.into_inner());
     let kept = idle().get_mut(&jobs).and_then(Vec::pop);
@@ -172,7 +177,7 @@ fn creep_forces(
 /// Paths of the numbers that a kind of vehicle is assembled from, in their order.
 #[pyfunction]
 fn parameters(kind: &str) -> PyResult<Vec<&'static str>> {
-    Ok(assemble::parameters(kind).map_err(raised)?.to_vec())
+    Ok(kinds::parameters(kind).map_err(raised)?.to_vec())
 }
 
 /// The instructions that the lanes run on here.
@@ -344,6 +349,12 @@ impl Vehicle {
             cascades: cascades.iter().map(|c| c.as_slice()).collect::<Result<_, _>>()?,
             block,
         };
+        if let Some(cascade) = cascades.iter().find(|c| c.shape()[0] != many.count || c.shape()[2] != 6) {
+            let [given, wanted] = [cascade.shape()[0], many.count];
+            return Err(PyValueError::new_err(format!(
+                "a cascade needs sections of six numbers for every vehicle: {given} of {wanted}"
+            )));
+        }
         let scores = away(py, jobs, |cancel| many::score(&many, &course, &weighing, cancel))?;
         let flat = |x: Vec<Vec<f64>>| PyArray1::from_vec(py, x.concat());
         Ok((
@@ -467,6 +478,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(parameters, m)?)?;
     m.add_function(wrap_pyfunction!(simd, m)?)?;
     m.add_function(wrap_pyfunction!(sources, m)?)?;
-    m.add("LINKAGE", assemble::LINKAGE)?;
+    m.add("LINKAGE", LINKAGE)?;
     m.add("LANES", lanes::LANES)
 }

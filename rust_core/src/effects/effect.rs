@@ -124,6 +124,11 @@ pub struct Slopes {
 pub trait Effect {
     const RECORD: Record;
 
+    /// Do as many numbers as these describe it? Curves tell their own count.
+    fn counts(p: &[f64]) -> bool {
+        p.len() == Self::RECORD.params.len()
+    }
+
     fn prepare(p: &[f64], _site: &Site) -> Vec<f64> {
         p.to_vec()
     }

@@ -2,6 +2,7 @@
 use super::effect::*;
 use super::*;
 use crate::lanes::{LANES, Lanes, Portable};
+use crate::profile::{ShapeLanes, steepest_angle};
 
 const SITE: Site = Site {
     stiffness: 6e6,
@@ -250,7 +251,7 @@ fn a_profile_that_is_a_straight_line_is_the_linear_conicity() {
     raw.extend(&line[3..]);
     raw.extend([0.0; 6]);
     raw.extend(&line[3..]);
-    let shape = crate::profile::ShapeLanes::new(&vec![raw; LANES], Lanes::splat(1.0));
+    let shape = ShapeLanes::new(&[&raw[..]; LANES], Lanes::splat(1.0));
     for d in [-9e-3, -3.4e-3, 0.0, 2.7e-4, 8e-3] {
         let (s, t) = shape.at(0, Portable::splat(d), Portable::splat(1e-3), Portable::splat(d));
         let (mut a, mut b) = (Lanes::ZERO, Lanes::ZERO);
@@ -258,4 +259,21 @@ fn a_profile_that_is_a_straight_line_is_the_linear_conicity() {
         t.store(&mut b, 0);
         assert!((a.0[0] - d).abs() < 1e-15 && (b.0[0] - d).abs() < 1e-15, "{d}: {} {}", a.0[0], b.0[0]);
     }
+}
+
+#[test]
+fn the_steepest_contact_angle_is_that_of_a_fine_look() {
+    let mut raw = vec![6.0, 0.0, 1e-3];
+    raw.extend([0.0; 12]);
+    raw.extend([0.0, 1e-4, 9e-4, 3e-3, 3.3e-3, 3.4e-3]);
+    let shape = ShapeLanes::new(&[&raw[..]; LANES], Lanes::splat(1.0));
+    let angle = |e: f64| {
+        let (_, t) = shape.at(0, Portable::zero(), Portable::zero(), Portable::splat(e));
+        let mut out = Lanes::ZERO;
+        t.store(&mut out, 0);
+        out.0[0]
+    };
+    let slopes = (1..5000).map(|k| 1e-6 * f64::from(k)).map(|e| (angle(e + 1e-7) - angle(e - 1e-7)) / 2e-7);
+    let looked = slopes.fold(0.0, f64::max);
+    assert!((steepest_angle(&raw) / looked - 1.0).abs() < 1e-6, "{} {looked}", steepest_angle(&raw));
 }

@@ -36,6 +36,10 @@ impl Effect for MeasuredForce {
         shapes: &[],
     };
 
+    fn counts(p: &[f64]) -> bool {
+        p.len() > 3 && p.len() == 2 + 2 * p[1] as usize
+    }
+
     // against, first force, then per interval: where it begins, its width, its slope
     fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
         let n = p[1] as usize;

@@ -39,6 +39,16 @@ macro_rules! catalogue {
                 }
             }
 
+            /// Do as many numbers as these describe it?
+            pub fn counts(self, p: &[f64]) -> bool {
+                match self {
+                    $(Law::$force => <$f::$force as Effect>::counts(p),)*
+                    $(Law::$creep => <$c::$creep as Effect>::counts(p),)*
+                    $(Law::$roll => <$r::$roll as Effect>::counts(p),)*
+                    $(Law::$other => <$o::$other as Effect>::counts(p),)*
+                }
+            }
+
             /// Its steepest slopes at a place, for the step size.
             pub fn stiffest(self, p: &[f64], site: &Site) -> Slopes {
                 match self {
@@ -171,6 +181,29 @@ pub struct PlacedLaw {
 }
 
 impl PlacedLaw {
+    /// At a port, or at a contact that needs no row; its own states begin at `state`.
+    pub fn new(
+        law: Law,
+        row: Vec<(usize, Lanes)>,
+        inputs: Vec<(usize, Lanes)>,
+        lanes: Vec<Lanes>,
+        alpha: Lanes,
+        state: usize,
+    ) -> Self {
+        PlacedLaw {
+            law,
+            row,
+            pushes: Vec::new(),
+            inputs,
+            lanes,
+            alpha,
+            state,
+            has_state: law.record().states > 0,
+            whole: alpha.0.iter().all(|a| *a == 1.0),
+            looks_at_speed: law.looks_at_speed(),
+        }
+    }
+
     #[inline(always)]
     pub fn numbers(&self, at: usize) -> Numbers<'_> {
         Numbers { lanes: &self.lanes, at }

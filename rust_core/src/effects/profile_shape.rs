@@ -28,6 +28,10 @@ impl Effect for ProfileShape {
         shapes: &[],
     };
 
+    fn counts(p: &[f64]) -> bool {
+        p.len() > 8 && p.len() == 3 + 3 * p[0] as usize && p[2] > 0.0
+    }
+
     fn stiffest(p: &[f64], site: &Site) -> Slopes {
         let steepest = profile::steepest_angle(p);
         Slopes { stiffness: site.gravitational * (steepest - 1.0).max(0.0), ..Slopes::default() }
