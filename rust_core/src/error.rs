@@ -23,7 +23,7 @@ pub enum Error {
     Numbers { kind: String, got: usize },
     #[error("{what} is {value}, it must be {rule}")]
     Value { what: String, value: f64, rule: &'static str },
-    #[error("the fastest motion needs {needed:.0} steps per sample of {dt} s, {limit} are allowed; {remedy}")]
+    #[error("the fastest motion needs {} steps per sample of {dt} s, {limit} are allowed; {remedy}", count(*.needed))]
     Stiff { needed: f64, dt: f64, limit: usize, remedy: &'static str },
     #[error("interrupted")]
     Interrupted,
@@ -31,6 +31,11 @@ pub enum Error {
 
 /// What the kernel makes, or what is wrong with what it was given.
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// A count as one says it: whole, or by its power of ten where nobody counts so far.
+fn count(n: f64) -> String {
+    if n < 1e6 { format!("{n:.0}") } else { format!("{n:.0e}") }
+}
 
 /// A count that must match.
 pub fn expect_len(what: &str, got: usize, expected: usize) -> Result<()> {

@@ -349,11 +349,9 @@ impl Vehicle {
             cascades: cascades.iter().map(|c| c.as_slice()).collect::<Result<_, _>>()?,
             block,
         };
-        if let Some(cascade) = cascades.iter().find(|c| c.shape()[0] != many.count || c.shape()[2] != 6) {
-            let [given, wanted] = [cascade.shape()[0], many.count];
-            return Err(PyValueError::new_err(format!(
-                "a cascade needs sections of six numbers for every vehicle: {given} of {wanted}"
-            )));
+        if let Some(odd) = cascades.iter().map(|c| c.shape()).find(|shape| shape[0] != many.count || shape[2] != 6) {
+            let what = format!("a cascade is [vehicle, section, 6]: {odd:?} given for {} vehicles", many.count);
+            return Err(PyValueError::new_err(what));
         }
         let scores = away(py, jobs, |cancel| many::score(&many, &course, &weighing, cancel))?;
         let flat = |x: Vec<Vec<f64>>| PyArray1::from_vec(py, x.concat());

@@ -1,0 +1,74 @@
+"""What does not fit a vehicle is refused in words where it enters: behind the door the kernel reads without looking."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from railui.core import Batch, Placement, Vehicles, effect_numbers
+from tests.kernel.pairs import batch, interval, straight, structure, uneven
+
+VEHICLE = uneven(40)
+RUN = straight(1.2)
+MADE, ONE, T = structure(VEHICLE), batch([VEHICLE]), interval(RUN)
+TABLE = np.column_stack([np.zeros(201), np.full(201, 40.0), np.zeros((201, 12))])
+CHANNELS = ("e1", "e2", "ayf")
+
+
+def curve(kind: str, at: str, values: dict[str, list[float]]) -> None:
+    """Ask for the steps of a bogie with a curve of these points."""
+    numbers = effect_numbers(kind, values)
+    made = Vehicles("bogie", [Placement(kind, at, None, len(numbers))])
+    made.steps(Batch.of(ONE.numbers, np.array([numbers]), np.ones((1, 1))), 40.0, 40.0, T)
+
+
+def light() -> None:
+    numbers = ONE.numbers.copy()
+    numbers[0, 2] = 1e-45
+    MADE.steps(Batch.of(numbers), 40.0, 40.0, T)
+
+
+def score(clearance: int = 1, cascades: tuple[np.ndarray, ...] = (), states: int = 12) -> None:
+    MADE.score(ONE.with_initial(np.zeros(states)), TABLE, T, 1, CHANNELS, np.ones(clearance), cascades)
+
+
+REFUSED: dict[str, tuple[Callable[[], object], str]] = {
+    "a curve of two lengths": (
+        lambda: curve("measured_force", "frame", {"motion": [0, 1, 2], "force": [1.0]}),
+        "measured_force is not described by 6 numbers",
+    ),
+    "a curve without points": (lambda: curve("measured_force", "frame", {"motion": [], "force": []}), "by 2 numbers"),
+    "a profile that falls": (
+        lambda: curve(
+            "profile_shape",
+            "contact",
+            {"displacement": [1, 0], "radius": [0, 0], "radius_per_gauge": [0, 0], "angle": [0, 0]},
+        ),
+        "profile_shape is not described by 9 numbers",
+    ),
+    "a mass of nothing": (light, "needs .*e.* steps per sample"),
+    "a clearance too few": (lambda: score(clearance=0), "clearances: 0 given, 1 expected"),
+    "a section of four numbers": (lambda: score(cascades=(np.ones((1, 1, 4)),)), r"\[vehicle, section, 6\]"),
+    "a state too many": (lambda: score(states=13), "initial states: 13 given, 12 expected"),
+    "a third wheelset": (
+        lambda: Vehicles("bogie", [Placement("flange_contact", "contact", 3)]).states(
+            Batch.of(ONE.numbers, np.array([[7e-3, 1e7]]), np.ones((1, 1)))
+        ),
+        'no place "contact" for wheelset 3',
+    ),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_it_is_refused_in_words(what: str) -> None:
+    ask, says = REFUSED[what]
+    with pytest.raises(ValueError, match=says):
+        ask()
+
+
+def test_more_threads_than_any_machine_has_do_not_stop_it() -> None:
+    alone, _ = MADE.simulate(ONE, TABLE, T, 1, CHANNELS, jobs=1)
+    crowded, _ = MADE.simulate(ONE, TABLE, T, 1, CHANNELS, jobs=100_000)
+    assert np.array_equal(alone, crowded)
