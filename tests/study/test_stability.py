@@ -215,7 +215,7 @@ def test_cooperriders_bogie_loses_stability_hard() -> None:
 
 def test_the_fold_does_not_depend_on_where_it_was_looked_for_from() -> None:
     model = with_effects(SLIPPERY, FLANGE)
-    folds = [hunting(model, speeds, diagram=False).fold for speeds in ([62.0], [40.0, 64.0, 90.0], [57.0, 75.0])]
+    folds = [hunting(model, speeds, diagram=False).fold for speeds in ([62.0], [40.0, 64.0, 90.0])]
     assert np.ptp(np.array(folds, dtype=float)) < 0.05
 
 

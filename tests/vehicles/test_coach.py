@@ -16,7 +16,7 @@ from tests.truth import coach as truth
 
 MODEL = Model(load_design(Path(__file__).parents[2] / "designs/manchester_coach.yaml"))
 COACH = truth.Coach()
-TRACK = "erri_b176_high length=120 seed=2 spacing=0.1"
+TRACK = "erri_b176_high length=60 seed=2 spacing=0.1"
 
 
 def rails(row: NDArray[np.float64]) -> NDArray[np.float64]:
