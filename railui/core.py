@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 Record = dict[str, Any]
 
 LANES: int = _core.LANES
-CURVES = ("measured_force", "profile_shape")  # kinds whose parameters are lists
+CURVES = ("measured_force", "profile_shape", "rolling_line")  # kinds whose parameters are lists
 LINKAGE: int = _core.LINKAGE  # the number of the place between both wheelsets of a bogie
 AGAINST = {"z": 0.0, "v": 1.0, "s": 2.0}
 RIG_INPUTS = {"force": 0.0, "base_displacement": 1.0, "base_acceleration": 2.0}
@@ -85,6 +85,8 @@ def effect_numbers(kind: str, values: Mapping[str, Any]) -> list[float]:
         grid, *curves = (list(values[p["key"]]) for p in record(kind)["parameters"])
         step = (grid[-1] - grid[0]) / (len(grid) - 1)
         return [float(len(grid)), grid[0], step, *(x for curve in curves for x in curve)]
+    if kind == "rolling_line":
+        return [float(len(values["place"])), *values["place"], *values["offset"]]
     if kind == "measured_force":
         motion, force = list(values["motion"]), list(values["force"])
         return [AGAINST[values.get("against", "z")], float(len(motion)), *motion, *force]

@@ -50,6 +50,7 @@ PARAMETERS: dict[str, dict[str, object]] = {
     "nonlinear_conicity": {"cubic": 3e4},
     "gauge_conicity": {"per_gauge": -15.0},
     "rolling_line_offset": {"offset": 1e-3, "sway": 1e-3},
+    "rolling_line": {"place": [-10.0, 20.0, 60.0], "offset": [0.0, 2e-3, -1e-3]},
     "rail_flexibility": {"stiffness": 2e7, "damping": 1e5},
     "run_out": {"force": 2e3, "rolling_radius": 0.46},
     "steady_force": {"force": 2e3},

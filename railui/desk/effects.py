@@ -6,14 +6,14 @@ from railui.files.design import Design
 from railui.files.effect_records import kernel_catalogue
 from railui.files.placed_effects import PlacedEffect
 
-OWN_RUN = ("measured_force",)  # belongs to what was measured, not to a choice
+MEASURED = ("measured_force", "profile_shape", "rolling_line")  # curves: of what was measured, not of a choice
 
 
 def choices(design: Design) -> list[tuple[str, str]]:
     """Every kind at every place where it can stand in this design: key, line to show."""
     found = []
     for record in kernel_catalogue():
-        if record["kind"] in OWN_RUN or record["acts"] == "sensor":
+        if record["kind"] in MEASURED or record["acts"] == "sensor":
             continue
         for at in record["at"]:
             if (at == "rig") == (design.kind == "rig"):

@@ -17,6 +17,7 @@ from .effect_records import (
     is_absolute,
     is_against,
     is_curve,
+    is_even,
     is_sensor,
     range_at,
     record_of,
@@ -217,7 +218,7 @@ class _Reader:
             except UnitError as error:
                 self.findings.add(where, error.message, error.remedy)
         if is_curve(record):
-            self.curve(read, [str(p["key"]) for p in record["parameters"]], path, even=not is_against(record))
+            self.curve(read, [str(p["key"]) for p in record["parameters"]], path, even=is_even(record))
         if len(self.findings.problems) > before:
             return None
         return PlacedEffect(str(record["kind"]), at, wheelset, read, against, frozenset(defaulted))
@@ -254,7 +255,7 @@ def _read(value: Any, parameter: Record, at: str, unit: str, values: Mapping[str
         return _inside(_one(value, at, unit), value, parameter, at, values)
     if not isinstance(value, Iterable) or isinstance(value, str | dict):
         raise UnitError("is no list", "write [one, two, ...]")
-    return tuple(_one(item, at, unit) for item in value)
+    return tuple(_inside(_one(item, at, unit), item, parameter, at, values) for item in value)
 
 
 def _one(value: Any, at: str, unit: str) -> float:

@@ -41,7 +41,12 @@ def is_sensor(record: Record) -> bool:
 
 def is_curve(record: Record) -> bool:
     """Is it a curve, whose parameters are lists?"""
-    return record["kind"] in ("measured_force", "profile_shape")
+    return record["kind"] in ("measured_force", "profile_shape", "rolling_line")
+
+
+def is_even(record: Record) -> bool:
+    """Is it a curve over equal steps?"""
+    return bool(record["kind"] == "profile_shape")
 
 
 def is_against(record: Record) -> bool:

@@ -221,8 +221,10 @@ impl Layout {
         let named: Vec<_> = masses.iter().map(|(name, mass)| (name.as_str(), *mass)).collect();
         let mut vehicle = Assembly::of(&named);
         vehicle.check_masses()?;
+        let mut first = None;
         for (i, (at, _, wheels)) in self.wheelsets().enumerate() {
-            let wheelset = wheelset(wheels, &placed[at], FIRST + PER_WHEELSET * i, &value);
+            let mut wheelset = wheelset(wheels, &placed[at], FIRST + PER_WHEELSET * i, &value);
+            wheelset.behind = *first.get_or_insert(placed[at].x) - placed[at].x;
             let turn = wheelset.sigma / wheelset.b;
             let (y, column) = (wheelset.y, wheelset.column);
             // phi_i = phi_w - sigma e/b, e = y - y_w - r phi_w
@@ -487,5 +489,6 @@ fn wheelset(wheels: &Wheels, at: &Placed, column: usize, value: &dyn Fn(&Number)
         r: value(&wheels.rolling_radius),
         b: value(&wheels.half_gauge),
         i_ya: value(&wheels.spin_inertia),
+        behind: 0.0,
     }
 }

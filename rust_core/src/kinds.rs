@@ -119,6 +119,7 @@ fn bogie(p: &[f64], measured: &[String]) -> Assembly {
             r,
             b,
             i_ya,
+            behind: 2.0 * a * i as f64,
         });
     }
     // the linkage between the two wheelsets
@@ -189,6 +190,7 @@ fn wheelset_on_springs(p: &[f64]) -> Assembly {
         r,
         b,
         i_ya,
+        behind: 0.0,
     });
     let e = v.channel("e1", Order::Position, &[(0, 1.0)]);
     e.inputs = vec![(2, -1.0), (4, -r)];

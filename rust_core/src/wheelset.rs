@@ -24,6 +24,8 @@ pub struct Wheelset {
     pub r: f64,
     pub b: f64,
     pub i_ya: f64,
+    /// How far it runs behind the first [m].
+    pub behind: f64,
 }
 
 impl Wheelset {

@@ -83,6 +83,8 @@ def strong(kind: str, at: str) -> dict[str, Any]:
         "nonlinear_conicity": {"cubic": 2e4},
         "gauge_conicity": {"per_gauge": -15.0},
         "rolling_line_offset": {"offset": 1.5e-3},
+        # bends where the run is, so that the wheelsets see them one after the other
+        "rolling_line": {"place": [5.0, 22.0, 31.0, 47.0], "offset": [0.0, 2e-3, -1e-3, 1.5e-3]},
         "rail_flexibility": {"stiffness": 2e7, "damping": 1e5},
         "coach_mode": {"mass": 1.5e4, "stiffness": 3e5, "damping": 2e4},
     }

@@ -39,7 +39,7 @@ class Contact:
         self.saturates = bool(np.isfinite(c["mu"]).any())
         self.flanges = bool(np.isfinite(c["h"]).any())
         self.only_saturation = not (c["law"] != 0.0).any()  # creep_saturation everywhere
-        self.shapes = c.pop("shape")
+        self.shapes, self.lines = c.pop("shape"), c.pop("line")
         self.yields = bool(c["yields"].any())
         self.curved = any((c[name] != 0.0).any() for name in ("lam_g", "l3"))
         self.along = any((c[name] != 0.0).any() for name in ("e_0", "sway", "drift", "depth"))
@@ -51,6 +51,9 @@ class Contact:
             s = p.s - self.behind
             lam = lam * (1.0 + c["drift"] * s / 1000.0)
             x = e - c["e_0"] - c["sway"] * np.sin(2.0 * np.pi * s / c["wavelength"] + c["phase"])
+        for (row, k), line in self.lines.items():
+            x = x.copy()
+            x[row, k] -= np.interp(np.broadcast_to(p.s - self.behind, x.shape)[row, k], line["place"], line["offset"])
         rolled = self.shaped(x, "radius") + p.g * self.shaped(x, "radius_per_gauge", 0.0)
         if not self.curved:
             return lam * rolled

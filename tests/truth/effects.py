@@ -100,6 +100,7 @@ KINDS: dict[str, Kind] = {
         odd=False,
         silent=False,
     ),
+    "rolling_line": Kind(("contact",), ("place", "offset"), odd=False, silent=False),
     "rail_flexibility": Kind(("track",), ("stiffness", "damping"), cycle="loss"),
     "run_out": force(laws.run_out, "force", "rolling_radius", at=("wheelset",), optional={"phase": 0.0}, silent=False),
     "steady_force": force(laws.steady_force, "force", at=("frame", "frame_yaw"), odd=False, silent=False),

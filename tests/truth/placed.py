@@ -61,7 +61,7 @@ CONTACT: dict[str, dict[str, str]] = {
 def contact_fields(batch: Sequence[Sequence[Effect]], clearances: Array) -> dict[str, Any]:
     """Contact effects of a batch as fields [wheelset, vehicle], neutral where there are none."""
     fields: dict[str, Any] = {name: np.full((2, len(batch)), value) for name, value in NEUTRAL.items()}
-    fields["shape"] = {}
+    fields["shape"], fields["line"] = {}, {}
     for k, effects in enumerate(batch):
         for one in (e for e in effects if e.kind == "profile_shape"):
             grid = np.array(one.parameters["displacement"])
@@ -70,6 +70,8 @@ def contact_fields(batch: Sequence[Sequence[Effect]], clearances: Array) -> dict
                 for name in ("radius", "radius_per_gauge", "angle")
             }
             fields["shape"] |= {(row, k): curves for row in range(2)[one.rows]}
+        for one in (e for e in effects if e.kind == "rolling_line"):
+            fields["line"] |= {(row, k): one.parameters for row in range(2)[one.rows]}
         for one in (e for e in effects if e.kind in CONTACT):
             p = {**one.filled()}
             if one.kind == "flange_contact" and p["clearance"] is None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from railui.files.design import load_design
+from railui.files.design import PlacedEffect, load_design
 from railui.study.hunting import hunting
 from railui.study.model import Model
 from railui.study.road import Road, lay
@@ -57,6 +57,19 @@ def test_a_simulation_agrees_with_the_second_opinion() -> None:
     known = truth.march(COACH, 55.0, road.dt, rails(table))[:, :17]
     assert lost[0] == -1
     assert np.abs(found[0].T - known).max(axis=0) == pytest.approx(0.0, abs=1e-4 * known.std(axis=0).min())
+
+
+def test_a_rolling_line_to_one_side_is_met_by_one_wheelset_after_the_other() -> None:
+    edge = PlacedEffect("rolling_line", "contact", None, {"place": (100.0, 100.001), "offset": (0.0, 2e-3)})
+    worn, row = MODEL.with_effect(edge), np.zeros(24)
+    behind = MODEL.behind()
+    turns = [MODEL.vehicles().freedoms(MODEL.single()).index(f"psi.wheelset_{i}") for i in (1, 2, 3, 4)]
+    for s in [99.0, *(100.01 + x for x in behind)]:
+        row[:2] = s, 45.0
+        found = worn.vehicles().rates(worn.single(), row, np.zeros((1, 34)))[0][17:][turns]
+        # (3.3), (3.5): a radius difference lambda e_0 turns the wheelset back into the line
+        assert (found > 1.0).tolist() == [s - x > 100.0 for x in behind]
+        assert np.unique(np.round(found, 9)).size <= 2
 
 
 def test_on_steadily_canted_rails_every_body_slides_down_the_slope_alike() -> None:

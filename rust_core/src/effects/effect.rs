@@ -103,6 +103,8 @@ pub struct Site {
     /// kappa_x N, kappa_y N [N] and 2 N epsilon/b [N/m].
     pub creep_slopes: [f64; 2],
     pub gravitational: f64,
+    /// How far the wheelset runs behind the first [m].
+    pub behind: f64,
 }
 
 impl Site {

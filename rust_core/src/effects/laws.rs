@@ -13,6 +13,7 @@ const SITE: Site = Site {
     creep_damping: 4.5e5,
     creep_slopes: [7e6, 6.5e6],
     gravitational: 1e6,
+    behind: 0.0,
 };
 
 /// Defaults of a law in SI at a place like the primary suspension.

@@ -1,4 +1,5 @@
 //! A measured curve of force against motion or speed: what the verdict "outside" adds.
+use super::curve;
 use super::effect::*;
 use crate::lanes::Part;
 
@@ -40,15 +41,10 @@ impl Effect for MeasuredForce {
         p.len() > 3 && p.len() == 2 + 2 * p[1] as usize
     }
 
-    // against, first force, then per interval: where it begins, its width, its slope
+    // against, then the curve
     fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
         let n = p[1] as usize;
-        let (x, f) = (&p[2..2 + n], &p[2 + n..2 + 2 * n]);
-        let mut out = vec![p[0], f[0]];
-        for i in 1..n {
-            out.extend([x[i - 1], x[i] - x[i - 1], (f[i] - f[i - 1]) / (x[i] - x[i - 1])]);
-        }
-        out
+        [vec![p[0]], curve::prepare(&p[2..2 + n], &p[2 + n..2 + 2 * n])].concat()
     }
 
     fn stiffest(p: &[f64], _: &Site) -> Slopes {
@@ -70,11 +66,6 @@ impl Force for MeasuredForce {
             1 => v,
             _ => P::splat(s),
         };
-        let mut f: P = p.get(1);
-        for i in (2..p.lanes.len()).step_by(3) {
-            let inside = (at - p.get(i)).max(P::zero()).min(p.get(i + 1));
-            f = inside.mul_add(p.get(i + 2), f);
-        }
-        f
+        curve::at(p, 1, at)
     }
 }

@@ -1,4 +1,5 @@
 //! The catalogue: every effect on one line, under what it acts on.
+mod curve;
 pub mod effect;
 #[cfg(test)]
 mod laws;
@@ -133,6 +134,7 @@ catalogue! {
         nonlinear_conicity::NonlinearConicity,
         gauge_conicity::GaugeConicity,
         rolling_line_offset::RollingLineOffset,
+        rolling_line::RollingLine,
     }
     other {
         profile_shape::ProfileShape,

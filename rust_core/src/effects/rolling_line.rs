@@ -1,0 +1,47 @@
+//! Rolling line that wanders: rails worn or laid to one side over a stretch of the track.
+use super::curve;
+use super::effect::*;
+use crate::lanes::Part;
+
+pub struct RollingLine;
+
+/// Numbers as they enter: the count n, n places, n offsets.
+impl Effect for RollingLine {
+    const RECORD: Record = Record {
+        key: "rolling_line",
+        title: "rolling line that wanders along the track",
+        source: "thesis 5.5; EN 15302 (worn and asymmetric profiles); linear between the places, held outside",
+        kind: Kind::Rolling,
+        at: &["contact"],
+        params: &[
+            param("place", "s", "m", [0.0, -1e9, 1e9], "1", "along the track, as the leading wheelset meets it", Role::Shape),
+            param("offset", "e_0", "m", [0.0, -2e-2, 2e-2], "1", "measured", Role::Strength),
+        ],
+        supersedes: Supersedes::Nothing,
+        states: 0,
+        odd: false,
+        dissipates: false,
+        // belongs to a track, not to a vehicle: what is not declared is told as outside, over the distance
+        candidate: false,
+        shapes: &[],
+    };
+
+    fn counts(p: &[f64]) -> bool {
+        p.len() > 2 && p.len() == 1 + 2 * p[0] as usize
+    }
+
+    // a wheelset that runs behind the first meets every place so much later
+    fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
+        let n = p[0] as usize;
+        let places: Vec<_> = p[1..1 + n].iter().map(|s| s + site.behind).collect();
+        curve::prepare(&places, &p[1 + n..1 + 2 * n])
+    }
+}
+
+impl Rolling for RollingLine {
+    // (r_1 - r_2)/2 = lambda (e - e_0(s))
+    #[inline(always)]
+    fn roll<P: Part>(p: Numbers<'_>, alpha: P, _gauge: P, s: f64, to: &mut RollingRadius<P>) {
+        to.shift = alpha.mul_add(curve::at(p, 0, P::splat(s)), to.shift);
+    }
+}
