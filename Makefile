@@ -22,7 +22,7 @@ run: .stamp-build
 
 # clippy and the kernel while pip fetches; three processes of tests, since many wait for wires, terminals and schedulers
 test:
-	@$(MAKE) --jobs=2 --output-sync=line check rust
+	@$(MAKE) --no-print-directory --jobs=2 --output-sync=line check rust
 	$(BIN)/python -m pytest -n 3 --dist loadfile
 
 # the whole workspace in one profile: the kernel that Python loads is compiled once for both
