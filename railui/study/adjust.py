@@ -30,6 +30,14 @@ UNSEEN = 0.9  # share of the prior's standard deviation that remains: the data d
 CORRELATED = 0.95
 
 
+def variance_of(rss: float, samples: float) -> float:
+    """Misfit per independent sample: times it, a precision 1/sd^2 is in the measure of the inner products.
+
+    Neighbouring samples of a signal do not all tell new things, so that a prior weighs more than they are many.
+    """
+    return rss / (INFORMED * samples)
+
+
 def silent(_: str) -> None:
     """Reports nothing."""
 
@@ -50,6 +58,11 @@ class Normal:
     def rss(self) -> float:
         """The misfit: sum of the squared weighted residuals."""
         return float(self.total[0, 0])
+
+    @property
+    def variance(self) -> float:
+        """Misfit per independent sample."""
+        return variance_of(self.rss, self.samples)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +123,6 @@ class Adjuster:
         self.simulations = 0
         self.constrained = False
         self.ringing: Mapping[str, float] | None = None  # noise, where initial states are estimated at every step
-        # neighbouring samples of a signal do not all tell new things
         self.informed = INFORMED * sum(t.y.size for t in ready)
 
     def rows(self, x: Floats) -> Floats:
@@ -281,10 +293,9 @@ class Adjuster:
     def equations(self, normal: Normal, x: Floats) -> tuple[Floats, Floats]:
         """The normal equations [p, p], [p] at x, priors included."""
         total = normal.total
-        factor = self.informed / normal.rss
         precision = 1.0 / self.free.prior_sd**2
-        a = factor * total[1:, 1:] + np.diag(precision)
-        g = factor * total[1:, 0] + precision * (self.free.prior - x)
+        a = total[1:, 1:] / normal.variance + np.diag(precision)
+        g = total[1:, 0] / normal.variance + precision * (self.free.prior - x)
         return a, g
 
     def _step(self, a: Floats, g: Floats, x: Floats, damping: float) -> Floats:
@@ -311,11 +322,10 @@ class Adjuster:
         """Covariance [p, p] by the scores of the blocks, which keep what is correlated in time together (HAC)."""
         precision = 1.0 / self.free.prior_sd**2
         total, blocks = normal.total, normal.gram.sum(axis=1)
-        factor = self.informed / normal.rss
-        a = total[1:, 1:] + np.diag(precision) / factor
+        a = total[1:, 1:] + np.diag(precision) * normal.variance
         scores = blocks[:, 1:, 0]
         scores = scores - scores.mean(axis=0)
-        middle = scores.T @ scores + np.diag(precision) / factor**2
+        middle = scores.T @ scores + np.diag(precision) * normal.variance**2
         scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
         inverse = linalg.pinvh(a * np.outer(scale, scale)) * np.outer(scale, scale)
         return np.asarray(inverse @ middle @ inverse)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from railui.study.adjust import Adjuster, Fit
 from railui.study.blocks import block_gram, inverse
-from railui.study.equivalent import UNIT, Port, triangles
+from railui.study.equivalent import DELAY, pulses
 from railui.study.measured import simulate
 from railui.study.target import Target
 from railui.study.trace import VANISHED
@@ -77,7 +77,7 @@ def coefficients(fit: Fit) -> list[Coefficient]:
         grams.append(block_gram(rows, fit.block_samples(target)).sum(axis=1))
     gram = np.concatenate(grams)
     own = 1 + len(fit.x)
-    prior = np.diag(1.0 / fit.free.prior_sd**2) * fit.normal.rss / fit.normal.samples
+    prior = np.diag(fit.normal.variance / fit.free.prior_sd**2)
     names = [(w, at, term) for at, w in PORTS for term in TERMS]
     total = gram.sum(axis=0)
     projector = inverse(total[1:own, 1:own] + prior, 1e-10)
@@ -104,19 +104,11 @@ def _answers(fit: Fit, target: Target) -> Floats:
     series, _ = simulate(model, stretch, motions, steps=target.steps, initial=target.start)
     by_wheelset: dict[int | None, Floats] = {1: series[0][:4], 2: series[0][4:]}  # y, y', psi, psi'
     rows, n = [], stretch.samples
-    for (_, w), pulse in _pulses(fit, target).items():
+    for (_, w), answer in pulses(fit, target, PORTS, MEMORY, np.ones(len(stretch.channels))).items():
+        pulse = answer[:, DELAY:]
         length = 1 << int(np.ceil(np.log2(n + pulse.shape[1])))
         transfer = np.fft.rfft(pulse, length, axis=1)
         for motion in by_wheelset[w]:
             answer = np.fft.irfft(transfer * np.fft.rfft(-motion, length), length, axis=1)[:, :n]
             rows.append(target.compared(answer))
     return np.array(rows)
-
-
-def _pulses(fit: Fit, target: Target) -> dict[Port, Floats]:
-    """Answers [channel, n] on even track to a force of one newton that lasts one sample, as a triangle."""
-    stretch = target.stretch
-    width = stretch.mean_speed * stretch.dt
-    n, weights = round(MEMORY / stretch.dt), np.ones(len(stretch.channels))
-    found = triangles(fit, target, PORTS, [width, 2 * width, 3 * width], n, weights)
-    return {port: x[:, 2:] / UNIT for port, x in found.items()}

@@ -307,7 +307,7 @@ def held_out(fit: Fit) -> Floats:
     gram = fit.normal.gram
     blocks = len(gram)
     total = fit.normal.total
-    ridge = np.diag(1.0 / fit.free.prior_sd**2) * fit.normal.rss / fit.normal.samples
+    ridge = np.diag(fit.normal.variance / fit.free.prior_sd**2)
     out = np.zeros(gram.shape[:2])
     for fold in np.array_split(np.arange(blocks), min(FOLDS, blocks)):
         left = total - gram[fold].sum(axis=(0, 1))

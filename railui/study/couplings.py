@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from railui.study.adjust import Fit
-from railui.study.equivalent import DELAY, Port, pulses
+from railui.study.equivalent import DELAY, SEGMENT, Port, pulses
 from railui.study.measured import simulate
 from railui.study.target import Target
 from railui.study.trace import Eye
@@ -92,7 +92,7 @@ def answered(fit: Fit, target: Target, against: Sequence[tuple[tuple[Pair, ...],
     q is that of the vehicle without it (Born's approximation).
     """
     ports = sorted({p for pairs, _ in against for pair in pairs for p in pair}, key=str)
-    answers = pulses(fit, target, ports)
+    answers = pulses(fit, target, ports, SEGMENT, target.filter.weights)
     channels = [f"{q}.{at}.{w or 0}" for q in ("z", "v") for at, w in ports]
     motion = simulate(fit.model, target.stretch, channels, steps=target.steps, initial=target.start)[0][0]
     n = motion.shape[1]

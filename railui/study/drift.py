@@ -119,7 +119,7 @@ def _course(
     for p, ratio in ratios.items():
         c[1 + fit.free.paths.index(p)] = ratio
     own = gram @ c  # [block, row]: every row against the drifting one
-    prior = fit.normal.rss / fit.normal.samples / fit.free.prior_sd**2
+    prior = fit.normal.variance / fit.free.prior_sd**2
     cross = own[:, others].T @ u
     inner = np.block(
         [

@@ -115,7 +115,7 @@ def _noise(fit: Fit, target: Target, measurement: Measurement) -> Complexes:
     clean, _ = simulate(model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.start)
     total: Complexes = np.zeros((1, 1, 1), dtype=complex)
     for seed in range(DRAWS):
-        rng = np.random.default_rng(np.random.SeedSequence([seed, 17, stretch.number]))
+        rng = np.random.default_rng(np.random.SeedSequence([seed, 17, stretch.number, stretch.run]))
         table = stretch.noisy_table(noise, campaign.noise_band, rng, model.half_wheelbase(), target.steps)
         noisy, _ = simulate(
             model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.start, table=table
@@ -129,31 +129,23 @@ def _noise(fit: Fit, target: Target, measurement: Measurement) -> Complexes:
 def _answers(fit: Fit, target: Target) -> dict[Port, Complexes]:
     """Answer [frequency, channel] of the vehicle to a short pulse at each port."""
     ports = sorted({p for _, _, ports in SPOTS for p in ports}, key=str)
-    answers = pulses(fit, target, ports, target.filter.every)
-    return {port: np.fft.rfft(x, axis=1).T + 1e-300 for port, x in answers.items()}
+    # thinned out without a filter: two samples to either side pass nothing at half the rate
+    answers = pulses(fit, target, ports, SEGMENT, target.filter.weights, every=target.filter.every, half=2)
+    return {port: np.fft.rfft(x[:, : _length(target)], axis=1).T + 1e-300 for port, x in answers.items()}
 
 
-def pulses(fit: Fit, target: Target, ports: Sequence[Port], every: int = 1) -> dict[Port, Floats]:
-    """Weighted answer [channel, n] of the vehicle on even track to a pulse of 1 N over one sample at each port.
-
-    A sample is `every` of the run's; the pulse stands at sample `DELAY`, a triangle of two to either side.
-    """
-    width = target.stretch.mean_speed * target.stretch.dt * every
-    corners = [(DELAY - 2) * width, DELAY * width, (DELAY + 2) * width]
-    n = _length(target) * target.filter.every
-    found = triangles(fit, target, ports, corners, n, target.filter.weights, every)
-    return {port: x / (2.0 * UNIT) for port, x in found.items()}
-
-
-def triangles(
-    fit: Fit, target: Target, ports: Sequence[Port], corners: Sequence[float], n: int, weights: Floats, every: int = 1
+def pulses(
+    fit: Fit, target: Target, ports: Sequence[Port], seconds: float, weights: Floats, *, every: int = 1, half: int = 1
 ) -> dict[Port, Floats]:
-    """Weighted answer [channel, n / every] of the vehicle on even track to a force at each port, a triangle of `UNIT`.
+    """Weighted answer [channel, n] over some seconds, on even track, to a pulse of 1 N over one sample at each port.
 
-    The force begins, peaks and ends at three distances [m], run at the mean speed of the stretch.
+    A sample is `every` of the run's. The pulse is a triangle that peaks at sample `DELAY`, `half` samples to either
+    side, run at the mean speed of the stretch. With half = 1 a sum of pulses is linear between its samples.
     """
     stretch, dt, v = target.stretch, target.stretch.dt, target.stretch.mean_speed
+    n = round(seconds / (dt * every)) * every
     t = np.arange(n) * dt
+    corners = [v * dt * every * (DELAY + k) for k in (-half, 0, half)]
     table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
     keep = Filter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 0, weights, every)
     row = core.effect_numbers("measured_force", {"against": "s", "motion": corners, "force": [0.0, UNIT, 0.0]})
@@ -161,5 +153,6 @@ def triangles(
     out: dict[Port, Floats] = {}
     for at, wheelset in ports:
         vehicles = fit.model.vehicles((), [core.Placement("measured_force", at, wheelset, len(row))])
-        out[at, wheelset] = vehicles.simulate(batch, table, dt, target.steps, stretch.channels, filter=keep)[0][0]
+        series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels, filter=keep)
+        out[at, wheelset] = series[0] / (half * UNIT)
     return out

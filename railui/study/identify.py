@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.study.adjust import Adjuster, Fit, Report, silent
+from railui.study.adjust import Adjuster, Fit, Report, silent, variance_of
 from railui.study.drift import block_distances
 
 Floats = NDArray[np.float64]
@@ -183,21 +183,20 @@ def per_stretch(fit: Fit, length: float) -> PerStretch:
     """
     s = block_distances(fit)
     gram = fit.normal.gram.sum(axis=1)
-    edges = np.arange(s.min(), max(s.max(), s.min() + length), length)
+    count = max(1, int(np.ceil((s.max() - s.min()) / length)))
+    place = np.minimum(((s - s.min()) / length).astype(int), count - 1)  # what lies on the last edge is in the last
     rows, sds, between = [], [], []
-    common = fit.covariance.diagonal() * len(edges)
-    for start in edges:
-        inside = (s >= start) & (s < start + length)
+    common = fit.covariance.diagonal() * count
+    # a stretch is held by the whole run ten times as loosely as the run knows it
+    held = 1.0 / np.maximum(100.0 * common, 1e-300) + 1.0 / fit.free.prior_sd**2
+    for k in range(count):
+        inside, start = place == k, s.min() + k * length
         if inside.sum() < 5:
             continue
         part = gram[inside]
         total = part.sum(axis=0)
-        variance = total[0, 0] / max(fit.normal.samples * inside.mean(), 1.0)
-        # a stretch is held by the whole run ten times as loosely as the run knows it
-        precision = np.diag(1.0 / np.maximum(100.0 * common, 1e-300)) * variance + np.diag(
-            variance / fit.free.prior_sd**2
-        )
-        inverse = np.linalg.pinv(total[1:, 1:] + precision, rcond=1e-12, hermitian=True)
+        variance = variance_of(total[0, 0], max(fit.normal.samples * inside.mean(), 1.0))
+        inverse = np.linalg.pinv(total[1:, 1:] + variance * np.diag(held), rcond=1e-12, hermitian=True)
         scores = part[:, 1:, 0] - part[:, 1:, 0].mean(axis=0)
         rows.append(fit.x + inverse @ total[1:, 0])
         sds.append(np.sqrt(np.maximum(np.diag(inverse @ (scores.T @ scores) @ inverse), 0.0)))

@@ -234,7 +234,7 @@ def weights(model: Model, measurement: Measurement, stretch: Stretch, seeds: int
     channels, noise, campaign = stretch.channels, measurement.noise, measurement.campaign
     sd = np.array([noise.get(c, 0.0) for c in channels])
     flat = filter_for(campaign, stretch, np.ones(len(channels)))
-    rng = np.random.default_rng(np.random.SeedSequence([7, stretch.number]))
+    rng = np.random.default_rng(np.random.SeedSequence([7, stretch.number, stretch.run]))
     enough = min(stretch.samples, max(4000, 4 * cut_samples(campaign, stretch)))
     white = filtered(campaign, stretch, rng.standard_normal((1, enough)))
     variance = (sd * white.std()) ** 2

@@ -56,7 +56,7 @@ class Found:
 
     def judge(self, stretches: Sequence[Stretch]) -> Judgement:
         """The vehicle as found, on stretches."""
-        if self.outside is not None and self.outside.judgement is self.judged["after"]:
+        if self.outside is not None and self.outside.gains:
             return self.outside.judged(self.measurement, stretches)
         return judge(self.after.model, self.measurement, stretches)
 
@@ -136,7 +136,7 @@ def close_loop(
     foreseen = foresee(fit, terms.last, measurement, jobs=jobs)
     from_here = wild if fit is before and wild is not None else fit
     outside = missing(from_here, terms, noise, measurement, declared, jobs=jobs, report=report)
-    if outside is not None and material(terms.judgement, outside.judgement, campaign.material):
+    if outside is not None and outside.gains:
         fit, judged["after"] = outside.fit, outside.judgement
         noise = floor(fit.model, measurement, measurement.validate, jobs=jobs)
     verdict = "outside" if outside else "effect" if terms.added else "none"
@@ -174,7 +174,7 @@ def missing(
     gains = material(terms.judgement, seen.judgement, measurement.campaign.material)
     # three effects that leave something of a shape are not what is missing
     lost = ratio > UNEXPLAINED and (structured or not terms.added)
-    return seen if gains or telling(seen) or lost else None
+    return replace(seen, gains=gains) if gains or telling(seen) or lost else None
 
 
 def passed_gate(measurement: Measurement, report: Report) -> tuple[Finding, ...]:

@@ -42,6 +42,7 @@ class Stretch:
     whole: Stretch | None = None  # what a window was cut from, and its first sample there
     first: int = 0
     longer: Stretch | None = None  # of which this is the beginning
+    run: int = 0  # which of the campaign's
 
     @property
     def samples(self) -> int:
@@ -145,8 +146,8 @@ def _rig_table(c: Mapping[str, Floats], dt: float, steps: int) -> Floats:
     return table
 
 
-def stretches(run: Run, name: str, role: str, kind: str = "bogie") -> list[Stretch]:
-    """The stretches of a run that are used, in their order."""
+def stretches(run: Run, name: str, role: str, kind: str = "bogie", index: int = 0) -> list[Stretch]:
+    """The stretches of a run that are used, in their order; index: which of the campaign's runs it is."""
     names = tuple(known.columns_of(kind))
     found = []
     for number, piece in enumerate(run.stretches):
@@ -154,7 +155,7 @@ def stretches(run: Run, name: str, role: str, kind: str = "bogie") -> list[Stret
         if kind != "rig" and "s" not in columns:
             columns["s"] = distance(columns["t"], columns["v"])
         usable = {k: x for k, x in columns.items() if k not in RESPONSES or np.all(np.isfinite(x))}
-        found.append(Stretch(name, role, number, usable, 1.0 / run.rate, kind))
+        found.append(Stretch(name, role, number, usable, 1.0 / run.rate, kind, run=index))
     return found
 
 
@@ -182,10 +183,10 @@ def read(campaign: Campaign) -> Measurement:
     """Read the runs of a campaign. Raises FileProblems for a run that cannot be used."""
     kind = campaign.design.kind
     runs, found = [], []
-    for entry in campaign.runs:
+    for index, entry in enumerate(campaign.runs):
         run = load_run(entry.file, kind)
         runs.append(run)
-        found += stretches(run, entry.name, entry.role, kind)
+        found += stretches(run, entry.name, entry.role, kind, index)
     noise = dict(estimated_noise(found)) | dict(campaign.noise)
     return Measurement(campaign, tuple(runs), tuple(found), noise)
 

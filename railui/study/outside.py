@@ -49,6 +49,7 @@ class Outside:
     judgement: Judgement
     course: Drift | None = None
     coupled: Coupling | None = None  # with another place, whose motion it answers
+    gains: bool = False  # does it lower the error on the validating runs by what counts?
 
     def judged(self, measurement: Measurement, stretches: Sequence[Stretch]) -> Judgement:
         """What was found judged on stretches."""

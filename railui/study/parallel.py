@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.study.adjust import Adjuster, Fit, Report, silent
+from railui.study.adjust import Adjuster, Fit, Report, block_seconds, silent
 from railui.study.free import free_parameters
 from railui.study.measured import Measurement
 from railui.study.model import Model
@@ -48,7 +48,8 @@ def two_parallel_models(
 ) -> tuple[Fit, Correlations]:
     """Adjust the numbers at `paths` one after the other, sweep after sweep, until a sweep gains nothing."""
     free = free_parameters(model, paths, declared)
-    adjuster = Adjuster(model, free, ready, block=1.0, stable=True, jobs=jobs)
+    seconds = block_seconds(declared, [t.stretch for t in ready])
+    adjuster = Adjuster(model, free, ready, block=seconds, stable=True, jobs=jobs)
     x = np.array([model.row[c] for c in adjuster.columns])
     begun = adjuster.fit(x, tolerance=1e-3, most=0)
     adjuster.simulations = 0

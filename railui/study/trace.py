@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from railui.core import Batch, Vehicles
-from railui.study.adjust import Adjuster, Fit, block_seconds
+from railui.study.adjust import Adjuster, Fit, block_seconds, variance_of
 from railui.study.beside import beside
 from railui.study.blocks import in_blocks, samples_of
 from railui.study.candidates import Bundle, Candidate, bundles
@@ -168,8 +168,8 @@ class Eye:
             [b.blocks @ b.blocks.transpose(0, 2, 1) for b in self.bases]
         )  # [block, 1 + p, 1 + p]
         gram = self.inner.sum(axis=0)
-        precision = np.diag(1.0 / fit.free.prior_sd**2) * gram[0, 0] / max(self.adjuster.informed, 1.0)
-        self.solver = _Projector(gram, precision)
+        variance = variance_of(gram[0, 0], sum(t.y.size for t in ready))
+        self.solver = _Projector(gram, np.diag(variance / fit.free.prior_sd**2))
         self.count = sum(len(b.blocks) for b in self.bases)
 
     def see(self, found: Sequence[Candidate], jobs: int | None, watch: Watch) -> tuple[Sighting, ...]:
