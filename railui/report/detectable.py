@@ -19,9 +19,8 @@ MARGIN = 1.4  # the gain scatters about what is foreseen, and a fit takes more o
 
 def smallest_amount(s: Sighting, trace: Trace, material: float, rest: float, foreseen: Foreseen) -> float:
     """Amount of a shape that passes both gates: the family-wise score, and the material gain on the validating runs."""
-    needed = (trace.critical + POWER) * s.spread / s.norm
     gain = 1.0 / (1.0 - material) ** 2 - 1.0
-    amounts = [needed, MARGIN * float(np.sqrt(gain * trace.rss / s.norm))]
+    amounts = [s.amount_seen(trace.critical + POWER), MARGIN * float(np.sqrt(gain * trace.rss / s.norm))]
     added = foreseen.get((s.candidate, s.shape))
     if added:
         amounts.append(MARGIN * float(np.sqrt(gain * rest**2 / added)))

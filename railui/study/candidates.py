@@ -48,6 +48,14 @@ class Candidate:
         found = [p["key"] for p in core.record(self.kind)["parameters"] if p["role"] == "strength"]
         return found[0] if found else None
 
+    def scaled(self, shape: Mapping[str, float], amount: float) -> dict[str, float]:
+        """A shape whose force is so many times as large at the same motion: the strength, and with it all stiffness,
+        damping and yield, by whose ratios an effect with memory keeps its time constant or its length of slip.
+        """
+        record = core.record(self.kind)["parameters"]
+        forces = {p["key"] for p in record if p["role"] == "strength" or p["unit"].startswith("F")}
+        return {key: value * amount if key in forces else value for key, value in shape.items()}
+
     def placed(self, parameters: Mapping[str, float]) -> PlacedEffect:
         """The effect at this place with parameters in SI."""
         return PlacedEffect(self.kind, self.at, self.wheelset, dict(parameters))

@@ -36,6 +36,7 @@ BEHIND = 1.6  # times the least misfit so far at which a candidate is given up a
 LINEAR = ("spring", "viscous_damper")
 ADJUSTED = tuple((at, None) for at in ("secondary_lateral", "secondary_yaw"))  # what adjusting does already
 GUESS = 0.3  # of its shape that a one-sided effect starts from where the trace sees it backwards
+SMALL = 0.3  # of the amount that the trace estimates, a start of its own
 MODEST = 0.2  # of its usual strength that an absorbed element starts from
 WORTH = 0.99  # of the least misfit so far that it must reach
 QUICK, PATIENT = 4, 10  # steps of a rough fit; effects with memory converge slowly
@@ -80,8 +81,7 @@ def starts(trace: Trace, sighting: Sighting) -> list[dict[str, float]]:
     out = []
     for s in same[: 3 if memory else 2]:
         shape = dict(s.candidate.shapes[s.shape])
-        key = s.candidate.strength
-        if key is None:
+        if s.candidate.strength is None:
             if core.record(s.candidate.kind)["acts"] == "sensor":
                 neutral = 1.0 if "gain" in shape else 0.0
                 shape = {k: neutral + s.amount * (v - neutral) for k, v in shape.items()}
@@ -89,10 +89,9 @@ def starts(trace: Trace, sighting: Sighting) -> list[dict[str, float]]:
             continue
         phase = {} if s.phase is None else {"phase": s.phase}
         amount = GUESS if s.candidate.one_sided and s.amount <= 0 else s.amount
-        out.append(shape | {key: shape[key] * amount} | phase)
-    key = sighting.candidate.strength
-    if key is not None:
-        out.append(out[0] | {key: 0.3 * out[0][key]})
+        out.append(s.candidate.scaled(shape, amount) | phase)
+    if sighting.candidate.strength is not None:
+        out.append(sighting.candidate.scaled(out[0], SMALL))
     return out
 
 

@@ -17,7 +17,7 @@ from railui.study.model import Model
 from railui.study.outside import Outside, look_along, look_outside, telling
 from railui.study.parallel import two_parallel_models
 from railui.study.target import restarted, targets
-from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, UNEXPLAINED, Search, Step, Terms, material
+from railui.study.terms import ADEQUATE, UNEXPLAINED, Search, Step, Terms, material, structured
 from railui.study.trace import Trace
 from railui.study.watch import Judged, Watch, unwatched
 from railui.study.windows import NEAR, cut_where, held, hunting, pieces
@@ -164,16 +164,16 @@ def missing(
     ratio = terms.judgement.nrmse / noise.nrmse
     if ratio <= ADEQUATE:
         return None
-    structured = terms.last.p <= SIGNIFICANT and terms.last.rho2 >= STRUCTURED
+    shaped = structured(terms.last)
     along = look_along(fit, measurement, report)
     seen = along
-    if not ratio <= UNEXPLAINED or structured or telling(along):
+    if not ratio <= UNEXPLAINED or shaped or telling(along):
         seen = look_outside(fit, measurement, declared, along, jobs=jobs, report=report)
     if seen is None:
         return None
     gains = material(terms.judgement, seen.judgement, measurement.campaign.material)
     # three effects that leave something of a shape are not what is missing
-    lost = ratio > UNEXPLAINED and (structured or not terms.added)
+    lost = ratio > UNEXPLAINED and (shaped or not terms.added)
     return replace(seen, gains=gains) if gains or telling(seen) or lost else None
 
 

@@ -23,6 +23,7 @@ from railui.study.windows import held
 
 SIGNIFICANT = 0.01  # family-wise p from which a residual is worth a fit
 STRUCTURED = 0.01  # partial rho^2 from which a residual is worth a fit
+OBVIOUS = 0.20  # and from which no test is asked: noise, whatever its colour, reaches a fiftieth
 EFFECTS = 3
 ADEQUATE = 1.10  # after over floor up to which nothing is left to find
 UNEXPLAINED = 1.5  # after over floor from which something is missing, whatever it looks like
@@ -68,6 +69,11 @@ def material(old: Judgement, new: Judgement, share: float) -> bool:
     return bool(gain >= 1.0 - (1.0 - share) ** 2 and gain > CLEARLY * sd)
 
 
+def structured(seen: Trace) -> bool:
+    """Does what is left have a shape that noise does not have?"""
+    return seen.rho2 >= STRUCTURED and (seen.p <= SIGNIFICANT or seen.rho2 >= OBVIOUS)
+
+
 @dataclass(frozen=True, eq=False)
 class Search:
     """The search for the effects that a measurement asks for."""
@@ -109,7 +115,7 @@ class Search:
         self.report(f"adjusted, no effect: nrmse {judged.nrmse:.4f}, noise floor {noise.nrmse:.4f}")
         for _ in range(EFFECTS):
             seen = self.traced(now)
-            quiet = seen.p > SIGNIFICANT or seen.rho2 < STRUCTURED
+            quiet = not structured(seen)
             if quiet and not accepted.nrmse > UNEXPLAINED * noise.nrmse:
                 steps.append(Step(seen, (), None))
                 break

@@ -28,6 +28,8 @@ BOOTSTRAPS = 2000
 POWER = 1.2816  # normal quantile of 90 % power
 KEPT = 12  # candidates that are seen on the whole of the runs after a first look
 FINEST = 4  # times the steps of the adjusted vehicle that a little of an effect is looked at with
+LEAST_FREEDOM = 1.0
+LONELY = 1e-6  # share of all other blocks below which one block is alone
 VANISHED = 1e-3  # share of a difference left by the projection below which nothing new is in it
 
 
@@ -36,8 +38,8 @@ class Sighting:
     """One shape of a candidate seen against the residual.
 
     rho: partial correlation; amount: of it that would explain the residual best; explained: share of the squared
-    residual; scores [block]: what each block of time says; norm: squared length of its difference; absorbed [p]: what
-    the adjustable parameters make of one of it.
+    residual; scores [block]: what each block of time says; norm: squared length of its difference, norms [block] the
+    same of every block (empty: all alike); absorbed [p]: what the adjustable parameters make of one of it.
     """
 
     candidate: Candidate
@@ -48,22 +50,63 @@ class Sighting:
     norm: float
     phase: float | None = None
     absorbed: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
+    norms: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
 
     @property
-    def t(self) -> float:
-        """The score over its standard deviation from blocks (HAC)."""
+    def z(self) -> float:
+        """The score over its standard deviation from blocks (HAC), in standard deviations of a normal variable."""
         spread = self.spread
-        return float(self.scores.sum() / spread) if spread > 0 else 0.0
+        return float(as_normal(self.scores.sum() / spread, self.freedom)) if spread > 0 else 0.0
 
     def forecast(self, ratio: float, blocks: int) -> Sighting:
         """What a run so many times as long, of so many blocks, would say."""
-        return replace(self, scores=np.resize(self.scores, blocks), norm=ratio * self.norm)
+        norms = np.resize(self.norms, blocks) if self.norms.size else self.norms
+        return replace(self, scores=np.resize(self.scores, blocks), norm=ratio * self.norm, norms=norms)
+
+    @property
+    def leverage(self) -> Floats:
+        """Share [block] of a block in what is known of the amount; an effect that acts now and then is in few."""
+        if not self.norms.size:
+            return np.full(len(self.scores), 1.0 / len(self.scores))
+        return np.asarray(self.norms / max(self.norms.sum(), 1e-300))
+
+    @property
+    def noise(self) -> Floats:
+        """Scores [block] less what the effect makes of them, its amount estimated without that block.
+
+        s_b - a_b n_b with a_b = sum of the other s / sum of the other n, n_b the squared length in the block: the
+        residuals of least squares left out one at a time, of which the variance is consistent whatever the noise
+        (HC3: MacKinnon and White, J. Econometrics 29 (1985) 305). Scores less their mean would count it as noise
+        that an effect speaks in few blocks and is silent in others.
+        """
+        h = self.leverage
+        return np.asarray((self.scores - h * self.scores.sum()) / np.maximum(1.0 - h, LONELY))
+
+    @property
+    def freedom(self) -> float:
+        """Degrees of freedom of the spread: blocks that speak, less one."""
+        return max(float(1.0 / np.sum(self.leverage**2)) - 1.0, LEAST_FREEDOM)
 
     @property
     def spread(self) -> float:
         """Standard deviation of the score, from blocks."""
-        centred = self.scores - self.scores.mean()
-        return float(np.sqrt(np.sum(centred**2)))
+        return float(np.linalg.norm(self.noise))
+
+    def amount_seen(self, z: float) -> float:
+        """The amount whose score is so many standard deviations of a normal variable."""
+        n = self.freedom
+        t = float(np.sqrt(n * np.expm1((z * (8 * n + 3) / (8 * n + 1)) ** 2 / n)))
+        return t * self.spread / self.norm
+
+
+def as_normal(t: Floats | float, freedom: Floats | float) -> Floats:
+    """Student's t as the normal variable of the same probability (Wallace, Ann. Math. Statist. 30 (1959) 1121).
+
+    >>> as_normal(3.143, 6.0).round(2), as_normal(-2.326, 1e9).round(3)  # one in a hundred: 2.326
+    (np.float64(2.32), np.float64(-2.326))
+    """
+    n = np.asarray(freedom)
+    return np.asarray(np.sign(t) * (8 * n + 1) / (8 * n + 3) * np.sqrt(n * np.log1p(np.square(t) / n)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +142,8 @@ def merged(sightings: Sequence[Sighting]) -> tuple[Sighting, ...]:
         amount = float(np.hypot(sine.amount, cosine.amount))
         absorbed = a * sine.absorbed + b * cosine.absorbed
         rho = float(np.hypot(sine.rho, cosine.rho))
-        out.append(Sighting(candidate, shape, rho, amount, scores, norm, phase, absorbed))
+        norms = a * a * sine.norms + b * b * cosine.norms
+        out.append(Sighting(candidate, shape, rho, amount, scores, norm, phase, absorbed, norms))
     return tuple(out)
 
 
@@ -196,37 +240,40 @@ class Eye:
                     Sighting(
                         bundle.members[member], shape, float(seen.rho[lane]), float(seen.amount[lane]),
                         seen.scores[lane], float(seen.left[lane]), absorbed=seen.absorbed[lane],
+                        norms=seen.norms[lane],
                     )
                 )  # fmt: skip
         return found
 
     def against(self, series: Sequence[Floats]) -> Seen:
         """Output differences [lane, channel, n] of every stretch against its residual, by inner products per block."""
-        cross, norm = [], np.zeros(len(series[0]))
+        cross, norms = [], []
         for target, base, one in zip(self.fit.targets, self.bases, series, strict=True):
             blocks = _rows_in_blocks(target.free_of(one), base.length)
             cross.append(blocks @ base.blocks.transpose(0, 2, 1))
-            norm += np.einsum("bln,bln->l", blocks, blocks)
-        with_base, solver = np.concatenate(cross), self.solver  # [block, lane, 1 + p]
+            norms.append(np.einsum("bln,bln->bl", blocks, blocks))
+        with_base, solver, inner = np.concatenate(cross), self.solver, self.inner  # [block, lane, 1 + p]
         total = with_base.sum(axis=0)
         beta = total[:, 1:] @ solver.inverse
-        left = norm - 2 * np.einsum("lp,lp->l", beta, total[:, 1:])
-        left = left + np.einsum("lp,pq,lq->l", beta, solver.sensitivities, beta)
-        told = left > VANISHED * np.maximum(norm, 1e-300)
+        whole = np.concatenate(norms)  # [block, lane]
+        each = whole - 2 * np.einsum("lp,blp->bl", beta, with_base[:, :, 1:])
+        each = each + np.einsum("blp,lp->bl", np.einsum("lp,bpq->blq", beta, inner[:, 1:, 1:]), beta)
+        left = each.sum(axis=0)
+        told = left > VANISHED * np.maximum(whole.sum(axis=0), 1e-300)
         left = np.where(told, left, 1.0)
-        inner = self.inner
         scores = with_base[:, :, 0] - inner[:, 1:, 0] @ beta.T - with_base[:, :, 1:] @ solver.beta
         scores = (scores + np.einsum("bpq,lp,q->bl", inner[:, 1:, 1:], beta, solver.beta)).T
         projection = scores.sum(axis=1)
         rho = projection / np.sqrt(left * max(solver.rest, 1e-300))
-        return Seen(rho, projection / left, scores, left, beta, told)
+        return Seen(rho, projection / left, scores, left, beta, told, np.maximum(each.T, 0.0))
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
     """Lanes seen against a residual: rho, amount, scores [lane, block], what is left of a difference, and told.
 
-    absorbed [lane, p]: what the adjustable parameters make of one; told: is anything left after that?
+    absorbed [lane, p]: what the adjustable parameters make of one; told: is anything left after that? norms [lane,
+    block]: what is left, block by block.
     """
 
     rho: Floats
@@ -235,6 +282,7 @@ class Seen:
     left: Floats
     absorbed: Floats
     told: NDArray[np.bool_]
+    norms: Floats
 
 
 class _Projector:
@@ -315,22 +363,26 @@ def family_wise(
 ) -> tuple[float, float]:
     """p of the best score against the maximum over the library, and the critical score at 1 %.
 
-    The best score is that of `seen_well` (all where None). Under "nothing missing" the blocks' scores, centred, are
+    The best score is that of `seen_well` (all where None). Under "nothing missing" what noise says in the blocks is
     given random signs (wild bootstrap of blocks).
     """
     if not sightings:
         return 1.0, float("inf")
-    scores = np.array([s.scores - s.scores.mean() for s in sightings])
-    scores /= np.maximum(np.sqrt(np.sum(scores**2, axis=1, keepdims=True)), 1e-300)
+    noise = np.array([s.noise for s in sightings])
+    noise /= np.maximum(np.linalg.norm(noise, axis=1, keepdims=True), 1e-300)
     one = np.array([s.candidate.one_sided for s in sightings])
     well = sightings if seen_well is None else seen_well
-    seen = np.array([s.t if s.candidate.one_sided else abs(s.t) for s in well])
+    seen = np.array([s.z if s.candidate.one_sided else abs(s.z) for s in well])
     rng = np.random.default_rng(np.random.SeedSequence([seed, 11]))
-    signs = rng.choice([-1.0, 1.0], size=(BOOTSTRAPS, scores.shape[1]))
-    drawn = signs @ scores.T
+    signs = rng.choice([-1.0, 1.0], size=(BOOTSTRAPS, noise.shape[1]))
+    drawn = signs @ noise.T
     # each draw over its own spread, as the score that was seen is over its own
-    blocks = scores.shape[1]
-    drawn /= np.sqrt(np.maximum(1.0 - drawn**2 / blocks, 1.0 / blocks))
+    h = np.array([s.leverage for s in sightings])
+    w = 1.0 / np.maximum(1.0 - h, LONELY) ** 2
+    square = (
+        np.sum(w * noise**2, axis=1) - 2 * drawn * (signs @ (w * h * noise).T) + drawn**2 * np.sum(w * h * h, axis=1)
+    )
+    drawn = as_normal(drawn / np.sqrt(np.maximum(square, LONELY)), np.array([s.freedom for s in sightings]))
     highest = np.where(one, drawn, np.abs(drawn)).max(axis=1)
     p = (1 + int(np.sum(highest >= seen.max()))) / (1 + BOOTSTRAPS)
     return p, float(np.quantile(highest, 0.99))

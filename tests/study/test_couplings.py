@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from railui import core
 from railui.study.candidates import Bundle, Candidate
 from railui.study.couplings import answered, couplings, tried
+from railui.study.equivalent import DELAY, pulses
 from railui.study.trace import differences
+from railui.track import input_table
 from tests.blind.made import fitted
 
 K = 6e6  # N/m
@@ -24,6 +27,27 @@ def test_a_place_coupled_with_itself_is_twice_a_negative_spring_or_damper(kind: 
     assert fine.all()
     rest = np.linalg.norm(spring[0] + 0.5 * K * coupled[0]) / np.linalg.norm(spring[0])
     assert rest < 0.1  # the speed of a run wanders, that of an answer stands
+
+
+@pytest.mark.parametrize("hertz", [3.0, 12.0])
+def test_a_sum_of_pulses_answers_as_the_vehicle_does_to_the_force_itself(hertz: float):
+    fit, port = fitted(), ("wheelset", 1)
+    target, seconds = fit.targets[0], 5.0
+    stretch, channels = target.stretch, target.stretch.channels
+    dt, v, n = stretch.dt, stretch.mean_speed, round(seconds / stretch.dt)
+    pulse = pulses(fit, target, [port], seconds, np.ones(len(channels)))[port][:, DELAY:]
+    t, fine = np.arange(n) * dt, np.arange(8 * n) * dt / 8
+    table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
+    force = np.sin(2 * np.pi * hertz * fine)
+    row = core.effect_numbers("measured_force", {"against": "s", "motion": v * fine, "force": 100.0 * force})
+    vehicles = fit.model.vehicles((), [core.Placement("measured_force", *port, len(row))])
+    batch = fit.model.batch(fit.model.row[None], np.array([row]), np.ones((1, 1)))
+    exact = vehicles.simulate(batch, table, dt, target.steps, channels)[0][0] / 100.0
+    summed = np.stack([np.convolve(h, force[::8])[:n] for h in pulse])
+    rest = np.linalg.norm((summed - exact)[:, n // 2 :], axis=1) / np.linalg.norm(exact[:, n // 2 :], axis=1)
+    # between samples the force is linear: sinc^2(f dt) of it passes, 0.988 at 12 Hz and 200 samples a second
+    print(hertz, rest)
+    assert np.all(rest < 0.02)
 
 
 def test_a_slanting_arm_is_seen_where_it_is_and_explains_most():

@@ -81,6 +81,20 @@ def test_parameters_do_not_change_along_the_track_where_they_are_constant():
     assert np.ptp(found.values[:, j]) < 0.2 * fit.x[j]
 
 
+def test_what_lies_on_the_last_edge_belongs_to_the_last_stretch():
+    fit = fitted()
+    s = block_distances(fit)
+    length = (s.max() - s.min()) / 2  # the last block stands on an edge
+    louder = fit.normal.gram.copy()
+    louder[-1, :, 0, 1:] += louder[-1, :, 1:, 1:].sum(axis=1)
+    plain, other = (
+        per_stretch(replace(fit, normal=replace(fit.normal, gram=g)), length) for g in (fit.normal.gram, louder)
+    )
+    assert len(plain.between) == 2
+    np.testing.assert_array_equal(plain.values[0], other.values[0])
+    assert np.any(plain.values[1] != other.values[1])
+
+
 def test_a_conicity_that_grows_along_the_track_is_seen_at_the_contact():
     found = drifts(fitted("conicity_drift at=contact per_km=0.4"))[0]
     assert found.path.startswith("contact.")

@@ -82,7 +82,7 @@ def test_the_critical_score_is_beyond_what_noise_reaches_in_a_hundred_libraries_
     over = 0
     for seed in range(100):
         seen = made_up(rng, TWO_SIDED, 20)
-        over += max(abs(s.t) for s in seen) > family_wise(seen, seed)[1]
+        over += max(abs(s.z) for s in seen) > family_wise(seen, seed)[1]
     assert over <= 4
 
 
@@ -126,6 +126,23 @@ def test_candidates_have_shapes_and_stand_once_each():
     }
 
 
+@pytest.mark.parametrize(
+    ("kind", "ratio"), [("maxwell_damper", ("damping", "stiffness")), ("hysteresis", ("yield", "stiffness"))]
+)
+def test_an_effect_with_memory_scaled_keeps_its_time_constant_or_its_length_of_slip(kind: str, ratio: tuple[str, str]):
+    one = next(c for c in library() if (c.kind, c.at) == (kind, "secondary_lateral"))
+    shape, scaled = one.shapes[1], one.scaled(one.shapes[1], 0.3)
+    over, under = ratio
+    assert scaled[over] / scaled[under] == pytest.approx(shape[over] / shape[under])
+    assert scaled["stiffness"] == pytest.approx(0.3 * shape["stiffness"])
+
+
+def test_of_a_friction_scaled_the_slip_speed_stays():
+    one = next(c for c in library() if (c.kind, c.at) == ("dry_friction", "secondary_lateral"))
+    scaled = one.scaled(one.shapes[0], 0.3)
+    assert scaled == pytest.approx({**one.shapes[0], "force": 0.3 * one.shapes[0]["force"]})
+
+
 def test_barred_kinds_are_no_candidates():
     barred = {"free_play", "bump_stop"}
     assert {c.kind for c in library()} - {c.kind for c in library(without=barred)} == barred
@@ -161,3 +178,28 @@ def test_only_measured_channels_have_sensors_to_blame():
     fewer = replace(stretch, columns={k: x for k, x in stretch.columns.items() if k != "d1"}, tables={})
     at = {c.at for c in candidates(fitted().model, [fewer]) if c.kind == "sensor_delay"}
     assert at == {"e1", "e2", "ay1", "ay2", "ayf", "rf", "d2"}
+
+
+def test_an_effect_that_speaks_in_few_blocks_alone_is_significant():
+    rng = np.random.default_rng(4)
+    norms = np.where(np.arange(36) % 12 == 5, 10.0, 0.1)  # three loud blocks of 36
+    scores = 3.0 * norms + np.sqrt(norms) * rng.standard_normal(36)
+    rare = Sighting(TWO_SIDED[0], 0, 0.9, 3.0, scores, float(norms.sum()), norms=norms)
+    by_hand = [s - n * (scores.sum() - s) / (norms.sum() - n) for s, n in zip(scores, norms, strict=True)]
+    np.testing.assert_allclose(rare.noise, by_hand)
+    assert family_wise([rare], 0)[0] < 0.01
+    assert family_wise([replace(rare, norms=np.zeros(0))], 0)[0] > 0.05  # as if its silence were noise
+
+
+@pytest.mark.parametrize("loud", [1, 8])
+def test_noise_of_candidates_that_speak_in_few_blocks_is_not_cried_for(loud: int):
+    rng, p = np.random.default_rng(5), []
+    for seed in range(300):
+        norms = [np.where(rng.permutation(36) < loud, 10.0, 0.1) for _ in TWO_SIDED]
+        seen = [
+            Sighting(c, 0, 0.0, 0.0, np.sqrt(n) * rng.standard_normal(36), float(n.sum()), norms=n)
+            for c, n in zip(TWO_SIDED, norms, strict=True)
+        ]
+        p.append(family_wise(seen, seed)[0])
+    for level in (0.01, 0.05, 0.2):
+        assert np.mean(np.array(p) <= level) < level + 4.0 * np.sqrt(level * (1.0 - level) / len(p))
