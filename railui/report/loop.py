@@ -25,7 +25,7 @@ from railui.study.judge import Judgement
 from railui.study.loop import Found, close_loop, lookalikes
 from railui.study.measured import Stretch, cut_samples, read
 from railui.study.outside import Outside
-from railui.study.terms import ADEQUATE, SIGNIFICANT, STRUCTURED, UNEXPLAINED, Step
+from railui.study.terms import ADEQUATE, UNEXPLAINED, Step, structured
 from railui.study.trace import Sighting
 from railui.study.weighting import W_D, cascade, one_mass, weighted_rms
 from railui.study.windows import WINDOW, files
@@ -339,7 +339,7 @@ def _notes(found: Found) -> list[str]:
 
 def _shapeless(found: Found) -> list[str]:
     """What a rest above the floor may be where the trace sees nothing in it."""
-    quiet = found.last.sightings and (found.last.p > SIGNIFICANT or found.last.rho2 < STRUCTURED)
+    quiet = found.last.sightings and not structured(found.last)
     if found.outside or not quiet or not found.unexplained > ADEQUATE:
         return []
     error, floor = found.judged["after"].channels, found.floor.channels

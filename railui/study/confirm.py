@@ -40,6 +40,11 @@ SMALL = 0.3  # of the amount that the trace estimates, a start of its own
 MODEST = 0.2  # of its usual strength that an absorbed element starts from
 WORTH = 0.99  # of the least misfit so far that it must reach
 QUICK, PATIENT = 4, 10  # steps of a rough fit; effects with memory converge slowly
+# laws of one place that a little of, beside a vehicle without it, may tell apart wrongly: what sticks moves little
+KIN = (
+    {"dry_friction", "hysteresis", "maxwell_damper"},
+    {"free_play", "bump_stop", "cubic_stiffness"},
+)
 FOLDS = 5
 BOOTSTRAPS = 200
 
@@ -60,7 +65,10 @@ class Refit:
 
 
 def chosen(trace: Trace, few: bool = False) -> list[Sighting]:
-    """Sightings to confirm: the best five, all near the best, and effects with memory further down; all where few."""
+    """Sightings to confirm: the best five, all near the best, effects with memory further down; all where few.
+
+    And the kin of the best at its place, wherever the trace has them.
+    """
     top = trace.rho2
     picked: list[Sighting] = []
     if few:
@@ -68,9 +76,16 @@ def chosen(trace: Trace, few: bool = False) -> list[Sighting]:
     for i, s in enumerate(trace.best):
         share = signed(s) ** 2 / max(top, 1e-300)
         memory = core.record(s.candidate.kind)["states"] > 0
-        if i < BEST or (share >= NEAR and len(picked) < MOST) or (memory and share >= MEMORY and len(picked) < MOST):
+        near = share >= (MEMORY if memory else NEAR) and len(picked) < MOST
+        if i < BEST or near or _kin(trace.best[0].candidate, s.candidate):
             picked.append(s)
     return [s for s in picked if signed(s) > 0]
+
+
+def _kin(one: Candidate, other: Candidate) -> bool:
+    """Are two candidates laws of one family at one place?"""
+    together = any({one.kind, other.kind} <= family for family in KIN)
+    return together and (one.at, one.wheelset) == (other.at, other.wheelset)
 
 
 def starts(trace: Trace, sighting: Sighting) -> list[dict[str, float]]:
