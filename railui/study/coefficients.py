@@ -105,10 +105,9 @@ def _answers(fit: Fit, target: Target) -> Floats:
     by_wheelset: dict[int | None, Floats] = {1: series[0][:4], 2: series[0][4:]}  # y, y', psi, psi'
     rows, n = [], stretch.samples
     for (_, w), answer in pulses(fit, target, PORTS, MEMORY, np.ones(len(stretch.channels))).items():
-        pulse = answer[:, DELAY:]
-        length = 1 << int(np.ceil(np.log2(n + pulse.shape[1])))
-        transfer = np.fft.rfft(pulse, length, axis=1)
+        length = 1 << int(np.ceil(np.log2(n + answer.shape[1])))
+        transfer = np.fft.rfft(answer, length, axis=1)
         for motion in by_wheelset[w]:
-            answer = np.fft.irfft(transfer * np.fft.rfft(-motion, length), length, axis=1)[:, :n]
-            rows.append(target.compared(answer))
+            moved = np.fft.irfft(transfer * np.fft.rfft(-motion, length), length, axis=1)[:, DELAY : DELAY + n]
+            rows.append(target.compared(moved))
     return np.array(rows)

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from railui import core
-from railui.core import Filter
 from railui.study.adjust import Adjuster, Fit
 from railui.study.measured import Measurement, filtered, simulate
 from railui.study.target import Target
@@ -27,6 +26,13 @@ Port = tuple[str, int | None]  # a place and its wheelset
 
 DRAWS = 4
 UNIT, DELAY = 100.0, 4  # N of a pulse, and the samples ahead of it
+Pulse = tuple[tuple[float, float], ...]  # samples from its peak, and the force there of 1 N over one sample
+# a sum of pulses is the force between its samples: a cubic (Catmull and Rom 1974) at the nodes of RK4, half samples
+CUBIC: Pulse = (
+    (-2.0, 0.0), (-1.5, -0.0625), (-1.0, 0.0), (-0.5, 0.5625), (0.0, 1.0),
+    (0.5, 0.5625), (1.0, 0.0), (1.5, -0.0625), (2.0, 0.0),
+)  # fmt: skip
+WIDE: Pulse = ((-2.0, 0.0), (0.0, 0.5), (2.0, 0.0))  # passes nothing at half the rate: answers may be thinned out
 SEGMENT = 5.12  # seconds of a segment of the spectra
 AS_GOOD = 0.03  # a place with fewer forces is taken within so much of the best share
 # place in reports, wheelset, the ports at which independent forces act
@@ -129,30 +135,34 @@ def _noise(fit: Fit, target: Target, measurement: Measurement) -> Complexes:
 def _answers(fit: Fit, target: Target) -> dict[Port, Complexes]:
     """Answer [frequency, channel] of the vehicle to a short pulse at each port."""
     ports = sorted({p for _, _, ports in SPOTS for p in ports}, key=str)
-    # thinned out without a filter: two samples to either side pass nothing at half the rate
-    answers = pulses(fit, target, ports, SEGMENT, target.filter.weights, every=target.filter.every, half=2)
+    answers = pulses(fit, target, ports, SEGMENT, target.filter.weights, WIDE, target.filter.every)
     return {port: np.fft.rfft(x[:, : _length(target)], axis=1).T + 1e-300 for port, x in answers.items()}
 
 
 def pulses(
-    fit: Fit, target: Target, ports: Sequence[Port], seconds: float, weights: Floats, *, every: int = 1, half: int = 1
+    fit: Fit,
+    target: Target,
+    ports: Sequence[Port],
+    seconds: float,
+    weights: Floats,
+    pulse: Pulse = CUBIC,
+    every: int = 1,
 ) -> dict[Port, Floats]:
     """Weighted answer [channel, n] over some seconds, on even track, to a pulse of 1 N over one sample at each port.
 
-    A sample is `every` of the run's. The pulse is a triangle that peaks at sample `DELAY`, `half` samples to either
-    side, run at the mean speed of the stretch. With half = 1 a sum of pulses is linear between its samples.
+    A sample is `every` of the run's; the pulse peaks at sample `DELAY`, run at the mean speed of the stretch.
     """
     stretch, dt, v = target.stretch, target.stretch.dt, target.stretch.mean_speed
     n = round(seconds / (dt * every)) * every
     t = np.arange(n) * dt
-    corners = [v * dt * every * (DELAY + k) for k in (-half, 0, half)]
+    corners = [v * dt * every * (DELAY + k) for k, _ in pulse]
+    force = [UNIT * f for _, f in pulse]
     table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
-    keep = Filter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 0, weights, every)
-    row = core.effect_numbers("measured_force", {"against": "s", "motion": corners, "force": [0.0, UNIT, 0.0]})
+    row = core.effect_numbers("measured_force", {"against": "s", "motion": corners, "force": force})
     batch = fit.model.batch(fit.model.row[None], np.array([row]), np.ones((1, 1)))
     out: dict[Port, Floats] = {}
     for at, wheelset in ports:
         vehicles = fit.model.vehicles((), [core.Placement("measured_force", at, wheelset, len(row))])
-        series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels, filter=keep)
-        out[at, wheelset] = series[0] / (half * UNIT)
+        series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels)
+        out[at, wheelset] = series[0][:, ::every] * weights[:, None] / UNIT
     return out

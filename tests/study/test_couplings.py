@@ -35,7 +35,7 @@ def test_a_sum_of_pulses_answers_as_the_vehicle_does_to_the_force_itself(hertz: 
     target, seconds = fit.targets[0], 5.0
     stretch, channels = target.stretch, target.stretch.channels
     dt, v, n = stretch.dt, stretch.mean_speed, round(seconds / stretch.dt)
-    pulse = pulses(fit, target, [port], seconds, np.ones(len(channels)))[port][:, DELAY:]
+    pulse = pulses(fit, target, [port], seconds, np.ones(len(channels)))[port]
     t, fine = np.arange(n) * dt, np.arange(8 * n) * dt / 8
     table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
     force = np.sin(2 * np.pi * hertz * fine)
@@ -43,11 +43,9 @@ def test_a_sum_of_pulses_answers_as_the_vehicle_does_to_the_force_itself(hertz: 
     vehicles = fit.model.vehicles((), [core.Placement("measured_force", *port, len(row))])
     batch = fit.model.batch(fit.model.row[None], np.array([row]), np.ones((1, 1)))
     exact = vehicles.simulate(batch, table, dt, target.steps, channels)[0][0] / 100.0
-    summed = np.stack([np.convolve(h, force[::8])[:n] for h in pulse])
+    summed = np.stack([np.convolve(h, force[::8])[DELAY : DELAY + n] for h in pulse])
     rest = np.linalg.norm((summed - exact)[:, n // 2 :], axis=1) / np.linalg.norm(exact[:, n // 2 :], axis=1)
-    # between samples the force is linear: sinc^2(f dt) of it passes, 0.988 at 12 Hz and 200 samples a second
-    print(hertz, rest)
-    assert np.all(rest < 0.02)
+    assert np.all(rest < 0.015)
 
 
 def test_a_slanting_arm_is_seen_where_it_is_and_explains_most():
