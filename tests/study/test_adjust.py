@@ -32,6 +32,15 @@ def adjuster_of(fit) -> Adjuster:
     return Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=1)
 
 
+def test_every_run_of_a_campaign_draws_noise_of_its_own():
+    m, declared = made().measurement, made().declared
+    assert [s.run for s in m.stretches] == [0, 1]
+    first = m.adjust[0]
+    own, other = (weights(declared, m, s) for s in (first, replace(first, run=1)))
+    assert np.all(own != other)
+    np.testing.assert_allclose(own, other, rtol=0.2)
+
+
 def test_the_adjusted_vehicle_leaves_what_noise_leaves():
     one, fit = made(), fitted()
     error = judge(fit.model, one.measurement, one.measurement.validate).nrmse

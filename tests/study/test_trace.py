@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from railui.study.candidates import Candidate, bundles, candidates
+from railui.study.confirm import chosen
 from railui.study.loop import adjusted
-from railui.study.trace import Sighting, family_wise, signed, trace
+from railui.study.terms import OBVIOUS, STRUCTURED, structured
+from railui.study.trace import Sighting, Trace, family_wise, signed, trace
 from tests.blind.made import fitted, made
 from tests.truth.campaign import noisy
 from tests.truth.effects import effect, sense
@@ -203,3 +205,22 @@ def test_noise_of_candidates_that_speak_in_few_blocks_is_not_cried_for(loud: int
         p.append(family_wise(seen, seed)[0])
     for level in (0.01, 0.05, 0.2):
         assert np.mean(np.array(p) <= level) < level + 4.0 * np.sqrt(level * (1.0 - level) / len(p))
+
+
+def test_the_kin_of_the_best_at_its_place_is_fitted_however_far_down_it_is():
+    others = [c for c in library() if c.at == "secondary_lateral" and c.kind not in ("hysteresis", "dry_friction")]
+    kinds = ("hysteresis", "dry_friction")
+    best, kin = (next(c for c in library() if (c.kind, c.at, c.wheelset) == (k, "primary_yaw", 2)) for k in kinds)
+    far = next(c for c in library() if (c.kind, c.at) == ("dry_friction", "secondary_yaw"))
+    rho = {best: 0.7} | dict.fromkeys(others, 0.4) | {kin: 0.1, far: 0.1}
+    seen = tuple(Sighting(c, 0, r, r, np.full(36, r), 1.0) for c, r in rho.items())
+    fitted = {s.candidate for s in chosen(Trace(seen, seen, 1e-3, 4.0, 1.0))}
+    assert kin in fitted and far not in fitted
+
+
+def test_a_rest_of_which_a_candidate_explains_a_fifth_needs_no_test():
+    def of(rho2: float, p: float) -> Trace:
+        return Trace((), (replace(made_up(np.random.default_rng(6), TWO_SIDED)[0], rho=np.sqrt(rho2)),), p, 4.0, 1.0)
+
+    assert structured(of(1.01 * OBVIOUS, 0.5)) and not structured(of(0.99 * OBVIOUS, 0.5))
+    assert structured(of(1.01 * STRUCTURED, 0.005)) and not structured(of(0.99 * STRUCTURED, 0.005))
