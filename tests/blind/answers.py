@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from railui import core
 from railui.files.campaign import load_campaign
 from railui.files.design import PlacedEffect
 from railui.study.adjust import adjust
-from railui.study.judge import judge
+from railui.study.judge import Judgement, judge
 from railui.study.loop import Found, close_loop, lookalikes
 from railui.study.measured import Measurement, read
 from railui.study.model import Model
@@ -20,6 +21,7 @@ from railui.study.target import targets
 from railui.study.windows import held
 from tests.blind.plants import Plant, alike
 from tests.truth.campaign import Campaign
+from tests.truth.effects import Effect
 from tests.truth.files import paths
 
 NAN = float("nan")
@@ -123,21 +125,28 @@ def judged(plant: Plant, found: Found) -> Line:
 
 def oracle(plant: Plant, truth: Campaign, measurement: Measurement) -> float:
     """The error of the true structure, adjusted from the true numbers: what no tracer can do better than."""
+    try:
+        return adjusted_truly(truth.effects["a"][: len(plant.effects)], truth, measurement).nrmse
+    except ValueError:
+        return NAN
+
+
+def adjusted_truly(effects: Sequence[Effect], truth: Campaign, measurement: Measurement) -> Judgement:
+    """The judgement of a vehicle with some of the true effects, as they were on the adjusting run, with its phases.
+
+    Adjusted from the true numbers. Raises ValueError where it cannot be.
+    """
     free = measurement.campaign.adjust
     declared = Model(measurement.campaign.design, measurement.campaign.sensors)
     true = paths(truth.vehicle)
     model = declared.with_row(list(free), np.array([true[p] for p in free]))
-    for e in truth.effects["a"][: len(plant.effects)]:  # as they were on the adjusting run, with its phases
+    for e in effects:
         model = model.with_effect(PlacedEffect(e.kind, e.at, e.wheelset, dict(e.parameters)))
-    try:
-        ready = targets(model, measurement, measurement.adjust)
-        fit = adjust(
-            model, measurement, [*free, *model.effect_paths()], declared, ready=ready, stable=not held(model),
-            tolerance=1e-5, jobs=1,
-        )  # fmt: skip
-        return judge(fit.model, measurement, measurement.validate).nrmse
-    except ValueError:
-        return NAN
+    fit = adjust(
+        model, measurement, [*free, *model.effect_paths()], declared,
+        ready=targets(model, measurement, measurement.adjust), stable=not held(model), tolerance=1e-5, jobs=1,
+    )  # fmt: skip
+    return judge(fit.model, measurement, measurement.validate)
 
 
 def _covered(line: Line, plant: Plant, truth: Campaign, found: Found) -> Line:

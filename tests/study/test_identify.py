@@ -86,7 +86,7 @@ def test_what_lies_on_the_last_edge_belongs_to_the_last_stretch():
     s = block_distances(fit)
     length = (s.max() - s.min()) / 2  # the last block stands on an edge
     louder = fit.normal.gram.copy()
-    louder[-1, :, 0, 1:] += louder[-1, :, 1:, 1:].sum(axis=1)
+    louder[-1, :, 1:, 0] += louder[-1, :, 1:, 1:].sum(axis=-1)
     plain, other = (
         per_stretch(replace(fit, normal=replace(fit.normal, gram=g)), length) for g in (fit.normal.gram, louder)
     )
