@@ -16,24 +16,14 @@ ENDING = ("GPL-2", "GPL-3", "AGPL", "GNU General Public")  # what a wheel under 
 
 
 def crates() -> list[dict[str, str]]:
-    """The crates that are compiled into the kernel, not those of its tests."""
-    command = ["cargo", "metadata", "--format-version", "1", "--locked"]
-    told = json.loads(subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout)
-    by_id = {p["id"]: p for p in told["packages"]}
-    nodes = {n["id"]: n for n in told["resolve"]["nodes"]}
-    reached, waiting = set(), [p["id"] for p in told["packages"] if p["name"] == "railui_python"]
-    while waiting:
-        here = waiting.pop()
-        for dep in nodes[here]["deps"]:
-            normal = any(kind["kind"] is None for kind in dep["dep_kinds"])
-            if normal and dep["pkg"] not in reached:
-                reached.add(dep["pkg"])
-                waiting.append(dep["pkg"])
-    found = [by_id[i] for i in reached if by_id[i]["source"]]
-    return sorted(
-        ({"name": p["name"], "version": p["version"], "licence": p["license"] or ""} for p in found),
-        key=lambda p: p["name"],
-    )
+    """The crates that are compiled into the kernel, not those of its tests, of its macros or of other machines."""
+    wanted = ["--package", "railui_python", "--edges", "normal,no-proc-macro", "--target", "x86_64-unknown-linux-gnu"]
+    command = ["cargo", "tree", "--locked", *wanted, "--prefix", "none", "--format", "{p}\t{l}"]
+    told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    rows = {tuple(line.removesuffix(" (*)").split("\t")) for line in told.splitlines()}
+    # what lies in this checkout tells where
+    found = [(*package.split()[:2], licence) for package, licence in rows if "(/" not in package]
+    return [{"name": n, "version": v.removeprefix("v"), "licence": licence} for n, v, licence in sorted(found)]
 
 
 def component(package: dict[str, str], kind: str) -> dict[str, Any]:
