@@ -227,7 +227,7 @@ pub fn score(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>, canc
                 let n = all.len() / many.count;
                 cascade(&(some.from..some.from + some.live).map(|i| &all[i * n..(i + 1) * n]).collect::<Vec<_>>())
             };
-            let cascades = weighing.cascades.iter().map(lanes).collect();
+            let cascades = weighing.cascades.iter().map(lanes).collect::<Result<_>>()?;
             let mut sums = Sums::new(samples, clearance, [wheelsets, points], cascades, weighing.block);
             let lost = run(&group, course, &many.initial(some), some.live, Watch::Sums(&mut sums), cancel)?;
             Ok::<_, Error>((sums, lost, some.live))

@@ -1,10 +1,14 @@
 //! Weights and sums that stream with the steps: what a riding quality is made of.
+use crate::error::{Error, Result};
 use crate::lanes::{LANES, Lanes, Part};
 use crate::reading::Signal;
 use crate::vehicle::{Group, STATES};
 
-/// A cascade of second-order sections [b0, b1, b2, a1, a2] per lane.
-pub type Cascade = Vec<[Lanes; 5]>;
+/// A cascade of second-order sections [b1, b2, a1, a2] with b0 = 1, and the gain that was taken out of them.
+pub struct Cascade {
+    gain: Lanes,
+    sections: Vec<[Lanes; 4]>,
+}
 
 /// Sums of the displacements and of the weighted accelerations: the first readings are e_1, e_2, ..., the others
 /// accelerations, each behind every cascade.
@@ -17,7 +21,7 @@ pub struct Sums {
     block: usize,
     /// Per wheelset: sum, sum of squares, samples with abs(e) at the clearance or beyond.
     pub e: Vec<[Lanes; 3]>,
-    /// Per acceleration, per cascade: sum of squares.
+    /// Per acceleration, per cascade: sum of squares, but for the gain.
     pub squares: Vec<Lanes>,
     /// Per acceleration, per block: mean square of cascade 0.
     pub blocks: Vec<Lanes>,
@@ -58,7 +62,8 @@ impl Sums {
 
     /// Per acceleration, per cascade.
     pub fn rms(&self, i: usize, lane: usize) -> f64 {
-        (self.squares[i].0[lane] / self.samples as f64).sqrt()
+        let gain = self.cascades[i % self.cascades.len()].gain.0[lane].abs();
+        gain * (self.squares[i].0[lane] / self.samples as f64).sqrt()
     }
 }
 
@@ -70,6 +75,8 @@ pub struct Growing<'a, P> {
     points: Vec<(Signal<'a, P>, P)>,
     cascades: Vec<Weighting<P>>,
     block: usize,
+    /// The square of the gain of cascade 0 over the samples of a block.
+    share: P,
     /// Samples until the block is full.
     left: usize,
     /// Block after block, per acceleration the mean square of cascade 0; their sums of squares where the block began.
@@ -83,9 +90,9 @@ struct Weighting<P> {
     behind: Vec<(Vec<[P; 2]>, P)>,
 }
 
-/// A second-order section.
+/// A second-order section with b0 = 1.
 struct Section<P> {
-    b: [P; 3],
+    b: [P; 2],
     a: [P; 2],
 }
 
@@ -94,9 +101,9 @@ impl<P: Part> Section<P> {
     #[inline(always)]
     fn pass(&self, memory: &mut [P; 2], w: P) -> P {
         let Section { b, a } = self;
-        let y = b[0].mul_add(w, memory[0]);
-        memory[0] = a[0].neg_mul_add(y, b[1].mul_add(w, memory[1]));
-        memory[1] = a[1].neg_mul_add(y, b[2] * w);
+        let y = w + memory[0];
+        memory[0] = a[0].neg_mul_add(y, b[0].mul_add(w, memory[1]));
+        memory[1] = a[1].neg_mul_add(y, b[1] * w);
         y
     }
 }
@@ -107,14 +114,15 @@ impl<'a, P: Part> Growing<'a, P> {
     pub fn new(sums: &Sums, group: &'a Group, at: usize) -> Self {
         let mut signals: Vec<_> = group.readings.iter().map(|reading| reading.part::<P>(at)).collect();
         let points = signals.split_off(sums.wheelsets);
-        let section = |[b0, b1, b2, a1, a2]: &[Lanes; 5]| {
+        let section = |[b1, b2, a1, a2]: &[Lanes; 4]| {
             let part = |a| P::load(a, at);
-            Section { b: [part(b0), part(b1), part(b2)], a: [part(a1), part(a2)] }
+            Section { b: [part(b1), part(b2)], a: [part(a1), part(a2)] }
         };
-        let weighting = |cascade: &Cascade| Weighting {
-            sections: cascade.iter().map(section).collect(),
-            behind: vec![(vec![[P::zero(); 2]; cascade.len()], P::zero()); points.len()],
+        let weighting = |Cascade { sections, .. }: &Cascade| Weighting {
+            sections: sections.iter().map(section).collect(),
+            behind: vec![(vec![[P::zero(); 2]; sections.len()], P::zero()); points.len()],
         };
+        let gain = sums.cascades.first().map_or(P::zero(), |cascade| P::load(&cascade.gain, at));
         Growing {
             clearance: P::load(&sums.clearance, at),
             displacements: signals.into_iter().map(|signal| (signal, [P::zero(); 3])).collect(),
@@ -122,6 +130,7 @@ impl<'a, P: Part> Growing<'a, P> {
             cascades: sums.cascades.iter().map(weighting).collect(),
             points: points.into_iter().map(|signal| (signal, P::zero())).collect(),
             block: sums.block,
+            share: gain * gain * P::splat(1.0 / sums.block.max(1) as f64),
             left: sums.block,
             blocks: Vec::new(),
         }
@@ -164,10 +173,9 @@ impl<'a, P: Part> Growing<'a, P> {
     #[inline(always)]
     fn close(&mut self) {
         self.left = self.block + 1;
-        let share = P::splat(1.0 / self.block as f64);
         for point in 0..self.points.len() {
             let squares = self.squares(point, 0);
-            self.blocks.push((squares - self.begun[point]) * share);
+            self.blocks.push((squares - self.begun[point]) * self.share);
             self.begun[point] = squares;
         }
     }
@@ -191,18 +199,21 @@ impl<'a, P: Part> Growing<'a, P> {
 }
 
 /// Lanes of a cascade from per-lane sections [lane][section][b0, b1, b2, a0, a1, a2] as scipy writes them.
-pub fn cascade(sections: &[&[f64]]) -> Cascade {
+pub fn cascade(sections: &[&[f64]]) -> Result<Cascade> {
     let count = sections[0].len() / 6;
     let of = |lane: usize| sections[if lane < sections.len() { lane } else { 0 }];
-    (0..count)
-        .map(|s| {
-            [0, 1, 2, 4, 5].map(|i| {
-                let mut lanes = [0.0; LANES];
-                for (l, value) in lanes.iter_mut().enumerate() {
-                    *value = of(l)[6 * s + i] / of(l)[6 * s + 3];
-                }
-                Lanes(lanes)
-            })
-        })
-        .collect()
+    let mut cascade = Cascade { gain: Lanes::splat(1.0), sections: vec![[Lanes::ZERO; 4]; count] };
+    for lane in 0..LANES {
+        for (section, to) in of(lane).chunks_exact(6).zip(&mut cascade.sections) {
+            let [b0, b1, b2, a0, a1, a2] = section.try_into().expect("six numbers");
+            if b0 == 0.0 {
+                return Err(Error::Value { what: "b0 of a section".into(), value: b0, rule: "other than zero" });
+            }
+            cascade.gain.0[lane] *= b0 / a0;
+            for (to, number) in to.iter_mut().zip([b1 / b0, b2 / b0, a1 / a0, a2 / a0]) {
+                to.0[lane] = number;
+            }
+        }
+    }
+    Ok(cascade)
 }
