@@ -11,8 +11,9 @@ pub struct ContactNumbers {
     pub wheelset: Wheelset,
     /// Mass and yaw inertia of the wheelset.
     pub mass: [f64; 2],
-    /// mu N, or [`NO_LIMIT`].
+    /// mu N, or [`NO_LIMIT`], and how much of it acts.
     pub limit: f64,
+    pub share: f64,
     /// Clearance and stiffness of the flange; stiffness 0 where there is none.
     pub clearance: f64,
     pub flange: f64,
@@ -24,7 +25,7 @@ pub const NO_LIMIT: f64 = 1e40;
 /// The contact of one wheelset of sixteen vehicles, or of a part of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact<T> {
-    pub r: T,
+    r: T,
     /// t_x = along_e e + along_turn psi'/V
     along_e: T,
     along_turn: T,
@@ -33,10 +34,13 @@ pub struct Contact<T> {
     across_turn: T,
     across_psi: T,
     across_e: T,
-    pub across_line: T,
-    pub across_roll: T,
+    across_line: T,
+    across_roll: T,
     /// t_y of the right wheel is less by this, of the left one more.
     angle: T,
+    /// Of the saturation, how much of it acts, and a third of that.
+    share: T,
+    share_third: T,
     clearance: T,
     minus_clearance: T,
     /// Accelerations: per phi_w, e (by gravitation and what springs of [`Contact::held`] add), flange deflection, unit of
@@ -51,6 +55,13 @@ pub struct Contact<T> {
     turn: T,
     turn_psi: T,
     turn_gyro: T,
+}
+
+/// The track under a wheelset: y_w, dy_w/ds, phi_w, dphi_w/ds from this column of the input table on.
+#[inline(always)]
+pub fn under<P: Part>(row: &[f64], column: usize) -> [P; 4] {
+    let track = &row[column..column + 4];
+    [P::splat(track[0]), P::splat(track[1]), P::splat(track[2]), P::splat(track[3])]
 }
 
 /// What depends on the speed: t_x per psi', t_y per y' and psi', accelerations per psi' and y'.
@@ -98,6 +109,8 @@ impl Contact<Lanes> {
             across_line: lanes(&|w, c| w.kappa_y * w.n * w.r * w.sigma / (w.b * c.limit)),
             across_roll: lanes(&|w, c| w.kappa_y * w.n * roll(w) * w.r / c.limit),
             angle: lanes(&|w, c| w.kappa_s * w.n * w.delta / (w.r * c.limit)),
+            share: lanes(&|_, c| c.share),
+            share_third: lanes(&|_, c| c.share * (1.0 / 3.0)),
             clearance: lanes(&|_, c| c.clearance),
             minus_clearance: lanes(&|_, c| -c.clearance),
             gravity: lanes(&|w, c| 2.0 * w.n / c.mass[0]),
@@ -118,6 +131,11 @@ impl Contact<Lanes> {
         self
     }
 
+    /// The acceleration per phi_w by gravitation, and by springs of [`Contact::held`] were it to stand on the line.
+    pub fn leaning(&self, lateral: &Lanes) -> Lanes {
+        Lanes::from_fn(|l| self.gravity.0[l] - lateral.0[l] * self.r.0[l])
+    }
+
     /// The lanes from `at` on, side by side in memory.
     #[inline(always)]
     pub fn part<P: Part>(&self, at: usize) -> Contact<P> {
@@ -133,6 +151,8 @@ impl Contact<Lanes> {
             across_line: g(&self.across_line),
             across_roll: g(&self.across_roll),
             angle: g(&self.angle),
+            share: g(&self.share),
+            share_third: g(&self.share_third),
             clearance: g(&self.clearance),
             minus_clearance: g(&self.minus_clearance),
             gravity: g(&self.gravity),
@@ -160,20 +180,72 @@ impl<P: Part> Contact<P> {
         }
     }
 
-    /// The creep forces of the linear law at the displacement e = `motion.y` relative to the rails, in units of the limit
-    /// (3.3), (3.5); `off` is what line and cross-level take off t_y. Without `SPIN` both wheels creep alike.
+    /// y_w + r phi_w of the track [`under`] it.
     #[inline(always)]
-    pub fn slip<const SPIN: bool>(&self, at_speed: &AtSpeed<P>, motion: &Motion<P>, off: P) -> Slip<P> {
+    pub fn line(&self, [y, _, phi, _]: &[P; 4]) -> P {
+        self.r.mul_add(*phi, *y)
+    }
+
+    /// What the slopes of the track add to t_y.
+    #[inline(always)]
+    pub fn by_slopes(&self, [_, dy, _, dphi]: &[P; 4]) -> P {
+        self.across_line.neg_mul_add(*dy, -(self.across_roll * *dphi))
+    }
+
+    /// The creep forces of the linear law at the displacement e = `motion.y` relative to the rails, in units of the limit
+    /// (3.3), (3.5); t_y with what the slopes of the track add. Without `SPIN` both wheels creep alike.
+    #[inline(always)]
+    pub fn slip<const SPIN: bool>(&self, at_speed: &AtSpeed<P>, motion: &Motion<P>, slopes: P) -> Slip<P> {
         let Motion { y: e, psi, vy, vpsi } = *motion;
         let tx = self.along_e.mul_add(e, at_speed.along * vpsi);
-        let mut ty = self.across_psi.neg_mul_add(psi, at_speed.across * vy);
         if !SPIN {
+            let ty = self.across_psi.neg_mul_add(psi, at_speed.across * vy);
             return Slip { e, tx, ty: [ty, ty] };
         }
+        let mut ty = at_speed.across.mul_add(vy, slopes);
+        ty = self.across_psi.neg_mul_add(psi, ty);
         ty = at_speed.across_turn.mul_add(vpsi, ty);
         ty = self.across_e.neg_mul_add(e, ty);
-        ty = ty - off;
         Slip { e, tx, ty: [ty - self.angle, ty + self.angle] }
+    }
+
+    /// The factors of the creep forces of both wheels, one without `LAWS`: 1 - q/3 + q^2/27 for q < 3, else 1/q, in units of
+    /// the limit; of a share of the saturation as much of what it takes off.
+    #[inline(always)]
+    pub fn factors<const LAWS: bool, const SPIN: bool>(&self, slip: &Slip<P>) -> [P; 2] {
+        let Slip { tx, ty, .. } = *slip;
+        if !LAWS {
+            return [P::splat(1.0); 2];
+        }
+        if SPIN {
+            return self.saturation(tx, ty);
+        }
+        let [f] = self.saturation(tx, [ty[0]]);
+        [f, f]
+    }
+
+    /// Of wheels of one t_x, creep forces in units of [`UNIT`] limits.
+    #[inline(always)]
+    fn saturation<const N: usize>(&self, tx: P, ty: [P; N]) -> [P; N] {
+        let (one, third) = (P::splat(1.0), P::splat(1.0 / 3.0));
+        let along = tx * tx;
+        // loops, for closures inside array functions would not be compiled for the level
+        let (mut square, mut q, mut factor) = (ty, ty, ty);
+        let mut largest = one;
+        for i in 0..N {
+            square[i] = ty[i].mul_add(ty[i], along);
+            q[i] = square[i].sqrt();
+            factor[i] = self.share.neg_mul_add(q[i], self.share_third.mul_add(square[i], one));
+            largest = if i == 0 { square[0] } else { largest.max(square[i]) };
+        }
+        // full sliding is rare: its divisions are made only where a lane slides
+        if largest.any_from(one) {
+            for i in 0..N {
+                let sliding = self.share.mul_add(third / q[i].max(third) - one, one);
+                factor[i] = square[i].if_less(one, factor[i], sliding);
+            }
+        }
+        factor
     }
 
     /// The accelerations of gravitation and flange, `a_y` being what the track's cross-level alone does, and the sums of
@@ -218,49 +290,6 @@ impl<P: Part> Contact<P> {
         }
         [self.creep.neg_mul_add(sum, a_y), self.turn.neg_mul_add(pulls, a_psi)]
     }
-}
-
-impl<P: Part> Slip<P> {
-    #[inline(always)]
-    pub fn none() -> Self {
-        Slip { e: P::zero(), tx: P::zero(), ty: [P::zero(); 2] }
-    }
-
-    /// The factors of the creep forces of both wheels; one without `LAWS`.
-    #[inline(always)]
-    pub fn factors<const LAWS: bool, const SPIN: bool>(&self) -> [P; 2] {
-        if !LAWS {
-            return [P::splat(1.0); 2];
-        }
-        if SPIN {
-            return saturation(self.tx, self.ty);
-        }
-        let [f] = saturation(self.tx, [self.ty[0]]);
-        [f, f]
-    }
-}
-
-/// Factors of wheels of one t_x for creep forces in units of [`UNIT`] limits: 1 - q/3 + q^2/27 for q < 3, else 1/q.
-#[inline(always)]
-fn saturation<P: Part, const N: usize>(tx: P, ty: [P; N]) -> [P; N] {
-    let (one, third) = (P::splat(1.0), P::splat(1.0 / 3.0));
-    let along = tx * tx;
-    // loops, for closures inside array functions would not be compiled for the level
-    let (mut square, mut q, mut factor) = (ty, ty, ty);
-    let mut largest = one;
-    for i in 0..N {
-        square[i] = ty[i].mul_add(ty[i], along);
-        q[i] = square[i].sqrt();
-        factor[i] = third.mul_add(square[i], one) - q[i];
-        largest = if i == 0 { square[0] } else { largest.max(square[i]) };
-    }
-    // full sliding is rare: its divisions are made only where a lane slides
-    if largest.any_from(one) {
-        for i in 0..N {
-            factor[i] = square[i].if_less(one, factor[i], third / q[i].max(third));
-        }
-    }
-    factor
 }
 
 /// So sliding begins at one.

@@ -3,10 +3,10 @@
 //! The same forces as those of the general path in another order, made ready for one part of the lanes: every factor
 //! side by side with the next, divided by its mass; the springs that hold a wheelset itself joined with its gravitation;
 //! what the track alone does is summed once per row of the input table.
-use crate::contact::{AtSpeed, Contact};
+use crate::contact::{AtSpeed, Contact, under};
 use crate::effects::{Law, PlacedLaw};
 use crate::lanes::{LANES, Lanes, Part};
-use crate::rows::{Packed, Place, Row, State, Table};
+use crate::packed::{Packed, Place, Row, State, Table};
 use crate::vehicle::{Group, STATES};
 use crate::wheelset::Motion;
 
@@ -14,9 +14,8 @@ use crate::wheelset::Motion;
 pub struct FusedVehicle<'a, P> {
     group: &'a Group,
     at: usize,
-    /// Accelerations by the input table of every degree of freedom, but for what a wheelset's own track does to its y.
+    /// Accelerations by the input table.
     track: Packed<P>,
-    table: Table,
     /// Accelerations by the state: of the wheelsets; of all else, and where none stands in dx, deflections of the stops.
     wheel_rows: Packed<P>,
     rows: Packed<P>,
@@ -38,37 +37,11 @@ struct Wheels<P> {
     contact: usize,
     /// Its acceleration per y' by dampers.
     damping: P,
-    /// First of the columns y_w, dy_w/ds, phi_w, dphi_w/ds, and its acceleration by each, the speed times the slopes.
+    /// First of the columns of its track.
     column: usize,
-    by_track: [P; 4],
-    /// At the row of the table where `laid` is: y_w + r phi_w, what is taken off t_y, the acceleration by the track.
+    /// At the row of the table where `laid` is: y_w + r phi_w, and what the slopes of the track add to t_y.
     line: P,
-    off: P,
-    push: P,
-}
-
-impl<P: Part> Wheels<P> {
-    /// At these places; its own damping, and what the track does to its y, leave `row` and `track`, those of its y.
-    /// `pull`: what its springs take off its acceleration per y.
-    #[inline(always)]
-    fn new(
-        places: [usize; 4],
-        column: usize,
-        which: usize,
-        (contact, pull): (&Contact<P>, P),
-        row: &mut Vec<(usize, Lanes)>,
-        track: &mut Vec<(usize, Lanes)>,
-        at: usize,
-    ) -> Self {
-        let own = [column, Table::moved(column + 1), column + 2, Table::moved(column + 3)];
-        let [y_w, dy_w, phi_w, dphi_w] = own.map(|place| P::load(&taken(track, place), at));
-        // gravitation, and the springs were it to stand on the line
-        let by_track = [y_w - pull, dy_w, phi_w + pull.neg_mul_add(contact.r, contact.gravity), dphi_w];
-        let damping = P::load(&taken(row, places[2]), at);
-        let none = P::zero();
-        let places = places.map(Place::new);
-        Wheels { places, contact: which, damping, column, by_track, line: none, off: none, push: none }
-    }
+    slopes: P,
 }
 
 /// A law at its port: its row, and the same over the masses.
@@ -109,11 +82,17 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         }
         let (mut wheelsets, mut parts) = (Vec::new(), Vec::new());
         for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&held).enumerate() {
+            let (y, psi, column) = (wheelset.y, wheelset.psi, wheelset.column);
+            // gravitation, and its springs were it to stand on the line
+            add(&mut track[y], column, &minus(lateral));
+            add(&mut track[y], column + 2, &contact.leaning(lateral));
+            let damping = P::load(&taken(&mut rows[y], n + y), at);
             let which = held.iter().position(|(other, _)| other == contact).unwrap_or(i);
-            let (part, places) = (contact.part(at), [wheelset.y, wheelset.psi, n + wheelset.y, n + wheelset.psi]);
-            let (row, track) = (&mut rows[wheelset.y], &mut track[wheelset.y]);
-            wheelsets.push(Wheels::new(places, wheelset.column, which, (&part, P::load(lateral, at)), row, track, at));
-            let at_speed = part.at_speed(P::zero(), P::zero());
+            let places = [y, psi, n + y, n + psi].map(Place::new);
+            let none = P::zero();
+            wheelsets.push(Wheels { places, contact: which, damping, column, line: none, slopes: none });
+            let part = contact.part(at);
+            let at_speed = part.at_speed(none, none);
             parts.push((part, at_speed));
         }
         let laid = track.iter().enumerate().filter(|(_, row)| !row.is_empty());
@@ -125,8 +104,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         FusedVehicle {
             group,
             at,
-            table: Table::default(),
-            track: Packed::new::<Table>(&track),
+            track: Packed::new::<Table<'_>>(&track),
             wheel_rows: Packed::new::<State<'_, P>>(&wheel_rows),
             rows: Packed::new::<State<'_, P>>(&rows),
             wheelsets,
@@ -161,26 +139,26 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
 
     #[inline(always)]
     fn lay(&mut self, index: usize, row: &[f64]) {
+        if row[1] != self.speed {
+            self.pace(row[1]);
+        }
         self.laid_at = index;
-        self.table.read(row);
-        self.track.sums(&self.table, None, &mut self.laid);
+        self.track.sums(&Table(row), None, &mut self.laid);
         for wheels in &mut self.wheelsets {
             let (contact, _) = &self.contacts[wheels.contact];
-            let track = &row[wheels.column..wheels.column + 4];
-            let (y, dy, phi, dphi) = (P::splat(track[0]), P::splat(track[1]), P::splat(track[2]), P::splat(track[3]));
-            let (moved, rolled) = (P::splat(row[1] * track[1]), P::splat(row[1] * track[3]));
-            let [by_y, by_dy, by_phi, by_dphi] = wheels.by_track;
-            wheels.line = contact.r.mul_add(phi, y);
-            wheels.off = contact.across_line.mul_add(dy, contact.across_roll * dphi);
-            wheels.push = by_phi.mul_add(phi, by_y * y) + by_dphi.mul_add(rolled, by_dy * moved);
+            let track = under(row, wheels.column);
+            (wheels.line, wheels.slopes) = (contact.line(&track), contact.by_slopes(&track));
         }
-        if row[1] != self.speed {
-            self.speed = row[1];
-            let v = P::splat(row[1]) * P::load(&self.group.speed_scale, self.at);
-            let per_v = P::splat(1.0 / row[1]) * P::load(&self.group.inv_speed_scale, self.at);
-            for (contact, at_speed) in &mut self.contacts {
-                *at_speed = contact.at_speed(v, per_v);
-            }
+    }
+
+    #[inline(always)]
+    fn pace(&mut self, speed: f64) {
+        self.speed = speed;
+        self.track.pace(speed);
+        let v = P::splat(speed) * P::load(&self.group.speed_scale, self.at);
+        let per_v = P::splat(1.0 / speed) * P::load(&self.group.inv_speed_scale, self.at);
+        for (contact, at_speed) in &mut self.contacts {
+            *at_speed = contact.at_speed(v, per_v);
         }
     }
 
@@ -191,17 +169,8 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             self.lay(index, row);
         }
         self.wheel_rows.sums(&State(x), Some(&self.laid), dx);
-        for Wheels { places, contact, damping, line, off, push, .. } in &self.wheelsets {
-            let (contact, at_speed) = &self.contacts[*contact];
-            let [y, psi, vy, vpsi] = [places[0].of(x), places[1].of(x), places[2].of(x), places[3].of(x)];
-            let slip = contact.slip::<true>(at_speed, &Motion { y: y - *line, psi, vy, vpsi }, *off);
-            let factors = slip.factors::<LAWS, true>();
-            let [_, _, to_y, to_psi] = places;
-            let a_y = damping.mul_add(vy, to_y.of(dx) + *push);
-            let touch = contact.touch::<LAWS, true>(&slip, factors, psi, a_y, to_psi.of(dx));
-            let [a_y, a_psi] = contact.creep::<true>(at_speed, touch, vy, vpsi);
-            to_y.put(dx, a_y);
-            to_psi.put(dx, a_psi);
+        for wheels in &self.wheelsets {
+            self.touch::<LAWS>(wheels, x, dx);
         }
         // a contact is a long chain: these rows fill the time that its square roots take
         self.rows.sums(&State(x), Some(&self.laid), dx);
@@ -214,6 +183,21 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         for port in &self.ports {
             self.act(port, row, x, dx);
         }
+    }
+
+    /// What a wheelset does on the rails joins its suspension.
+    #[inline(always)]
+    fn touch<const LAWS: bool>(&self, wheels: &Wheels<P>, x: &[P; STATES], dx: &mut [P; STATES]) {
+        let Wheels { places: [y, psi, vy, vpsi], contact, damping, line, slopes, .. } = wheels;
+        let (contact, at_speed) = &self.contacts[*contact];
+        let motion = Motion { y: y.of(x) - *line, psi: psi.of(x), vy: vy.of(x), vpsi: vpsi.of(x) };
+        let slip = contact.slip::<true>(at_speed, &motion, *slopes);
+        let factors = contact.factors::<LAWS, true>(&slip);
+        let a_y = damping.mul_add(motion.vy, vy.of(dx));
+        let touch = contact.touch::<LAWS, true>(&slip, factors, motion.psi, a_y, vpsi.of(dx));
+        let [a_y, a_psi] = contact.creep::<true>(at_speed, touch, motion.vy, motion.vpsi);
+        vy.put(dx, a_y);
+        vpsi.put(dx, a_psi);
     }
 
     #[cold]
@@ -274,6 +258,12 @@ fn packed<P: Part>(ends: [usize; 2], row: &[(usize, Lanes)], at: usize) -> Row<P
 /// The factor of a row at a place, which leaves the row.
 fn taken(row: &mut Vec<(usize, Lanes)>, place: usize) -> Lanes {
     row.iter().position(|(i, _)| *i == place).map_or(Lanes::ZERO, |k| row.remove(k).1)
+}
+
+/// More of a factor at a place of a row.
+fn add(row: &mut Vec<(usize, Lanes)>, place: usize, more: &Lanes) {
+    let old = taken(row, place);
+    row.push((place, Lanes::from_fn(|l| old.0[l] + more.0[l])));
 }
 
 fn minus(a: &Lanes) -> Lanes {

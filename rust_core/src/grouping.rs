@@ -197,13 +197,11 @@ impl Sixteen<'_> {
         }
     }
 
-    /// The numbers of every contact, lane by lane, where at most one saturation, whole or absent, and one flange act at it.
+    /// The numbers of every contact, lane by lane, where at most one saturation and one flange act at it.
     fn plain_contacts(&self, group: &Group) -> Option<Vec<Vec<ContactNumbers>>> {
         let alone = |laws: &[PlacedLaw], law: Law| laws.is_empty() || (laws.len() == 1 && laws[0].law == law);
         let fits = |w: &WheelsetLanes| {
-            let whole = w.creeps.iter().all(|c| c.alpha.0.iter().all(|a| *a == 0.0 || *a == 1.0));
             alone(&w.creeps, Law::CreepSaturation)
-                && whole
                 && alone(&w.laws, Law::FlangeContact)
                 && w.rolls.is_empty()
                 && w.shape.is_none()
@@ -216,10 +214,10 @@ impl Sixteen<'_> {
             let (wheelset, lanes) = (self.vehicles[l].wheelsets[i], &group.wheelsets[i]);
             // as the laws prepare them: clearance and stiffness, 1/(mu N)^2
             let flange = lanes.laws.first().map_or([1.0, 0.0], |f| [f.lanes[0].0[l], f.alpha.0[l] * f.lanes[1].0[l]]);
-            let creep = lanes.creeps.first().filter(|c| c.alpha.0[l] == 1.0);
-            let limit = creep.map_or(NO_LIMIT, |c| c.lanes[0].0[l].sqrt().recip());
+            let creep = lanes.creeps.first().filter(|c| c.alpha.0[l] != 0.0);
+            let [limit, share] = creep.map_or([NO_LIMIT, 1.0], |c| [c.lanes[0].0[l].sqrt().recip(), c.alpha.0[l]]);
             let mass = [wheelset.y, wheelset.psi].map(|dof| self.vehicles[l].mass[dof]);
-            ContactNumbers { wheelset, mass, limit, clearance: flange[0], flange: flange[1] }
+            ContactNumbers { wheelset, mass, limit, share, clearance: flange[0], flange: flange[1] }
         };
         Some((0..group.wheelsets.len()).map(|i| (0..LANES).map(|l| contact(i, l)).collect()).collect())
     }

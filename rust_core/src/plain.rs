@@ -1,9 +1,9 @@
 //! The plain bogie fused: suspension and both contacts in one rate, (3.1)-(3.10) of Broersen (1976).
-use crate::contact::{AtSpeed, Contact, ContactNumbers};
+use crate::contact::{AtSpeed, Contact, ContactNumbers, under};
 use crate::lanes::{Lanes, Part};
 use crate::wheelset::Motion;
 
-/// Sixteen bogies, or a part of them, whose effects are saturation and flange contact, whole or absent.
+/// Sixteen bogies, or a part of them, whose effects are saturation and flange contact.
 #[derive(Clone, Debug)]
 pub struct PlainBogie<T> {
     /// Does a creep force saturate or a flange touch anywhere?
@@ -38,8 +38,8 @@ pub struct BogieAtSpeed<P> {
 struct Laid<P> {
     /// y_w + r phi_w
     line: P,
-    /// What is taken off t_y.
-    taken: P,
+    /// What its slopes add to t_y.
+    slopes: P,
     /// The acceleration by gravitation, and by the springs were it to stand on the line.
     push: P,
 }
@@ -106,7 +106,7 @@ impl<P: Part> PlainBogie<P> {
         let v = P::splat(speed) * self.speed_scale;
         let per_v = P::splat(1.0 / speed) * self.inv_speed_scale;
         let [leading, trailing] = &self.contacts;
-        let laid = [Laid { line: P::zero(), taken: P::zero(), push: P::zero() }; 2];
+        let laid = [Laid { line: P::zero(), slopes: P::zero(), push: P::zero() }; 2];
         BogieAtSpeed {
             speed,
             contacts: [leading.at_speed(v, per_v), trailing.at_speed(v, per_v)],
@@ -123,16 +123,13 @@ impl<P: Part> PlainBogie<P> {
         }
         at.laid_at = index;
         for i in 0..2 {
-            let (w, track) = (&self.contacts[i], &row[COLUMNS[i]..COLUMNS[i] + 4]);
-            let (y, dy, phi, dphi) = (P::splat(track[0]), P::splat(track[1]), P::splat(track[2]), P::splat(track[3]));
-            let (mut line, mut push, mut taken) = (y, P::zero(), P::zero());
+            let (w, track) = (&self.contacts[i], under(row, COLUMNS[i]));
+            let (mut line, mut push, mut slopes) = (track[0], P::zero(), P::zero());
             if SPIN {
-                line = w.r.mul_add(phi, line);
-                push = w.gravity * phi;
-                taken = w.across_line.mul_add(dy, w.across_roll * dphi);
+                (line, push, slopes) = (w.line(&track), w.gravity * track[2], w.by_slopes(&track));
             }
             push = self.pull.neg_mul_add(line, push);
-            at.laid[i] = Laid { line, taken, push };
+            at.laid[i] = Laid { line, slopes, push };
         }
     }
 
@@ -156,10 +153,10 @@ impl<P: Part> PlainBogie<P> {
         let [laid_1, laid_2] = &at.laid;
         let m_1 = Motion { y: x[2] - laid_1.line, psi: x[3], vy: x[8], vpsi: x[9] };
         let m_2 = Motion { y: x[4] - laid_2.line, psi: x[5], vy: x[10], vpsi: x[11] };
-        let slip_1 = leading.slip::<SPIN>(by_1, &m_1, laid_1.taken);
-        let slip_2 = trailing.slip::<SPIN>(by_2, &m_2, laid_2.taken);
-        let factors_1 = slip_1.factors::<LAWS, SPIN>();
-        let factors_2 = slip_2.factors::<LAWS, SPIN>();
+        let slip_1 = leading.slip::<SPIN>(by_1, &m_1, laid_1.slopes);
+        let slip_2 = trailing.slip::<SPIN>(by_2, &m_2, laid_2.slopes);
+        let factors_1 = leading.factors::<LAWS, SPIN>(&slip_1);
+        let factors_2 = trailing.factors::<LAWS, SPIN>(&slip_2);
 
         let [c_y, k_y, c_psi, k_psi] = &self.secondary;
         dx[6] = k_y.neg_mul_add(x[6], c_y.neg_mul_add(x[0], self.frame_pull * (x[2] + x[4])));

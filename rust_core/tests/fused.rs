@@ -37,13 +37,19 @@ fn bogie(lane: usize, reduced: bool) -> Vec<f64> {
     p.iter().enumerate().map(|(i, x)| x * (1.0 + 0.1 * ((lane * 31 + i * 17) as f64).sin())).collect()
 }
 
+/// How much of every effect acts, lane by lane: the whole, or none to the whole where lanes differ.
+fn amounts(effects: usize, scale: f64) -> Vec<Vec<f64>> {
+    let amount = |lane: usize| if scale == 0.0 { 1.0 } else { lane as f64 / (LANES - 1) as f64 };
+    (0..LANES).map(|lane| vec![amount(lane); effects]).collect()
+}
+
 /// Largest difference of each channel over its largest value, fused against general.
 fn differences(placed: Vec<Placed>, effects: &[f64], varying: f64, scale: f64, reduced: bool) -> Vec<f64> {
+    let amounts = amounts(placed.len(), scale);
     let structure = Structure { kind: "bogie".into(), measured: Vec::new(), placed, layout: None };
     let numbers: Vec<_> = (0..LANES).map(|lane| bogie(lane, reduced)).collect();
-    let amounts = vec![1.0; structure.placed.len()];
     let singles: Vec<_> = (0..LANES)
-        .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts, speed_scale: 1.0 - scale * l as f64 })
+        .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts[l], speed_scale: 1.0 - scale * l as f64 })
         .collect();
     let channels = ["e1", "psi2", "ay1", "ayf", "rf"].map(String::from);
     let fused = structure.group(&singles, &channels).expect("a group");
@@ -94,7 +100,7 @@ fn the_fused_bogie_is_the_general_one_lane_by_lane() {
         some.push(at("secondary_yaw", Law::Hysteresis, 2));
         some
     };
-    let cases: [Case; 8] = [
+    let cases: [Case; 9] = [
         ("friction in a linear bogie", vec![at("secondary_lateral", Law::DryFriction, 2)], &[3e3, 5e-3], 5.0, 0.0),
         ("play and hysteresis", suspended(), &[0.2, 3e-3, 14.6e6, 3e-4, 2e6, 1e3], 5.0, 0.01),
         ("linear", vec![], &[], 0.0, 0.0),
@@ -102,7 +108,8 @@ fn the_fused_bogie_is_the_general_one_lane_by_lane() {
         ("full sliding", both(), &[0.04, 5e-3, 14.6e6], 0.0, 0.0),
         ("one wheelset each", vec![placed(creep, 1, 1), placed(flange, 2, 2)], &[0.2, 3e-3, 14.6e6], 0.0, 0.0),
         ("varying speed", both(), &[0.2, 3e-3, 14.6e6], 10.0, 0.0),
-        ("lanes of their own speed", both(), &[0.2, 3e-3, 14.6e6], 5.0, 0.01),
+        ("lanes that slide by a share", both(), &[0.04, 5e-3, 14.6e6], 5.0, 0.01),
+        ("lanes of their own speed and share", both(), &[0.2, 3e-3, 14.6e6], 5.0, 0.01),
     ];
     for (name, placed, effects, varying, scale) in cases {
         for reduced in [false, true] {
@@ -177,9 +184,9 @@ fn the_fused_vehicle_of_bodies_is_the_general_one_lane_by_lane() {
     for (some, effects) in [plain, (both.clone(), &[0.35, 3e-3, 14.6e6]), (both, &[0.04, 5e-3, 14.6e6])] {
         let structure =
             Structure { kind: "built".into(), measured: vec![], placed: some, layout: Some(layout.clone()) };
-        let amounts = vec![1.0; structure.placed.len()];
+        let amounts = amounts(structure.placed.len(), 0.01);
         let singles: Vec<_> = (0..LANES)
-            .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts, speed_scale: 1.0 - 0.01 * l as f64 })
+            .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts[l], speed_scale: 1.0 - 0.01 * l as f64 })
             .collect();
         let channels = ["e1", "e2", "psi2", "ay1", "ayf", "y.body_0", "phi.frame_0"].map(String::from);
         let fused = structure.group(&singles, &channels).expect("a group");
