@@ -1,4 +1,4 @@
-"""A coach has the same digits alone, in every lane, on any number of threads, beside coaches with more in them."""
+"""A vehicle has the same digits alone, in every lane, on any number of threads, beside those with more in them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from railui.study.bench import coach
+from railui.core import Batch
+from railui.study.bench import bogie, coach
+from railui.study.model import Model, parameters_of
 from railui.study.road import Road, lay
 
 Floats = NDArray[np.float64]
@@ -77,6 +79,20 @@ def test_a_coach_has_the_same_digits_in_every_lane(jobs: int) -> None:
     rows = [rich(k) for k in range(19)]
     order = np.random.default_rng(0).permutation(len(rows))
     assert np.array_equal(series([rows[k] for k in order], jobs), series(rows)[order])
+
+
+@pytest.mark.parametrize("model", [MODEL, bogie()], ids=["coach", "bogie"])
+def test_a_share_of_the_saturation_beside_it_moves_no_digit_of_a_vehicle(model: Model) -> None:
+    own, rows = len(parameters_of(model.design)), np.tile(model.row, (3, 1))
+    shares = np.array([[1.0, 1.0], [0.5, 1.0], [0.0, 1.0]])  # of the saturation, of the flange
+
+    def found(which: list[int]) -> Floats:
+        batch = Batch.of(rows[which, :own], rows[which, own:], shares[which])
+        return model.vehicles().simulate(batch, ROAD.table(model.half_wheelbase(), 1), ROAD.dt, 1, ["e1"])[0]
+
+    together = found([0, 1, 2])
+    assert all(np.array_equal(together[k], found([k])[0]) for k in range(3))
+    assert not np.array_equal(together[0], together[1])
 
 
 def test_what_a_coach_goes_without_moves_it() -> None:
