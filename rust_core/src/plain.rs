@@ -116,6 +116,8 @@ impl<P: Part> PlainBogie<P> {
     }
 
     /// Once per row of the input table: RK4 asks twice for most.
+    // adapters of the library need not be compiled for the level: a plain loop over indices is
+    #[allow(clippy::needless_range_loop)]
     #[inline(always)]
     fn lay<const SPIN: bool>(&self, index: usize, row: &[f64], at: &mut BogieAtSpeed<P>) {
         if row[1] != at.speed {
