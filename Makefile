@@ -14,7 +14,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test rust rust-style slow check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny killed clean
+.PHONY: run test rust rust-style python-style slow check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -29,8 +29,10 @@ test:
 rust: rust-style
 	cargo test --release --workspace
 
-check: rust-style .stamp-build
+check: rust-style python-style .stamp-build
 	cargo test --release --workspace --quiet --test floors
+
+python-style: .stamp-packages
 	$(BIN)/ruff check railui tests release docs
 	$(BIN)/ruff format --check railui tests
 	$(BIN)/mypy
@@ -115,10 +117,16 @@ purpose: .stamp-build
 	$(BIN)/python -m pip install --quiet -c constraints.txt maturin setuptools
 	@touch $@
 
-.stamp-build: .stamp-venv $(SOURCES)
+# apart from the build: they are fetched while the kernel is compiled
+.stamp-packages: .stamp-venv pyproject.toml
+	@mkdir -p target && $(BIN)/python release/wanted.py dev > target/wanted.txt
+	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -r target/wanted.txt
+	@touch $@
+
+.stamp-build: .stamp-packages $(SOURCES)
 	@echo "building railui (the first time takes a few minutes)" >&2
-	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation --editable '.[dev]'
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@
 
 clean:
-	rm -rf $(VENV) target dist .stamp-venv .stamp-build
+	rm -rf $(VENV) target dist .stamp-*

@@ -30,4 +30,4 @@ def test_errors_fall_with_the_step(rows: Rows) -> None:
 
 def test_every_kind_of_law_is_among_them(rows: Rows) -> None:
     laws = {record["kind"] for record in catalogue() if record["acts"] not in ("sensor", "profile")}
-    assert laws - {row["effects"] for row in rows} == {"measured_force", "steady_force"}
+    assert laws - {row["effects"] for row in rows} == {"measured_force", "rolling_line", "steady_force"}
