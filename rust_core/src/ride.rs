@@ -204,8 +204,8 @@ pub fn cascade(sections: &[&[f64]]) -> Result<Cascade> {
     let of = |lane: usize| sections[if lane < sections.len() { lane } else { 0 }];
     let mut cascade = Cascade { gain: Lanes::splat(1.0), sections: vec![[Lanes::ZERO; 4]; count] };
     for lane in 0..LANES {
-        for (section, to) in of(lane).chunks_exact(6).zip(&mut cascade.sections) {
-            let [b0, b1, b2, a0, a1, a2] = section.try_into().expect("six numbers");
+        for (section, to) in of(lane).as_chunks::<6>().0.iter().zip(&mut cascade.sections) {
+            let [b0, b1, b2, a0, a1, a2] = *section;
             if b0 == 0.0 {
                 return Err(Error::Value { what: "b0 of a section".into(), value: b0, rule: "other than zero" });
             }
