@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from railui.files.design import Design
-from railui.files.effect_records import kernel_catalogue
+from railui.files.effect_records import is_curve, kernel_catalogue
 from railui.files.placed_effects import PlacedEffect
-
-MEASURED = ("measured_force", "profile_shape", "rolling_line")  # curves: of what was measured, not of a choice
 
 
 def choices(design: Design) -> list[tuple[str, str]]:
     """Every kind at every place where it can stand in this design: key, line to show."""
     found = []
     for record in kernel_catalogue():
-        if record["kind"] in MEASURED or record["acts"] == "sensor":
+        if is_curve(record) or record["acts"] == "sensor":  # what was measured is no choice
             continue
         for at in record["at"]:
             if (at == "rig") == (design.kind == "rig"):

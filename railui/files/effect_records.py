@@ -41,7 +41,9 @@ def is_sensor(record: Record) -> bool:
 
 def is_curve(record: Record) -> bool:
     """Is it a curve, whose parameters are lists?"""
-    return record["kind"] in ("measured_force", "profile_shape", "rolling_line")
+    from railui.core import CURVES
+
+    return record["kind"] in CURVES
 
 
 def is_even(record: Record) -> bool:

@@ -473,22 +473,15 @@ fn own(vehicle: &mut Assembly, law: Law, motion: Motion, numbers: impl Iterator<
 }
 
 fn wheelset(wheels: &Wheels, at: &Placed, column: usize, value: &dyn Fn(&Number) -> f64) -> Wheelset {
-    let [lambda, kappa_x, kappa_y, epsilon, delta, sigma] = [0, 1, 2, 3, 4, 5].map(|i| value(&wheels.contact[i]));
     Wheelset {
         y: at.y.row[0].0,
         psi: at.psi.row[0].0,
         column,
-        lambda,
-        kappa_x,
-        kappa_y,
         kappa_s: value(&wheels.spin_creep),
-        epsilon,
-        delta,
-        sigma,
         n: value(&wheels.wheel_load),
         r: value(&wheels.rolling_radius),
         b: value(&wheels.half_gauge),
         i_ya: value(&wheels.spin_inertia),
-        behind: 0.0,
+        ..Wheelset::with_contact(wheels.contact.each_ref().map(value))
     }
 }

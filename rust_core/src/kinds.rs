@@ -108,18 +108,13 @@ fn bogie(p: &[f64], measured: &[String]) -> Assembly {
             y: 2 + 2 * i,
             psi: 3 + 2 * i,
             column: 2 + 5 * i,
-            lambda: c[0],
-            kappa_x: c[1],
-            kappa_y: c[2],
-            epsilon: c[3],
-            delta: c[4],
-            sigma: c[5],
             kappa_s: p[28],
             n,
             r,
             b,
             i_ya,
             behind: 2.0 * a * i as f64,
+            ..Wheelset::with_contact(std::array::from_fn(|k| c[k]))
         });
     }
     // the linkage between the two wheelsets
@@ -179,18 +174,12 @@ fn wheelset_on_springs(p: &[f64]) -> Assembly {
         y: 0,
         psi: 1,
         column: 2,
-        lambda: c[0],
-        kappa_x: c[1],
-        kappa_y: c[2],
-        epsilon: c[3],
-        delta: c[4],
-        sigma: c[5],
         kappa_s: c[6],
         n,
         r,
         b,
         i_ya,
-        behind: 0.0,
+        ..Wheelset::with_contact(std::array::from_fn(|k| c[k]))
     });
     let e = v.channel("e1", Order::Position, &[(0, 1.0)]);
     e.inputs = vec![(2, -1.0), (4, -r)];

@@ -29,6 +29,11 @@ pub struct Wheelset {
 }
 
 impl Wheelset {
+    /// With the contact lambda, kappa_x, kappa_y, epsilon, delta, sigma; the rest is still to be told.
+    pub fn with_contact([lambda, kappa_x, kappa_y, epsilon, delta, sigma]: [f64; 6]) -> Self {
+        Wheelset { lambda, kappa_x, kappa_y, epsilon, delta, sigma, ..Wheelset::default() }
+    }
+
     /// The forces Q_y, Q_psi of (3.9) less the gyroscopic terms of (3.10), as [[K], [C]] of (y, psi): Q = -K q - C q'.
     pub fn linear(&self, speed: f64) -> ([[f64; 2]; 2], [[f64; 2]; 2]) {
         let w = self;

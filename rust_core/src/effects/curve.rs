@@ -2,11 +2,23 @@
 use super::effect::Numbers;
 use crate::lanes::Part;
 
-/// The first value, then per interval where it begins, its width and its slope.
-pub fn prepare(x: &[f64], y: &[f64]) -> Vec<f64> {
+/// Do numbers describe a curve: the count n, n places that rise, n values?
+pub fn counts(p: &[f64]) -> bool {
+    p.len() > 2 && p.len() % 2 == 1 && p.len() / 2 == p[0] as usize
+}
+
+/// The places and the values.
+pub fn points(p: &[f64]) -> (&[f64], &[f64]) {
+    p[1..].split_at(p[0] as usize)
+}
+
+/// The first value, then per interval where it begins, its width and its slope; the whole curve further on by `shift`.
+pub fn prepare(p: &[f64], shift: f64) -> Vec<f64> {
+    let (x, y) = points(p);
     let mut out = vec![y[0]];
     for i in 1..x.len() {
-        out.extend([x[i - 1], x[i] - x[i - 1], (y[i] - y[i - 1]) / (x[i] - x[i - 1])]);
+        let (begins, ends) = (x[i - 1] + shift, x[i] + shift);
+        out.extend([begins, ends - begins, (y[i] - y[i - 1]) / (ends - begins)]);
     }
     out
 }

@@ -38,18 +38,17 @@ impl Effect for MeasuredForce {
     };
 
     fn counts(p: &[f64]) -> bool {
-        p.len() > 3 && p.len() == 2 + 2 * p[1] as usize
+        p.split_first().is_some_and(|(_, curve)| curve::counts(curve))
     }
 
     // against, then the curve
     fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
-        let n = p[1] as usize;
-        [vec![p[0]], curve::prepare(&p[2..2 + n], &p[2 + n..2 + 2 * n])].concat()
+        [vec![p[0]], curve::prepare(&p[1..], 0.0)].concat()
     }
 
     fn stiffest(p: &[f64], _: &Site) -> Slopes {
-        let n = p[1] as usize;
-        let slope = (1..n).map(|i| (p[2 + n + i] - p[1 + n + i]).abs() / (p[2 + i] - p[1 + i])).fold(0.0, f64::max);
+        let (x, f) = curve::points(&p[1..]);
+        let slope = (1..x.len()).map(|i| (f[i] - f[i - 1]).abs() / (x[i] - x[i - 1])).fold(0.0, f64::max);
         match p[0] as u8 {
             0 => Slopes { stiffness: slope, ..Slopes::default() },
             1 => Slopes { damping: slope, ..Slopes::default() },

@@ -27,14 +27,12 @@ impl Effect for RollingLine {
     };
 
     fn counts(p: &[f64]) -> bool {
-        p.len() > 2 && p.len() == 1 + 2 * p[0] as usize
+        curve::counts(p)
     }
 
     // a wheelset that runs behind the first meets every place so much later
     fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
-        let n = p[0] as usize;
-        let places: Vec<_> = p[1..1 + n].iter().map(|s| s + site.behind).collect();
-        curve::prepare(&places, &p[1 + n..1 + 2 * n])
+        curve::prepare(p, site.behind)
     }
 }
 
