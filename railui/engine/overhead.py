@@ -23,8 +23,8 @@ from railui.study.comfort_point import comfort_sections
 from railui.study.evaluate import Numbers
 from railui.study.optimise import declared_values
 from railui.study.pareto import by_pymoo
-from railui.study.ride import BLOCK, SCORED
 from railui.study.search import Ranges, first_generation
+from railui.study.streamed import BLOCK, SCORED
 
 Floats = NDArray[np.float64]
 

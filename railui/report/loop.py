@@ -19,6 +19,7 @@ from railui.report.detectable import detectable
 from railui.report.identifiability import identifiability
 from railui.report.profiles import of_profiles
 from railui.study.adjust import Fit, Report, silent
+from railui.study.comfort_point import before
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
 from railui.study.gate import Finding
 from railui.study.judge import Judgement
@@ -27,7 +28,7 @@ from railui.study.measured import Stretch, cut_samples, read
 from railui.study.outside import Outside
 from railui.study.terms import ADEQUATE, UNEXPLAINED, Step, structured
 from railui.study.trace import Sighting
-from railui.study.weighting import W_D, cascade, one_mass, weighted_rms
+from railui.study.weighting import W_D, cascade, weighted_rms
 from railui.study.windows import WINDOW, files
 
 Floats = NDArray[np.float64]
@@ -279,17 +280,18 @@ def _ride_of(found: Found, stretches: list[Stretch], series: list[Floats]) -> di
     if design.kind != "bogie":
         return {}
     clearance = design.values["contact.flange_clearance"]
-    weight = cascade(one_mass(design.riding.floor_frequency, design.riding.floor_damping), W_D)
+    weight = cascade(before(design.riding), W_D)
     out: dict[str, list[float]] = {}
     for stretch, x in zip(stretches, series, strict=True):
         columns = dict(zip(stretch.channels, _trimmed(found, stretch, x), strict=True))
         for i in (1, 2):
             if f"e{i}" in columns:
                 out.setdefault(f"sd_e{i}", []).append(float(columns[f"e{i}"].std()))
-        touching = [float(np.mean(np.abs(columns[e]) >= clearance)) for e in ("e1", "e2") if e in columns]
-        if touching:
-            out.setdefault("flange_fraction", []).append(max(touching))
-        if "ayf" in columns and np.all(np.isfinite(columns["ayf"])):
+        e = [columns[c] for c in ("e1", "e2") if c in columns]
+        if e:  # of a vehicle that diverged nothing is known
+            share = np.mean(np.abs(e) >= clearance, axis=1).max() if np.all(np.isfinite(e)) else np.nan
+            out.setdefault("flange_fraction", []).append(float(share))
+        if "ayf" in columns:
             out.setdefault("weighted_acceleration", []).append(weighted_rms(columns["ayf"], stretch.dt, weight))
     keys = ("sd_e1", "sd_e2", "flange_fraction", "weighted_acceleration")
     return {k: float(np.mean(out[k])) if out.get(k) else None for k in keys}

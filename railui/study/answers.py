@@ -17,10 +17,10 @@ from railui.study.linear import eigenvalues
 from railui.study.measures import n_mv, ride_value
 from railui.study.model import Model
 from railui.study.modes import damping_ratio, linear_many
-from railui.study.ride import statistics_many
 from railui.study.road import Road
 from railui.study.score import score_many
 from railui.study.stability import SPEEDS, practical
+from railui.study.streamed import statistics_many
 
 Floats = NDArray[np.float64]
 Answer = Callable[[Case, Floats, Collection[str], int], "Answered"]

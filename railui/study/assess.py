@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal, stats
 
+from railui.study.along import series_along
 from railui.study.comfort_point import COACH, coach, comfort_sections
 from railui.study.forces import (
     QUOTIENT_LIMIT,
@@ -132,18 +133,15 @@ class _Ride:
 
     def __init__(self, model: Model, road: Road, jobs: int | None) -> None:
         self.model, self.road = model, road
-        vehicles, batch = model.vehicles(), model.single()
-        known = vehicles.channels(batch)
+        known = model.vehicles().channels(model.single())
         wheels = [c for c in known if re.fullmatch(r"e\d+", c)]
         floors = [c for c in known if c.startswith("floor.")]
-        steps = vehicles.steps(batch, road.speed, road.speed, road.dt)[0]
-        table = road.table(model.half_wheelbase(), steps)
         pressed = force_channels(model)
         channels = [*wheels, *(floors or ["ayf"]), *pressed]
-        series, lost = vehicles.simulate(batch, table, road.dt, steps, channels, jobs=jobs)
-        self.lost = int(lost[0]) if lost[0] >= 0 else len(road.track)
-        self.lost_at = road.place(self.lost) if lost[0] >= 0 else None
-        self.e, floor, y = np.split(series[0], [len(wheels), len(channels) - len(pressed)])
+        series, lost = series_along(model, road, channels, jobs=jobs)
+        self.lost = len(road.track) if lost is None else lost
+        self.lost_at = None if lost is None else road.place(lost)
+        self.e, floor, y = np.split(series, [len(wheels), len(channels) - len(pressed)])
         self.limit = force_limit(np.array([model.design.values[path] for path in load_paths(model)]))
         self.guided: Guided | None = None
         if road.track.spacing * self.lost > 2 * SLIDING:

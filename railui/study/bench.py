@@ -13,10 +13,10 @@ from railui.core import LANES, jobs_or_all, simd
 from railui.files.design import parse_design
 from railui.study.comfort_point import comfort_sections, felt
 from railui.study.model import Model
-from railui.study.ride import BLOCK, SCORED, displacements
 from railui.study.road import Laid, Road, lay
 from railui.study.score import score_many
 from railui.study.standard_coach import COACH
+from railui.study.streamed import BLOCK, SCORED, displacements
 from railui.track import Track
 
 Floats = NDArray[np.float64]

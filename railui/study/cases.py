@@ -9,8 +9,9 @@ from itertools import product
 from railui.files.study import Study
 from railui.files.study_scenarios import in_scenario
 from railui.study.measures import FEWEST_BLOCKS
-from railui.study.ride import BLOCK, model_of
+from railui.study.ride import model_of
 from railui.study.road import Laid, Road, is_track_file, lay
+from railui.study.streamed import BLOCK
 from railui.study.varied import Varied, draws
 from railui.track import parse_spec
 

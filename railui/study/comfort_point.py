@@ -17,6 +17,7 @@ from railui.study.weighting import (
     brick_wall_1974,
     cascade,
     comfort_cascades,
+    masses_before,
     one_mass,
     weighted_rms,
 )
@@ -80,14 +81,8 @@ def _sections(riding: Riding, dt: float, transfer: bool) -> dict[str, Floats]:
 
 
 def before(riding: Riding, transfer: bool = True) -> Analog:
-    """The transfer to the comfort point, from the frame, or (not `transfer`) from the floor itself.
-
-    The floor's, and the cushion's where there is one.
-    """
-    factors = [one_mass(riding.floor_frequency, riding.floor_damping)] if transfer else []
-    if riding.cushion_frequency is not None and riding.cushion_damping is not None:
-        factors.append(one_mass(riding.cushion_frequency, riding.cushion_damping))
-    return cascade(*factors)
+    """The transfer to the comfort point, from the frame, or (not `transfer`) from the floor itself."""
+    return cascade(*(one_mass(*mass) for mass in masses_before(riding, transfer)))
 
 
 def reference(model: Model, acceleration: ArrayLike, dt: float) -> dict[str, float]:

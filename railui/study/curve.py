@@ -17,7 +17,8 @@ from railui.files.design import Design
 from railui.study.linear import is_lateral
 from railui.study.model import Model
 from railui.study.modes import part_of
-from railui.study.ride import model_of, structure_of
+from railui.study.ride import model_of
+from railui.study.streamed import by_structure
 
 Floats = NDArray[np.float64]
 
@@ -68,11 +69,8 @@ def curve_many(
 ) -> list[dict[str, Any]]:
     """`curve` of many designs, in their order; those of one structure are solved side by side."""
     models = [model_of(design) for design in designs]
-    structures: dict[tuple[Any, ...], list[int]] = {}
-    for i, model in enumerate(models):
-        structures.setdefault(structure_of(model), []).append(i)
     found: dict[int, dict[str, Any]] = {}
-    for members in structures.values():
+    for members in by_structure(models):
         first = models[members[0]]
         n = len(members)
         rows = np.stack([models[i].row for i in members])

@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from railui.study.along import series_along
 from railui.study.model import Model
 from railui.study.road import Road
 
@@ -102,11 +103,11 @@ class Guided:
     def between(self, a: int, b: int) -> dict[str, Any]:
         """The greatest of a stretch, first to past-the-last sample, by the names of `forces`: over all wheelsets."""
         last = max(a + 1, b - (self.sums.shape[1] - self.total.shape[1]))
-        total, share = np.abs(self.total[:, a:last]), self.limit[:, None]
+        total, limit = np.abs(self.total[:, a:last]), self.limit[:, None]
         quotient = None if self.quotient is None else self.quotient[..., a:last]
         return {
             "sum_of_guiding_forces": float(greatest(total).max()),
-            "share_above_limit": float(np.mean(total > share, axis=1).max()),
+            "share_above_limit": float(np.mean(total > limit, axis=1).max()),
             "derailment_quotient": None if quotient is None else float(greatest(quotient).max()),
         }
 
@@ -125,14 +126,11 @@ def forces(model: Model, road: Road) -> dict[str, Any] | None:
     99.85 % of the 2 m mean.
     """
     built = model.design.structure is not None
-    vehicles, batch = model.vehicles(), model.single()
-    steps = vehicles.steps(batch, road.speed, road.speed, road.dt)[0]
-    table = road.table(model.half_wheelbase(), steps)
-    series, lost = vehicles.simulate(batch, table, road.dt, steps, force_channels(model))
+    series, lost = series_along(model, road, force_channels(model))
     spacing, rate = road.track.spacing, 1.0 / road.dt
-    if lost[0] >= 0 or road.track.length < 2 * SLIDING:
+    if lost is not None or road.track.length < 2 * SLIDING:
         return None
-    guided = Guided.of(model, series[0], rate, spacing)
+    guided = Guided.of(model, series, rate, spacing)
     total, ratios = np.abs(guided.total), None if guided.quotient is None else greatest(guided.quotient)
     wheels, sums = greatest(guided.wheels), greatest(total)
     found = [

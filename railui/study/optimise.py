@@ -20,10 +20,11 @@ from railui.study.cases import Case, cases_of
 from railui.study.evaluate import Evaluator, in_process, numbers_of
 from railui.study.one_aim import by_cmaes, polish
 from railui.study.pareto import by_pymoo, hypervolumes, knee
-from railui.study.ride import quality_of, statistics_many
+from railui.study.ride import quality_of
 from railui.study.score import CLASSES
 from railui.study.search import Generation, Judge, Ranges, against, first_generation
 from railui.study.sensitivity import one_at_a_time, sobol
+from railui.study.streamed import statistics_many
 from railui.track import parse_spec
 
 Floats = NDArray[np.float64]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from railui.core import CURVES, catalogue
 from railui.files.design import Design, parse_design
+from railui.study.along import series_along
 from railui.study.bench import BOGIE
 from railui.study.model import Model
 from railui.study.ride import road_of
@@ -84,7 +85,5 @@ def errors(model: Model, road: Road) -> dict[str, Any]:
 
 
 def _ridden(model: Model, road: Road, steps: int) -> Floats:
-    series, lost = model.vehicles().simulate(
-        model.single(), road.table(model.half_wheelbase(), steps), road.dt, steps, [CHANNEL]
-    )
-    return np.asarray(series[0, 0] if lost[0] < 0 else np.full_like(series[0, 0], np.nan))
+    series, lost = series_along(model, road, [CHANNEL], steps=steps)
+    return series[0] if lost is None else np.full_like(series[0], np.nan)

@@ -1,4 +1,4 @@
-"""Riding quality of vehicles on a track at a speed, streamed with the steps, sixteen side by side."""
+"""Riding quality of vehicles on a track at a speed: what is asked of `railui ride`."""
 
 from __future__ import annotations
 
@@ -7,34 +7,29 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from railui.core import Batch, Vehicles
 from railui.files.design import Design, load_design
 from railui.files.problems import FileProblems, Problem
 from railui.files.study_model import read_speed
-from railui.study.comfort_point import COACH, coach, comfort_sections, felt, floor_points, reference
-from railui.study.forces import force_limit, forces, load_paths
+from railui.study.along import series_along
+from railui.study.comfort_point import COACH, coach, floor_points, reference
+from railui.study.forces import forces
 from railui.study.measures import HOUR, comfort_time, ride_value
-from railui.study.model import Model, placement
+from railui.study.model import Model
 from railui.study.road import Laid, Road, lay
 from railui.study.score import FLOOR_OF_FRAME, riding_quality
+from railui.study.streamed import JUDGED_BY, SCORED, by_structure, guided_by_force, statistics_many
 from railui.track import Track
-from railui.track.table import LEADING, PER_WHEELSET
 
 Floats = NDArray[np.float64]
 Given = Design | Model | str | Path
 TrackGiven = Track | Laid | str | Path
 
-SCORED: Final = ("e1", "e2", "ayf")
 CHANNELS: Final = (*SCORED, "ay1", "ay2", "rf", "d1", "d2", "psi1", "psi2")
-BLOCK: Final = 5.0  # s, of the running rms of EN 12299
-GAUGE: Final = 4  # column of the gauge among those of a wheelset
-WEIGHTED: Final = ("weighted_acceleration", "weighted_acceleration_1974", "wz")
+WEIGHTED: Final = ("weighted_acceleration", JUDGED_BY, "wz")
 RESOLVED: Final = 1e-4  # change by halved steps below which a ride is taken as exact
 LOOKED_AT: Final = 16  # steps per sample up to which that is looked at: where more are taken a motion is smooth in them
-JUDGED_BY: Final = WEIGHTED[1]  # of several floor points: that which feels most of it decides
 
 
 def model_of(design: Given) -> Model:
@@ -53,25 +48,6 @@ def model_of(design: Given) -> Model:
 
 def _refused(design: Design, key: str, what: str, remedy: str) -> FileProblems:
     return FileProblems([Problem(str(design.source or design.name), 0, 0, key, what, remedy)])
-
-
-def guided_by_force(model: Model) -> bool:
-    """Do guiding forces stand for flange contact in the score (`riding.guidance: lateral_force`)?"""
-    return model.design.setting("riding.guidance") == "lateral_force"
-
-
-def displacements(model: Model) -> tuple[str, ...]:
-    """The channels that guidance is judged by: e1, e2, ..., or the sums of guiding forces Y1, Y2, ..."""
-    letter = "Y" if guided_by_force(model) else "e"
-    return tuple(f"{letter}{i + 1}" for i in range(len(model.behind())))
-
-
-def admissible(model: Model, rows: Floats) -> Floats:
-    """What guidance must stay within [n]: the clearance [m], or 10 kN + 2 Q_0/3 of the lightest wheelset [N]."""
-    if not guided_by_force(model):
-        return np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]])
-    loads = np.stack([rows[:, model.columns[path]] for path in load_paths(model)])
-    return np.asarray(force_limit(loads.min(axis=0)))
 
 
 def road_of(track: TrackGiven, speed: float | str, seed: int | None = None) -> Road:
@@ -97,104 +73,11 @@ def simulate(
 
 
 def _series(model: Model, road: Road, channels: Sequence[str]) -> Floats:
-    """Series [channel, sample] of one vehicle."""
-    vehicles, batch = model.vehicles(), model.single()
-    steps = vehicles.steps(batch, road.speed, road.speed, road.dt)[0]
-    table = road.table(model.half_wheelbase(), steps)
-    series, lost = vehicles.simulate(batch, table, road.dt, steps, channels)
-    if lost[0] >= 0:
-        series[0, :, lost[0] :] = np.nan
-    first: Floats = series[0]
-    return first
-
-
-def statistics_many(
-    model: Model,
-    rows: Floats,
-    road: Road,
-    *,
-    steps: NDArray[np.int64] | None = None,
-    jobs: int | None = None,
-) -> dict[str, Floats]:
-    """Statistics of n vehicles of one structure and use, rows [n, row] of `Model`, streamed with the steps.
-
-    As `score_many` takes them: mean_e, sd_e, flange_fractions [n, 2], accelerations [n], wz [n] (the rms
-    weighted with B), diverged [n]; and block_rms [n, blocks of 5 s], lost_at [n] (s [m] where a vehicle was
-    found diverged, else NaN), steps [n] per sample (as given, or as `Vehicles.steps` says), clearance [n]
-    [m]. A vehicle's digits depend on nothing but itself. Raises ValueError where a vehicle is too stiff to be stepped.
-    """
-    vehicles, batch = model.vehicles(), model.batch(rows)
-    if steps is None:
-        steps = np.array(vehicles.steps(batch, road.speed, road.speed, road.dt))
-    wheelbases = model.wheelbases(rows)
-    clearance = admissible(model, rows)
-    sections = comfort_sections(model, rows, road.dt)
-    found: dict[str, Floats] = {"steps": steps.astype(float), "clearance": clearance}
-    lost = np.full(len(rows), -1)
-    kinds = list(zip(wheelbases, steps.tolist(), strict=True))
-    for a, n in sorted(set(kinds)):
-        here = np.array([i for i, kind in enumerate(kinds) if kind == (a, n)])
-        group = _Group(model, vehicles, batch.select(here), road, road.table(a, n), n, clearance[here], jobs)
-        parts, lost[here] = group.statistics({name: each[here] for name, each in sections.items()})
-        widens = model.design.gauge_widens_clearance and not guided_by_force(model)
-        if widens and np.any(road.track.gauge):
-            parts |= group.widened(parts["sd_e"])
-        if model.design.riding.peak_limit is not None and "acceleration" in sections:
-            parts["acceleration_peak"] = group.peaks(sections["acceleration"][here])
-        for name, values in parts.items():
-            found.setdefault(name, np.zeros((len(rows), *values.shape[1:])))[here] = values
-    found["diverged"] = (lost >= 0).astype(float)
-    found["lost_at"] = np.where(lost >= 0, road.track.s[np.maximum(lost, 0)], np.nan)
-    return found
-
-
-class _Group:
-    """Vehicles of one structure, wheelbase and step count on a road."""
-
-    def __init__(
-        self, model: Model, vehicles: Vehicles, batch: Batch, road: Road, table: Floats, steps: int,
-        clearance: Floats, jobs: int | None,
-    ) -> None:  # fmt: skip
-        self.vehicles, self.batch, self.clearance, self.jobs = vehicles, batch, clearance, jobs
-        self.course = (table, road.dt, steps)
-        self.wheels, self.points = displacements(model), felt(model)
-
-    def statistics(self, sections: dict[str, Floats]) -> tuple[dict[str, Floats], NDArray[np.int64]]:
-        """What streams with the steps, and the sample at which each vehicle was lost (-1: never).
-
-        Of several floor points the accelerations are those of the worst, `point`; `NAME_points` has them all.
-        """
-        weights = [np.ascontiguousarray(each) for each in sections.values()]
-        block = max(1, round(BLOCK / self.course[1]))
-        rides = self.vehicles.score(
-            self.batch, *self.course, (*self.wheels, *self.points), self.clearance, weights, block=block,
-            jobs=self.jobs, wheelsets=len(self.wheels),
-        )  # fmt: skip
-        e, names = rides.displacement, list(sections)
-        parts = {"mean_e": e[:, :, 0], "sd_e": e[:, :, 1], "flange_fractions": e[:, :, 2]}
-        worst, row = np.argmax(rides.rms[:, :, names.index(JUDGED_BY)], axis=1), np.arange(len(self.batch))
-        parts["block_rms"] = np.sqrt(rides.blocks[row, worst])
-        parts |= {name: rides.rms[row, worst, i] for i, name in enumerate(names)}
-        if len(self.points) > 1:
-            parts["point"] = worst.astype(float)
-            parts |= {f"{name}_points": rides.rms[:, :, i] for i, name in enumerate(names)}
-        return parts, rides.diverged
-
-    def widened(self, sd_e: Floats) -> dict[str, Floats]:
-        """Shares against c + g/2, counted on the series; the spread of abs(e) - g/2 in place of e's own."""
-        series, _ = self.vehicles.simulate(self.batch, *self.course, self.wheels, jobs=self.jobs)
-        table, _, steps = self.course
-        columns = [LEADING + PER_WHEELSET * i + GAUGE for i in range(len(self.wheels))]
-        half = 0.5 * table[:: 2 * steps, columns].T
-        touching = np.abs(series) >= self.clearance[:, None, None] + half
-        # at the two flanges e and g/2 covary with opposite signs: in the mean of both nothing of it is left
-        return {"flange_fractions": touching.mean(axis=2), "sd_e": np.hypot(sd_e, half.std(axis=1))}
-
-    def peaks(self, sections: Floats) -> Floats:
-        """The greatest acceleration [n] at any comfort point."""
-        series, _ = self.vehicles.simulate(self.batch, *self.course, self.points, jobs=self.jobs)
-        passed = [scipy.signal.sosfilt(w, x, axis=-1) for w, x in zip(sections, series, strict=True)]
-        return np.asarray(np.abs(passed).max(axis=(1, 2)))
+    """Series [channel, sample] of one vehicle, NaN from where it diverges."""
+    series, lost = series_along(model, road, channels)
+    if lost is not None:
+        series[:, lost:] = np.nan
+    return series
 
 
 def _unresolved(model: Model, road: Road, coarse: dict[str, Floats], jobs: int | None) -> list[str]:
@@ -222,20 +105,10 @@ def _change(coarse: Floats, fine: Floats) -> float:
     return float(np.max(np.abs(coarse - fine) / np.maximum(np.abs(fine), np.finfo(float).tiny)))
 
 
-def structure_of(model: Model) -> tuple[Any, ...]:
-    """What vehicles must share to ride in the lanes of one kernel call."""
-    design = model.design
-    words = (design.gauge_widens_clearance, design.setting("riding.guidance"))
-    return (tuple(map(placement, model.effects)), design.riding, words, design.structure)
-
-
 def rides(models: Sequence[Model], road: Road, jobs: int | None = None) -> list[dict[str, Any]]:
     """The riding quality of models on a road, in their order; those of one structure side by side."""
-    structures: dict[tuple[Any, ...], list[int]] = {}
-    for i, model in enumerate(models):
-        structures.setdefault(structure_of(model), []).append(i)
     found: dict[int, dict[str, Any]] = {}
-    for members in structures.values():
+    for members in by_structure(models):
         rows = np.stack([models[i].row for i in members])
         statistics = statistics_many(models[members[0]], rows, road, jobs=jobs)
         found |= {i: quality_of(models[i], statistics, k, road) for k, i in enumerate(members)}

@@ -144,34 +144,21 @@ COMFORT_WEIGHTS: Final[dict[str, Analog]] = {
 }
 """What the kernel streams, by the name of the statistic that its rms becomes."""
 
-WEIGHTS: Final[dict[str, Weight]] = {
-    "wd": W_D.modulus,
-    "wk": W_K.modulus,
-    "1974": brick_wall_1974,
-    "1974_streaming": W_1974.modulus,
-    "sperling": sperling_b,
-    "none": lambda f: np.ones_like(f),
-}
 
-
-def weighted_rms(x: ArrayLike, dt: float, weight: str | Analog | Weight) -> float:
+def weighted_rms(x: ArrayLike, dt: float, weight: Analog | Weight) -> float:
     """The rms of a weighted signal, in the frequency domain: the reference of the streaming filters.
 
-    x has its unit and `dt` [s] between samples; `weight` is a name of `WEIGHTS`, a filter or a function of
-    f [Hz]. Convention: the transform of the whole record, its mean kept and no window, each line times the
-    weight, and the root of the mean square over the record (which so counts as one period). Raises
-    ValueError for an unknown name.
+    x [n] has its unit and `dt` [s] between samples; `weight` is a filter or a function of f [Hz]. Convention:
+    the transform of the whole record, its mean kept and no window, each line times the weight, and the root of
+    the mean square over the record (which so counts as one period). Raises ValueError for a record without
+    samples.
 
     >>> import numpy as np
     >>> t = np.arange(4000) / 400
-    >>> round(weighted_rms(np.sqrt(2) * np.sin(2 * np.pi * 4 * t), 1 / 400, "wd"), 4)
+    >>> round(weighted_rms(np.sqrt(2) * np.sin(2 * np.pi * 4 * t), 1 / 400, W_D), 4)
     0.5119
     """
     signal = np.asarray(x, dtype=np.float64)
-    if isinstance(weight, str):
-        if weight not in WEIGHTS:
-            raise ValueError(f"no weighting {weight!r}: known are {', '.join(WEIGHTS)}")
-        weight = WEIGHTS[weight]
     modulus = weight.modulus if isinstance(weight, Analog) else weight
     n = signal.size
     if n == 0:
@@ -198,6 +185,19 @@ class ComfortPoint(Protocol):
     def cushion_damping(self) -> float | None: ...
 
 
+def masses_before(riding: ComfortPoint, floor: bool = True) -> tuple[tuple[float, float], ...]:
+    """Frequency [Hz] and damping ratio of every mass on spring and damper between the frame and the comfort point.
+
+    The floor (not `floor`: the acceleration is that of the floor itself) and the cushion, where the settings name
+    one. Raises ValueError for a cushion of which only one of the two is given.
+    """
+    cushion = (riding.cushion_frequency, riding.cushion_damping)
+    if cushion.count(None) == 1:
+        raise ValueError(f"a cushion needs both cushion_frequency and cushion_damping: {cushion[0]}, {cushion[1]}")
+    found = ((riding.floor_frequency, riding.floor_damping),) if floor else ()
+    return found if cushion[0] is None or cushion[1] is None else (*found, (cushion[0], cushion[1]))
+
+
 def comfort_cascades(riding: ComfortPoint, dt: float, floor: bool = True) -> dict[str, FloatArray]:
     """The streaming filters of the comfort point at interval `dt` [s]: sections [n, 6] by statistic.
 
@@ -213,20 +213,14 @@ def comfort_cascades(riding: ComfortPoint, dt: float, floor: bool = True) -> dic
     >>> {name: sections.shape for name, sections in found.items()}
     {'weighted_acceleration': (4, 6), 'weighted_acceleration_1974': (4, 6), 'wz': (3, 6)}
     """
-    cushion = (riding.cushion_frequency, riding.cushion_damping)
-    if cushion.count(None) == 1:
-        raise ValueError(f"a cushion needs both cushion_frequency and cushion_damping: {cushion[0]}, {cushion[1]}")
-    before = ((riding.floor_frequency, riding.floor_damping),) if floor else ()
-    if cushion[0] is not None and cushion[1] is not None:
-        before = (*before, (cushion[0], cushion[1]))
-    return dict(_cascades(before, float(dt)))
+    return dict(_cascades(masses_before(riding, floor), float(dt)))
 
 
 @lru_cache(maxsize=256)
-def _cascades(before: tuple[tuple[float, float], ...], dt: float) -> tuple[tuple[str, FloatArray], ...]:
+def _cascades(masses: tuple[tuple[float, float], ...], dt: float) -> tuple[tuple[str, FloatArray], ...]:
     found = []
     for name, weight in COMFORT_WEIGHTS.items():
-        sections = discretise(cascade(*(one_mass(*factor) for factor in before), weight), dt)
+        sections = discretise(cascade(*(one_mass(*factor) for factor in masses), weight), dt)
         sections.setflags(write=False)
         found.append((name, sections))
     return tuple(found)

@@ -27,7 +27,8 @@ from railui.study.bench import SPEED, bogie, coach, quickest, spread
 from railui.study.history import commit, machine
 from railui.study.model import Model
 from railui.study.precision import cases
-from railui.study.ride import road_of, statistics_many
+from railui.study.ride import road_of
+from railui.study.streamed import statistics_many
 from tests.bench.page import write_after
 
 HOME = Path(__file__).parents[2]

@@ -25,6 +25,7 @@ from railui.report import driven, figures, laws
 from railui.report.loop import loop_report
 from railui.report.page import page, write_page
 from railui.study import measured
+from railui.study.judge import Judgement
 from railui.study.loop import Found, close_loop
 from railui.study.outside import Outside
 
@@ -140,10 +141,20 @@ def test_a_page_is_written_whole(found: Found, report: dict[str, Any], text: str
     assert [f.name for f in tmp_path.iterdir()] == ["report.html"]
 
 
-def test_a_vehicle_that_diverges_leaves_a_page(found: Found, report: dict[str, Any]) -> None:
-    lost = replace(found.judged["before"], nrmse=np.nan, channels=dict.fromkeys(CHANNELS, np.nan),
+def diverged(found: Found) -> Judgement:
+    """The vehicle before, had it diverged on the validating run."""
+    return replace(found.judged["before"], nrmse=np.nan, channels=dict.fromkeys(CHANNELS, np.nan),
                    series=tuple(np.full_like(x, np.nan) for x in found.judged["before"].series),
                    diverged=(("run_b.csv.gz", 3.0),))  # fmt: skip
+
+
+def test_a_vehicle_that_diverges_has_no_riding_quality(found: Found) -> None:
+    told = loop_report(replace(found, judged=found.judged | {"before": diverged(found)}))["riding"]
+    assert told["before"] == dict.fromkeys(told["after"]) and None not in told["after"].values()
+
+
+def test_a_vehicle_that_diverges_leaves_a_page(found: Found, report: dict[str, Any]) -> None:
+    lost = diverged(found)
     told = dict(report) | {"before": finite({"nrmse": lost.nrmse, "channels": lost.channels, "constrained": False,
                                              "diverged": {"file": "run_b.csv.gz", "at_s": 3.0}})}  # fmt: skip
     text = page(replace(found, judged=found.judged | {"before": lost}), told)

@@ -17,8 +17,9 @@ from railui.study.bench import bogie
 from railui.study.comfort_point import before
 from railui.study.discretise import discretise
 from railui.study.model import Model
-from railui.study.ride import ride, ride_many, rides, road_of, simulate, statistics_many
+from railui.study.ride import ride, ride_many, rides, road_of, simulate
 from railui.study.road import Road, lay
+from railui.study.streamed import statistics_many
 from railui.study.weighting import W_D, comfort_cascades, weighted_rms
 from railui.track import Track
 

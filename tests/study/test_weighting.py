@@ -175,7 +175,7 @@ def test_the_rms_by_frequencies_is_that_of_a_sine_times_its_weight():
     t = np.arange(8000) / 400
     for frequency in (1.0, 2.0, 10.0):
         sine = 0.3 * np.sqrt(2) * np.sin(2 * np.pi * frequency * t)
-        for weight, modulus in (("wd", W_D.modulus), (sperling_b, sperling_b)):
+        for weight, modulus in ((W_D, W_D.modulus), (sperling_b, sperling_b)):
             by_hand = 0.3 * float(modulus(frequency))
             assert weighted_rms(sine, 1 / 400, weight) == pytest.approx(by_hand, rel=1e-9)
 
@@ -183,7 +183,7 @@ def test_the_rms_by_frequencies_is_that_of_a_sine_times_its_weight():
 def test_without_a_weight_the_rms_is_the_root_of_the_mean_square_mean_kept():
     for n in (999, 1000):
         x = 2 + np.random.default_rng(n).standard_normal(n)
-        assert weighted_rms(x, 0.01, "none") == pytest.approx(float(np.sqrt(np.mean(x**2))), rel=1e-12)
+        assert weighted_rms(x, 0.01, np.ones_like) == pytest.approx(float(np.sqrt(np.mean(x**2))), rel=1e-12)
 
 
 def test_the_streamed_rms_agrees_with_the_one_by_frequencies():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from railui.files.design import load_design
-from railui.study.forces import force_limit, forces, sliding_mean
+from railui.study.forces import Guided, _instability, force_limit, forces, greatest, sliding_mean
 from railui.study.model import Model
 from railui.study.ride import ride
 from railui.study.road import Road, lay
@@ -34,6 +34,50 @@ def test_the_limit_is_ten_kilonewtons_and_two_thirds_of_the_wheel_load() -> None
 def test_a_sliding_mean_of_two_metres_flattens_what_is_shorter() -> None:
     s = np.arange(0.0, 40.0, 0.1)
     assert np.abs(sliding_mean(np.sin(2 * np.pi * s / 2.0), 0.1)).max() < 1e-12
+
+
+def test_of_two_metre_means_what_all_but_fifteen_in_ten_thousand_keep_counts() -> None:
+    assert greatest(np.arange(10_001.0)) == pytest.approx(9985.0)
+
+
+def guided(right: np.ndarray, left: np.ndarray, transferred: np.ndarray) -> Guided:
+    """The coach whose wheels press alike at all wheelsets, 400 samples a second, 0.1 m apart."""
+    Y, dQ = np.tile([right, left], (4, 1)), np.tile(transferred, (4, 1))
+    return Guided.of(COACH, np.vstack([Y, dQ]), 400.0, 0.1)
+
+
+def test_a_quotient_is_the_force_outwards_over_the_wheel_load_at_that_side() -> None:
+    """Y outwards is Y at the right wheel and -Y at the left; dQ loads the right wheel and unloads the left."""
+    even = np.ones(1000)
+    found = guided(10e3 * even, -6e3 * even, 5e3 * even)
+    assert found.total == pytest.approx(np.full((4, 981), 4e3), rel=1e-9)
+    assert found.wheels[:, :, 500] == pytest.approx(np.tile([10e3, 6e3], (4, 1)), rel=1e-9)
+    assert found.quotient is not None
+    assert found.quotient[0, :, 500] == pytest.approx([10.0 / 59.546, 6.0 / 49.546], rel=1e-9)
+
+
+def test_a_wheel_that_lifts_has_no_quotient() -> None:
+    even = np.ones(1000)
+    assert guided(10e3 * even, -6e3 * even, 55e3 * even).quotient is None
+
+
+def test_a_stretch_is_told_its_own_forces_and_how_much_of_it_lies_above_the_limit() -> None:
+    half = np.where(np.arange(2000) < 1000, 60e3, 0.0)
+    found = guided(half, 0 * half, 0 * half)
+    whole, first, last = found.between(0, 2000), found.between(0, 900), found.between(1100, 2000)
+    assert whole["share_above_limit"] == pytest.approx(0.5, abs=0.02)
+    assert first["share_above_limit"] == 1.0 and last["share_above_limit"] == 0.0
+    assert first["sum_of_guiding_forces"] == pytest.approx(60e3, rel=0.02)
+    assert first["derailment_quotient"] == pytest.approx(60.0 / 54.546, rel=0.02)
+    assert last["sum_of_guiding_forces"] < 600.0
+
+
+def test_instability_is_the_rms_of_what_swings_within_two_hertz_of_the_strongest() -> None:
+    t = np.arange(8000) / 400.0
+    swing = sum(a * np.sin(2 * np.pi * f * t) for a, f in ((5e3, 5.0), (4e3, 5.8), (3e3, 12.0)))  # 2 beats in 100 m
+    found = _instability(swing, 400.0, 0.1)
+    assert found["dominant_frequency"] == pytest.approx(5.0, abs=0.1)
+    assert found["rms_100m"] == pytest.approx(np.hypot(5e3, 4e3) / np.sqrt(2.0), rel=0.03)
 
 
 def test_guiding_forces_balance_what_accelerates_a_wheelset() -> None:

@@ -18,7 +18,8 @@ from railui.files.units import quantity
 from railui.study.doctor.checks import Check
 from railui.study.doctor.vehicles import check_bogie
 from railui.study.model import Model
-from railui.study.ride import road_of, statistics_many
+from railui.study.ride import road_of
+from railui.study.streamed import statistics_many
 
 KNOWN: Final = ("v4", "v3", "portable")
 HERE: Final = "this installation"

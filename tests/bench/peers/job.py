@@ -14,8 +14,8 @@ from scipy.signal import sosfilt
 from railui.files.designed import Riding
 from railui.study.bench import bogie, road, spread
 from railui.study.comfort_point import comfort_sections
-from railui.study.ride import BLOCK, SCORED
 from railui.study.score import score_many
+from railui.study.streamed import BLOCK, SCORED
 from tests.bench.peers.bogie import coefficients
 
 Floats = NDArray[np.float64]
