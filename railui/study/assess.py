@@ -25,6 +25,7 @@ from railui.study.model import Model
 from railui.study.ride import Given, TrackGiven, model_of, road_of
 from railui.study.road import Road
 from railui.study.score import CLASSES, FLOOR_OF_FRAME, riding_quality
+from railui.study.streamed import half_gauges, with_gauge
 from railui.track import Track
 
 Floats = NDArray[np.float64]
@@ -152,9 +153,9 @@ class _Ride:
         if floors:
             self.point = f"the worst of {', '.join(floors)}"
         self.clearance = model.design.value("contact.flange_clearance")
-        self.widened = np.zeros((1, len(road.track)))
+        self.half_gauge = np.zeros((len(wheels), len(road.track)))
         if model.design.gauge_widens_clearance:
-            self.widened = 0.5 * road.track.gauge[None]
+            self.half_gauge = half_gauges(road.table(model.half_wheelbase(), 1), 1, len(wheels))
 
     def stretch(self, a: int, b: int) -> dict[str, Any]:
         """What the vehicle does between two samples."""
@@ -164,11 +165,11 @@ class _Ride:
             return place | lost | {
                 "score": 0.0, "class": CLASSES[0], "decided_by": "the vehicle left the track", "largest_e": None
             }  # fmt: skip
-        e = self.e[:, a:b]
-        room = self.clearance + self.widened[:, a:b]
+        e, half = self.e[:, a:b], self.half_gauge[:, a:b]
+        room = self.clearance + half
         one = {
             "mean_e": e.mean(axis=1),
-            "sd_e": (np.abs(e) - self.widened[:, a:b]).std(axis=1) if np.any(self.widened) else e.std(axis=1),
+            "sd_e": with_gauge(e.std(axis=1), half),
             "flange_fractions": (np.abs(e) >= room).mean(axis=1),
             "comfort_point": self.point,
         }

@@ -58,6 +58,20 @@ def _structure(model: Model) -> tuple[Any, ...]:
     return (tuple(map(placement, model.effects)), design.riding, words, design.structure)
 
 
+def half_gauges(table: Floats, steps: int, wheelsets: int) -> Floats:
+    """Half the gauge deviation [wheelset, sample] in m under each wheelset, of an input table of so many steps."""
+    columns = [LEADING + PER_WHEELSET * i + GAUGE for i in range(wheelsets)]
+    return np.asarray(0.5 * table[:: 2 * steps, columns].T)
+
+
+def with_gauge(sd_e: Floats, half: Floats) -> Floats:
+    """Spread [..., wheelset] of e against flanges that half a gauge deviation [wheelset, sample] moves, in m.
+
+    At the two flanges e and g/2 covary with opposite signs: in the mean of both nothing of it is left.
+    """
+    return np.asarray(np.hypot(sd_e, half.std(axis=-1)))
+
+
 def statistics_many(
     model: Model,
     rows: Floats,
@@ -131,14 +145,12 @@ class _Group:
         return parts, rides.diverged
 
     def widened(self, sd_e: Floats) -> dict[str, Floats]:
-        """Shares against c + g/2, counted on the series; the spread of abs(e) - g/2 in place of e's own."""
+        """Shares of contact against c + g/2, counted on the series, and the spread against it."""
         series, _ = self.vehicles.simulate(self.batch, *self.course, self.wheels, jobs=self.jobs)
         table, _, steps = self.course
-        columns = [LEADING + PER_WHEELSET * i + GAUGE for i in range(len(self.wheels))]
-        half = 0.5 * table[:: 2 * steps, columns].T
+        half = half_gauges(table, steps, len(self.wheels))
         touching = np.abs(series) >= self.clearance[:, None, None] + half
-        # at the two flanges e and g/2 covary with opposite signs: in the mean of both nothing of it is left
-        return {"flange_fractions": touching.mean(axis=2), "sd_e": np.hypot(sd_e, half.std(axis=1))}
+        return {"flange_fractions": touching.mean(axis=2), "sd_e": with_gauge(sd_e, half)}
 
     def peaks(self, sections: Floats) -> Floats:
         """The greatest acceleration [n] at any comfort point."""

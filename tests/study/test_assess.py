@@ -11,8 +11,9 @@ import pytest
 from click.testing import CliRunner
 
 from railui.cli import cli
+from railui.files.design import load_design
 from railui.files.track_file import save_track
-from railui.study.assess import assess, in_band
+from railui.study.assess import _badness, assess, in_band
 from railui.study.forces import forces
 from railui.study.ride import model_of, ride, road_of, simulate
 from railui.track import Track, band_sd, synthetic_track
@@ -58,6 +59,29 @@ def test_a_stretch_has_what_the_whole_ride_does_in_it() -> None:
     # mean squares of equal stretches add up to that of the ride
     rms = [one["weighted_acceleration"] for one in found["stretches"]]
     assert np.sqrt(np.mean(np.square(rms))) == pytest.approx(ride(BOGIE, line, 40.0)["weighted_acceleration"], rel=1e-3)
+
+
+def test_where_the_gauge_widens_the_clearance_a_stretch_has_room_as_wide_as_under_each_wheelset() -> None:
+    """The margin is (c + mean g/2 - abs(mean e))/sd, sd^2 = var e + var g/2, the trailing wheelset 2a behind."""
+    design = load_design(BOGIE).with_values({"contact.gauge_widens_clearance": True, "contact.flange_clearance": 2e-3})
+    line = synthetic_track("fra_3", length=1000.0, seed=3)
+    behind = 2.0 * design.value("vehicle.geometry.half_wheelbase")
+    half_gauges = [0.5 * np.interp(line.s - back, line.s, line.gauge) for back in (0.0, behind)]
+    ridden = simulate(design, line, 40.0, ["e1", "e2"])
+    wheels = list(zip((ridden["e1"], ridden["e2"]), half_gauges, strict=True))
+    for one in assess(line, design, 40.0, stretch=250.0)["stretches"]:
+        a, b = np.searchsorted(line.s, [one["from"] - 0.01, one["to"] + 0.01])
+        shares = [float((np.abs(e[a:b]) >= 2e-3 + half[a:b]).mean()) for e, half in wheels]
+        assert one["flange_fractions"] == pytest.approx(shares, abs=2e-3) and max(shares) > 0.01
+        room = 2e-3 + np.mean([half[a:b] for _, half in wheels])
+        margins = [(room - abs(e[a:b].mean())) / np.hypot(e[a:b].std(), half[a:b].std()) for e, half in wheels]
+        assert one["flange_margin"] == pytest.approx(min(margins), rel=1e-3)
+
+
+def test_of_two_stretches_alike_in_class_and_score_the_one_that_touches_more_is_worse() -> None:
+    more, less, none = ({"class": "dangerous", "score": 0.0, "flange_fraction": x} for x in (0.8, 0.6, None))
+    assert _badness(more) > _badness(less) > _badness(none)
+    assert _badness(less) > _badness(more | {"score": 10.0}) > _badness(more | {"class": "good"})
 
 
 def test_the_worst_geometry_is_not_the_worst_ride() -> None:
