@@ -12,8 +12,8 @@ from railui.capture.sensors import motion, needed, quantities
 STANDING = 0.1  # m/s
 LONG_ENOUGH = 2.0  # s
 TILTED = 3.0  # m/s^2: more than any cant gives a lateral accelerometer
-DRIFT_TOLD, DRIFT_APPLIED = 1e-4, 1e-3
-DRIFT_ABSURD = 0.01
+DRIFT_TOLD, DRIFT_APPLIED = 1e-4, 1e-3  # from which a drift is told; up to which times are stretched by it
+DRIFT_ABSURD = 0.01  # no clock, but a recording played at another pace
 
 
 def standstill_checks(mapped: SensorMap, recording: Recording) -> tuple[dict[str, dict[str, float]], list[str]]:

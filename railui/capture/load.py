@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from railui.capture.frames import WIDTHS, Channel
-from railui.capture.wire import sample_size
+from railui.capture.wire import BLOCKED, CRC, TIMED, sample_size
 
 BAUDS = (9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600, 1000000, 1500000, 2000000, 3000000)
 BITS = 10  # per byte: a start bit, eight, a stop bit
 FULL, NARROW = 1.0, 0.8
-HEAD, BLOCK_HEAD = 11 + 4, 12 + 4  # with the CRC
+HEAD, BLOCK_HEAD = TIMED.size + CRC.size, BLOCKED.size + CRC.size
 DIGITS = 9.0  # characters of a value and its comma, in text
 TEXT_HEAD = 40.0  # characters of a line but for its values
 EVERY, STATUS = 5.0, 28.0  # s between two hellos; bytes of a status, once a second

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from railui.capture.checks import standstill_checks, time_base_notes
+from railui.capture.checks import DRIFT_APPLIED, standstill_checks, time_base_notes
 from railui.capture.integrate import Floats, lowpassed
 from railui.capture.map_model import ACCELERATIONS
 from railui.capture.rail_position import Rails, natural_frequency, reconstruct
@@ -82,7 +82,7 @@ def measured_run(recording: Recording, mapped: SensorMap) -> MeasuredRun:
     standstill, notes = standstill_checks(mapped, recording)
     notes += [*recording.notes, *time_base_notes(recording)]
     found, counts = pieces(recording, names, SHORTEST)
-    stretch = 1.0 + recording.drift if recording.drift is not None and abs(recording.drift) < 1e-3 else 1.0
+    stretch = 1.0 + recording.drift if recording.drift is not None and abs(recording.drift) < DRIFT_APPLIED else 1.0
     gathered, at, until = _Gathered(notes=notes), 0.0, None
     for piece in found:
         s, v = motion(mapped, recording, piece, at if until is None else at + (piece.t[0] - until[0]) * until[1])

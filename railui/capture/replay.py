@@ -12,7 +12,7 @@ from railui.capture.assembly import Assembly
 from railui.capture.clock import ClockFit, fit_clock
 from railui.capture.journal import NAME as JOURNAL
 from railui.capture.journal import Event, read_journal
-from railui.capture.run_files import RunFiles
+from railui.capture.run_files import RunFiles, run_name
 from railui.capture.segments import Rows, Segment
 
 RAW = "raw.bin"
@@ -118,7 +118,7 @@ class Replay:
         if clock is not None and self.anchor is not None and segment.first is not None:
             begins = self.anchor[0] + clock.here(segment.first) - self.anchor[1]
         return {
-            "file": f"run_{segment.number:03d}.csv" if segment.samples else None,
+            "file": run_name(segment) if segment.samples else None,
             "why": segment.why,
             "device": hello.device,
             "firmware": hello.firmware,

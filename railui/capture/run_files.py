@@ -27,7 +27,7 @@ class RunFiles:
     def add(self, segment: Segment, rows: Rows) -> None:
         """Appends rows to the file of their segment; call `push` until it says that all is written."""
         data = table_rows(segment, rows)
-        name = f"run_{segment.number:03d}.csv"
+        name = run_name(segment)
         if segment.number not in self._files:
             self.push()
             begun = name in self.names
@@ -74,6 +74,11 @@ class RunFiles:
                 with contextlib.suppress(OSError):
                     os.fsync(file)
                 os.close(file)
+
+
+def run_name(segment: Segment) -> str:
+    """The file of a segment's rows."""
+    return f"run_{segment.number:03d}.csv"
 
 
 def head(segment: Segment) -> bytes:

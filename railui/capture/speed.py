@@ -12,13 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from railui.capture.frames import Channel
-from railui.capture.load import link_load
+from railui.capture.load import BITS, link_load
 from railui.capture.logger import Logger
 from railui.capture.record import Recorder
 from railui.capture.replay import RAW, Replay, decode
 from railui.capture.terminal import Terminal
-
-BITS = 10
 
 
 @dataclass(frozen=True)

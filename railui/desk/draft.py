@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -122,10 +122,6 @@ class Draft:
         keep = self.at if gesture and last.gesture == gesture and self.at else self.at + 1
         self.steps[keep:] = [Step(design, what, gesture)]
         self.at = keep
-
-    def take(self, values: Mapping[str, float], what: str) -> None:
-        """Many values at once, as an optimum has them."""
-        self.push(self.design.with_values(values), what)
 
     def with_effect(self, effect: PlacedEffect) -> None:
         """One effect more."""

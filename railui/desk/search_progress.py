@@ -17,7 +17,7 @@ from railui.files.design import Design
 from railui.files.display import display, pretty
 from railui.study.aims import violations
 from railui.study.optimise import Stand
-from railui.study.pareto import hypervolumes, knee
+from railui.study.pareto import hypervolumes, knee, undominated
 
 Floats = NDArray[np.float64]
 
@@ -74,8 +74,7 @@ class Searched:
         if not len(aims):
             return x, aims
         better = aims * senses(plan)
-        worse = np.all(better[:, None] >= better, axis=2) & np.any(better[:, None] > better, axis=2)
-        kept = np.flatnonzero(~worse.any(axis=1))
+        kept = np.flatnonzero(undominated(better))
         order = kept[np.argsort(better[kept, 0], kind="stable")]
         return x[order], aims[order]
 

@@ -12,6 +12,7 @@ from railui.files.display import unit_text
 from railui.files.results import RESULTS
 from railui.files.study import Study, Variable
 from railui.report.drawing import BLUE, ORANGE, Picture, axis, drawn, scale
+from railui.study.search import Ranges
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -118,8 +119,6 @@ def parallel(study: Study, report: Report) -> Picture | None:
 
 def _unit(study: Study, points: Sequence[Report]) -> Floats:
     """Variables [design, variable] as shares of their ranges, by the logarithm as the search has them."""
-    from railui.study.search import Ranges
-
     values = np.array([[point["variables"][v.path] for v in study.variables] for point in points])
     return Ranges(study.variables).unit(values)
 

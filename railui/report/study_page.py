@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from railui import core
 from railui.files.display import unit_text
 from railui.files.results import RESULTS
@@ -15,7 +17,8 @@ from railui.report import study_figures as figures
 from railui.report.drawing import scale
 from railui.report.rendered import rendered
 from railui.report.written import DASH, number, with_sd
-from railui.study.aims import keys_of
+from railui.study.aims import keys_of, on_edge
+from railui.study.search import Ranges
 
 Report = Mapping[str, Any]
 Row = dict[str, Any]
@@ -75,7 +78,10 @@ def chosen(study: Study, report: Report) -> Row:
     for v in study.variables:
         values = [point["variables"][v.path] for _, point in points]
         factor, unit = scale(values, v.unit)
-        rows.append({"name": v.path, "unit": unit, "cells": [_edge(v, x, number(factor * x)) for x in values]})
+        shares = Ranges([v]).unit(np.array([values]).T)[:, 0].tolist()
+        bounds = [" (bound)" if on_edge(share) else "" for share in shares]
+        cells = [number(factor * x) + bound for x, bound in zip(values, bounds, strict=True)]
+        rows.append({"name": v.path, "unit": unit, "cells": cells})
     for j, aim in enumerate(report["aims"]):
         unit = unit_text(RESULTS[aim["key"]].unit)
         name = f"{aim['sense']} {figures.aim_words(aim)}"
@@ -86,11 +92,6 @@ def chosen(study: Study, report: Report) -> Row:
         unit = unit_text(RESULTS[study.constraints[j].key].unit)
         rows.append({"name": limit, "unit": unit, "cells": [number(point["constraints"][j]) for _, point in points]})
     return {"names": [name for name, _ in points], "rows": rows}
-
-
-def _edge(variable: Any, value: float, text: str) -> str:
-    share = (value - variable.lowest) / (variable.highest - variable.lowest)
-    return f"{text} (bound)" if share < 0.01 or share > 0.99 else text
 
 
 def riding(report: Report) -> list[Row]:

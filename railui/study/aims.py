@@ -129,13 +129,22 @@ def _check_key(key: str, where: str, cases: list[Case], findings: Findings) -> N
         findings.add(where, what, f"take a track of {length:.6g} m")
 
 
+def on_edge(share: float, *ends: float) -> bool:
+    """Does a value at a share of its range, 0 to 1, stand on one of some ends, on any where none is named?
+
+    >>> on_edge(0.995), on_edge(0.995, 0.0), on_edge(0.5)
+    (True, False, False)
+    """
+    return any(abs(share - end) < EDGE for end in ends or (0.0, 1.0))
+
+
 def remarks(study: Study, unit: Floats, knee: int | None) -> list[str]:
     """What a reader of the result must know; unit [n, variable]: the front in the unit cube of the ranges."""
     found = []
     for j, variable in enumerate(study.variables):
         ends = [(v, w) for v, w in ((variable.lowest, 0.0), (variable.highest, 1.0))]
         for bound, end in ends if knee is not None else []:
-            if abs(unit[knee, j] - end) < EDGE:
+            if on_edge(float(unit[knee, j]), end):
                 word = "lower" if end == 0 else "upper"
                 text = f"the knee stands on the {word} bound of {variable.path}, {display(bound, variable.unit)}"
                 found.append(f"{text}: the optimum may lie beyond it")

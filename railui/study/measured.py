@@ -16,7 +16,7 @@ from railui.files import columns as known
 from railui.files.campaign import Campaign
 from railui.files.run import Run, load_run
 from railui.study.model import Model
-from railui.track import Behind, band_limited_noise, distance, input_table, with_track
+from railui.track import Behind, band_limited_noise, distance, run_table, with_track
 
 Floats = NDArray[np.float64]
 
@@ -112,9 +112,7 @@ class Stretch:
     def _table(self, c: Mapping[str, Floats], half_wheelbase: Behind, steps: int) -> Floats:
         if self.kind == "rig":
             return _rig_table(c, self.dt, steps)
-        track = (c["yw"], c.get("phiw"), c.get("gauge"))
-        coach = (c.get("Qy"), c.get("Qpsi"))
-        return input_table(c["t"], c["s"], c["v"], *track, half_wheelbase, steps, *coach)
+        return run_table(c, half_wheelbase, steps)[0]
 
     def noisy_table(
         self, noise: Mapping[str, float], band: float, rng: np.random.Generator, half_wheelbase: Behind, steps: int

@@ -92,7 +92,7 @@ def hypervolumes(history: Sequence[tuple[int, Floats]]) -> list[dict[str, float]
 
     fronts, front = [], np.zeros((0, 0))
     for _, aims in history:
-        front = _undominated(np.vstack([front, aims]) if front.size else aims)
+        front = _front(np.vstack([front, aims]) if front.size else aims)
         fronts.append(front)
     if not front.size:
         return []
@@ -106,8 +106,17 @@ def hypervolumes(history: Sequence[tuple[int, Floats]]) -> list[dict[str, float]
     ]
 
 
-def _undominated(aims: Floats) -> Floats:
-    """Those of aims [n, aim] that no other beats."""
+def _front(aims: Floats) -> Floats:
+    """Those of aims [n, aim] that no other beats, each once."""
     different = np.unique(aims, axis=0)
-    worse = np.all(different[:, None] >= different, axis=2) & np.any(different[:, None] > different, axis=2)
-    return np.asarray(different[~worse.any(axis=1)])
+    return np.asarray(different[undominated(different)])
+
+
+def undominated(aims: Floats) -> NDArray[np.bool_]:
+    """Which of aims [n, aim], less being better, no other beats: as good in all and better in one.
+
+    >>> undominated(np.array([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]])).tolist()
+    [True, False, True]
+    """
+    worse = np.all(aims[:, None] >= aims, axis=2) & np.any(aims[:, None] > aims, axis=2)
+    return np.asarray(~worse.any(axis=1))

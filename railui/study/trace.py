@@ -294,7 +294,6 @@ class _Projector:
         self.inverse = linalg.pinvh(self.inner * np.outer(scale, scale), rtol=1e-10) * np.outer(scale, scale)
         self.beta = self.inverse @ self.right
         self.rest = float(gram[0, 0] - self.right @ self.beta)
-        self.sensitivities = gram[1:, 1:]
 
 
 def _base(adjuster: Adjuster, fit: Fit, index: int, length: int) -> _Base:

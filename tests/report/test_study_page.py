@@ -6,12 +6,15 @@ import base64
 import json
 import re
 from html.parser import HTMLParser
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from click.testing import CliRunner
 
 from railui.cli import cli
+from railui.files.study import Variable
+from railui.report.study_page import chosen
 from railui.report.written import number
 from tests.engine.small import write_study
 
@@ -73,6 +76,19 @@ def test_the_knee_stands_beside_the_vehicle_as_it_is_with_the_spread_on_fresh_se
     assert [row[3] for row in aims] == [number(x) for x in knee["objectives"]]
     fresh = [row[3] for row in rows if row[0] == "on fresh seeds"]
     assert len(fresh) == len(aims) and all("±" in cell for cell in fresh)
+
+
+def test_a_value_is_marked_where_it_stands_on_a_bound_of_its_range_as_the_search_walks_it():
+    """Over two decades 1.5e3 is a tenth of the way from 1e3, though a two-hundredth of the difference."""
+    path = "vehicle.secondary.yaw_damping"
+    study = SimpleNamespace(variables=[Variable(path, 1e3, 1e5, "N*m*s/rad")], constraints=[])
+
+    def point(value: float) -> dict[str, Any]:
+        return {"variables": {path: value}, "objectives": [], "constraints": []}
+
+    report = {"baseline": point(1.5e3), "pareto": [point(1e5)], "knee": 0, "aims": [], "limits": []}
+    told = chosen(study, report)  # type: ignore[arg-type]
+    assert told["rows"] == [{"name": path, "unit": "kN·m·s/rad", "cells": ["1.50", "100 (bound)"]}]
 
 
 def test_the_search_tells_its_designs_failures_and_sources(searched: tuple[Page, dict[str, Any], str]):

@@ -48,7 +48,7 @@ def write(path: Path, recording: Recording) -> None:
         one = pyuff.prepare_58(
             func_type=TIME_RESPONSE, rsp_node=i, rsp_dir=2, ref_dir=0, ref_node=0, data=x, x=recording.t, id1=name,
             ord_data_type=4, abscissa_spacing=1, abscissa_min=float(recording.t[0]), abscissa_inc=recording.interval,
-            binary=0,            rsp_ent_name="NONE", ref_ent_name="NONE",
+            binary=0, rsp_ent_name="NONE", ref_ent_name="NONE",
             abscissa_axis_units_lab="s", ordinate_axis_units_lab=recording.units.get(name) or "NONE",
         )  # fmt: skip
         # pyuff writes the fields that were not given too, and asks for numbers there
