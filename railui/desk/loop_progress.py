@@ -16,7 +16,7 @@ from railui.files.display import display, pretty
 from railui.files.parameters import PARAMETERS
 from railui.files.problems import FileProblems
 from railui.study.confirm import Refit
-from railui.study.gate import Finding
+from railui.study.finding import Finding
 from railui.study.judge import Floor
 from railui.study.measured import Measurement
 from railui.study.model import Model

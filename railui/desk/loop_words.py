@@ -8,7 +8,7 @@ from typing import Any
 from rich.text import Text
 
 from railui.desk.loop_views import short
-from railui.study.gate import Finding
+from railui.study.finding import Finding
 from railui.study.identify import COMBINED, DETERMINED, ROUGH, UNSEEN
 
 CEILING = "ceiling"  # the check that tells what no linear model explains, of every channel of every run

@@ -21,7 +21,7 @@ from railui.report.profiles import of_profiles
 from railui.study.adjust import Fit, Report, silent
 from railui.study.comfort_point import before
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
-from railui.study.gate import Finding
+from railui.study.finding import Finding
 from railui.study.judge import Judgement
 from railui.study.loop import Found, close_loop, lookalikes
 from railui.study.measured import Stretch, cut_samples, read

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from railui.study.adjust import STABLE, Fit, Report, adjust, silent
+from railui.study.finding import Finding
 from railui.study.foresight import Foreseen, foresee
-from railui.study.gate import Finding, gate
+from railui.study.gate import gate
 from railui.study.judge import Floor, Judgement, floor, judge
 from railui.study.measured import Measurement, Stretch
 from railui.study.model import Model

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from railui.study.gate import Finding, gate
+from railui.study.finding import Finding
+from railui.study.gate import _gaps, _stuck, gate
 from railui.study.measured import Measurement
 from tests.blind.made import made
 
@@ -63,6 +64,26 @@ def test_a_hunting_stretch_is_found_with_its_frequency():
     found = [f for f in spoiled("ay1", hunt) if f.check == "hunting"]
     assert found
     assert all(f.value == pytest.approx(3.0, abs=0.3) for f in found)
+    speeds = {s.file: s.mean_speed for s in made().measurement.stretches}
+    for f in found:
+        wave = float(f.text.rpartition("wavelength ")[2].removesuffix(" m"))
+        assert wave == pytest.approx(speeds[f.file] / f.value, rel=0.05)
+
+
+def test_a_channel_that_holds_one_value_for_a_second_is_told_with_its_place():
+    t = np.arange(2000) * 0.005
+    x = np.sin(t)
+    short, long = (np.where((t >= 4.0) & (t < 4.0 + length), 0.5, x) for length in (0.9, 3.0))
+    assert _stuck("run", "e1", short, t, 200.0) == []
+    (found,) = _stuck("run", "e1", long, t, 200.0)
+    assert (found.channel, found.value, found.start, found.end) == ("e1", 3.0, 4.0, 7.0)
+    assert _stuck("run", "Qy", 0.0 * t, t, 200.0) == []  # a coach that does not push
+
+
+def test_rows_that_are_not_used_are_told_as_a_share():
+    assert _gaps("run", {"rows": 200, "gaps": 0, "nan_rows": 0, "unused_rows": 0}) == []
+    (found,) = _gaps("run", {"rows": 200, "gaps": 2, "nan_rows": 3, "unused_rows": 5})
+    assert found.value == 2 and "2.5 % of the rows" in found.text
 
 
 def test_nothing_that_a_linear_vehicle_could_not_follow_is_left_without_an_effect():

@@ -33,7 +33,8 @@ from railui.report.driven import suspension_forces
 from railui.report.figures import compared_series, shown_channels, telling
 from railui.report.loop import loop_report
 from railui.report.loop_files import ForeignFiles, adjusted_design, check_directory, write_loop
-from railui.study.gate import Finding, gate
+from railui.study.finding import Finding
+from railui.study.gate import gate
 from railui.study.loop import close_loop
 from railui.study.measured import Measurement, read
 from railui.study.watch import Looked, Turn
