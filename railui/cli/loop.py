@@ -108,14 +108,16 @@ def effects_table(data: dict[str, Any]) -> Any:
     from rich.table import Table
 
     from railui.files.display import display
+    from railui.report.phases import phase_of
 
     table = Table(title="effects found", title_justify="left")
     for name in ("kind", "at", "wheelset", "parameter", "value", "standard deviation"):
         table.add_column(name)
     for effect in data["effects"]:
-        for key, p in effect["parameters"].items():
+        where = "both" if effect["wheelset"] is None else str(effect["wheelset"])
+        phases = [(f"phase, {phase_of(p)}", p) for p in effect["phases"]]
+        for key, p in [*effect["parameters"].items(), *phases]:
             sd = "-" if p["sd"] is None else display(p["sd"], p["unit"])
-            where = "both" if effect["wheelset"] is None else str(effect["wheelset"])
             table.add_row(effect["kind"], effect["at"], where, key, display(p["value"], p["unit"]), sd)
     return table
 

@@ -14,7 +14,7 @@ from railui.core import LINKAGE, Batch, Placement, Vehicles
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import unit_at
 from railui.report.figures import Window, place, units_of
-from railui.study.judge import initial_state
+from railui.study.judge import initial_state, with_phases
 from railui.study.loop import Found
 from railui.study.measured import Stretch, cut_samples, simulate
 from railui.study.model import Model, effect_row
@@ -40,6 +40,7 @@ class Scene:
         """The scene of a window: the whole stretch, ridden from the state it began with."""
         stretch = window.stretch
         cut = cut_samples(found.measurement.campaign, stretch)
+        model = with_phases(model, stretch, found.measurement.noise)
         start = initial_state(model, stretch, found.measurement.noise)
         settled = slice(cut, stretch.samples - cut)
         return cls(model, found.before.model, stretch, start, window.rows(cut), settled, units_of(found, stretch))

@@ -17,8 +17,9 @@ from railui.files.effect_reading import unit_of
 from railui.files.writing import finite
 from railui.report.detectable import detectable
 from railui.report.identifiability import identifiability
+from railui.report.phases import phases
 from railui.report.profiles import of_profiles
-from railui.study.adjust import Fit, Report, silent
+from railui.study.adjust import Report, silent
 from railui.study.comfort_point import before
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
 from railui.study.finding import Finding
@@ -76,7 +77,7 @@ def loop_report(found: Found) -> dict[str, Any]:
         "unexplained": found.unexplained,
         "verdict": found.verdict,
         "sentence": sentence(found),
-        "effects": _effects(found.after),
+        "effects": _effects(found),
         "outside": _outside(found),
         "classes": [alike for step in found.steps if (alike := lookalikes(step))],
         "ranking": ranking(found),
@@ -153,7 +154,8 @@ def _judged(judgement: Judgement) -> dict[str, Any]:
     return out
 
 
-def _effects(fit: Fit) -> list[dict[str, Any]]:
+def _effects(found: Found) -> list[dict[str, Any]]:
+    fit = found.after
     sd = dict(zip(fit.free.paths, fit.sd, strict=True))
     rows = []
     for group, effects in (("effects", fit.model.design.effects), ("sensors", fit.model.sensors)):
@@ -167,7 +169,8 @@ def _effects(fit: Fit) -> list[dict[str, Any]]:
                     continue
                 spread = sd.get(f"{group}.{i}.{p['key']}")
                 parameters[p["key"]] = {"value": value, "sd": spread, "unit": unit_of(p, effect.at)}
-            rows.append({"kind": effect.kind, "at": effect.at, "wheelset": effect.wheelset, "parameters": parameters})
+            place = {"kind": effect.kind, "at": effect.at, "wheelset": effect.wheelset}
+            rows.append(place | {"parameters": parameters, "phases": phases(found, i) if group == "effects" else []})
     return rows
 
 

@@ -56,7 +56,8 @@ def adjusted_design(found: Found) -> Design:
         tuple(fit.free.paths[i] for i in kept),
         tuple(tuple(float(x) for x in row) for row in 0.5 * (covariance + covariance.T)),
     )
-    return replace(fit.model.design, name=f"{campaign.design.name}, adjusted to {campaign.name}", adjustment=adjustment)
+    model = fit.model.on(*found.measurement.adjust[0].place)  # what turns, as on the first run
+    return replace(model.design, name=f"{campaign.design.name}, adjusted to {campaign.name}", adjustment=adjustment)
 
 
 def write_loop(found: Found, report: Mapping[str, Any], directory: Path, log: Sequence[str]) -> None:

@@ -13,6 +13,7 @@ from railui.files.writing import write_text
 from railui.report import figures, laws
 from railui.report.drawing import scale
 from railui.report.figures import place
+from railui.report.phases import phase_of
 from railui.report.rendered import rendered
 from railui.report.written import DASH, number, signed, with_sd
 from railui.study.loop import Found
@@ -137,7 +138,10 @@ def effects(report: Report, laws: Sequence[laws.Law]) -> list[Row]:
         {
             "law": law,
             "source": core.record(e["kind"])["source"],
-            "parameters": [_quantity(key.replace("_", " "), p) for key, p in e["parameters"].items()],
+            "parameters": [
+                *(_quantity(key.replace("_", " "), p) for key, p in e["parameters"].items()),
+                *(_quantity(f"phase on {phase_of(p)}", p) for p in e["phases"]),
+            ],
         }
         for e, law in zip(report["effects"], laws[len(curve) :], strict=True)
     ]

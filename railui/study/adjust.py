@@ -14,7 +14,7 @@ from railui.study.blocks import block_gram, samples_of
 from railui.study.free import Free, free_parameters
 from railui.study.judge import initial_state
 from railui.study.measured import Measurement, Stretch, simulate
-from railui.study.model import Model
+from railui.study.model import RADIUS, Model
 from railui.study.target import Target, begin, targets
 from railui.study.watch import Turn, Watch, unwatched
 
@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 Report = Callable[[str], None]
 
 DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of Levenberg, tried side by side
+TURNING = 1e-6  # relative step of a radius that something turns with
 STIFFEST = 16  # RK4 steps per sample up to which a fit may go
 LEAP = 1.5  # largest logarithm of the ratio in one step
 STABLE = -0.02  # 1/s, the least damping of a linear vehicle that a fit may reach
@@ -119,16 +120,20 @@ class Adjuster:
     ) -> None:  # fmt: skip
         self.model, self.free, self.ready, self.watch = model, free, list(ready), watch
         self.block, self.stable, self.jobs = block, stable, jobs
-        self.columns = [model.columns[p] for p in free.paths]
+        self.shared = [j for j, p in enumerate(free.paths) if "@" not in p]  # by all stretches
+        self.columns = [model.columns[free.paths[j]] for j in self.shared]
+        self.turning = {f"{p.rpartition('.')[0]}.{RADIUS}" for p in model.run_paths()}
         self.simulations = 0
         self.constrained = False
         self.ringing: Mapping[str, float] | None = None  # noise, where initial states are estimated at every step
         self.informed = INFORMED * sum(t.y.size for t in ready)
 
-    def rows(self, x: Floats) -> Floats:
-        """Rows [n, row] of the vehicle with the free numbers x [n, p]."""
+    def rows(self, x: Floats, stretch: Stretch | None = None) -> Floats:
+        """Rows [n, row] of the vehicle with the free numbers x [n, p], and the phases of a stretch."""
         rows = np.tile(self.model.row, (len(x), 1))
-        rows[:, self.columns] = x
+        rows[:, self.columns] = x[:, self.shared]
+        if stretch is not None:
+            self.model.turn(rows, *stretch.place, {p: x[:, j] for j, p in enumerate(self.free.paths) if "@" in p})
         return rows
 
     def series(self, target: Target, x: Floats) -> tuple[Floats, NDArray[np.int64]]:
@@ -138,7 +143,7 @@ class Adjuster:
             self.model,
             target.stretch,
             target.stretch.channels,
-            batch=self.model.batch(self.rows(x)),
+            batch=self.model.batch(self.rows(x, target.stretch)),
             vehicles=self.model.vehicles(target.stretch.coach_forces),
             steps=target.steps,
             filter=target.filter,
@@ -183,19 +188,24 @@ class Adjuster:
             return False
 
     def steps(self, x: Floats) -> Floats:
-        """Steps of the forward differences, 1e-5 relative, 1e-4 where effects stand; inwards at an upper bound."""
-        relative = 1e-4 if self.model.effects else 1e-5
+        """Steps of the forward differences, 1e-5 relative, 1e-4 where effects stand; inwards at an upper bound.
+
+        Over a run of a thousand turns a relative change of a radius is six thousand times as large an angle.
+        """
+        relative = np.full(len(x), 1e-4 if self.model.effects else 1e-5)
+        relative[[j for j, p in enumerate(self.free.paths) if p in self.turning]] = TURNING
         delta = relative * np.maximum(np.abs(x), 0.1 * self.free.size)
         return np.where(x + delta > self.free.high, -delta, delta)
 
     def sensitivities(self, target: Target, x: Floats) -> tuple[Floats, NDArray[np.int64]]:
         """The residual, then the sensitivity of each number [1 + p, channel, n], and where vehicles diverged."""
         delta = self.steps(x)
-        series, lost = self.series(target, np.vstack([x, x + np.diag(delta)]))
+        here = [j for j, p in enumerate(self.free.paths) if "@" not in p or p.endswith(f"@{target.stretch.place[0]}")]
+        series, lost = self.series(target, np.vstack([x, x + np.diag(delta)[here]]))
         series[1:] -= series[0]
-        series[1:] /= delta[:, None, None]
+        series[1:] /= delta[here, None, None]
         series[0] = target.y - series[0]
-        return target.free_of(series), lost
+        return _spread(target.free_of(series), here, len(x)), lost
 
     def linearise(self, x: Floats) -> Normal:
         """Residual and sensitivities at x as inner products per block."""
@@ -331,6 +341,15 @@ class Adjuster:
         return np.asarray(inverse @ middle @ inverse)
 
 
+def _spread(series: Floats, here: Sequence[int], count: int) -> Floats:
+    """Residual and sensitivities [1 + here, ...] as [1 + count, ...]: zero for the numbers of other stretches."""
+    if len(here) == count:
+        return series
+    out = np.zeros((1 + count, *series.shape[1:]))
+    out[[0, *(1 + j for j in here)]] = series
+    return out
+
+
 def block_seconds(model: Model, stretches: Sequence[Stretch]) -> float:
     """Three hunting periods of the model [s], at least one second; a fiftieth of a rig's record."""
     if model.design.kind != "bogie":
@@ -354,7 +373,10 @@ def adjust(
     jobs: int | None = None,
     watch: Watch = unwatched,
 ) -> Fit:
-    """Adjust the numbers at `paths` of a model to the adjusting runs of a measurement, from `start` [p]."""
+    """Adjust the numbers at `paths` of a model to the adjusting runs of a measurement, and the phases of each stretch.
+
+    start: other values than the model's to begin with, [p] of `Model.freed` paths.
+    """
     if ready is None:
         ready = targets(model, measurement, measurement.adjust)
     free = free_parameters(model, paths, declared)
@@ -362,5 +384,5 @@ def adjust(
     adjuster = Adjuster(model, free, ready, block=seconds, stable=stable, jobs=jobs, watch=watch)
     if model.design.kind == "rig":
         adjuster.ringing = measurement.noise
-    x = model.row[adjuster.columns] if start is None else start
+    x = np.array([model.value(p) for p in free.paths]) if start is None else start
     return adjuster.fit(x, tolerance=tolerance, most=most)

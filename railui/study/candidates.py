@@ -39,7 +39,7 @@ class Candidate:
 
     @property
     def phased(self) -> bool:
-        """Does it stand in two phases, the second half of its shapes in quadrature to the first?"""
+        """Does it stand in two phases, every second of its shapes in quadrature to the one before?"""
         return any(p["role"] == "run" for p in core.record(self.kind)["parameters"])
 
     @property
@@ -81,7 +81,7 @@ def candidates(
                 continue
             shapes = tuple(_shape(record, shape, sites.get(at, {})) for shape in record["shapes"])
             if any(p["role"] == "run" for p in record["parameters"]):
-                shapes += tuple(s | {"phase": QUADRATURE} for s in shapes)
+                shapes = tuple(one for s in shapes for one in (s, s | {"phase": QUADRATURE}))
             for wheelset in (None, 1, 2) if at in PER_WHEELSET else (None,):
                 candidate = Candidate(kind, at, wheelset, shapes)
                 if _compatible(model, candidate):
@@ -194,6 +194,7 @@ def bundles(found: Sequence[Candidate]) -> list[Bundle]:
         for pack in packs:
             lanes = [(i, j) for i, c in enumerate(pack) for j in range(len(c.shapes))]
             size = core.LANES - 1
+            size -= size % 2 if members[0].phased else 0  # what stands in two phases is seen in both at once
             for begin in range(0, len(lanes), size):
                 part = lanes[begin : begin + size]
                 used = sorted({i for i, _ in part})

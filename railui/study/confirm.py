@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -88,26 +88,32 @@ def _kin(one: Candidate, other: Candidate) -> bool:
     return together and (one.at, one.wheelset) == (other.at, other.wheelset)
 
 
-def starts(trace: Trace, sighting: Sighting) -> list[dict[str, float]]:
-    """Starting parameters of a candidate: its best shapes, at the amount that the trace estimates and a small one."""
+Start = tuple[PlacedEffect, Mapping[str, float]]
+
+
+def starts(trace: Trace, sighting: Sighting) -> list[Start]:
+    """What a candidate starts from: its best shapes, at the amount that the trace estimates and a small one.
+
+    Each with the phases of the stretches that the trace saw with this shape.
+    """
     same = [s for s in trace.sightings if s.candidate == sighting.candidate]
     same.sort(key=lambda s: -signed(s))
     memory = core.record(sighting.candidate.kind)["states"] > 0
-    out = []
+    out: list[tuple[dict[str, float], Mapping[str, float]]] = []
     for s in same[: 3 if memory else 2]:
         shape = dict(s.candidate.shapes[s.shape])
         if s.candidate.strength is None:
             if core.record(s.candidate.kind)["acts"] == "sensor":
                 neutral = 1.0 if "gain" in shape else 0.0
                 shape = {k: neutral + s.amount * (v - neutral) for k, v in shape.items()}
-            out.append(shape)
+            out.append((shape, s.phases))
             continue
-        phase = {} if s.phase is None else {"phase": s.phase}
         amount = GUESS if s.candidate.one_sided and s.amount <= 0 else s.amount
-        out.append(s.candidate.scaled(shape, amount) | phase)
+        out.append((s.candidate.scaled(shape, amount), s.phases))
     if sighting.candidate.strength is not None:
-        out.append(sighting.candidate.scaled(out[0], SMALL))
-    return out
+        shape, phases = out[0]
+        out.append((sighting.candidate.scaled(shape, SMALL), phases))
+    return [(sighting.candidate.placed(shape), phases) for shape, phases in out]
 
 
 def confirm(
@@ -206,7 +212,8 @@ class Rough:
 
         def begun(s: Sighting) -> Fit | None:
             c = s.candidate
-            one = self._begun(c.placed({str(c.strength): MODEST * c.shapes[0][str(c.strength)]}), model)
+            effect = c.placed({str(c.strength): MODEST * c.shapes[0][str(c.strength)]})
+            one = self._begun((effect, {}), model)
             # the declared vehicle is far off: its first two steps tell nothing yet
             return None if one is None else self._carried(one, QUICK)
 
@@ -244,7 +251,7 @@ class Rough:
 
     def _tried(self, trace: Trace, s: Sighting) -> Fit | None:
         """The best after the first steps from every start, or nothing where no start can be simulated."""
-        effects = [s.candidate.placed(p) for p in starts(trace, s)]
+        effects = starts(trace, s)
         begun = [self._begun(e) for e in effects]
         # a mass costs little, and a hunting vehicle without what holds it runs far away: from the declared one as well
         if self.model.design.kind == "rig" or self.wild:
@@ -272,14 +279,15 @@ class Rough:
             self.base, np.array([self.declared.row[self.declared.columns[p]] for p in self.base])
         )
 
-    def _begun(self, effect: PlacedEffect, base: Model | None = None) -> Fit | None:
+    def _begun(self, start: Start, base: Model | None = None) -> Fit | None:
         try:
-            model = (base or self.model).with_effect(effect)
+            model = (base or self.model).with_effect(*start)
             ready = retarget(model, self.short, self.measurement, self.finest)
         except ValueError:
             return None  # this start cannot be simulated: another may
         own = model.effect_paths()
-        few = len(self.base) if self.wild else max(core.LANES - 1 - len(own), len(self.base) // 2)
+        lanes = core.LANES - 1 - len(own) - len(model.run_paths())  # a stretch has one phase of each
+        few = len(self.base) if self.wild else max(lanes, len(self.base) // 2)
         paths = [*self.base[:few], *own]
         return _fitted(model, ready, self.measurement, self.declared, paths, 1, tolerance=COARSE, most=2)
 

@@ -177,7 +177,7 @@ def blended(
     p = course.at(stretch.columns["s"])
     width = max(float(np.ptp(p)), 1e-3 * abs(float(p.mean())), 1e-12)
     grid = np.linspace(p.min() - 0.02 * width, p.max() + 0.02 * width, core.LANES)
-    rows = np.tile(model.row, (core.LANES, 1))
+    rows = np.tile(model.on(*stretch.place).row, (core.LANES, 1))
     for path, ratio in course.ratios.items():
         rows[:, model.columns[path]] = ratio * grid
     series, lost = simulate(model, stretch, channels, batch=model.batch(rows), steps=steps, initial=start)

@@ -150,7 +150,8 @@ def pulses(
 ) -> dict[Port, Floats]:
     """Weighted answer [channel, n] over some seconds, on even track, to a pulse of 1 N over one sample at each port.
 
-    A sample is `every` of the run's; the pulse peaks at sample `DELAY`, run at the mean speed of the stretch.
+    A sample is `every` of the run's; the pulse peaks at sample `DELAY`, run at the mean speed of the stretch. What the
+    vehicle does on even track without one is taken off: a wheelset that runs out is never quiet.
     """
     stretch, dt, v = target.stretch, target.stretch.dt, target.stretch.mean_speed
     n = round(seconds / (dt * every)) * every
@@ -159,10 +160,10 @@ def pulses(
     force = [UNIT * f for _, f in pulse]
     table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
     row = core.effect_numbers("measured_force", {"against": "s", "motion": corners, "force": force})
-    batch = fit.model.batch(fit.model.row[None], np.array([row]), np.ones((1, 1)))
+    batch = fit.model.batch(np.tile(fit.model.row, (2, 1)), np.array([row, row]), np.array([[1.0], [0.0]]))
     out: dict[Port, Floats] = {}
     for at, wheelset in ports:
         vehicles = fit.model.vehicles((), [core.Placement("measured_force", at, wheelset, len(row))])
         series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels)
-        out[at, wheelset] = series[0][:, ::every] * weights[:, None] / UNIT
+        out[at, wheelset] = (series[0] - series[1])[:, ::every] * weights[:, None] / UNIT
     return out

@@ -41,11 +41,20 @@ class Free:
 
 
 def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> Free:
-    """Bounds and priors of paths, from the one list of parameters and the catalogue."""
+    """Bounds and priors of paths and of the phases of each stretch, from the list of parameters and the catalogue."""
     low, high, size, prior, sd, ratio = [], [], [], [], [], []
     values = declared.design.values
+    paths = model.freed(paths)
     for path in paths:
-        now = float(model.row[model.columns[path]])
+        now = model.value(path)
+        if "@" in path:
+            low.append(-np.inf)
+            high.append(np.inf)
+            size.append(PHASE)
+            prior.append(now)
+            sd.append(np.inf)
+            ratio.append(False)
+            continue
         if path in PARAMETERS:
             p = PARAMETERS[path]
             mean = values[path]
@@ -66,7 +75,7 @@ def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> Free
         ratio.append(bounds[0] >= 0 and now > 0)
         low.append(max(bounds[0], 1e-4 * now) if ratio[-1] else bounds[0])
         high.append(bounds[1])
-        size.append(max(abs(now), _curve_size(model, path), PHASE if path in model.run_paths() else 1e-12))
+        size.append(max(abs(now), _curve_size(model, path), 1e-12))
         curve = _curve_size(model, path)
         prior.append(0.0 if curve else now)
         sd.append(CURVE * curve if curve else np.inf)

@@ -27,6 +27,7 @@ from railui.study.model import Model
 
 Floats = NDArray[np.float64]
 BLOCK = 2.0  # seconds of a block of squared error
+ROUNDS = 2  # in which phases beside each other are estimated
 START = 4.0  # seconds on which an initial state is estimated
 SCALES = (5e-3, 3e-3)  # usual displacement [m] and yaw [rad], the ridge of the estimate
 RATES = (0.05, 0.03)
@@ -64,20 +65,26 @@ def initial_state(model: Model, stretch: Stretch, noise: Mapping[str, float]) ->
 
 
 def with_phases(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> Model:
-    """The vehicle with the phases that belong to this run, estimated on its first 4 s beside the initial state."""
-    for path in model.run_paths():
-        centre, reach = 0.0, np.pi
-        for _ in range(3):
-            tried = centre + reach * np.linspace(-1.0, 1.0, 13)
-            misfits = [_start(model.with_row([path], np.array([p])), stretch, noise)[1] for p in tried]
-            centre, reach = float(tried[int(np.argmin(misfits))]), reach / 6.0
-        model = model.with_row([path], np.array([centre]))
+    """The vehicle with its phases on this stretch: as fitted there, else estimated on its first 4 s.
+
+    Beside the initial state; of several in turn, and once more with those of the others known.
+    """
+    where = stretch.place[0]
+    own = [path for path in model.run_paths() if f"{path}@{where}" not in model.phases]
+    for _ in own[:ROUNDS]:
+        for path in own:
+            centre, reach = model.phases.get(f"{path}@{where}", 0.0), np.pi
+            for _ in range(3):
+                tried = centre + reach * np.linspace(-1.0, 1.0, 13)
+                misfits = [_start(model.with_row([f"{path}@{where}"], [p]), stretch, noise)[1] for p in tried]
+                centre, reach = float(tried[int(np.argmin(misfits))]), reach / 6.0
+            model = model.with_row([f"{path}@{where}"], [centre])
     return model
 
 
 def _start(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> tuple[Floats, float]:
     """Initial state and the misfit that it leaves."""
-    channels = stretch.channels
+    channels, model = stretch.channels, model.on(*stretch.place)
     vehicles = model.vehicles(stretch.coach_forces)
     states = vehicles.states(model.single())
     scale = usual_motion(stretch, model)
@@ -190,7 +197,8 @@ class _Scene:
     """A model taken as true on a stretch, which is measured and simulated again with noise."""
 
     def __init__(self, model: Model, measurement: Measurement, stretch: Stretch, index: int) -> None:
-        self.model, self.measurement, self.stretch, self.index = model, measurement, stretch, index
+        self.model, self.measurement = with_phases(model, stretch, measurement.noise), measurement
+        self.stretch, self.index, model = stretch, index, self.model
         self.channels, self.steps = compared(stretch), steps_for(model, stretch)
         self.start = initial_state(model, stretch, measurement.noise)
         truth = simulate(model, stretch, self.channels, steps=self.steps, initial=self.start)[0][0]

@@ -74,6 +74,15 @@ class Stretch:
         """Mean of the speed [m/s]; 1 on a rig, which stands."""
         return 1.0 if self.kind == "rig" else float(self.columns["v"].mean())
 
+    @property
+    def place(self) -> tuple[str, float]:
+        """Which run and which of its stretches this is (part of), and the distance [m] of that stretch's middle."""
+        cut_from = self.whole or self.longer
+        if cut_from is not None:
+            return cut_from.place
+        s = self.columns.get("s")
+        return f"{self.run}.{self.number}", 0.0 if s is None else float(0.5 * (s[0] + s[-1]))
+
     def table(self, half_wheelbase: Behind, steps: int) -> Floats:
         """The input table of this stretch, made once for each number of steps."""
         key = (half_wheelbase, steps)
@@ -247,9 +256,12 @@ def simulate(
     initial: Floats | None = None,
     jobs: int | None = 1,
 ) -> tuple[Floats, NDArray[np.int64]]:
-    """Series [vehicle, channel, n] of one or many vehicles over a stretch, and where each diverged (-1: never)."""
+    """Series [vehicle, channel, n] of one or many vehicles over a stretch, and where each diverged (-1: never).
+
+    The one vehicle of a model has the phases that are known of the stretch.
+    """
     vehicles = vehicles or model.vehicles(stretch.coach_forces)
-    batch = model.single() if batch is None else batch
+    batch = model.on(*stretch.place).single() if batch is None else batch
     if initial is not None:
         batch = batch.with_initial(initial)
     steps = steps or steps_for(model, stretch)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -18,6 +18,8 @@ from railui.study.layout import layout_of, paths_of
 from railui.track import Behind, distances_behind
 
 Floats = NDArray[np.float64]
+RADIUS = "rolling_radius"  # of what turns: its angle is s/r_e + phase
+TURN = 2.0 * np.pi
 
 
 def numbers_of(design: Design) -> Floats:
@@ -49,10 +51,14 @@ class Model:
     """A design ready for the kernel, with sensor effects behind it (they belong to a campaign).
 
     Its row is its numbers, then those of its effects, shape [row]; a batch is many rows of one structure.
+    phases: what belongs to a run and not to the vehicle, by the path of the number and the stretch behind an @
+    (`effects.0.phase@1.0`: of run 1, its stretch 0): the angle [rad] of what turns in the middle of the stretch, where
+    it hangs least on the radius. The design's own phase is that of a vehicle on no run in particular.
     """
 
     design: Design
     sensors: tuple[PlacedEffect, ...] = ()
+    phases: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     @property
     def effects(self) -> tuple[PlacedEffect, ...]:
@@ -99,14 +105,45 @@ class Model:
         """This vehicle alone."""
         return self.batch(self.row[None])
 
-    def with_row(self, paths: Sequence[str], values: Floats) -> Model:
+    def value(self, path: str) -> float:
+        """The number at a path of its row, or the phase of a stretch."""
+        return self.phases[path] if "@" in path else float(self.row[self.columns[path]])
+
+    def on(self, stretch: str, middle: float) -> Model:
+        """The vehicle as it was on a stretch, with its phases there; middle: of the stretch, a distance [m]."""
+        row = self.row[None].copy()
+        self.turn(row, stretch, middle)
+        own = [p.partition("@")[0] for p in self.phases if p.endswith(f"@{stretch}")]
+        return self.with_row(own, row[0, [self.columns[p] for p in own]]) if own else self
+
+    def turn(self, rows: Floats, stretch: str, middle: float, angles: Mapping[str, Floats] | None = None) -> None:
+        """Lay the phases of a stretch into rows [n, row]: that angle s/r_e + phase in its middle, of each row's radius.
+
+        angles: path -> angle [n] of each row, for those that are not as `phases` has them.
+        """
+        for path, angle in self.phases.items():
+            base, _, where = path.partition("@")
+            if where == stretch:
+                radius = rows[:, self.columns[base.rpartition(".")[0] + f".{RADIUS}"]]
+                turned = (angles or {}).get(path, angle) - middle / radius
+                rows[:, self.columns[base]] = turned - TURN * np.round(turned / TURN)
+
+    def freed(self, paths: Sequence[str]) -> list[str]:
+        """What a fit of these numbers moves: of what belongs to a run one per stretch, whether it is named or not."""
+        run = set(self.run_paths())
+        return [*(p for p in paths if p not in run and "@" not in p), *self.phases]
+
+    def with_row(self, paths: Sequence[str], values: Sequence[float] | Floats) -> Model:
         """The vehicle with other values at some paths."""
         changes: dict[str, float] = {}
+        phases = dict(self.phases)
         sensors = [dict(s.parameters) for s in self.sensors]
         curves: dict[int, dict[int, float]] = {}
         for path, value in zip(paths, values, strict=True):
             group, _, rest = path.partition(".")
-            if group == "sensors":
+            if "@" in path:
+                phases[path] = float(value)
+            elif group == "sensors":
                 sensors[int(rest.partition(".")[0])][rest.partition(".")[2]] = float(value)
             elif group == "effects" and rest.count(".") == 2:
                 curves.setdefault(int(rest.split(".")[0]), {})[int(rest.split(".")[2])] = float(value)
@@ -116,23 +153,32 @@ class Model:
         if curves:
             design = design.with_effects(_with_curves(design.effects, curves))
         placed = tuple(PlacedEffect(s.kind, s.at, s.wheelset, p) for s, p in zip(self.sensors, sensors, strict=True))
-        return Model(design, placed)
+        return Model(design, placed, phases)
 
-    def with_effect(self, effect: PlacedEffect) -> Model:
-        """The vehicle (or its sensors) with one effect more."""
+    def with_effect(self, effect: PlacedEffect, phases: Mapping[str, float] | None = None) -> Model:
+        """The vehicle (or its sensors) with one effect more; phases: its own, by stretch."""
         if core.record(effect.kind)["acts"] == "sensor":
-            return Model(self.design, (*self.sensors, effect))
-        return Model(self.design.with_effects((*self.design.effects, effect)), self.sensors)
+            return replace(self, sensors=(*self.sensors, effect))
+        effects = self.design.effects
+        paths = [f"effects.{len(effects)}.{p}" for p in _run_keys(effect)]
+        own = {f"{path}@{where}": angle for path in paths for where, angle in (phases or {}).items()}
+        return Model(self.design.with_effects((*effects, effect)), self.sensors, {**self.phases, **own})
 
     def without(self, index: int) -> Model:
         """The vehicle without one of `effects`."""
         own = len(self.design.effects)
         if index >= own:
-            return Model(self.design, tuple(s for i, s in enumerate(self.sensors) if i != index - own))
-        return Model(self.design.with_effects(e for i, e in enumerate(self.design.effects) if i != index), self.sensors)
+            return replace(self, sensors=tuple(s for i, s in enumerate(self.sensors) if i != index - own))
+        phases = {}
+        for path, angle in self.phases.items():
+            group, number, rest = path.split(".", 2)
+            if int(number) != index:
+                phases[f"{group}.{int(number) - (int(number) > index)}.{rest}"] = angle
+        left = self.design.with_effects(e for i, e in enumerate(self.design.effects) if i != index)
+        return Model(left, self.sensors, phases)
 
     def effect_paths(self) -> list[str]:
-        """Paths of the numbers of all effects and sensors that a fit may move."""
+        """Paths of the numbers of all effects and sensors that a fit may move, but for what belongs to a run."""
         paths = []
         for group, effects in (("effects", self.design.effects), ("sensors", self.sensors)):
             for i, effect in enumerate(effects):
@@ -142,18 +188,13 @@ class Model:
                     continue
                 if effect.kind in core.CURVES:
                     continue
-                free = [p for p in core.record(effect.kind)["parameters"] if p["role"] in ("strength", "shape", "run")]
+                free = [p for p in core.record(effect.kind)["parameters"] if p["role"] in ("strength", "shape")]
                 paths += [f"{group}.{i}.{p['key']}" for p in free]
         return paths
 
     def run_paths(self) -> list[str]:
         """Paths of what belongs to a run and not to the vehicle: phases."""
-        return [
-            f"effects.{i}.{p['key']}"
-            for i, effect in enumerate(self.design.effects)
-            for p in core.record(effect.kind)["parameters"]
-            if p["role"] == "run"
-        ]
+        return [f"effects.{i}.{key}" for i, effect in enumerate(self.design.effects) for key in _run_keys(effect)]
 
     def half_wheelbase(self) -> Behind:
         """a [m] of a bogie, 0 of one mass; of bodies and elements how far each wheelset runs behind the first [m]."""
@@ -177,6 +218,11 @@ class Model:
     def eigenvalues(self, speed: float, rows: Floats | None = None) -> NDArray[np.complex128]:
         """Eigenvalues [n, 2 x degrees of freedom] of the linear vehicle at a speed [m/s], largest real part first."""
         return self.vehicles().eigenvalues(self.batch(self.row[None] if rows is None else rows), speed)
+
+
+def _run_keys(effect: PlacedEffect) -> list[str]:
+    """What of an effect belongs to a run and not to the vehicle."""
+    return [p["key"] for p in core.record(effect.kind)["parameters"] if p["role"] == "run"]
 
 
 def _with_curves(effects: Sequence[PlacedEffect], curves: Mapping[int, Mapping[int, float]]) -> list[PlacedEffect]:

@@ -112,7 +112,9 @@ def look_outside(
         at, wheelset = coupled.at, coupled.wheelset
     else:
         coupled = None
-    curve = found.model.design.effects[-1]
+    index = len(found.model.design.effects) - 1
+    curve = found.model.design.effects[index]
+    points = [j for j, p in enumerate(found.free.paths) if p.startswith(f"effects.{index}.force.")]
     yaw = spot.at.endswith("_yaw")
     z = "rad" if yaw else "m"
     return Outside(
@@ -121,7 +123,7 @@ def look_outside(
         spot.against,
         spot.grid,
         np.array(curve.parameters["force"]),
-        np.insert(found.sd[-len(spot.grid) + 1 :], len(spot.grid) // 2, 0.0),
+        np.insert(found.sd[points], len(spot.grid) // 2, 0.0),
         {"z": z, "v": f"{z}/s", "s": "m"}[spot.against],
         "N*m" if yaw else "N",
         max(share, origin.share),
@@ -255,7 +257,8 @@ def _hats(fit: Fit, spot: _Spot, target: Target) -> Floats | None:
     place = core.Placement("measured_force", spot.at, spot.wheelset, len(rows[0]))
     try:
         vehicles = fit.model.vehicles(target.stretch.coach_forces, [place])
-        batch = fit.model.batch(np.tile(fit.model.row, (n + 1, 1)), np.array(rows), np.ones((n + 1, 1)))
+        here = fit.model.on(*target.stretch.place)
+        batch = here.batch(np.tile(here.row, (n + 1, 1)), np.array(rows), np.ones((n + 1, 1)))
         series, lost = simulate(
             fit.model, target.stretch, target.stretch.channels, batch=batch, vehicles=vehicles, steps=target.steps,
             filter=target.filter, initial=target.start,

@@ -50,7 +50,7 @@ def two_parallel_models(
     free = free_parameters(model, paths, declared)
     seconds = block_seconds(declared, [t.stretch for t in ready])
     adjuster = Adjuster(model, free, ready, block=seconds, stable=True, jobs=jobs)
-    x = np.array([model.row[c] for c in adjuster.columns])
+    x = np.array([model.value(p) for p in free.paths])
     begun = adjuster.fit(x, tolerance=1e-3, most=0)
     adjuster.simulations = 0
     x, cost = begun.x, begun.cost

@@ -96,7 +96,7 @@ def begin(model: Model, target: Target) -> Target:
     starts = np.tile(target.start, (len(scale) + 1, 1))
     starts[1:, : len(scale)] += np.diag(NUDGE * scale)
     series, lost = simulate(
-        model, stretch, stretch.channels, batch=model.batch(np.tile(model.row, (len(starts), 1))),
+        model, stretch, stretch.channels, batch=model.batch(np.tile(model.on(*stretch.place).row, (len(starts), 1))),
         steps=target.steps, filter=target.filter, initial=starts,
     )  # fmt: skip
     if np.any(lost >= 0):

@@ -6,7 +6,7 @@ out, against the residual: a partial rho (Broersen 1976, ch. 5 and 6; the score 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,8 +17,9 @@ from railui.core import Batch, Vehicles
 from railui.study.adjust import Adjuster, Fit, block_seconds, variance_of
 from railui.study.beside import beside
 from railui.study.blocks import in_blocks, samples_of
-from railui.study.candidates import Bundle, Candidate, bundles
+from railui.study.candidates import QUADRATURE, Bundle, Candidate, bundles
 from railui.study.measured import simulate
+from railui.study.model import RADIUS
 from railui.study.target import Target
 from railui.study.watch import Looked, Watch, unwatched
 
@@ -39,7 +40,9 @@ class Sighting:
 
     rho: partial correlation; amount: of it that would explain the residual best; explained: share of the squared
     residual; scores [block]: what each block of time says; norm: squared length of its difference, norms [block] the
-    same of every block (empty: all alike); absorbed [p]: what the adjustable parameters make of one of it.
+    same of every block (empty: all alike); absorbed [p]: what the adjustable parameters make of one of it; phases:
+    the angle [rad] of what turns in the middle of each stretch, by which it explains most; beside [block]: the scores
+    in quadrature to it, where [block]: the stretch of each block.
     """
 
     candidate: Candidate
@@ -48,9 +51,11 @@ class Sighting:
     amount: float
     scores: Floats
     norm: float
-    phase: float | None = None
     absorbed: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
     norms: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
+    phases: Mapping[str, float] = field(default_factory=dict)
+    beside: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
+    where: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64), repr=False)
 
     @property
     def z(self) -> float:
@@ -60,8 +65,9 @@ class Sighting:
 
     def forecast(self, ratio: float, blocks: int) -> Sighting:
         """What a run so many times as long, of so many blocks, would say."""
-        norms = np.resize(self.norms, blocks) if self.norms.size else self.norms
-        return replace(self, scores=np.resize(self.scores, blocks), norm=ratio * self.norm, norms=norms)
+        per_block = {"scores": self.scores, "norms": self.norms, "beside": self.beside, "where": self.where}
+        resized = {name: np.resize(x, blocks) for name, x in per_block.items() if x.size}
+        return replace(self, norm=ratio * self.norm, **resized)  # type: ignore[arg-type]
 
     @property
     def leverage(self) -> Floats:
@@ -123,28 +129,6 @@ class Trace:
     def rho2(self) -> float:
         """Share of the squared residual that the best candidate explains."""
         return max((signed(s) ** 2 for s in self.best), default=0.0)
-
-
-def merged(sightings: Sequence[Sighting]) -> tuple[Sighting, ...]:
-    """Sightings of phased candidates joined with those in quadrature: the phase that explains most."""
-    out = [s for s in sightings if not s.candidate.phased]
-    pairs: dict[tuple[Candidate, int], list[Sighting]] = {}
-    for s in sightings:
-        if s.candidate.phased:
-            pairs.setdefault((s.candidate, s.shape % (len(s.candidate.shapes) // 2)), []).append(s)
-    for (candidate, shape), pair in pairs.items():
-        if len(pair) < 2:
-            continue
-        sine, cosine = sorted(pair, key=lambda s: s.shape)
-        phase = float(np.arctan2(cosine.amount, sine.amount))
-        a, b = np.cos(phase), np.sin(phase)
-        scores, norm = a * sine.scores + b * cosine.scores, a * a * sine.norm + b * b * cosine.norm
-        amount = float(np.hypot(sine.amount, cosine.amount))
-        absorbed = a * sine.absorbed + b * cosine.absorbed
-        rho = float(np.hypot(sine.rho, cosine.rho))
-        norms = a * a * sine.norms + b * b * cosine.norms
-        out.append(Sighting(candidate, shape, rho, amount, scores, norm, phase, absorbed, norms))
-    return tuple(out)
 
 
 def signed(s: Sighting) -> float:
@@ -222,7 +206,7 @@ class Eye:
         for part in beside(self._look, work, jobs):
             parts.append(part)
             watch(Looked(len(parts), len(work), tuple(part)))
-        return merged([s for part in parts for s in part])
+        return tuple(s for part in parts for s in part)
 
     def _look(self, bundle: Bundle) -> list[Sighting]:
         """Score every lane of a bundle."""
@@ -232,18 +216,61 @@ class Eye:
             one, fine = differences(self.fit, i, bundle)
             series.append(one)
             sound &= fine
+        lanes = bundle.lanes
+        if bundle.members[0].phased:
+            return self._turned(lanes[::2], bundle, series, sound[::2] & sound[1::2])
         seen = self.against(series)
+        return [
+            _sighting(bundle.members[member], shape, seen, lane)
+            for lane, (member, shape) in enumerate(lanes)
+            if sound[lane] and seen.told[lane]
+        ]
+
+    def _turned(
+        self, lanes: Sequence[tuple[int, int]], bundle: Bundle, series: Sequence[Floats], sound: NDArray[np.bool_]
+    ) -> list[Sighting]:
+        """Score what turns, each stretch with the phase of its own that explains most; series in sine and cosine."""
+        places = [t.stretch.place for t in self.fit.targets]
+        middles = dict(places)
+        phases = self._phases(series)  # [lane, place], at distance 0
+        index = [list(middles).index(where) for where, _ in places]
+
+        def combined(quadrature: float) -> list[Floats]:
+            angles = [phases[:, i, None, None] + quadrature for i in index]
+            return [np.cos(p) * one[::2] + np.sin(p) * one[1::2] for p, one in zip(angles, series, strict=True)]
+
+        seen, beside = self.against(combined(0.0)), self.against(combined(QUADRATURE))
+        where = np.repeat(index, [len(b.blocks) for b in self.bases])
         found = []
-        for lane, (member, shape) in enumerate(bundle.lanes):
+        for lane, (member, shape) in enumerate(lanes):
             if sound[lane] and seen.told[lane]:
-                found.append(
-                    Sighting(
-                        bundle.members[member], shape, float(seen.rho[lane]), float(seen.amount[lane]),
-                        seen.scores[lane], float(seen.left[lane]), absorbed=seen.absorbed[lane],
-                        norms=seen.norms[lane],
-                    )
-                )  # fmt: skip
+                candidate = bundle.members[member]
+                turns = 1.0 / candidate.shapes[shape][RADIUS]
+                own = {w: float(p + middles[w] * turns) for w, p in zip(middles, phases[lane], strict=True)}
+                one = _sighting(candidate, shape, seen, lane)
+                found.append(replace(one, phases=own, beside=beside.scores[lane], where=where))
         return found
+
+    def _phases(self, series: Sequence[Floats]) -> Floats:
+        """Phases [lane, place] of pairs in sine and cosine: all pairs of the places beside each other explain most."""
+        places = [t.stretch.place[0] for t in self.fit.targets]
+        names, lanes, own = list(dict.fromkeys(places)), len(series[0]) // 2, len(self.solver.right)
+        cross = np.zeros((lanes, len(names), 2, 1 + own))
+        inner = np.zeros((lanes, len(names), 2, 2))
+        for where, target, base, one in zip(places, self.fit.targets, self.bases, series, strict=True):
+            pairs = _rows_in_blocks(target.free_of(one), base.length)  # [block, 2 lanes, sample]
+            k = names.index(where)
+            cross[:, k] += (pairs @ base.blocks.transpose(0, 2, 1)).sum(axis=0).reshape(lanes, 2, 1 + own)
+            pairs = pairs.reshape(len(pairs), lanes, 2, -1)
+            inner[:, k] += np.einsum("blin,bljn->lij", pairs, pairs)
+        flat = cross.reshape(lanes, -1, 1 + own)
+        left = -flat[:, :, 1:] @ self.solver.inverse @ flat[:, :, 1:].transpose(0, 2, 1)
+        for k in range(len(names)):
+            left[:, 2 * k : 2 * k + 2, 2 * k : 2 * k + 2] += inner[:, k]
+        score = flat[:, :, 0] - flat[:, :, 1:] @ self.solver.beta
+        amounts = np.einsum("lij,lj->li", np.linalg.pinv(left, rcond=VANISHED**2, hermitian=True), score)
+        sine, cosine = np.moveaxis(amounts.reshape(lanes, -1, 2), 2, 0)
+        return np.asarray(np.arctan2(cosine, sine))
 
     def against(self, series: Sequence[Floats]) -> Seen:
         """Output differences [lane, channel, n] of every stretch against its residual, by inner products per block."""
@@ -266,6 +293,12 @@ class Eye:
         projection = scores.sum(axis=1)
         rho = projection / np.sqrt(left * max(solver.rest, 1e-300))
         return Seen(rho, projection / left, scores, left, beta, told, np.maximum(each.T, 0.0))
+
+
+def _sighting(candidate: Candidate, shape: int, seen: Seen, lane: int) -> Sighting:
+    """One lane of what was seen."""
+    rho, amount, left = (float(x[lane]) for x in (seen.rho, seen.amount, seen.left))
+    return Sighting(candidate, shape, rho, amount, seen.scores[lane], left, seen.absorbed[lane], seen.norms[lane])
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,7 +343,8 @@ def _rows_in_blocks(series: Floats, length: int) -> Floats:
 
 def differences(fit: Fit, index: int, bundle: Bundle, amount: float = AMOUNT) -> tuple[Floats, NDArray[np.bool_]]:
     """Output differences per amount [lane, channel, n] of a bundle on a stretch, and which lanes are sound."""
-    target, model = fit.targets[index], fit.model
+    target = fit.targets[index]
+    model = fit.model.on(*target.stretch.place)
     numbers, amounts = bundle.numbers(), bundle.amounts(amount)
     numbers = np.vstack([numbers[:1], numbers])
     amounts = np.vstack([np.zeros_like(amounts[:1]), amounts])
@@ -343,6 +377,11 @@ def differences(fit: Fit, index: int, bundle: Bundle, amount: float = AMOUNT) ->
     return out, fine[1:] & fine[0]
 
 
+def _places(where: NDArray[np.int64]) -> list[NDArray[np.bool_]]:
+    """Which blocks lie on each stretch."""
+    return [where == k for k in np.unique(where)]
+
+
 def _grows(bundle: Bundle) -> bool:
     return bundle.members[0].kind == "coach_mode"
 
@@ -368,13 +407,18 @@ def family_wise(
     if not sightings:
         return 1.0, float("inf")
     noise = np.array([s.noise for s in sightings])
-    noise /= np.maximum(np.linalg.norm(noise, axis=1, keepdims=True), 1e-300)
+    spread = np.maximum(np.linalg.norm(noise, axis=1, keepdims=True), 1e-300)
+    noise /= spread
     one = np.array([s.candidate.one_sided for s in sightings])
     well = sightings if seen_well is None else seen_well
     seen = np.array([s.z if s.candidate.one_sided else abs(s.z) for s in well])
     rng = np.random.default_rng(np.random.SeedSequence([seed, 11]))
     signs = rng.choice([-1.0, 1.0], size=(BOOTSTRAPS, noise.shape[1]))
     drawn = signs @ noise.T
+    for i, s in enumerate(sightings):
+        if s.beside.size:  # what turns finds in noise, too, the phase of every stretch that suits it
+            both = np.stack([noise[i], s.beside / spread[i]])
+            drawn[:, i] = sum(np.linalg.norm(signs[:, at] @ both[:, at].T, axis=1) for at in _places(s.where))
     # each draw over its own spread, as the score that was seen is over its own
     h = np.array([s.leverage for s in sightings])
     w = 1.0 / np.maximum(1.0 - h, LONELY) ** 2

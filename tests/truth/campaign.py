@@ -9,6 +9,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -51,16 +52,16 @@ Structure = tuple[int, float, tuple[tuple[str, str, int | None], ...]]
 
 @dataclass(frozen=True)
 class Order:
-    """What a campaign shall be; run a adjusts, run b validates."""
+    """What a campaign shall be; its runs are a, b and so on: the last validates, those before it adjust."""
 
     effects: Sequence[Effect] = ()
     seed: int = 0
     name: str = "truth"
     track: str = "low"  # ERRI B176
     scale: float = 1.0  # of the track
-    speeds: tuple[float, float] = (40.0, 31.0)  # m/s
+    speeds: Sequence[float] = (40.0, 31.0)  # m/s of each run
     wander: float = 1.15  # m/s: standard deviation of the speed within a run
-    seconds: tuple[float, float] = (70.0, 45.0)
+    seconds: Sequence[float] = (70.0, 45.0)
     rate: float = 200.0  # samples per second
     noise: Mapping[str, float] = field(default_factory=dict)  # standard deviations other than NOISE's; 0: none
     noise_band: float = 2.5  # m
@@ -80,7 +81,7 @@ class Campaign:
     order: Order
     vehicle: Vehicle
     effects: dict[str, list[Effect]]  # per run, with its own phases and seeds
-    runs: dict[str, dict[str, Array]]  # "a" and "b", in the order of the columns
+    runs: dict[str, dict[str, Array]]  # "a", "b" and so on, in the order of the columns
     clean: dict[str, dict[str, Array]]  # the same without noise
     steps: int
 
@@ -135,14 +136,14 @@ def campaigns(orders: Sequence[Order]) -> list[Campaign]:
         for k, what in pending.items():
             alike.setdefault(_structure(orders[k], *what), []).append(k)
         for (steps, _, _), members in alike.items():
-            vehicles = [pending[k][0] for k in members for _ in (0, 1)]
+            vehicles = [pending[k][0] for k in members for _ in orders[k].speeds]
             tables = [run for k in members for run in pending[k][1]]
             effects = [one for k in members for one in pending[k][2]]
             seen = simulate_many(vehicles, tables, effects, steps)
-            for i, k in enumerate(members):
-                pair = seen[2 * i : 2 * i + 2]
-                if all(max(np.abs(c["e1"]).max(), np.abs(c["e2"]).max()) < WIDEST for c in pair):
-                    done[k] = _recorded(orders[k], pending[k], pair, steps)
+            for k in members:
+                own, seen = seen[: len(orders[k].speeds)], seen[len(orders[k].speeds) :]
+                if all(max(np.abs(c["e1"]).max(), np.abs(c["e2"]).max()) < WIDEST for c in own):
+                    done[k] = _recorded(orders[k], pending[k], own, steps)
     if missing := [order.name for k, order in enumerate(orders) if k not in done]:
         raise ArithmeticError(f"{', '.join(missing)}: derails every time; weaken the effects or the track")
     return [done[k] for k in range(len(orders))]
@@ -164,12 +165,12 @@ def campaign(order: Order) -> Campaign:
 def _recorded(
     order: Order,
     what: tuple[Vehicle, list[Table], list[list[Effect]]],
-    pair: list[dict[str, Array]],
+    seen: list[dict[str, Array]],
     steps: int,
 ) -> Campaign:
     vehicle, tables, effects = what
-    runs, clean = {}, {}
-    for i, name in enumerate("ab"):
+    runs, clean, names = {}, {}, ascii_lowercase[: len(tables)]
+    for i, name in enumerate(names):
         run, warm = tables[i], round(WARM * order.rate)
         whole = {
             "t": run.t,
@@ -178,11 +179,11 @@ def _recorded(
             "yw": run.yw,
             "phiw": run.phiw,
             "gauge": run.gauge,
-            **pair[i],
+            **seen[i],
         }
         clean[name] = {x: whole[x][warm:] for x in ("t", "s", "v", *TRACK, *RESPONSES, *order.columns)}
         runs[name] = noisy(clean[name], order, np.random.default_rng([order.seed, 13, i]))
-    return Campaign(order, vehicle, dict(zip("ab", effects, strict=True)), runs, clean, steps)
+    return Campaign(order, vehicle, dict(zip(names, effects, strict=True)), runs, clean, steps)
 
 
 def noisy(clean: Mapping[str, Array], order: Order, rng: np.random.Generator) -> dict[str, Array]:
@@ -201,14 +202,15 @@ def noisy(clean: Mapping[str, Array], order: Order, rng: np.random.Generator) ->
 
 
 def write(found: Campaign, folder: Path, truth: Path | None = None) -> None:
-    """vehicle.yaml, campaign.yaml and both runs; the truth only where a path is given for it."""
+    """vehicle.yaml, campaign.yaml and the runs; the truth only where a path is given for it."""
     order = found.order
     folder.mkdir(parents=True, exist_ok=True)
     noise = {x: NOISE[x][1] for x in found.runs["a"] if x in NOISE}
     noise |= {x: f"{sd:.12g}" for x, sd in order.noise.items() if sd and x in noise}
     noise = {x: text for x, text in noise.items() if order.noise.get(x, 1.0)}
     (folder / "vehicle.yaml").write_text(design(order.declared))
-    (folder / "campaign.yaml").write_text(campaign_text(order.name, "vehicle.yaml", noise, order.noise_band))
+    text = campaign_text(order.name, "vehicle.yaml", noise, order.noise_band, found.runs)
+    (folder / "campaign.yaml").write_text(text)
     for name, run in found.runs.items():
         write_run(folder / f"run_{name}.csv.gz", run, UNITS)
     if truth is not None:
@@ -239,8 +241,8 @@ def main(words: Sequence[str] | None = None) -> None:
     p.add_argument("--name")
     p.add_argument("--track", choices=["low", "high"], default="low")
     p.add_argument("--scale", type=float, default=1.0)
-    p.add_argument("--speeds", type=float, nargs=2, default=Order.speeds)
-    p.add_argument("--seconds", type=float, nargs=2, default=Order.seconds)
+    p.add_argument("--speeds", type=float, nargs="+", default=Order.speeds)
+    p.add_argument("--seconds", type=float, nargs="+", default=Order.seconds)
     p.add_argument("--coloured", type=float, default=0.0, metavar="SECONDS")
     p.add_argument("--unmeasured", type=float, default=0.0, metavar="NEWTON")
     p.add_argument("--columns", nargs="*", default=[], choices=["psi1", "psi2", "Qy", "Qpsi"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -114,10 +114,14 @@ def _flow(values: Mapping[str, float]) -> str:
     return "{" + ", ".join(f"{k}: {x:.12g}" for k, x in values.items()) + "}"
 
 
-def campaign_text(name: str, vehicle: str, noise: Mapping[str, str], noise_band: float = 2.5) -> str:
-    """Text of campaign.yaml; noise is column to quantity."""
+def campaign_text(
+    name: str, vehicle: str, noise: Mapping[str, str], noise_band: float = 2.5, runs: Iterable[str] = "ab"
+) -> str:
+    """Text of campaign.yaml; noise is column to quantity, the last run validates."""
     text = [f"name: {name}", f"vehicle: {vehicle}", "runs:"]
-    text += ["  - {file: run_a.csv.gz, role: adjust}", "  - {file: run_b.csv.gz, role: validate}"]
+    *adjusting, validating = runs
+    text += [f"  - {{file: run_{x}.csv.gz, role: adjust}}" for x in adjusting]
+    text.append(f"  - {{file: run_{validating}.csv.gz, role: validate}}")
     text.append("noise: {" + ", ".join(f"{x}: {sd}" for x, sd in noise.items()) + "}")
     if noise_band != 2.5:
         text.append(f"noise_band: {noise_band:.12g} m")
