@@ -14,7 +14,7 @@ from railui.core import LINKAGE, Batch, Placement, Vehicles
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import unit_at
 from railui.report.figures import Window, place, units_of
-from railui.study.judge import initial_state, with_phases
+from railui.study.beginning import initial_state, with_phases
 from railui.study.loop import Found
 from railui.study.measured import Stretch, cut_samples, simulate
 from railui.study.model import Model, effect_row

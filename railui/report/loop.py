@@ -305,7 +305,7 @@ def _parameters(found: Found) -> dict[str, dict[str, Any]]:
     flags = dict(zip(found.after.free.paths, found.after.flags(), strict=True))
     rows = {}
     for path, value, sd in zip(found.after.free.paths, found.after.x, found.after.sd, strict=True):
-        if path not in before:
+        if path not in before or "@" in path:
             continue
         was, was_sd = before[path]
         flag = flags[path]

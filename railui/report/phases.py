@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from railui.study.adjust import Fit
-from railui.study.judge import with_phases
+from railui.study.beginning import with_phases
 from railui.study.loop import Found
 from railui.study.measured import Stretch
 from railui.study.model import RADIUS, TURN

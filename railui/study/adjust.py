@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, optimize
 
+from railui.study.beginning import initial_state
 from railui.study.beside import beside
 from railui.study.blocks import block_gram, samples_of
 from railui.study.free import Free, free_parameters
-from railui.study.judge import initial_state
 from railui.study.measured import Measurement, Stretch, simulate
 from railui.study.model import RADIUS, Model
 from railui.study.target import Target, begin, targets

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from railui import core
 from railui.study.adjust import Fit
+from railui.study.beginning import initial_state
 from railui.study.blocks import inverse
-from railui.study.judge import Judgement, compared, initial_state, judgement_of
+from railui.study.judge import Judgement, compared, judgement_of
 from railui.study.measured import Measurement, Stretch, filtered, simulate, steps_for
 from railui.study.model import Model
 

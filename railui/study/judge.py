@@ -1,4 +1,4 @@
-"""A model judged on runs: error per channel as the loop report defines it, initial states, noise floor."""
+"""A model judged on runs: error per channel as the loop report defines it, and the noise floor."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.core import Batch
+from railui.study.beginning import initial_state, with_phases
 from railui.study.beside import beside
 from railui.study.measured import (
     COMPARED,
@@ -27,10 +27,6 @@ from railui.study.model import Model
 
 Floats = NDArray[np.float64]
 BLOCK = 2.0  # seconds of a block of squared error
-ROUNDS = 2  # in which phases beside each other are estimated
-START = 4.0  # seconds on which an initial state is estimated
-SCALES = (5e-3, 3e-3)  # usual displacement [m] and yaw [rad], the ridge of the estimate
-RATES = (0.05, 0.03)
 
 
 @dataclass(frozen=True)
@@ -54,89 +50,6 @@ class Judgement:
 def compared(stretch: Stretch) -> list[str]:
     """The channels that count in nrmse."""
     return [c for c in stretch.channels if c in COMPARED or c in RIG_RESPONSES]
-
-
-def initial_state(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> Floats:
-    """The state [q, q'] with which a stretch begins, from its first 4 s by linear least squares, twice.
-
-    Offsets of the channels are estimated along; a ridge of usual motions holds what the sensors do not see.
-    """
-    return _start(model, stretch, noise)[0]
-
-
-def with_phases(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> Model:
-    """The vehicle with its phases on this stretch: as fitted there, else estimated on its first 4 s.
-
-    Beside the initial state; of several in turn, and once more with those of the others known.
-    """
-    where = stretch.place[0]
-    own = [path for path in model.run_paths() if f"{path}@{where}" not in model.phases]
-    for _ in own[:ROUNDS]:
-        for path in own:
-            centre, reach = model.phases.get(f"{path}@{where}", 0.0), np.pi
-            for _ in range(3):
-                tried = centre + reach * np.linspace(-1.0, 1.0, 13)
-                misfits = [_start(model.with_row([f"{path}@{where}"], [p]), stretch, noise)[1] for p in tried]
-                centre, reach = float(tried[int(np.argmin(misfits))]), reach / 6.0
-            model = model.with_row([f"{path}@{where}"], [centre])
-    return model
-
-
-def _start(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> tuple[Floats, float]:
-    """Initial state and the misfit that it leaves."""
-    channels, model = stretch.channels, model.on(*stretch.place)
-    vehicles = model.vehicles(stretch.coach_forces)
-    states = vehicles.states(model.single())
-    scale = usual_motion(stretch, model)
-    own = len(scale)
-    steps = steps_for(model, stretch)
-    n = min(stretch.samples, max(round(START / stretch.dt), 8 * own))
-    table = np.ascontiguousarray(stretch.table(model.half_wheelbase(), steps)[: 2 * steps * (n - 1) + 1])
-    sd = np.array([max(noise.get(c, 0.0), 0.02 * stretch.columns[c].std(), 1e-12) for c in channels])
-    x = stretch.measured(channels)[:, :n] / sd[:, None]
-    offsets = np.kron(np.eye(len(channels)), np.ones((n, 1)))
-    guess, misfit = np.zeros(states), np.inf
-    for _ in range(2):
-        starts = np.tile(guess, (own + 1, 1))
-        starts[1:, :own] += np.diag(1e-3 * scale)
-        batch = Batch.of(*(np.tile(a, (own + 1, 1)) for a in _single(model)), initial=starts)
-        series, lost = vehicles.simulate(batch, table, stretch.dt, steps, channels)
-        if np.any(lost >= 0):
-            return np.zeros(states), np.inf
-        series = series / sd[None, :, None]
-        jacobian = (series[1:] - series[0]).reshape(own, -1).T / 1e-3
-        a = np.vstack([np.hstack([jacobian, offsets]), np.eye(own + len(channels))[:own]])
-        b = np.concatenate([(x - series[0]).ravel(), -guess[:own] / scale])
-        found = np.linalg.lstsq(a, b, rcond=None)[0]
-        misfit = float(np.sum((b - a @ found) ** 2))
-        guess = guess.copy()
-        guess[:own] += scale * found[:own]
-    return guess, misfit
-
-
-def _single(model: Model) -> tuple[Floats, Floats, Floats]:
-    one = model.single()
-    return one.numbers, one.effects, one.amounts
-
-
-def usual_motion(stretch: Stretch, model: Model) -> Floats:
-    """Usual displacements and rates [state] of what an initial state is estimated of."""
-    return np.concatenate([_scales(stretch, model), _rates(stretch, model)])
-
-
-def _scales(stretch: Stretch, model: Model) -> Floats:
-    if stretch.kind == "rig":
-        column = stretch.columns[stretch.channels[0]]
-        return np.array([max(float(np.std(column)), 1e-12)])
-    coach = [SCALES[0]] if any(e.kind == "coach_mode" for e in model.effects) and not stretch.coach_forces else []
-    return np.array([*SCALES * 3, *coach])
-
-
-def _rates(stretch: Stretch, model: Model) -> Floats:
-    if stretch.kind == "rig":
-        return _scales(stretch, model) / stretch.dt * 0.1
-    coach = [RATES[0]] * (len(_scales(stretch, model)) - 6)
-    return np.array([*RATES * 3, *coach])
 
 
 def judge(model: Model, measurement: Measurement, stretches: Sequence[Stretch]) -> Judgement:

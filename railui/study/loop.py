@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from railui.study.adjust import STABLE, Fit, Report, adjust, silent
+from railui.study.beginning import with_phases
 from railui.study.finding import Finding
 from railui.study.foresight import Foreseen, foresee
 from railui.study.gate import gate
@@ -60,6 +61,14 @@ class Found:
         if self.outside is not None and self.outside.gains:
             return self.outside.judged(self.measurement, stretches)
         return judge(self.after.model, self.measurement, stretches)
+
+
+def declared_on(measurement: Measurement) -> Model:
+    """The declared vehicle, what turns as each adjusting run met it: phases estimated, to be fitted with all else."""
+    model = Model(measurement.campaign.design, measurement.campaign.sensors)
+    for stretch in measurement.adjust:
+        model = with_phases(model, stretch, measurement.noise)
+    return model
 
 
 def adjusted(
@@ -119,9 +128,8 @@ def close_loop(
     the `Sighting` about to be confirmed, its `Refit`, and `Floor`.
     """
     began = time.perf_counter()
-    campaign = measurement.campaign
     findings = passed_gate(measurement, report)
-    declared = Model(campaign.design, campaign.sensors)
+    declared = declared_on(measurement)
     judged = {"declared": judge(declared, measurement, measurement.validate)}
     watch(Judged("declared", judged["declared"]))
     report(f"declared vehicle: nrmse {judged['declared'].nrmse:.4f}")
@@ -205,7 +213,7 @@ def adjust_only(
         raise ValueError(f"no method {method!r}: {' or '.join(METHODS)}")
     began = time.perf_counter()
     findings = passed_gate(measurement, report)
-    declared = Model(measurement.campaign.design, measurement.campaign.sensors)
+    declared = declared_on(measurement)
     if method == METHODS[0]:
         before = adjusted(measurement, declared, jobs=jobs, report=report, watch=watch)
     else:

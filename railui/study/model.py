@@ -125,8 +125,7 @@ class Model:
             base, _, where = path.partition("@")
             if where == stretch:
                 radius = rows[:, self.columns[base.rpartition(".")[0] + f".{RADIUS}"]]
-                turned = (angles or {}).get(path, angle) - middle / radius
-                rows[:, self.columns[base]] = turned - TURN * np.round(turned / TURN)
+                rows[:, self.columns[base]] = less_turns((angles or {}).get(path, angle) - middle / radius)
 
     def freed(self, paths: Sequence[str]) -> list[str]:
         """What a fit of these numbers moves: of what belongs to a run one per stretch, whether it is named or not."""
@@ -218,6 +217,15 @@ class Model:
     def eigenvalues(self, speed: float, rows: Floats | None = None) -> NDArray[np.complex128]:
         """Eigenvalues [n, 2 x degrees of freedom] of the linear vehicle at a speed [m/s], largest real part first."""
         return self.vehicles().eigenvalues(self.batch(self.row[None] if rows is None else rows), speed)
+
+
+def less_turns(angle: Floats) -> Floats:
+    """An angle [rad] without whole turns, between -pi and pi.
+
+    >>> less_turns(np.array([7.0, -4.0])).round(3).tolist()
+    [0.717, 2.283]
+    """
+    return np.asarray(angle - TURN * np.round(angle / TURN))
 
 
 def _run_keys(effect: PlacedEffect) -> list[str]:

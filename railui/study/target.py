@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.core import Filter
-from railui.study.judge import initial_state, usual_motion, weights
+from railui.study.beginning import initial_state, usual_motion
+from railui.study.judge import weights
 from railui.study.measured import Measurement, Stretch, filter_for, filtered, passed, simulate, steps_for
 from railui.study.model import Model
 

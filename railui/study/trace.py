@@ -19,7 +19,7 @@ from railui.study.beside import beside
 from railui.study.blocks import in_blocks, samples_of
 from railui.study.candidates import QUADRATURE, Bundle, Candidate, bundles
 from railui.study.measured import simulate
-from railui.study.model import RADIUS
+from railui.study.model import RADIUS, less_turns
 from railui.study.target import Target
 from railui.study.watch import Looked, Watch, unwatched
 
@@ -245,8 +245,8 @@ class Eye:
         for lane, (member, shape) in enumerate(lanes):
             if sound[lane] and seen.told[lane]:
                 candidate = bundle.members[member]
-                turns = 1.0 / candidate.shapes[shape][RADIUS]
-                own = {w: float(p + middles[w] * turns) for w, p in zip(middles, phases[lane], strict=True)}
+                turned = less_turns(phases[lane] + np.array(list(middles.values())) / candidate.shapes[shape][RADIUS])
+                own = dict(zip(middles, turned.tolist(), strict=True))
                 one = _sighting(candidate, shape, seen, lane)
                 found.append(replace(one, phases=own, beside=beside.scores[lane], where=where))
         return found
