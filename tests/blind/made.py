@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from railui.files.campaign import load_campaign
 from railui.study.adjust import Fit
@@ -17,6 +18,7 @@ from tests.truth.campaign import Campaign, Order, campaign, write
 from tests.truth.effects import parse
 
 SHORT = (25.0, 20.0)  # s
+SPEEDS = (40.0, 31.0)  # m/s
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +31,15 @@ class Made:
 
 
 @cache
-def made(*effects: str, seed: int = 3, seconds: tuple[float, float] = SHORT, columns: Sequence[str] = ()) -> Made:
-    """A campaign with planted effects, each written as `kind at=place name=number`."""
-    order = Order([parse(text) for text in effects], seed=seed, seconds=seconds, columns=columns)
+def made(
+    *effects: str,
+    seed: int = 3,
+    seconds: Sequence[float] = SHORT,
+    columns: Sequence[str] = (),
+    speeds: Sequence[float] = SPEEDS,
+) -> Made:
+    """A campaign with planted effects, each written as `kind at=place name=number`; its last run validates."""
+    order = Order([parse(text) for text in effects], seed=seed, seconds=seconds, columns=columns, speeds=speeds)
     truth = campaign(order)
     with tempfile.TemporaryDirectory() as folder:
         write(truth, Path(folder))
@@ -40,7 +48,7 @@ def made(*effects: str, seed: int = 3, seconds: tuple[float, float] = SHORT, col
 
 
 @cache
-def fitted(*effects: str, **more: int) -> Fit:
+def fitted(*effects: str, **more: Any) -> Fit:
     """The declared vehicle of such a campaign, adjusted without an effect."""
     one = made(*effects, **more)
     return adjusted(one.measurement, one.declared, jobs=2)
