@@ -20,7 +20,8 @@ from railui.study.finding import Finding
 from railui.study.judge import Floor
 from railui.study.measured import Measurement
 from railui.study.model import Model
-from railui.study.trace import Sighting, Trace, signed
+from railui.study.sighting import Sighting, signed
+from railui.study.trace import Trace
 from railui.study.watch import Judged, Looked, Turn
 
 SHOWN = 60  # rows of the ranking

@@ -11,7 +11,8 @@ from railui import core
 from railui.files.effect_reading import unit_of
 from railui.study.candidates import Candidate
 from railui.study.foresight import Foreseen
-from railui.study.trace import POWER, Sighting, Trace
+from railui.study.sighting import Sighting
+from railui.study.trace import POWER, Trace
 
 CHANCE = 0.9
 MARGIN = 1.4  # the gain scatters about what is foreseen, and a fit takes more of an effect than its first order

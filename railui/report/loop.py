@@ -27,8 +27,8 @@ from railui.study.judge import Judgement
 from railui.study.loop import Found, close_loop, lookalikes
 from railui.study.measured import Stretch, cut_samples, read
 from railui.study.outside import Outside
+from railui.study.sighting import Sighting
 from railui.study.terms import ADEQUATE, UNEXPLAINED, Step, structured
-from railui.study.trace import Sighting
 from railui.study.weighting import W_D, cascade, weighted_rms
 from railui.study.windows import WINDOW, files
 

@@ -15,8 +15,9 @@ from railui.study.beside import beside
 from railui.study.candidates import Candidate
 from railui.study.measured import Measurement
 from railui.study.model import Model
+from railui.study.sighting import Sighting, signed
 from railui.study.target import Target, retarget, shortened
-from railui.study.trace import FINEST, Sighting, Trace, signed
+from railui.study.trace import FINEST, Trace
 from railui.study.watch import Watch, unwatched
 from railui.study.windows import held
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from railui.study.judge import Judgement
-    from railui.study.trace import Sighting
+    from railui.study.sighting import Sighting
 
 Floats = NDArray[np.float64]
 Watch = Callable[[object], None]

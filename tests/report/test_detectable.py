@@ -9,7 +9,8 @@ import pytest
 
 from railui.report.detectable import _crossing, detectable, smallest_amount
 from railui.study.candidates import Candidate
-from railui.study.trace import POWER, Sighting, Trace
+from railui.study.sighting import Sighting
+from railui.study.trace import POWER, Trace
 
 SPRING = Candidate("spring", "primary_lateral", None, ({"stiffness": 2e5}, {"stiffness": 8e5}))
 GAIN = Candidate("sensor_gain", "e1", None, ({"gain": 1.1},))

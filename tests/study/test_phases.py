@@ -15,7 +15,8 @@ from railui.study.candidates import Candidate, candidates
 from railui.study.loop import adjusted, close_loop, declared_on
 from railui.study.measured import Measurement, simulate
 from railui.study.model import Model
-from railui.study.trace import Sighting, Trace, family_wise, trace
+from railui.study.sighting import Sighting, family_wise
+from railui.study.trace import Trace, trace
 from tests.blind.made import Made, fitted, made
 from tests.truth.files import paths
 

@@ -11,8 +11,9 @@ import pytest
 from railui.study.candidates import Candidate, bundles, candidates
 from railui.study.confirm import chosen
 from railui.study.loop import adjusted
+from railui.study.sighting import Sighting, family_wise, signed
 from railui.study.terms import OBVIOUS, STRUCTURED, structured
-from railui.study.trace import Sighting, Trace, family_wise, signed, trace
+from railui.study.trace import Trace, trace
 from tests.blind.made import fitted, made
 from tests.truth.campaign import noisy
 from tests.truth.effects import effect, sense
