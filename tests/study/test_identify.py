@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from railui.study import outside
+from railui.study.adjust import Fit
 from railui.study.candidates import Bundle, Candidate
 from railui.study.coefficients import PORTS, TERMS, _answers, coefficients
 from railui.study.drift import block_distances, drifts, hats
@@ -19,6 +20,16 @@ from railui.study.trace import differences
 from tests.blind.made import fitted, made
 
 CONICITY = "contact.leading.conicity"
+
+
+def changed(fit: Fit, path: str, by: np.ndarray) -> Fit:
+    """A fit whose residual holds, to first order, a parameter that is higher by so much in every block of time."""
+    gram, j = fit.normal.gram.copy(), 1 + fit.free.paths.index(path)
+    own, by = gram[:, :, :, j].copy(), by[:, None]
+    gram[:, :, 1:, 0] += by[..., None] * own[:, :, 1:]
+    gram[:, :, 0, 1:] += by[..., None] * own[:, :, 1:]
+    gram[:, :, 0, 0] += 2 * by * own[:, :, 0] + by**2 * own[:, :, j]
+    return replace(fit, normal=replace(fit.normal, gram=gram))
 
 
 def test_conicity_is_determined_and_the_contact_angle_is_not_seen():
@@ -44,6 +55,7 @@ def test_the_profile_of_a_determined_number_is_its_parabola():
     np.testing.assert_allclose(found.deviance, by_hand, rtol=0.5, atol=0.3)
     assert found.low is not None and found.high is not None
     assert found.low < fit.x[j] < found.high
+    assert found.high - found.low == pytest.approx(2 * 1.645 * fit.sd[j], rel=0.25)  # 90 % of a normal distribution
 
 
 def test_a_freed_coefficient_answers_as_the_kernel_does():
@@ -95,6 +107,25 @@ def test_what_lies_on_the_last_edge_belongs_to_the_last_stretch():
     assert np.any(plain.values[1] != other.values[1])
 
 
+def test_a_parameter_that_is_higher_on_one_stretch_is_so_there_alone():
+    fit = fitted()
+    s, j, by = block_distances(fit), fit.free.paths.index(CONICITY), 0.05 * fit.x[fit.free.paths.index(CONICITY)]
+    middle = 0.5 * (s.min() + s.max())
+    higher = changed(fit, CONICITY, np.where(s >= middle, by, 0.0))
+    first, last = (per_stretch(higher, middle - s.min()).values - per_stretch(fit, middle - s.min()).values)[:, j]
+    assert abs(first) < 1e-3 * by and last == pytest.approx(by, rel=0.1)
+
+
+def test_a_course_is_the_value_along_the_track_of_what_changes():
+    fit = fitted()
+    s, x = block_distances(fit), fit.x[fit.free.paths.index(CONICITY)]
+    along = (s - s.min()) / np.ptp(s)
+    found = drifts(changed(fit, CONICITY, 0.3 * x * along))[0]
+    assert found.path == CONICITY and found.ratios == {CONICITY: 1.0}
+    rise = found.at(np.array([s.max()])) - found.at(np.array([s.min()]))
+    assert rise[0] == pytest.approx(0.3 * x, rel=0.1)
+
+
 def test_a_conicity_that_grows_along_the_track_is_seen_at_the_contact():
     found = drifts(fitted("conicity_drift at=contact per_km=0.4"))[0]
     assert found.path.startswith("contact.")
@@ -120,3 +151,12 @@ def test_two_parallel_models_come_nearer_one_difference_at_a_time():
     assert found.simulations > 2 * len(paths)
     assert rho.rho.shape == (len(paths), len(rho.channels))
     assert np.abs(correlations(found).steps).max() < 1.0
+
+
+def test_the_difference_of_two_models_asks_a_parameter_back_to_where_it_was():
+    fit = fitted()
+    j, off = fit.free.paths.index(CONICITY), fit.x.copy()
+    off[j] *= 0.98
+    rho = correlations(replace(fit, x=off))
+    assert rho.steps[j] == pytest.approx(0.02 * fit.x[j], rel=0.25)
+    assert rho.rho[j].max() > 0.05 and np.abs(rho.rho).max() <= 1.0
