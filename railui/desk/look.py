@@ -14,10 +14,10 @@ from scipy import signal
 
 from railui.files.design import Design
 from railui.study.comfort_point import before, floor_of
+from railui.study.critical import critical_speeds
 from railui.study.curve import curves
-from railui.study.linear import eigenvalues
+from railui.study.linear import damping_ratio, eigenvalues
 from railui.study.model import Model
-from railui.study.modes import critical_speeds, damping_ratio
 from railui.study.ride import model_of, rides, simulate
 from railui.study.road import Laid, Road, is_track_file, lay
 

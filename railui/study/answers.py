@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from railui.files.results import RESULTS
 from railui.study.cases import Case
+from railui.study.critical import linear_many
 from railui.study.curve import stands_many
 from railui.study.hunting import fold_speeds
-from railui.study.linear import eigenvalues
+from railui.study.linear import damping_ratio, eigenvalues
 from railui.study.measures import n_mv, ride_value
 from railui.study.model import Model
-from railui.study.modes import damping_ratio, linear_many
 from railui.study.road import Road
 from railui.study.score import score_many
 from railui.study.stability import SPEEDS, practical

@@ -14,7 +14,7 @@ from railui.contact.creep import creep_coefficients
 from railui.contact.linearise import Linearised, forms, harmonic, linearise
 from railui.contact.profile import ROUGH
 from railui.contact.shape import conicity_per_gauge
-from railui.study.modes import klingel_wavelength
+from railui.study.critical import klingel_wavelength
 
 Floats = NDArray[np.float64]
 EN_AMPLITUDE = 3e-3  # m, at which equivalent conicities are compared

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from railui.files.placed_effects import PlacedEffect
 from railui.study.continuation import Cycle, branch
+from railui.study.critical import SLOWEST
 from railui.study.model import Model
-from railui.study.modes import SLOWEST
 from railui.study.straight import Motion, Straight
 
 Floats = NDArray[np.float64]

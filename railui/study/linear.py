@@ -17,16 +17,11 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 STRAIGHT: Final = Laid(Track(np.arange(4.0), np.zeros(4)), "straight and level")
-AMPLITUDES: Final = (
-    1e-5,
-    1e-4,
-    1e-3,
-    1e-2,
-    4e-2,
-)  # m, rad, m/s where a law is asked whether it is linear; 0.1 m derails
-_LINEAR: dict[Any, tuple[bool, ...]] = {}
-MOST: Final = 256  # vehicles of which it is remembered
+# m, rad, m/s where a law is asked whether it is linear; 0.1 m derails
+AMPLITUDES: Final = (1e-5, 1e-4, 1e-3, 1e-2, 4e-2)
 NUDGE: Final = 1e-9  # of a state from rest, where nothing cancels: smaller than any slip speed or play
+MOST: Final = 256  # vehicles of which it is remembered
+_LINEAR: dict[Any, tuple[bool, ...]] = {}
 
 
 def is_lateral(dof: str) -> bool:
@@ -115,6 +110,12 @@ def eigenvalues(model: Model, rows: Floats, speeds: Floats, *, at_rest: bool = F
     found = np.linalg.eigvals(state_matrices(model, rows, speeds, at_rest=at_rest)).astype(np.complex128)
     order = np.lexsort((-found.imag, -found.real), axis=1)
     return np.take_along_axis(found, order, axis=1)
+
+
+def damping_ratio(roots: Complexes) -> Floats:
+    """-Re(s)/abs(s) of eigenvalues 1/s: 0 at the critical speed, negative above, 1 without oscillation."""
+    size = np.abs(roots)
+    return np.asarray(-roots.real / np.where(size > 0, size, 1.0))
 
 
 def _active(model: Model, at_rest: bool) -> tuple[bool, ...]:

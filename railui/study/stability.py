@@ -9,10 +9,11 @@ from typing import Any, Final
 import numpy as np
 
 from railui.files.design import Design
+from railui.study.critical import critical_speeds, klingel_of
 from railui.study.hunting import Hunting, hunting, with_flange
 from railui.study.linear import linear_effects
 from railui.study.model import Model
-from railui.study.modes import critical_speeds, klingel_of, modes_over
+from railui.study.modes import modes_over
 from railui.study.ride import TrackGiven, model_of, rides
 from railui.study.road import Laid, Road, lay
 from railui.study.score import CLASSES

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.special import ellipk
 
 from railui.contact import NoCentre, equivalent_conicity
-from railui.study.modes import klingel_wavelength
+from railui.study.critical import klingel_wavelength
 from tests.contact.shapes import reference
 
 Y = np.linspace(-7e-3, 7e-3, 141)

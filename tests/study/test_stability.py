@@ -15,10 +15,11 @@ from railui.cli import cli
 from railui.core import Batch, Vehicles
 from railui.files.design import Design, load_design
 from railui.files.placed_effects import PlacedEffect
+from railui.study.critical import critical_speeds, linear_many
 from railui.study.hunting import fold_speeds, hunting, with_flange
 from railui.study.linear import eigenvalues, linear_effects, state_matrices
 from railui.study.model import Model
-from railui.study.modes import critical_speeds, linear_many, modes_at, shape_in_words
+from railui.study.modes import modes_at, shape_in_words
 from railui.study.ride import ride
 from railui.study.stability import stability
 from railui.study.straight import Motion, Straight

@@ -10,10 +10,11 @@ from scipy import optimize
 
 from railui.core import Batch, Placement, Vehicles
 from railui.files.design import Design, parse_design
+from railui.study.critical import critical_speeds, klingel_wavelength
 from railui.study.curve import curve
 from railui.study.doctor.checks import Check
 from railui.study.model import Model
-from railui.study.modes import critical_speeds, klingel_wavelength, modes_at
+from railui.study.modes import modes_at
 
 OWN: Final = "own, worked out twice independently"
 BROERSEN: Final = "Broersen 1976, chapters 2 to 4, derived again"
