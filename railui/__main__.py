@@ -4,14 +4,26 @@ from __future__ import annotations
 
 import os
 import sys
+from io import TextIOWrapper
 
 INTERRUPTED = 130
 # the kernel has the cores, and the matrices are small: threads of BLAS stand in its way and change last digits
 ALONE = {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
+def _open_streams() -> None:
+    """Streams that are closed swallow what they get; what a terminal's encoding lacks is written by its number."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115, open as long as the process lives
+        elif mode == "w" and isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
 def main() -> None:
     """Runs the command that the words of the command line name; ends the process with its exit code."""
+    _open_streams()
     for name, count in ALONE.items():
         os.environ.setdefault(name, count)  # before numpy is there
     try:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import keyword
+import os
 import shlex
 import sys
 from typing import Any
@@ -93,12 +95,20 @@ def _told(error: Exception) -> int:
             click.echo(str(problem), err=True)
         return WRONG
     told = str(error)
-    if isinstance(error, OSError) and error.filename and error.strerror:
-        told = f"{error.filename}: {error.strerror}"
+    if isinstance(error, OSError) and error.strerror:
+        told = f"{error.filename}: {error.strerror}" if error.filename else _unnamed(error)
+        if error.strerror == os.strerror(errno.EACCES):
+            told += ", let yourself read and write there, or name another place"
     click.echo(f"railui: {told}", err=True)
     if isinstance(error, LaterError):
         return LATER
     return WRONG if isinstance(error, UnitError) else FAILED
+
+
+def _unnamed(error: OSError) -> str:
+    """An error of a stream that has no name, which is most often where stdout goes."""
+    room = ", make room where the output goes" if error.errno == errno.ENOSPC else ""
+    return f"cannot be written or read ({error.strerror}){room}"
 
 
 @click.group(cls=Door, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})

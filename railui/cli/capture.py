@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
+import os
 import sys
 from contextlib import ExitStack
 from pathlib import Path
@@ -131,8 +133,9 @@ def _unopened(port: str, error: Exception) -> str:
     from serial.tools.list_ports import comports
 
     there = [p.device for p in comports()]
-    told = f"railui: {port} does not open: {error}"
-    if getattr(error, "errno", None) == 13:
+    number = getattr(error, "errno", None)
+    told = f"railui: {port} does not open: {os.strerror(number) if number else error}"
+    if number == errno.EACCES:
         return f"{told}; add yourself to its group: sudo usermod -aG dialout $USER, then log in again"
     return f"{told}; {'there are ' + ', '.join(there) if there else 'no serial port is there: plug the logger in'}"
 

@@ -136,6 +136,7 @@ def fitted(data: Any, console: Console) -> Any:
 
     if not isinstance(data, Table):
         return data
+    data.title_justify = data.caption_justify = "left"
     for column in data.columns:
         column.overflow = "fold"
     natural = Measurement.get(console, console.options.update(max_width=10 * WIDE), data).maximum
@@ -176,9 +177,9 @@ def options(command: Callable[..., Any]) -> Callable[..., Any]:
         ctx.meta["railui.verbose"] = verbose
         call = Invocation(json_to, quiet, verbose, seed, jobs)
         if json_to not in (None, "-"):  # before the work, not after it
-            from railui.files.writing import check_writable
+            from railui.files.writing import check_file
 
-            check_writable(Path(str(json_to)).parent)
+            check_file(str(json_to))
         try:
             return command(call=call, **more)
         finally:

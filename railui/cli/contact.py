@@ -107,6 +107,7 @@ def _contact(
 ) -> Found:
     """The contact of two files; what is wrong with either is told at once."""
     from railui.contact import Pair, Profile, ProfileFault
+    from railui.files.check import expect
     from railui.files.problems import FileProblems, Problem, one_problem
     from railui.files.profile import read_profile
     from railui.study.contact import contact
@@ -115,11 +116,12 @@ def _contact(
     problems: list[Problem] = []
     for file, kind, mirrored in ((wheel, "wheel", False), (rail, "rail", mirror)):
         try:
+            expect(file, "profile")
             read.append(read_profile(file, kind, mirror=mirrored, smoothing=smoothing))  # type: ignore[arg-type]
         except FileProblems as error:
             problems += error.problems
     if problems:
-        raise FileProblems(problems)
+        raise FileProblems(list(dict.fromkeys(problems)))
     try:
         return contact(Pair(read[0], read[1], *stands), load, surface)
     except ProfileFault as fault:

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from railui.cli.common import Invocation, design_argument, load_vehicle, options, refuse
-from railui.cli.quantities import figure, inclusive, length, reading
+from railui.cli.quantities import cant, figure, inclusive, length, reading
 
 
 def _radii(text: str) -> list[float]:
@@ -26,7 +26,7 @@ def _radii(text: str) -> list[float]:
 @design_argument
 @click.option("--radius", callback=reading(length), metavar="RADIUS", help="Radius [m], such as 600; < 0 curves left.")
 @click.option("--radii", callback=reading(_radii), metavar="RANGE", help="Several, such as 250:2000:50.")
-@click.option("--cant-deficiency", callback=reading(length), default="0", show_default=True, metavar="LENGTH",
+@click.option("--cant-deficiency", callback=reading(cant), default="0", show_default=True, metavar="LENGTH",
               help='Such as 0.1, or "100 mm".')  # fmt: skip
 @click.option(
     "--figure", callback=reading(figure), metavar="FILE", help="Draw them against the radius: .svg, .png or .pdf."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -23,6 +24,8 @@ def command(ctx: click.Context, file: str | None, plain: bool) -> None:
     """
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise click.UsageError("the desk needs a terminal; without one, use the other commands", ctx)
+    if os.environ.get("TERM") == "dumb":
+        raise click.UsageError("TERM=dumb: this terminal cannot draw; use another, or the other commands", ctx)
     from railui.desk.app import run
 
     ctx.exit(run(Path(file) if file else None, plain=plain))

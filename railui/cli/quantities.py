@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import click
 
 MOST = 10_000  # values of a range
+MOST_CANT = 0.5  # m
 PARTS = 20  # of a range that names no step
 
 
@@ -87,11 +87,11 @@ def figure(text: str) -> str:
     >>> figure("a.svg")
     'a.svg'
     """
-    from railui.files.writing import check_writable
+    from railui.files.writing import check_file
 
     if not text.lower().endswith((".svg", ".png", ".pdf")):
         raise ValueError(f"{text!r} is no figure: write a name that ends in .svg, .png or .pdf")
-    check_writable(Path(text).parent)
+    check_file(text)
     return text
 
 
@@ -104,6 +104,19 @@ def length(text: str) -> float:
     from railui.files.units import quantity
 
     return quantity(text, "m")
+
+
+def cant(text: str) -> float:
+    """A cant deficiency or excess [m]; a bare number above 0.5 raises ValueError, since mm may be meant.
+
+    >>> cant("0.1"), cant("100 mm")
+    (0.1, 0.1)
+    """
+    found = length(text)
+    if abs(found) > MOST_CANT:
+        hint = "write a smaller one" if text.strip()[-1:].isalpha() else f"were mm meant? write '{text.strip()} mm'"
+        raise ValueError(f"{found:g} m is more than any curve has, {hint}")
+    return found
 
 
 def force(text: str) -> float:

@@ -15,7 +15,7 @@ from .effect_records import Catalogue, kernel_catalogue
 from .fields import check_group
 from .parameters import DEFAULT_ADJUST
 from .placed_effects import PlacedEffect
-from .problems import FileProblems, Findings, Problem, nearest
+from .problems import FileProblems, Findings, Problem, nearest, one_problem
 from .references import neighbour, vehicle_of
 from .run_units import RATES, rate_factor
 from .schema_line import check_schema
@@ -69,9 +69,14 @@ class Campaign:
 
 
 def campaign_file(path: str | Path) -> Path:
-    """The campaign.yaml of a directory, or the file itself."""
+    """The campaign.yaml of a directory, or the file itself; FileProblems where a directory holds none."""
     path = Path(path)
-    return path / "campaign.yaml" if path.is_dir() else path
+    if not path.is_dir():
+        return path
+    file = path / "campaign.yaml"
+    if not file.exists():
+        raise one_problem(path, "holds no campaign.yaml", "name a file, or the directory of a campaign")
+    return file
 
 
 def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campaign:

@@ -66,6 +66,16 @@ def one_problem(file: str | Path, message: str, remedy: str, key: str = "", *, p
     return FileProblems([Problem(str(file), *place, key, message, remedy)])
 
 
+def unread(file: str | Path, error: OSError) -> FileProblems:
+    """What to raise where the system does not give a file away.
+
+    >>> print(unread("a.yaml", FileNotFoundError(2, "No such file or directory")))
+    a.yaml: cannot be read (No such file or directory), give the path of a file
+    """
+    remedy = "let yourself read it" if isinstance(error, PermissionError) else "give the path of a file"
+    return one_problem(file, f"cannot be read ({error.strerror})", remedy)
+
+
 class LaterError(RuntimeError):
     """Something outside stands in the way and may work later: a port, a scheduler, a directory in use."""
 

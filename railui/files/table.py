@@ -13,7 +13,7 @@ from typing import IO
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .problems import FileProblems, Findings, Place
+from .problems import FileProblems, Findings, Place, unread
 from .table_cells import MOST_TOLD, Floats, Header, numbers_of
 from .writing import write_text
 
@@ -109,7 +109,7 @@ def _opened(path: Path, findings: Findings) -> IO[bytes]:
             return gzip.open(path, "rb") if start.startswith(b"\x1f\x8b") else path.open("rb")  # type: ignore[return-value]
         findings.add("", f"is {told}, no CSV", "save it as CSV in UTF-8")
     except OSError as error:
-        findings.add("", f"cannot be read ({error.strerror})", "give the path of a CSV file")
+        raise unread(path, error) from None
     raise FileProblems(findings.problems)
 
 

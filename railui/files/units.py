@@ -182,8 +182,18 @@ def split(text: str) -> tuple[float, str]:
         raise UnitError(f"{text!r} is no quantity", "write a number, or a number and its unit such as '7 mm'")
     rest = text.strip()[match.end() :].strip()
     if re.match(r",\d", rest):
-        raise UnitError(f"{text!r} has a decimal comma", f"write {text.strip().replace(',', '.', 1)!r}")
+        raise UnitError(f"{text!r} has a decimal comma", f"write {_pointed(text)!r}")
     return float(match[0]), rest
+
+
+def _pointed(text: str) -> str:
+    """A quantity with a point for its decimal comma, without points between its thousands.
+
+    >>> _pointed("0,15 mm"), _pointed("55.000,5 N")
+    ('0.15 mm', '55000.5 N')
+    """
+    whole, _, rest = text.strip().partition(",")
+    return f"{whole.replace('.', '')}.{rest}"
 
 
 def quantity(value: object, unit: str) -> float:

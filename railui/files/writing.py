@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 import secrets
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -17,28 +18,63 @@ ELSEWHERE: Final = ", name a place that you may write"
 REMEDIES: Final = {
     **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT), ELSEWHERE),
     errno.ENOSPC: ", make room there, or name another disk",
+    errno.EISDIR: ", name a file",
 }
+STREAMS: Final = (Path("/dev"), Path("/dev/fd"), Path("/proc/self/fd"))  # names of what is open already, devices
 
 
 def write_bytes(path: str | Path, data: bytes) -> Path:
     """Writes beside the file, then renames; a file that stood there is replaced whole. Returns the path.
 
+    A link stays one, rights stay as they were; a device or a pipe is written to, never replaced.
     OSError, with the number that the system gave and the path that was asked for.
     """
     path = Path(path)
+    try:
+        if _flows(path):
+            path.write_bytes(data)
+        else:
+            _replace(Path(os.path.realpath(path)), data)
+    except OSError as error:
+        raise unwritten(error, path) from error
+    return path
+
+
+def _flows(path: Path) -> bool:
+    """Is a path a device, a pipe or a stream that is open already?"""
+    return path.absolute().parent in STREAMS or (path.exists() and not path.is_file() and not path.is_dir())
+
+
+def _no_directory(path: Path) -> None:
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+
+
+def _replace(path: Path, data: bytes) -> None:
+    _no_directory(path)
     beside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with beside.open("xb") as file:
+            if path.exists():
+                os.fchmod(file.fileno(), stat.S_IMODE(path.stat().st_mode))
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
         beside.replace(path)
-    except OSError as error:
-        raise unwritten(error, path) from error
     finally:
         beside.unlink(missing_ok=True)
-    return path
+
+
+def check_file(path: str | Path) -> None:
+    """Raises OSError where `write_bytes` could not write a file; leaves nothing."""
+    path = Path(path)
+    try:
+        _no_directory(path)
+    except OSError as error:
+        raise unwritten(error, path) from None
+    if not _flows(path):
+        check_writable(Path(os.path.realpath(path)).parent)
 
 
 def check_writable(directory: str | Path) -> None:

@@ -9,10 +9,11 @@ from typing import Any
 
 import yaml
 
-from .problems import Findings, Place, one_problem
+from .problems import Findings, Place, one_problem, unread
 from .yaml_nodes import Composer, Node, join
 
 LARGEST = 1_000_000  # bytes
+GZIP = b"\x1f\x8b"
 
 
 @dataclass(frozen=True)
@@ -38,9 +39,11 @@ def read_text(path: str | Path, file: str | None = None) -> str:
         with Path(path).open("rb") as handle:
             data = handle.read(LARGEST + 1)
     except OSError as error:
-        raise one_problem(name, f"cannot be read ({error.strerror})", "give the path of a file") from None
+        raise unread(name, error) from None
     if len(data) > LARGEST:
         raise one_problem(name, f"is larger than {LARGEST} bytes", "keep measured data in CSV files beside it")
+    if data.startswith(GZIP):
+        raise one_problem(name, "is compressed (gzip), as runs are", "give a text file, such as a design in YAML")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -49,6 +52,14 @@ def read_text(path: str | Path, file: str | None = None) -> str:
         raise one_problem(
             name, f"byte 0x{data[error.start]:02x} is no UTF-8", "save the file as UTF-8", place=place
         ) from None
+
+
+def _mend(text: str, place: Place) -> str:
+    """What to do about a line that is no YAML: most often brackets, or a tab that an editor set."""
+    line = text.splitlines()[place[0] - 1 :][:1]
+    if line and line[0][: place[1]].endswith("\t"):
+        return "a tab stands there: indent by spaces"
+    return "mend the brackets, quotes or indents"
 
 
 def parse(text: str, file: str = "text") -> Document:
@@ -65,9 +76,7 @@ def parse(text: str, file: str = "text") -> Document:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        raise one_problem(
-            file, f"is no YAML here: {error.problem or error}", "mend the brackets, quotes or indents", place=place
-        ) from None
+        raise one_problem(file, f"is no YAML here: {error.problem or error}", _mend(text, place), place=place) from None
     except yaml.YAMLError as error:
         raise one_problem(
             file, f"is no YAML: {str(error).splitlines()[0]}", "write it as plain UTF-8 text", place=(1, 1)
