@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from railui.study.loop import Found
 
 ROWS = 8
+EFFECTS = dict.fromkeys(("effect", "none"), "effects found") | {"outside": "effects added, which are not the answer"}
 
 
 @click.command("loop")
@@ -104,13 +105,13 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
 
 
 def effects_table(data: dict[str, Any]) -> Any:
-    """The effects found, with their numbers."""
+    """The effects that were added, with their numbers; beside an `outside` they are not the answer."""
     from rich.table import Table
 
     from railui.files.display import display
     from railui.report.phases import phase_of
 
-    table = Table(title="effects found", title_justify="left")
+    table = Table(title=EFFECTS[data["verdict"]], title_justify="left")
     for name in ("kind", "at", "wheelset", "parameter", "value", "standard deviation"):
         table.add_column(name)
     for effect in data["effects"]:

@@ -13,6 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 from railui.cli import cli
+from railui.cli.loop import effects_table
 from tests.docs.transcript import ROOT
 
 BOGIE, CAMPAIGN = "designs/test_bogie.yaml", "designs/campaigns/worn_axle_box"
@@ -155,6 +156,11 @@ def test_a_terminal_that_cannot_draw_is_told_so(home: Path) -> None:
     )  # fmt: skip
     os.close(port), os.close(other)
     assert done.returncode == 2 and "TERM=dumb: this terminal cannot draw" in done.stderr
+
+
+def test_effects_beside_an_outside_are_not_called_found() -> None:
+    titles = [effects_table({"verdict": verdict, "effects": []}).title for verdict in ("effect", "outside")]
+    assert titles == ["effects found", "effects added, which are not the answer"]
 
 
 def test_a_tab_in_a_design_is_told(home: Path) -> None:
