@@ -58,17 +58,14 @@ def _read(name: str) -> Laid:
 
 
 def _write(laid: Laid, output: str, call: Invocation) -> None:
-    from railui.files.track_file import save_track
+    from railui.files.track_file import save_track, track_text
 
     track = laid.track
-    columns = (track.s, track.yw, track.phiw, track.gauge)
-    if output != "-":
-        save_track(output, *columns, conventions=track.conventions)
-        return
-    for line in track.conventions:
-        click.echo(f"# {line}")
-    click.echo("s [m],yw [m],phiw [rad],gauge [m]")
-    click.echo("\n".join(",".join(f"{x:.12g}" for x in row) for row in zip(*columns, strict=True)))
+    columns = (track.s, track.yw, track.phiw, track.gauge, track.conventions)
+    if output == "-":
+        click.echo(track_text(*columns), nl=False)
+    else:
+        save_track(output, *columns)
 
 
 def contents(laid: Laid) -> dict[str, Any]:

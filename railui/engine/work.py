@@ -24,7 +24,7 @@ from railui.study.road import Road
 Floats = NDArray[np.float64]
 
 PACE: Final = 60e-9  # s per vehicle and sample, until work that was done tells better
-COMPUTING: Final = ("core.py", "track", "contact", "study")  # the Python that decides digits
+COMPUTING: Final = ("core.py", "files", "track", "contact", "study")  # the Python that decides digits
 
 
 @dataclass(frozen=True, eq=False)

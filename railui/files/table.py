@@ -92,12 +92,21 @@ def write_table(
     path: str | Path, columns: Mapping[str, ArrayLike], comments: Sequence[str] = (), digits: int = 9
 ) -> Path:
     """Writes a table whole or not at all, gzipped where the name says so; the keys are the header."""
+    return write_text(path, table_text(columns, comments, digits))
+
+
+def table_text(columns: Mapping[str, ArrayLike], comments: Sequence[str] = (), digits: int = 9) -> str:
+    """A table as text: comments behind #, the keys as the header, a row per line.
+
+    >>> table_text({"s [m]": [0.0, 0.1], "yw [m]": [0.0, 1e-3]}, ["laid by hand"])
+    '# laid by hand\\ns [m],yw [m]\\n0,0\\n0.1,0.001\\n'
+    """
     arrays = [np.asarray(column, dtype=np.float64) for column in columns.values()]
     rows = np.column_stack(arrays)
     line = ",".join([f"%.{digits}g"] * rows.shape[1])
     body = "\n".join([line] * len(rows)) % tuple(rows.ravel().tolist())
     head = [f"# {comment}" for comment in comments] + [",".join(columns)]
-    return write_text(path, "\n".join([*head, body]) + "\n")
+    return "\n".join([*head, body]) + "\n"
 
 
 def _opened(path: Path, findings: Findings) -> IO[bytes]:

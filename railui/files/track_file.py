@@ -12,9 +12,9 @@ from .columns import COLUMNS
 from .problems import Findings, nearest, one_problem
 from .run import load_run
 from .run_units import to_si
-from .table import Table, read_header, read_table, write_table
+from .table import Table, read_header, read_table, table_text
 from .table_cells import Floats
-from .writing import sha256_file
+from .writing import sha256_file, write_text
 
 FINEST, COARSEST = 0.05, 1.0  # m
 UNEVEN = 0.01
@@ -81,9 +81,20 @@ def save_track(
     conventions: tuple[str, ...] = (),
 ) -> Path:
     """Writes a track (m, m, rad, m) whole or not at all; returns the path."""
+    return write_text(path, track_text(s, yw, phiw, gauge, conventions))
+
+
+def track_text(
+    s: ArrayLike,
+    yw: ArrayLike,
+    phiw: ArrayLike | None = None,
+    gauge: ArrayLike | None = None,
+    conventions: tuple[str, ...] = (),
+) -> str:
+    """A track (m, m, rad, m) as the text of its file."""
     given = {"s": s, "yw": yw, "phiw": phiw, "gauge": gauge}
     columns = {f"{name} [{COLUMNS[name].unit}]": column for name, column in given.items() if column is not None}
-    return write_table(path, columns, conventions, digits=12)
+    return table_text(columns, conventions, digits=12)
 
 
 def _of_run(path: str | Path) -> TrackColumns:

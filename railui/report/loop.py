@@ -19,7 +19,6 @@ from railui.report.detectable import detectable
 from railui.report.identifiability import identifiability
 from railui.report.phases import phases
 from railui.report.profiles import of_profiles
-from railui.study.adjust import Report, silent
 from railui.study.comfort_point import before
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
 from railui.study.finding import Finding
@@ -29,6 +28,7 @@ from railui.study.measured import Stretch, cut_samples, read
 from railui.study.outside import Outside
 from railui.study.sighting import Sighting
 from railui.study.terms import ADEQUATE, UNEXPLAINED, Step, structured
+from railui.study.watch import Report, silent
 from railui.study.weighting import W_D, cascade, weighted_rms
 from railui.study.windows import WINDOW, files
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,7 +19,6 @@ from railui.study.target import Target, begin, targets
 from railui.study.watch import Turn, Watch, unwatched
 
 Floats = NDArray[np.float64]
-Report = Callable[[str], None]
 
 DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of Levenberg, tried side by side
 TURNING = 1e-6  # relative step of a radius that something turns with
@@ -37,10 +36,6 @@ def variance_of(rss: float, samples: float) -> float:
     Neighbouring samples of a signal do not all tell new things, so that a prior weighs more than they are many.
     """
     return rss / (INFORMED * samples)
-
-
-def silent(_: str) -> None:
-    """Reports nothing."""
 
 
 @dataclass(frozen=True, eq=False)

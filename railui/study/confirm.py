@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from railui import core
 from railui.files.design import PlacedEffect
-from railui.study.adjust import Fit, Report, adjust, silent
+from railui.study.adjust import Fit, adjust
 from railui.study.beside import beside
 from railui.study.candidates import Candidate
 from railui.study.measured import Measurement
@@ -18,7 +18,7 @@ from railui.study.model import Model
 from railui.study.sighting import Sighting, signed
 from railui.study.target import Target, retarget, shortened
 from railui.study.trace import FINEST, Trace
-from railui.study.watch import Watch, unwatched
+from railui.study.watch import Report, Watch, silent, unwatched
 from railui.study.windows import held
 
 Floats = NDArray[np.float64]

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.study.adjust import Adjuster, Fit, Report, silent, variance_of
+from railui.study.adjust import Adjuster, Fit, variance_of
 from railui.study.drift import block_distances
+from railui.study.watch import Report, silent
 
 Floats = NDArray[np.float64]
 SURE = 0.10  # relative standard deviation up to which a number is determined

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from railui.study.adjust import STABLE, Fit, Report, adjust, silent
+from railui.study.adjust import STABLE, Fit, adjust
 from railui.study.beginning import with_phases
 from railui.study.finding import Finding
 from railui.study.foresight import Foreseen, foresee
@@ -21,7 +21,7 @@ from railui.study.parallel import two_parallel_models
 from railui.study.target import restarted, targets
 from railui.study.terms import ADEQUATE, UNEXPLAINED, Search, Step, Terms, material, structured
 from railui.study.trace import Trace
-from railui.study.watch import Judged, Watch, unwatched
+from railui.study.watch import Judged, Report, Watch, silent, unwatched
 from railui.study.windows import NEAR, cut_where, held, hunting, pieces
 
 RINGING = 4  # times that the initial state of a rig is estimated anew: it rings as long as it is recorded

@@ -25,6 +25,7 @@ from railui.study.score import CLASSES
 from railui.study.search import Generation, Judge, Ranges, against, first_generation
 from railui.study.sensitivity import one_at_a_time, sobol
 from railui.study.streamed import statistics_many
+from railui.study.watch import Report, silent
 from railui.track import parse_spec
 
 Floats = NDArray[np.float64]
@@ -55,10 +56,6 @@ class Stand:
         return self.failures.total()
 
 
-def silent(_: str) -> None:
-    """Reports nothing."""
-
-
 def unseen(_: Stand) -> None:
     """Looks at nothing."""
 
@@ -68,7 +65,7 @@ def optimise(
     *,
     seed: int | None = None,
     jobs: int | None = None,
-    report: Callable[[str], None] = silent,
+    report: Report = silent,
     evaluator: Evaluator | None = None,
     watch: Callable[[Stand], None] = unseen,
     samples: int = 0,
@@ -144,7 +141,7 @@ def declared_values(study: Study) -> Floats:
 class _Search:
     """A search under way: its stand, the front so far, the design nearest to the limits, the fronts there were."""
 
-    def __init__(self, study: Study, judge: Judge, report: Callable[[str], None], watch: Callable[[Stand], None]):
+    def __init__(self, study: Study, judge: Judge, report: Report, watch: Callable[[Stand], None]):
         self.study, self.judge, self.report, self.watch = study, judge, report, watch
         self.stand, self.least, self.nearest = Stand(), np.inf, declared_values(study)
         self.history: list[tuple[int, Floats]] = []

@@ -12,7 +12,7 @@ from scipy import linalg
 from railui import core
 from railui.files.design import PlacedEffect
 from railui.files.effect_records import PER_WHEELSET
-from railui.study.adjust import Adjuster, Fit, Report, adjust, silent
+from railui.study.adjust import Adjuster, Fit, adjust
 from railui.study.candidates import driven_places
 from railui.study.couplings import Coupling, couplings
 from railui.study.drift import Drift, drifts, judge_course, refined
@@ -21,6 +21,7 @@ from railui.study.judge import Judgement, judge
 from railui.study.measured import Measurement, Stretch, simulate
 from railui.study.model import Model
 from railui.study.target import Target, retarget
+from railui.study.watch import Report, silent
 
 Floats = NDArray[np.float64]
 POINTS = 9  # of a measured curve

@@ -13,11 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.study.adjust import Adjuster, Fit, Report, block_seconds, silent
+from railui.study.adjust import Adjuster, Fit, block_seconds
 from railui.study.free import free_parameters
 from railui.study.measured import Measurement
 from railui.study.model import Model
 from railui.study.target import Target
+from railui.study.watch import Report, silent
 
 Floats = NDArray[np.float64]
 LITTLE = 0.01  # of a parameter, the difference of model 2

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from railui.study.adjust import Fit, Report, adjust
+from railui.study.adjust import Fit, adjust
 from railui.study.beside import both
 from railui.study.candidates import Candidate, candidates
 from railui.study.confirm import Refit, confirm, held_out, named
@@ -18,7 +18,7 @@ from railui.study.measured import Measurement
 from railui.study.model import Model
 from railui.study.target import restarted, shortened
 from railui.study.trace import Trace, trace
-from railui.study.watch import Judged, Watch
+from railui.study.watch import Judged, Report, Watch
 from railui.study.windows import held
 
 SIGNIFICANT = 0.01  # family-wise p from which a residual is worth a fit

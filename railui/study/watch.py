@@ -15,10 +15,15 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Watch = Callable[[object], None]
+Report = Callable[[str], None]  # is told in lines how far the work is
 
 
 class Stopped(Exception):
     """Raised by a watcher: the study ends here, and nothing of it is kept."""
+
+
+def silent(_: str) -> None:
+    """Reports nothing."""
 
 
 def unwatched(_: object) -> None:

@@ -10,11 +10,11 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from railui import core
-from railui.study.adjust import STABLE, Fit, Report, adjust, silent
+from railui.study.adjust import STABLE, Fit, adjust
 from railui.study.measured import Measurement, Stretch
 from railui.study.model import Model
 from railui.study.target import restarted, targets
-from railui.study.watch import Watch, unwatched
+from railui.study.watch import Report, Watch, silent, unwatched
 
 WINDOW = 3.0  # s
 NEAR = -1.0  # 1/s, growth from which a vehicle is too near its limit for a whole run

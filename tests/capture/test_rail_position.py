@@ -61,6 +61,7 @@ def test_each_wheelset_alone_is_worse_than_both() -> None:
     columns = ride()
     rails = rails_of(read(columns), columns)
     both = share(rails.columns["yw"], columns["yw"], columns["s"], rails.settle, 3, 70)
+    assert set(rails.versions) == {1, 2}
     assert all(
         share(np.nan_to_num(x), columns["yw"], columns["s"], rails.settle, 3, 70) > both
         for x in rails.versions.values()
