@@ -233,6 +233,7 @@ class Filter:
         return -(-max(samples - 2 * self.cut, 0) // self.every)
 
     def parts(self) -> tuple[Floats, Floats, int, int, Floats, int]:
+        """All of it in the order in which the kernel takes it."""
         return (self.sos, self.zi, self.pad, self.cut, self.weights, self.every)
 
 

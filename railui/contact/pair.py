@@ -16,14 +16,10 @@ BELOW = 0.014  # m below the rail top within which the gauge is measured (EN 138
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A profile as a function: h and its slope at points y that rise [m], shape [n]."""
+    """A profile as a function: h at points y that rise [m], shape [n]."""
 
     y: Floats
     h: Floats
-
-    @cached_property
-    def slope(self) -> Floats:
-        return np.asarray(np.gradient(self.h, self.y))
 
     def curvature(self, at: float, width: float = 2e-3) -> float:
         """Second derivative over (1 + slope^2)^1.5 at a point [1/m], by a parabola over `width`; hollow positive."""

@@ -114,6 +114,7 @@ class Composer:
         return made
 
     def alias(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
+        """The node that an alias stands for, where the alias stands; its values count again."""
         if event.anchor not in self.anchors:
             raise self.fault(
                 event, f"no anchor &{event.anchor} stands before *{event.anchor}", "write the value out", path
@@ -138,6 +139,7 @@ class Composer:
         return same, size, height
 
     def scalar(self, event: Any, path: str) -> Node:
+        """A word or number, by its tag where it has one."""
         self.tag(event, path)
         value: Any = event.value
         named = (event.tag or "").rpartition(":")[2]
@@ -148,6 +150,7 @@ class Composer:
         return Node(_index(event), _end(event), _place(event), value)
 
     def mapping(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
+        """A group of keys; one that stands twice is told."""
         self.tag(event, path)
         node = Node(_index(event), _end(event), _place(event), flow=bool(event.flow_style), kind="map")
         size, height = 1, 1
@@ -173,6 +176,7 @@ class Composer:
         return node, size, height
 
     def sequence(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
+        """A list; its entries are called by their numbers."""
         self.tag(event, path)
         node = Node(_index(event), _end(event), _place(event), flow=bool(event.flow_style), kind="list")
         size, height = 1, 1
@@ -187,6 +191,7 @@ class Composer:
         return node, size, height
 
     def tag(self, event: Any, path: str) -> None:
+        """Tells a tag that is none of the core schema."""
         if event.tag and event.tag != "!" and event.tag not in TAGS:
             self.findings.add(path, f"the tag {event.tag} is not read", "write the plain value", place=_place(event))
 

@@ -181,9 +181,8 @@ def curve_answers(case: Case, rows: Floats, keys: Collection[str], jobs: int) ->
     n = len(rows)
     stands = stands_many(case.vehicle.model, rows, np.full(n, case.radius), np.full(n, case.cant_deficiency))
     stood = np.isfinite(stands.wear_number)
-    many = {"displacement": stands.displacement, "angle_of_attack": stands.angle_of_attack}
-    many["guiding_force"] = stands.guiding_force
-    values = {key: np.abs(many[key]).max(axis=1) if key in many else stands.wear_number for key in keys}
+    told = {key: getattr(stands, key) for key in keys}
+    values = {key: np.abs(x).max(axis=1) if RESULTS[key].many else x for key, x in told.items()}
     return Answered(values, np.where(stood, 1.0, 0.0), ["" if yes else UNHELD for yes in stood])
 
 

@@ -20,11 +20,11 @@ LONELY = 1e-6  # share of all other blocks below which one block is alone
 class Sighting:
     """One shape of a candidate seen against the residual.
 
-    rho: partial correlation; amount: of it that would explain the residual best; explained: share of the squared
-    residual; scores [block]: what each block of time says; norm: squared length of its difference, norms [block] the
-    same of every block (empty: all alike); absorbed [p]: what the adjustable parameters make of one of it; phases:
-    the angle [rad] of what turns in the middle of each stretch, by which it explains most; beside [block]: the scores
-    in quadrature to it, where [block]: the stretch of each block.
+    rho: partial correlation; amount: of it that would explain the residual best; scores [block]: what each block of
+    time says; norm: squared length of its difference, norms [block] the same of every block (empty: all alike);
+    absorbed [p]: what the adjustable parameters make of one of it; phases: the angle [rad] of what turns in the middle
+    of each stretch, by which it explains most; beside [block]: the scores in quadrature to it, where [block]: the
+    stretch of each block.
     """
 
     candidate: Candidate
