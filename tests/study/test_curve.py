@@ -72,6 +72,16 @@ def test_guiding_forces_carry_the_whole_cant_deficiency() -> None:
     for effects in ([], [FLANGE, CREEP]):
         found = curve(CHECK.with_effects(effects), 800.0, 0.1)
         assert sum(found["guiding_force"]) == pytest.approx(4 * 55e3 * 0.1 / (2 * 0.75), rel=1e-6)
+        assert not any(note.startswith("guiding_force") for note in found["notes"])
+
+
+def test_what_guiding_forces_lack_where_a_vehicle_rolls_is_told() -> None:
+    """The wheels of the coach carry its weight, so N d/(2 b) is asked of each, on eight wheels."""
+    found = curve(HOME / "designs/manchester_coach.yaml", 600.0, 0.1)
+    asked = 8 * 54.546e3 * 0.1 / (2 * 0.75)
+    (note,) = (note for note in found["notes"] if note.startswith("guiding_force"))
+    assert float(note.split()[2]) == pytest.approx(asked - sum(found["guiding_force"]), rel=1e-3)
+    assert 0.0 < asked - sum(found["guiding_force"]) < 0.15 * asked
 
 
 def test_a_flange_holds_the_wheelset_near_its_clearance() -> None:
