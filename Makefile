@@ -6,6 +6,7 @@
 # deny: advisories, licences, doubles and sources of the crates;
 # killed: a search killed at 50 random moments, workers that a case kills;
 # bench-peers: the standard job in what one could pick instead; bench-counts: its instructions, for valgrind;
+# emulated: the kernel on a processor with AVX-512 that need not be there
 # growth: what length, designs, degrees of freedom, threads and effects cost
 # purpose: what the declared optimum costs;
 # pictures: the README's figure, from what run has found
@@ -14,7 +15,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test rust rust-style python-style slow check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny killed clean
+.PHONY: run test rust rust-style python-style slow check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny emulated killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -93,6 +94,9 @@ deny:
 # what takes too long for every change: answers taken away, crossed damping
 slow: .stamp-build
 	$(BIN)/python -m pytest tests/study -m slow
+
+emulated:
+	$(PYTHON) release/emulated.py
 
 killed: .stamp-build
 	$(BIN)/python -m pytest tests/engine -m slow
