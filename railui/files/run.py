@@ -10,7 +10,7 @@ import numpy as np
 
 from .columns import Column, columns_of, named
 from .problems import Findings, nearest
-from .run_units import own_units, to_si
+from .run_units import own_units, refuse_long, to_si
 from .stretches import Stretches, find_stretches, sampling
 from .table import Table, read_table
 from .table_cells import Floats
@@ -62,6 +62,7 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
     _required(table, columns, form, findings, responses)
     findings.stop()
     _drop_dead(columns, form, notes, findings, table, responses)
+    refuse_long(table, columns, known, findings)
     findings.stop()
     rows = np.flatnonzero(np.isfinite(columns["t"]))
     columns = columns if rows.size == len(table.rows) else {name: column[rows] for name, column in columns.items()}

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from .columns import Column
 from .problems import Findings
 from .table import Table
@@ -12,6 +14,7 @@ from .units import UnitError, example, parse_unit
 
 NONE = ("", "-", "1")
 RATES = {"vz": 1, "az": 2}
+LONG = 0.2  # m
 
 
 def to_si(table: Table, known: Mapping[str, Column], findings: Findings) -> tuple[dict[str, Floats], dict[str, str]]:
@@ -84,3 +87,13 @@ def rate_factor(z: str, rate: str, order: int) -> float:
     except UnitError:
         return 1.0
     return given.factor / wanted.factor if given.dimension == wanted.dimension else 1.0
+
+
+def refuse_long(table: Table, columns: Mapping[str, Floats], known: Mapping[str, Column], findings: Findings) -> None:
+    """Motions and deviations of a fifth of a metre rms are no vehicle's and no track's: mm that are called m."""
+    for name, column in columns.items():
+        values = column[np.isfinite(column)]
+        if name == "s" or known[name].unit != "m" or not values.size or not (sd := float(np.std(values))) > LONG:
+            continue
+        told = f"its standard deviation is {sd:.3g} m, more than a vehicle or a track moves"
+        findings.add(name, told, f"write `{name} [mm]` where the numbers are mm", place=table.header)

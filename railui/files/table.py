@@ -112,8 +112,9 @@ def table_text(columns: Mapping[str, ArrayLike], comments: Sequence[str] = (), d
 def _opened(path: Path, findings: Findings) -> IO[bytes]:
     try:
         with path.open("rb") as probe:
-            start = probe.read(4)
+            start = probe.read(4096)
         told = next((what for mark, what in MARKS.items() if start.startswith(mark)), None)
+        told = told or ("binary" if b"\0" in start and not start.startswith(b"\x1f\x8b") else None)
         if told is None:
             return gzip.open(path, "rb") if start.startswith(b"\x1f\x8b") else path.open("rb")  # type: ignore[return-value]
         findings.add("", f"is {told}, no CSV", "save it as CSV in UTF-8")

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .columns import COLUMNS
 from .problems import Findings, nearest, one_problem
 from .run import load_run
-from .run_units import to_si
+from .run_units import refuse_long, to_si
 from .table import Table, read_header, read_table, table_text
 from .table_cells import Floats
 from .writing import sha256_file, write_text
@@ -65,6 +65,7 @@ def load_track(path: str | Path) -> TrackColumns:
                 place=table.place(int(lacking[0]), name),
             )
     _spacing(table, columns["s"], findings)
+    refuse_long(table, columns, known, findings)
     findings.stop()
     zero = np.zeros_like(columns["s"])
     columns = {"phiw": zero, "gauge": zero} | columns

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import os
 import shutil
 import subprocess
@@ -161,6 +162,23 @@ def test_a_terminal_that_cannot_draw_is_told_so(home: Path) -> None:
 def test_effects_beside_an_outside_are_not_called_found() -> None:
     titles = [effects_table({"verdict": verdict, "effects": []}).title for verdict in ("effect", "outside")]
     assert titles == ["effects found", "effects added, which are not the answer"]
+
+
+@pytest.mark.parametrize("column", ["yw", "e1"])
+def test_mm_that_are_called_m_are_told_before_a_fit_diverges(home: Path, column: str) -> None:
+    head, *rows = gzip.decompress(Path(CAMPAIGN, "run_b.csv.gz").read_bytes()).decode().splitlines()
+    place = head.split(",").index(f"{column} [m]")
+    cells = [row.split(",") for row in rows]
+    long = [",".join(f"{1e3 * float(x)}" if k == place else x for k, x in enumerate(row)) for row in cells]
+    Path("run.csv").write_text("\n".join([head, *long]), "utf-8")
+    done = CliRunner().invoke(cli, ["check", "run.csv"], prog_name="railui")
+    assert done.exit_code == 2 and f"write `{column} [mm]` where the numbers are mm" in done.output
+
+
+def test_a_binary_file_is_no_table(home: Path) -> None:
+    Path("line.csv").write_bytes(bytes(range(256)) * 20)
+    done = CliRunner().invoke(cli, ["ride", BOGIE, "--track", "line.csv", "--speed", "40"], prog_name="railui")
+    assert done.exit_code == 2 and "is binary, no CSV" in done.output and len(done.output.splitlines()) == 1
 
 
 def test_a_tab_in_a_design_is_told(home: Path) -> None:
