@@ -146,6 +146,18 @@ fn sum(a: &[(usize, f64)], b: &[(usize, f64)], factor: f64) -> Vec<(usize, f64)>
     terms
 }
 
+/// a - b
+fn less(a: &Number, b: &Number) -> Number {
+    let mut terms = a.clone();
+    for &(factor, i) in b {
+        match terms.iter_mut().find(|(_, j)| *j == i) {
+            Some((old, _)) => *old -= factor,
+            None => terms.push((-factor, i)),
+        }
+    }
+    terms
+}
+
 /// A body among the degrees of freedom.
 struct Placed {
     y: Motion,
@@ -162,9 +174,9 @@ impl Placed {
         Placed { y: still(), psi: still(), phi: still(), rolls: false, x: 0.0, height: 0.0 }
     }
 
-    /// u_x, u_y, u_z of a point.
+    /// u_x, u_y, u_z of a point, seen from the centre of mass.
     fn point(&self, [x, y, h]: [f64; 3]) -> [Motion; 3] {
-        let lateral = self.y.plus(&self.psi, x - self.x).plus(&self.phi, h - self.height);
+        let lateral = self.y.plus(&self.psi, x).plus(&self.phi, h);
         [self.psi.times(-y), lateral, self.phi.times(y)]
     }
 }
@@ -247,6 +259,12 @@ impl Layout {
         Ok(vehicle)
     }
 
+    /// A point as it is seen from the centre of mass of its body; what both lie apart from leaves nothing, not even rounding.
+    fn seen(&self, body: Option<usize>, [x, y, height]: &Point) -> Point {
+        let Some(body) = body.map(|i| &self.bodies[i]) else { return [x.clone(), y.clone(), height.clone()] };
+        [less(x, &body.x), y.clone(), less(height, &body.height)]
+    }
+
     fn join(
         &self,
         vehicle: &mut Assembly,
@@ -259,7 +277,8 @@ impl Layout {
         let [a, b] = joint.bodies.map(|body| body.map_or(&ground, |i| &placed[i]));
         let at = |point: &Point| [0, 1, 2].map(|i| value(&point[i]));
         let [from, to] = [at(&joint.points[0]), at(&joint.points[1])];
-        let (first, second) = (a.point(from), b.point(to));
+        let seen = |i: usize| self.seen(joint.bodies[i], &joint.points[i]).each_ref().map(value);
+        let (first, second) = (a.point(seen(0)), b.point(seen(1)));
         let between = |i: usize| first[i].plus(&second[i], -1.0);
         let turned = [a.psi.plus(&b.psi, -1.0), a.phi.plus(&b.phi, -1.0)];
         // left and right see the same motion or its opposite: both are one row, twice as strong
@@ -448,7 +467,7 @@ impl Layout {
         }
         for floor in &self.floor {
             let body = &placed[floor.body];
-            let [_, lateral, _] = body.point([0, 1, 2].map(|i| value(&floor.point[i])));
+            let [_, lateral, _] = body.point(self.seen(Some(floor.body), &floor.point).each_ref().map(value));
             // what stands on the floor feels gravity through its lean
             let felt = vehicle.channel(&format!("floor.{}", floor.name), Order::Acceleration, &lateral.row);
             felt.also = vec![(Order::Position, body.phi.times(-GRAVITY).row)];

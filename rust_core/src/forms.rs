@@ -26,8 +26,8 @@ pub trait Form {
 pub trait Moving<P: Part> {
     /// Degrees of freedom and states.
     fn size(&self) -> (usize, usize);
-    /// At a row of the input table, which stands at this index.
-    fn rate(&mut self, index: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]);
+    /// At a row of the input table, which stands at this index; what stands in x behind the states is free.
+    fn rate(&mut self, index: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]);
 }
 
 /// Any structure.
@@ -54,7 +54,7 @@ impl<P: Part> Moving<P> for GeneralPart<'_> {
     }
 
     #[inline(always)]
-    fn rate(&mut self, _: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+    fn rate(&mut self, _: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]) {
         self.group.rate(self.at, row, x, dx);
     }
 }
@@ -89,7 +89,7 @@ impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Moving<P> f
     }
 
     #[inline(always)]
-    fn rate(&mut self, index: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+    fn rate(&mut self, index: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]) {
         self.bogie.rate::<LAWS, SPIN>(index, row, &mut self.at_speed, x, dx);
         if PORTS {
             self.group.act::<P, true>(self.at, row, x, dx);
@@ -119,7 +119,7 @@ impl<P: Part, const LAWS: bool> Moving<P> for FusedPart<'_, P, LAWS> {
     }
 
     #[inline(always)]
-    fn rate(&mut self, index: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+    fn rate(&mut self, index: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]) {
         self.0.rate::<LAWS>(index, row, x, dx);
     }
 }

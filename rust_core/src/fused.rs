@@ -3,10 +3,11 @@
 //! The same forces as those of the general path in another order, made ready for one part of the lanes: every factor
 //! side by side with the next, divided by its mass; the springs that hold a wheelset itself joined with its gravitation;
 //! what the track alone does is summed once per row of the input table.
+use crate::blocks::Row;
 use crate::contact::{AtSpeed, Contact, under};
 use crate::effects::{Law, PlacedLaw};
 use crate::lanes::{LANES, Lanes, Part};
-use crate::packed::{Packed, Place, Row, State, Table};
+use crate::packed::{Packed, Place, State, Table};
 use crate::vehicle::{Group, STATES};
 use crate::wheelset::Motion;
 
@@ -15,10 +16,10 @@ pub struct FusedVehicle<'a, P> {
     group: &'a Group,
     at: usize,
     /// Accelerations by the input table.
-    track: Packed<P>,
+    track: Packed<P, Table>,
     /// Accelerations by the state: of the wheelsets; of all else, and where none stands in dx, deflections of the stops.
-    wheel_rows: Packed<P>,
-    rows: Packed<P>,
+    wheel_rows: Packed<P, State>,
+    rows: Packed<P, State>,
     wheelsets: Vec<Wheels<P>>,
     /// Those that differ: less to keep in the first cache.
     contacts: Vec<(Contact<P>, AtSpeed<P>)>,
@@ -95,18 +96,18 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             let at_speed = part.at_speed(none, none);
             parts.push((part, at_speed));
         }
-        let laid = track.iter().enumerate().filter(|(_, row)| !row.is_empty());
-        let track: Vec<_> = laid.map(|(i, row)| packed([i, i], row, at)).collect();
-        let rows = rows.iter().enumerate().map(|(i, row)| packed([n + i, i], row, at));
-        let of_wheelset = |([_, i], _): &Row<P>| group.wheelsets.iter().any(|w| w.y == *i || w.psi == *i);
+        let laid = track.into_iter().enumerate().filter(|(_, row)| !row.is_empty());
+        let track: Vec<Row> = laid.map(|(i, row)| ([i, i], row)).collect();
+        let rows = rows.into_iter().enumerate().map(|(i, row)| ([n + i, i], row));
+        let of_wheelset = |([_, i], _): &Row| group.wheelsets.iter().any(|w| w.y == *i || w.psi == *i);
         let (wheel_rows, mut rows): (Vec<_>, Vec<_>) = rows.partition(of_wheelset);
         let (stops, ports) = Self::laws(group, at, &mut rows);
         FusedVehicle {
             group,
             at,
-            track: Packed::new::<Table<'_>>(&track),
-            wheel_rows: Packed::new::<State<'_, P>>(&wheel_rows),
-            rows: Packed::new::<State<'_, P>>(&rows),
+            track: Packed::new(&track, at),
+            wheel_rows: Packed::new(&wheel_rows, at),
+            rows: Packed::with_opposites(&rows, at, group.states),
             wheelsets,
             contacts: parts,
             stops,
@@ -119,13 +120,13 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
 
     /// The laws at the suspensions; the rows of the stops' deflections go to `rows`.
     #[inline(always)]
-    fn laws(group: &'a Group, at: usize, rows: &mut Vec<Row<P>>) -> (Vec<Stop<'a, P>>, Vec<Port<'a, P>>) {
+    fn laws(group: &'a Group, at: usize, rows: &mut Vec<Row>) -> (Vec<Stop<'a, P>>, Vec<Port<'a, P>>) {
         let part = |a: &Lanes| P::load(a, at);
         let (mut stops, mut ports) = (Vec::new(), Vec::new());
         for law in &group.forces {
             let alpha = part(&law.alpha);
             if law.law == Law::BumpStop && law.inputs.is_empty() && stops.len() < group.dofs {
-                rows.push(packed([stops.len(), NOWHERE], &law.row, at));
+                rows.push(([stops.len(), NOWHERE], law.row.clone()));
                 let pushes = law.pushes.iter().map(|(i, a)| (*i, part(a))).collect();
                 stops.push(Stop { law, gap: part(&law.lanes[0]), alpha, pushes });
                 continue;
@@ -143,7 +144,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             self.pace(row[1]);
         }
         self.laid_at = index;
-        self.track.sums(&Table(row), None, &mut self.laid);
+        self.track.sums(row, None, &mut self.laid);
         for wheels in &mut self.wheelsets {
             let (contact, _) = &self.contacts[wheels.contact];
             let track = under(row, wheels.column);
@@ -162,18 +163,19 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         }
     }
 
-    /// dx[n ..] = accelerations and rates of own states at a row of the input table.
+    /// dx[n ..] = accelerations and rates of own states at a row of the input table; x has room behind its states.
     #[inline(always)]
-    pub fn rate<const LAWS: bool>(&mut self, index: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+    pub fn rate<const LAWS: bool>(&mut self, index: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]) {
         if index != self.laid_at {
             self.lay(index, row);
         }
-        self.wheel_rows.sums(&State(x), Some(&self.laid), dx);
+        self.wheel_rows.sums(x, Some(&self.laid), dx);
         for wheels in &self.wheelsets {
             self.touch::<LAWS>(wheels, x, dx);
         }
         // a contact is a long chain: these rows fill the time that its square roots take
-        self.rows.sums(&State(x), Some(&self.laid), dx);
+        self.rows.oppose(x);
+        self.rows.sums(x, Some(&self.laid), dx);
         for (i, stop) in self.stops.iter().enumerate() {
             let z = dx[i & 63];
             if z.abs().any_from(stop.gap) {
@@ -248,11 +250,6 @@ fn telling(terms: impl Iterator<Item = (usize, Lanes)>) -> Vec<(usize, Lanes)> {
     }
     terms.retain(|(_, a)| !a.is_zero());
     terms
-}
-
-/// A row for one part of the lanes: where its sum goes and where it starts from.
-fn packed<P: Part>(ends: [usize; 2], row: &[(usize, Lanes)], at: usize) -> Row<P> {
-    (ends, row.iter().map(|(i, a)| (*i, P::load(a, at))).collect())
 }
 
 /// The factor of a row at a place, which leaves the row.

@@ -15,6 +15,7 @@ pub mod vehicle;
 pub mod structure;
 pub mod steps;
 pub mod grouping;
+pub mod blocks;
 pub mod packed;
 pub mod fused;
 pub mod course;

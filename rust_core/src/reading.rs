@@ -31,10 +31,15 @@ pub struct Guiding {
 
 /// A reading of a part of the lanes.
 pub enum Signal<'a, P> {
-    /// Of a wheelset relative to the rails, such as every score has: as its terms, without loops over them.
+    /// Of a wheelset relative to the rails, such as every score has: as its terms, without loops over them; the next likewise.
     Displacement {
         state: (usize, P),
         inputs: [(usize, P); 2],
+    },
+    /// Of a point of a body that yaws and rolls, with what its lean feels of gravity.
+    Felt {
+        state: (usize, P),
+        rate: [(usize, P); 3],
     },
     Terms {
         state: Vec<(usize, P)>,
@@ -65,11 +70,10 @@ impl Reading {
         let part = |terms: &[(usize, Lanes)]| terms.iter().map(|(i, a)| (*i, P::load(a, at))).collect::<Vec<_>>();
         let [state, rate, inputs, rates] =
             [&self.state, &self.rate, &self.inputs, &self.rates].map(|terms| part(terms));
-        match (&self.guiding, &state[..], &inputs[..]) {
+        match (&self.guiding, &state[..], &rate[..], &inputs[..], &rates[..]) {
             (Some(guiding), ..) => Signal::Guiding(guiding, at),
-            (None, &[state], &[line, level]) if rate.is_empty() && rates.is_empty() => {
-                Signal::Displacement { state, inputs: [line, level] }
-            }
+            (None, &[state], &[], &[line, level], &[]) => Signal::Displacement { state, inputs: [line, level] },
+            (None, &[state], &[a, b, c], &[], &[]) => Signal::Felt { state, rate: [a, b, c] },
             _ => Signal::Terms { state, rate, inputs, rates },
         }
     }
@@ -81,6 +85,10 @@ impl<P: Part> Signal<'_, P> {
         match self {
             Signal::Displacement { state: (i, a), inputs: [(line, b), (level, c)] } => {
                 c.mul_add(P::splat(row[*level]), b.mul_add(P::splat(row[*line]), *a * x[i & 63]))
+            }
+            Signal::Felt { state: (i, g), rate: [(j, a), (k, b), (l, c)] } => {
+                let turned = b.mul_add(dx[k & 63], a.mul_add(dx[j & 63], *g * x[i & 63]));
+                c.mul_add(dx[l & 63], turned)
             }
             Signal::Terms { state, rate, inputs, rates } => {
                 let mut value = P::zero();

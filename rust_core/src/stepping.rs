@@ -68,7 +68,7 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
     pub fn rate(&mut self, turn: usize, index: usize, row: &[f64]) {
         let Room { states, slopes } = &mut self.room;
         let state = if turn == 3 { 1 } else { turn };
-        self.moving.rate(index, row, &states[state].0, &mut slopes[turn].0);
+        self.moving.rate(index, row, &mut states[state].0, &mut slopes[turn].0);
     }
 
     #[inline(always)]

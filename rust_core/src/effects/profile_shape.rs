@@ -29,7 +29,7 @@ impl Effect for ProfileShape {
     };
 
     fn counts(p: &[f64]) -> bool {
-        p.len() > 8 && p.len() == 3 + 3 * p[0] as usize && p[2] > 0.0
+        p.len() > 8 && (p.len() - 3) as f64 == 3.0 * p[0] && p[2] > 0.0
     }
 
     fn stiffest(p: &[f64], site: &Site) -> Slopes {
