@@ -21,6 +21,14 @@ def _open_streams() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
+def _leave_stdout() -> None:
+    """What could not be written, and was told, does not fail once more when the process ends."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def main() -> None:
     """Runs the command that the words of the command line name; ends the process with its exit code."""
     _open_streams()
@@ -32,6 +40,8 @@ def main() -> None:
         cli(prog_name="railui")
     except KeyboardInterrupt:  # before or after a command has the word
         sys.exit(INTERRUPTED)
+    finally:
+        _leave_stdout()
 
 
 if __name__ == "__main__":

@@ -69,7 +69,10 @@ class Door(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
-            return super().invoke(ctx)
+            try:
+                return super().invoke(ctx)
+            finally:
+                sys.stdout.flush()  # here, where an error of it is told
         except KeyboardInterrupt:
             again = shlex.join(["railui", *ctx.meta["railui.words"]])
             click.echo(f"\ninterrupted; the same again: {again}", err=True)

@@ -134,7 +134,8 @@ def test_a_link_stays_a_link_and_rights_stay_as_they_were(home: Path) -> None:
 
 STREAMS = {
     "closed": (">&-", {}, 0, ""),
-    "full": (">/dev/full", {}, 1, "No space left on device), make room where the output goes"),
+    "full": (">/dev/full", {"PYTHONUNBUFFERED": ""}, 1, "No space left on device), make room where the output goes"),
+    "full at once": (">/dev/full", {"PYTHONUNBUFFERED": "1"}, 1, "No space left on device), make room where"),
     "in ASCII": ("", {"PYTHONIOENCODING": "ascii"}, 0, "\\xb5m"),
 }
 
