@@ -1,0 +1,130 @@
+//! Vehicles as bodies and elements: rigid bodies that move laterally, yaw and roll, joined between points.
+//!
+//! A point at (x, y, h) of a body whose centre of mass is at (x_0, 0, h_0), h the height above the rails, moves by
+//! u_x = -psi y, u_y = y + psi (x - x_0) + phi (h - h_0), u_z = phi y: axes x forward, y right, z down.
+mod assembly;
+mod channels;
+mod joining;
+mod motion;
+
+use crate::error::{Error, Result};
+
+/// A number made of those of the design: the sum of factor times number; empty: 0.
+pub type Number = Vec<(f64, usize)>;
+
+/// Where a point lies: x, y, height above the rails.
+pub type Point = [Number; 3];
+
+/// What makes a body a wheelset; its roll is the track's and that of its own lateral displacement.
+#[derive(Clone, Debug)]
+pub struct Wheels {
+    pub spin_inertia: Number,
+    pub half_gauge: Number,
+    pub rolling_radius: Number,
+    pub wheel_load: Number,
+    /// lambda, kappa_x, kappa_y, epsilon, delta, sigma
+    pub contact: [Number; 6],
+    pub spin_creep: Number,
+}
+
+/// A rigid body; without a yaw or roll inertia it does not yaw or roll.
+#[derive(Clone, Debug)]
+pub struct Body {
+    pub name: String,
+    /// The name that it shares with its like, and its number among them (0: the only one).
+    pub family: String,
+    pub number: u8,
+    pub mass: Number,
+    pub yaw_inertia: Option<Number>,
+    pub roll_inertia: Option<Number>,
+    pub x: Number,
+    pub height: Number,
+    pub wheels: Option<Wheels>,
+}
+
+/// The direction in which a term acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    Longitudinal,
+    Lateral,
+    Vertical,
+    Yaw,
+    Roll,
+    /// Along the line from the point on the first body to that on the second.
+    Along,
+}
+
+#[derive(Clone, Debug)]
+pub enum Acts {
+    Spring(Number),
+    Damper(Number),
+    /// Stiffness, damping and largest force of a spring and a damper in series.
+    Series([Number; 3]),
+    /// Gap and stiffness of a stop.
+    Stop([Number; 2]),
+}
+
+/// What acts between two bodies, the motion being that of the first less that of the second (none: the ground).
+#[derive(Clone, Debug)]
+pub struct Joint {
+    pub name: String,
+    pub number: u8,
+    pub bodies: [Option<usize>; 2],
+    pub points: [Point; 2],
+    /// The same again on the other side of the vehicle, at -y.
+    pub mirrored: bool,
+    pub terms: Vec<(Way, Acts)>,
+    /// The weight that it carries, of the second body on the first.
+    pub static_load: Number,
+}
+
+/// A place on a body where comfort is felt.
+#[derive(Clone, Debug)]
+pub struct Floor {
+    pub name: String,
+    pub body: usize,
+    pub point: Point,
+}
+
+/// A vehicle as a list of bodies (wheelsets from the front to the rear) and what joins them.
+#[derive(Clone, Debug, Default)]
+pub struct Layout {
+    /// How many numbers describe it.
+    pub numbers: usize,
+    pub bodies: Vec<Body>,
+    pub joints: Vec<Joint>,
+    pub floor: Vec<Floor>,
+}
+
+/// Columns s and v, before those of the wheelsets; Qy and Qpsi stand behind them.
+const FIRST: usize = 2;
+const PER_WHEELSET: usize = 5;
+
+impl Layout {
+    /// Columns of the input table: s, v, five per wheelset, Qy, Qpsi.
+    pub fn columns(&self) -> usize {
+        FIRST + PER_WHEELSET * self.wheelsets().count() + 2
+    }
+
+    /// Every index within its list, every wheelset free to yaw.
+    pub fn check(&self) -> Result<()> {
+        let bodies =
+            self.joints.iter().flat_map(|j| j.bodies.iter().flatten()).chain(self.floor.iter().map(|f| &f.body));
+        let most = bodies.max().map_or(0, |i| i + 1);
+        if most > self.bodies.len() {
+            return Err(Error::Shape { what: "bodies of a layout".into(), got: self.bodies.len(), expected: most });
+        }
+        match self.wheelsets().find(|(_, body, _)| body.yaw_inertia.is_none()) {
+            Some((_, body, _)) => Err(Error::Value {
+                what: format!("yaw inertia of {}", body.name),
+                value: 0.0,
+                rule: "given for a wheelset",
+            }),
+            None => Ok(()),
+        }
+    }
+
+    fn wheelsets(&self) -> impl Iterator<Item = (usize, &Body, &Wheels)> {
+        self.bodies.iter().enumerate().filter_map(|(i, body)| Some((i, body, body.wheels.as_ref()?)))
+    }
+}
