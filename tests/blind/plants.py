@@ -211,4 +211,4 @@ class Floored(Plant):
 
     @property
     def text(self) -> str:
-        return f"{super().text}, {self.factor:g} times the floor"
+        return f"{super().text}, floor x {self.factor:g}"

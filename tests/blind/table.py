@@ -78,7 +78,7 @@ def totals(lines: Sequence[Line]) -> list[str]:
             f"{'true numbers inside their 90 % intervals':58s} {inside:3d} of {of:3d}   {100 * inside / of:5.1f} %"
         )
     for factor in (0.5, 1.0, 2.0):
-        planted = [x for x in lines if x.sort == "floor" and f"{factor:g} times the floor" in x.planted]
+        planted = [x for x in lines if x.sort == "floor" and x.planted.endswith(f"floor x {factor:g}")]
         out.append(
             counted(f"found at {factor:g} times the stated floor (class)", [bool(x.right_class) for x in planted])
         )
