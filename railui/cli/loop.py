@@ -82,6 +82,7 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
     from rich.table import Table
 
     from railui.cli.adjust import parameters_table, profiles_note
+    from railui.report.loop import shapeless
 
     call.show(f"\n{data['sentence']}\n")
     table = Table(title="error (nrmse) on the runs that no fit has seen", title_justify="left")
@@ -94,6 +95,8 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
         cells = [row["nrmse"], *(row["channels"].get(c) for c in channels)]
         table.add_row(which, *(("-" if v is None else f"{v:.3f}") for v in cells))
     call.show(table)
+    for note in shapeless(found):
+        call.show(note)
     if data["profiles"]:
         contact = [path for path in data["parameters"] if path.startswith("contact.")]
         call.show(parameters_table(data, contact))

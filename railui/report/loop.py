@@ -33,6 +33,7 @@ from railui.study.weighting import W_D, cascade, weighted_rms
 from railui.study.windows import WINDOW, files
 
 Floats = NDArray[np.float64]
+OF_ITS_OWN = 1 / 3  # of the excess over the floor, at which the adjusting runs are still at theirs
 
 
 def loop(
@@ -339,18 +340,25 @@ def _notes(found: Found) -> list[str]:
     for name, judgement in found.judged.items():
         for file, at in judgement.diverged:
             notes.append(f"{name}: the vehicle diverges on {file} at {at:.2f} s, its error is null")
-    return notes + _shapeless(found)
+    return notes + shapeless(found)
 
 
-def _shapeless(found: Found) -> list[str]:
-    """What a rest above the floor may be where the trace sees nothing in it."""
+def shapeless(found: Found) -> list[str]:
+    """What a rest above the floor may be where the trace sees nothing in it, none where it has a shape."""
     quiet = found.last.sightings and not structured(found.last)
     if found.outside or not quiet or not found.unexplained > ADEQUATE:
         return []
     error, floor = found.judged["after"].channels, found.floor.channels
     ratios = sorted(((error[c] / floor[c], c) for c in floor if floor[c] > 0 and c in error), reverse=True)
     worst = ", ".join(f"{c} {ratio:.2f}" for ratio, c in ratios[:3])
+    own = found.after.rest
+    cause = (
+        f"the runs that it was adjusted to leave {own:.2f} times theirs, so the vehicle is not the same from run to "
+        "run: something changes with speed, heat, load or time"
+        if own - 1.0 < OF_ITS_OWN * (found.unexplained - 1.0)
+        else "an unmeasured force or noise that is larger than declared or not white, as the floor takes it"
+    )
     return [
-        f"{found.unexplained:.2f} times the floor is left, and no candidate sees a shape in it: an unmeasured force or "
-        f"noise that is larger than declared or not white, as the floor takes it (most above their floor: {worst})"
+        f"{found.unexplained:.2f} times the floor is left, and no candidate sees a shape in it: {cause} "
+        f"(most above their floor: {worst})"
     ]

@@ -83,6 +83,11 @@ class Fit:
         return samples_of(self.block, target)
 
     @property
+    def rest(self) -> float:
+        """What is left on the adjusting runs over what noise would leave there."""
+        return float(np.sqrt(self.normal.rss / sum(t.y.size for t in self.targets)))
+
+    @property
     def sd(self) -> Floats:
         """Standard deviations of the values [p]."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))

@@ -2,28 +2,49 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
-from railui.report.loop import _shapeless
-from railui.study.loop import Found
+from railui.files.campaign import load_campaign
+from railui.report.loop import shapeless
+from railui.study.loop import Found, adjust_only
+from railui.study.measured import read
+from tests.truth.campaign import Order, campaign, write
+from tests.truth.effects import effect
 
 
 def found(unexplained: float, p: float, **more: Any) -> Found:
     last = SimpleNamespace(sightings=(1,), p=p, rho2=0.05)
     after = SimpleNamespace(channels={"e1": 0.05, "ayf": 0.13})
     floor = SimpleNamespace(channels={"e1": 0.05, "ayf": 0.10})
-    found = SimpleNamespace(unexplained=unexplained, last=last, outside=None, judged={"after": after}, floor=floor)
+    fit = SimpleNamespace(rest=1.19)
+    found = SimpleNamespace(
+        unexplained=unexplained, last=last, outside=None, judged={"after": after}, floor=floor, after=fit
+    )
     return cast(Found, SimpleNamespace(**(vars(found) | more)))
 
 
 def test_a_rest_that_no_candidate_sees_is_put_down_to_forces_or_noise_and_its_channels_named():
-    (note,) = _shapeless(found(1.2, p=0.5))
+    (note,) = shapeless(found(1.2, p=0.5))
     assert note.startswith("1.20 times the floor is left") and "ayf 1.30, e1 1.00" in note
 
 
 @pytest.mark.parametrize("other", [{"unexplained": 1.05}, {"p": 0.001}, {"outside": "a curve"}])
 def test_a_rest_at_the_floor_or_with_a_shape_or_told_as_outside_has_no_such_note(other: dict[str, Any]):
-    assert _shapeless(found(**({"unexplained": 1.2, "p": 0.5} | other))) == []
+    assert shapeless(found(**({"unexplained": 1.2, "p": 0.5} | other))) == []
+
+
+def test_a_rest_on_the_validating_runs_alone_is_put_down_to_a_vehicle_that_changes():
+    (note,) = shapeless(found(1.28, p=0.5, after=SimpleNamespace(rest=1.04)))
+    assert "adjusted to leave 1.04 times theirs" in note and "from run to run" in note and "white" not in note
+
+
+def test_a_damper_that_fades_leaves_its_rest_on_the_run_at_another_speed(tmp_path: Path):
+    """It is as hot at 40 m/s as the adjusted damping takes it, and cooler at 31 m/s."""
+    fading = effect("fading_damper", "secondary_lateral", damping=1.2e5, energy=60.0)
+    write(campaign(Order(effects=(fading,), seed=6018, speeds=(40.0, 31.0))), tmp_path)
+    adjusted = adjust_only(read(load_campaign(tmp_path)))
+    assert adjusted.before.rest < 1.07 and adjusted.unexplained > 1.15
