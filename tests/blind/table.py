@@ -70,7 +70,7 @@ def totals(lines: Sequence[Line]) -> list[str]:
         ),
         counted("after at most 1.05 of the oracle's, class right", [x.after <= 1.05 * x.oracle for x in right]),
         counted("after at most 1.10 floor, noise as declared", [x.after <= ADEQUATE * x.floor for x in clean]),
-        counted("answer taken away: outside, or above 1.5 floors", [bool(x.admits) for x in lines if x.without]),
+        counted("answer taken away: no clean effect named instead", [bool(x.admits) for x in lines if x.without]),
     ]
     inside, of = sum(x.covered for x in lines), sum(x.intervals for x in lines)
     if of:
