@@ -96,7 +96,7 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
         table.add_row(which, *(("-" if v is None else f"{v:.3f}") for v in cells))
     call.show(table)
     for note in shapeless(found):
-        call.show(note)
+        call.show(f"{note}\n")
     if data["profiles"]:
         contact = [path for path in data["parameters"] if path.startswith("contact.")]
         call.show(parameters_table(data, contact))

@@ -85,7 +85,7 @@ class Fit:
     @property
     def rest(self) -> float:
         """What is left on the adjusting runs over what noise would leave there."""
-        return float(np.sqrt(self.normal.rss / sum(t.y.size for t in self.targets)))
+        return float(np.sqrt(self.normal.rss / self.normal.samples))
 
     @property
     def sd(self) -> Floats:
