@@ -6,10 +6,10 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from railui import _core
 
@@ -174,6 +174,47 @@ def creep_forces(
     """
     rows = np.ascontiguousarray(linear, dtype=float).tolist()
     return np.array(_core.creep_forces(kind, effect_numbers(kind, values), wheel_load, list(creep_slopes), rows, speed))
+
+
+class Spline:
+    """A cubic spline, not-a-knot, through y [n] or [n, columns] at increasing places x [n], n >= 4.
+
+    The numbers of scipy's CubicSpline, which would take a quarter of a second to read. Beyond the ends the first and
+    the last cubic go on. Raises ValueError for places that do not increase, and for values that do not fit them.
+
+    >>> Spline(np.arange(5.0), np.arange(5.0) ** 3)(np.array([1.5, 6.0]), derivative=1).round(9).tolist()
+    [6.75, 108.0]
+    """
+
+    def __init__(self, x: ArrayLike, y: ArrayLike) -> None:
+        self.x = np.ascontiguousarray(x, dtype=float)
+        columns = np.asarray(y, dtype=float)
+        self.shape = columns.shape[1:]
+        self._core = _core.Spline(self.x, np.ascontiguousarray(columns.reshape(len(columns), -1)))
+
+    def __call__(self, at: ArrayLike, derivative: Literal[0, 1] = 0) -> Floats:
+        """Values, or first derivatives, at places [m]: [m] or [m, columns]."""
+        places = np.ascontiguousarray(at, dtype=float)
+        return self._core.at(places, derivative == 1).reshape(places.shape + self.shape)
+
+    @property
+    def factors(self) -> Floats:
+        """Of the powers of the distance from an interval's beginning, highest first: [column, power, interval]."""
+        flat = self._core.factors().reshape(len(self.x) - 1, -1, 4)
+        return np.ascontiguousarray(flat.transpose(1, 2, 0))
+
+
+def passed(sections: Floats, series: Floats, memory: Floats | None = None) -> Floats:
+    """Series [..., sample] behind second-order sections [section, 6] (b0 b1 b2 1 a1 a2).
+
+    memory [..., section, 2]: what the sections remember at first, in the transposed form II; nothing where None.
+
+    >>> passed(np.array([[1.0, 0.0, 0.0, 1.0, -0.5, 0.0]]), np.array([1.0, 0.0, 0.0])).tolist()
+    [1.0, 0.5, 0.25]
+    """
+    rows = np.ascontiguousarray(series, dtype=float).reshape(-1, series.shape[-1])
+    held = np.zeros((len(rows), 2 * len(sections))) if memory is None else memory.reshape(len(rows), -1)
+    return _core.passed(np.ascontiguousarray(sections), np.ascontiguousarray(held), rows).reshape(series.shape)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
+from railui.core import Spline
 from railui.track import (
     COLUMNS,
     SPECTRA,
@@ -422,3 +423,36 @@ def test_noise_laid_upon_a_table_is_the_table_of_the_sum():
     both = input_table(t, s, v, *(track + noise), 1.25, 2)
     laid = with_track(input_table(t, s, v, *track, 1.25, 2), s, list(noise), 1.25)
     assert np.allclose(laid, both, rtol=1e-9, atol=1e-9)
+
+
+def test_a_spline_through_even_places_has_scipys_digits() -> None:
+    x = 0.1 * np.arange(2000)
+    y = np.random.default_rng(1).standard_normal((2000, 3))
+    at = np.random.default_rng(2).uniform(-1.0, 201.0, 3000)
+    ours, theirs = Spline(x, y), CubicSpline(x, y)
+    for found in (at, np.sort(at), x):
+        assert np.array_equal(ours(found), theirs(found))
+        assert np.array_equal(ours(found, 1), theirs(found, 1))
+    assert np.array_equal(ours.factors, theirs.c.transpose(2, 0, 1))
+
+
+def test_a_spline_through_uneven_places_is_scipys_to_rounding() -> None:
+    x = np.cumsum(np.random.default_rng(3).uniform(0.01, 1.0, 2000))
+    y = np.random.default_rng(1).standard_normal(2000)
+    at = np.linspace(x[0] - 0.1, x[-1] + 0.1, 3000)
+    for order in (0, 1):
+        theirs = CubicSpline(x, y)(at, order)
+        assert np.abs(Spline(x, y)(at, order) - theirs).max() < 1e-12 * np.abs(theirs).max()
+
+
+def test_a_distance_is_the_integral_of_the_spline_of_speed() -> None:
+    t = np.cumsum(np.random.default_rng(4).uniform(0.01, 0.02, 4000))
+    v = 40.0 + 3.0 * np.sin(t)
+    assert distance(t, v) == pytest.approx(CubicSpline(t, v).antiderivative()(t), rel=1e-13, abs=1e-9)
+
+
+def test_a_spline_tells_what_it_cannot_pass_through() -> None:
+    with pytest.raises(ValueError, match="samples of a spline: 3 given, 4 expected"):
+        Spline(np.arange(3.0), np.zeros(3))
+    with pytest.raises(ValueError, match="the step to place 2 of a spline is 0"):
+        Spline(np.array([0.0, 1.0, 1.0, 2.0]), np.zeros(4))

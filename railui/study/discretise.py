@@ -6,7 +6,6 @@ from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -96,17 +95,32 @@ def _held(system: System, dt: float) -> System:
     n = len(a)
     ramp = np.zeros((n + 2, n + 2))
     ramp[:n, :n], ramp[:n, n : n + 1], ramp[n, n + 1] = a * dt, b * dt, 1.0
-    step = linalg.expm(ramp)
+    step = _exponential(ramp)
     moved, hold, slope = step[:n, :n], step[:n, n : n + 1], step[:n, n + 1 :]
     return moved - np.eye(n), hold + (moved - np.eye(n)) @ slope, c, d + c @ slope
 
 
+def _exponential(matrix: FloatArray) -> FloatArray:
+    """exp(A), by its series for A/2^k and k squarings; scipy.linalg would take a quarter of a second to read."""
+    halvings = max(0, int(np.frexp(4.0 * np.linalg.norm(matrix, 1))[1]))
+    small = matrix / 2.0**halvings
+    total = term = np.eye(len(matrix))
+    for k in range(1, 14):  # 0.25^14/14! is 4e-20
+        term = term @ small / k
+        total = total + term
+    for _ in range(halvings):
+        total = total @ total
+    return total
+
+
 def _zeros_from_one(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> ComplexArray:
-    """The zeros as distances z - 1, nearest first: where the pencil of the system is singular."""
+    """The zeros as distances z - 1, nearest first: where the pencil of the system is singular.
+
+    Looked at from z = 2, where no zero of a stable filter's samples lies: there the pencil has an inverse.
+    """
     n = len(a)
-    upper, lower = linalg.eigvals(np.block([[a, b], [c, d]]), np.diag([1.0] * n + [0.0]), homogeneous_eigvals=True)
-    order = np.argsort(-np.abs(lower))[:n]  # the one that is left out lies at infinity
-    upper, found = upper[order], upper[order] / lower[order]
-    real, above = found[upper.imag == 0].real, found[upper.imag > 0]
+    pencil = np.block([[a - np.eye(n), b], [c, d]])
+    found = 1.0 + 1.0 / np.linalg.eigvals(np.linalg.inv(pencil)[:n, :n]).astype(np.complex128)
+    real, above = found[found.imag == 0].real, found[found.imag > 0]
     found = np.concatenate([real, above, above.conj()])
     return np.asarray(found[np.argsort(np.abs(found), kind="stable")], dtype=np.complex128)

@@ -6,10 +6,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from railui.core import Batch, Vehicles
+from railui.core import Batch, Vehicles, passed
 from railui.study.comfort_point import comfort_sections, felt
 from railui.study.forces import force_limit, load_paths
 from railui.study.model import Model, placement
@@ -155,5 +154,5 @@ class _Group:
     def peaks(self, sections: Floats) -> Floats:
         """The greatest acceleration [n] at any comfort point."""
         series, _ = self.vehicles.simulate(self.batch, *self.course, self.points, jobs=self.jobs)
-        passed = [scipy.signal.sosfilt(w, x, axis=-1) for w, x in zip(sections, series, strict=True)]
-        return np.asarray(np.abs(passed).max(axis=(1, 2)))
+        found = [passed(w, x) for w, x in zip(sections, series, strict=True)]
+        return np.asarray(np.abs(found).max(axis=(1, 2)))

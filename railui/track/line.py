@@ -6,8 +6,9 @@ import hashlib
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
+
+from railui.core import Spline
 
 FloatArray = NDArray[np.float64]
 UNEVEN = 0.01  # share of the spacing by which an interval may differ: as for the interval of a run
@@ -106,11 +107,9 @@ def equally_spaced(
     laid = place[0] + spacing * np.arange(int(np.floor((place[-1] - place[0]) / spacing + 1e-9)) + 1)
 
     def lay(column: ArrayLike | None) -> FloatArray | None:
-        return (
-            None if column is None else scipy.interpolate.CubicSpline(place, np.asarray(column, dtype=np.float64))(laid)
-        )
+        return None if column is None else Spline(place, np.asarray(column, dtype=np.float64))(laid)
 
-    return Track(laid, scipy.interpolate.CubicSpline(place, np.asarray(yw))(laid), lay(phiw), lay(gauge), conventions)
+    return Track(laid, Spline(place, np.asarray(yw))(laid), lay(phiw), lay(gauge), conventions)
 
 
 def check_increasing(s: FloatArray) -> None:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from railui.track.line import Track
@@ -66,9 +65,11 @@ def psd(track: Track, segment: float = 500.0) -> TrackSpectrum:
     >>> found.wavenumber.shape == found.gauge.shape
     True
     """
+    from scipy import signal
+
     points = min(len(track), max(8, round(segment / track.spacing)))
     columns = np.stack([track.yw, track.phiw, track.gauge])
-    n, per_cycle = scipy.signal.welch(columns, 1 / track.spacing, nperseg=points, detrend=scipy.signal.detrend)
+    n, per_cycle = signal.welch(columns, 1 / track.spacing, nperseg=points, detrend=signal.detrend)
     density = np.asarray(per_cycle[:, 1:], dtype=np.float64) / (2 * np.pi)
     return TrackSpectrum(2 * np.pi * np.asarray(n[1:], dtype=np.float64), density[0], density[1], density[2])
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
@@ -147,10 +146,12 @@ def spectrum_sd(name: str, quantity: Quantity, shortest: float, longest: float) 
     """
     if not 0 < shortest < longest:
         raise ValueError(f"a band runs from a shorter to a longer wavelength: {shortest:g} to {longest:g} m")
+    from scipy.integrate import quad
+
     low, high = 2 * np.pi / longest, 2 * np.pi / shortest
 
     def per_logarithm(u: float) -> float:  # S falls over decades: ln W spreads it evenly
         return float(spectrum_density(name, quantity, np.exp(u)) * np.exp(u))
 
-    variance = scipy.integrate.quad(per_logarithm, np.log(low), np.log(high), epsabs=0.0, epsrel=1e-10)[0]
+    variance = quad(per_logarithm, np.log(low), np.log(high), epsabs=0.0, epsrel=1e-10)[0]
     return float(np.sqrt(variance))

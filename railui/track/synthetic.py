@@ -8,9 +8,9 @@ import re
 from dataclasses import dataclass, fields
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
+from railui.core import Spline
 from railui.track.line import Track
 from railui.track.spectra import QUANTITIES, Quantity, Spectrum, spectrum_density, spectrum_named
 
@@ -232,4 +232,4 @@ def band_limited_noise(rng: np.random.Generator, s: ArrayLike, sd: float, shorte
     part = rng.standard_normal((2, last)) * (sd * 0.5 * samples / np.sqrt(last))
     line[1 : last + 1] = part[0] + 1j * part[1]
     grid = start + step * np.arange(samples)
-    return np.asarray(scipy.interpolate.CubicSpline(grid, np.fft.irfft(line, samples))(place), dtype=np.float64)
+    return Spline(grid, np.fft.irfft(line, samples))(place)

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
+from railui.core import Spline
 from railui.track.line import Track, check_increasing
 
 FloatArray = NDArray[np.float64]
@@ -101,7 +101,7 @@ def _lay_track(table: FloatArray, place: FloatArray, track: list[FloatArray], be
     moving = [i for i in range(3) if np.any(track[i])]  # a column of zeros needs no spline
     if not moving:
         return
-    spline = scipy.interpolate.CubicSpline(place, np.stack([track[i] for i in moving], axis=1))
+    spline = Spline(place, np.stack([track[i] for i in moving], axis=1))
     for number, distance in enumerate(behind):
         base, at = LEADING + PER_WHEELSET * number, table[:, 0] - distance
         before = at < place[0] - 1e-9  # a nanometre: rounding of s - 2 a decides nothing
@@ -124,9 +124,7 @@ def with_track(
     moving = [i for i in range(3) if more[i] is not None]
     if not moving:
         return out
-    # by column: factors of the powers of the distance from a knot, highest first [column, power, interval]
-    spline = scipy.interpolate.CubicSpline(s, np.stack([x for x in more if x is not None], axis=1))
-    splines = np.ascontiguousarray(spline.c.transpose(2, 0, 1))
+    splines = Spline(s, np.stack([x for x in more if x is not None], axis=1)).factors
     for number, distance in enumerate(distances_behind(half_wheelbase)):
         base, at = LEADING + PER_WHEELSET * number, table[:, 0] - distance
         held = np.maximum(at, s[0]) if distance else at
@@ -162,7 +160,7 @@ def _in_time(time: FloatArray, values: FloatArray, steps: int) -> FloatArray:
     """Values at the half steps, by the cubic spline in time; the samples themselves to the last digit."""
     if np.all(values == values[0]):
         return np.full(2 * steps * (time.size - 1) + 1, values[0])
-    found = np.asarray(scipy.interpolate.CubicSpline(time, values)(_in_equal_parts(time, 2 * steps)), dtype=np.float64)
+    found = Spline(time, values)(_in_equal_parts(time, 2 * steps))
     found[:: 2 * steps] = values
     return found
 
@@ -173,8 +171,10 @@ def distance(t: ArrayLike, v: ArrayLike) -> FloatArray:
     >>> [round(float(x), 9) for x in distance([0.0, 1.0, 2.0, 3.0], [0.0, 2.0, 4.0, 6.0])]
     [0.0, 1.0, 4.0, 9.0]
     """
-    time, speed = _column("t", t), np.asarray(v, dtype=np.float64)
-    return np.asarray(scipy.interpolate.CubicSpline(time, speed).antiderivative()(time), dtype=np.float64)
+    time = _column("t", t)
+    powers = np.diff(time) ** np.arange(4, 0, -1)[:, None] / np.arange(4, 0, -1)[:, None]
+    factors = Spline(time, _column("v", v, time.size)).factors[0]
+    return np.cumsum([0.0, *np.sum(factors * powers, axis=0)])
 
 
 def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: Behind, steps: int) -> tuple[FloatArray, float]:

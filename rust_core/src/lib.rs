@@ -1,5 +1,7 @@
 //! The vehicle kernel of railui. The modules, ground floor first; each may use only those above it in this list.
 pub mod error;
+pub mod spline;
+pub mod sections;
 pub mod lanes;
 pub mod profile;
 pub mod effects;

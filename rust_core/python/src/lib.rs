@@ -1,5 +1,6 @@
 //! The one door to Python: conversions, no physics.
 mod layout;
+mod series;
 
 use layout::Given;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
@@ -471,6 +472,8 @@ impl Vehicle {
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<Vehicle>()?;
+    m.add_class::<series::Spline>()?;
+    m.add_function(wrap_pyfunction!(series::passed, m)?)?;
     m.add_function(wrap_pyfunction!(catalogue, m)?)?;
     m.add_function(wrap_pyfunction!(creep_forces, m)?)?;
     m.add_function(wrap_pyfunction!(parameters, m)?)?;
