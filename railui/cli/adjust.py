@@ -50,7 +50,7 @@ def command(
     role validate.
     """
     from railui.files.campaign import load_campaign
-    from railui.files.check import expect
+    from railui.files.recognise import expect
     from railui.report.loop import loop_report
     from railui.study.loop import adjust_only
     from railui.study.measured import read

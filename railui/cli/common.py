@@ -210,8 +210,8 @@ def overrides_of(ctx: click.Context, parameter: click.Parameter, words: tuple[st
 
 def load_vehicle(call: Invocation, path: str, overrides: Mapping[str, str]) -> Design:
     """The design of a file with its overrides; its warnings are told. FileProblems with every fault."""
-    from railui.files.check import expect
     from railui.files.design import load_design
+    from railui.files.recognise import expect
 
     expect(path, "design")
     design = load_design(Path(path))

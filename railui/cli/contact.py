@@ -107,9 +107,9 @@ def _contact(
 ) -> Found:
     """The contact of two files; what is wrong with either is told at once."""
     from railui.contact import Pair, Profile, ProfileFault
-    from railui.files.check import expect
     from railui.files.problems import FileProblems, Problem, one_problem
     from railui.files.profile import read_profile
+    from railui.files.recognise import expect
     from railui.study.contact import contact
 
     read: list[Profile] = []

@@ -32,8 +32,8 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     catalogue; the effect is added and everything adjusted again; the error stands for the runs of role
     validate, which no fit has seen. Every verdict (none, effect, outside) ends with exit code 0.
     """
-    from railui.files.campaign import campaign_file, load_campaign
-    from railui.files.check import expect
+    from railui.files.campaign import load_campaign
+    from railui.files.recognise import campaign_file, expect
     from railui.files.writing import check_writable
     from railui.report.drawing import load_beside
     from railui.report.loop import loop_report

@@ -42,7 +42,7 @@ def command(
     """
     from railui.engine.outcome import REPORT
     from railui.engine.session import Session
-    from railui.files.check import expect
+    from railui.files.recognise import expect
     from railui.files.study import load_study
     from railui.report.study_page import write_study_page
     from railui.study.optimise import optimise

@@ -37,8 +37,7 @@ def speeds(text: str) -> list[float]:
     >>> speeds("30:60:10"), speeds("144 km/h"), speeds("90:180:90 km/h")
     ([30.0, 40.0, 50.0, 60.0], [40.0], [25.0, 50.0])
     """
-    from railui.files.study_model import read_speed
-    from railui.files.units import quantity, split
+    from railui.files.units import quantity, read_speed, split
 
     found: list[float] = []
     for part in text.split(","):

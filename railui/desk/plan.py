@@ -17,7 +17,7 @@ from railui.files.results import NUMBERS as KNOWN
 from railui.files.results import RESULTS
 from railui.files.saving import flow, save_design
 from railui.files.study import Study, load_study
-from railui.files.units import quantity
+from railui.files.units import quantity, read_speed
 from railui.files.writing import write_text
 from railui.track import parse_spec
 
@@ -149,8 +149,6 @@ class Plan:
             limits[-1 if rest == "new" else int(rest)] = str(value).strip()
             return replace(self, limits=tuple(limit for limit in limits if limit))
         if head == "speed":
-            from railui.files.study_model import read_speed
-
             return replace(self, speed=read_speed(value))
         if head in ("population", "generations", "seed"):
             number = round(float(value))

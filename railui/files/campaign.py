@@ -15,7 +15,8 @@ from .effect_records import Catalogue, kernel_catalogue
 from .fields import check_group
 from .parameters import DEFAULT_ADJUST
 from .placed_effects import PlacedEffect
-from .problems import FileProblems, Findings, Problem, nearest, one_problem
+from .problems import FileProblems, Findings, Problem, nearest
+from .recognise import campaign_file
 from .references import neighbour, vehicle_of
 from .run_units import RATES, rate_factor
 from .schema_line import check_schema
@@ -66,17 +67,6 @@ class Campaign:
     def cut_of(self, duration: float) -> float:
         """Seconds to leave out at each end of a stretch of so many seconds."""
         return self.cut + self.cut_share * duration
-
-
-def campaign_file(path: str | Path) -> Path:
-    """The campaign.yaml of a directory, or the file itself; FileProblems where a directory holds none."""
-    path = Path(path)
-    if not path.is_dir():
-        return path
-    file = path / "campaign.yaml"
-    if not file.exists():
-        raise one_problem(path, "holds no campaign.yaml", "name a file, or the directory of a campaign")
-    return file
 
 
 def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campaign:
@@ -230,4 +220,4 @@ def _sensors(raw: Any, findings: Findings, catalogue: Catalogue | None, form: st
     return read_effects(raw, findings, "sensors", known, {}, form=form, sensors=True)
 
 
-__all__ = ["Campaign", "RunEntry", "campaign_file", "load_campaign"]
+__all__ = ["Campaign", "RunEntry", "load_campaign"]

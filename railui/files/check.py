@@ -1,4 +1,4 @@
-"""Checking and loading any of our files: what it is told by its schema line, its keys or its name."""
+"""Checking and loading any of our files."""
 
 from __future__ import annotations
 
@@ -6,16 +6,15 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from .campaign import Campaign, campaign_file, load_campaign
+from .campaign import Campaign, load_campaign
 from .delta_r import read_delta_r
 from .design import Design, load_design
 from .effect_records import Catalogue
-from .problems import FileProblems, Findings, Problem, one_problem
+from .problems import FileProblems, Problem
 from .profile import SIMPACK, read_profile
+from .recognise import recognise
 from .run import Run, load_run
-from .schema_line import kind_of
 from .study import Study, load_study
-from .table import read_header
 from .track_file import TrackColumns, load_track
 from .yaml12 import load as load_yaml
 
@@ -25,54 +24,6 @@ if TYPE_CHECKING:
     from .delta_r import Floats
 
 Anything: TypeAlias = "Design | Campaign | Study | Run | TrackColumns | Profile | tuple[Floats, Floats]"
-# what takes a file of each kind
-TAKEN_BY = {
-    "design": "railui ride, stability and curve take it",
-    "campaign": "railui loop and adjust take it",
-    "study": "railui optimise takes it",
-    "run": "--track and railui import take it, or a campaign names it",
-    "track": "--track takes it",
-    "delta_r": "railui contact --delta-r takes it",
-    "profile": "railui contact takes it, or `contact: {profiles: {wheel, rail}}` of a design",
-}
-
-
-def recognise(path: str | Path) -> str:
-    """What a file is: design, campaign, study, run, track, profile or delta_r; FileProblems where it is none of ours.
-
-    A directory is the campaign in it. The schema line decides, else the keys, else the columns of a table.
-    """
-    path = campaign_file(path)
-    if path.suffix.lower() in SIMPACK:
-        return "profile"
-    if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".gz")):
-        names = set(read_header(path).names)
-        kind = "run" if "t" in names or {"v", "z"} & names else "track" if {"s", "yw"} & names else None
-        if "y" in names and "t" not in names and {"z", "delta_r"} & names:
-            kind = "delta_r" if "delta_r" in names else "profile"
-        remedy = "give a run with a column t [s], or a track with s [m], yw [m]"
-    else:
-        kind = kind_of(load_yaml(path).value)
-        remedy = "write `schema: railui.design/1`, or the keys of a design, a campaign or a study"
-    if kind not in TAKEN_BY:
-        findings = Findings(str(path))
-        findings.add(
-            "",
-            "is no file of railui" if kind is None else f"is a {kind}: railui writes it, but does not read it",
-            remedy,
-        )
-        findings.stop()
-    return str(kind)
-
-
-def expect(path: str | Path, kind: str) -> None:
-    """FileProblems where a file is one of ours but of another kind: one line, not a fault for every key."""
-    try:
-        found = recognise(path)
-    except FileProblems:
-        return  # the reader of the kind that was asked for tells it better
-    if found != kind:
-        raise one_problem(path, f"is a {found}, where a {kind} belongs", TAKEN_BY[found])
 
 
 def load(

@@ -18,7 +18,7 @@ Model = TypeVar("Model", bound=BaseModel)
 class Group(BaseModel):
     """A group of keys: no key beside the known ones."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
 
 
 def fault(message: str, remedy: str) -> PydanticCustomError:

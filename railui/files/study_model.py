@@ -2,31 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Any
 
 from pydantic import Field
 
 from .fields import LISTED, LISTED_OR_ONE, PAIRED, Group, Reader, Text, measure, quantity_schema, whole, word
-from .units import FAST, UnitError, quantity
+from .units import read_speed
 
 OVER = ("mean", "worst", "p95")
 METHODS = ("nsga2", "nsga3", "cmaes", "de")
-
-
-def read_speed(value: Any) -> float:
-    """A speed; a bare number above 120 is refused, since km/h may be meant.
-
-    >>> read_speed("144 km/h"), read_speed(40)
-    (40.0, 40.0)
-    """
-    speed = quantity(value, "m/s")
-    bare = not isinstance(value, str) or re.search(r"[a-z]", value) is None
-    if bare and speed > FAST:
-        raise UnitError(f"{value} m/s is faster than any train", f"were km/h meant? write {value} km/h")
-    if speed <= 0:
-        raise UnitError(f"{value!r} is no speed", "give more than 0 m/s")
-    return speed
 
 
 Speed = Annotated[float, Reader(read_speed, quantity_schema("m/s", unit="m/s"))]

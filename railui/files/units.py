@@ -230,6 +230,21 @@ def own_quantity(value: object) -> float:
     return number
 
 
+def read_speed(value: object) -> float:
+    """A speed; a bare number above 120 is refused, since km/h may be meant.
+
+    >>> read_speed("144 km/h"), read_speed(40)
+    (40.0, 40.0)
+    """
+    speed = quantity(value, "m/s")
+    bare = not isinstance(value, str) or re.search(r"[a-z]", value) is None
+    if bare and speed > FAST:
+        raise UnitError(f"{value} m/s is faster than any train", f"were km/h meant? write {value} km/h")
+    if speed <= 0:
+        raise UnitError(f"{value!r} is no speed", "give more than 0 m/s")
+    return speed
+
+
 def convert(value: float, source: str, target: str) -> float:
     """A value from one unit to another of the same dimension.
 

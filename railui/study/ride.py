@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from railui.files.design import Design, load_design
 from railui.files.problems import FileProblems, Problem
-from railui.files.study_model import read_speed
+from railui.files.units import read_speed
 from railui.study.along import series_along
 from railui.study.comfort_point import COACH, coach, floor_points, reference
 from railui.study.forces import forces

@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 
 from railui.files.campaign import Campaign
-from railui.files.check import check, load, recognise
+from railui.files.check import check, load
 from railui.files.design import Design
 from railui.files.parameters import PARAMETERS
 from railui.files.problems import FileProblems, Findings, Problem, nearest
+from railui.files.recognise import recognise
 from railui.files.run import Run
 from railui.files.schema import schema
 

@@ -31,7 +31,7 @@ from railui.desk.views import VIEWS, WINDOWS
 from railui.desk.work import Latest, Study
 from railui.desk.written import value_text
 from railui.files.problems import FileProblems
-from railui.files.study_model import read_speed
+from railui.files.units import read_speed
 from railui.study.stability import stability
 
 EMPTY = Picture(Axis(""), Axis(""), wait="no design: ctrl+o opens one")
