@@ -127,9 +127,11 @@ purpose: .stamp-build
 	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -r target/wanted.txt
 	@touch $@
 
+# bytecode too: where Python may not write it (PYTHONDONTWRITEBYTECODE) every start would compile a hundred files
 .stamp-build: .stamp-packages $(SOURCES)
 	@echo "building railui (the first time takes a few minutes)" >&2
 	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@$(BIN)/python -m compileall -q railui
 	@touch $@
 
 clean:

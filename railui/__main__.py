@@ -9,6 +9,8 @@ from io import TextIOWrapper
 INTERRUPTED = 130
 # the kernel has the cores, and the matrices are small: threads of BLAS stand in its way and change last digits
 ALONE = {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+# pydantic would ask every package that is installed whether it is a plugin: we use none
+NO_PLUGINS = {"PYDANTIC_DISABLE_PLUGINS": "__all__"}
 
 
 def _open_streams() -> None:
@@ -32,8 +34,8 @@ def _leave_stdout() -> None:
 def main() -> None:
     """Runs the command that the words of the command line name; ends the process with its exit code."""
     _open_streams()
-    for name, count in ALONE.items():
-        os.environ.setdefault(name, count)  # before numpy is there
+    for name, value in (ALONE | NO_PLUGINS).items():
+        os.environ.setdefault(name, value)  # before numpy and pydantic are there
     try:
         from railui.cli import cli
 

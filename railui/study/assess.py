@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal, stats
 
+from railui.core import passed
 from railui.study.along import series_along
 from railui.study.comfort_point import COACH, coach, comfort_sections
 from railui.study.forces import (
@@ -71,9 +71,8 @@ def assess(
     geometry = in_band(road.track, *GEOMETRY)
     sd = np.array([float(geometry[a:b].std()) for a, b in cuts])
     found = [ride.stretch(a, b) | {"sd_yw": float(g)} for (a, b), g in zip(cuts, sd, strict=True)]
-    ranks = stats.rankdata(-sd, method="min")
-    for one, rank in zip(found, ranks, strict=True):
-        one["rank_geometry"] = int(rank)
+    for one, (rank, _) in zip(found, _places(-sd), strict=True):
+        one["rank_geometry"] = rank
     badness = [_badness(one) for one in found]
     agreement = _agreement(sd, badness)
     order = sorted(range(len(found)), key=lambda i: badness[i], reverse=True)
@@ -99,7 +98,9 @@ def assess(
 def in_band(track: Track, shortest: float, longest: float) -> Floats:
     """Lateral deviation [m] of a track [samples], only its waves between two wavelengths [m]."""
     n = len(track)
-    line = np.fft.rfft(signal.detrend(track.yw))
+    along = np.linspace(-1.0, 1.0, n)
+    level = track.yw - track.yw.mean()
+    line = np.fft.rfft(level - along * (along @ level) / (along @ along))  # of best fit taken off
     with np.errstate(divide="ignore"):
         wavelength = np.where(np.arange(len(line)) > 0, n * track.spacing / np.arange(len(line)), np.inf)
     line[(wavelength < shortest) | (wavelength >= longest)] = 0.0
@@ -126,7 +127,14 @@ def _agreement(sd: Floats, badness: list[tuple[float, float, float]]) -> float |
     ranks = [sorted(badness).index(b) for b in badness]
     if len(ranks) < 3 or len(set(ranks)) < 2 or len(set(sd.tolist())) < 2:
         return None
-    return float(stats.spearmanr(sd, ranks).statistic)
+    return float(np.corrcoef(*(np.mean(_places(x), axis=1) for x in (sd, np.array(ranks))))[0, 1])
+
+
+def _places(x: NDArray[Any]) -> list[tuple[int, int]]:
+    """First and last place of every value in their order, from 1 on; they differ where values are equal."""
+    ordered = np.sort(x)
+    first, last = np.searchsorted(ordered, x, "left") + 1, np.searchsorted(ordered, x, "right")
+    return list(zip(first.tolist(), last.tolist(), strict=True))
 
 
 class _Ride:
@@ -148,7 +156,7 @@ class _Ride:
         if road.track.spacing * self.lost > 2 * SLIDING:
             self.guided = Guided.of(model, y[:, : self.lost], 1.0 / road.dt, road.track.spacing)
         sections = comfort_sections(model, model.row[None], road.dt)
-        self.weighted = {name: signal.sosfilt(sos[0], floor, axis=1) for name, sos in sections.items()}
+        self.weighted = {name: passed(sos[0], floor) for name, sos in sections.items()}
         self.point = FLOOR_OF_FRAME if coach(model) is None else COACH
         if floors:
             self.point = f"the worst of {', '.join(floors)}"

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.files.track_file import COARSEST, FINEST, load_track
 from railui.track import Behind, Track, equally_spaced, parse_spec, track_table
 
 Floats = NDArray[np.float64]
@@ -70,6 +69,8 @@ def _named(track: Track | Laid | str | Path) -> str:
 
 
 def _from_file(path: Path) -> Laid:
+    from railui.files.track_file import COARSEST, FINEST, load_track
+
     columns = load_track(path)
     lines = (columns.yw, columns.phiw, columns.gauge)
     if not columns.from_run:

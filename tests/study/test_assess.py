@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy import signal, stats
 
 from railui.cli import cli
 from railui.files.design import load_design
 from railui.files.track_file import save_track
-from railui.study.assess import _badness, assess, in_band
+from railui.study.assess import _agreement, _badness, _places, assess, in_band
 from railui.study.forces import forces
 from railui.study.ride import model_of, ride, road_of, simulate
 from railui.track import Track, band_sd, synthetic_track
@@ -126,3 +127,19 @@ def test_the_command_tells_stretches_draws_and_is_strict(tmp_path: Path) -> None
     assert len(told["inputs"]) == 2 and (tmp_path / "a.svg").read_text().count("<svg") == 1
     assert CliRunner().invoke(cli, [*words, "--stretch", "3 km"]).exit_code == 2
     assert CliRunner().invoke(cli, ["assess", "fra_9", str(BOGIE), "--speed", "40"]).exit_code == 2
+
+
+def test_places_in_an_order_and_agreement_of_two_are_those_of_scipy() -> None:
+    sd = np.array([0.3, 0.1, 0.3, 0.7, 0.2, 0.1, 0.1])
+    badness = [(-1.0, -float(score), 0.0) for score in (40, 60, 40, 20, 50, 55, 70)]
+    assert [first for first, _ in _places(-sd)] == stats.rankdata(-sd, method="min").tolist()
+    ranks = [sorted(badness).index(b) for b in badness]
+    assert _agreement(sd, badness) == pytest.approx(stats.spearmanr(sd, ranks).statistic, rel=1e-12)
+
+
+def test_a_line_in_a_band_is_level_as_detrend_has_it() -> None:
+    track = Track(0.1 * np.arange(997), 0.01 + 1e-5 * np.arange(997) + faulty_line().yw[:997])
+    line = np.fft.rfft(signal.detrend(track.yw))
+    wavelength = 99.7 / np.maximum(np.arange(len(line)), 1e-9)
+    line[(wavelength < 3.0) | (wavelength >= 25.0)] = 0.0
+    assert in_band(track, 3.0, 25.0) == pytest.approx(np.fft.irfft(line, 997), abs=1e-15)

@@ -109,11 +109,16 @@ def test_the_zeros_of_a_long_cascade_are_those_of_sixty_digits() -> None:
     assert ours[2:] == pytest.approx([*exact, -1.7914096688753176, -4.61249056141104, -41.944203831754166], rel=1e-11)
 
 
-def test_a_ride_reads_nothing_of_scipy() -> None:
-    ride = "ride", "designs/test_bogie.yaml", "--track", "erri_b176_high length=300", "--speed", "40", "--json", "-"
-    words = "import sys; from railui.cli import cli; cli(sys.argv[1:], standalone_mode=False)"
-    told = "print(sorted(name for name in sys.modules if name.split('.')[0] in ('scipy', 'pymoo', 'matplotlib')))"
-    done = subprocess.run(
-        [sys.executable, "-c", f"{words}; {told}", *ride], cwd=HOME, capture_output=True, text=True, check=True
-    )
-    assert done.stdout.splitlines()[-1] == "[]"
+RIDE = ("ride", "designs/test_bogie.yaml", "--track", "erri_b176_high length=300", "--speed", "40")
+ASSESS = ("assess", "erri_b176_high length=600", "designs/test_bogie.yaml", "--speed", "40")
+STABILITY = ("stability", "designs/check_bogie.yaml", "--speeds", "20:40:20")
+HEAVY = {"scipy", "pymoo", "matplotlib", "numpy.ma", "railui.files.study", "railui.files.campaign"}
+
+
+@pytest.mark.parametrize("command", [RIDE, ASSESS, STABILITY], ids=lambda words: words[0])
+def test_what_answers_at_once_reads_no_scipy(command: tuple[str, ...]) -> None:
+    run = "import sys; from railui.cli import cli; cli(sys.argv[1:], standalone_mode=False)"
+    told = f"print('read:', *sorted({HEAVY!r} & set(sys.modules)))"
+    words = [sys.executable, "-c", f"{run}; {told}", *command]
+    done = subprocess.run(words, cwd=HOME, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "read:"
