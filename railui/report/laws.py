@@ -53,7 +53,9 @@ def law_figures(found: Found, report: Mapping[str, Any], window: Window) -> list
     """The measured curve of `outside`, then every effect of the vehicle as found, over the motion actually seen."""
     model, laws = found.after.model, []
     if found.outside is not None:
-        laws.append(_outside(Scene.of(found, found.outside.fit.model, window), report["outside"]))
+        o = report["outside"]
+        scene = Scene.of(found, found.outside.fit.model, window)
+        laws.append(_from_run_to_run(o) if "runs" in o else _outside(scene, o))
     scene = Scene.of(found, model, window)
     for i, effect in enumerate(model.effects):
         if effect.kind not in core.CURVES:
@@ -274,3 +276,28 @@ def _outside(scene: Scene, o: Mapping[str, Any]) -> Law:
     turned = "" if path else " Force that resists the motion: the negative of F in the files."
     lines = ("before", "after") if len(pictures) > 1 else ()
     return Law(f"measured curve: {where}", tuple(pictures), "Bars: two standard deviations." + turned, lines)
+
+
+def _from_run_to_run(o: Mapping[str, Any]) -> Law:
+    """A parameter on every run: as adjusted, and as each validating run asks for it."""
+    runs = o["runs"]
+    factor, unit = scale([r["value"] for r in runs], o["force_unit"])
+
+    def draw(ax: Axes) -> None:
+        for role, colour, shape in (("adjust", COLOURS["before"], "s"), ("validate", COLOURS["after"], "o")):
+            own = [(i, r) for i, r in enumerate(runs) if r["role"] == role]
+            ax.errorbar([i for i, _ in own], [factor * r["value"] for _, r in own],
+                        yerr=[2 * factor * (r["sd"] or 0.0) for _, r in own], color=colour, fmt=shape, ms=6, capsize=4,
+                        ecolor="#444444", elinewidth=0.9)  # fmt: skip
+        ax.set_xticks(range(len(runs)), [f"{r['file']}\n{r['role']}, {r['speed']:.3g} m/s" for r in runs])
+        ax.set_xlim(-0.5, len(runs) - 0.5)
+        ax.set_ylabel(axis(o["parameter"], unit))
+
+    where = place(o["at"], o["wheelset"])
+    picture = drawn("outside", f"{o['parameter']} on every run", (4.7, 3.0), draw, bottom=0.5)
+    note = (
+        "Square: as adjusted; round: as that run asks for it with all else as adjusted; bars: two standard deviations. "
+        f"With these values the error of the validating runs would be {o['nrmse']:.3f}: no fit may see them, so it is "
+        "not what the table of errors says."
+    )
+    return Law(f"not the same from run to run: {where}", (picture,), note, ())

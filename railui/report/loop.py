@@ -13,17 +13,19 @@ import railui
 from railui import core
 from railui.files.campaign import Campaign, load_campaign
 from railui.files.design import PlacedEffect
+from railui.files.display import display
 from railui.files.effect_reading import unit_of
 from railui.files.writing import finite
 from railui.report.detectable import detectable
 from railui.report.identifiability import identifiability
 from railui.report.phases import phases
 from railui.report.profiles import of_profiles
+from railui.study.between import Change
 from railui.study.comfort_point import before
 from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
 from railui.study.finding import Finding
 from railui.study.judge import Judgement
-from railui.study.loop import Found, close_loop, lookalikes
+from railui.study.loop import Found, close_loop, lookalikes, own_floor
 from railui.study.measured import Stretch, cut_samples, read
 from railui.study.outside import Outside
 from railui.study.sighting import Sighting
@@ -33,7 +35,6 @@ from railui.study.weighting import W_D, cascade, weighted_rms
 from railui.study.windows import WINDOW, files
 
 Floats = NDArray[np.float64]
-OF_ITS_OWN = 1 / 3  # of the excess over the floor, at which the adjusting runs are still at theirs
 
 
 def loop(
@@ -111,13 +112,28 @@ def sentence(found: Found) -> str:
         o = found.outside
         where = f"{o.at}" + (f" of wheelset {o.wheelset}" if o and o.wheelset else "") if o else "an unknown place"
         where += f" (a coupling of {o.coupled.text})" if o and o.coupled else ""
-        text = (
-            f"Something is missing that is not in the catalogue; it acts at {where}: error {before:.3f} before, "
-            f"{after:.3f} with the measured curve, noise floor {found.floor.nrmse:.3f}"
-        )
+        text = f"Something is missing that is not in the catalogue; it acts at {where}: "
+        if o and o.change:
+            text += f"{run_by_run(found, o.change)}; error {after:.3f} is left, noise floor {found.floor.nrmse:.3f}"
+        else:
+            text += (
+                f"error {before:.3f} before, {after:.3f} with the measured curve, noise floor {found.floor.nrmse:.3f}"
+            )
     if ratio > UNEXPLAINED:
         return f"Something is still missing ({ratio:.1f} times the noise floor is left). {text}."
     return f"{text}."
+
+
+def run_by_run(found: Found, change: Change) -> str:
+    """A parameter that differs from run to run in one sentence: as adjusted, and as each validating run asks for it."""
+    unit = found.after.model.design.unit(change.path)
+    where: dict[float, list[str]] = {}
+    for r in change.runs:
+        where.setdefault(r.value, []).append(f"{r.file} ({display(r.speed, 'm/s', 3)})")
+    told = [f"{display(value, unit)} on {', '.join(runs)}" for value, runs in where.items()]
+    others = [p for p in change.ratios if p != change.path]
+    also = f" ({', '.join(others)} in proportion)" if others else ""
+    return f"the vehicle is not the same from run to run, {change.path}{also} would be {' and '.join(told)}"
 
 
 def _name(effect: PlacedEffect) -> str:
@@ -193,6 +209,11 @@ def _outside(found: Found) -> dict[str, Any] | None:
 
 def _stranger(o: Outside) -> dict[str, Any]:
     """What is known of a fault that no curve of force against motion describes."""
+    if o.change is not None:
+        keys = ("file", "role", "speed", "value", "sd")
+        runs = [{key: getattr(r, key) for key in keys} for r in o.change.runs]
+        told = {"parameter": o.change.path, "parameters": list(o.change.ratios), "runs": runs, "p": o.change.p}
+        return told | {"nrmse": o.change.judged.nrmse}
     if o.course is not None:
         return {"parameter": o.course.path, "parameters": list(o.course.ratios)}
     if o.coupled is not None:
@@ -354,8 +375,8 @@ def shapeless(found: Found) -> list[str]:
     own = found.after.rest
     cause = (
         f"the runs that it was adjusted to leave {own:.2f} times theirs, so the vehicle is not the same from run to "
-        "run: something changes with speed, heat, load or time"
-        if own - 1.0 < OF_ITS_OWN * (found.unexplained - 1.0)
+        "run: something changes with speed, heat, load or time, and no one parameter takes off what counts"
+        if own_floor(found.after, found.unexplained)
         else "an unmeasured force or noise that is larger than declared or not white, as the floor takes it"
     )
     return [

@@ -115,7 +115,7 @@ def errors(report: Report) -> Row:
     base = report["floor"]["nrmse"]
     given = [v for w in WHICH for v in (report[w]["nrmse"], *report[w]["channels"].values()) if v]
     decimals = 3 if min(given, default=1.0) >= 0.01 else 4 if min(given) >= 1e-3 else 6
-    same, rows = report["verdict"] == "none", []
+    same, rows = report["after"]["nrmse"] == report["before"]["nrmse"], []
     for which in WHICH:
         one = report[which]
         total, held = one["nrmse"], ", held stable" if one.get("constrained") else ""

@@ -16,8 +16,8 @@ from railui.study.adjust import Adjuster, Fit
 from railui.study.blocks import block_gram, inverse
 from railui.study.equivalent import DELAY, pulses
 from railui.study.measured import simulate
+from railui.study.projection import VANISHED
 from railui.study.target import Target
-from railui.study.trace import VANISHED
 
 Floats = NDArray[np.float64]
 MEMORY = 6.0  # s after which a pulse has died away

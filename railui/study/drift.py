@@ -78,7 +78,7 @@ def drifts(fit: Fit, seed: int = 0) -> list[Drift]:
     s = block_distances(fit)
     gram = fit.normal.gram.sum(axis=1)
     found = []
-    for path, ratios in _together(fit):
+    for path, ratios in together(fit):
         best: Drift | None = None
         for count in COURSES:
             if count * BLOCKS > len(s):
@@ -91,7 +91,7 @@ def drifts(fit: Fit, seed: int = 0) -> list[Drift]:
     return sorted(found, key=lambda d: -d.share)
 
 
-def _together(fit: Fit) -> list[tuple[str, dict[str, float]]]:
+def together(fit: Fit) -> list[tuple[str, dict[str, float]]]:
     """What may drift: single parameters, those of both wheelsets in proportion, all creep in proportion."""
     now = dict(zip(fit.free.paths, fit.x, strict=True))
     out = []

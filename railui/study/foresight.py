@@ -7,32 +7,33 @@ from dataclasses import replace
 
 import numpy as np
 
-from railui.study.adjust import STABLE, Adjuster, Fit
+from railui.study.adjust import Adjuster, Fit
 from railui.study.beside import beside
 from railui.study.candidates import Bundle, Candidate, bundles
 from railui.study.judge import compared
 from railui.study.measured import Measurement
-from railui.study.target import shortened, targets
+from railui.study.target import shortened
 from railui.study.trace import Trace, differences
-from railui.study.windows import cut_where
 
 LOOKED_AT = 10.0  # seconds of each validating stretch
 
 Foreseen = Mapping[tuple[Candidate, int], float]
 
 
-def foresee(fit: Fit, trace: Trace, measurement: Measurement, *, jobs: int | None = None) -> Foreseen:
+def foresee(laid: Fit | None, trace: Trace, measurement: Measurement, *, jobs: int | None = None) -> Foreseen:
     """By candidate and shape: nrmse^2 on the validating runs that an amount of one adds to a vehicle without it.
 
     The vehicle was adjusted on the other runs: what its parameters absorbed there is taken off as they will, at
-    the speeds and on the track of these. To first order in the effect.
+    the speeds and on the track of these. To first order in the effect; nothing where the vehicle hunts there.
+
+    laid: the adjusted vehicle laid on the validating runs.
     """
-    if fit.model.design.kind == "bogie" and cut_where(fit.model, measurement.validate, STABLE):
+    if laid is None:
         return {}  # what hunts there is not of first order
-    ready = shortened(targets(fit.model, measurement, measurement.validate), measurement, LOOKED_AT)
-    here = replace(fit, targets=tuple(ready))
-    adjuster = Adjuster(fit.model, fit.free, ready, block=1.0, stable=False, jobs=1)
-    bases = [adjuster.sensitivities(t, fit.x)[0][1:] for t in ready]
+    ready = shortened(laid.targets, measurement, LOOKED_AT)
+    here = replace(laid, targets=tuple(ready))
+    adjuster = Adjuster(here.model, here.free, ready, block=1.0, stable=False, jobs=1)
+    bases = [adjuster.sensitivities(t, here.x)[0][1:] for t in ready]
     rows = [[t.stretch.channels.index(c) for c in compared(t.stretch)] for t in ready]
     power: dict[str, float] = {}
     for t, used in zip(ready, rows, strict=True):

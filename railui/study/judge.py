@@ -54,9 +54,14 @@ def compared(stretch: Stretch) -> list[str]:
 
 def judge(model: Model, measurement: Measurement, stretches: Sequence[Stretch]) -> Judgement:
     """The error of a model on stretches: initial states estimated on each, nothing else."""
+    return judge_each([(model, stretch) for stretch in stretches], measurement)
+
+
+def judge_each(placed: Sequence[tuple[Model, Stretch]], measurement: Measurement) -> Judgement:
+    """The error of models, each on a stretch of its own."""
     pairs, series, lost = [], [], []
-    for stretch in stretches:
-        model = with_phases(model, stretch, measurement.noise)
+    for vehicle, stretch in placed:
+        model = with_phases(vehicle, stretch, measurement.noise)
         start = initial_state(model, stretch, measurement.noise)
         channels = stretch.channels
         z, diverged = simulate(model, stretch, channels, initial=start)

@@ -10,13 +10,14 @@ import numpy as np
 
 from railui.study.adjust import STABLE, Fit, adjust
 from railui.study.beginning import with_phases
+from railui.study.between import laid
 from railui.study.finding import Finding
 from railui.study.foresight import Foreseen, foresee
 from railui.study.gate import gate
 from railui.study.judge import Floor, Judgement, floor, judge
 from railui.study.measured import Measurement, Stretch
 from railui.study.model import Model
-from railui.study.outside import Outside, look_along, look_outside, telling
+from railui.study.outside import Outside, look_along, look_between, look_outside, telling
 from railui.study.parallel import two_parallel_models
 from railui.study.target import restarted, targets
 from railui.study.terms import ADEQUATE, UNEXPLAINED, Search, Step, Terms, material, structured
@@ -27,6 +28,7 @@ from railui.study.windows import NEAR, cut_where, held, hunting, pieces
 RINGING = 4  # times that the initial state of a rig is estimated anew: it rings as long as it is recorded
 SOFTER = 20  # times that a start is made less conical
 LOOKALIKE = 1.10  # within so much of the best error, judged on what no fit saw, two laws look alike
+OF_ITS_OWN = 1 / 3  # of the excess over the floor, up to which the adjusting runs are at theirs
 METHODS = ("least-squares", "two-parallel-models")
 NOTHING = Trace((), (), 1.0, float("inf"), 0.0)  # nothing was traced
 
@@ -142,9 +144,10 @@ def close_loop(
     fit, judged["after"] = terms.fit, terms.judgement
     noise = floor(fit.model, measurement, measurement.validate, jobs=jobs)
     watch(noise)
-    foreseen = foresee(fit, terms.last, measurement, jobs=jobs)
+    here = laid(fit, measurement)
+    foreseen = foresee(here, terms.last, measurement, jobs=jobs)
     from_here = wild if fit is before and wild is not None else fit
-    outside = missing(from_here, terms, noise, measurement, declared, jobs=jobs, report=report)
+    outside = missing(from_here, here, terms, noise, measurement, declared, seed=seed, jobs=jobs, report=report)
     if outside is not None and outside.gains:
         fit, judged["after"] = outside.fit, outside.judgement
         noise = floor(fit.model, measurement, measurement.validate, jobs=jobs)
@@ -158,21 +161,45 @@ def close_loop(
 
 def missing(
     fit: Fit,
+    here: Fit | None,
     terms: Terms,
     noise: Floor,
+    measurement: Measurement,
+    declared: Model,
+    *,
+    seed: int = 0,
+    jobs: int | None = None,
+    report: Report = silent,
+) -> Outside | None:
+    """What acts beside the terms found and is not in the catalogue; None where noise explains what they leave.
+
+    `fit`: the vehicle that the search starts from, with these terms; `here`: it on the validating runs.
+    """
+    ratio = terms.judgement.nrmse / noise.nrmse
+    if ratio <= ADEQUATE:
+        return None
+
+    def between() -> Outside | None:
+        return look_between(fit, here, terms.judgement, measurement, declared, seed=seed, jobs=jobs, report=report)
+
+    def within() -> Outside | None:
+        return acting(fit, terms, ratio, measurement, declared, jobs=jobs, report=report)
+
+    looks = (between, within) if own_floor(fit, ratio) else (within, between)
+    return next((found for look in looks if (found := look()) is not None), None)
+
+
+def acting(
+    fit: Fit,
+    terms: Terms,
+    ratio: float,
     measurement: Measurement,
     declared: Model,
     *,
     jobs: int | None = None,
     report: Report = silent,
 ) -> Outside | None:
-    """What acts beside the terms found and is not in the catalogue; None where noise explains what they leave.
-
-    `fit`: the vehicle that the search starts from, with these terms.
-    """
-    ratio = terms.judgement.nrmse / noise.nrmse
-    if ratio <= ADEQUATE:
-        return None
+    """What the adjusting runs say of something that acts beside the terms found, so many times the floor being left."""
     shaped = structured(terms.last)
     along = look_along(fit, measurement, report)
     seen = along
@@ -184,6 +211,11 @@ def missing(
     # three effects that leave something of a shape are not what is missing
     lost = ratio > UNEXPLAINED and (shaped or not terms.added)
     return replace(seen, gains=gains) if gains or telling(seen) or lost else None
+
+
+def own_floor(fit: Fit, ratio: float) -> bool:
+    """Are the adjusting runs at their floor, where so many times the floor is left on the validating ones?"""
+    return fit.rest - 1.0 < OF_ITS_OWN * (ratio - 1.0)
 
 
 def passed_gate(measurement: Measurement, report: Report) -> tuple[Finding, ...]:

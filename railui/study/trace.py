@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
 from railui.core import Batch, Vehicles
 from railui.study.adjust import Adjuster, Fit, block_seconds, variance_of
@@ -20,6 +19,7 @@ from railui.study.blocks import in_blocks, samples_of
 from railui.study.candidates import QUADRATURE, Bundle, Candidate, bundles
 from railui.study.measured import simulate
 from railui.study.model import RADIUS, less_turns
+from railui.study.projection import VANISHED, Projector, Seen
 from railui.study.sighting import Sighting, family_wise, signed
 from railui.study.target import Target
 from railui.study.watch import Looked, Watch, unwatched
@@ -29,7 +29,6 @@ AMOUNT = 0.05  # of a candidate beside the adjusted vehicle
 POWER = 1.2816  # normal quantile of 90 % power
 KEPT = 12  # candidates that are seen on the whole of the runs after a first look
 FINEST = 4  # times the steps of the adjusted vehicle that a little of an effect is looked at with
-VANISHED = 1e-3  # share of a difference left by the projection below which nothing new is in it
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,12 +103,9 @@ class Eye:
         seconds = block_seconds(fit.model, [t.stretch for t in fit.targets])
         length = [samples_of(seconds, t) for t in ready]
         self.bases = [_base(self.adjuster, self.fit, i, length[i]) for i in range(len(ready))]
-        self.inner = np.concatenate(
-            [b.blocks @ b.blocks.transpose(0, 2, 1) for b in self.bases]
-        )  # [block, 1 + p, 1 + p]
-        gram = self.inner.sum(axis=0)
-        variance = variance_of(gram[0, 0], sum(t.y.size for t in ready))
-        self.solver = _Projector(gram, np.diag(variance / fit.free.prior_sd**2))
+        inner = np.concatenate([b.blocks @ b.blocks.transpose(0, 2, 1) for b in self.bases])  # [block, 1 + p, 1 + p]
+        variance = variance_of(inner.sum(axis=0)[0, 0], sum(t.y.size for t in ready))
+        self.solver = Projector(inner, np.diag(variance / fit.free.prior_sd**2))
         self.count = sum(len(b.blocks) for b in self.bases)
 
     def see(self, found: Sequence[Candidate], jobs: int | None, watch: Watch) -> tuple[Sighting, ...]:
@@ -133,7 +129,7 @@ class Eye:
             return self._turned(lanes[::2], bundle, series, sound[::2] & sound[1::2])
         seen = self.against(series)
         return [
-            _sighting(bundle.members[member], shape, seen, lane)
+            seen.sighting(bundle.members[member], shape, lane)
             for lane, (member, shape) in enumerate(lanes)
             if sound[lane] and seen.told[lane]
         ]
@@ -159,7 +155,7 @@ class Eye:
                 candidate = bundle.members[member]
                 turned = less_turns(phases[lane] + np.array(list(middles.values())) / candidate.shapes[shape][RADIUS])
                 own = dict(zip(middles, turned.tolist(), strict=True))
-                one = _sighting(candidate, shape, seen, lane)
+                one = seen.sighting(candidate, shape, lane)
                 found.append(replace(one, phases=own, beside=beside.scores[lane], where=where))
         return found
 
@@ -191,54 +187,7 @@ class Eye:
             blocks = _rows_in_blocks(target.free_of(one), base.length)
             cross.append(blocks @ base.blocks.transpose(0, 2, 1))
             norms.append(np.einsum("bln,bln->bl", blocks, blocks))
-        with_base, solver, inner = np.concatenate(cross), self.solver, self.inner  # [block, lane, 1 + p]
-        total = with_base.sum(axis=0)
-        beta = total[:, 1:] @ solver.inverse
-        whole = np.concatenate(norms)  # [block, lane]
-        each = whole - 2 * np.einsum("lp,blp->bl", beta, with_base[:, :, 1:])
-        each = each + np.einsum("blp,lp->bl", np.einsum("lp,bpq->blq", beta, inner[:, 1:, 1:]), beta)
-        left = each.sum(axis=0)
-        told = left > VANISHED * np.maximum(whole.sum(axis=0), 1e-300)
-        left = np.where(told, left, 1.0)
-        scores = with_base[:, :, 0] - inner[:, 1:, 0] @ beta.T - with_base[:, :, 1:] @ solver.beta
-        scores = (scores + np.einsum("bpq,lp,q->bl", inner[:, 1:, 1:], beta, solver.beta)).T
-        projection = scores.sum(axis=1)
-        rho = projection / np.sqrt(left * max(solver.rest, 1e-300))
-        return Seen(rho, projection / left, scores, left, beta, told, np.maximum(each.T, 0.0))
-
-
-def _sighting(candidate: Candidate, shape: int, seen: Seen, lane: int) -> Sighting:
-    """One lane of what was seen."""
-    rho, amount, left = (float(x[lane]) for x in (seen.rho, seen.amount, seen.left))
-    return Sighting(candidate, shape, rho, amount, seen.scores[lane], left, seen.absorbed[lane], seen.norms[lane])
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """Lanes seen against a residual: rho, amount, scores [lane, block], what is left of a difference, and told.
-
-    absorbed [lane, p]: what the adjustable parameters make of one; told: is anything left after that? norms [lane,
-    block]: what is left, block by block.
-    """
-
-    rho: Floats
-    amount: Floats
-    scores: Floats
-    left: Floats
-    absorbed: Floats
-    told: NDArray[np.bool_]
-    norms: Floats
-
-
-class _Projector:
-    """Takes off what the adjustable parameters absorb, by inner products alone."""
-
-    def __init__(self, gram: Floats, precision: Floats) -> None:
-        self.inner, self.right = gram[1:, 1:] + precision, gram[1:, 0]
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(self.inner), 1e-300))
-        self.inverse = linalg.pinvh(self.inner * np.outer(scale, scale), rtol=1e-10) * np.outer(scale, scale)
-        self.beta = self.inverse @ self.right
-        self.rest = float(gram[0, 0] - self.right @ self.beta)
+        return self.solver.seen(np.concatenate(cross), np.concatenate(norms))
 
 
 def _base(adjuster: Adjuster, fit: Fit, index: int, length: int) -> _Base:

@@ -137,7 +137,7 @@ def test_a_change_along_the_track_is_kept_where_no_curve_can_be_drawn(monkeypatc
     along = look_along(fit, one.measurement)
     assert along is not None
     weak = replace(along, explained=0.9 * CLEAR)
-    monkeypatch.setattr(outside, "_spots", lambda fit: [])
+    monkeypatch.setattr(outside, "spots", lambda fit: [])
     assert look_outside(fit, one.measurement, one.declared, weak) is weak
 
 
