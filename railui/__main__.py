@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from io import TextIOWrapper
@@ -11,6 +12,7 @@ INTERRUPTED = 130
 ALONE = {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 # pydantic would ask every package that is installed whether it is a plugin: we use none
 NO_PLUGINS = {"PYDANTIC_DISABLE_PLUGINS": "__all__"}
+UNCOLLECTED = 50_000  # objects before garbage is looked for: what modules make while they are read is none
 
 
 def _open_streams() -> None:
@@ -36,6 +38,7 @@ def main() -> None:
     _open_streams()
     for name, value in (ALONE | NO_PLUGINS).items():
         os.environ.setdefault(name, value)  # before numpy and pydantic are there
+    gc.set_threshold(UNCOLLECTED)
     try:
         from railui.cli import cli
 

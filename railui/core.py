@@ -193,9 +193,9 @@ class Spline:
         self._core = _core.Spline(self.x, np.ascontiguousarray(columns.reshape(len(columns), -1)))
 
     def __call__(self, at: ArrayLike, derivative: Literal[0, 1] = 0) -> Floats:
-        """Values, or first derivatives, at places [m]: [m] or [m, columns]."""
-        places = np.ascontiguousarray(at, dtype=float)
-        return self._core.at(places, derivative == 1).reshape(places.shape + self.shape)
+        """Values, or first derivatives, at places [...]: [...] or [..., columns]."""
+        places = np.asarray(at, dtype=float)
+        return self._core.at(np.ascontiguousarray(places.ravel()), derivative == 1).reshape(places.shape + self.shape)
 
     @property
     def factors(self) -> Floats:

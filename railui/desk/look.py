@@ -10,7 +10,6 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from railui.files.design import Design
 from railui.study.comfort_point import before, floor_of
@@ -20,6 +19,7 @@ from railui.study.linear import damping_ratio, eigenvalues
 from railui.study.model import Model
 from railui.study.ride import model_of, rides, simulate
 from railui.study.road import Laid, Road, is_track_file, lay
+from railui.study.spectral import density
 
 Floats = NDArray[np.float64]
 SPEEDS: Final = np.linspace(5.0, 100.0, 191)  # m/s, of the modes
@@ -83,11 +83,11 @@ def look(design: Design, case: Case) -> Look:
     model, way = model_of(design), road(case)
     quality = rides([model], way)[0]
     series = simulate(model, way.laid, case.speed, ("e1", "e2", "ayf"))
-    f, density = _densities(model, series, way.dt)
+    f, powers = _densities(model, series, way.dt)
     damping, frequency = modes(model, SPEEDS)
     critical = critical_speeds(model, model.row[None], FASTEST)[0]
     return Look(
-        design, case, quality, series["t"], series["s"], {k: series[k] for k in ("e1", "e2", "ayf")}, f, density,
+        design, case, quality, series["t"], series["s"], {k: series[k] for k in ("e1", "e2", "ayf")}, f, powers,
         SPEEDS, damping, frequency, None if critical is None else critical.speed,
         design.value("contact.flange_clearance"),
     )  # fmt: skip
@@ -100,7 +100,7 @@ def _densities(model: Model, series: Mapping[str, Floats], dt: float) -> tuple[F
     found: dict[str, Floats] = {}
     for name in ("e1", "e2", "ayf"):
         x = series[name][np.isfinite(series[name])]
-        f, found[name] = signal.welch(x if len(x) >= segment else np.zeros(segment), 1.0 / dt, nperseg=segment)
+        f, found[name] = density(x if len(x) >= segment else np.zeros(segment), 1.0 / dt, segment)
     kept = (f > 0.1) & (f <= 40.0)
     transfer = before(floor_of(model, model.row)).modulus(f)
     found["comfort"] = found["ayf"] * transfer**2

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from railui import core
 from railui.core import LINKAGE, Batch, Placement, Vehicles
@@ -73,7 +72,7 @@ def resisted(z: Floats, dt: float, mass: float, effects: Sequence[PlacedEffect],
     tail = np.array([[x for e in effects for x in effect_row(e)]])
     batch = Batch.of(numbers, tail, np.ones((1, len(effects))))
     start = np.zeros(vehicles.states(batch))
-    start[:2] = z[0], CubicSpline(t, z)(0.0, 1)
+    start[:2] = z[0], core.Spline(t, z)(0.0, 1)
     steps = vehicles.steps(batch, 1.0, 1.0, dt)[0]
     channels, table = ["v.rig.0", "az"], bench.table(0.0, steps)
     v, a = sound(*vehicles.simulate(batch.with_initial(start), table, dt, steps, channels))
@@ -135,10 +134,9 @@ def held(scene: Scene, model: Model, moved: bool) -> dict[str, Floats]:
     if moved:
         at = np.arange(len(table)) * (stretch.dt / (2 * steps))
         e = scene.motion(["e1", "e2"])
-        spline = CubicSpline(stretch.dt * np.arange(stretch.samples), -e, axis=1)
-        for i, column in enumerate((2, 7)):
-            table[:, column] = spline(at)[i]
-            table[:, column + 1] = spline(at, 1)[i] / table[:, 1]
+        spline = core.Spline(stretch.dt * np.arange(stretch.samples), -e.T)
+        table[:, [2, 7]] = spline(at)
+        table[:, [3, 8]] = spline(at, 1) / table[:, 1:2]
     channels = ["ay1", "ay2", "v.wheelset_yaw.1", "v.wheelset_yaw.2"]
     series = sound(*vehicles.simulate(batch, table, stretch.dt, steps, channels))
     m = row[columns["vehicle.wheelset.mass"]]

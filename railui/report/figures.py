@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from railui.files.columns import columns_of
 from railui.report.drawing import BLUE, ORANGE, Picture, axis, drawn, scale
@@ -130,7 +130,7 @@ def telling(found: Found) -> Window:
 def _seconds(stretch: Stretch) -> float:
     if stretch.kind != "rig":
         return SHOWN
-    f, density = signal.periodogram(stretch.columns[stretch.channels[0]], 1.0 / stretch.dt)
+    f, density = scipy.signal.periodogram(stretch.columns[stretch.channels[0]], 1.0 / stretch.dt)
     return float(min(SHOWN, PERIODS / f[1 + int(np.argmax(density[1:]))]))
 
 
@@ -180,7 +180,7 @@ def spectrum_picture(found: Found, window: Window, series: Mapping[str, Floats],
         ax.set(xscale="log", yscale="log")
         for which, line in LINES.items():
             if which in lines:
-                f, density = signal.welch(lines[which], 1.0 / stretch.dt, nperseg=segment)
+                f, density = scipy.signal.welch(lines[which], 1.0 / stretch.dt, nperseg=segment)
                 kept = (f > 0) & (f >= low) & (f <= high)
                 ax.plot(f[kept], factor**2 * density[kept], **line)
                 if which == "measured":  # what a noiseless model has below the sensors' noise tells nothing

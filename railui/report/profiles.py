@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from railui.contact import ProfileFault
 from railui.files.contact_profiles import ContactProfiles
 from railui.files.problems import FileProblems
 
@@ -22,6 +21,8 @@ def of_profiles(
     """
     if profiles is None:
         return None
+    from railui.contact import ProfileFault
+
     deviation = [_within(measured.get(f"sd_{e}") or profiles.given["sd"]) for e in ("e1", "e2")]
     told: dict[str, Any] = {"wheel": profiles.wheel.name, "rail": profiles.rail.name, "deviation": deviation,
                             "surface": profiles.given["surface"], "parameters": {}, "note": ""}  # fmt: skip

@@ -25,6 +25,7 @@ from railui.study.model import Model
 from railui.study.ride import Given, TrackGiven, model_of, road_of
 from railui.study.road import Road
 from railui.study.score import CLASSES, FLOOR_OF_FRAME, riding_quality
+from railui.study.spectral import levelled
 from railui.study.streamed import half_gauges, with_gauge
 from railui.track import Track
 
@@ -98,9 +99,7 @@ def assess(
 def in_band(track: Track, shortest: float, longest: float) -> Floats:
     """Lateral deviation [m] of a track [samples], only its waves between two wavelengths [m]."""
     n = len(track)
-    along = np.linspace(-1.0, 1.0, n)
-    level = track.yw - track.yw.mean()
-    line = np.fft.rfft(level - along * (along @ level) / (along @ along))  # of best fit taken off
+    line = np.fft.rfft(levelled(track.yw))
     with np.errstate(divide="ignore"):
         wavelength = np.where(np.arange(len(line)) > 0, n * track.spacing / np.arange(len(line)), np.inf)
     line[(wavelength < shortest) | (wavelength >= longest)] = 0.0

@@ -16,6 +16,7 @@ from railui.study.along import series_along
 from railui.study.model import Model
 from railui.study.road import Road
 from railui.study.sections import butterworth, zero_phase
+from railui.study.spectral import density
 
 Floats = NDArray[np.float64]
 
@@ -179,21 +180,10 @@ def _instability(total: Floats, rate: float, spacing: float) -> dict[str, float 
     window, step = round(WINDOW / spacing), max(1, round(STEP / spacing))
     if len(total) < window + 1:
         return {"rms_100m": None, "dominant_frequency": None}
-    f_0 = strongest(total, rate, 4 * window)
+    f, power = density(total, rate, 4 * window)
+    above = f >= SLOWEST
+    f_0 = float(f[above][np.argmax(power[above])])
     band = [max(f_0 - BAND, 0.1), min(f_0 + BAND, 0.45 * rate)]
     passed = zero_phase(butterworth(4, band, rate), total)
     rms = np.sqrt(sliding_mean(passed**2, spacing, WINDOW)[::step])
     return {"rms_100m": float(rms.max()), "dominant_frequency": f_0}
-
-
-def strongest(x: Floats, rate: float, length: int) -> float:
-    """The frequency [Hz] where a series [n] has most power, of what is faster than the line.
-
-    By Welch's method: means taken off, Hann windows of `length` samples half overlapped; all of x where it is shorter.
-    """
-    n = min(len(x), length)
-    pieces = np.lib.stride_tricks.sliding_window_view(x, n)[:: n - n // 2]
-    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(n) / n)
-    lines = np.fft.rfft((pieces - pieces.mean(axis=1, keepdims=True)) * window)
-    f, power = np.fft.rfftfreq(n, 1.0 / rate), np.mean(np.abs(lines) ** 2, axis=0)
-    return float(f[np.argmax(np.where(f >= SLOWEST, power, -1.0))])

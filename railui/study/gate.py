@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from railui.study.ceilings import ceilings
 from railui.study.finding import Finding
@@ -81,8 +81,8 @@ def hunting(stretch: Stretch) -> list[Finding]:
     if name is None:
         return []
     s, t = stretch.columns["s"], stretch.columns["t"]
-    sos = signal.butter(2, HUNTING, "bandpass", fs=1.0 / stretch.dt, output="sos")
-    x = signal.sosfiltfilt(sos, stretch.columns[name])
+    sos = scipy.signal.butter(2, HUNTING, "bandpass", fs=1.0 / stretch.dt, output="sos")
+    x = scipy.signal.sosfiltfilt(sos, stretch.columns[name])
     starts = np.arange(s[0], s[-1] - WINDOW, STEP)
     if len(starts) < 10:
         return []
@@ -93,7 +93,7 @@ def hunting(stretch: Stretch) -> list[Finding]:
     out = []
     for k, j in zip(np.flatnonzero(np.diff(risen) == 1), np.flatnonzero(np.diff(risen) == -1) - 1, strict=True):
         a, b = int(first[k]), int(last[j]) - 1
-        f, density = signal.periodogram(x[a:b], 1.0 / stretch.dt)
+        f, density = scipy.signal.periodogram(x[a:b], 1.0 / stretch.dt)
         frequency = float(f[np.argmax(density)])
         v = float(stretch.columns["v"][a:b].mean())
         times = float(rms[k : j + 1].max() / np.median(rms))

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
-from scipy.interpolate import CubicSpline
 
 from railui.core import Batch, Filter, Vehicles
 from railui.files import columns as known
@@ -147,7 +146,7 @@ def _rig_table(c: Mapping[str, Floats], dt: float, steps: int) -> Floats:
     table = np.zeros((len(at), 5))
     table[:, 0], table[:, 1] = at, 1.0
     if "u" in c:
-        spline = CubicSpline(np.arange(n) * dt, c["u"])
+        spline = scipy.interpolate.CubicSpline(np.arange(n) * dt, c["u"])
         for order in range(3):
             table[:, 2 + order] = spline(at, order)
     return table
@@ -203,7 +202,7 @@ def estimated_noise(found: Sequence[Stretch]) -> dict[str, float]:
     noise: dict[str, list[float]] = {}
     for s in found:
         for c in s.channels:
-            _, density = signal.welch(s.columns[c], 1.0, nperseg=min(1024, s.samples))
+            _, density = scipy.signal.welch(s.columns[c], 1.0, nperseg=min(1024, s.samples))
             top = density[-max(len(density) // 10, 1) : -1]
             noise.setdefault(c, []).append(float(np.sqrt(np.median(top) * 0.5)))
     return {c: float(np.median(values)) for c, values in noise.items()}
@@ -214,7 +213,7 @@ def band_pass(band: tuple[float, float] | None, rate: float) -> Floats:
     if band is None:
         return np.zeros((0, 6))
     high = min(band[1], 0.45 * rate)
-    return np.asarray(signal.butter(4, [band[0], high], "bandpass", fs=rate, output="sos"))
+    return np.asarray(scipy.signal.butter(4, [band[0], high], "bandpass", fs=rate, output="sos"))
 
 
 def cut_samples(campaign: Campaign, stretch: Stretch) -> int:
@@ -225,7 +224,7 @@ def cut_samples(campaign: Campaign, stretch: Stretch) -> int:
 def filter_for(campaign: Campaign, stretch: Stretch, weights: Floats, every: int = 1) -> Filter:
     """The comparison's filter of a stretch; weights [channel]."""
     sos = band_pass(campaign.band, 1.0 / stretch.dt)
-    zi = signal.sosfilt_zi(sos) if len(sos) else np.zeros((0, 2))
+    zi = scipy.signal.sosfilt_zi(sos) if len(sos) else np.zeros((0, 2))
     pad = 3 * (2 * len(sos) + 1 - min((sos[:, 2] == 0).sum(), (sos[:, 5] == 0).sum())) if len(sos) else 0
     return Filter(
         np.ascontiguousarray(sos), np.ascontiguousarray(zi), int(pad), cut_samples(campaign, stretch), weights, every
@@ -240,7 +239,7 @@ def filtered(campaign: Campaign, stretch: Stretch, x: Floats) -> Floats:
 
 def passed(sos: Floats, x: Floats) -> Floats:
     """What sections pass forwards and backwards of each channel [channel, n]; without any, x less its mean."""
-    return np.asarray(signal.sosfiltfilt(sos, x, axis=-1) if len(sos) else x - x.mean(axis=-1, keepdims=True))
+    return np.asarray(scipy.signal.sosfiltfilt(sos, x, axis=-1) if len(sos) else x - x.mean(axis=-1, keepdims=True))
 
 
 def simulate(

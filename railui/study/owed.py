@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from railui.study.finding import Finding
 from railui.study.measured import Stretch
@@ -102,7 +102,7 @@ def _held(stretch: Stretch, relation: _Relation) -> Finding | None:
 
 def _coherent(x: Floats, y: Floats, dt: float, n: int) -> float:
     """Mean coherence of two signals in the band, from segments of n samples."""
-    f, coherence = signal.coherence(x, y, 1.0 / dt, nperseg=n)
+    f, coherence = scipy.signal.coherence(x, y, 1.0 / dt, nperseg=n)
     return float(np.mean(coherence[(f >= BAND[0]) & (f <= BAND[1])]))
 
 
@@ -124,9 +124,9 @@ class _Transfer:
     def of(cls, stretch: Stretch, relation: _Relation, n: int) -> _Transfer | None:
         """From segments of n samples; None where too few frequencies tell anything."""
         rate = 1.0 / stretch.dt
-        f, cross = signal.csd(relation.owed, relation.measured, rate, nperseg=n)
-        _, own = signal.welch(relation.owed, rate, nperseg=n)
-        _, seen = signal.welch(relation.measured, rate, nperseg=n)
+        f, cross = scipy.signal.csd(relation.owed, relation.measured, rate, nperseg=n)
+        _, own = scipy.signal.welch(relation.owed, rate, nperseg=n)
+        _, seen = scipy.signal.welch(relation.measured, rate, nperseg=n)
         coherence = np.abs(cross) ** 2 / np.maximum(own * seen, 1e-300)
         kept = (f >= BAND[0]) & (f <= BAND[1]) & (coherence > CLEAR)
         if kept.sum() < FEWEST:

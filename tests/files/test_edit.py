@@ -70,7 +70,7 @@ def test_what_cannot_be_edited_is_refused(text: str, path: str, told: Told) -> N
     assert told(lambda: edit_values(text, {path: 2}))[0].key == path
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(
     changes=st.dictionaries(
         st.sampled_from([p.path for p in FORMS["bogie"]]), st.floats(1e-9, 0.09), min_size=1, max_size=6

@@ -12,9 +12,9 @@ from scipy import linalg, signal, special
 
 from railui.core import passed
 from railui.study.discretise import _exponential, _held, _state_space, _zeros_from_one
-from railui.study.forces import strongest
 from railui.study.measures import log_normal
 from railui.study.sections import butterworth, steady, zero_phase
+from railui.study.spectral import density, levelled
 from railui.study.weighting import SPERLING_B, W_1974, W_D, Analog, cascade, one_mass
 
 HOME = Path(__file__).parents[2]
@@ -67,11 +67,18 @@ def test_a_filter_that_cannot_be_is_refused(order: int, edges: list[float]) -> N
         butterworth(order, edges, RATE)
 
 
-def test_the_strongest_frequency_is_that_of_welchs_density() -> None:
-    t = np.arange(4000) / RATE
-    for x, length in ((NOISE[0], 1000), (NOISE[1], 999), (NOISE[2] + 3.0 * np.sin(2 * np.pi * 5.3 * t), 9000)):
-        f, density = signal.welch(x, fs=RATE, nperseg=min(len(x), length))
-        assert strongest(x, RATE, length) == f[f >= 0.4][np.argmax(density[f >= 0.4])]
+@pytest.mark.parametrize("n", [1000, 999, 4000])
+def test_densities_are_welchs_by_scipy(n: int) -> None:
+    f, found = density(NOISE[2], RATE, n)
+    at, theirs = signal.welch(NOISE[2], RATE, nperseg=n)
+    assert np.array_equal(f, at)
+    np.testing.assert_allclose(found, theirs, rtol=1e-10, atol=1e-20)
+    assert np.array_equal(density(NOISE[2], RATE, 9000)[1], density(NOISE[2], RATE, 4000)[1])
+
+
+def test_a_series_less_its_line_is_detrended_as_by_scipy() -> None:
+    x = NOISE + 3.0 + 0.01 * np.arange(4000)
+    np.testing.assert_allclose(levelled(x), signal.detrend(x), rtol=0, atol=1e-12)
 
 
 def test_the_logarithm_of_the_normal_distribution_is_scipys_however_far_out() -> None:
@@ -122,3 +129,11 @@ def test_what_answers_at_once_reads_no_scipy(command: tuple[str, ...]) -> None:
     words = [sys.executable, "-c", f"{run}; {told}", *command]
     done = subprocess.run(words, cwd=HOME, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "read:"
+
+
+def test_importing_a_loop_or_the_desk_reads_no_filters_of_scipy() -> None:
+    """They come with the first campaign."""
+    loop = "import sys, railui.report.loop, railui.report.figures, railui.report.driven, railui.desk.app"
+    told = "print(sorted({'scipy.signal', 'scipy.stats', 'scipy.interpolate'} & set(sys.modules)))"
+    words = [sys.executable, "-c", f"{loop}; {told}"]
+    assert subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip() == "[]"
