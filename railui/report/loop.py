@@ -133,7 +133,9 @@ def run_by_run(found: Found, change: Change) -> str:
     told = [f"{display(value, unit)} on {', '.join(runs)}" for value, runs in where.items()]
     others = [p for p in change.ratios if p != change.path]
     also = f" ({', '.join(others)} in proportion)" if others else ""
-    return f"the vehicle is not the same from run to run, {change.path}{also} would be {' and '.join(told)}"
+    group, *of = change.path.split(".")
+    name = f"{of[1]} of {_name(found.after.model.effects[int(of[0])])}" if group == "effects" else change.path
+    return f"the vehicle is not the same from run to run, {name}{also} would be {' and '.join(told)}"
 
 
 def _name(effect: PlacedEffect) -> str:

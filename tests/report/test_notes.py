@@ -9,7 +9,10 @@ from typing import Any, cast
 import pytest
 
 from railui.files.campaign import load_campaign
-from railui.report.loop import shapeless
+from railui.files.design import PlacedEffect
+from railui.report.loop import run_by_run, shapeless
+from railui.study.between import Change, OnRun
+from railui.study.judge import Judgement
 from railui.study.loop import Found, adjust_only
 from railui.study.measured import read
 from tests.truth.campaign import Order, campaign, write
@@ -40,6 +43,19 @@ def test_a_rest_at_the_floor_or_with_a_shape_or_told_as_outside_has_no_such_note
 def test_a_rest_on_the_validating_runs_alone_is_put_down_to_a_vehicle_that_changes():
     (note,) = shapeless(found(1.28, p=0.5, after=SimpleNamespace(rest=1.04)))
     assert "adjusted to leave 1.04 times theirs" in note and "from run to run" in note and "white" not in note
+
+
+@pytest.mark.parametrize(
+    ("path", "named"),
+    [("effects.0.damping", "damping of viscous damper at primary_yaw"), ("contact.spin_creep", "contact.spin_creep")],
+)
+def test_what_differs_from_run_to_run_is_told_by_its_name_with_its_value_on_every_run(path: str, named: str):
+    effects = (PlacedEffect("viscous_damper", "primary_yaw", None, {"damping": 1e5}),)
+    model = SimpleNamespace(effects=effects, design=SimpleNamespace(unit=lambda path: "N*m*s/rad"))
+    one = found(1.2, p=0.5, after=SimpleNamespace(model=model))
+    runs = (OnRun(0, "a.csv", "adjust", 40.0, 1.5e5, 1e3), OnRun(1, "b.csv", "validate", 31.0, 2e5, 2e3))
+    told = run_by_run(one, Change(path, {path: 1.0}, runs, 5e-4, cast(Judgement, None)))
+    assert f"run to run, {named} would be 150 kN*m*s/rad on a.csv (40 m/s) and 200 kN*m*s/rad on b.csv" in told
 
 
 def test_a_damper_that_fades_leaves_its_rest_on_the_run_at_another_speed(tmp_path: Path):
