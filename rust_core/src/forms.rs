@@ -1,4 +1,5 @@
 //! The forms of the rate of change that are compiled on their own: any structure, the plain bogie, fused vehicles.
+use crate::coach;
 use crate::course::Course;
 use crate::fused::FusedVehicle;
 use crate::lanes::Part;
@@ -97,25 +98,25 @@ impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Moving<P> f
     }
 }
 
-/// Another vehicle whose contacts are fused, with or without laws there.
-pub struct Fused<const LAWS: bool>;
+/// Another vehicle whose contacts are fused, with or without laws there, of the size of a coach or of any.
+pub struct Fused<const LAWS: bool, const COACH: bool>;
 
-impl<const LAWS: bool> Form for Fused<LAWS> {
+impl<const LAWS: bool, const COACH: bool> Form for Fused<LAWS, COACH> {
     const PORTABLE: bool = false;
 
     #[inline(always)]
     fn part<'a, P: Part>(group: &'a Group, _: &Course<'_>, at: usize) -> impl Moving<P> + 'a {
         let contacts = group.contacts.as_ref().expect("fused contacts");
-        FusedPart::<P, LAWS>(FusedVehicle::new(group, contacts, at), group)
+        FusedPart::<P, LAWS, COACH>(FusedVehicle::new(group, contacts, at), group)
     }
 }
 
-struct FusedPart<'a, P, const LAWS: bool>(FusedVehicle<'a, P>, &'a Group);
+struct FusedPart<'a, P, const LAWS: bool, const COACH: bool>(FusedVehicle<'a, P>, &'a Group);
 
-impl<P: Part, const LAWS: bool> Moving<P> for FusedPart<'_, P, LAWS> {
+impl<P: Part, const LAWS: bool, const COACH: bool> Moving<P> for FusedPart<'_, P, LAWS, COACH> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
-        (self.1.dofs, self.1.states)
+        if COACH { (coach::DOFS, 2 * coach::DOFS) } else { (self.1.dofs, self.1.states) }
     }
 
     #[inline(always)]

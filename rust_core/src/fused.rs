@@ -7,7 +7,8 @@ use crate::blocks::Row;
 use crate::contact::{AtSpeed, Contact, under};
 use crate::effects::{Law, PlacedLaw};
 use crate::lanes::{LANES, Lanes, Part};
-use crate::packed::{Packed, Place, State, Table};
+use crate::packed::Place;
+use crate::suspension::{Laying, Suspension};
 use crate::vehicle::{Group, STATES};
 use crate::wheelset::Motion;
 
@@ -15,11 +16,8 @@ use crate::wheelset::Motion;
 pub struct FusedVehicle<'a, P> {
     group: &'a Group,
     at: usize,
-    /// Accelerations by the input table.
-    track: Packed<P, Table>,
-    /// Accelerations by the state: of the wheelsets; of all else, and where none stands in dx, deflections of the stops.
-    wheel_rows: Packed<P, State>,
-    rows: Packed<P, State>,
+    pub track: Laying<P>,
+    pub suspension: Suspension<P>,
     wheelsets: Vec<Wheels<P>>,
     /// Those that differ: less to keep in the first cache.
     contacts: Vec<(Contact<P>, AtSpeed<P>)>,
@@ -60,6 +58,9 @@ struct Stop<'a, P> {
     alpha: P,
     pushes: Vec<(usize, P)>,
 }
+
+/// What rounding leaves of equal and opposite springs is at most so much of the largest term of a row.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The place of `laid` where nothing is laid.
 const NOWHERE: usize = STATES - 1;
@@ -105,9 +106,8 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         FusedVehicle {
             group,
             at,
-            track: Packed::new(&track, at),
-            wheel_rows: Packed::new(&wheel_rows, at),
-            rows: Packed::with_opposites(&rows, at, group.states),
+            track: Laying::new(group, track, at),
+            suspension: Suspension::new(group, &wheel_rows, &rows, stops.len(), at),
             wheelsets,
             contacts: parts,
             stops,
@@ -144,7 +144,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             self.pace(row[1]);
         }
         self.laid_at = index;
-        self.track.sums(row, None, &mut self.laid);
+        self.track.lay(row, &mut self.laid);
         for wheels in &mut self.wheelsets {
             let (contact, _) = &self.contacts[wheels.contact];
             let track = under(row, wheels.column);
@@ -169,13 +169,12 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         if index != self.laid_at {
             self.lay(index, row);
         }
-        self.wheel_rows.sums(x, Some(&self.laid), dx);
+        self.suspension.wheelsets(x, &self.laid, dx);
         for wheels in &self.wheelsets {
             self.touch::<LAWS>(wheels, x, dx);
         }
         // a contact is a long chain: these rows fill the time that its square roots take
-        self.rows.oppose(x);
-        self.rows.sums(x, Some(&self.laid), dx);
+        self.suspension.bodies(x, &self.laid, dx);
         for (i, stop) in self.stops.iter().enumerate() {
             let z = dx[i & 63];
             if z.abs().any_from(stop.gap) {
@@ -241,7 +240,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
 fn telling(terms: impl Iterator<Item = (usize, Lanes)>) -> Vec<(usize, Lanes)> {
     let mut terms: Vec<_> = terms.collect();
     for l in 0..LANES {
-        let least = f64::EPSILON * terms.iter().map(|(_, a)| a.0[l].abs()).fold(0.0, f64::max);
+        let least = ROUNDING * terms.iter().map(|(_, a)| a.0[l].abs()).fold(0.0, f64::max);
         for (_, a) in &mut terms {
             if a.0[l].abs() <= least {
                 a.0[l] = 0.0;

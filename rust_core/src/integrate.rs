@@ -1,4 +1,5 @@
 //! RK4 steps of a group along an input table.
+use crate::coach;
 use crate::course::Course;
 use crate::error::{Error, Result};
 use crate::forms::{Bogie, Form, Fused, General, Moving, Turns};
@@ -77,10 +78,12 @@ impl Run<'_, '_> {
                 (_, false, false) => self.within::<Bogie<true, false, false>>(),
             };
         }
-        match (&group.contacts, group.touches()) {
-            (Some(_), true) => self.within::<Fused<true>>(),
-            (Some(_), false) => self.within::<Fused<false>>(),
-            (None, _) => self.within::<General>(),
+        match (&group.contacts, group.touches(), coach::fits(group)) {
+            (Some(_), true, true) => self.within::<Fused<true, true>>(),
+            (Some(_), true, false) => self.within::<Fused<true, false>>(),
+            (Some(_), false, true) => self.within::<Fused<false, true>>(),
+            (Some(_), false, false) => self.within::<Fused<false, false>>(),
+            (None, ..) => self.within::<General>(),
         }
     }
 

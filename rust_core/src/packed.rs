@@ -207,7 +207,7 @@ pub struct Table;
 
 impl Table {
     /// The place of a column times the speed.
-    pub fn moved(column: usize) -> usize {
+    pub const fn moved(column: usize) -> usize {
         column + COLUMNS
     }
 }

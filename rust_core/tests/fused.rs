@@ -2,25 +2,30 @@
 use railui_core::bodies::{Acts, Body, Joint, Layout, Number, Point, Way, Wheels};
 use railui_core::course::Course;
 use railui_core::effects::Law;
+use railui_core::fused::FusedVehicle;
 use railui_core::integrate::run;
-use railui_core::lanes::LANES;
+use railui_core::lanes::{LANES, Portable};
 use railui_core::structure::{Placed, Single, Structure};
+use railui_core::suspension::{Laying, Suspension};
 use railui_core::vehicle::Group;
 use railui_core::watch::{Series, Watch};
 use std::sync::atomic::AtomicBool;
 
 const SAMPLES: usize = 1500;
 
-/// A wavy line with cross-level, passed at a speed that varies between samples.
-fn table(varying: f64, roll: f64) -> Vec<f64> {
+/// How far the wheelsets of a bogie and of a coach run behind the first [m].
+const BOGIE: [f64; 2] = [0.0, 2.56];
+const COACH: [f64; 4] = [0.0, 2.56, 19.0, 21.56];
+
+/// A wavy line with cross-level, passed at a speed that varies between samples by wheelsets so far behind the first [m].
+fn table(behind: &[f64], varying: f64, roll: f64) -> Vec<f64> {
     let mut table = Vec::new();
     for i in 0..2 * SAMPLES - 1 {
         let s = 0.05 * i as f64;
         let speed = 40.0 + varying * (0.03 * s).sin();
         let wave = |s: f64| [4e-3 * (0.5 * s).sin(), 2e-3 * (0.5 * s).cos(), roll * s.cos(), -roll * s.sin(), 0.0];
         table.extend([s, speed]);
-        table.extend(wave(s));
-        table.extend(wave(s - 2.56));
+        behind.iter().for_each(|behind| table.extend(wave(s - behind)));
         table.extend([0.0, 0.0]);
     }
     table
@@ -56,12 +61,12 @@ fn differences(placed: Vec<Placed>, effects: &[f64], varying: f64, scale: f64, r
     assert!(fused.plain.is_some(), "nothing was fused");
     let mut general = fused.clone();
     general.plain = None;
-    apart(&fused, &general, &table(varying, if reduced { 0.0 } else { 2e-3 }))
+    apart(&fused, &general, &table(&BOGIE, varying, if reduced { 0.0 } else { 2e-3 }))
 }
 
 /// Largest difference of each channel over its largest value, along a table.
 fn apart(fused: &Group, general: &Group, table: &[f64]) -> Vec<f64> {
-    let course = Course::new(table, 14, 1, 0.0025);
+    let course = Course::new(table, fused.columns, 1, 0.0025);
     let channels = &fused.readings;
     let [one, other] = [fused, general].map(|group| {
         let mut series = Series::new(group, SAMPLES);
@@ -175,6 +180,93 @@ fn built(lane: usize) -> (Layout, Vec<f64>) {
     (layout, numbers)
 }
 
+/// A body on two bogies with anti-roll bars, dampers and stops; lanes differ by 10 %, the second secondary spring from the
+/// first by `unlike`, and the primary suspension damps laterally where told to.
+fn carried(lane: usize, unlike: f64, damped: bool) -> (Layout, Vec<f64>) {
+    let mut numbers = Vec::new();
+    let mut next = |x: f64| -> Number {
+        numbers.push(x * (1.0 + 0.1 * ((lane * 31 + numbers.len() * 17) as f64).sin()));
+        vec![(1.0, numbers.len() - 1)]
+    };
+    let mut layout = Layout::default();
+    let [centres, base] = [9.5, 1.28].map(&mut next);
+    let sides = |a: f64, b: f64| -> Number { vec![(a, centres[0].1), (b, base[0].1)] };
+    let contact = [0.18, 130.0, 120.0, 8.0, 0.05, 0.05].map(&mut next);
+    let [spin_inertia, half_gauge, rolling_radius, wheel_load, spin_creep] =
+        [112.0, 0.75, 0.46, 54e3, 0.25].map(&mut next);
+    let wheels = Wheels { spin_inertia, half_gauge, rolling_radius, wheel_load, contact, spin_creep };
+    let mut family = |name: &str, places: &[[f64; 2]], [mass, yaw, roll, height]: [f64; 4], wheels: Option<&Wheels>| {
+        let (mass, yaw_inertia, roll, height) = (next(mass), Some(next(yaw)), next(roll), next(height));
+        for (i, [a, b]) in places.iter().enumerate() {
+            let (name, family, number) = (format!("{name}_{}", i + 1), name.into(), i as u8 + 1);
+            let (mass, yaw_inertia, height) = (mass.clone(), yaw_inertia.clone(), height.clone());
+            let (x, wheels, roll_inertia) = (sides(*a, *b), wheels.cloned(), wheels.is_none().then(|| roll.clone()));
+            layout.bodies.push(Body { name, family, number, mass, yaw_inertia, roll_inertia, x, height, wheels });
+        }
+    };
+    family("body", &[[0.0, 0.0]], [32e3, 1.97e6, 56.8e3, 1.8], None);
+    family("frame", &[[1.0, 0.0], [-1.0, 0.0]], [2615.0, 3067.0, 1722.0, 0.6], None);
+    let axles = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+    family("wheelset", &axles, [1813.0, 1120.0, 0.0, 0.46], Some(&wheels));
+    let [y, low, high, load] = [1.0, 0.46, 0.83, 4e4].map(&mut next);
+    let [across, along, upright, damping, rolling, gap, stop] = [3e6, 8e6, 1e6, 1e4, 9e5, 2e-3, 1e6].map(&mut next);
+    let (soft, softer) = (next(2e5), next(2e5));
+    for (i, [a, b]) in axles.into_iter().chain([[1.0, 0.0], [-1.0, 0.0]]).enumerate() {
+        let (bodies, number) = if i < 4 { ([3 + i, 1 + i / 2], i + 1) } else { ([i - 3, 0], i - 3) };
+        let height = if i < 4 { &low } else { &high };
+        let points = [0, 1].map(|_| [sides(a, b), y.clone(), height.clone()]);
+        let mut terms = vec![(Way::Vertical, Acts::Damper(damping.clone()))];
+        if i < 4 {
+            terms.push((Way::Lateral, Acts::Spring(across.clone())));
+            terms.push((Way::Longitudinal, Acts::Spring(along.clone())));
+            terms.push((Way::Vertical, Acts::Spring(upright.clone())));
+            if damped {
+                terms.push((Way::Lateral, Acts::Damper(damping.clone())));
+            }
+        } else {
+            let more = if i == 5 { (unlike, softer[0].1) } else { (0.0, softer[0].1) };
+            terms.push((Way::Lateral, Acts::Spring(vec![soft[0], more])));
+            terms.push((Way::Lateral, Acts::Damper(damping.clone())));
+            terms.push((Way::Longitudinal, Acts::Damper(damping.clone())));
+            terms.push((Way::Roll, Acts::Spring(rolling.clone())));
+            terms.push((Way::Lateral, Acts::Stop([gap.clone(), stop.clone()])));
+        }
+        let (name, number) = (if i < 4 { "primary" } else { "secondary" }.into(), number as u8);
+        let (bodies, static_load) = (bodies.map(Some), load.clone());
+        layout.joints.push(Joint { name, number, bodies, points, mirrored: true, terms, static_load });
+    }
+    layout.numbers = numbers.len();
+    (layout, numbers)
+}
+
+#[test]
+fn a_coach_is_the_general_vehicle_lane_by_lane_with_bogies_alike_or_not() {
+    let both = || vec![placed(Law::CreepSaturation, 0, 1), placed(Law::FlangeContact, 0, 2)];
+    for (unlike, damped, some, effects) in [
+        (0.0, false, vec![], &[][..]),
+        (0.0, false, both(), &[0.2, 3e-3, 14.6e6]),
+        (0.5, false, both(), &[0.2, 3e-3, 14.6e6]),
+        (0.0, true, both(), &[0.2, 3e-3, 14.6e6]),
+    ] {
+        let layout = Some(carried(0, unlike, damped).0);
+        let numbers: Vec<_> = (0..LANES).map(|lane| carried(lane, unlike, damped).1).collect();
+        let structure = Structure { kind: "carried".into(), measured: vec![], placed: some, layout };
+        let amounts = amounts(structure.placed.len(), 0.01);
+        let singles: Vec<_> = (0..LANES)
+            .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts[l], speed_scale: 1.0 - 0.01 * l as f64 })
+            .collect();
+        let channels = ["e1", "e4", "psi3", "ay2", "y.body_1", "psi.body_1", "phi.frame_2"].map(String::from);
+        let fused = structure.group(&singles, &channels).expect("a group");
+        let vehicle = FusedVehicle::<Portable>::new(&fused, fused.contacts.as_ref().expect("fused contacts"), 0);
+        let straight = [matches!(vehicle.suspension, Suspension::Coach(_)), matches!(vehicle.track, Laying::Coach(_))];
+        assert_eq!(straight, [unlike == 0.0 && !damped, !damped], "{unlike} {damped}");
+        let mut general = fused.clone();
+        general.contacts = None;
+        let found = apart(&fused, &general, &table(&COACH, 8.0, 2e-3));
+        assert!(found.iter().all(|d| *d < 1e-12), "{unlike} {damped} {effects:?}: {found:?}");
+    }
+}
+
 #[test]
 fn the_fused_vehicle_of_bodies_is_the_general_one_lane_by_lane() {
     let (layout, _) = built(0);
@@ -193,7 +285,7 @@ fn the_fused_vehicle_of_bodies_is_the_general_one_lane_by_lane() {
         assert!(fused.contacts.is_some(), "nothing was fused");
         let mut general = fused.clone();
         general.contacts = None;
-        let found = apart(&fused, &general, &table(8.0, 2e-3));
+        let found = apart(&fused, &general, &table(&BOGIE, 8.0, 2e-3));
         assert!(found.iter().all(|d| *d < 1e-12), "{effects:?}: {found:?}");
     }
 }
