@@ -17,6 +17,7 @@ from railui.study.model import Model
 Floats = NDArray[np.float64]
 W = 10.0  # rad/s, the corner that dampers are measured by
 QUADRATURE = 0.5 * np.pi  # what belongs to a run is seen in two phases
+LINEAR = ("spring", "viscous_damper")  # kinds that an adjusted vehicle may do without, by other values
 PACKED = 2  # kinds with at most so many shapes share their groups
 
 

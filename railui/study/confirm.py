@@ -12,7 +12,7 @@ from railui import core
 from railui.files.design import PlacedEffect
 from railui.study.adjust import Fit, adjust
 from railui.study.beside import beside
-from railui.study.candidates import Candidate
+from railui.study.candidates import LINEAR, Candidate
 from railui.study.measured import Measurement
 from railui.study.model import Model
 from railui.study.sighting import Sighting, signed
@@ -34,7 +34,6 @@ ROUGHLY = 0.01  # of the misfit without an effect that a rough fit may leave bes
 FORLORN = 4.0  # times the least misfit so far at which an effect with memory is given up too
 LEADING = 2  # candidates that are carried on before the others are given up against them
 BEHIND = 1.6  # times the least misfit so far at which a candidate is given up after its first steps
-LINEAR = ("spring", "viscous_damper")
 ADJUSTED = tuple((at, None) for at in ("secondary_lateral", "secondary_yaw"))  # what adjusting does already
 GUESS = 0.3  # of its shape that a one-sided effect starts from where the trace sees it backwards
 SMALL = 0.3  # of the amount that the trace estimates, a start of its own

@@ -20,7 +20,7 @@ class Seen:
     """Lanes seen against a residual: rho, amount, scores [lane, block], what is left of a difference, and told.
 
     absorbed [lane, p]: what the adjustable parameters make of one; told: is anything left after that? norms [lane,
-    block]: what is left, block by block.
+    block]: what is left, block by block; own: the share left.
     """
 
     rho: Floats
@@ -30,11 +30,13 @@ class Seen:
     absorbed: Floats
     told: NDArray[np.bool_]
     norms: Floats
+    own: Floats
 
     def sighting(self, candidate: Candidate, shape: int, lane: int) -> Sighting:
         """One lane of what was seen."""
-        rho, amount, left = (float(x[lane]) for x in (self.rho, self.amount, self.left))
-        return Sighting(candidate, shape, rho, amount, self.scores[lane], left, self.absorbed[lane], self.norms[lane])
+        rho, amount, left, own = (float(x[lane]) for x in (self.rho, self.amount, self.left, self.own))
+        each = self.scores[lane], left, self.absorbed[lane], self.norms[lane]
+        return Sighting(candidate, shape, rho, amount, *each, own)
 
 
 class Projector:
@@ -53,17 +55,21 @@ class Projector:
         self.beta = self.inverse @ self.right
         self.rest = float(gram[0, 0] - self.right @ self.beta)
 
-    def seen(self, cross: Floats, norms: Floats) -> Seen:
-        """Differences by their products with residual, sensitivities [block, lane, 1 + p], themselves [block, lane]."""
+    def seen(self, cross: Floats, norms: Floats, vanished: float = VANISHED) -> Seen:
+        """Differences by their products with residual, sensitivities [block, lane, 1 + p], themselves [block, lane].
+
+        vanished: share left from which something new is told.
+        """
         inner, total = self.blocks, cross.sum(axis=0)
         beta = total[:, 1:] @ self.inverse
         each = norms - 2 * np.einsum("lp,blp->bl", beta, cross[:, :, 1:])
         each = each + np.einsum("blp,lp->bl", np.einsum("lp,bpq->blq", beta, inner[:, 1:, 1:]), beta)
         left = each.sum(axis=0)
-        told = left > VANISHED * np.maximum(norms.sum(axis=0), 1e-300)
+        own = left / np.maximum(norms.sum(axis=0), 1e-300)
+        told = own > vanished
         left = np.where(told, left, 1.0)
         scores = cross[:, :, 0] - inner[:, 1:, 0] @ beta.T - cross[:, :, 1:] @ self.beta
         scores = (scores + np.einsum("bpq,lp,q->bl", inner[:, 1:, 1:], beta, self.beta)).T
         projection = scores.sum(axis=1)
         rho = projection / np.sqrt(left * max(self.rest, 1e-300))
-        return Seen(rho, projection / left, scores, left, beta, told, np.maximum(each.T, 0.0))
+        return Seen(rho, projection / left, scores, left, beta, told, np.maximum(each.T, 0.0), own)

@@ -22,9 +22,9 @@ class Sighting:
 
     rho: partial correlation; amount: of it that would explain the residual best; scores [block]: what each block of
     time says; norm: squared length of its difference, norms [block] the same of every block (empty: all alike);
-    absorbed [p]: what the adjustable parameters make of one of it; phases: the angle [rad] of what turns in the middle
-    of each stretch, by which it explains most; beside [block]: the scores in quadrature to it, where [block]: the
-    stretch of each block.
+    absorbed [p]: what the adjustable parameters make of one of it; own: share of the squared length that they leave;
+    phases: the angle [rad] of what turns in the middle of each stretch, by which it explains most; beside [block]: the
+    scores in quadrature to it, where [block]: the stretch of each block.
     """
 
     candidate: Candidate
@@ -35,6 +35,7 @@ class Sighting:
     norm: float
     absorbed: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
     norms: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
+    own: float = 1.0
     phases: Mapping[str, float] = field(default_factory=dict)
     beside: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
     where: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64), repr=False)

@@ -12,6 +12,7 @@ from railui.study.candidates import Candidate, bundles, candidates
 from railui.study.confirm import chosen
 from railui.study.loop import adjusted
 from railui.study.sighting import Sighting, family_wise, signed
+from railui.study.target import shortened
 from railui.study.terms import OBVIOUS, STRUCTURED, structured
 from railui.study.trace import Trace, trace
 from tests.blind.made import fitted, made
@@ -41,6 +42,43 @@ def test_a_planted_effect_is_first(kind: str):
     seen = traced(fit, one.measurement)
     first = seen.best[0].candidate
     assert (first.kind, first.at, first.wheelset) == (kind, one.truth.order.effects[0].at, None)
+    assert seen.rho2 > 0.05
+    assert seen.p < 0.01
+
+
+DAMPER = "viscous_damper at=wheelset_yaw wheelset=2 damping=2e5"
+MINUTE = (60.0, 12.0)  # s; within it the speed wanders by several per cent
+
+
+def yaw_damper(model, stretches) -> Candidate:
+    """The candidate that is planted."""
+    found = candidates(model, stretches)
+    return next(c for c in found if (c.kind, c.at, c.wheelset) == ("viscous_damper", "wheelset_yaw", 2))
+
+
+def test_adjusting_takes_a_damper_of_a_wheelsets_yaw_for_creep():
+    # M_psi = -2 b^2 N kappa_x (psi' / V + lambda e / (b r)): kappa_x + V c / (2 b^2 N), lambda kappa_x as it was
+    fit, stretches = fitted(), made().measurement.adjust
+    one = yaw_damper(fit.model, stretches)
+    [seen] = trace(fit, [one], jobs=2).sightings
+    absorbed = dict(zip(fit.free.paths, seen.absorbed, strict=True))
+    c = one.shapes[0]["damping"]
+    geometry, load = "vehicle.geometry.half_gauge", "vehicle.wheel_load"
+    b, n = (fit.model.design.values[path] for path in (geometry, load))
+    creep = stretches[0].mean_speed * c / (2 * b**2 * n)
+    kappa, conicity = (fit.model.value(f"contact.trailing.{key}") for key in ("longitudinal_creep", "conicity"))
+    assert absorbed["contact.trailing.longitudinal_creep"] == pytest.approx(creep, rel=0.03)
+    assert absorbed["contact.trailing.conicity"] == pytest.approx(-conicity * creep / kappa, rel=0.03)
+    assert seen.own < 1e-3
+
+
+def test_what_a_varying_speed_alone_tells_from_creep_is_first_with_the_amount_that_was_planted():
+    one, fit = made(DAMPER, seconds=MINUTE), fitted(DAMPER, seconds=MINUTE)
+    first = shortened(fit.targets, one.measurement, 12.0)  # as good as one speed
+    seen = trace(fit, candidates(fit.model, one.measurement.adjust), first=first, jobs=2)
+    best = seen.best[0]
+    assert (best.candidate.kind, best.candidate.at, best.candidate.wheelset) == ("viscous_damper", "wheelset_yaw", 2)
+    assert best.amount * best.candidate.shapes[best.shape]["damping"] == pytest.approx(2e5, rel=0.3)
     assert seen.rho2 > 0.05
     assert seen.p < 0.01
 
