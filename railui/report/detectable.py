@@ -11,6 +11,7 @@ from railui import core
 from railui.files.effect_reading import unit_of
 from railui.study.candidates import Candidate
 from railui.study.foresight import Foreseen
+from railui.study.projection import VANISHED
 from railui.study.sighting import Sighting
 from railui.study.trace import POWER, Trace
 
@@ -21,8 +22,11 @@ MARGIN = 1.4  # the gain scatters about what is foreseen, and a fit takes more o
 def smallest_amount(s: Sighting, trace: Trace, material: float, rest: float, foreseen: Foreseen) -> float:
     """Amount of a shape that passes both gates: the family-wise score, and the material gain on the validating runs."""
     gain = 1.0 / (1.0 - material) ** 2 - 1.0
-    amounts = [s.amount_seen(trace.critical + POWER), MARGIN * float(np.sqrt(gain * trace.rss / s.norm))]
+    amounts = [s.amount_seen(trace.critical + POWER)]
     added = foreseen.get((s.candidate, s.shape))
+    # what adjusting absorbs nearly whole gains little where it was adjusted, and much at another speed
+    if s.own >= VANISHED or not added:
+        amounts.append(MARGIN * float(np.sqrt(gain * trace.rss / s.norm)))
     if added:
         amounts.append(MARGIN * float(np.sqrt(gain * rest**2 / added)))
     return max(amounts)
