@@ -22,7 +22,7 @@ K = 6e6  # N/m
 def test_a_place_coupled_with_itself_is_twice_a_negative_spring_or_damper(kind: str, strength: str, against: str):
     fit, place = fitted(), ("primary_lateral", 1)
     bundle = Bundle((Candidate(kind, *place, ({strength: K},)),), ((0, 0),))
-    spring, fine = differences(fit, 0, bundle, amount=1e-3)
+    spring, fine = differences(fit, 0, bundle)
     coupled = answered(fit, fit.targets[0], [(((place, place),), against)])
     assert fine.all()
     rest = np.linalg.norm(spring[0] + 0.5 * K * coupled[0]) / np.linalg.norm(spring[0])
