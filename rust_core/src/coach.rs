@@ -5,80 +5,80 @@
 use crate::blocks::Row;
 use crate::lanes::Part;
 use crate::packed::Table;
-use crate::straight::{Sign, Straight};
+use crate::straight::{Signed, Straight};
 use crate::vehicle::{Group, STATES};
 
 /// Degrees of freedom.
 pub const DOFS: usize = 17;
 /// Where the velocities begin; the first degree of freedom of each frame, and of the wheelsets under it.
-const V: Sign = DOFS as Sign;
-const FRAMES: [Sign; 2] = [3, 6];
-const WHEELS: [Sign; 2] = [9, 13];
+const V: Signed = DOFS as Signed;
+const FRAMES: [Signed; 2] = [3, 6];
+const WHEELS: [Signed; 2] = [9, 13];
 
 /// Columns of the input table that are read: first of each wheelset, how many there are.
 const COLUMN: [usize; 4] = [2, 7, 12, 17];
 const READ: usize = 22;
 
-const BODY_Y_PHI: [[Sign; 12]; 1] = [[0, 2, 3, 5, 6, 8, V, V + 2, V + 3, V + 5, V + 6, V + 8]];
-const BODY_PSI: [[Sign; 14]; 1] = [[1, 3, 4, 5, 6, 7, 8, V + 1, V + 3, V + 4, V + 5, V + 6, V + 7, V + 8]];
-const FRAMES_Y: [[Sign; 12]; 2] = [frame_y(0), frame_y(1)];
-const FRAMES_PSI: [[Sign; 8]; 2] = [frame_psi(0), frame_psi(1)];
-const FRAMES_PHI: [[Sign; 14]; 2] = [frame_phi(0), frame_phi(1)];
-const WHEELS_Y: [[Sign; 4]; 2] = [wheels_y(0), wheels_y(1)];
-const WHEELS_PSI: [[Sign; 1]; 4] = [[FRAMES[0] + 1], [FRAMES[0] + 1], [FRAMES[1] + 1], [FRAMES[1] + 1]];
-const STOPS: [[Sign; 6]; 2] = [stop(0), stop(1)];
-const UNDER_FRAMES: [[Sign; 4]; 2] = [under_frame(0), under_frame(1)];
-const UNDER_ROLLS: [[Sign; 8]; 2] = [under_roll(0), under_roll(1)];
-const UNDER_WHEELS: [[Sign; 4]; 4] = [under_wheel(0), under_wheel(1), under_wheel(2), under_wheel(3)];
+const BODY_Y_PHI: [[Signed; 12]; 1] = [[0, 2, 3, 5, 6, 8, V, V + 2, V + 3, V + 5, V + 6, V + 8]];
+const BODY_PSI: [[Signed; 14]; 1] = [[1, 3, 4, 5, 6, 7, 8, V + 1, V + 3, V + 4, V + 5, V + 6, V + 7, V + 8]];
+const FRAMES_Y: [[Signed; 12]; 2] = [frame_y(0), frame_y(1)];
+const FRAMES_PSI: [[Signed; 8]; 2] = [frame_psi(0), frame_psi(1)];
+const FRAMES_PHI: [[Signed; 14]; 2] = [frame_phi(0), frame_phi(1)];
+const WHEELS_Y: [[Signed; 4]; 2] = [wheels_y(0), wheels_y(1)];
+const WHEELS_PSI: [[Signed; 1]; 4] = [[FRAMES[0] + 1], [FRAMES[0] + 1], [FRAMES[1] + 1], [FRAMES[1] + 1]];
+const STOPS: [[Signed; 6]; 2] = [stop(0), stop(1)];
+const UNDER_FRAMES: [[Signed; 4]; 2] = [under_frame(0), under_frame(1)];
+const UNDER_ROLLS: [[Signed; 8]; 2] = [under_roll(0), under_roll(1)];
+const UNDER_WHEELS: [[Signed; 4]; 4] = [under_wheel(0), under_wheel(1), under_wheel(2), under_wheel(3)];
 
 /// psi of the body moves the pivot of the second bogie the other way.
-const fn psi(bogie: usize, place: Sign) -> Sign {
+const fn psi(bogie: usize, place: Signed) -> Signed {
     if bogie == 0 { place } else { -place }
 }
 
-const fn frame_y(bogie: usize) -> [Sign; 12] {
+const fn frame_y(bogie: usize) -> [Signed; 12] {
     let (f, w) = (FRAMES[bogie], WHEELS[bogie]);
     [0, psi(bogie, 1), 2, f, f + 2, w, w + 2, V, psi(bogie, V + 1), V + 2, V + f, V + f + 2]
 }
 
-const fn frame_psi(bogie: usize) -> [Sign; 8] {
+const fn frame_psi(bogie: usize) -> [Signed; 8] {
     let (f, w) = (FRAMES[bogie], WHEELS[bogie]);
     [1, f + 1, w, w + 1, w + 2, w + 3, V + 1, V + f + 1]
 }
 
-const fn frame_phi(bogie: usize) -> [Sign; 14] {
+const fn frame_phi(bogie: usize) -> [Signed; 14] {
     let (f, w) = (FRAMES[bogie], WHEELS[bogie]);
     [0, psi(bogie, 1), 2, f, f + 2, w, w + 2, V, psi(bogie, V + 1), V + 2, V + f, V + f + 2, V + w, V + w + 2]
 }
 
 /// Of one wheelset of each bogie.
-const fn wheels_y(bogie: usize) -> [Sign; 4] {
+const fn wheels_y(bogie: usize) -> [Signed; 4] {
     let f = FRAMES[bogie];
     [f, f + 1, f + 2, V + f + 2]
 }
 
 /// The deflection of a stop between a frame and the body.
-const fn stop(bogie: usize) -> [Sign; 6] {
+const fn stop(bogie: usize) -> [Signed; 6] {
     let f = FRAMES[bogie];
     [0, psi(bogie, 1), 2, f, f + 1, f + 2]
 }
 
 /// y_w and phi_w under both wheelsets of a frame.
-const fn under_frame(bogie: usize) -> [Sign; 4] {
-    let [a, b] = [COLUMN[2 * bogie] as Sign, COLUMN[2 * bogie + 1] as Sign];
+const fn under_frame(bogie: usize) -> [Signed; 4] {
+    let [a, b] = [COLUMN[2 * bogie] as Signed, COLUMN[2 * bogie + 1] as Signed];
     [a, a + 2, b, b + 2]
 }
 
 /// Also the speed times dy_w/ds and dphi_w/ds.
-const fn under_roll(bogie: usize) -> [Sign; 8] {
+const fn under_roll(bogie: usize) -> [Signed; 8] {
     let [[a, b, c, d], [_, _, e, f], [_, _, g, h]] =
         [under_frame(bogie), under_wheel(2 * bogie), under_wheel(2 * bogie + 1)];
     [a, b, c, d, e, f, g, h]
 }
 
-const fn under_wheel(i: usize) -> [Sign; 4] {
+const fn under_wheel(i: usize) -> [Signed; 4] {
     let c = COLUMN[i];
-    [c as Sign, c as Sign + 2, Table::moved(c + 1) as Sign, Table::moved(c + 3) as Sign]
+    [c as Signed, c as Signed + 2, Table::moved(c + 1) as Signed, Table::moved(c + 3) as Signed]
 }
 
 /// Has a group the size of a coach, wheelsets last, and no states of its own beside positions and velocities?

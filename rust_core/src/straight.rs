@@ -6,7 +6,7 @@ use crate::vehicle::STATES;
 
 /// A place of the state, or a column of the input table (see `packed::Table::moved`); below zero: the opposite of what
 /// stands there.
-pub type Sign = isize;
+pub type Signed = isize;
 
 /// Most terms that a row has.
 const TERMS: usize = 14;
@@ -20,8 +20,8 @@ impl<P: Part, const K: usize, const N: usize> Straight<P, K, N> {
     /// where the rows of two sets differ.
     pub fn taken<const M: usize>(
         rows: &mut [Row],
-        to: [[Sign; N]; M],
-        places: &[[Sign; K]; M],
+        to: [[Signed; N]; M],
+        places: &[[Signed; K]; M],
         at: usize,
     ) -> Option<Self> {
         const { assert!(K <= TERMS) };
@@ -44,7 +44,7 @@ impl<P: Part, const K: usize, const N: usize> Straight<P, K, N> {
     #[inline(always)]
     pub fn sums<const M: usize>(
         &self,
-        places: &[[Sign; K]; M],
+        places: &[[Signed; K]; M],
         start: [[P; N]; M],
         values: &impl Values<P>,
     ) -> [[P; N]; M] {
@@ -72,7 +72,7 @@ impl<P: Part, const K: usize, const N: usize> Straight<P, K, N> {
 }
 
 /// The factor of a row at a place, which leaves the row: zero where it has none.
-fn factor(rows: &mut [Row], to: Sign, place: Sign) -> Option<Lanes> {
+fn factor(rows: &mut [Row], to: Signed, place: Signed) -> Option<Lanes> {
     let (_, terms) = rows.iter_mut().find(|(ends, _)| ends[0] == to.unsigned_abs())?;
     let found = terms.iter().position(|(i, _)| *i == place.unsigned_abs());
     let factor = found.map_or(Lanes::ZERO, |i| terms.remove(i).1);

@@ -239,6 +239,21 @@ fn carried(lane: usize, unlike: f64, damped: bool) -> (Layout, Vec<f64>) {
     (layout, numbers)
 }
 
+/// Sixteen vehicles of bodies whose contacts are fused, lanes of their own speed and share of the effects, and the same
+/// in the general form.
+fn fused_and_general(structure: &Structure, numbers: &[Vec<f64>], effects: &[f64], channels: &[&str]) -> [Group; 2] {
+    let amounts = amounts(structure.placed.len(), 0.01);
+    let singles: Vec<_> = (0..LANES)
+        .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts[l], speed_scale: 1.0 - 0.01 * l as f64 })
+        .collect();
+    let channels: Vec<_> = channels.iter().copied().map(String::from).collect();
+    let fused = structure.group(&singles, &channels).expect("a group");
+    assert!(fused.contacts.is_some(), "nothing was fused");
+    let mut general = fused.clone();
+    general.contacts = None;
+    [fused, general]
+}
+
 #[test]
 fn a_coach_is_the_general_vehicle_lane_by_lane_with_bogies_alike_or_not() {
     let both = || vec![placed(Law::CreepSaturation, 0, 1), placed(Law::FlangeContact, 0, 2)];
@@ -251,17 +266,11 @@ fn a_coach_is_the_general_vehicle_lane_by_lane_with_bogies_alike_or_not() {
         let layout = Some(carried(0, unlike, damped).0);
         let numbers: Vec<_> = (0..LANES).map(|lane| carried(lane, unlike, damped).1).collect();
         let structure = Structure { kind: "carried".into(), measured: vec![], placed: some, layout };
-        let amounts = amounts(structure.placed.len(), 0.01);
-        let singles: Vec<_> = (0..LANES)
-            .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts[l], speed_scale: 1.0 - 0.01 * l as f64 })
-            .collect();
-        let channels = ["e1", "e4", "psi3", "ay2", "y.body_1", "psi.body_1", "phi.frame_2"].map(String::from);
-        let fused = structure.group(&singles, &channels).expect("a group");
+        let channels = ["e1", "e4", "psi3", "ay2", "y.body_1", "psi.body_1", "phi.frame_2"];
+        let [fused, general] = fused_and_general(&structure, &numbers, effects, &channels);
         let vehicle = FusedVehicle::<Portable>::new(&fused, fused.contacts.as_ref().expect("fused contacts"), 0);
         let straight = [matches!(vehicle.suspension, Suspension::Coach(_)), matches!(vehicle.track, Laying::Coach(_))];
         assert_eq!(straight, [unlike == 0.0 && !damped, !damped], "{unlike} {damped}");
-        let mut general = fused.clone();
-        general.contacts = None;
         let found = apart(&fused, &general, &table(&COACH, 8.0, 2e-3));
         assert!(found.iter().all(|d| *d < 1e-12), "{unlike} {damped} {effects:?}: {found:?}");
     }
@@ -276,15 +285,8 @@ fn the_fused_vehicle_of_bodies_is_the_general_one_lane_by_lane() {
     for (some, effects) in [plain, (both.clone(), &[0.35, 3e-3, 14.6e6]), (both, &[0.04, 5e-3, 14.6e6])] {
         let structure =
             Structure { kind: "built".into(), measured: vec![], placed: some, layout: Some(layout.clone()) };
-        let amounts = amounts(structure.placed.len(), 0.01);
-        let singles: Vec<_> = (0..LANES)
-            .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts[l], speed_scale: 1.0 - 0.01 * l as f64 })
-            .collect();
-        let channels = ["e1", "e2", "psi2", "ay1", "ayf", "y.body_0", "phi.frame_0"].map(String::from);
-        let fused = structure.group(&singles, &channels).expect("a group");
-        assert!(fused.contacts.is_some(), "nothing was fused");
-        let mut general = fused.clone();
-        general.contacts = None;
+        let channels = ["e1", "e2", "psi2", "ay1", "ayf", "y.body_0", "phi.frame_0"];
+        let [fused, general] = fused_and_general(&structure, &numbers, effects, &channels);
         let found = apart(&fused, &general, &table(&BOGIE, 8.0, 2e-3));
         assert!(found.iter().all(|d| *d < 1e-12), "{effects:?}: {found:?}");
     }
