@@ -17,7 +17,9 @@ use railui_core::kinds;
 use railui_core::lanes;
 use railui_core::many::{self, Many, Weighing};
 use railui_core::structure::{Placed, Structure};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::{BTreeMap, HashMap};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, mpsc};
 use std::time::Duration;
@@ -30,18 +32,18 @@ fn raised(error: Error) -> PyErr {
     }
 }
 
-/// Work on so many threads that nobody else uses meanwhile: callers side by side do not wait for each other.
+/// Use so many threads that nobody else uses meanwhile: callers side by side do not wait for each other.
 ///
 /// More threads than any machine has cores help nobody, and a hundred thousand of them would stop it.
-fn on_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> T {
+fn with_threads<T>(jobs: usize, using: impl FnOnce(&ThreadPool) -> T) -> T {
     const MOST: usize = 1024;
     let jobs = jobs.min(MOST);
-    static IDLE: Mutex<BTreeMap<usize, Vec<rayon::ThreadPool>>> = Mutex::new(BTreeMap::new());
+    static IDLE: Mutex<BTreeMap<usize, Vec<ThreadPool>>> = Mutex::new(BTreeMap::new());
     let idle = || IDLE.lock().unwrap_or_else(|e| e.into_inner());
     let kept = idle().get_mut(&jobs).and_then(Vec::pop);
-    let pool = kept
-        .unwrap_or_else(|| rayon::ThreadPoolBuilder::new().num_threads(jobs).build().expect("threads can be started"));
-    let out = pool.install(work);
+    let pool =
+        kept.unwrap_or_else(|| ThreadPoolBuilder::new().num_threads(jobs).build().expect("threads can be started"));
+    let out = using(&pool);
     idle().entry(jobs).or_default().push(pool);
     out
 }
@@ -54,31 +56,31 @@ fn away<T: Send>(
 ) -> PyResult<T> {
     let cancel = AtomicBool::new(false);
     let mut interrupt = None;
-    let done = py.detach(|| {
-        std::thread::scope(|scope| {
-            let (send, receive) = mpsc::channel();
-            let cancel = &cancel;
-            let worker = scope.spawn(move || {
-                let out = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| on_threads(jobs, || work(cancel))));
-                let _ = send.send(());
-                out
+    let attend = |pool: &ThreadPool| {
+        let (send, receive) = mpsc::channel();
+        pool.in_place_scope(|scope| {
+            scope.spawn(|_| {
+                let _ = send.send(catch_unwind(AssertUnwindSafe(|| work(&cancel))));
             });
-            while let Err(mpsc::RecvTimeoutError::Timeout) = receive.recv_timeout(Duration::from_millis(50)) {
-                if let Err(error) = Python::attach(|py| py.check_signals()) {
-                    cancel.store(true, Ordering::Relaxed);
-                    interrupt = Some(error);
-                    break;
+            loop {
+                match receive.recv_timeout(Duration::from_millis(50)) {
+                    Ok(done) => return done,
+                    Err(_) if interrupt.is_some() => {}
+                    Err(_) => {
+                        interrupt = Python::attach(|py| py.check_signals()).err();
+                        cancel.store(interrupt.is_some(), Ordering::Relaxed);
+                    }
                 }
             }
-            worker.join()
         })
-    });
+    };
+    let done = py.detach(|| with_threads(jobs, attend));
     if let Some(error) = interrupt {
         return Err(error);
     }
     match done {
-        Ok(Ok(result)) => result.map_err(raised),
-        Ok(Err(panic)) | Err(panic) => {
+        Ok(result) => result.map_err(raised),
+        Err(panic) => {
             let what = panic
                 .downcast_ref::<String>()
                 .cloned()
