@@ -82,15 +82,6 @@ pub struct Slip<P> {
     ty: [P; 2],
 }
 
-/// What touches: the accelerations of gravitation and flange, the sums of t_y and t_x over both wheels.
-#[derive(Clone, Copy)]
-pub struct Touch<P> {
-    pub a_y: P,
-    pub a_psi: P,
-    sum: P,
-    pulls: P,
-}
-
 impl Contact<Lanes> {
     /// From the contacts of sixteen vehicles.
     pub fn new(of: &[ContactNumbers]) -> Self {
@@ -168,6 +159,12 @@ impl Contact<Lanes> {
 }
 
 impl<P: Part> Contact<P> {
+    /// Whose wheels creep alike, so that one stands for both.
+    #[inline(always)]
+    pub fn alike(self) -> Self {
+        Contact { creep: self.creep + self.creep, turn: self.turn + self.turn, ..self }
+    }
+
     /// At a speed and its inverse.
     #[inline(always)]
     pub fn at_speed(&self, v: P, per_v: P) -> AtSpeed<P> {
@@ -197,15 +194,16 @@ impl<P: Part> Contact<P> {
     #[inline(always)]
     pub fn slip<const SPIN: bool>(&self, at_speed: &AtSpeed<P>, motion: &Motion<P>, slopes: P) -> Slip<P> {
         let Motion { y: e, psi, vy, vpsi } = *motion;
-        let tx = self.along_e.mul_add(e, at_speed.along * vpsi);
+        // velocities last: they are the last to be known of a state
+        let tx = at_speed.along.mul_add(vpsi, self.along_e * e);
         if !SPIN {
-            let ty = self.across_psi.neg_mul_add(psi, at_speed.across * vy);
+            let ty = at_speed.across.mul_add(vy, -(self.across_psi * psi));
             return Slip { e, tx, ty: [ty, ty] };
         }
-        let mut ty = at_speed.across.mul_add(vy, slopes);
-        ty = self.across_psi.neg_mul_add(psi, ty);
-        ty = at_speed.across_turn.mul_add(vpsi, ty);
+        let mut ty = self.across_psi.neg_mul_add(psi, slopes);
         ty = self.across_e.neg_mul_add(e, ty);
+        ty = at_speed.across_turn.mul_add(vpsi, ty);
+        ty = at_speed.across.mul_add(vy, ty);
         Slip { e, tx, ty: [ty - self.angle, ty + self.angle] }
     }
 
@@ -248,46 +246,35 @@ impl<P: Part> Contact<P> {
         factor
     }
 
-    /// The accelerations of gravitation and flange, `a_y` being what the track's cross-level alone does, and the sums of
-    /// creep forces. Without `LAWS` nothing touches.
+    /// The accelerations of y and psi by all that touches, beside those given, at this motion and these factors of the
+    /// creep forces (3.4), (3.10). Without `LAWS` no flange touches; without `SPIN` of a contact [`Contact::alike`].
     #[inline(always)]
     pub fn touch<const LAWS: bool, const SPIN: bool>(
         &self,
+        at_speed: &AtSpeed<P>,
+        motion: &Motion<P>,
         slip: &Slip<P>,
         [f_1, f_2]: [P; 2],
-        psi: P,
-        a_y: P,
-        a_psi: P,
-    ) -> Touch<P> {
+        [a_y, a_psi]: [P; 2],
+    ) -> [P; 2] {
+        let Motion { psi, vy, vpsi, .. } = *motion;
         let Slip { e, tx, ty: [ty_1, ty_2] } = *slip;
-        // sum and difference of t_y of both wheels, sum of t_x
-        let (sum, difference, pulls);
-        if SPIN {
-            let g_1 = f_1 * ty_1;
-            (sum, difference, pulls) = (f_2.mul_add(ty_2, g_1), f_2.neg_mul_add(ty_2, g_1), (f_1 + f_2) * tx);
-        } else {
-            let f = f_1 + f_1;
-            (sum, difference, pulls) = (f * ty_1, P::zero(), f * tx);
-        }
-
-        // (3.4), (3.10)
         let mut a_y = self.gravity_e.neg_mul_add(e, a_y);
         if LAWS {
             let beyond = e - e.min(self.clearance).max(self.minus_clearance);
             a_y = self.flange.neg_mul_add(beyond, a_y);
         }
-        let per_psi = if SPIN { self.turn.mul_add(difference, self.turn_psi) } else { self.turn_psi };
-        let a_psi = per_psi.mul_add(psi, a_psi);
-        Touch { a_y, a_psi, sum, pulls }
-    }
-
-    /// The accelerations of y and psi with what creeps and turns, once everything else has joined those of `touch`.
-    #[inline(always)]
-    pub fn creep<const SPIN: bool>(&self, at_speed: &AtSpeed<P>, touch: Touch<P>, vy: P, vpsi: P) -> [P; 2] {
-        let Touch { mut a_y, mut a_psi, sum, pulls } = touch;
-        if SPIN {
-            (a_y, a_psi) = (at_speed.gyro.mul_add(vpsi, a_y), at_speed.turn_gyro.neg_mul_add(vy, a_psi));
+        // what waits for the factors comes last
+        if !SPIN {
+            let a_psi = self.turn_psi.mul_add(psi, a_psi);
+            return [(self.creep * ty_1).neg_mul_add(f_1, a_y), (self.turn * tx).neg_mul_add(f_1, a_psi)];
         }
+        let g_1 = f_1 * ty_1;
+        let (sum, difference) = (f_2.mul_add(ty_2, g_1), f_2.neg_mul_add(ty_2, g_1));
+        let pulls = (f_1 + f_2) * tx;
+        let per_psi = self.turn.mul_add(difference, self.turn_psi);
+        let a_psi = per_psi.mul_add(psi, a_psi);
+        let (a_y, a_psi) = (at_speed.gyro.mul_add(vpsi, a_y), at_speed.turn_gyro.neg_mul_add(vy, a_psi));
         [self.creep.neg_mul_add(sum, a_y), self.turn.neg_mul_add(pulls, a_psi)]
     }
 }

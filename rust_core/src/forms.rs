@@ -6,12 +6,13 @@ use crate::lanes::Part;
 use crate::plain::{BogieAtSpeed, PlainBogie};
 use crate::vehicle::{Group, STATES};
 
-/// Which parts of the lanes step in turns: none, where the first cache has no room for more; whole ones; or those of one
-/// register, where a rate has more numbers at hand than there are registers.
+/// How parts of the lanes step: one after the other, eight lanes at a time where the first cache has no room for more;
+/// those of one register in turns, slope by slope; or so that a whole step is straight code, where a rate is short.
 pub enum Turns {
     None,
-    Parts,
+    Eights,
     Singles,
+    Straight,
 }
 
 /// A form of the rate of change that is compiled on its own, with its own step loop.
@@ -66,11 +67,11 @@ pub struct Bogie<const LAWS: bool, const SPIN: bool, const PORTS: bool>;
 
 impl<const LAWS: bool, const SPIN: bool, const PORTS: bool> Form for Bogie<LAWS, SPIN, PORTS> {
     const PORTABLE: bool = false;
-    const TURNS: Turns = if SPIN { Turns::Singles } else { Turns::Parts };
+    const TURNS: Turns = if PORTS { Turns::Singles } else { Turns::Straight };
 
     #[inline(always)]
     fn part<'a, P: Part>(group: &'a Group, course: &Course<'_>, at: usize) -> impl Moving<P> + 'a {
-        let bogie: PlainBogie<P> = group.plain.as_ref().expect("a plain bogie").part(at);
+        let bogie: PlainBogie<P> = group.plain.as_ref().expect("a plain bogie").part::<P, SPIN>(at);
         let at_speed = bogie.at_speed(course.row(0)[1]);
         BogiePart::<P, LAWS, SPIN, PORTS> { group, bogie, at, at_speed }
     }
@@ -103,6 +104,7 @@ pub struct Fused<const LAWS: bool, const COACH: bool>;
 
 impl<const LAWS: bool, const COACH: bool> Form for Fused<LAWS, COACH> {
     const PORTABLE: bool = false;
+    const TURNS: Turns = if COACH { Turns::Eights } else { Turns::None };
 
     #[inline(always)]
     fn part<'a, P: Part>(group: &'a Group, _: &Course<'_>, at: usize) -> impl Moving<P> + 'a {

@@ -194,9 +194,8 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         let motion = Motion { y: y.of(x) - *line, psi: psi.of(x), vy: vy.of(x), vpsi: vpsi.of(x) };
         let slip = contact.slip::<true>(at_speed, &motion, *slopes);
         let factors = contact.factors::<LAWS, true>(&slip);
-        let a_y = damping.mul_add(motion.vy, vy.of(dx));
-        let touch = contact.touch::<LAWS, true>(&slip, factors, motion.psi, a_y, vpsi.of(dx));
-        let [a_y, a_psi] = contact.creep::<true>(at_speed, touch, motion.vy, motion.vpsi);
+        let given = [damping.mul_add(motion.vy, vy.of(dx)), vpsi.of(dx)];
+        let [a_y, a_psi] = contact.touch::<LAWS, true>(at_speed, &motion, &slip, factors, given);
         vy.put(dx, a_y);
         vpsi.put(dx, a_psi);
     }

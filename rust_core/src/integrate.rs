@@ -4,7 +4,7 @@ use crate::course::Course;
 use crate::error::{Error, Result};
 use crate::forms::{Bogie, Form, Fused, General, Moving, Turns};
 use crate::lanes::{Job, LANES, Lanes, Level, Part, dispatch, level};
-use crate::stepping::Stepping;
+use crate::stepping::{Stages, Stepping};
 use crate::vehicle::Group;
 use crate::watch::{LOOK, Watch};
 use std::marker::PhantomData;
@@ -55,8 +55,12 @@ impl<F: Form> Job for Along<'_, '_, F> {
     fn run<P: Part>(self) {
         match F::TURNS {
             Turns::None => self.0.abreast::<P, F>(P::WIDTH),
-            Turns::Parts => self.0.abreast::<P, F>(LANES),
+            Turns::Eights if P::WIDTH == LANES => self.0.abreast::<P::Single, F>(LANES / 2),
+            Turns::Eights => self.0.abreast::<P, F>(LANES / 2),
             Turns::Singles => self.0.abreast::<P::Single, F>(P::WIDTH),
+            // AVX-512 has registers enough for two of each number: both are worked on in the same lines
+            Turns::Straight if P::WIDTH == LANES && self.0.live > P::Single::WIDTH => self.0.abreast::<P, F>(LANES),
+            Turns::Straight => self.0.abreast::<P::Single, F>(P::WIDTH),
         }
     }
 }
@@ -88,7 +92,7 @@ impl Run<'_, '_> {
     }
 
     fn within<F: Form>(self) {
-        dispatch(level(), Along::<F>(self, PhantomData));
+        dispatch(level().filled(self.live), Along::<F>(self, PhantomData));
     }
 
     /// So many lanes abreast, in parts of one register each.
@@ -101,17 +105,16 @@ impl Run<'_, '_> {
                 Stepping::new(self.group, self.initial, self.watch, at, moving)
             };
             let mut parts: Vec<_> = ats.map(part).collect();
-            self.along(&mut parts);
+            self.along::<P, _, F>(&mut parts);
         }
     }
 
-    /// RK4 along the course for some parts of the lanes in turns: while one waits for its square roots, the next goes on.
+    /// RK4 along the course for some parts of the lanes, in turns: while one waits for its square roots, the next goes on.
     #[inline(always)]
-    fn along<P: Part, M: Moving<P>>(&mut self, parts: &mut [Stepping<'_, P, M>]) {
+    fn along<P: Part, M: Moving<P>, F: Form>(&mut self, parts: &mut [Stepping<'_, P, M>]) {
         let (group, course) = (self.group, self.course);
         let (samples, steps) = (course.samples(), course.steps);
         let mut h = Lanes::from_fn(|l| course.dt / steps as f64 * group.inv_speed_scale.0[l]);
-        // one call of rate() in all: its code stays in the cache of decoded instructions
         for k in 0..samples {
             let last = k + 1 == samples;
             if k % LOOK == 0 || last {
@@ -124,6 +127,11 @@ impl Run<'_, '_> {
             }
             for step in 0..if last { 1 } else { steps } {
                 let begin = 2 * (steps * k + step);
+                if let Turns::Straight = F::TURNS {
+                    self.straight(parts, begin, last, (step == 0).then_some(k));
+                    continue;
+                }
+                // one call of rate() in all: its code stays in the cache of decoded instructions
                 for turn in 0..if last { 1 } else { 4_usize } {
                     let index = begin + turn.div_ceil(2);
                     let row = course.row(index);
@@ -147,6 +155,39 @@ impl Run<'_, '_> {
         }
         for part in parts {
             part.store(self.watch);
+        }
+    }
+
+    /// A step as straight code, of a part or of two in turns; beyond the last row of the input table nothing is asked of it.
+    #[inline(always)]
+    fn straight<P: Part, M: Moving<P>>(
+        &mut self,
+        parts: &mut [Stepping<'_, P, M>],
+        begin: usize,
+        last: bool,
+        sample: Option<usize>,
+    ) {
+        let rows = [0, 1, 2].map(|half| begin + if last { 0 } else { half }).map(|i| (i, self.course.row(i)));
+        let Some((one, others)) = parts.split_first_mut() else { return };
+        let mut stages = Stages::empty();
+        // there is never another of eight lanes: then all are in one
+        if P::WIDTH < LANES / 2
+            && let Some(other) = others.first_mut()
+        {
+            let mut others = Stages::empty();
+            one.first(rows[0], &mut stages, sample, self.watch);
+            other.first(rows[0], &mut others, sample, self.watch);
+            one.next::<1>(rows[1], &mut stages);
+            other.next::<1>(rows[1], &mut others);
+            one.next::<2>(rows[1], &mut stages);
+            other.next::<2>(rows[1], &mut others);
+            one.last(rows[2], &mut stages);
+            other.last(rows[2], &mut others);
+        } else {
+            one.first(rows[0], &mut stages, sample, self.watch);
+            one.next::<1>(rows[1], &mut stages);
+            one.next::<2>(rows[1], &mut stages);
+            one.last(rows[2], &mut stages);
         }
     }
 }

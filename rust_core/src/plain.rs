@@ -78,10 +78,11 @@ impl PlainBogie<Lanes> {
         }
     }
 
-    /// The lanes from `at` on.
+    /// The lanes from `at` on, with the constants of a rate with or without `SPIN`.
     #[inline(always)]
-    pub fn part<P: Part>(&self, at: usize) -> PlainBogie<P> {
+    pub fn part<P: Part, const SPIN: bool>(&self, at: usize) -> PlainBogie<P> {
         let g = |l: &Lanes| P::load(l, at);
+        let contact = |c: &Contact<Lanes>| if SPIN { c.part(at) } else { c.part(at).alike() };
         let [c_y, k_y, c_psi, k_psi] = &self.secondary;
         PlainBogie {
             laws: self.laws,
@@ -93,7 +94,7 @@ impl PlainBogie<Lanes> {
             frame_turn: g(&self.frame_turn),
             frame_lever: g(&self.frame_lever),
             secondary: [g(c_y), g(k_y), g(c_psi), g(k_psi)],
-            contacts: [self.contacts[0].part(at), self.contacts[1].part(at)],
+            contacts: [contact(&self.contacts[0]), contact(&self.contacts[1])],
             speed_scale: g(&self.speed_scale),
             inv_speed_scale: g(&self.inv_speed_scale),
         }
@@ -167,16 +168,9 @@ impl<P: Part> PlainBogie<P> {
 
         let pull = self.pull * x[0];
         let turn = self.turn * x[1];
-        let touch =
-            leading.touch::<LAWS, SPIN>(&slip_1, factors_1, x[3], self.pull_a.mul_add(x[1], pull) + laid_1.push, turn);
-        [dx[8], dx[9]] = leading.creep::<SPIN>(by_1, touch, x[8], x[9]);
-        let touch = trailing.touch::<LAWS, SPIN>(
-            &slip_2,
-            factors_2,
-            x[5],
-            self.pull_a.neg_mul_add(x[1], pull) + laid_2.push,
-            turn,
-        );
-        [dx[10], dx[11]] = trailing.creep::<SPIN>(by_2, touch, x[10], x[11]);
+        let a_y = self.pull_a.mul_add(x[1], pull) + laid_1.push;
+        [dx[8], dx[9]] = leading.touch::<LAWS, SPIN>(by_1, &m_1, &slip_1, factors_1, [a_y, turn]);
+        let a_y = self.pull_a.neg_mul_add(x[1], pull) + laid_2.push;
+        [dx[10], dx[11]] = trailing.touch::<LAWS, SPIN>(by_2, &m_2, &slip_2, factors_2, [a_y, turn]);
     }
 }

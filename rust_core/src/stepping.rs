@@ -36,6 +36,21 @@ pub struct Stepping<'a, P, M> {
     watching: Watching<'a, P>,
 }
 
+/// The states at which the slopes k_2, k_3, k_4 of a step are taken, and these: in straight code what fits stays in
+/// registers.
+pub struct Stages<P> {
+    states: [[P; STATES]; 3],
+    slopes: [[P; STATES]; 3],
+}
+
+impl<P: Part> Stages<P> {
+    #[inline(always)]
+    pub fn empty() -> Self {
+        let none = [P::zero(); STATES];
+        Stages { states: [none; 3], slopes: [none; 3] }
+    }
+}
+
 /// What watches a part of the lanes.
 enum Watching<'a, P> {
     /// Every channel.
@@ -161,6 +176,54 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
         for i in 0..states - 2 * n {
             let middle = own_2[i] + own_3[i];
             own[i] = sixth.mul_add((own_1[i] + middle) + (middle + own_4[i]), own[i]);
+        }
+    }
+}
+
+/// A step of vehicles without states of their own, stage by stage, each at a row of the input table and its index.
+impl<P: Part, M: Moving<P>> Stepping<'_, P, M> {
+    /// k_1 at x, which is sampled, and the state at which k_2 is taken.
+    #[inline(always)]
+    pub fn first(&mut self, at: (usize, &[f64]), stages: &mut Stages<P>, sample: Option<usize>, watch: &mut Watch<'_>) {
+        self.rate(0, at.0, at.1);
+        if let Some(k) = sample {
+            self.sample(k, at.1, watch);
+        }
+        let n = self.moving.size().0.min(STATES / 2);
+        let (half, x, k_1, next) =
+            (self.ahead[0], &self.room.states[0].0, &self.room.slopes[0].0, &mut stages.states[0]);
+        for i in 0..n {
+            next[i] = half.mul_add(x[n + i], x[i]);
+            next[n + i] = half.mul_add(k_1[n + i], x[n + i]);
+        }
+    }
+
+    /// k_2 or k_3, and the state at which the slope after it is taken.
+    #[inline(always)]
+    pub fn next<const TURN: usize>(&mut self, at: (usize, &[f64]), stages: &mut Stages<P>) {
+        let n = self.moving.size().0.min(STATES / 2);
+        let (to, x) = (self.ahead[TURN], &self.room.states[0].0);
+        let Stages { states, slopes } = stages;
+        self.moving.rate(at.0, at.1, &mut states[TURN - 1], &mut slopes[TURN - 1]);
+        for i in 0..n {
+            states[TURN][i] = to.mul_add(states[TURN - 1][n + i], x[i]);
+            states[TURN][n + i] = to.mul_add(slopes[TURN - 1][n + i], x[n + i]);
+        }
+    }
+
+    /// k_4 and the step, as [`Stepping::step`] takes it.
+    #[inline(always)]
+    pub fn last(&mut self, at: (usize, &[f64]), stages: &mut Stages<P>) {
+        let n = self.moving.size().0.min(STATES / 2);
+        let Stages { states: [.., x_4], slopes: [k_2, k_3, k_4] } = stages;
+        self.moving.rate(at.0, at.1, x_4, k_4);
+        let ([sixth, square], h) = (self.sixth, self.ahead[2]);
+        let Room { states: [(x, _), ..], slopes: [(k_1, _), ..] } = &mut self.room;
+        for i in 0..n {
+            let middle = k_2[n + i] + k_3[n + i];
+            let sum = k_1[n + i] + middle;
+            x[i] = square.mul_add(sum, h.mul_add(x[n + i], x[i]));
+            x[n + i] = sixth.mul_add(sum + (middle + k_4[n + i]), x[n + i]);
         }
     }
 }

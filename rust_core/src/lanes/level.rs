@@ -22,6 +22,11 @@ impl Level {
         }
     }
 
+    /// The level at which so few lanes ride: four fill a register of AVX2, and half of one is no quicker than the whole.
+    pub fn filled(self, lanes: usize) -> Self {
+        if self == Level::V4 && lanes <= 4 { Level::V3 } else { self }
+    }
+
     fn best() -> Self {
         if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
             Level::V4
