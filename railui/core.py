@@ -18,6 +18,7 @@ Record = dict[str, Any]
 
 LANES: int = _core.LANES
 CURVES = ("measured_force", "profile_shape", "rolling_line")  # kinds whose parameters are lists
+ARITHMETIC = ("fused", "products", "sums", "choices", "roots", "quotients")
 LINKAGE: int = _core.LINKAGE  # the number of the place between both wheelsets of a bogie
 AGAINST = {"z": 0.0, "v": 1.0, "s": 2.0}
 RIG_INPUTS = {"force": 0.0, "base_displacement": 1.0, "base_acceleration": 2.0}
@@ -53,6 +54,15 @@ def parameters(kind: str) -> tuple[str, ...]:
 def simd() -> str:
     """The SIMD level in use: v4 (AVX-512), v3 (AVX2) or portable."""
     return _core.simd()
+
+
+def chains(roots: bool, rounds: int) -> int:
+    """Run chains of fused products, or of square roots, in registers on this thread; how many, counted per lane.
+
+    >>> chains(False, 200) == 2 * chains(False, 100)
+    True
+    """
+    return _core.chains(roots, rounds)
 
 
 def sources() -> str:
@@ -355,6 +365,26 @@ class Vehicles:
         shape = (n, points, len(cascades))
         shares = e.reshape(n, min(wheelsets, len(channels)), 3)
         return Rides(shares, rms.reshape(shape), blocks.reshape(n, points, -1 if points else 0), np.array(lost))
+
+    def arithmetic(
+        self,
+        batch: Batch,
+        table: Floats,
+        dt: float,
+        channels: Sequence[str],
+        clearance: Floats,
+        cascades: Sequence[Floats] = (),
+        *,
+        block: int = 0,
+        wheelsets: int = 2,
+    ) -> dict[str, int] | None:
+        """What a step of such a score asks of a lane where no wheel slides, one per sample; None but for plain bogies.
+
+        Fused products, products, sums, choices (the lesser, the greater, comparisons), square roots, quotients; signs
+        and magnitudes do not count. The kernel's own rate and sums count themselves.
+        """
+        counts = self._core.arithmetic(batch, table, dt, list(channels), clearance, list(cascades), block, wheelsets)
+        return None if counts is None else dict(zip(ARITHMETIC, counts, strict=True))
 
     def steps(self, batch: Batch, slowest: float, fastest: float, dt: float) -> list[int]:
         """RK4 steps per sample that each vehicle needs between two speeds [m/s]; ValueError where too many."""

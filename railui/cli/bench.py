@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from railui.cli.common import Invocation, options, refuse
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 
 @click.command("bench")
@@ -19,9 +22,10 @@ from railui.cli.common import Invocation, options, refuse
 def command(repetitions: int, study: bool, precision: bool, keep: str | None, call: Invocation) -> None:
     """Time the standard job, full and reduced: 64 bogies over 2 km of erri_b176_high at 40 m/s, and coaches there.
 
-    Nanoseconds are those of one step of one design on one thread. With --study: generations of 256 designs on
-    4 cases of 1 km, searched and stored, over the bare kernel for the same rides. With --precision: errors of e_1
-    with 1, 2, 4 and 8 steps per sample, at 40 m/s and a sample every 0.1 m.
+    Nanoseconds are those of one step of one design on one thread. Beside them: the share of the core's peak, what
+    threads gain, what every effect, the comfort filters and a call of the kernel cost. With --study: generations of
+    256 designs on 4 cases of 1 km, searched and stored, over the bare kernel for the same rides. With --precision:
+    errors of e_1 with 1, 2, 4 and 8 steps per sample, at 40 m/s and a sample every 0.1 m.
     """
     if sum((study, precision, keep is not None)) > 1:
         raise refuse("give one of --study, --precision and --keep")
@@ -34,12 +38,27 @@ def command(repetitions: int, study: bool, precision: bool, keep: str | None, ca
 
 
 def _standard(repetitions: int, keep: str | None, call: Invocation) -> None:
-    from rich.table import Table
-
-    from railui.study.bench import bench, told
+    from railui.study.bench import bench
+    from railui.study.costs import costs
+    from railui.study.peak import peak
 
     call.progress("running the standard job")
     found = bench(call.jobs, repetitions)
+    found["peak"] = peak({job: found[job]["ns_per_design_step"] for job in ("full", "reduced")}, repetitions)
+    call.progress("timing what its parts cost")
+    found |= costs(call.jobs, repetitions)
+    for part in (_jobs(found), _peak(found["peak"]), _scaling(found), _effects(found), _rest(found)):
+        call.show(part)
+    if keep is not None:
+        _kept(Path(keep), found, call)
+    call.emit(call.document("bench", found, seed=1))
+
+
+def _jobs(found: dict[str, Any]) -> Table:
+    from rich.table import Table
+
+    from railui.study.bench import told
+
     title = f"{found['designs']} designs, {found['lanes']} lanes, SIMD {found['simd']}"
     threads = f"designs/s, {found['threads']} threads"
     table = Table("job", "ns per design-step", "designs/s, 1 thread", threads, title=title)
@@ -47,10 +66,51 @@ def _standard(repetitions: int, keep: str | None, call: Invocation) -> None:
         table.add_row(*row)
     times = found["coach_to_bogie"]
     table.caption = f"a step of the coach of 17 degrees costs {times:.2f} times that of the full bogie"
-    call.show(table)
-    if keep is not None:
-        _kept(Path(keep), found, call)
-    call.emit(call.document("bench", found, seed=1))
+    return table
+
+
+def _scaling(found: dict[str, Any]) -> Table:
+    from rich.table import Table
+
+    table = Table("threads", "designs/s", "times one thread", title="full job, on 500 m")
+    for row in found["scaling"]:
+        table.add_row(str(row["threads"]), f"{row['designs_per_second']:.0f}", f"{row['times_one']:.2f}")
+    return table
+
+
+def _effects(found: dict[str, Any]) -> Table:
+    from rich.table import Table
+
+    table = Table(
+        "effects", "ns per design-step", "over none", "steps per sample", title="bogie without comfort, on 1 km"
+    )
+    for row in found["effects"]:
+        ns, over = f"{row['ns_per_design_step']:.1f}", f"{row['over_none']:+.1f}"
+        table.add_row(row["effects"], ns, over, str(row["steps"]))
+    return table
+
+
+def _peak(peak: dict[str, Any] | None) -> Table | str:
+    from rich.table import Table
+
+    if peak is None:
+        return "no share of the core's peak without vector instructions"
+    operations, roots = (1e-9 * peak[key] for key in ("operations_per_second", "roots_per_second"))
+    title = f"of the core's peak: {operations:.1f} operations per ns, {roots:.2f} square roots"
+    table = Table("job", "operations per design-step", "of peak", "square roots", "of theirs", title=title)
+    for job in ("full", "reduced"):
+        counts, shares = peak[job]["operations"], [peak[job][key] for key in ("share", "roots_share")]
+        of_peak, of_theirs = (f"{100 * share:.0f} %" for share in shares)
+        table.add_row(job, str(sum(counts.values())), of_peak, str(counts["roots"]), of_theirs)
+    return table
+
+
+def _rest(found: dict[str, Any]) -> str:
+    return (
+        f"comfort filters       {found['comfort_ns_per_design_step']:6.1f} ns per design-step\n"
+        f"crossing into Python  {found['crossing_us_per_call']:6.1f} us per call\n"
+        f"setting up            {found['setup_us_per_design']:6.1f} us per design"
+    )
 
 
 def _kept(file: Path, found: dict[str, Any], call: Invocation) -> None:

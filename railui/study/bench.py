@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.core import LANES, jobs_or_all, simd
+from railui.core import LANES, Batch, Rides, Vehicles, jobs_or_all, simd
 from railui.files.design import parse_design
 from railui.study.comfort_point import comfort_sections, felt
 from railui.study.model import Model
@@ -26,7 +27,8 @@ SPREAD: Final = 0.10
 SEED: Final = 1
 REPETITIONS: Final = 5  # of which the quickest counts: the others were disturbed
 SPEED: Final = 40.0  # m/s
-TRACK: Final = "erri_b176_high length=2000 seed=1"
+LENGTH: Final = 2000.0  # m
+TRACK: Final = "erri_b176_high length={} seed=1"
 REDUCED_TO_ZERO: Final = (
     *("contact.leading.contact_angle", "contact.trailing.contact_angle", "contact.spin_creep"),
     *("vehicle.wheelset.spin_inertia", "contact.leading.roll", "contact.trailing.roll"),
@@ -77,12 +79,59 @@ def spread(model: Model, count: int = DESIGNS) -> Floats:
     return rows
 
 
-def road(reduced: bool = False) -> Road:
-    """The road of the standard job; reduced: without cross-level."""
-    laid = lay(TRACK)
+def road(reduced: bool = False, length: float = LENGTH) -> Road:
+    """The road of the standard job, its first `length` [m]; reduced: without cross-level."""
+    laid = lay(TRACK.format(f"{length:g}"))
     if reduced:
         laid = Laid(Track(laid.track.s, laid.track.yw), f"{laid.name}, no cross-level")
     return Road(laid, SPEED)
+
+
+@dataclass(frozen=True)
+class Rolling:
+    """Vehicles on a road with one step of RK4 per sample, and what is summed along it."""
+
+    vehicles: Vehicles
+    batch: Batch
+    table: Floats
+    dt: float
+    channels: Sequence[str]
+    clearance: Floats
+    sections: Mapping[str, Floats]
+    block: int
+    wheelsets: int
+
+    def ride(self, jobs: int = 1) -> Rides:
+        """Their statistics."""
+        return self.vehicles.score(
+            self.batch, self.table, self.dt, 1, self.channels, self.clearance, list(self.sections.values()),
+            block=self.block, jobs=jobs, wheelsets=self.wheelsets,
+        )  # fmt: skip
+
+    def arithmetic(self) -> dict[str, int] | None:
+        """What a step asks of a lane: see `Vehicles.arithmetic`."""
+        return self.vehicles.arithmetic(
+            self.batch, self.table, self.dt, self.channels, self.clearance, list(self.sections.values()),
+            block=self.block, wheelsets=self.wheelsets,
+        )  # fmt: skip
+
+
+def rolling(model: Model, rows: Floats, way: Road, comfort: bool = True) -> Rolling:
+    """Vehicles as a score needs them; without `comfort` the displacements of their wheelsets alone."""
+    wheels, points = displacements(model), felt(model) if comfort else ()
+    sections = comfort_sections(model, rows, way.dt) if comfort else {}
+    return Rolling(
+        model.vehicles(), model.batch(rows), way.table(model.half_wheelbase(), 1), way.dt, (*wheels, *points),
+        np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]]),
+        {name: np.ascontiguousarray(each) for name, each in sections.items()},
+        block=round(BLOCK / way.dt) if comfort else 0, wheelsets=len(wheels),
+    )  # fmt: skip
+
+
+def rolling_reduced(rows: Floats) -> Rolling:
+    """The bogies of the reduced job, with e_1 alone."""
+    bogies = rolling(bogie(reduced=True), rows, road(reduced=True), comfort=False)
+    return replace(bogies, channels=SCORED[:1], wheelsets=1)
 
 
 def full_job(rows: Floats, jobs: int) -> Callable[[], Floats]:
@@ -95,24 +144,16 @@ def coach_job(rows: Floats, jobs: int) -> Callable[[], Floats]:
     return scored(coach(), rows, jobs)
 
 
-def scored(model: Model, rows: Floats, jobs: int) -> Callable[[], Floats]:
+def scored(model: Model, rows: Floats, jobs: int, length: float = LENGTH) -> Callable[[], Floats]:
     """The whole score [n] of vehicles on the road of the standard job, at their worst comfort point."""
-    way, wheels, points = road(), displacements(model), felt(model)
-    vehicles, batch, table = model.vehicles(), model.batch(rows), way.table(model.half_wheelbase(), 1)
-    clearance = np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]])
-    sections = {name: np.ascontiguousarray(each) for name, each in comfort_sections(model, rows, way.dt).items()}
-    block = round(BLOCK / way.dt)
-    riding = model.design.riding
+    vehicles, riding = rolling(model, rows, road(length=length)), model.design.riding
 
     def run() -> Floats:
-        found = vehicles.score(
-            batch, table, way.dt, 1, (*wheels, *points), clearance, list(sections.values()), block=block, jobs=jobs,
-            wheelsets=len(wheels),
-        )  # fmt: skip
+        found = vehicles.ride(jobs)
         e = found.displacement
-        statistics = {name: found.rms[:, :, i].max(axis=1) for i, name in enumerate(sections)}
+        statistics = {name: found.rms[:, :, i].max(axis=1) for i, name in enumerate(vehicles.sections)}
         statistics |= {"mean_e": e[..., 0], "sd_e": e[..., 1], "flange_fractions": e[..., 2]}
-        told = score_many(statistics | {"diverged": found.diverged >= 0}, riding, float(clearance[0]))
+        told = score_many(statistics | {"diverged": found.diverged >= 0}, riding, float(vehicles.clearance[0]))
         return told["score"]
 
     return run
@@ -120,12 +161,10 @@ def scored(model: Model, rows: Floats, jobs: int) -> Callable[[], Floats]:
 
 def reduced_job(rows: Floats, jobs: int) -> Callable[[], Floats]:
     """The rms [n] of e_1 alone."""
-    model, way = bogie(reduced=True), road(reduced=True)
-    vehicles, batch, table = model.vehicles(), model.batch(rows), way.table(model.half_wheelbase(), 1)
-    clearance = np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]])
+    vehicles = rolling_reduced(rows)
 
     def run() -> Floats:
-        e = vehicles.score(batch, table, way.dt, 1, SCORED[:1], clearance, jobs=jobs).displacement[:, 0]
+        e = vehicles.ride(jobs).displacement[:, 0]
         return np.hypot(e[:, 0], e[:, 1])
 
     return run

@@ -3,6 +3,7 @@ pub mod error;
 pub mod spline;
 pub mod sections;
 pub mod lanes;
+pub mod peak;
 pub mod profile;
 pub mod effects;
 pub mod wheelset;
@@ -30,6 +31,7 @@ pub mod ride;
 pub mod watch;
 pub mod stepping;
 pub mod integrate;
+pub mod arithmetic;
 pub mod compare;
 pub mod many;
 

@@ -1,10 +1,11 @@
 //! Groups over threads: designs, perturbed parameters, candidates.
+use crate::arithmetic::of_a_step;
 use crate::compare::{Filter, filtered, sense};
 use crate::course::Course;
 use crate::curve::{Stand, Statics};
 use crate::error::{Error, Result, expect_len};
 use crate::integrate::run;
-use crate::lanes::{Job, LANES, Lanes, Part, Portable, dispatch, level};
+use crate::lanes::{Counts, Job, LANES, Lanes, Part, Portable, dispatch, level};
 use crate::ride::{Sums, cascade};
 use crate::structure::{Single, Structure};
 use crate::vehicle::{Group, STATES};
@@ -211,24 +212,37 @@ pub struct Weighing<'a> {
     pub block: usize,
 }
 
+impl Weighing<'_> {
+    /// The sums of vehicles that step together.
+    fn sums(&self, many: &Many<'_>, some: Abreast, samples: usize) -> Result<Sums> {
+        expect_len("clearances", self.clearance.len(), many.count)?;
+        let clearance = Lanes::from_fn(|l| self.clearance[some.of(l)]);
+        let lanes = |all: &&[f64]| {
+            let n = all.len() / many.count;
+            cascade(&(some.from..some.from + some.live).map(|i| &all[i * n..(i + 1) * n]).collect::<Vec<_>>())
+        };
+        let cascades = self.cascades.iter().map(lanes).collect::<Result<_>>()?;
+        let wheelsets = self.wheelsets.min(self.channels.len());
+        Ok(Sums::new(samples, clearance, [wheelsets, self.channels.len() - wheelsets], cascades, self.block))
+    }
+}
+
+/// What a step of such a ride asks of every lane; None of vehicles that are no plain bogies.
+pub fn arithmetic(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>) -> Result<Option<Counts>> {
+    let first = Abreast { from: 0, live: many.count.min(LANES) };
+    let sums = weighing.sums(many, first, course.samples())?;
+    Ok(of_a_step(&many.group(first, &weighing.channels)?, course, &sums))
+}
+
 /// The statistics of every vehicle's ride along a course.
 pub fn score(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>, cancel: &AtomicBool) -> Result<Scores> {
     let samples = course.samples();
-    let wheelsets = weighing.wheelsets.min(weighing.channels.len());
-    let points = weighing.channels.len() - wheelsets;
-    expect_len("clearances", weighing.clearance.len(), many.count)?;
     let parts: Vec<_> = many
         .abreast()
         .into_par_iter()
         .map(|some| {
             let group = many.group(some, &weighing.channels)?;
-            let clearance = Lanes::from_fn(|l| weighing.clearance[some.of(l)]);
-            let lanes = |all: &&[f64]| {
-                let n = all.len() / many.count;
-                cascade(&(some.from..some.from + some.live).map(|i| &all[i * n..(i + 1) * n]).collect::<Vec<_>>())
-            };
-            let cascades = weighing.cascades.iter().map(lanes).collect::<Result<_>>()?;
-            let mut sums = Sums::new(samples, clearance, [wheelsets, points], cascades, weighing.block);
+            let mut sums = weighing.sums(many, some, samples)?;
             let lost = run(&group, course, &many.initial(some), some.live, Watch::Sums(&mut sums), cancel)?;
             Ok::<_, Error>((sums, lost, some.live))
         })

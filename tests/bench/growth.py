@@ -23,10 +23,10 @@ import numpy as np
 
 from railui.core import simd
 from railui.files.design import Design, load_design, parse_design
-from railui.study.bench import SPEED, bogie, coach, quickest, spread
+from railui.study.bench import SPEED, bogie, coach, spread
+from railui.study.costs import effects, scaling
 from railui.study.history import commit, machine
 from railui.study.model import Model
-from railui.study.precision import cases
 from railui.study.ride import road_of
 from railui.study.streamed import statistics_many
 from tests.bench.page import write_after
@@ -40,17 +40,17 @@ MANY, FAR = 1_000_000, 100  # designs, km: what an overnight search is asked for
 NIGHT = 12.0  # h
 
 
-def timed(run: Callable[[], object], clock: Callable[[], float] = time.process_time, times: int = 3) -> float:
-    """The least time [s] of some runs."""
+def timed(run: Callable[[], object], times: int = 3) -> float:
+    """The least processor time [s] of some runs."""
     found = []
     for _ in range(times):
-        begun = clock()
+        begun = time.process_time()
         run()
-        found.append(clock() - begun)
+        found.append(time.process_time() - begun)
     return min(found)
 
 
-def ridden(model: Model, count: int, length: float, jobs: int = 1, clock: Any = time.process_time) -> dict[str, Any]:
+def ridden(model: Model, count: int, length: float) -> dict[str, Any]:
     """Whole scores of `count` vehicles over `length` [m], as a search rides them."""
     begun = time.process_time()
     road = road_of(TRACK.format(f"{length:g}"), SPEED)
@@ -59,9 +59,8 @@ def ridden(model: Model, count: int, length: float, jobs: int = 1, clock: Any = 
     road.table(model.half_wheelbase(), steps)
     laid = time.process_time() - begun
     given = np.full(count, steps)
-    seconds = timed(
-        lambda: statistics_many(model, rows, road, steps=given, jobs=jobs), clock, 1 if count > 20_000 else 3
-    )
+    run = partial(statistics_many, model, rows, road, steps=given, jobs=1)
+    seconds = timed(run, 1 if count > 20_000 else 3)
     return {
         "ns": 1e9 * seconds / (count * (len(road.track) - 1) * steps),
         "seconds": seconds,
@@ -81,24 +80,6 @@ def rig(count: int) -> dict[str, Any]:
     return {"ns": 1e9 * timed(run) / (count * (samples - 1)), "steps": 1}
 
 
-def effects() -> list[dict[str, Any]]:
-    """The bogie with each effect alone, without comfort, in turns in one process: their differences are small."""
-    road, jobs = road_of(TRACK.format(500), SPEED), []
-    for vehicle, names, design in cases():
-        if vehicle == "bogie":
-            model = Model(design)
-            rows = np.tile(model.row, (256, 1))
-            steps = model.vehicles().steps(model.single(), SPEED, SPEED, road.dt)[0]
-            way = road.table(model.half_wheelbase(), steps), road.dt, steps, ("e1", "e2"), np.full(256, 7e-3)
-            jobs.append((names, steps, partial(model.vehicles().score, model.batch(rows), *way, jobs=1)))
-    seconds = quickest([run for _, _, run in jobs], 7, time.process_time)
-    each = 256 * (len(road.track) - 1)
-    return [
-        {"value": names, "steps": steps, "ns": 1e9 * time / (each * steps)}
-        for (names, steps, _), time in zip(jobs, seconds, strict=True)
-    ]
-
-
 def measure(what: str, value: Any) -> dict[str, Any]:
     """One row, in this process."""
     if what == "length":
@@ -106,9 +87,9 @@ def measure(what: str, value: Any) -> dict[str, Any]:
     if what == "designs":
         return ridden(bogie(), value, 200)
     if what == "threads":
-        return ridden(bogie(), 256, 2000, value, time.perf_counter)
+        return {"rows": scaling(value, 256, 2000.0, 3)}
     if what == "effects":
-        return {"rows": effects()}
+        return {"rows": effects(256, 500.0, 7)}
     if value == 1:
         return rig(64)
     models = {6: bogie, 17: coach} | {n: partial(_bundled, name) for n, name in VEHICLES.items()}
@@ -164,16 +145,16 @@ def tables() -> Iterator[str]:
         [(names[n], str(n), f"{r['ns']:.1f}", str(r["steps"])) for n, r in freedoms.items()],
     )
     yield "## Threads: 256 bogies, 2 km, wall time"
-    found = [row("threads", n) for n in range(1, (os.cpu_count() or 1) + 1)]
+    found = row("threads", os.cpu_count() or 1)["rows"]
     yield table(
-        ("threads", "seconds", "times one thread"),
-        [(str(r["value"]), f"{r['seconds']:.2f}", f"{found[0]['seconds'] / r['seconds']:.2f}") for r in found],
+        ("threads", "designs/s", "times one thread"),
+        [(str(r["threads"]), f"{r['designs_per_second']:.0f}", f"{r['times_one']:.2f}") for r in found],
     )
     yield "## Effects: 256 bogies with one effect each, 500 m, without comfort, one thread"
     found = row("effects", 0)["rows"]
     yield table(
         ("effect", "ns per design-step", "over none", "steps per sample"),
-        [(r["value"], f"{r['ns']:.1f}", f"{r['ns'] - found[0]['ns']:+.1f}", str(r["steps"])) for r in found],
+        [(r["effects"], f"{r['ns_per_design_step']:.1f}", f"{r['over_none']:+.1f}", str(r["steps"])) for r in found],
     )
     yield f"## {MANY:,} designs over {FAR} km"
     steps = MANY * FAR * 10_000.0

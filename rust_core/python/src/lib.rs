@@ -16,6 +16,7 @@ use railui_core::error::Error;
 use railui_core::kinds;
 use railui_core::lanes;
 use railui_core::many::{self, Many, Weighing};
+use railui_core::peak::{self, Links};
 use railui_core::structure::{Placed, Structure};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::{BTreeMap, HashMap};
@@ -189,6 +190,13 @@ fn simd() -> &'static str {
     lanes::level().name()
 }
 
+/// Run so many rounds of chains of arithmetic in registers, fused products or square roots; returns how many operations
+/// that were, counted per lane.
+#[pyfunction]
+fn chains(py: Python<'_>, roots: bool, rounds: usize) -> u64 {
+    py.detach(|| peak::chains(if roots { Links::Roots } else { Links::Fused }, rounds))
+}
+
 /// Hash of the sources that this kernel was built from.
 #[pyfunction]
 fn sources() -> &'static str {
@@ -268,6 +276,23 @@ fn filter(parts: FilterParts<'_>) -> PyResult<Filter> {
     })
 }
 
+/// What is summed along the rides of so many vehicles.
+fn weighing<'a>(
+    count: usize,
+    channels: Vec<String>,
+    wheelsets: usize,
+    clearance: &'a PyReadonlyArray1<'_, f64>,
+    cascades: &'a [PyReadonlyArray3<'_, f64>],
+    block: usize,
+) -> PyResult<Weighing<'a>> {
+    if let Some(odd) = cascades.iter().map(|c| c.shape()).find(|shape| shape[0] != count || shape[2] != 6) {
+        let what = format!("a cascade is [vehicle, section, 6]: {odd:?} given for {count} vehicles");
+        return Err(PyValueError::new_err(what));
+    }
+    let cascades = cascades.iter().map(|c| c.as_slice()).collect::<Result<_, _>>()?;
+    Ok(Weighing { channels, wheelsets, clearance: clearance.as_slice()?, cascades, block })
+}
+
 /// Vehicles of one structure: a kind, the effects placed on it, the measured forces of the coach.
 #[pyclass(frozen)]
 struct Vehicle {
@@ -345,17 +370,7 @@ impl Vehicle {
         let many = rows.of(&self.structure);
         let course = Course::new(table.as_slice()?, table.shape()[1], steps, dt);
         course.check(self.structure.columns()).map_err(raised)?;
-        let weighing = Weighing {
-            channels,
-            wheelsets,
-            clearance: clearance.as_slice()?,
-            cascades: cascades.iter().map(|c| c.as_slice()).collect::<Result<_, _>>()?,
-            block,
-        };
-        if let Some(odd) = cascades.iter().map(|c| c.shape()).find(|shape| shape[0] != many.count || shape[2] != 6) {
-            let what = format!("a cascade is [vehicle, section, 6]: {odd:?} given for {} vehicles", many.count);
-            return Err(PyValueError::new_err(what));
-        }
+        let weighing = weighing(many.count, channels, wheelsets, &clearance, &cascades, block)?;
         let scores = away(py, jobs, |cancel| many::score(&many, &course, &weighing, cancel))?;
         let flat = |x: Vec<Vec<f64>>| PyArray1::from_vec(py, x.concat());
         Ok((
@@ -364,6 +379,29 @@ impl Vehicle {
             flat(scores.blocks),
             scores.diverged.into_iter().map(|k| k.map_or(-1, |k| k as i64)).collect(),
         ))
+    }
+
+    /// What a step of such a score asks of every lane: fused products, products, sums, choices, square roots, quotients;
+    /// None of vehicles that are no plain bogies.
+    #[allow(clippy::too_many_arguments)]
+    fn arithmetic(
+        &self,
+        batch: Batch<'_>,
+        table: Matrix<'_>,
+        dt: f64,
+        channels: Vec<String>,
+        clearance: PyReadonlyArray1<'_, f64>,
+        cascades: Vec<PyReadonlyArray3<'_, f64>>,
+        block: usize,
+        wheelsets: usize,
+    ) -> PyResult<Option<[u64; 6]>> {
+        let rows = batch.rows()?;
+        let many = rows.of(&self.structure);
+        let course = Course::new(table.as_slice()?, table.shape()[1], 1, dt);
+        course.check(self.structure.columns()).map_err(raised)?;
+        let weighing = weighing(many.count, channels, wheelsets, &clearance, &cascades, block)?;
+        let counts = many::arithmetic(&many, &course, &weighing).map_err(raised)?;
+        Ok(counts.map(|c| [c.fused, c.products, c.sums, c.choices, c.roots, c.quotients]))
     }
 
     /// RK4 steps per sample that each vehicle needs between two speeds.
@@ -480,6 +518,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(creep_forces, m)?)?;
     m.add_function(wrap_pyfunction!(parameters, m)?)?;
     m.add_function(wrap_pyfunction!(simd, m)?)?;
+    m.add_function(wrap_pyfunction!(chains, m)?)?;
     m.add_function(wrap_pyfunction!(sources, m)?)?;
     m.add("LINKAGE", LINKAGE)?;
     m.add("LANES", lanes::LANES)

@@ -1,11 +1,13 @@
 //! Sixteen numbers side by side: the only folder that knows SIMD.
 //!
 //! A law is written once, generic over a [`Part`]; [`dispatch`] compiles it for each level of the machine.
+mod counted;
 mod intel;
 mod level;
 mod pair;
 mod portable;
 
+pub use counted::{Counted, Counts, counting};
 pub use level::{Job, Level, dispatch, level};
 pub use portable::Portable;
 use std::ops::{Add, Div, Mul, Neg, Sub};
