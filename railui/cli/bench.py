@@ -72,7 +72,7 @@ def _jobs(found: dict[str, Any]) -> Table:
 def _scaling(found: dict[str, Any]) -> Table:
     from rich.table import Table
 
-    table = Table("threads", "designs/s", "times one thread", title="full job, on 500 m")
+    table = Table("threads", "designs/s", "times one thread", title="full job, 500 m")
     for row in found["scaling"]:
         table.add_row(str(row["threads"]), f"{row['designs_per_second']:.0f}", f"{row['times_one']:.2f}")
     return table
@@ -82,7 +82,7 @@ def _effects(found: dict[str, Any]) -> Table:
     from rich.table import Table
 
     table = Table(
-        "effects", "ns per design-step", "over none", "steps per sample", title="bogie without comfort, on 1 km"
+        "effects", "ns per design-step", "over none", "steps", title="bogie without comfort, 1 km; steps per sample"
     )
     for row in found["effects"]:
         ns, over = f"{row['ns_per_design_step']:.1f}", f"{row['over_none']:+.1f}"

@@ -1,7 +1,7 @@
 """How the cost of a ride grows: with length, designs, degrees of freedom, effects and threads: make growth.
 
-python -m tests.bench.growth [--write docs/growth.md]: every row in a process of its own, so that its peak memory is its
-own; processor time, the quickest of three, but wall time for threads.
+python -m tests.bench.growth [--write docs/growth.md]: every row that tells its peak memory in a process of its own;
+processor time, the quickest of three, but wall time for threads; effects and threads as `railui bench` times them.
 """
 
 from __future__ import annotations
