@@ -31,7 +31,7 @@ fn rates_and_sample<const LAWS: bool, const SPIN: bool>(
     course: &Course<'_>,
     sums: &Sums,
 ) -> Counts {
-    let part = bogie.part::<Counted>(0);
+    let part = bogie.part::<Counted, SPIN>(0);
     let mut at = part.at_speed(course.row(0)[1]);
     let mut growing = Growing::new(sums, group, 0);
     let (x, mut dx) = ([Counted::zero(); STATES], [Counted::zero(); STATES]);
