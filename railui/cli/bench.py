@@ -82,7 +82,7 @@ def _effects(found: dict[str, Any]) -> Table:
     from rich.table import Table
 
     table = Table(
-        "effects", "ns per design-step", "over none", "steps", title="bogie without comfort, 1 km; steps per sample"
+        "effects", "ns per design-step", "over none", "steps", title="the bogie with one effect each, 1 km, without comfort"
     )
     for row in found["effects"]:
         ns, over = f"{row['ns_per_design_step']:.1f}", f"{row['over_none']:+.1f}"
