@@ -81,9 +81,7 @@ def _scaling(found: dict[str, Any]) -> Table:
 def _effects(found: dict[str, Any]) -> Table:
     from rich.table import Table
 
-    table = Table(
-        "effects", "ns per design-step", "over none", "steps", title="the bogie with one effect each, 1 km, without comfort"
-    )
+    table = Table("effects", "ns per design-step", "over none", "steps", title="one effect each, 1 km, without comfort")
     for row in found["effects"]:
         ns, over = f"{row['ns_per_design_step']:.1f}", f"{row['over_none']:+.1f}"
         table.add_row(row["effects"], ns, over, str(row["steps"]))
