@@ -224,7 +224,7 @@ def test_the_standard_job_is_timed() -> None:
     found = document(run("bench", "--repetitions", "1", "--json", "-"))
     for job in ("full", "reduced"):
         assert found[job]["ns_per_design_step"] == pytest.approx(1e9 / (found[job]["designs_per_second"] * 19999))
-    assert {"lanes", "simd", "threads", "comfort_ns_per_design_step", "crossing_us_per_call"} <= set(found)
+    assert {"lanes", "simd", "threads", "alone", "comfort_ns_per_design_step", "crossing_us_per_call"} <= set(found)
     assert [row["threads"] for row in found["scaling"]] == list(range(1, found["threads"] + 1))
     assert found["peak"] is None or found["peak"]["full"]["share"] > 0
 

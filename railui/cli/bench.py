@@ -104,7 +104,10 @@ def _peak(peak: dict[str, Any] | None) -> Table | str:
 
 
 def _rest(found: dict[str, Any]) -> str:
+    alone = found["alone"]
     return (
+        f"one design alone      {alone['full_ms']:6.2f} ms for 2 km, {alone['reduced_ms']:.2f} ms reduced\n"
+        f"15 parameters         {alone['jacobian_of_15']:6.2f} times that, all their differences\n"
         f"comfort filters       {found['comfort_ns_per_design_step']:6.1f} ns per design-step\n"
         f"crossing into Python  {found['crossing_us_per_call']:6.1f} us per call\n"
         f"setting up            {found['setup_us_per_design']:6.1f} us per design"

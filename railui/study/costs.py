@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from railui.core import LANES, jobs_or_all
-from railui.study.bench import DESIGNS, LENGTH, REPETITIONS, bogie, quickest, road, rolling, scored, spread
+from railui.study.bench import DESIGNS, LENGTH, REPETITIONS, bogie, quickest, reduced_job, road, rolling, scored, spread
 from railui.study.model import Model
 from railui.study.precision import cases
 from railui.study.streamed import SCORED
@@ -19,9 +19,8 @@ from railui.study.streamed import SCORED
 KILOMETRE: Final = 1000.0  # m, for effects: what a design costs beside its steps is below 1 ns per step there
 MIDDLE: Final = 500.0  # m, for threads
 GROUPS: Final = 8  # of sixteen, per thread: few enough to be quick, enough to share them evenly
-CALLS: Final = (
-    10  # at a time, so many times as often as all else: each is too short for the clock, and easily disturbed
-)
+PARAMETERS: Final = 15  # varied one by one beside the vehicle itself: sixteen lanes
+CALLS: Final = 10  # at a time, so many times as often as all else: too short for the clock, and easily disturbed
 
 
 def costs(jobs: int | None = None, repetitions: int = REPETITIONS) -> dict[str, Any]:
@@ -30,6 +29,7 @@ def costs(jobs: int | None = None, repetitions: int = REPETITIONS) -> dict[str, 
         "scaling": scaling(jobs_or_all(jobs), repetitions=repetitions),
         "effects": effects(repetitions=repetitions),
         "comfort_ns_per_design_step": comfort(repetitions=repetitions),
+        "alone": alone(repetitions=repetitions),
         **call(repetitions),
     }
 
@@ -83,6 +83,18 @@ def comfort(designs: int = DESIGNS, length: float = LENGTH, repetitions: int = R
     rows, way = spread(bogie(), designs), road(length=length)
     whole, bare = quickest([rolling(bogie(), rows, way, yes).ride for yes in (True, False)], repetitions)
     return 1e9 * (whole - bare) / (designs * (len(way.track) - 1))
+
+
+def alone(length: float = LENGTH, repetitions: int = REPETITIONS) -> dict[str, float]:
+    """One design by itself on 2 km: milliseconds of the full and of the reduced job, and how many times the full one
+    takes a Jacobian by differences over fifteen parameters, all sixteen side by side; on one thread."""
+
+    def full(designs: int) -> Callable[[], object]:
+        return scored(bogie(), spread(bogie(), designs), 1, length)
+
+    runs = full(1), reduced_job(spread(bogie(reduced=True), 1), 1), full(1 + PARAMETERS)
+    one, reduced, all_ = quickest(runs, 2 * repetitions)
+    return {"full_ms": 1e3 * one, "reduced_ms": 1e3 * reduced, "jacobian_of_15": all_ / one}
 
 
 def call(repetitions: int = REPETITIONS) -> dict[str, float]:
