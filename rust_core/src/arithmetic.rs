@@ -15,7 +15,7 @@ const SLOPES: [usize; 4] = [0, 1, 1, 2];
 /// What a step and its sample ask of every lane at the begin of a course, from rest, where no wheel slides; None of
 /// vehicles whose rate is not that of a plain bogie.
 pub fn of_a_step(group: &Group, course: &Course<'_>, sums: &Sums) -> Option<Counts> {
-    let bogie = group.plain.as_ref().filter(|_| group.forces.is_empty())?;
+    let bogie = group.plain.as_ref().filter(|bogie| bogie.whole() && group.forces.is_empty())?;
     let counts = match (bogie.laws, bogie.spin || !course.level) {
         (true, true) => rates_and_sample::<true, true>(bogie, group, course, sums),
         (false, true) => rates_and_sample::<false, true>(bogie, group, course, sums),
@@ -35,10 +35,10 @@ fn rates_and_sample<const LAWS: bool, const SPIN: bool>(
     let mut at = part.at_speed(course.row(0)[1]);
     let mut growing = Growing::new(sums, group, 0);
     let (x, mut dx) = ([Counted::zero(); STATES], [Counted::zero(); STATES]);
-    part.rate::<LAWS, SPIN>(0, course.row(0), &mut at, &x, &mut dx); // the step before has laid its row
+    part.rate::<LAWS, true, SPIN>(0, course.row(0), &mut at, &x, &mut dx); // the step before has laid its row
     counting(|| {
         for index in SLOPES {
-            part.rate::<LAWS, SPIN>(index, course.row(index), &mut at, &x, &mut dx);
+            part.rate::<LAWS, true, SPIN>(index, course.row(index), &mut at, &x, &mut dx);
         }
         growing.sample(course.row(0), &x, &dx);
     })

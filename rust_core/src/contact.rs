@@ -122,6 +122,11 @@ impl Contact<Lanes> {
         self
     }
 
+    /// Does the saturation act in full in every lane?
+    pub fn whole(&self) -> bool {
+        self.share == Lanes::splat(1.0)
+    }
+
     /// The acceleration per phi_w by gravitation, and by springs of [`Contact::held`] were it to stand on the line.
     pub fn leaning(&self, lateral: &Lanes) -> Lanes {
         Lanes::from_fn(|l| self.gravity.0[l] - lateral.0[l] * self.r.0[l])
@@ -207,24 +212,24 @@ impl<P: Part> Contact<P> {
         Slip { e, tx, ty: [ty - self.angle, ty + self.angle] }
     }
 
-    /// The factors of the creep forces of both wheels, one without `LAWS`: 1 - q/3 + q^2/27 for q < 3, else 1/q, in units of
-    /// the limit; of a share of the saturation as much of what it takes off.
+    /// The factors of the creep forces of both wheels, one without `LAWS`: 1 - q + q^2/3 for q < 1, else 1/(3 q), q in units
+    /// of [`UNIT`] limits; of a share of the saturation as much of what it takes off, unless it is `WHOLE` in all lanes.
     #[inline(always)]
-    pub fn factors<const LAWS: bool, const SPIN: bool>(&self, slip: &Slip<P>) -> [P; 2] {
+    pub fn factors<const LAWS: bool, const WHOLE: bool, const SPIN: bool>(&self, slip: &Slip<P>) -> [P; 2] {
         let Slip { tx, ty, .. } = *slip;
         if !LAWS {
             return [P::splat(1.0); 2];
         }
         if SPIN {
-            return self.saturation(tx, ty);
+            return self.saturation::<WHOLE, 2>(tx, ty);
         }
-        let [f] = self.saturation(tx, [ty[0]]);
+        let [f] = self.saturation::<WHOLE, 1>(tx, [ty[0]]);
         [f, f]
     }
 
     /// Of wheels of one t_x, creep forces in units of [`UNIT`] limits.
     #[inline(always)]
-    fn saturation<const N: usize>(&self, tx: P, ty: [P; N]) -> [P; N] {
+    fn saturation<const WHOLE: bool, const N: usize>(&self, tx: P, ty: [P; N]) -> [P; N] {
         let (one, third) = (P::splat(1.0), P::splat(1.0 / 3.0));
         let along = tx * tx;
         // loops, for closures inside array functions would not be compiled for the level
@@ -233,13 +238,20 @@ impl<P: Part> Contact<P> {
         for i in 0..N {
             square[i] = ty[i].mul_add(ty[i], along);
             q[i] = square[i].sqrt();
-            factor[i] = self.share.neg_mul_add(q[i], self.share_third.mul_add(square[i], one));
+            factor[i] = if WHOLE {
+                third.mul_add(square[i], one) - q[i]
+            } else {
+                self.share.neg_mul_add(q[i], self.share_third.mul_add(square[i], one))
+            };
             largest = if i == 0 { square[0] } else { largest.max(square[i]) };
         }
         // full sliding is rare: its divisions are made only where a lane slides
         if largest.any_from(one) {
             for i in 0..N {
-                let sliding = self.share.mul_add(third / q[i].max(third) - one, one);
+                let mut sliding = third / q[i].max(third);
+                if !WHOLE {
+                    sliding = self.share.mul_add(sliding - one, one);
+                }
                 factor[i] = square[i].if_less(one, factor[i], sliding);
             }
         }

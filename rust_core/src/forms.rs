@@ -92,14 +92,17 @@ impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Moving<P> f
 
     #[inline(always)]
     fn rate(&mut self, index: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]) {
-        self.bogie.rate::<LAWS, SPIN>(index, row, &mut self.at_speed, x, dx);
         if PORTS {
+            self.bogie.rate::<LAWS, false, SPIN>(index, row, &mut self.at_speed, x, dx);
             self.group.act::<P, true>(self.at, row, x, dx);
+        } else {
+            self.bogie.rate::<LAWS, true, SPIN>(index, row, &mut self.at_speed, x, dx);
         }
     }
 }
 
-/// Another vehicle whose contacts are fused, with or without laws there, of the size of a coach or of any.
+/// Another vehicle whose contacts are fused, with or without laws there; of the size of a coach, where saturations act in
+/// full, or of any.
 pub struct Fused<const LAWS: bool, const COACH: bool>;
 
 impl<const LAWS: bool, const COACH: bool> Form for Fused<LAWS, COACH> {
@@ -123,6 +126,6 @@ impl<P: Part, const LAWS: bool, const COACH: bool> Moving<P> for FusedPart<'_, P
 
     #[inline(always)]
     fn rate(&mut self, index: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]) {
-        self.0.rate::<LAWS>(index, row, x, dx);
+        self.0.rate::<LAWS, COACH>(index, row, x, dx);
     }
 }

@@ -165,13 +165,19 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
 
     /// dx[n ..] = accelerations and rates of own states at a row of the input table; x has room behind its states.
     #[inline(always)]
-    pub fn rate<const LAWS: bool>(&mut self, index: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]) {
+    pub fn rate<const LAWS: bool, const WHOLE: bool>(
+        &mut self,
+        index: usize,
+        row: &[f64],
+        x: &mut [P; STATES],
+        dx: &mut [P; STATES],
+    ) {
         if index != self.laid_at {
             self.lay(index, row);
         }
         self.suspension.wheelsets(x, &self.laid, dx);
         for wheels in &self.wheelsets {
-            self.touch::<LAWS>(wheels, x, dx);
+            self.touch::<LAWS, WHOLE>(wheels, x, dx);
         }
         // a contact is a long chain: these rows fill the time that its square roots take
         self.suspension.bodies(x, &self.laid, dx);
@@ -188,12 +194,12 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
 
     /// What a wheelset does on the rails joins its suspension.
     #[inline(always)]
-    fn touch<const LAWS: bool>(&self, wheels: &Wheels<P>, x: &[P; STATES], dx: &mut [P; STATES]) {
+    fn touch<const LAWS: bool, const WHOLE: bool>(&self, wheels: &Wheels<P>, x: &[P; STATES], dx: &mut [P; STATES]) {
         let Wheels { places: [y, psi, vy, vpsi], contact, damping, line, slopes, .. } = wheels;
         let (contact, at_speed) = &self.contacts[*contact];
         let motion = Motion { y: y.of(x) - *line, psi: psi.of(x), vy: vy.of(x), vpsi: vpsi.of(x) };
         let slip = contact.slip::<true>(at_speed, &motion, *slopes);
-        let factors = contact.factors::<LAWS, true>(&slip);
+        let factors = contact.factors::<LAWS, WHOLE, true>(&slip);
         let given = [damping.mul_add(motion.vy, vy.of(dx)), vpsi.of(dx)];
         let [a_y, a_psi] = contact.touch::<LAWS, true>(at_speed, &motion, &slip, factors, given);
         vy.put(dx, a_y);

@@ -1,5 +1,6 @@
 //! RK4 steps of a group along an input table.
 use crate::coach;
+use crate::contact::Contact;
 use crate::course::Course;
 use crate::error::{Error, Result};
 use crate::forms::{Bogie, Form, Fused, General, Moving, Turns};
@@ -69,11 +70,11 @@ impl Run<'_, '_> {
     /// In the form that fits the group.
     fn begin(self) {
         let group = self.group;
-        let ports = !group.forces.is_empty();
         if level() == Level::Portable {
             return self.within::<General>();
         }
         if let Some(bogie) = &group.plain {
+            let ports = !(bogie.whole() && group.forces.is_empty());
             return match (bogie.laws, bogie.spin || !self.course.level, ports) {
                 (true, _, true) => self.within::<Bogie<true, true, true>>(),
                 (false, _, true) => self.within::<Bogie<false, true, true>>(),
@@ -82,12 +83,12 @@ impl Run<'_, '_> {
                 (_, false, false) => self.within::<Bogie<true, false, false>>(),
             };
         }
-        match (&group.contacts, group.touches(), coach::fits(group)) {
-            (Some(_), true, true) => self.within::<Fused<true, true>>(),
-            (Some(_), true, false) => self.within::<Fused<true, false>>(),
-            (Some(_), false, true) => self.within::<Fused<false, true>>(),
-            (Some(_), false, false) => self.within::<Fused<false, false>>(),
-            (None, ..) => self.within::<General>(),
+        let Some(contacts) = &group.contacts else { return self.within::<General>() };
+        match (group.touches(), coach::fits(group) && contacts.iter().all(Contact::whole)) {
+            (true, true) => self.within::<Fused<true, true>>(),
+            (true, false) => self.within::<Fused<true, false>>(),
+            (false, true) => self.within::<Fused<false, true>>(),
+            (false, false) => self.within::<Fused<false, false>>(),
         }
     }
 

@@ -78,6 +78,11 @@ impl PlainBogie<Lanes> {
         }
     }
 
+    /// Does every saturation act in full?
+    pub fn whole(&self) -> bool {
+        self.contacts.iter().all(Contact::whole)
+    }
+
     /// The lanes from `at` on, with the constants of a rate with or without `SPIN`.
     #[inline(always)]
     pub fn part<P: Part, const SPIN: bool>(&self, at: usize) -> PlainBogie<P> {
@@ -138,9 +143,9 @@ impl<P: Part> PlainBogie<P> {
 
     /// dx[6 ..] = accelerations of y, psi, y1, psi1, y2, psi2; x holds positions, then velocities.
     ///
-    /// Without `LAWS` nothing saturates or touches; without `SPIN` both wheels creep alike, on track without cross-level.
+    /// Without `LAWS` nothing saturates or touches, with `WHOLE` saturations act in full; without `SPIN` both wheels creep alike, on track without cross-level.
     #[inline(always)]
-    pub fn rate<const LAWS: bool, const SPIN: bool>(
+    pub fn rate<const LAWS: bool, const WHOLE: bool, const SPIN: bool>(
         &self,
         index: usize,
         row: &[f64],
@@ -158,8 +163,8 @@ impl<P: Part> PlainBogie<P> {
         let m_2 = Motion { y: x[4] - laid_2.line, psi: x[5], vy: x[10], vpsi: x[11] };
         let slip_1 = leading.slip::<SPIN>(by_1, &m_1, laid_1.slopes);
         let slip_2 = trailing.slip::<SPIN>(by_2, &m_2, laid_2.slopes);
-        let factors_1 = leading.factors::<LAWS, SPIN>(&slip_1);
-        let factors_2 = trailing.factors::<LAWS, SPIN>(&slip_2);
+        let factors_1 = leading.factors::<LAWS, WHOLE, SPIN>(&slip_1);
+        let factors_2 = trailing.factors::<LAWS, WHOLE, SPIN>(&slip_2);
 
         let [c_y, k_y, c_psi, k_psi] = &self.secondary;
         dx[6] = k_y.neg_mul_add(x[6], c_y.neg_mul_add(x[0], self.frame_pull * (x[2] + x[4])));
