@@ -46,6 +46,7 @@ def main() -> None:
     except KeyboardInterrupt:  # before or after a command has the word
         sys.exit(INTERRUPTED)
     finally:
+        gc.freeze()  # the process ends and frees all: to look through the modules for garbage takes a third of a second
         _leave_stdout()
 
 
