@@ -6,7 +6,7 @@ import base64
 import importlib
 import io
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,6 +42,7 @@ STYLE: Any = {
     "ytick.color": "#444444",
     "path.simplify_threshold": 0.3,
 }
+Sketch = tuple[str, str, Callable[["Axes"], None]]  # name, words, and what draws it
 LEFT, RIGHT = 0.66, 0.12  # inch beside the axes of a picture
 # what a file would tell of its making, left out so that the same figure is the same bytes
 UNDATED: dict[str, Any] = {"svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}, "png": None}
@@ -80,20 +81,40 @@ def drawn(
     bottom: float = 0.42,
 ) -> Picture:
     """A figure of one pair of axes, size [inch], with so much above and below them."""
+    return next(drawn_alike([(name, alt, draw)], size, top, bottom))
+
+
+def drawn_alike(
+    sketches: Iterable[Sketch], size: tuple[float, float], top: float = 0.24, bottom: float = 0.42
+) -> Iterator[Picture]:
+    """Figures that differ by their curves alone, one after another in the same axes: ticks are what takes time."""
     import matplotlib
     from matplotlib.figure import Figure
 
-    with matplotlib.rc_context({**STYLE, "svg.hashsalt": name}):
-        figure = Figure(figsize=size)
-        wide, high = size[0] - LEFT - RIGHT, size[1] - bottom - top
-        ax = figure.add_axes((LEFT / size[0], bottom / size[1], wide / size[0], high / size[1]))
-        ax.yaxis.set_label_coords(-(LEFT - 0.14) / wide, 0.5)
-        draw(ax)
-        out = io.BytesIO()
-        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
-    # matplotlib measures with its own font; a reader without it gets a narrower one
-    svg = out.getvalue().replace(b"'DejaVu Sans'", b"Helvetica, Arial, 'DejaVu Sans', sans-serif")
-    return Picture(name, alt, svg, round(100 * size[0]))
+    ax = None
+    for name, alt, draw in sketches:
+        with matplotlib.rc_context({**STYLE, "svg.hashsalt": name}):
+            if ax is None:
+                figure = Figure(figsize=size)
+                wide, high = size[0] - LEFT - RIGHT, size[1] - bottom - top
+                ax = figure.add_axes((LEFT / size[0], bottom / size[1], wide / size[0], high / size[1]))
+                ax.yaxis.set_label_coords(-(LEFT - 0.14) / wide, 0.5)
+            else:
+                _empty(ax)
+            draw(ax)
+            out = io.BytesIO()
+            figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+        # matplotlib measures with its own font; a reader without it gets a narrower one
+        svg = out.getvalue().replace(b"'DejaVu Sans'", b"Helvetica, Arial, 'DejaVu Sans', sans-serif")
+        yield Picture(name, alt, svg, round(100 * size[0]))
+
+
+def _empty(ax: Axes) -> None:
+    """Takes the curves and areas out of axes, and their limits."""
+    for artist in (*ax.lines, *ax.patches):
+        artist.remove()
+    ax.relim()
+    ax.autoscale()
 
 
 def scale(values: Any, unit: str) -> tuple[float, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from railui.files.columns import columns_of
-from railui.report.drawing import BLUE, ORANGE, Picture, axis, drawn, scale
+from railui.report.drawing import BLUE, ORANGE, Picture, Sketch, axis, drawn, drawn_alike, scale
 from railui.study.loop import Found
 from railui.study.measured import COMPARED, RIG_RESPONSES, Stretch, cut_samples, filtered
 
@@ -148,7 +148,15 @@ def units_of(found: Found, stretch: Stretch) -> Mapping[str, str]:
     return next(run.units for entry, run in entries if entry.name == stretch.file)
 
 
-def series_picture(found: Found, window: Window, series: Mapping[str, Floats], channel: str) -> Picture:
+def channel_pictures(found: Found, window: Window, channels: Sequence[str]) -> list[tuple[Picture, Picture]]:
+    """A few seconds and the spectrum of each channel."""
+    series = compared_series(found, window.index)
+    few = drawn_alike((_series(found, window, series, c) for c in channels), (5.4, 1.9), 0.08)
+    spectra = drawn_alike((_spectrum(found, window, series, c) for c in channels), (4.2, 1.9), 0.08)
+    return list(zip(few, spectra, strict=True))
+
+
+def _series(found: Found, window: Window, series: Mapping[str, Floats], channel: str) -> Sketch:
     """A few seconds of one channel: measured, before, after."""
     stretch = window.stretch
     row = stretch.channels.index(channel)
@@ -164,10 +172,10 @@ def series_picture(found: Found, window: Window, series: Mapping[str, Floats], c
         ax.set_xlabel("time [s]")
         ax.set_ylabel(axis(channel, unit))
 
-    return drawn(f"series-{channel}", f"{channel} over time: measured, before, after", (5.4, 1.9), draw, 0.08)
+    return f"series-{channel}", f"{channel} over time: measured, before, after", draw
 
 
-def spectrum_picture(found: Found, window: Window, series: Mapping[str, Floats], channel: str) -> Picture:
+def _spectrum(found: Found, window: Window, series: Mapping[str, Floats], channel: str) -> Sketch:
     """Power spectral density of one channel over the whole stretch, in the unit of its series."""
     stretch, band = window.stretch, found.measurement.campaign.band
     row = stretch.channels.index(channel)
@@ -196,7 +204,7 @@ def spectrum_picture(found: Found, window: Window, series: Mapping[str, Floats],
         squared = f"({unit})²" if "/" in unit else f"{unit}²" if unit else "1"
         ax.set_ylabel(f"density [{squared}/Hz]")
 
-    return drawn(f"spectrum-{channel}", f"Spectrum of {channel}: measured, before, after", (4.2, 1.9), draw, 0.08)
+    return f"spectrum-{channel}", f"Spectrum of {channel}: measured, before, after", draw
 
 
 def _plain_decades(ax: Axes) -> None:

@@ -155,16 +155,11 @@ def _quantity(name: str, p: Mapping[str, Any]) -> Row:
 
 def channels(found: Found, window: figures.Window) -> list[Row]:
     """Series and spectrum of every compared channel, those that tell most first."""
-    series = figures.compared_series(found, window.index)
-    known = columns_of(window.stretch.kind)
+    known, shown = columns_of(window.stretch.kind), figures.shown_channels(window.stretch)
+    pictures = figures.channel_pictures(found, window, shown)
     return [
-        {
-            "name": c,
-            "caption": known[c].caption,
-            "series": figures.series_picture(found, window, series, c),
-            "spectrum": figures.spectrum_picture(found, window, series, c),
-        }
-        for c in figures.shown_channels(window.stretch)
+        {"name": c, "caption": known[c].caption, "series": series, "spectrum": spectrum}
+        for c, (series, spectrum) in zip(shown, pictures, strict=True)
     ]
 
 
