@@ -42,6 +42,7 @@ STYLE: Any = {
     "ytick.color": "#444444",
     "path.simplify_threshold": 0.3,
 }
+DRAWS = ("matplotlib.backends.backend_svg", "matplotlib.figure", "jinja2")  # what a page needs to be loaded
 Sketch = tuple[str, str, Callable[["Axes"], None]]  # name, words, and what draws it
 LEFT, RIGHT = 0.66, 0.12  # inch beside the axes of a picture
 # what a file would tell of its making, left out so that the same figure is the same bytes
@@ -67,7 +68,8 @@ def load_beside() -> None:
     """Load what draws while something else is computed."""
 
     def load() -> None:
-        importlib.import_module("matplotlib.backends.backend_svg")
+        for module in DRAWS:
+            importlib.import_module(module)
 
     threading.Thread(target=load, daemon=True).start()
 
