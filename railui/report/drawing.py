@@ -112,9 +112,10 @@ def drawn_alike(
 
 
 def _empty(ax: Axes) -> None:
-    """Takes the curves and areas out of axes, and their limits."""
+    """Takes the curves and areas out of axes, their limits and the turn of their colours."""
     for artist in (*ax.lines, *ax.patches):
         artist.remove()
+    ax.set_prop_cycle(None)
     ax.relim()
     ax.autoscale()
 
