@@ -202,10 +202,10 @@ class Spline:
         self.shape = columns.shape[1:]
         self._core = _core.Spline(self.x, np.ascontiguousarray(columns.reshape(len(columns), -1)))
 
-    def __call__(self, at: ArrayLike, derivative: Literal[0, 1] = 0) -> Floats:
-        """Values, or first derivatives, at places [...]: [...] or [..., columns]."""
+    def __call__(self, at: ArrayLike, derivative: Literal[0, 1, 2] = 0) -> Floats:
+        """Values, first or second derivatives at places [...]: [...] or [..., columns]."""
         places = np.asarray(at, dtype=float)
-        return self._core.at(np.ascontiguousarray(places.ravel()), derivative == 1).reshape(places.shape + self.shape)
+        return self._core.at(np.ascontiguousarray(places.ravel()), derivative).reshape(places.shape + self.shape)
 
     @property
     def factors(self) -> Floats:

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from railui.files.columns import columns_of
 from railui.report.drawing import BLUE, ORANGE, Picture, Sketch, axis, drawn, drawn_alike, scale
 from railui.study.loop import Found
 from railui.study.measured import COMPARED, RIG_RESPONSES, Stretch, cut_samples, filtered
+from railui.study.spectral import density, periodogram
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -130,8 +130,8 @@ def telling(found: Found) -> Window:
 def _seconds(stretch: Stretch) -> float:
     if stretch.kind != "rig":
         return SHOWN
-    f, density = scipy.signal.periodogram(stretch.columns[stretch.channels[0]], 1.0 / stretch.dt)
-    return float(min(SHOWN, PERIODS / f[1 + int(np.argmax(density[1:]))]))
+    f, power = periodogram(stretch.columns[stretch.channels[0]], 1.0 / stretch.dt)
+    return float(min(SHOWN, PERIODS / f[1 + int(np.argmax(power[1:]))]))
 
 
 def shown_channels(stretch: Stretch) -> list[str]:
@@ -188,11 +188,11 @@ def _spectrum(found: Found, window: Window, series: Mapping[str, Floats], channe
         ax.set(xscale="log", yscale="log")
         for which, line in LINES.items():
             if which in lines:
-                f, density = scipy.signal.welch(lines[which], 1.0 / stretch.dt, nperseg=segment)
+                f, power = density(lines[which], 1.0 / stretch.dt, segment)
                 kept = (f > 0) & (f >= low) & (f <= high)
-                ax.plot(f[kept], factor**2 * density[kept], **line)
+                ax.plot(f[kept], factor**2 * power[kept], **line)
                 if which == "measured":  # what a noiseless model has below the sensors' noise tells nothing
-                    bottom = 0.1 * factor**2 * float(density[kept].min())
+                    bottom = 0.1 * factor**2 * float(power[kept].min())
         ax.set_ylim(bottom=bottom)
         ax.margins(x=0)
         left, right = ax.get_xlim()

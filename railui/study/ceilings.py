@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from railui.study.finding import Finding
 from railui.study.measured import COMPARED, Stretch
 from railui.study.owed import BAND, SEGMENT
+from railui.study.spectral import hann, levelled
 
 Floats = NDArray[np.float64]
 SLOWEST = 0.5  # Hz from which it is told
@@ -48,7 +48,7 @@ def ceilings(stretch: Stretch, values: Mapping[str, float]) -> list[Finding]:
 
 def _spectra(columns: Sequence[Floats], dt: float, n: int) -> tuple[Floats, NDArray[np.complex128]]:
     """Windowed transforms [column, segment, frequency] of half-overlapping segments."""
-    window = scipy.signal.windows.hann(n, sym=False)
+    window = hann(n)
     starts = range(0, len(columns[0]) - n + 1, n // 2)
-    parts = [[np.fft.rfft(scipy.signal.detrend(x[k : k + n]) * window) for k in starts] for x in columns]
+    parts = [[np.fft.rfft(levelled(x[k : k + n]) * window) for k in starts] for x in columns]
     return np.asarray(np.fft.rfftfreq(n, dt), dtype=np.float64), np.array(parts)

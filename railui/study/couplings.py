@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from railui.study.adjust import Fit
 from railui.study.equivalent import DELAY, SEGMENT, Port, pulses
 from railui.study.measured import simulate
+from railui.study.sections import response
 from railui.study.target import Target
 from railui.study.trace import Eye
 
@@ -114,5 +114,4 @@ def _passed(sos: Floats, size: int) -> Floats:
     """What the zero-phase filter of the comparison passes at the frequencies of a transform of so many samples."""
     if not len(sos):
         return np.ones(size // 2 + 1)
-    _, response = scipy.signal.sosfreqz(sos, 2 * np.pi * np.arange(size // 2 + 1) / size)
-    return np.abs(response) ** 2
+    return np.abs(response(sos, 2 * np.pi * np.arange(size // 2 + 1) / size)) ** 2

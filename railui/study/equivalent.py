@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from railui import core
 from railui.study.adjust import Adjuster, Fit
 from railui.study.measured import Measurement, filtered, simulate
+from railui.study.spectral import hann
 from railui.study.target import Target
 from railui.track import input_table
 
@@ -101,7 +101,7 @@ def origins(fit: Fit, measurement: Measurement) -> list[Origin]:
 def _spectra(residual: Floats, target: Target) -> Complexes:
     """Cross spectra [frequency, channel, channel] of the residual."""
     n = _length(target)
-    window = scipy.signal.windows.hann(n, sym=False)
+    window = hann(n)
     starts = range(0, residual.shape[1] - n + 1, n // 2)
     parts = np.stack([np.fft.rfft(residual[:, k : k + n] * window, axis=1) for k in starts])
     return np.asarray(np.einsum("scf,sdf->fcd", parts, parts.conj()))

@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from railui.study.ceilings import ceilings
 from railui.study.finding import Finding
 from railui.study.measured import Measurement, Stretch
 from railui.study.owed import relations
+from railui.study.sections import butterworth, zero_phase
+from railui.study.spectral import periodogram
 
 Floats = NDArray[np.float64]
 CLIPPED = 3  # samples in a row at the extreme
@@ -81,8 +82,7 @@ def hunting(stretch: Stretch) -> list[Finding]:
     if name is None:
         return []
     s, t = stretch.columns["s"], stretch.columns["t"]
-    sos = scipy.signal.butter(2, HUNTING, "bandpass", fs=1.0 / stretch.dt, output="sos")
-    x = scipy.signal.sosfiltfilt(sos, stretch.columns[name])
+    x = zero_phase(butterworth(2, HUNTING, 1.0 / stretch.dt), stretch.columns[name])
     starts = np.arange(s[0], s[-1] - WINDOW, STEP)
     if len(starts) < 10:
         return []
@@ -93,8 +93,8 @@ def hunting(stretch: Stretch) -> list[Finding]:
     out = []
     for k, j in zip(np.flatnonzero(np.diff(risen) == 1), np.flatnonzero(np.diff(risen) == -1) - 1, strict=True):
         a, b = int(first[k]), int(last[j]) - 1
-        f, density = scipy.signal.periodogram(x[a:b], 1.0 / stretch.dt)
-        frequency = float(f[np.argmax(density)])
+        f, power = periodogram(x[a:b], 1.0 / stretch.dt)
+        frequency = float(f[np.argmax(power)])
         v = float(stretch.columns["v"][a:b].mean())
         times = float(rms[k : j + 1].max() / np.median(rms))
         text = (

@@ -7,14 +7,15 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from railui.core import Batch, Filter, Vehicles
+from railui.core import Batch, Filter, Spline, Vehicles
 from railui.files import columns as known
 from railui.files.campaign import Campaign
 from railui.files.run import Run, load_run
 from railui.study.model import Model
+from railui.study.sections import butterworth, padding, steady, zero_phase
+from railui.study.spectral import density
 from railui.track import Behind, band_limited_noise, distance, run_table, with_track
 
 Floats = NDArray[np.float64]
@@ -146,9 +147,8 @@ def _rig_table(c: Mapping[str, Floats], dt: float, steps: int) -> Floats:
     table = np.zeros((len(at), 5))
     table[:, 0], table[:, 1] = at, 1.0
     if "u" in c:
-        spline = scipy.interpolate.CubicSpline(np.arange(n) * dt, c["u"])
-        for order in range(3):
-            table[:, 2 + order] = spline(at, order)
+        spline = Spline(np.arange(n) * dt, c["u"])
+        table[:, 2], table[:, 3], table[:, 4] = spline(at), spline(at, 1), spline(at, 2)
     return table
 
 
@@ -202,8 +202,8 @@ def estimated_noise(found: Sequence[Stretch]) -> dict[str, float]:
     noise: dict[str, list[float]] = {}
     for s in found:
         for c in s.channels:
-            _, density = scipy.signal.welch(s.columns[c], 1.0, nperseg=min(1024, s.samples))
-            top = density[-max(len(density) // 10, 1) : -1]
+            _, power = density(s.columns[c], 1.0, 1024)
+            top = power[-max(len(power) // 10, 1) : -1]
             noise.setdefault(c, []).append(float(np.sqrt(np.median(top) * 0.5)))
     return {c: float(np.median(values)) for c, values in noise.items()}
 
@@ -213,7 +213,7 @@ def band_pass(band: tuple[float, float] | None, rate: float) -> Floats:
     if band is None:
         return np.zeros((0, 6))
     high = min(band[1], 0.45 * rate)
-    return np.asarray(scipy.signal.butter(4, [band[0], high], "bandpass", fs=rate, output="sos"))
+    return butterworth(4, (band[0], high), rate)
 
 
 def cut_samples(campaign: Campaign, stretch: Stretch) -> int:
@@ -224,22 +224,18 @@ def cut_samples(campaign: Campaign, stretch: Stretch) -> int:
 def filter_for(campaign: Campaign, stretch: Stretch, weights: Floats, every: int = 1) -> Filter:
     """The comparison's filter of a stretch; weights [channel]."""
     sos = band_pass(campaign.band, 1.0 / stretch.dt)
-    zi = scipy.signal.sosfilt_zi(sos) if len(sos) else np.zeros((0, 2))
-    pad = 3 * (2 * len(sos) + 1 - min((sos[:, 2] == 0).sum(), (sos[:, 5] == 0).sum())) if len(sos) else 0
-    return Filter(
-        np.ascontiguousarray(sos), np.ascontiguousarray(zi), int(pad), cut_samples(campaign, stretch), weights, every
-    )
+    return Filter(sos, steady(sos), padding(sos), cut_samples(campaign, stretch), weights, every)
 
 
 def filtered(campaign: Campaign, stretch: Stretch, x: Floats) -> Floats:
-    """The comparison as it is defined: sosfiltfilt of each channel [channel, n], then the cut."""
+    """The comparison as defined: each channel [channel, n] forwards and backwards through the band-pass, then cut."""
     cut = cut_samples(campaign, stretch)
     return passed(band_pass(campaign.band, 1.0 / stretch.dt), x)[..., cut : x.shape[-1] - cut]
 
 
 def passed(sos: Floats, x: Floats) -> Floats:
     """What sections pass forwards and backwards of each channel [channel, n]; without any, x less its mean."""
-    return np.asarray(scipy.signal.sosfiltfilt(sos, x, axis=-1) if len(sos) else x - x.mean(axis=-1, keepdims=True))
+    return np.asarray(zero_phase(sos, x) if len(sos) else x - x.mean(axis=-1, keepdims=True))
 
 
 def simulate(

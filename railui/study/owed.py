@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from railui.study.finding import Finding
 from railui.study.measured import Stretch
+from railui.study.spectral import cross, density
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -102,7 +102,8 @@ def _held(stretch: Stretch, relation: _Relation) -> Finding | None:
 
 def _coherent(x: Floats, y: Floats, dt: float, n: int) -> float:
     """Mean coherence of two signals in the band, from segments of n samples."""
-    f, coherence = scipy.signal.coherence(x, y, 1.0 / dt, nperseg=n)
+    f, both = cross(x, y, 1.0 / dt, n)
+    coherence = np.abs(both) ** 2 / (density(x, 1.0 / dt, n)[1] * density(y, 1.0 / dt, n)[1])
     return float(np.mean(coherence[(f >= BAND[0]) & (f <= BAND[1])]))
 
 
@@ -124,18 +125,17 @@ class _Transfer:
     def of(cls, stretch: Stretch, relation: _Relation, n: int) -> _Transfer | None:
         """From segments of n samples; None where too few frequencies tell anything."""
         rate = 1.0 / stretch.dt
-        f, cross = scipy.signal.csd(relation.owed, relation.measured, rate, nperseg=n)
-        _, own = scipy.signal.welch(relation.owed, rate, nperseg=n)
-        _, seen = scipy.signal.welch(relation.measured, rate, nperseg=n)
-        coherence = np.abs(cross) ** 2 / np.maximum(own * seen, 1e-300)
+        f, both = cross(relation.owed, relation.measured, rate, n)
+        own, seen = (density(x, rate, n)[1] for x in (relation.owed, relation.measured))
+        coherence = np.abs(both) ** 2 / np.maximum(own * seen, 1e-300)
         kept = (f >= BAND[0]) & (f <= BAND[1]) & (coherence > CLEAR)
         if kept.sum() < FEWEST:
             return None
         segments = 2.0 * stretch.samples / n - 1.0
         weight = coherence[kept] / np.maximum(1.0 - coherence[kept], 1e-3) * segments
         # noise on either side: the geometric mean of both regressions has no bias where they are alike
-        gain = np.sqrt(seen[kept] / own[kept]) * np.sign(np.real(cross[kept]))
-        return cls(2.0 * np.pi * f[kept], cross[kept], gain, coherence[kept], weight)
+        gain = np.sqrt(seen[kept] / own[kept]) * np.sign(np.real(both[kept]))
+        return cls(2.0 * np.pi * f[kept], both[kept], gain, coherence[kept], weight)
 
 
 def _wrong_way(stretch: Stretch, name: str, against: str, tell: str) -> Finding:

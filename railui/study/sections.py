@@ -51,9 +51,24 @@ def steady(sections: Floats) -> Floats:
     return np.asarray(before[:, None] * np.column_stack([gain - b[:, 0], b[:, 2] - a[:, 2] * gain]))
 
 
+def response(sections: Floats, w: Floats) -> NDArray[np.complex128]:
+    """What sections pass at angular frequencies w [n] per sample.
+
+    >>> abs(response(butterworth(2, [25.0], 100.0), np.array([0.0, np.pi / 2]))).round(4).tolist()
+    [1.0, 0.7071]
+    """
+    powers = np.exp(-1j * np.outer(np.arange(3.0), w))
+    return np.asarray(np.prod((sections[:, :3] @ powers) / (sections[:, 3:] @ powers), axis=0))
+
+
+def padding(sections: Floats) -> int:
+    """Samples by which `zero_phase` mirrors both ends."""
+    return 3 * (2 * len(sections) + 1) if len(sections) else 0
+
+
 def zero_phase(sections: Floats, x: Floats) -> Floats:
     """Series [..., n] forwards and backwards through sections, both ends mirrored in themselves before."""
-    n, beyond = x.shape[-1], min(3 * (2 * len(sections) + 1), x.shape[-1] - 1)
+    n, beyond = x.shape[-1], min(padding(sections), x.shape[-1] - 1)
     begin = 2.0 * x[..., :1] - x[..., beyond:0:-1]
     end = 2.0 * x[..., -1:] - x[..., -2 : -2 - beyond : -1]
     y = np.concatenate([begin, x, end], axis=-1)

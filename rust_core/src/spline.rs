@@ -39,18 +39,18 @@ impl Spline {
         Ok(Spline { x: x.to_vec(), columns, factors })
     }
 
-    /// Values, or first derivatives, at places [place][column]; quickest where the places increase.
-    pub fn at(&self, places: &[f64], derivative: bool) -> Vec<f64> {
+    /// Values, first or second derivatives at places [place][column]; quickest where the places increase.
+    pub fn at(&self, places: &[f64], derivative: usize) -> Vec<f64> {
         let mut found = Vec::with_capacity(places.len() * self.columns);
         let mut i = 0;
         for &place in places {
             i = self.interval(place, i);
             let d = place - self.x[i];
             for [c3, c2, c1, c0] in &self.factors[i * self.columns..(i + 1) * self.columns] {
-                found.push(if derivative {
-                    c1 + c2 * d * 2.0 + c3 * (d * d) * 3.0
-                } else {
-                    c0 + c1 * d + c2 * (d * d) + c3 * (d * d * d)
+                found.push(match derivative {
+                    0 => c0 + c1 * d + c2 * (d * d) + c3 * (d * d * d),
+                    1 => c1 + c2 * d * 2.0 + c3 * (d * d) * 3.0,
+                    _ => c2 * 2.0 + c3 * d * 6.0,
                 });
             }
         }
@@ -107,11 +107,12 @@ mod tests {
     fn a_cubic_is_its_own_spline_and_goes_on_beyond_the_ends() {
         let f = |x: f64| 2.0 - x + 0.5 * x * x - 0.25 * x * x * x;
         let df = |x: f64| -1.0 + x - 0.75 * x * x;
+        let ddf = |x: f64| 1.0 - 1.5 * x;
         let x = [0.0, 0.3, 1.0, 1.2, 2.5, 2.6];
         let y: Vec<f64> = x.iter().map(|x| f(*x)).collect();
         let spline = Spline::new(&x, &y, 1).unwrap();
         let places = [2.55, -0.5, 0.3, 0.7, 2.6, 4.0];
-        for (derivative, wanted) in [(false, &f as &dyn Fn(f64) -> f64), (true, &df)] {
+        for (derivative, wanted) in [&f as &dyn Fn(f64) -> f64, &df, &ddf].into_iter().enumerate() {
             for (found, place) in spline.at(&places, derivative).iter().zip(places) {
                 assert!((found - wanted(place)).abs() < 1e-12, "{found} at {place}");
             }

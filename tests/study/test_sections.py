@@ -13,8 +13,8 @@ from scipy import linalg, signal, special
 from railui.core import passed
 from railui.study.discretise import _exponential, _held, _state_space, _zeros_from_one
 from railui.study.measures import log_normal
-from railui.study.sections import butterworth, steady, zero_phase
-from railui.study.spectral import density, levelled
+from railui.study.sections import butterworth, padding, response, steady, zero_phase
+from railui.study.spectral import cross, density, hann, levelled, periodogram
 from railui.study.weighting import SPERLING_B, W_1974, W_D, Analog, cascade, one_mass
 
 HOME = Path(__file__).parents[2]
@@ -37,14 +37,16 @@ def test_a_low_pass_of_second_order_at_a_quarter_of_the_rate_is_that_of_the_hand
 @pytest.mark.parametrize("edges", EDGES)
 def test_a_butterworth_filter_has_the_response_of_scipys(edges: list[float]) -> None:
     f = np.geomspace(0.05, 199.0, 400)
-    ours, theirs = (signal.freqz_sos(sos, f, fs=RATE)[1] for sos in (butterworth(4, edges, RATE), of_scipy(edges)))
-    assert np.abs(ours - theirs).max() < 1e-9
+    _, theirs = signal.freqz_sos(of_scipy(edges), f, fs=RATE)
+    assert np.abs(response(butterworth(4, edges, RATE), 2 * np.pi * f / RATE) - theirs).max() < 1e-9
 
 
 @pytest.mark.parametrize("edges", EDGES)
 def test_zero_phase_is_sosfiltfilt_to_its_edges(edges: list[float]) -> None:
     theirs = signal.sosfiltfilt(of_scipy(edges), NOISE)
     np.testing.assert_allclose(zero_phase(butterworth(4, edges, RATE), NOISE), theirs, rtol=0, atol=1e-9)
+    mirrored = signal.sosfiltfilt(of_scipy(edges), NOISE, padlen=padding(of_scipy(edges)))
+    assert np.array_equal(mirrored, theirs)
 
 
 def test_a_series_passes_sections_as_sosfilt_has_it_to_the_last_digit() -> None:
@@ -74,6 +76,20 @@ def test_densities_are_welchs_by_scipy(n: int) -> None:
     assert np.array_equal(f, at)
     np.testing.assert_allclose(found, theirs, rtol=1e-10, atol=1e-20)
     assert np.array_equal(density(NOISE[2], RATE, 9000)[1], density(NOISE[2], RATE, 4000)[1])
+
+
+@pytest.mark.parametrize("n", [1000, 999, 4000])
+def test_cross_densities_and_periodograms_are_scipys(n: int) -> None:
+    x, y = NOISE[0], NOISE[0] + 0.3 * np.roll(NOISE[1], 7)
+    f, found = cross(x, y, RATE, n)
+    at, theirs = signal.csd(x, y, RATE, nperseg=n)
+    assert np.array_equal(f, at)
+    np.testing.assert_allclose(hann(n), signal.windows.hann(n, sym=False), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found, theirs, rtol=1e-9, atol=1e-12)
+    f, power = periodogram(x[:n], RATE)
+    at, theirs = signal.periodogram(x[:n], RATE)
+    assert np.array_equal(f, at)
+    np.testing.assert_allclose(power, theirs, rtol=1e-10, atol=1e-20)
 
 
 def test_a_series_less_its_line_is_detrended_as_by_scipy() -> None:
@@ -131,9 +147,9 @@ def test_what_answers_at_once_reads_no_scipy(command: tuple[str, ...]) -> None:
     assert done.stdout.splitlines()[-1] == "read:"
 
 
-def test_importing_a_loop_or_the_desk_reads_no_filters_of_scipy() -> None:
-    """They come with the first campaign."""
-    loop = "import sys, railui.report.loop, railui.report.figures, railui.report.driven, railui.desk.app"
-    told = "print(sorted({'scipy.signal', 'scipy.stats', 'scipy.interpolate'} & set(sys.modules)))"
-    words = [sys.executable, "-c", f"{loop}; {told}"]
-    assert subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip() == "[]"
+def test_a_loop_and_the_desk_read_neither_filters_nor_statistics_of_scipy(tmp_path: Path) -> None:
+    run = "import sys, railui.desk.app; from railui.cli import cli; cli(sys.argv[1:], standalone_mode=False)"
+    told = "print('read:', *sorted({'scipy.signal', 'scipy.stats', 'scipy.interpolate'} & set(sys.modules)))"
+    words = [sys.executable, "-c", f"{run}; {told}", "loop", "designs/campaigns/worn_axle_box", "-o", str(tmp_path)]
+    done = subprocess.run(words, cwd=HOME, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "read:"

@@ -17,12 +17,12 @@ impl Spline {
         Ok(Spline(spline::Spline::new(x.as_slice()?, y.as_slice()?, y.shape()[1]).map_err(raised)?))
     }
 
-    /// Values or first derivatives, place after place.
+    /// Values, first or second derivatives, place after place.
     fn at<'py>(
         &self,
         py: Python<'py>,
         places: PyReadonlyArray1<'py, f64>,
-        derivative: bool,
+        derivative: usize,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(PyArray1::from_vec(py, self.0.at(places.as_slice()?, derivative)))
     }
