@@ -248,10 +248,9 @@ impl<P: Part> Contact<P> {
         // full sliding is rare: its divisions are made only where a lane slides
         if largest.any_from(one) {
             for i in 0..N {
-                let mut sliding = third / q[i].max(third);
-                if !WHOLE {
-                    sliding = self.share.mul_add(sliding - one, one);
-                }
+                // in full to the same digits as by a share of one, whichever stands beside it
+                let more = third / q[i].max(third) - one;
+                let sliding = if WHOLE { more + one } else { self.share.mul_add(more, one) };
                 factor[i] = square[i].if_less(one, factor[i], sliding);
             }
         }

@@ -143,7 +143,8 @@ impl<P: Part> PlainBogie<P> {
 
     /// dx[6 ..] = accelerations of y, psi, y1, psi1, y2, psi2; x holds positions, then velocities.
     ///
-    /// Without `LAWS` nothing saturates or touches, with `WHOLE` saturations act in full; without `SPIN` both wheels creep alike, on track without cross-level.
+    /// Without `LAWS` nothing saturates or touches, with `WHOLE` saturations act in full; without `SPIN` both wheels creep
+    /// alike, on track without cross-level.
     #[inline(always)]
     pub fn rate<const LAWS: bool, const WHOLE: bool, const SPIN: bool>(
         &self,

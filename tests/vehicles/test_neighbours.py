@@ -82,8 +82,10 @@ def test_a_coach_has_the_same_digits_in_every_lane(jobs: int) -> None:
 
 
 @pytest.mark.parametrize("model", [MODEL, bogie()], ids=["coach", "bogie"])
-def test_a_share_of_the_saturation_beside_it_moves_no_digit_of_a_vehicle(model: Model) -> None:
+@pytest.mark.parametrize("friction", [0.35, 0.03], ids=["creeping", "sliding"])
+def test_a_share_of_the_saturation_beside_it_moves_no_digit_of_a_vehicle(model: Model, friction: float) -> None:
     own, rows = len(parameters_of(model.design)), np.tile(model.row, (3, 1))
+    rows[:, [column for path, column in model.columns.items() if path.endswith(".friction")]] = friction
     shares = np.array([[1.0, 1.0], [0.5, 1.0], [0.0, 1.0]])  # of the saturation, of the flange
 
     def found(which: list[int]) -> Floats:
