@@ -59,7 +59,7 @@ def periodogram(x: Floats, rate: float) -> tuple[Floats, Floats]:
     """Frequencies [Hz] and the one-sided power density of a whole series less its mean, without a window.
 
     >>> f, power = periodogram(np.sin(2 * np.pi * 3.0 * np.arange(100) / 100.0), 100.0)
-    >>> f[np.argmax(power)], (power.sum() * f[1]).round(12)  # the mean square of a sine is half
+    >>> float(f[np.argmax(power)]), round(float(power.sum() * f[1]), 12)  # the mean square of a sine is half
     (3.0, 0.5)
     """
     found = np.abs(np.fft.rfft(x - x.mean())) ** 2 / (rate * len(x))
