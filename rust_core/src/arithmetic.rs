@@ -15,7 +15,7 @@ const SLOPES: [usize; 4] = [0, 1, 1, 2];
 /// What a step and its sample ask of every lane at the begin of a course, from rest, where no wheel slides; None of
 /// vehicles whose rate is not that of a plain bogie.
 pub fn of_a_step(group: &Group, course: &Course<'_>, sums: &Sums) -> Option<Counts> {
-    let bogie = group.plain.as_ref().filter(|bogie| bogie.whole() && group.forces.is_empty())?;
+    let bogie = group.bare()?;
     let counts = match (bogie.laws, bogie.spin || !course.level) {
         (true, true) => rates_and_sample::<true, true>(bogie, group, course, sums),
         (false, true) => rates_and_sample::<false, true>(bogie, group, course, sums),

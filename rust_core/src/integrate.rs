@@ -74,8 +74,7 @@ impl Run<'_, '_> {
             return self.within::<General>();
         }
         if let Some(bogie) = &group.plain {
-            let ports = !(bogie.whole() && group.forces.is_empty());
-            return match (bogie.laws, bogie.spin || !self.course.level, ports) {
+            return match (bogie.laws, bogie.spin || !self.course.level, group.bare().is_none()) {
                 (true, _, true) => self.within::<Bogie<true, true, true>>(),
                 (false, _, true) => self.within::<Bogie<false, true, true>>(),
                 (true, true, false) => self.within::<Bogie<true, true, false>>(),

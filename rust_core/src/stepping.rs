@@ -154,12 +154,18 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
         }
     }
 
-    /// x + h/6 (k_1 + 2 k_2 + 2 k_3 + k_4), and of positions q + h v + h^2/6 (k_1 + k_2 + k_3) with the slopes of v.
+    /// h, h/6, h^2/6.
+    #[inline(always)]
+    fn lengths(&self) -> [P; 3] {
+        [self.ahead[2], self.sixth[0], self.sixth[1]]
+    }
+
+    /// The step: x + h/6 (k_1 + 2 k_2 + 2 k_3 + k_4) of own states, positions and velocities as [`ended`].
     #[inline(always)]
     pub fn step(&mut self, turn: usize) {
         let (n, states) = self.moving.size();
         let (n, states) = (n.min(STATES / 2), states.min(STATES));
-        let ([sixth, square], h) = (self.sixth, self.ahead[2]);
+        let lengths @ [_, sixth, _] = self.lengths();
         let Room { states: [(x, _), ..], slopes } = &mut self.room;
         let (moving, own) = x[..states].split_at_mut(2 * n);
         let (q, v) = moving.split_at_mut(n);
@@ -168,16 +174,22 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
         let (k_3, own_3) = slopes[2].0[n..states].split_at(n);
         let (k_4, own_4) = slopes[turn & 3].0[n..states].split_at(n);
         for i in 0..n {
-            let middle = k_2[i] + k_3[i];
-            let sum = k_1[i] + middle;
-            q[i] = square.mul_add(sum, h.mul_add(v[i], q[i]));
-            v[i] = sixth.mul_add(sum + (middle + k_4[i]), v[i]);
+            [q[i], v[i]] = ended(lengths, q[i], v[i], [k_1[i], k_2[i], k_3[i], k_4[i]]);
         }
         for i in 0..states - 2 * n {
             let middle = own_2[i] + own_3[i];
             own[i] = sixth.mul_add((own_1[i] + middle) + (middle + own_4[i]), own[i]);
         }
     }
+}
+
+/// Position and velocity at the end of a step of RK4 by the slopes k of the velocity, h, h/6, h^2/6 given:
+/// q + h v + h^2/6 (k_1 + k_2 + k_3), v + h/6 (k_1 + 2 k_2 + 2 k_3 + k_4).
+#[inline(always)]
+fn ended<P: Part>([h, sixth, square]: [P; 3], q: P, v: P, [k_1, k_2, k_3, k_4]: [P; 4]) -> [P; 2] {
+    let middle = k_2 + k_3;
+    let sum = k_1 + middle;
+    [square.mul_add(sum, h.mul_add(v, q)), sixth.mul_add(sum + (middle + k_4), v)]
 }
 
 /// A step of vehicles without states of their own, stage by stage, each at a row of the input table and its index.
@@ -211,19 +223,17 @@ impl<P: Part, M: Moving<P>> Stepping<'_, P, M> {
         }
     }
 
-    /// k_4 and the step, as [`Stepping::step`] takes it.
+    /// k_4 and the step.
     #[inline(always)]
     pub fn last(&mut self, at: (usize, &[f64]), stages: &mut Stages<P>) {
         let n = self.moving.size().0.min(STATES / 2);
         let Stages { states: [.., x_4], slopes: [k_2, k_3, k_4] } = stages;
         self.moving.rate(at.0, at.1, x_4, k_4);
-        let ([sixth, square], h) = (self.sixth, self.ahead[2]);
+        let lengths = self.lengths();
         let Room { states: [(x, _), ..], slopes: [(k_1, _), ..] } = &mut self.room;
         for i in 0..n {
-            let middle = k_2[n + i] + k_3[n + i];
-            let sum = k_1[n + i] + middle;
-            x[i] = square.mul_add(sum, h.mul_add(x[n + i], x[i]));
-            x[n + i] = sixth.mul_add(sum + (middle + k_4[n + i]), x[n + i]);
+            let v = n + i;
+            [x[i], x[v]] = ended(lengths, x[i], x[v], [k_1[v], k_2[v], k_3[v], k_4[v]]);
         }
     }
 }

@@ -41,6 +41,11 @@ impl Group {
         self.wheelsets.iter().any(|w| !w.creeps.is_empty() || !w.laws.is_empty())
     }
 
+    /// The plain bogie, where nothing acts beside its contacts and these act in full.
+    pub fn bare(&self) -> Option<&PlainBogie<Lanes>> {
+        self.plain.as_ref().filter(|bogie| bogie.whole() && self.forces.is_empty())
+    }
+
     #[inline(always)]
     fn passing<'a, P: Part>(&self, at: usize, row: &'a [f64]) -> Passing<'a, P> {
         Passing::new(row, P::load(&self.speed_scale, at), P::load(&self.inv_speed_scale, at))

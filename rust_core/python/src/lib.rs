@@ -299,6 +299,15 @@ struct Vehicle {
     structure: Structure,
 }
 
+impl Vehicle {
+    /// The course that an input table is, where it fits the vehicle.
+    fn course<'a>(&self, table: &'a Matrix<'_>, steps: usize, dt: f64) -> PyResult<Course<'a>> {
+        let course = Course::new(table.as_slice()?, table.shape()[1], steps, dt);
+        course.check(self.structure.columns()).map_err(raised)?;
+        Ok(course)
+    }
+}
+
 #[pymethods]
 impl Vehicle {
     /// placed: (kind, place, number of the place or 0, count of numbers); layout: in the place of the kind
@@ -340,8 +349,7 @@ impl Vehicle {
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Vec<i64>)> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        let course = Course::new(table.as_slice()?, table.shape()[1], steps, dt);
-        course.check(self.structure.columns()).map_err(raised)?;
+        let course = self.course(&table, steps, dt)?;
         let filter = filter_parts.map(filter).transpose()?;
         let (series, lost) =
             away(py, jobs, |cancel| many::simulate(&many, &course, &channels, filter.as_ref(), cancel))?;
@@ -368,8 +376,7 @@ impl Vehicle {
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Vec<i64>)> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        let course = Course::new(table.as_slice()?, table.shape()[1], steps, dt);
-        course.check(self.structure.columns()).map_err(raised)?;
+        let course = self.course(&table, steps, dt)?;
         let weighing = weighing(many.count, channels, wheelsets, &clearance, &cascades, block)?;
         let scores = away(py, jobs, |cancel| many::score(&many, &course, &weighing, cancel))?;
         let flat = |x: Vec<Vec<f64>>| PyArray1::from_vec(py, x.concat());
@@ -397,8 +404,7 @@ impl Vehicle {
     ) -> PyResult<Option<[u64; 6]>> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        let course = Course::new(table.as_slice()?, table.shape()[1], 1, dt);
-        course.check(self.structure.columns()).map_err(raised)?;
+        let course = self.course(&table, 1, dt)?;
         let weighing = weighing(many.count, channels, wheelsets, &clearance, &cascades, block)?;
         let counts = many::arithmetic(&many, &course, &weighing).map_err(raised)?;
         Ok(counts.map(|c| [c.fused, c.products, c.sums, c.choices, c.roots, c.quotients]))
