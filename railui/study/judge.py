@@ -166,7 +166,7 @@ def weights(model: Model, measurement: Measurement, stretch: Stretch, seeds: int
     variance = (sd * white.std()) ** 2
     steps = steps_for(model, stretch)
     clean, lost = simulate(model, stretch, channels, steps=steps, filter=flat)
-    if lost[0] < 0 and stretch.kind != "rig":
+    if lost[0] < 0:
         for _ in range(seeds):
             table = stretch.noisy_table(noise, campaign.noise_band, rng, model.half_wheelbase(), steps)
             noisy, _ = simulate(model, stretch, channels, steps=steps, filter=flat, table=table)

@@ -126,14 +126,25 @@ class Stretch:
     def noisy_table(
         self, noise: Mapping[str, float], band: float, rng: np.random.Generator, half_wheelbase: Behind, steps: int
     ) -> Floats:
-        """The table with noise of the declared standard deviations on its track columns."""
+        """The table with noise of the declared standard deviations on its track columns, or on the input of a rig.
+
+        A rig has no track: noise on its input is white from sample to sample, as that of its sensors is.
+        """
         if self.whole is not None:
             return self._part(self.whole.noisy_table(noise, band, rng, half_wheelbase, steps), steps)
+        if self.kind == "rig":
+            return self._noisy_rig_table(noise.get("u", 0.0), rng, half_wheelbase, steps)
         s = self.columns["s"]
         drawn = [
             band_limited_noise(rng, s, noise[q], band) if noise.get(q) and q in self.columns else None for q in TRACK
         ]
         return with_track(self.table(half_wheelbase, steps), s, drawn, half_wheelbase)
+
+    def _noisy_rig_table(self, sd: float, rng: np.random.Generator, half_wheelbase: Behind, steps: int) -> Floats:
+        u = self.columns.get("u")
+        if u is None or not sd:
+            return self.table(half_wheelbase, steps)
+        return _rig_table({**self.columns, "u": u + sd * rng.standard_normal(len(u))}, self.dt, steps)
 
     def measured(self, channels: Sequence[str]) -> Floats:
         """Measured channels [channel, n]."""
