@@ -80,7 +80,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
         findings.stop()
     check_schema(data, "campaign", findings)
     model = check_group(CampaignModel, data, findings)
-    design = vehicle_of(source, data, findings, catalogue)
+    design = _estimable(vehicle_of(source, data, findings, catalogue), findings)
     form = design.kind if design else "bogie"
     runs = _runs(source.parent, data.get("runs"), findings)
     noise = _noise(data.get("noise"), form, runs, findings)
@@ -108,6 +108,18 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
         sha256=sha256_file(source),
         warnings=(*findings.warnings(), *design.warnings),
     )
+
+
+def _estimable(design: Design | None, findings: Findings) -> Design | None:
+    """The design of a campaign, None where no parameter of its kind of vehicle can be estimated."""
+    if design is None or design.kind in DEFAULT_ADJUST:
+        return design
+    findings.add(
+        "vehicle",
+        "describes a vehicle of bodies, and a campaign can estimate the parameters of a bogie or a rig only",
+        "name a design with the groups frame, wheelset, primary, secondary and geometry, or with rig",
+    )
+    return None
 
 
 def _runs(home: Path, raw: Any, findings: Findings) -> tuple[RunEntry, ...]:
