@@ -70,11 +70,15 @@ def origins(fit: Fit, measurement: Measurement) -> list[Origin]:
     """Places by the share of the residual that independent forces there can make, the likeliest first.
 
     What sensor noise and track noise leave is taken off the spectra: track noise looks like forces at the contact.
+    As many independent forces as channels make any residual, so that a place with so many is left out; no place is
+    left where a single channel was measured.
     """
     if fit.model.design.kind != "bogie":
         return [Origin("rig", None, 1.0, 1)]
     adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=None)
     shares = np.zeros(len(SPOTS))
+    # number of stretches with more channels than so many forces
+    able = {n: sum(len(t.y) > n for t in fit.targets) for n in {len(ports) for _, _, ports in SPOTS}}
     for target in fit.targets:
         series, _ = adjuster.series(target, fit.x[None])
         residual = target.free_of(target.y - series[0])
@@ -83,13 +87,15 @@ def origins(fit: Fit, measurement: Measurement) -> list[Origin]:
         total = float(np.real(np.trace(spectra, axis1=1, axis2=2)).sum())
         channels = len(residual)
         for i, (_, _, ports) in enumerate(SPOTS):
+            if len(ports) >= channels:
+                continue
             h = np.stack([answers[p] for p in ports], axis=2)
             q, _ = np.linalg.qr(h)
             made = float(np.real(np.einsum("fci,fcd,fdi->", q.conj(), spectra, q)))
             chance = len(ports) / channels
-            shares[i] += (made / total - chance) / (1.0 - chance) / len(fit.targets)
-    found = [Origin(at, w, float(s), len(p)) for (at, w, p), s in zip(SPOTS, shares, strict=True)]
-    best = max(o.share for o in found)
+            shares[i] += (made / total - chance) / (1.0 - chance) / able[len(ports)]
+    found = [Origin(at, w, float(s), len(p)) for (at, w, p), s in zip(SPOTS, shares, strict=True) if able[len(p)]]
+    best = max((o.share for o in found), default=0.0)
 
     def order(o: Origin) -> tuple[bool, int, float]:
         near = o.share >= best - AS_GOOD

@@ -68,15 +68,18 @@ def look_outside(
     """
     if changing is not None and changing.explained >= CLEAR:
         return changing
-    origin = origins(fit, measurement)[0]
-    report(f"  the rest looks like forces at {origin.at} {origin.wheelset or ''}: share {origin.share:.2f}")
+    origin = next(iter(origins(fit, measurement)), None)
+    if origin is None:
+        report("  a single channel was measured: forces at any place can make what is left of it")
+    else:
+        report(f"  the rest looks like forces at {origin.at} {origin.wheelset or ''}: share {origin.share:.2f}")
     adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=jobs)
     bases = [adjuster.sensitivities(t, fit.x)[0] for t in fit.targets]
     seen = [(*explained(fit, bases, spot), spot) for spot in spots(fit)]
     seen = sorted((s for s in seen if s[0] > 0), key=lambda s: -s[0])
     if not seen:
         return changing
-    if seen[0][0] < CLEAR and seen[0][0] < origin.share:
+    if origin is not None and seen[0][0] < CLEAR and seen[0][0] < origin.share:
         near = [s for s in seen if _beside(s[2], origin)]
         seen = near or seen
     results = []
@@ -91,7 +94,7 @@ def look_outside(
     _, share, spot, found, judged = min(results, key=lambda r: r[0])
     if changing is not None and 1.0 - found.normal.rss / fit.normal.rss < changing.explained:
         return changing
-    at, wheelset = (spot.at, spot.wheelset) if share >= CLEAR else (origin.at, origin.wheelset)
+    at, wheelset = (spot.at, spot.wheelset) if origin is None or share >= CLEAR else (origin.at, origin.wheelset)
     coupled = next(iter(couplings(fit)), None)
     if coupled is not None and coupled.share >= max(CLEAR, share):
         report(f"  a coupling of {coupled.text} explains {coupled.share:.2f}")
@@ -112,7 +115,7 @@ def look_outside(
         np.insert(found.sd[points], len(spot.grid) // 2, 0.0),
         {"z": z, "v": f"{z}/s", "s": "m"}[spot.against],
         "N*m" if yaw else "N",
-        max(share, origin.share),
+        share if origin is None else max(share, origin.share),
         found,
         judged,
         coupled=coupled,

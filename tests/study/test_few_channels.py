@@ -1,0 +1,47 @@
+"""The loop where few responses were measured, down to one: it ends, and names no place that they cannot tell apart."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from railui import core
+from railui.report.loop import loop_report
+from railui.study.equivalent import origins
+from railui.study.loop import adjusted, close_loop
+from railui.study.measured import Measurement, Stretch
+from tests.blind.made import Made, made
+
+PLAY = "free_play at=primary_lateral half_width=4e-4"
+CLOCK = ("t", "s", "v", "yw")
+
+
+def few(one: Made, responses: tuple[str, ...]) -> Measurement:
+    """The campaign as if nothing had been measured but the track and some responses."""
+
+    def less(stretch: Stretch) -> Stretch:
+        columns = {name: x for name, x in stretch.columns.items() if name in (*CLOCK, *responses)}
+        return replace(stretch, columns=columns, tables={})
+
+    return replace(one.measurement, stretches=tuple(less(s) for s in one.measurement.stretches))
+
+
+@pytest.mark.parametrize(("responses", "most"), [(("ayf", "rf"), 1), (("ay1", "ayf", "rf"), 2)])
+def test_a_place_has_fewer_forces_than_there_are_channels(responses: tuple[str, ...], most: int):
+    one = made(PLAY)
+    measurement = few(one, responses)
+    found = origins(adjusted(measurement, one.declared, jobs=2), measurement)
+    assert max(o.forces for o in found) == most
+    assert all(math.isfinite(o.share) and o.share < 1.0 for o in found)
+
+
+def test_a_loop_on_one_response_comes_to_a_verdict():
+    barred = [r["kind"] for r in core.catalogue() if r["kind"] not in ("quadratic_damper", "sensor_gain")]
+    measurement = few(made(PLAY), ("ayf",))
+    lines: list[str] = []
+    report = loop_report(close_loop(measurement, without=barred, jobs=2, report=lines.append))
+    assert any("single channel" in line for line in lines)
+    assert report["verdict"] in ("none", "effect", "outside") and report["unexplained"] > 1.3
+    assert "Something is still missing" in report["sentence"]
