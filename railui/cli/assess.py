@@ -43,12 +43,14 @@ def command(
     TRACK is a track, a measured run or the spec of a synthetic track. Maintenance should better the ride, not
     the straightness: beside the score of a stretch stands its place in the order by geometry.
     """
-    from railui.study.assess import assess
+    from railui.study.assess import assess, check_stretch
 
     vehicle = load_vehicle(call, design, overrides)
     laid = lay_track(track, call.seed, "TRACK")
-    if not 10 * laid.track.spacing <= stretch < laid.track.length:
-        raise refuse(f"--stretch must be shorter than the track of {laid.track.length:g} m: {stretch:g} m")
+    try:
+        check_stretch(laid.track, stretch)
+    except ValueError as error:
+        raise refuse(f"--stretch: {error}") from None
     found = assess(laid, vehicle, speed, stretch=stretch, jobs=call.jobs)
     if figure is not None:
         from railui.report.assess import draw_assessment

@@ -59,8 +59,8 @@ def assess(
     place `rank_geometry` among the stretches, 1 the worst. `agreement`: Spearman's rank correlation between the
     order by geometry and the order by ride, 1 where they are one. The vehicle rides the whole track; a stretch
     begins with the motion that the one before it left. A last piece shorter than half a stretch belongs to the one
-    before. Raises ValueError for a stretch that is not shorter than the track, and as `ride`. Source:
-    Broersen 1976, 2.4.
+    before. Raises ValueError for a stretch that is shorter than 4 m or not shorter than the track, and as `ride`.
+    Source: Broersen 1976, 2.4.
 
     >>> found = assess("erri_b176_high length=1000", "designs/test_bogie.yaml", 40.0)
     >>> len(found["stretches"]), found["stretches"][0]["score"] <= found["stretches"][-1]["score"]
@@ -106,12 +106,21 @@ def in_band(track: Track, shortest: float, longest: float) -> Floats:
     return np.asarray(np.fft.irfft(line, n))
 
 
+def check_stretch(track: Track, stretch: float) -> None:
+    """Raises ValueError for a stretch [m] that is too short or not shorter than the track.
+
+    Guiding forces are compared as means over 2 m, of which even a last piece of half a stretch must hold one.
+    """
+    shortest = max(10.0 * track.spacing, 2.0 * SLIDING)
+    if not shortest <= stretch < track.length or round(stretch / track.spacing) >= len(track):
+        told = f"between {shortest:g} m and the length of the track, {track.length:g} m"
+        raise ValueError(f"a stretch of {stretch:g} m cannot be assessed: give one {told}")
+
+
 def _cuts(track: Track, stretch: float) -> list[tuple[int, int]]:
     """First and past-the-last sample of every stretch."""
+    check_stretch(track, stretch)
     each = round(stretch / track.spacing)
-    if not np.isfinite(stretch) or each < 10 or each >= len(track):
-        told = f"between {10 * track.spacing:g} m and the length of the track, {track.length:g} m"
-        raise ValueError(f"a stretch of {stretch:g} m cannot be: give one {told}")
     edges = list(range(0, len(track) - each // 2, each))
     return list(zip(edges, [*edges[1:], len(track)], strict=True))
 

@@ -115,6 +115,8 @@ class Guided:
 
 def greatest(x: Floats) -> Floats:
     """99.85 % of 2 m means [..., place], as numpy's percentile has it, which reads masked arrays first."""
+    if x.shape[-1] == 1:
+        return np.asarray(x[..., 0])
     at = PERCENTILE / 100.0 * (x.shape[-1] - 1)
     k = min(int(at), x.shape[-1] - 2)
     below, above = np.moveaxis(np.partition(x, [k, k + 1], axis=-1)[..., k : k + 2], -1, 0)

@@ -18,6 +18,7 @@ VAGUE = 0.5  # and up to which it is so roughly
 TOLD = 0.3  # share of a direction from which a parameter is named in it
 REACH = (-3.0, -1.5, 1.5, 3.0)  # standard deviations at which a profile is taken
 NINETY = 2.706  # rise of the deviance at the ends of a 90 % interval
+BLOCKS = 5  # of time that a stretch must hold at least
 TURNS = 3  # refits of a profile's point
 DETERMINED, ROUGH = "determined", "determined roughly"
 COMBINED, UNSEEN = "only in combination", "not seen by these sensors"
@@ -180,7 +181,8 @@ class PerStretch:
 def per_stretch(fit: Fit, length: float) -> PerStretch:
     """Every adjusted parameter on stretches of so many metres each: one step from the common values (linear).
 
-    Priors hold on every stretch what it alone does not determine.
+    Priors hold on every stretch what it alone does not determine. Raises ValueError where no stretch has as many
+    blocks of time as it needs.
     """
     s = block_distances(fit)
     gram = fit.normal.gram.sum(axis=1)
@@ -192,7 +194,7 @@ def per_stretch(fit: Fit, length: float) -> PerStretch:
     held = 1.0 / np.maximum(100.0 * common, 1e-300) + 1.0 / fit.free.prior_sd**2
     for k in range(count):
         inside, start = place == k, s.min() + k * length
-        if inside.sum() < 5:
+        if inside.sum() < BLOCKS:
             continue
         part = gram[inside]
         total = part.sum(axis=0)
@@ -202,4 +204,8 @@ def per_stretch(fit: Fit, length: float) -> PerStretch:
         rows.append(fit.x + inverse @ total[1:, 0])
         sds.append(np.sqrt(np.maximum(np.diag(inverse @ (scores.T @ scores) @ inverse), 0.0)))
         between.append((start, min(start + length, float(s.max()))))
+    if not rows:
+        enough = (BLOCKS + 1) * float(np.median(np.diff(s)))
+        least = f"give at least {enough:.0f} m" if enough > length else "measure longer runs"
+        raise ValueError(f"stretches of {length:g} m are too short to estimate parameters on each, {least}")
     return PerStretch(fit.free.paths, np.array(between), np.array(rows), np.array(sds))

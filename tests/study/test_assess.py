@@ -15,7 +15,7 @@ from railui.cli import cli
 from railui.files.design import load_design
 from railui.files.track_file import save_track
 from railui.study.assess import _agreement, _badness, _places, assess, in_band
-from railui.study.forces import forces
+from railui.study.forces import forces, greatest
 from railui.study.ride import model_of, ride, road_of, simulate
 from railui.track import Track, band_sd, synthetic_track
 
@@ -103,6 +103,26 @@ def test_stretches_cover_the_track_once_and_come_worst_first() -> None:
     assert along[-1][1] == pytest.approx(930.0, abs=0.2)
     scores = [one["score"] for one in found if one["class"] == found[-1]["class"]]
     assert scores == sorted(scores)
+
+
+@pytest.mark.parametrize("stretch", [1.0, 2.0, 3.9, float("nan"), 400.0])
+def test_a_stretch_too_short_or_too_long_is_refused_with_its_range(stretch: float) -> None:
+    with pytest.raises(ValueError, match=r"stretch of .* cannot be assessed: give one between 4 m and the length"):
+        assess("erri_b176_low length=400", BOGIE, 60.0, stretch=stretch)
+    done = CliRunner().invoke(
+        cli, ["assess", "erri_b176_low length=400", str(BOGIE), "--speed", "60", "--stretch", "2"]
+    )
+    assert done.exit_code == 2 and "between 4 m" in done.output
+
+
+def test_the_shortest_stretches_are_assessed_whatever_the_last_piece_is() -> None:
+    for length in np.arange(40.0, 44.0, 0.5):
+        found = assess(f"erri_b176_low length={length}", BOGIE, 60.0, stretch=4.0)
+        assert all(np.isfinite(one["sum_of_guiding_forces"]) for one in found["stretches"])
+
+
+def test_the_percentile_of_a_single_mean_is_that_mean() -> None:
+    assert greatest(np.array([[3.0], [4.0]])).tolist() == [3.0, 4.0]
 
 
 def test_waves_of_a_band_have_its_standard_deviation() -> None:

@@ -107,6 +107,14 @@ def test_what_lies_on_the_last_edge_belongs_to_the_last_stretch():
     assert np.any(plain.values[1] != other.values[1])
 
 
+def test_stretches_too_short_to_estimate_on_are_refused_with_a_length_that_works():
+    fit = fitted()
+    with pytest.raises(ValueError, match=r"too short to estimate parameters on each, give at least \d+ m") as refused:
+        per_stretch(fit, 2.0)
+    enough = float(str(refused.value).split()[-2])
+    assert per_stretch(fit, enough).values.shape[1] == len(fit.free.paths)
+
+
 def test_a_parameter_that_is_higher_on_one_stretch_is_so_there_alone():
     fit = fitted()
     s, j, by = block_distances(fit), fit.free.paths.index(CONICITY), 0.05 * fit.x[fit.free.paths.index(CONICITY)]
