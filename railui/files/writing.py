@@ -16,7 +16,7 @@ from typing import Any, Final
 
 ELSEWHERE: Final = ", name a place that you may write"
 REMEDIES: Final = {
-    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT), ELSEWHERE),
+    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT, errno.ENOTDIR, errno.EEXIST), ELSEWHERE),
     errno.ENOSPC: ", make room there, or name another disk",
     errno.EISDIR: ", name a file",
 }

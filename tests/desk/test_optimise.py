@@ -122,3 +122,21 @@ async def test_the_study_file_of_a_plan_says_the_same(study: Path) -> None:
     again = Plan.read(plan.resolved().source)
     assert again.bounds == plan.bounds and again.aims == plan.aims and again.limits == plan.limits
     assert (again.population, again.generations, again.seeds) == (16, 4, "1")
+
+
+@pytest.mark.parametrize("directory", ["{file}/inside/study", "/proc/nowhere/study", "", "~nobody-of-this-name/study"])
+async def test_a_directory_that_cannot_be_written_is_said_and_the_desk_goes_on(
+    sit: Sitting, study: Path, directory: str
+) -> None:
+    async with sit(study, size=(160, 48)) as keys:
+        panel = keys.desk.query_one(OptimisePanel)
+        assert panel.plan is not None
+        good = panel.plan
+        panel.set_plan(replace(good, directory=directory.format(file=study)))
+        await keys.press("s")
+        assert panel.study is None and panel.result is None
+        assert panel.doing.endswith("change the directory of the plan")
+        assert panel.doing in [told.message for told in keys.desk._notifications]
+        panel.set_plan(replace(good, generations=1))
+        await keys.press("s")
+        await keys.until(lambda: panel.result is not None)

@@ -198,6 +198,11 @@ search never saw: mean and one standard deviation. `t` takes it into the form.
         except FileProblems as error:
             self.app.push_screen(Faults("the plan", error))
             return
+        except (OSError, RuntimeError, ValueError) as error:  # a directory that cannot be written, or is no path
+            self.doing = f"{error}: change the directory of the plan"
+            self.notify(self.doing, severity="error", timeout=12)
+            self._state()
+            return
         self.searched, self.declared = Searched(self.plan), None
         self.doing, self.fresh = "", ""
         where = Path(self.plan.directory).expanduser()
