@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -301,6 +302,20 @@ class Rides:
     diverged: NDArray[np.int64]
 
 
+def eigenvalues_of(matrices: Floats) -> NDArray[np.complex128]:
+    """Eigenvalues [n, state] of matrices [n, state, state], largest real part first; NaN of one that is not finite.
+
+    >>> eigenvalues_of(np.array([[[-3.0, 1.0], [0.0, -2.0]], [[np.inf, 0.0], [0.0, 1.0]]])).real.tolist()
+    [[-2.0, -3.0], [nan, nan]]
+    """
+    found = np.full(matrices.shape[:2], complex(np.nan, np.nan))
+    for i in np.flatnonzero(np.isfinite(matrices).all(axis=(1, 2))):
+        with contextlib.suppress(np.linalg.LinAlgError):  # no convergence: undefined as well
+            found[i] = np.linalg.eigvals(matrices[i])
+    order = np.lexsort((-found.imag, -found.real), axis=1)
+    return np.asarray(np.take_along_axis(found, order, axis=1))
+
+
 class Vehicles:
     """Vehicles of one structure: a kind, placed effects, and the measured forces of the coach that drive them.
 
@@ -391,8 +406,24 @@ class Vehicles:
         return self._core.steps(batch, slowest, fastest, dt, STEP_LIMIT)
 
     def eigenvalues(self, batch: Batch, speed: float) -> NDArray[np.complex128]:
-        """Eigenvalues [vehicle, 2 x degrees of freedom] of the linear vehicles, largest real part first."""
-        return np.array([[complex(*z) for z in row] for row in self._core.eigenvalues(batch, speed)])
+        """Eigenvalues [vehicle, 2 x degrees of freedom] of the linear vehicles, largest real part first.
+
+        NaN where a vehicle has none: its state matrix is not finite.
+        """
+        found = self._core.eigenvalues(batch, speed)
+        if all(found):
+            return np.array([[complex(*z) for z in row] for row in found])
+        # the kernel's iteration did not end: on a finite matrix that of LAPACK may
+        return np.array(
+            [
+                [complex(*z) for z in row] if row else self._eigenvalues_of(batch.select([i]), speed)
+                for i, row in enumerate(found)
+            ]
+        )
+
+    def _eigenvalues_of(self, one: Batch, speed: float) -> NDArray[np.complex128]:
+        share = 1.0 if one.speed_scale is None else float(one.speed_scale[0])
+        return np.asarray(eigenvalues_of(self.state_matrix(one, speed * share))[0])
 
     def sites(self, batch: Batch) -> dict[tuple[str, int], tuple[float, float]]:
         """Linear (stiffness, damping) at every (place, wheelset) of the first vehicle; wheelset 0: none."""

@@ -171,7 +171,7 @@ class Adjuster:
             return True
         rows = self.rows(x[None])
         speeds = {v for t in self.ready if t.stretch.whole is None for v in t.stretch.speeds}
-        worst = max((float(self.model.eigenvalues(v, rows)[0, 0].real) for v in speeds), default=-np.inf)
+        worst = max((self.model.growth(v, rows) for v in speeds), default=-np.inf)
         if worst > STABLE:
             self.constrained = True
         return worst <= STABLE

@@ -50,7 +50,7 @@ def critical_speeds(
     """The lowest speed at which each of n vehicles [n, row] loses stability, None up to `highest` [m/s].
 
     Looked for from 1 m/s in steps of at most `spacing`, then by bisection of all at once. A vehicle that is
-    unstable at 1 m/s has the speed 0.
+    unstable at 1 m/s has the speed 0; one without finite eigenvalues counts as unstable.
 
     >>> from railui.study.ride import model_of
     >>> model = model_of("designs/check_bogie.yaml")
@@ -65,13 +65,13 @@ def critical_speeds(
         if not here.size:
             break
         each = _largest(model, np.repeat(rows[here], len(near), axis=0), np.tile(near, here.size), at_rest)
-        grows = each.real.reshape(here.size, len(near)) > GROWS
+        grows = ~(each.real.reshape(here.size, len(near)) <= GROWS)
         found, first = here[grows.any(axis=1)], k + grows.argmax(axis=1)[grows.any(axis=1)]
         high[found], low[found], open_[found] = grid[first], np.where(first, grid[first - 1], 0.0), False
     some = np.flatnonzero(~open_ & (low > 0))
     while some.size and np.max(high[some] - low[some]) > CLOSE:
         middle = 0.5 * (low[some] + high[some])
-        grows = _largest(model, rows[some], middle, at_rest).real > GROWS
+        grows = ~(_largest(model, rows[some], middle, at_rest).real <= GROWS)
         high[some], low[some] = np.where(grows, middle, high[some]), np.where(grows, low[some], middle)
     at = np.where(np.isfinite(high), high, highest)
     roots = _largest(model, rows, at, at_rest)

@@ -218,6 +218,11 @@ class Model:
         """Eigenvalues [n, 2 x degrees of freedom] of the linear vehicle at a speed [m/s], largest real part first."""
         return self.vehicles().eigenvalues(self.batch(self.row[None] if rows is None else rows), speed)
 
+    def growth(self, speed: float, rows: Floats | None = None) -> float:
+        """Growth [1/s] of the least damped small motion, the largest of rows; infinite where it is not defined."""
+        largest = float(self.eigenvalues(speed, rows)[:, 0].real.max())
+        return largest if np.isfinite(largest) else np.inf
+
 
 def less_turns(angle: Floats) -> Floats:
     """An angle [rad] without whole turns, between -pi and pi.

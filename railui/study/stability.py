@@ -11,7 +11,7 @@ import numpy as np
 from railui.files.design import Design
 from railui.study.critical import critical_speeds, klingel_of
 from railui.study.hunting import Hunting, hunting, with_flange
-from railui.study.linear import linear_effects
+from railui.study.linear import linear_effects, state_matrices
 from railui.study.model import Model
 from railui.study.modes import modes_over
 from railui.study.ride import TrackGiven, model_of, rides
@@ -52,6 +52,7 @@ def stability(
     if not grid or not grid[0] > 0 or not np.isfinite(grid[-1]):
         raise ValueError(f"speeds must be positive, at least one of them: {list(speeds)}")
     rows, notes = model.row[None], []
+    _check_finite(model, grid)
     linear = critical_speeds(model, rows, grid[-1])[0]
     rest = critical_speeds(model, rows, grid[-1], at_rest=True)[0] if model.effects else linear
     modes = modes_over(model, grid)
@@ -84,6 +85,12 @@ def stability(
         body |= {"practical_critical_speed": found_practical["speed"], "practical": found_practical}
         notes += found_practical.pop("notes")
     return body | {"speeds": grid, "modes": modes, "notes": notes}
+
+
+def _check_finite(model: Model, speeds: Sequence[float]) -> None:
+    matrices = state_matrices(model, np.repeat(model.row[None], len(speeds), axis=0), np.asarray(speeds))
+    if not np.isfinite(matrices).all():
+        raise ValueError("the state matrix of this vehicle is not finite: give its masses and inertias usual values")
 
 
 def fold_of(cycle: Hunting, rest: float | None) -> dict[str, Any]:

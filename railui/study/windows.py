@@ -30,7 +30,7 @@ def held(model: Model) -> bool:
 
 def growth(model: Model, stretch: Stretch) -> float:
     """Growth [1/s] of the least damped small motion at the speeds of a stretch; negative: it dies."""
-    return max(float(model.eigenvalues(v)[0, 0].real) for v in stretch.speeds)
+    return max(model.growth(v) for v in stretch.speeds)
 
 
 def cut_where(model: Model, stretches: Sequence[Stretch], limit: float) -> set[Key]:

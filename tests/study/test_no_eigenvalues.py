@@ -1,0 +1,100 @@
+"""Vehicles without eigenvalues: a state matrix that is not finite, or on which an iteration does not end."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from railui.core import eigenvalues_of
+from railui.study.adjust import Adjuster
+from railui.study.critical import linear_many
+from railui.study.free import free_parameters
+from railui.study.linear import eigenvalues
+from railui.study.model import Model
+from railui.study.ride import model_of
+from railui.study.stability import stability
+from railui.study.target import targets
+from railui.study.windows import cut_where
+from tests.blind.made import made
+
+BOGIE = Path(__file__).parents[2] / "designs" / "check_bogie.yaml"
+MASS = "vehicle.frame.mass"
+NEXT_TO_NOTHING = 1e-308  # kg, on which any force is an infinite acceleration
+
+
+def weightless(model: Model) -> np.ndarray:
+    """Rows of the vehicle itself and of one whose frame has next to no mass."""
+    rows = np.tile(model.row, (2, 1))
+    rows[1, model.columns[MASS]] = NEXT_TO_NOTHING
+    return rows
+
+
+@pytest.mark.parametrize("scaled", [False, True])
+def test_a_vehicle_without_eigenvalues_leaves_the_others_of_its_batch_theirs(scaled: bool):
+    model = model_of(BOGIE)
+    rows = weightless(model)
+    found = eigenvalues(model, rows, np.array([40.0, 40.0])) if scaled else model.eigenvalues(40.0, rows)
+    np.testing.assert_array_equal(found[0], model.eigenvalues(40.0)[0])
+    assert np.isnan(found[1]).all()
+    assert model.growth(40.0) < 0 and model.growth(40.0, rows) == np.inf
+
+
+class Unended:
+    """A kernel whose iteration for eigenvalues ends on no vehicle."""
+
+    def __init__(self, core: object) -> None:
+        self.core = core
+
+    def eigenvalues(self, batch: object, speed: float) -> list[list[tuple[float, float]]]:
+        return [[] for _ in range(len(batch))]  # type: ignore[arg-type]
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self.core, name)
+
+
+def test_where_the_iteration_of_the_kernel_does_not_end_lapack_answers():
+    model = model_of(BOGIE)
+    vehicles = model.vehicles()
+    batch = dataclasses.replace(model.single(), speed_scale=np.array([2.0]))
+    expected = vehicles.eigenvalues(batch, 20.0)
+    vehicles._core, core = Unended(vehicles._core), vehicles._core  # type: ignore[assignment]
+    try:
+        found = vehicles.eigenvalues(batch, 20.0)
+    finally:
+        vehicles._core = core
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_eigenvalues_of_a_matrix_are_sorted_by_their_real_part():
+    found = eigenvalues_of(np.array([np.diag([-1.0, 3.0, 2.0])]))
+    assert found[0].real.tolist() == [3.0, 2.0, -1.0]
+
+
+def test_a_trial_model_without_eigenvalues_is_not_allowed_in_a_fit():
+    one = made("free_play at=primary_lateral half_width=4e-4")
+    model, stretches = one.declared, one.measurement.adjust
+    ready = targets(model, one.measurement, stretches)
+    free = free_parameters(model, [MASS], model)
+    adjuster = Adjuster(model, free, ready, block=1.0, stable=True, jobs=1)
+    x = np.array([[model.value(MASS)], [NEXT_TO_NOTHING]])
+    costs = adjuster.residuals(x)
+    assert np.isfinite(costs[0]) and costs[1] == np.inf and adjuster.constrained
+    light = model.with_row([MASS], np.array([NEXT_TO_NOTHING]))
+    assert cut_where(light, stretches, 0.0) == {(s.file, s.number) for s in stretches}
+
+
+def test_a_search_counts_a_vehicle_without_eigenvalues_as_unstable():
+    model = model_of(BOGIE)
+    found = linear_many(model, weightless(model), [20.0])
+    whole = linear_many(model, model.row[None], [20.0])
+    assert found["linear_damping"][0] == whole["linear_damping"][0] and np.isnan(found["linear_damping"][1])
+    assert found["linear_critical_speed"].tolist() == [whole["linear_critical_speed"][0], 0.0]
+
+
+def test_stability_of_a_vehicle_without_eigenvalues_is_refused():
+    model = model_of(BOGIE)
+    with pytest.raises(ValueError, match=r"state matrix of this vehicle is not finite.*masses"):
+        stability(model.with_row([MASS], np.array([NEXT_TO_NOTHING])), [10.0, 20.0])
