@@ -32,7 +32,12 @@ class Spline:
 
 class Vehicle:
     def __init__(
-        self, kind: str, placed: list[tuple[str, str, int, int]], measured: list[str], layout: Any = None
+        self,
+        kind: str,
+        placed: list[tuple[str, str, int, int, str | None]],
+        measured: list[str],
+        layout: Any = None,
+        rig_input: str | None = None,
     ) -> None: ...
     def simulate(
         self,

@@ -21,8 +21,7 @@ LANES: int = _core.LANES
 CURVES = ("measured_force", "profile_shape", "rolling_line")  # kinds whose parameters are lists
 ARITHMETIC = ("fused", "products", "sums", "choices", "roots", "quotients")
 LINKAGE: int = _core.LINKAGE  # the number of the place between both wheelsets of a bogie
-AGAINST = {"z": 0.0, "v": 1.0, "s": 2.0}
-RIG_INPUTS = {"force": 0.0, "base_displacement": 1.0, "base_acceleration": 2.0}
+CHOOSING = "measured_force"  # the kind whose curve stands against z, v or s
 STEP_LIMIT = 64
 
 
@@ -78,20 +77,30 @@ def jobs_or_all(jobs: int | None) -> int:
 
 @dataclass(frozen=True)
 class Placement:
-    """An effect at a place; wheelset None: both, or none in particular."""
+    """An effect at a place; wheelset None: both, or none in particular; against: z, v or s of a curve that asks for it.
+
+    >>> Placement("measured_force", "frame", None, 5) == Placement("measured_force", "frame", None, 5, "z")
+    True
+    """
 
     kind: str
     at: str
     wheelset: int | None = None
     count: int = 0
+    against: str | None = None
 
     def __post_init__(self) -> None:
         if not self.count:
             object.__setattr__(self, "count", len(record(self.kind)["parameters"]))
+        if self.against is None and self.kind == CHOOSING:
+            object.__setattr__(self, "against", "z")
 
 
 def effect_numbers(kind: str, values: Mapping[str, Any]) -> list[float]:
-    """The numbers of one effect in the kernel's order; a parameter left out is its record's default."""
+    """The numbers of one effect in the kernel's order; a parameter left out is its record's default.
+
+    No choice is among them: what a curve stands against belongs to its `Placement`.
+    """
     if kind == "profile_shape":
         grid, *curves = (list(values[p["key"]]) for p in record(kind)["parameters"])
         step = (grid[-1] - grid[0]) / (len(grid) - 1)
@@ -100,7 +109,7 @@ def effect_numbers(kind: str, values: Mapping[str, Any]) -> list[float]:
         return [float(len(values["place"])), *values["place"], *values["offset"]]
     if kind == "measured_force":
         motion, force = list(values["motion"]), list(values["force"])
-        return [AGAINST[values.get("against", "z")], float(len(motion)), *motion, *force]
+        return [float(len(motion)), *motion, *force]
     return [float(values.get(p["key"], p["default"])) for p in record(kind)["parameters"]]
 
 
@@ -319,19 +328,29 @@ def eigenvalues_of(matrices: Floats) -> NDArray[np.complex128]:
 class Vehicles:
     """Vehicles of one structure: a kind, placed effects, and the measured forces of the coach that drive them.
 
-    A `layout` describes vehicles of bodies and elements, in the place of a kind that the kernel knows.
+    A `layout` describes vehicles of bodies and elements, in the place of a kind that the kernel knows. rig_input, of a
+    rig alone: force (the default), base_displacement or base_acceleration.
 
     Raises ValueError for an effect at a place where it cannot stand, or two that supersede the same term.
     """
 
     def __init__(
-        self, kind: str, placed: Sequence[Placement] = (), measured: Sequence[str] = (), layout: Layout | None = None
+        self,
+        kind: str,
+        placed: Sequence[Placement] = (),
+        measured: Sequence[str] = (),
+        layout: Layout | None = None,
+        rig_input: str | None = None,
     ) -> None:
         self.kind = kind
         self.placed = tuple(placed)
         self.measured = tuple(measured)
         self._core = _core.Vehicle(
-            kind, [(p.kind, p.at, p.wheelset or 0, p.count) for p in self.placed], list(measured), layout
+            kind,
+            [(p.kind, p.at, p.wheelset or 0, p.count, p.against) for p in self.placed],
+            list(measured),
+            layout,
+            rig_input,
         )
 
     def simulate(

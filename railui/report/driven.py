@@ -67,8 +67,9 @@ def resisted(z: Floats, dt: float, mass: float, effects: Sequence[PlacedEffect],
     """
     t = np.linspace(0.0, dt * (len(z) - 1), len(z))
     bench = Stretch("", "", 0, {"t": t, "u": -z}, dt, "rig")
-    vehicles = Vehicles("rig", [Placement(e.kind, "rig", None, len(effect_row(e))) for e in effects])
-    numbers = np.array([[HEAVY * mass, k, c, 1.0, core.RIG_INPUTS["base_displacement"]]])
+    placed = [Placement(e.kind, "rig", None, len(effect_row(e)), e.against) for e in effects]
+    vehicles = Vehicles("rig", placed, rig_input="base_displacement")
+    numbers = np.array([[HEAVY * mass, k, c, 1.0]])
     tail = np.array([[x for e in effects for x in effect_row(e)]])
     batch = Batch.of(numbers, tail, np.ones((1, len(effects))))
     start = np.zeros(vehicles.states(batch))

@@ -165,11 +165,11 @@ def pulses(
     corners = [v * dt * every * (DELAY + k) for k, _ in pulse]
     force = [UNIT * f for _, f in pulse]
     table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
-    row = core.effect_numbers("measured_force", {"against": "s", "motion": corners, "force": force})
+    row = core.effect_numbers("measured_force", {"motion": corners, "force": force})
     batch = fit.model.batch(np.tile(fit.model.row, (2, 1)), np.array([row, row]), np.array([[1.0], [0.0]]))
     out: dict[Port, Floats] = {}
     for at, wheelset in ports:
-        vehicles = fit.model.vehicles((), [core.Placement("measured_force", at, wheelset, len(row))])
+        vehicles = fit.model.vehicles((), [core.Placement("measured_force", at, wheelset, len(row), "s")])
         series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels)
         out[at, wheelset] = (series[0] - series[1])[:, ::every] * weights[:, None] / UNIT
     return out

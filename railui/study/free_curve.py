@@ -114,11 +114,11 @@ def _hats(fit: Fit, spot: Spot, target: Target) -> Floats | None:
     rows = [
         core.effect_numbers(
             "measured_force",
-            {"against": spot.against, "motion": spot.grid, "force": unit * np.eye(n)[i] if i < n else np.zeros(n)},
+            {"motion": spot.grid, "force": unit * np.eye(n)[i] if i < n else np.zeros(n)},
         )
         for i in [n, *range(n)]
     ]
-    place = core.Placement("measured_force", spot.at, spot.wheelset, len(rows[0]))
+    place = core.Placement("measured_force", spot.at, spot.wheelset, len(rows[0]), spot.against)
     try:
         vehicles = fit.model.vehicles(target.stretch.coach_forces, [place])
         here = fit.model.on(*target.stretch.place)

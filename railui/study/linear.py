@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.core import Batch, Vehicles, eigenvalues_of
-from railui.study.model import Model, placement
+from railui.study.model import Model
 from railui.study.road import Laid, Road
 from railui.track import Track
 
@@ -52,7 +52,7 @@ def linear_effects(model: Model) -> tuple[bool, ...]:
     >>> linear_effects(model_of("designs/test_bogie.yaml"))
     ()
     """
-    key = (model.design.kind, model.design.structure, tuple(map(placement, model.effects)), model.row.tobytes())
+    key = (model.form, model.row.tobytes())
     if key not in _LINEAR:
         _LINEAR[key] = _linear_effects(model)
         for oldest in list(_LINEAR)[:-MOST]:

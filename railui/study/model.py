@@ -24,8 +24,7 @@ TURN = 2.0 * np.pi
 
 def numbers_of(design: Design) -> Floats:
     """The numbers of a design in the kernel's order, shape [parameters of its kind]."""
-    special = {"vehicle.rig.input": lambda: core.RIG_INPUTS[design.rig_input]}
-    return np.array([special[p]() if p in special else design.values[p] for p in parameters_of(design)])
+    return np.array([design.values[path] for path in parameters_of(design)])
 
 
 def parameters_of(design: Design) -> tuple[str, ...]:
@@ -35,15 +34,12 @@ def parameters_of(design: Design) -> tuple[str, ...]:
 
 def effect_row(effect: PlacedEffect) -> list[float]:
     """The numbers of one effect in the kernel's order."""
-    values: dict[str, Any] = dict(effect.parameters)
-    if effect.against is not None:
-        values["against"] = effect.against
-    return core.effect_numbers(effect.kind, values)
+    return core.effect_numbers(effect.kind, effect.parameters)
 
 
 def placement(effect: PlacedEffect) -> Placement:
     """Where an effect stands, as the kernel wants it."""
-    return Placement(effect.kind, effect.at, effect.wheelset, len(effect_row(effect)))
+    return Placement(effect.kind, effect.at, effect.wheelset, len(effect_row(effect)), effect.against)
 
 
 @dataclass(frozen=True)
@@ -83,16 +79,23 @@ class Model:
                     keys = [p["key"] for p in core.record(effect.kind)["parameters"]]
                     found |= {f"{group}.{i}.{key}": at + j for j, key in enumerate(keys)}
                 elif effect.kind == "measured_force":
-                    half = (width - 2) // 2
-                    found |= {f"{group}.{i}.force.{j}": at + 2 + half + j for j in range(half)}
+                    half = (width - 1) // 2
+                    found |= {f"{group}.{i}.force.{j}": at + 1 + half + j for j in range(half)}
                 at += width
         return found
+
+    @property
+    def form(self) -> tuple[Any, ...]:
+        """All of a vehicle but its numbers: what those in the lanes of one kernel call must share."""
+        design = self.design
+        return (design.kind, _rig_input(design), design.structure, tuple(map(placement, self.effects)))
 
     def vehicles(self, measured: Sequence[str] = (), extra: Sequence[Placement] = ()) -> Vehicles:
         """The structure of this vehicle in the kernel, with further placed effects behind its own."""
         structure = self.design.structure
         layout = None if structure is None else layout_of(structure)
-        return Vehicles(self.design.kind, [*map(placement, self.effects), *extra], measured, layout)
+        placed = [*map(placement, self.effects), *extra]
+        return Vehicles(self.design.kind, placed, measured, layout, _rig_input(self.design))
 
     def batch(self, rows: Floats, extra: Floats | None = None, amounts: Floats | None = None) -> Batch:
         """Vehicles from rows [n, row], with the numbers [n, ...] and amounts [n, k] of further effects."""
@@ -231,6 +234,10 @@ def less_turns(angle: Floats) -> Floats:
     [0.717, 2.283]
     """
     return np.asarray(angle - TURN * np.round(angle / TURN))
+
+
+def _rig_input(design: Design) -> str | None:
+    return design.rig_input if design.kind == "rig" else None
 
 
 def _run_keys(effect: PlacedEffect) -> list[str]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from railui.core import Batch, Vehicles, passed
 from railui.study.comfort_point import comfort_sections, felt
 from railui.study.forces import force_limit, load_paths
-from railui.study.model import Model, placement
+from railui.study.model import Model
 from railui.study.road import Road
 from railui.track.table import LEADING, PER_WHEELSET
 
@@ -54,7 +54,7 @@ def _structure(model: Model) -> tuple[Any, ...]:
     """What vehicles must share to ride in the lanes of one kernel call."""
     design = model.design
     words = (design.gauge_widens_clearance, design.setting("riding.guidance"))
-    return (tuple(map(placement, model.effects)), design.riding, words, design.structure)
+    return (model.form, design.riding, words)
 
 
 def half_gauges(table: Floats, steps: int, wheelsets: int) -> Floats:

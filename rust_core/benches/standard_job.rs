@@ -5,6 +5,7 @@ use divan::counter::ItemsCount;
 use railui_core::compare::{Filter, filtered};
 use railui_core::course::Course;
 use railui_core::effects::Law;
+use railui_core::kinds::VehicleKind;
 use railui_core::lanes::{LANES, Lanes, level};
 use railui_core::many::{Many, Weighing, rates, score};
 use railui_core::structure::{Placed, Structure};
@@ -92,8 +93,7 @@ impl Vehicles {
             wheelset: 0,
             count: numbers.len(),
         });
-        let structure =
-            Structure { kind: "bogie".into(), measured: Vec::new(), layout: None, placed: placed.collect() };
+        let structure = Structure { kind: VehicleKind::Bogie, measured: Vec::new(), placed: placed.collect() };
         let effects: Vec<f64> = job.effects.iter().flat_map(|(_, _, numbers)| numbers.iter().copied()).collect();
         Self {
             structure,

@@ -7,6 +7,12 @@ pub enum Error {
     Vehicle(String),
     #[error("no effect {0:?} in the catalogue")]
     Effect(String),
+    #[error("{kind} has no curve against {word:?}")]
+    Against { kind: String, word: String },
+    #[error(
+        "a vehicle of kind {kind:?} has no input {word:?}; a rig has force, base_displacement or base_acceleration"
+    )]
+    Input { kind: String, word: String },
     #[error("{kind} cannot stand at {at:?}; it stands at {known}")]
     Place { kind: String, at: String, known: String },
     #[error("this vehicle has no place {at:?} for wheelset {wheelset}")]

@@ -4,6 +4,7 @@ use crate::contact::{Contact, ContactNumbers, NO_LIMIT};
 use crate::effects::effect::{Kind, Site};
 use crate::effects::{Law, PlacedLaw};
 use crate::error::{Error, Result};
+use crate::kinds::VehicleKind;
 use crate::lanes::{LANES, Lanes};
 use crate::plain::PlainBogie;
 use crate::profile::ShapeLanes;
@@ -62,10 +63,10 @@ impl Structure {
     /// A rate of change in one piece, where the structure has one.
     fn fuse(&self, group: &mut Group, all: &Sixteen<'_>) {
         let Some(contacts) = all.plain_contacts(group) else { return };
-        if self.kind == "bogie" && group.dofs == 6 && !group.matrix.is_driven() {
+        if matches!(self.kind, VehicleKind::Bogie) && group.dofs == 6 && !group.matrix.is_driven() {
             let numbers: Vec<_> = all.ones.iter().map(|one| one.numbers).collect();
             group.plain = Some(PlainBogie::new(&numbers, &contacts, &group.speed_scale, group.touches()));
-        } else if self.layout.is_some() {
+        } else if self.kind.layout().is_some() {
             group.contacts = Some(contacts.iter().map(|numbers| Contact::new(numbers)).collect());
         }
     }

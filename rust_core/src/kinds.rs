@@ -1,44 +1,91 @@
 //! The kinds of vehicles that need no list of bodies: the bogie, a wheelset on springs, one mass on a rig.
 use crate::assemble::{Assembly, LINKAGE, Order};
+use crate::bodies::Layout;
 use crate::error::{Error, Result, expect_len};
 use crate::wheelset::Wheelset;
 
-/// The kinds of vehicles and the numbers that each is assembled from, by their paths in a design.
-pub fn parameters(kind: &str) -> Result<&'static [&'static str]> {
-    match kind {
-        "bogie" => Ok(&BOGIE),
-        "wheelset" => Ok(&WHEELSET),
-        "rig" => Ok(&RIG),
-        _ => Err(Error::Vehicle(kind.into())),
-    }
+/// The input u(t) of a rig.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RigInput {
+    #[default]
+    Force,
+    BaseDisplacement,
+    BaseAcceleration,
 }
 
-/// Columns of the input table that a kind of vehicle reads.
-pub fn columns(kind: &str) -> usize {
-    match kind {
-        "bogie" => 14,
-        "wheelset" => 7,
-        _ => 5,
-    }
+/// A kind of vehicle: one that the kernel knows, or one of bodies and elements.
+#[derive(Clone, Debug)]
+pub enum VehicleKind {
+    Bogie,
+    Wheelset,
+    Rig(RigInput),
+    Bodies(Layout),
 }
 
-/// Assemble one vehicle; `measured` names the forces of the coach that the input table holds (Qy, Qpsi).
-pub fn assemble(kind: &str, p: &[f64], measured: &[String]) -> Result<Assembly> {
-    let names = parameters(kind)?;
-    expect_len(&format!("numbers of a {kind}"), p.len(), names.len())?;
-    for (name, value) in names.iter().zip(p) {
-        if !value.is_finite() {
-            return Err(Error::Value { what: (*name).into(), value: *value, rule: "finite" });
+impl VehicleKind {
+    /// The kind of a name; only a rig may be given an input, by default a force.
+    pub fn named(kind: &str, input: Option<&str>) -> Result<Self> {
+        match (kind, input) {
+            ("bogie", None) => Ok(VehicleKind::Bogie),
+            ("wheelset", None) => Ok(VehicleKind::Wheelset),
+            ("rig", None | Some("force")) => Ok(VehicleKind::Rig(RigInput::Force)),
+            ("rig", Some("base_displacement")) => Ok(VehicleKind::Rig(RigInput::BaseDisplacement)),
+            ("rig", Some("base_acceleration")) => Ok(VehicleKind::Rig(RigInput::BaseAcceleration)),
+            ("bogie" | "wheelset" | "rig", Some(word)) => Err(Error::Input { kind: kind.into(), word: word.into() }),
+            _ => Err(Error::Vehicle(kind.into())),
         }
     }
-    let mut vehicle = match kind {
-        "bogie" => bogie(p, measured),
-        "wheelset" => wheelset_on_springs(p),
-        _ => rig(p),
-    };
-    vehicle.check_masses()?;
-    vehicle.port_channels();
-    Ok(vehicle)
+
+    /// The numbers that a kind is assembled from, by their paths in a design; those of bodies have no paths here.
+    pub fn parameters(&self) -> &'static [&'static str] {
+        match self {
+            VehicleKind::Bogie => &BOGIE,
+            VehicleKind::Wheelset => &WHEELSET,
+            VehicleKind::Rig(_) => &RIG,
+            VehicleKind::Bodies(_) => &[],
+        }
+    }
+
+    /// Columns of the input table that a kind of vehicle reads.
+    pub fn columns(&self) -> usize {
+        match self {
+            VehicleKind::Bogie => 14,
+            VehicleKind::Wheelset => 7,
+            VehicleKind::Rig(_) => 5,
+            VehicleKind::Bodies(layout) => layout.columns(),
+        }
+    }
+
+    /// Bodies and elements, where the vehicle is described by these.
+    pub fn layout(&self) -> Option<&Layout> {
+        match self {
+            VehicleKind::Bodies(layout) => Some(layout),
+            _ => None,
+        }
+    }
+
+    /// Assemble one vehicle; `measured` names the forces of the coach that the input table holds (Qy, Qpsi).
+    pub fn assemble(&self, p: &[f64], measured: &[String]) -> Result<Assembly> {
+        let mut vehicle = match self {
+            VehicleKind::Bodies(layout) => return layout.assemble(p),
+            VehicleKind::Bogie => bogie(self.checked("bogie", p)?, measured),
+            VehicleKind::Wheelset => wheelset_on_springs(self.checked("wheelset", p)?),
+            VehicleKind::Rig(input) => rig(self.checked("rig", p)?, *input),
+        };
+        vehicle.check_masses()?;
+        vehicle.port_channels();
+        Ok(vehicle)
+    }
+
+    /// As many numbers as the kind has, all of them finite.
+    fn checked<'a>(&self, kind: &str, p: &'a [f64]) -> Result<&'a [f64]> {
+        let names = self.parameters();
+        expect_len(&format!("numbers of a {kind}"), p.len(), names.len())?;
+        match names.iter().zip(p).find(|(_, value)| !value.is_finite()) {
+            Some((name, value)) => Err(Error::Value { what: (*name).into(), value: *value, rule: "finite" }),
+            None => Ok(p),
+        }
+    }
 }
 
 pub const BOGIE: [&str; 30] = [
@@ -189,27 +236,26 @@ fn wheelset_on_springs(p: &[f64]) -> Assembly {
     v
 }
 
-pub const RIG: [&str; 5] =
-    ["vehicle.rig.mass", "vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain", "vehicle.rig.input"];
+pub const RIG: [&str; 4] = ["vehicle.rig.mass", "vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain"];
 
-/// One mass on a test bench: m z'' + c z' + k z + effects = gain u; input 0 force, 1 base displacement,
-/// 2 base acceleration. With a moving base the co-ordinate is the deflection, which the suspension feels.
-fn rig(p: &[f64]) -> Assembly {
-    let [m, k, c, gain, input] = p.try_into().expect("five numbers");
+/// One mass on a test bench: m z'' + c z' + k z + effects = gain u. With a moving base the co-ordinate is the deflection,
+/// which the suspension feels.
+fn rig(p: &[f64], input: RigInput) -> Assembly {
+    let [m, k, c, gain] = p.try_into().expect("four numbers");
     let mut v = Assembly::of(&[("z", m)]);
     v.spring(&[(0, 1.0)], k);
     v.damper(&[(0, 1.0)], c);
     v.port("rig", 0, &[(0, 1.0)], k, c);
     // columns: 2 u, 3 u', 4 u''
-    v.inputs.push(match input as u8 {
-        0 => (0, 2, gain),
-        1 => (0, 4, -m * gain),
-        _ => (0, 2, -m * gain),
+    v.inputs.push(match input {
+        RigInput::Force => (0, 2, gain),
+        RigInput::BaseDisplacement => (0, 4, -m * gain),
+        RigInput::BaseAcceleration => (0, 2, -m * gain),
     });
     for (name, order, column) in [("z", Order::Position, 2), ("vz", Order::Velocity, 3), ("az", Order::Acceleration, 4)]
     {
         let channel = v.channel(name, order, &[(0, 1.0)]);
-        if input as u8 == 1 {
+        if input == RigInput::BaseDisplacement {
             channel.inputs = vec![(column, gain)];
         }
     }

@@ -1,10 +1,9 @@
 //! What all vehicles of a group share, and the numbers of one of them.
 use crate::assemble::{Assembly, Inputs, LINKAGE, Row};
-use crate::bodies::Layout;
 use crate::effects::Law;
 use crate::effects::effect::{Kind, Site};
 use crate::error::{Error, Result, expect_len};
-use crate::kinds;
+use crate::kinds::VehicleKind;
 use std::ops::Range;
 
 /// An effect at a place; wheelset 0: both, or none in particular.
@@ -20,11 +19,9 @@ pub struct Placed {
 /// What all vehicles of a group share.
 #[derive(Clone, Debug)]
 pub struct Structure {
-    pub kind: String,
+    pub kind: VehicleKind,
     pub measured: Vec<String>,
     pub placed: Vec<Placed>,
-    /// Of a vehicle of bodies and elements, in the place of the kind.
-    pub layout: Option<Layout>,
 }
 
 /// The numbers of one vehicle: of the kind, of its effects one after the other, their amounts, its share of the speed.
@@ -39,14 +36,12 @@ pub struct Single<'a> {
 impl Structure {
     /// Check the placed effects against the kind of vehicle.
     pub fn check(&self) -> Result<()> {
-        let known = match &self.layout {
-            Some(layout) => layout.assemble(&vec![1.0; layout.numbers])?.ports,
-            None => kinds::parameters(&self.kind).map(|_| Vec::new())?,
-        };
+        let layout = self.kind.layout();
+        let known = layout.map_or(Ok(Vec::new()), |it| Ok(it.assemble(&vec![1.0; it.numbers])?.ports))?;
         for (i, placed) in self.placed.iter().enumerate() {
             let record = placed.law.record();
             let class = known.iter().find(|p| p.at == placed.at).map_or(placed.at.as_str(), |p| p.class);
-            if !record.at.contains(&class) || (self.layout.is_some() && record.kind == Kind::Body) {
+            if !record.at.contains(&class) || (layout.is_some() && record.kind == Kind::Body) {
                 let known = record.at.join(", ");
                 return Err(Error::Place { kind: record.key.into(), at: placed.at.clone(), known });
             }
@@ -64,7 +59,7 @@ impl Structure {
 
     /// Columns of the input table that these vehicles read.
     pub fn columns(&self) -> usize {
-        self.layout.as_ref().map_or_else(|| kinds::columns(&self.kind), Layout::columns)
+        self.kind.columns()
     }
 
     /// How many numbers all effects together have.
@@ -98,7 +93,7 @@ impl Structure {
             begin += count;
         }
         match one.numbers.iter().position(|number| !number.is_finite()) {
-            Some(i) if self.layout.is_some() => {
+            Some(i) if self.kind.layout().is_some() => {
                 Err(Error::Value { what: format!("number {i} of the vehicle"), value: one.numbers[i], rule: "finite" })
             }
             _ => Ok(()),
@@ -110,10 +105,7 @@ impl Structure {
         expect_len("numbers of the effects", one.effects.len(), self.effect_numbers())?;
         expect_len("amounts", one.amounts.len(), self.placed.len())?;
         self.check_numbers(one)?;
-        let mut vehicle = match &self.layout {
-            Some(layout) => layout.assemble(one.numbers)?,
-            None => kinds::assemble(&self.kind, one.numbers, &self.measured)?,
-        };
+        let mut vehicle = self.kind.assemble(one.numbers, &self.measured)?;
         for (i, placed, range) in self.acting() {
             if placed.law == Law::CoachMode {
                 let p = &one.effects[range];

@@ -4,6 +4,7 @@ use railui_core::course::Course;
 use railui_core::effects::Law;
 use railui_core::fused::FusedVehicle;
 use railui_core::integrate::run;
+use railui_core::kinds::VehicleKind;
 use railui_core::lanes::{LANES, Portable};
 use railui_core::structure::{Placed, Single, Structure};
 use railui_core::suspension::{Laying, Suspension};
@@ -51,7 +52,7 @@ fn amounts(effects: usize, scale: f64) -> Vec<Vec<f64>> {
 /// Largest difference of each channel over its largest value, fused against general.
 fn differences(placed: Vec<Placed>, effects: &[f64], varying: f64, scale: f64, reduced: bool) -> Vec<f64> {
     let amounts = amounts(placed.len(), scale);
-    let structure = Structure { kind: "bogie".into(), measured: Vec::new(), placed, layout: None };
+    let structure = Structure { kind: VehicleKind::Bogie, measured: Vec::new(), placed };
     let numbers: Vec<_> = (0..LANES).map(|lane| bogie(lane, reduced)).collect();
     let singles: Vec<_> = (0..LANES)
         .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts[l], speed_scale: 1.0 - scale * l as f64 })
@@ -263,9 +264,9 @@ fn a_coach_is_the_general_vehicle_lane_by_lane_with_bogies_alike_or_not() {
         (0.5, false, both(), &[0.2, 3e-3, 14.6e6]),
         (0.0, true, both(), &[0.2, 3e-3, 14.6e6]),
     ] {
-        let layout = Some(carried(0, unlike, damped).0);
+        let kind = VehicleKind::Bodies(carried(0, unlike, damped).0);
         let numbers: Vec<_> = (0..LANES).map(|lane| carried(lane, unlike, damped).1).collect();
-        let structure = Structure { kind: "carried".into(), measured: vec![], placed: some, layout };
+        let structure = Structure { kind, measured: vec![], placed: some };
         let channels = ["e1", "e4", "psi3", "ay2", "y.body_1", "psi.body_1", "phi.frame_2"];
         let [fused, general] = fused_and_general(&structure, &numbers, effects, &channels);
         let vehicle = FusedVehicle::<Portable>::new(&fused, fused.contacts.as_ref().expect("fused contacts"), 0);
@@ -283,8 +284,8 @@ fn the_fused_vehicle_of_bodies_is_the_general_one_lane_by_lane() {
     let both = vec![placed(Law::CreepSaturation, 0, 1), placed(Law::FlangeContact, 0, 2)];
     let plain: (Vec<Placed>, &[f64]) = (Vec::new(), &[]);
     for (some, effects) in [plain, (both.clone(), &[0.35, 3e-3, 14.6e6]), (both, &[0.04, 5e-3, 14.6e6])] {
-        let structure =
-            Structure { kind: "built".into(), measured: vec![], placed: some, layout: Some(layout.clone()) };
+        let kind = VehicleKind::Bodies(layout.clone());
+        let structure = Structure { kind, measured: vec![], placed: some };
         let channels = ["e1", "e2", "psi2", "ay1", "ayf", "y.body_0", "phi.frame_0"];
         let [fused, general] = fused_and_general(&structure, &numbers, effects, &channels);
         let found = apart(&fused, &general, &table(&BOGIE, 8.0, 2e-3));

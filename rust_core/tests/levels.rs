@@ -1,6 +1,7 @@
 //! Every SIMD level gives the same ride: this processor's best against the same test run again without vectors.
 use railui_core::course::Course;
 use railui_core::effects::Law;
+use railui_core::kinds::VehicleKind;
 use railui_core::lanes::level;
 use railui_core::many::{Many, Weighing, score};
 use railui_core::structure::{Placed, Structure};
@@ -38,10 +39,9 @@ fn bogie(design: usize) -> Vec<f64> {
 fn digits() -> Vec<f64> {
     let placed = |law, count| Placed { law, at: "contact".into(), wheelset: 0, count };
     let structure = Structure {
-        kind: "bogie".into(),
+        kind: VehicleKind::Bogie,
         measured: Vec::new(),
         placed: vec![placed(Law::CreepSaturation, 1), placed(Law::FlangeContact, 2)],
-        layout: None,
     };
     let numbers: Vec<f64> = (0..DESIGNS).flat_map(bogie).collect();
     let (effects, amounts) = ([0.2, 3e-3, 14.6e6].repeat(DESIGNS), [1.0; 2 * DESIGNS]);

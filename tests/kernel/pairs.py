@@ -85,7 +85,9 @@ def effect_row(vehicle: Vehicle, one: Effect) -> list[float]:
 
 def structure(vehicle: Vehicle, effects: Sequence[Effect] = (), run: Table | None = None) -> Vehicles:
     """The kernel's structure of a vehicle with effects on a run, whose measured coach forces drive it."""
-    placed = [Placement(e.kind, e.at, e.wheelset, len(effect_row(vehicle, e))) for e in effects]
+    placed = [
+        Placement(e.kind, e.at, e.wheelset, len(effect_row(vehicle, e)), e.parameters.get("against")) for e in effects
+    ]
     given = (("Qy", run.Qy), ("Qpsi", run.Qpsi)) if run is not None else ()
     return Vehicles("bogie", placed, [name for name, column in given if column is not None])
 

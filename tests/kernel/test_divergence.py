@@ -92,7 +92,7 @@ def test_a_rig_has_units_of_its_own_and_diverges_only_far_beyond_them() -> None:
     t = np.arange(2001) / 100.0
     rows = np.zeros((4001, 5))
     rows[:, 2] = 1e6
-    rigs = Batch.of(np.array([[1.0, 1.0, 0.0, 1.0, 0.0], [1.0, -400.0, 0.0, 1.0, 0.0]]))  # m, k, c, gain, a force
+    rigs = Batch.of(np.array([[1.0, 1.0, 0.0, 1.0], [1.0, -400.0, 0.0, 1.0]]))  # m, k, c, gain, a force
     found, lost = Vehicles("rig").simulate(rigs, rows, 0.01, 1, ["z"])
     assert lost[0] == -1 and lost[1] > 0
     assert np.abs(found[0, 0] - 1e6 * (1.0 - np.cos(t))).max() < 1.0

@@ -212,12 +212,12 @@ def test_a_curve_against_the_distance_is_a_coach_force_that_was_measured_along_i
     assert run.Qy is not None
     grid = np.arange(run.s[0], run.s[-1] + 0.04, 0.05)
     force = 3e3 * np.sin(2.0 * np.pi * grid / 31.0 + 0.4)
-    numbers = core.effect_numbers("measured_force", {"motion": grid, "force": force, "against": "s"})
+    numbers = core.effect_numbers("measured_force", {"motion": grid, "force": force})
     bare = batch([uneven(3)])
     bare.numbers[
         0, [core.parameters("bogie").index(f"vehicle.secondary.lateral_{x}") for x in ("stiffness", "damping")]
     ] = 0.0
-    made = core.Vehicles("bogie", [Placement("measured_force", "frame", None, len(numbers))])
+    made = core.Vehicles("bogie", [Placement("measured_force", "frame", None, len(numbers), "s")])
     one = core.Batch.of(bare.numbers, np.array([numbers]), np.ones((1, 1)))
     run_0 = straight(3.0)
     found, _ = made.simulate(one, table(run_0, uneven(3).a, 2), interval(run), 2, ["e1", "ayf"])

@@ -14,7 +14,9 @@ import numpy as np
 import pytest
 
 from railui import core
-from railui.core import Batch, Vehicles
+from railui.core import Batch, Placement, Vehicles
+from railui.files.effect_reading import AGAINST
+from railui.files.effect_records import is_against
 from tests.kernel.pairs import (
     CHANNELS,
     ROUNDING,
@@ -153,6 +155,52 @@ def test_a_small_amount_moves_the_vehicle_in_proportion(one: Effect) -> None:
     moved = np.abs(tiny).max(axis=1)
     assert moved.max() > 0.0
     assert np.abs(twice - 2.0 * tiny).max(axis=1)[moved > 1e-12].max() < 0.05 * moved.max()
+
+
+# ------------------------------------------------------------------------------------------- every law, lane by lane
+
+
+def choices(kind: str) -> Sequence[str | None]:
+    """What the curve of a kind may stand against; None alone where it has no such choice."""
+    return AGAINST if is_against(core.record(kind)) else (None,)
+
+
+def chosen(one: Effect) -> list[Effect]:
+    """An effect once for every choice that it leaves."""
+    return [one if x is None else replace(one, parameters={**one.parameters, "against": x}) for x in choices(one.kind)]
+
+
+def scaled(one: Effect, factor: float) -> Effect:
+    """The same law with other numbers."""
+    numbers = {
+        key: x if isinstance(x, str) else [factor * y for y in x] if isinstance(x, list) else factor * x
+        for key, x in one.parameters.items()
+    }
+    return replace(one, parameters=numbers)
+
+
+@pytest.mark.parametrize(
+    "one",
+    [each for one in EVERYWHERE for each in chosen(one)],
+    ids=lambda e: f"{e.kind}-{e.at}-{e.wheelset}-{e.parameters.get('against', '')}",
+)
+def test_lanes_of_other_numbers_and_amounts_of_a_law_ride_as_each_alone(one: Effect) -> None:
+    run, factors = straight(0.5), (1.0, 0.8, 0.65, 0.9)
+    vehicles = [replace(uneven(seed), a=1.28) for seed in range(60, 64)]
+    # no 0: a bogie on which nothing acts in any lane is the plain one, which may be summed in another order
+    amounts = np.array([[1.0], [0.4], [0.05], [1.0]])
+    some = replace(batch(vehicles, [[scaled(one, f)] for f in factors]), amounts=amounts)
+    made, drive = structure(vehicles[0], [one]), (table(run, 1.28, 1), interval(run), 1, CHANNELS)
+    together, _ = made.simulate(some, *drive)
+    for k in range(len(factors)):
+        assert np.array_equal(made.simulate(some.select([k]), *drive)[0][0], together[k]), amounts[k]
+
+
+def test_a_choice_is_no_number_of_a_row() -> None:
+    z, v, s = (Placement("measured_force", "frame", None, 5, x) for x in AGAINST)
+    assert len({z, v, s}) == 3
+    assert Placement("measured_force", "frame", None, 5) == z
+    assert [p for p in core.parameters("rig") if "input" in p] == []
 
 
 # ---------------------------------------------------------------------------------------------------- SIMD levels

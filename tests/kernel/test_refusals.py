@@ -37,9 +37,9 @@ def score(clearance: int = 1, cascades: tuple[np.ndarray, ...] = (), states: int
 REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "a curve of two lengths": (
         lambda: curve("measured_force", "frame", {"motion": [0, 1, 2], "force": [1.0]}),
-        "measured_force is not described by 6 numbers",
+        "measured_force is not described by 5 numbers",
     ),
-    "a curve without points": (lambda: curve("measured_force", "frame", {"motion": [], "force": []}), "by 2 numbers"),
+    "a curve without points": (lambda: curve("measured_force", "frame", {"motion": [], "force": []}), "by 1 numbers"),
     "a profile that falls": (
         lambda: curve(
             "profile_shape",
@@ -52,6 +52,16 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "a clearance too few": (lambda: score(clearance=0), "clearances: 0 given, 1 expected"),
     "a section of four numbers": (lambda: score(cascades=(np.ones((1, 1, 4)),)), r"\[vehicle, section, 6\]"),
     "a state too many": (lambda: score(states=13), "initial states: 13 given, 12 expected"),
+    "a curve against nothing known": (
+        lambda: Vehicles("bogie", [Placement("measured_force", "frame", None, 5, "a")]),
+        'measured_force has no curve against "a"',
+    ),
+    "a choice where there is none": (
+        lambda: Vehicles("bogie", [Placement("spring", "primary_lateral", None, 1, "v")]),
+        'spring has no curve against "v"',
+    ),
+    "an input of a bogie": (lambda: Vehicles("bogie", rig_input="force"), 'kind "bogie" has no input "force"'),
+    "an input that no rig has": (lambda: Vehicles("rig", rig_input="torque"), 'kind "rig" has no input "torque"'),
     "a third wheelset": (
         lambda: Vehicles("bogie", [Placement("flange_contact", "contact", 3)]).states(
             Batch.of(ONE.numbers, np.array([[7e-3, 1e7]]), np.ones((1, 1)))

@@ -58,8 +58,10 @@ def kernel(
     Over a moving base its co-ordinate is the deflection z - gain u.
     """
     rows = [core.effect_numbers(e.kind, dict(e.parameters)) for e in effects]
-    placed = [Placement(e.kind, e.at, None, len(row)) for e, row in zip(effects, rows, strict=True)]
-    numbers = np.array([[rig.m, rig.k, rig.c, rig.gain, core.RIG_INPUTS[rig.input]]])
+    against = [e.parameters.get("against") for e in effects]
+    placed = [Placement(e.kind, e.at, None, len(row), x) for e, row, x in zip(effects, rows, against, strict=True)]
+    vehicles = Vehicles("rig", placed, rig_input=rig.input)
+    numbers = np.array([[rig.m, rig.k, rig.c, rig.gain]])
     one = Batch.of(numbers, np.array([[x for row in rows for x in row]]), np.ones((1, len(rows))))
     at = np.arange(2 * steps * (len(T) - 1) + 1) / (2 * steps * RATE)
     table = np.zeros((len(at), 5))
@@ -68,7 +70,7 @@ def kernel(
         table[:, 2:] = np.stack([CubicSpline(T, u)(at, order) for order in range(3)], axis=1)
     base = rig.gain * table[0, 2:4] if rig.input == "base_displacement" else 0.0
     initial = (np.array(start, float) - base)[None]
-    found, lost = Vehicles("rig", placed).simulate(one.with_initial(initial), table, 1 / RATE, steps, CHANNELS)
+    found, lost = vehicles.simulate(one.with_initial(initial), table, 1 / RATE, steps, CHANNELS)
     assert lost[0] == -1
     return dict(zip(CHANNELS, found[0], strict=True))
 

@@ -39,8 +39,8 @@ def test_a_sum_of_pulses_answers_as_the_vehicle_does_to_the_force_itself(hertz: 
     t, fine = np.arange(n) * dt, np.arange(8 * n) * dt / 8
     table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
     force = np.sin(2 * np.pi * hertz * fine)
-    row = core.effect_numbers("measured_force", {"against": "s", "motion": v * fine, "force": 100.0 * force})
-    vehicles = fit.model.vehicles((), [core.Placement("measured_force", *port, len(row))])
+    row = core.effect_numbers("measured_force", {"motion": v * fine, "force": 100.0 * force})
+    vehicles = fit.model.vehicles((), [core.Placement("measured_force", *port, len(row), "s")])
     batch = fit.model.batch(fit.model.row[None], np.array([row]), np.ones((1, 1)))
     exact = vehicles.simulate(batch, table, dt, target.steps, channels)[0][0] / 100.0
     summed = np.stack([np.convolve(h, force[::8])[DELAY : DELAY + n] for h in pulse])

@@ -13,7 +13,7 @@ use railui_core::course::Course;
 use railui_core::effects::effect::{Kind, Param, Role, Site, Supersedes};
 use railui_core::effects::{CATALOGUE, Law};
 use railui_core::error::Error;
-use railui_core::kinds;
+use railui_core::kinds::VehicleKind;
 use railui_core::lanes;
 use railui_core::many::{self, Many, Weighing};
 use railui_core::peak::{self, Links};
@@ -181,7 +181,7 @@ fn creep_forces(
 /// Paths of the numbers that a kind of vehicle is assembled from, in their order.
 #[pyfunction]
 fn parameters(kind: &str) -> PyResult<Vec<&'static str>> {
-    Ok(kinds::parameters(kind).map_err(raised)?.to_vec())
+    Ok(VehicleKind::named(kind, None).map_err(raised)?.parameters().to_vec())
 }
 
 /// The instructions that the lanes run on here.
@@ -310,25 +310,31 @@ impl Vehicle {
 
 #[pymethods]
 impl Vehicle {
-    /// placed: (kind, place, number of the place or 0, count of numbers); layout: in the place of the kind
+    /// placed: (kind, place, number of the place or 0, count of numbers, what a curve stands against); layout: in the place
+    /// of the kind
     #[new]
-    #[pyo3(signature = (kind, placed, measured, layout=None))]
+    #[pyo3(signature = (kind, placed, measured, layout=None, rig_input=None))]
     fn new(
-        kind: String,
-        placed: Vec<(String, String, u8, usize)>,
+        kind: &str,
+        placed: Vec<(String, String, u8, usize, Option<String>)>,
         measured: Vec<String>,
         layout: Option<Given>,
+        rig_input: Option<&str>,
     ) -> PyResult<Self> {
-        let layout = layout.map(Given::layout).transpose()?;
+        let kind = match layout {
+            Some(given) => VehicleKind::Bodies(given.layout()?),
+            None => VehicleKind::named(kind, rig_input).map_err(raised)?,
+        };
         let placed = placed
             .into_iter()
-            .map(|(kind, at, wheelset, count)| {
+            .map(|(kind, at, wheelset, count, against)| {
                 let law = Law::named(&kind).ok_or(Error::Effect(kind))?;
+                let law = against.map_or(Ok(law), |word| law.against(&word))?;
                 Ok(Placed { law, at, wheelset, count })
             })
             .collect::<Result<Vec<_>, Error>>()
             .map_err(raised)?;
-        let structure = Structure { kind, measured, placed, layout };
+        let structure = Structure { kind, measured, placed };
         structure.check().map_err(raised)?;
         Ok(Vehicle { structure })
     }

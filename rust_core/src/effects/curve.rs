@@ -23,11 +23,11 @@ pub fn prepare(p: &[f64], shift: f64) -> Vec<f64> {
     out
 }
 
-/// Its value at x, from the numbers of `prepare` that begin at `first`.
+/// Its value at x, from the numbers of `prepare`.
 #[inline(always)]
-pub fn at<P: Part>(p: Numbers<'_>, first: usize, x: P) -> P {
-    let mut y: P = p.get(first);
-    for i in (first + 1..p.lanes.len()).step_by(3) {
+pub fn at<P: Part>(p: Numbers<'_>, x: P) -> P {
+    let mut y: P = p.get(0);
+    for i in (1..p.lanes.len()).step_by(3) {
         let inside = (x - p.get(i)).max(P::zero()).min(p.get(i + 1));
         y = inside.mul_add(p.get(i + 2), y);
     }

@@ -19,7 +19,7 @@ const SITE: Site = Site {
 /// Defaults of a law in SI at a place like the primary suspension.
 fn defaults(record: &Record) -> Vec<f64> {
     if record.key == "measured_force" {
-        return vec![0.0, 3.0, -0.01, 0.0, 0.02, 500.0, 0.0, -900.0];
+        return vec![3.0, -0.01, 0.0, 0.02, 500.0, 0.0, -900.0];
     }
     let scale = |times: &str| match times {
         "k" => SITE.stiffness,

@@ -2,12 +2,72 @@
 use super::curve;
 use super::effect::*;
 use crate::lanes::Part;
+use std::marker::PhantomData;
 
 /// F = f(z), f(v) or f(s): linear between the points of the curve, held beyond its ends
-pub struct MeasuredForce;
+pub struct CurveOf<X>(PhantomData<X>);
 
-/// Numbers as they enter: 0 (against z), 1 (v) or 2 (s), the count n, n motions, n forces.
-impl Effect for MeasuredForce {
+/// The laws of the catalogue's entry; by default the curve stands against z.
+pub type MeasuredForce = CurveOf<Displacement>;
+pub type MeasuredForceOfSpeed = CurveOf<Speed>;
+pub type MeasuredForceOfDistance = CurveOf<Distance>;
+
+/// The abscissa of a curve.
+pub trait Abscissa {
+    /// Is it the speed v?
+    const SPEED: bool;
+
+    fn of<P: Part>(z: P, v: P, s: f64) -> P;
+
+    /// What the steepest slope of the curve is to the step size.
+    fn slopes(steepest: f64) -> Slopes;
+}
+
+pub struct Displacement;
+pub struct Speed;
+pub struct Distance;
+
+impl Abscissa for Displacement {
+    const SPEED: bool = false;
+
+    #[inline(always)]
+    fn of<P: Part>(z: P, _v: P, _s: f64) -> P {
+        z
+    }
+
+    fn slopes(steepest: f64) -> Slopes {
+        Slopes { stiffness: steepest, ..Slopes::default() }
+    }
+}
+
+impl Abscissa for Speed {
+    const SPEED: bool = true;
+
+    #[inline(always)]
+    fn of<P: Part>(_z: P, v: P, _s: f64) -> P {
+        v
+    }
+
+    fn slopes(steepest: f64) -> Slopes {
+        Slopes { damping: steepest, ..Slopes::default() }
+    }
+}
+
+impl Abscissa for Distance {
+    const SPEED: bool = false;
+
+    #[inline(always)]
+    fn of<P: Part>(_z: P, _v: P, s: f64) -> P {
+        P::splat(s)
+    }
+
+    fn slopes(_: f64) -> Slopes {
+        Slopes::default()
+    }
+}
+
+/// Numbers as they enter: the count n, n motions, n forces.
+impl<X: Abscissa> Effect for CurveOf<X> {
     const RECORD: Record = Record {
         key: "measured_force",
         title: "measured curve of force",
@@ -38,33 +98,25 @@ impl Effect for MeasuredForce {
     };
 
     fn counts(p: &[f64]) -> bool {
-        p.split_first().is_some_and(|(_, curve)| curve::counts(curve))
+        curve::counts(p)
     }
 
-    // against, then the curve
     fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
-        [vec![p[0]], curve::prepare(&p[1..], 0.0)].concat()
+        curve::prepare(p, 0.0)
     }
 
     fn stiffest(p: &[f64], _: &Site) -> Slopes {
-        let (x, f) = curve::points(&p[1..]);
+        let (x, f) = curve::points(p);
         let slope = (1..x.len()).map(|i| (f[i] - f[i - 1]).abs() / (x[i] - x[i - 1])).fold(0.0, f64::max);
-        match p[0] as u8 {
-            0 => Slopes { stiffness: slope, ..Slopes::default() },
-            1 => Slopes { damping: slope, ..Slopes::default() },
-            _ => Slopes::default(),
-        }
+        X::slopes(slope)
     }
 }
 
-impl Force for MeasuredForce {
+impl<X: Abscissa> Force for CurveOf<X> {
+    const SPEED: bool = X::SPEED;
+
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, v: P, s: f64, _x: P, _dx: &mut P) -> P {
-        let at = match p.lanes[0].0[0] as u8 {
-            0 => z,
-            1 => v,
-            _ => P::splat(s),
-        };
-        curve::at(p, 1, at)
+        curve::at(p, X::of(z, v, s))
     }
 }

@@ -4,26 +4,27 @@ pub mod effect;
 #[cfg(test)]
 mod laws;
 
+use crate::error::Error;
 use crate::lanes::{Lanes, Part, Portable};
 use effect::{Creep, Creeping, Effect, Force, Numbers, Record, Rolling, RollingRadius, Site, Slopes};
 
 macro_rules! catalogue {
-    (force { $($f:ident::$force:ident,)* } creep { $($c:ident::$creep:ident,)* } rolling { $($r:ident::$roll:ident,)* }
+    (force { $($f:ident::$force:ident $(| $choice:ident)*,)* } creep { $($c:ident::$creep:ident,)* } rolling { $($r:ident::$roll:ident,)* }
      other { $($o:ident::$other:ident,)* }) => {
         $(pub mod $f;)* $(pub mod $c;)* $(pub mod $r;)* $(pub mod $o;)*
 
-        /// An effect of the catalogue.
+        /// An effect of the catalogue; one that leaves a choice is a law of its own for each, so that no lane chooses.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum Law { $($force,)* $($creep,)* $($roll,)* $($other,)* }
+        pub enum Law { $($force, $($choice,)*)* $($creep,)* $($roll,)* $($other,)* }
 
-        /// All of them, in the order of the list.
+        /// All of them, in the order of the list, each once: by its default where there is a choice.
         pub const CATALOGUE: &[Law] = &[$(Law::$force,)* $(Law::$creep,)* $(Law::$roll,)* $(Law::$other,)*];
 
         impl Law {
             /// How the law describes itself.
             pub fn record(self) -> &'static Record {
                 match self {
-                    $(Law::$force => &<$f::$force as Effect>::RECORD,)*
+                    $(Law::$force => &<$f::$force as Effect>::RECORD, $(Law::$choice => &<$f::$choice as Effect>::RECORD,)*)*
                     $(Law::$creep => &<$c::$creep as Effect>::RECORD,)*
                     $(Law::$roll => &<$r::$roll as Effect>::RECORD,)*
                     $(Law::$other => &<$o::$other as Effect>::RECORD,)*
@@ -33,7 +34,7 @@ macro_rules! catalogue {
             /// Its numbers made ready for the lanes.
             pub fn prepare(self, p: &[f64], site: &Site) -> Vec<f64> {
                 match self {
-                    $(Law::$force => <$f::$force as Effect>::prepare(p, site),)*
+                    $(Law::$force => <$f::$force as Effect>::prepare(p, site), $(Law::$choice => <$f::$choice as Effect>::prepare(p, site),)*)*
                     $(Law::$creep => <$c::$creep as Effect>::prepare(p, site),)*
                     $(Law::$roll => <$r::$roll as Effect>::prepare(p, site),)*
                     $(Law::$other => <$o::$other as Effect>::prepare(p, site),)*
@@ -43,7 +44,7 @@ macro_rules! catalogue {
             /// Do as many numbers as these describe it?
             pub fn counts(self, p: &[f64]) -> bool {
                 match self {
-                    $(Law::$force => <$f::$force as Effect>::counts(p),)*
+                    $(Law::$force => <$f::$force as Effect>::counts(p), $(Law::$choice => <$f::$choice as Effect>::counts(p),)*)*
                     $(Law::$creep => <$c::$creep as Effect>::counts(p),)*
                     $(Law::$roll => <$r::$roll as Effect>::counts(p),)*
                     $(Law::$other => <$o::$other as Effect>::counts(p),)*
@@ -53,7 +54,7 @@ macro_rules! catalogue {
             /// Its steepest slopes at a place, for the step size.
             pub fn stiffest(self, p: &[f64], site: &Site) -> Slopes {
                 match self {
-                    $(Law::$force => <$f::$force as Effect>::stiffest(p, site),)*
+                    $(Law::$force => <$f::$force as Effect>::stiffest(p, site), $(Law::$choice => <$f::$choice as Effect>::stiffest(p, site),)*)*
                     $(Law::$creep => <$c::$creep as Effect>::stiffest(p, site),)*
                     $(Law::$roll => <$r::$roll as Effect>::stiffest(p, site),)*
                     $(Law::$other => <$o::$other as Effect>::stiffest(p, site),)*
@@ -63,7 +64,7 @@ macro_rules! catalogue {
             /// What the magnitude of its own state is held at, where it is.
             pub fn largest(self, p: &[f64]) -> Option<f64> {
                 match self {
-                    $(Law::$force => <$f::$force as Effect>::largest(p),)*
+                    $(Law::$force => <$f::$force as Effect>::largest(p), $(Law::$choice => <$f::$choice as Effect>::largest(p),)*)*
                     _ => None,
                 }
             }
@@ -72,7 +73,7 @@ macro_rules! catalogue {
             #[inline(always)]
             pub fn force<P: Part>(self, p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P {
                 match self {
-                    $(Law::$force => <$f::$force as Force>::force(p, z, v, s, x, dx),)*
+                    $(Law::$force => <$f::$force as Force>::force(p, z, v, s, x, dx), $(Law::$choice => <$f::$choice as Force>::force(p, z, v, s, x, dx),)*)*
                     _ => P::zero(),
                 }
             }
@@ -80,7 +81,7 @@ macro_rules! catalogue {
             /// Does the law look at the speed?
             pub fn looks_at_speed(self) -> bool {
                 match self {
-                    $(Law::$force => <$f::$force as Force>::SPEED,)*
+                    $(Law::$force => <$f::$force as Force>::SPEED, $(Law::$choice => <$f::$choice as Force>::SPEED,)*)*
                     _ => false,
                 }
             }
@@ -122,7 +123,7 @@ catalogue! {
         flange_contact::FlangeContact,
         run_out::RunOut,
         steady_force::SteadyForce,
-        measured_force::MeasuredForce,
+        measured_force::MeasuredForce | MeasuredForceOfSpeed | MeasuredForceOfDistance,
     }
     creep {
         creep_saturation::CreepSaturation,
@@ -158,9 +159,19 @@ impl Law {
         })
     }
 
-    /// The law of a key of the files.
+    /// The law of a key of the files, by its default where there is a choice.
     pub fn named(key: &str) -> Option<Law> {
         CATALOGUE.iter().copied().find(|law| law.record().key == key)
+    }
+
+    /// The same law with its curve against z, v or s; laws without such a curve stand against nothing.
+    pub fn against(self, word: &str) -> Result<Law, Error> {
+        match (self, word) {
+            (Law::MeasuredForce, "z") => Ok(Law::MeasuredForce),
+            (Law::MeasuredForce, "v") => Ok(Law::MeasuredForceOfSpeed),
+            (Law::MeasuredForce, "s") => Ok(Law::MeasuredForceOfDistance),
+            _ => Err(Error::Against { kind: self.record().key.into(), word: word.into() }),
+        }
     }
 }
 

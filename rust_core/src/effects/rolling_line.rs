@@ -40,6 +40,6 @@ impl Rolling for RollingLine {
     // (r_1 - r_2)/2 = lambda (e - e_0(s))
     #[inline(always)]
     fn roll<P: Part>(p: Numbers<'_>, alpha: P, _gauge: P, s: f64, to: &mut RollingRadius<P>) {
-        to.shift = alpha.mul_add(curve::at(p, 0, P::splat(s)), to.shift);
+        to.shift = alpha.mul_add(curve::at(p, P::splat(s)), to.shift);
     }
 }
