@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.transcript import ROOT, Shell, agree, blocks, bundled
+from tests.docs.transcript import ROOT, Shell, agree, blocks, bundled, rewritten
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
@@ -78,3 +78,11 @@ def test_a_command_runs_once_per_state_of_its_directory(tmp_path: Path) -> None:
     assert (tmp_path / "runs").read_text() == "run\n" * 2
     assert [(home / "out/twice").read_text() for home in homes] == ["samesame", "samesame", "cc"]
     assert not any((home / "word").exists() for home in homes)
+
+
+def test_rewriting_a_cut_transcript_changes_its_numbers_only() -> None:
+    printed = ["title", "score  60.0", "class good", "margin  5.0", "end"]
+    page = ["...", "score 50.0", "...", "margin 4.0", "..."]
+    assert rewritten(page, printed, 0.02) == ["...", "score  60.0", "...", "margin  5.0", "..."]
+    assert rewritten(["...", "score 59.9", "..."], printed, 0.02) == ["...", "score 59.9", "..."]
+    assert rewritten(["title"], printed, 0.02) == printed

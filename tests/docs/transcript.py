@@ -193,7 +193,7 @@ def refresh(page: Path, home: Path, shell: Shell) -> None:
         lines: list[str] = []
         for command in block.commands():
             printed, _ = shell.run(command.line, home)
-            lines += [f"$ {command.line}", *_elided(command.printed, printed, block.close)]
+            lines += [f"$ {command.line}", *rewritten(command.printed, printed, block.close)]
         done[block.start] = "".join(f"{block.indent}{line}".rstrip() + "\n" for line in lines)
     for block in reversed(found):
         if block.start in done:
@@ -201,7 +201,7 @@ def refresh(page: Path, home: Path, shell: Shell) -> None:
     page.write_text(text)
 
 
-def _elided(told: list[str], printed: list[str], close: float) -> list[str]:
+def rewritten(told: list[str], printed: list[str], close: float) -> list[str]:
     """The printed lines, cut where the page cuts them; a page that cuts and agrees stays as it is."""
     if ELIDED not in told:
         return printed
