@@ -1,4 +1,4 @@
-"""Draws the README's figure of the errors from the report that `make run` has written."""
+"""Draw the README's figure of the errors from the report that `make run` has written."""
 
 import json
 from pathlib import Path

@@ -60,7 +60,7 @@ def _section(record: dict[str, Any], drawn: bool) -> str:
     words = [f"acts on: {record['acts']}", f"at {', '.join(map(code, places))}"]
     words += [f"takes the place of the declared {record['supersedes']}"] if record["supersedes"] else []
     words += ["carries states of its own"] if record["states"] else []
-    words += ["only dissipates"] if record["dissipates"] else []
+    words += ["passive"] if record["dissipates"] else []
     words += ["odd" if record["odd"] else "not odd"]
     words += [] if record["candidate"] else ["no candidate of the trace"]
     parts = [

@@ -118,7 +118,10 @@ def _unnamed(error: OSError) -> str:
 @click.version_option(package_name="railui", prog_name="railui")
 @click.pass_context
 def cli(ctx: click.Context) -> None:
-    """Bogie suspensions designed on models that measurement has corrected.
+    """Railway bogies: models calibrated against measurements, unmodelled effects, suspension design.
+
+    Research software. The bundled campaign is simulated; no measurement of a real vehicle has been analysed so far.
+    Ride classes are not an acceptance or running-safety assessment.
 
     \b
     stdout is data, stderr is narration. Numbers are SI or carry a unit ("144 km/h").

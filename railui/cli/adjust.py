@@ -110,6 +110,7 @@ def further(
 def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
     """Parameters before and after, the error, and what was asked for beside."""
     from railui.files.display import display
+    from railui.report.loop import unstated_track_noise
 
     call.show(parameters_table(data, list(data["parameters"])))
     if data["profiles"]:
@@ -119,7 +120,9 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
     error, floor = data["after"]["nrmse"], data["floor"]["nrmse"]
     declared = data["declared"]["nrmse"]
     told = ["-" if x is None else f"{x:.3f}" for x in (declared, error, floor)]
-    call.show(f"error on runs that no fit has seen: declared {told[0]}, adjusted {told[1]}, noise floor {told[2]}")
+    call.show(f"NRMSE on the validation runs: declared {told[0]}, adjusted {told[1]}, noise floor {told[2]}")
+    for note in unstated_track_noise(found.measurement):
+        call.show(note)
     show_coefficients(call, data.get("coefficients"))
     show_stretches(call, data.get("stretches"))
     for path, p in data.get("profile", {}).items():

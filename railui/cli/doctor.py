@@ -17,8 +17,9 @@ from railui.cli.common import Invocation, cell, options
 @options
 @click.pass_context
 def command(ctx: click.Context, reference: str | None, call: Invocation) -> None:
-    """Hold this installation to published values, each with its source, and look at the machine.
+    """Check this installation against reference values, each with its source, and check the machine.
 
+    Some values are published, others were derived independently for this check.
     Eigenvalues, critical speeds, curves, contact, spectra and weightings; whether one lane and sixteen, one
     thread and several agree to the last digit. Exit code 4 where a check fails.
     """

@@ -22,15 +22,17 @@ EFFECTS = dict.fromkeys(("effect", "none"), "effects found") | {"outside": "effe
 @click.option("--without", metavar="KIND,KIND", default="", help="Effects that the trace may not name.")
 @options
 def command(campaign: str, out: str | None, without: str, call: Invocation) -> None:
-    """Close the loop on a measured CAMPAIGN (its directory or campaign.yaml).
+    """Calibrate the model of a CAMPAIGN (its directory or campaign.yaml) and identify an unmodelled effect.
 
     \b
     railui loop designs/campaigns/worn_axle_box
     railui loop campaign.yaml -o results --json - --seed 1
 
     The declared vehicle is adjusted to the runs of role adjust; what remains is traced to an effect of the
-    catalogue; the effect is added and everything adjusted again; the error stands for the runs of role
-    validate, which no fit has seen. Every verdict (none, effect, outside) ends with exit code 0.
+    catalogue; the effect is added and everything adjusted again; the error is that of the runs of role
+    validate: no parameter of the vehicle is fitted to them, but they decide which effects are accepted, so they
+    are no independent test. State the noise of the track columns: without it the verdict can change.
+    Every verdict (none, effect, outside) ends with exit code 0.
     """
     from railui.files.campaign import load_campaign
     from railui.files.recognise import campaign_file, expect
@@ -82,10 +84,10 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
     from rich.table import Table
 
     from railui.cli.adjust import parameters_table, profiles_note
-    from railui.report.loop import shapeless
+    from railui.report.loop import shapeless, unstated_track_noise
 
     call.show(f"\n{data['sentence']}\n")
-    table = Table(title="error (nrmse) on the runs that no fit has seen", title_justify="left")
+    table = Table(title="NRMSE on the validation runs", title_justify="left")
     table.add_column("")
     channels = list(data["declared"]["channels"])
     for name in ("all", *channels):
@@ -95,7 +97,7 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
         cells = [row["nrmse"], *(row["channels"].get(c) for c in channels)]
         table.add_row(which, *(("-" if v is None else f"{v:.3f}") for v in cells))
     call.show(table)
-    for note in shapeless(found):
+    for note in [*unstated_track_noise(found.measurement), *shapeless(found)]:
         call.show(f"{note}\n")
     if data["profiles"]:
         contact = [path for path in data["parameters"] if path.startswith("contact.")]
@@ -127,12 +129,12 @@ def effects_table(data: dict[str, Any]) -> Any:
 
 
 def smallest_table(data: dict[str, Any]) -> Any:
-    """The smallest effects that this campaign would have shown."""
+    """The minimum detectable effects of this campaign."""
     from rich.table import Table
 
     from railui.files.display import display
 
-    table = Table(title="would have been seen with 90 % power", title_justify="left")
+    table = Table(title="minimum detectable effects (nominal power 90 %)", title_justify="left")
     for name in ("kind", "at", "smallest"):
         table.add_column(name)
     rows = [r for r in data["detectable"] if r["wheelset"] is None and r["value"] is not None]

@@ -275,7 +275,7 @@ def _outside(scene: Scene, o: Mapping[str, Any]) -> Law:
     pictures.append(drawn("outside", f"Measured curve, {where}", (4.7, 3.0), draw))
     turned = "" if path else " Force that resists the motion: the negative of F in the files."
     lines = ("before", "after") if len(pictures) > 1 else ()
-    return Law(f"measured curve: {where}", tuple(pictures), "Bars: two standard deviations." + turned, lines)
+    return Law(f"identified force curve: {where}", tuple(pictures), "Bars: two standard deviations." + turned, lines)
 
 
 def _from_run_to_run(o: Mapping[str, Any]) -> Law:

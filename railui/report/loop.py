@@ -26,7 +26,7 @@ from railui.study.confirm import FOLDS, Refit, bootstrap_weights, held_out, held
 from railui.study.finding import Finding
 from railui.study.judge import Judgement
 from railui.study.loop import Found, close_loop, lookalikes, own_floor
-from railui.study.measured import Stretch, cut_samples, read
+from railui.study.measured import TRACK, Measurement, Stretch, cut_samples, read
 from railui.study.outside import Outside
 from railui.study.sighting import Sighting
 from railui.study.terms import ADEQUATE, UNEXPLAINED, Step, structured
@@ -104,7 +104,7 @@ def sentence(found: Found) -> str:
     before, after = found.judged["before"].nrmse, found.judged["after"].nrmse
     ratio = found.unexplained
     if found.verdict == "none":
-        text = f"Nothing is missing that this campaign can show: error {after:.3f}, noise floor {found.floor.nrmse:.3f}"
+        text = f"No unmodelled effect detected: error {after:.3f}, noise floor {found.floor.nrmse:.3f}"
     elif found.verdict == "effect":
         names = " and ".join(_name(e) for e in found.after.model.effects if e.kind not in core.CURVES)
         text = f"Missing was {names}: error {before:.3f} before, {after:.3f} after, noise floor {found.floor.nrmse:.3f}"
@@ -116,11 +116,10 @@ def sentence(found: Found) -> str:
         if o and o.change:
             text += f"{run_by_run(found, o.change)}; error {after:.3f} is left, noise floor {found.floor.nrmse:.3f}"
         else:
-            text += (
-                f"error {before:.3f} before, {after:.3f} with the measured curve, noise floor {found.floor.nrmse:.3f}"
-            )
+            text += f"error {before:.3f} before, {after:.3f} with the identified force curve, "
+            text += f"noise floor {found.floor.nrmse:.3f}"
     if ratio > UNEXPLAINED:
-        return f"Something is still missing ({ratio:.1f} times the noise floor is left). {text}."
+        return f"The stated noise does not explain the residual ({ratio:.1f} times the noise floor). {text}."
     return f"{text}."
 
 
@@ -363,7 +362,19 @@ def _notes(found: Found) -> list[str]:
     for name, judgement in found.judged.items():
         for file, at in judgement.diverged:
             notes.append(f"{name}: the vehicle diverges on {file} at {at:.2f} s, its error is null")
-    return notes + shapeless(found)
+    return [*notes, *unstated_track_noise(found.measurement), *shapeless(found)]
+
+
+def unstated_track_noise(measurement: Measurement) -> list[str]:
+    """A warning where a campaign states no noise of a track column of its runs, which then counts as zero."""
+    recorded = {name for stretch in measurement.stretches for name in stretch.columns}
+    missing = [name for name in TRACK if name in recorded and name not in measurement.campaign.noise]
+    if not missing:
+        return []
+    return [
+        f"no noise stated for {', '.join(missing)}: taken as zero. Noise of the track columns passes through "
+        "the vehicle into every channel; where it is not zero the noise floor is too low and the verdict can change"
+    ]
 
 
 def shapeless(found: Found) -> list[str]:

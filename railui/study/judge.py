@@ -100,7 +100,7 @@ def judgement_of(pairs: Sequence[Pair], series: Sequence[Floats], lost: Sequence
 
 @dataclass(frozen=True)
 class Floor:
-    """What nrmse noise alone would leave: mean and spread over the seeds, per channel, and sensors only."""
+    """The nrmse expected from the stated noise alone: mean and spread over the seeds, per channel, and sensors only."""
 
     nrmse: float
     sd: float

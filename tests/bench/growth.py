@@ -34,7 +34,7 @@ from tests.bench.page import write_after
 HOME = Path(__file__).parents[2]
 TRACK = "erri_b176_high length={} seed=1"
 LENGTHS, DESIGNS = (1, 10, 100), (100, 1_000, 10_000, 100_000)
-VEHICLES = {7: "cooperrider", 8: "bogie_under_coach"}
+VEHICLES = {7: "cooperrider", 9: "bogie_under_coach"}
 RIG = "vehicle: {rig: {mass: 95, stiffness: 1e6, damping: 2e3, gain: 1, input: force}}"
 MANY, FAR = 1_000_000, 100  # designs, km: what an overnight search is asked for
 NIGHT = 12.0  # h

@@ -1,4 +1,4 @@
-"""What the declared model's optimum costs: both optima ridden with the vehicle as measurement has corrected it.
+"""The optima of the nominal and of the calibrated model, both simulated with the calibrated model.
 
 python -m tests.bench.purpose [CAMPAIGN] [--output DIR]: the campaign is looped where its adjusted design is not
 there yet; the study of the bundled campaign is searched once with the declared and once with the adjusted vehicle.
@@ -62,7 +62,7 @@ def main() -> None:
     x = np.array([declared_values(study), *(list(knee["variables"].values()) for knee in knees.values())])
     ridden = quality(cases_of(study), x)
     fresh = fresh_objectives(study, x, in_process())
-    names = ["vehicle as measured", *(f"optimum of the {name} model" for name in knees)]
+    names = ["vehicle as identified", *(f"optimum of the {name} model" for name in knees)]
     print(f"Ridden with the adjusted vehicle, means over {len(cases_of(study))} cases; aims on 8 sets of fresh seeds\n")
     for name, values, one, aims in zip(names, x, ridden, fresh.transpose(1, 0, 2), strict=True):
         print(name)

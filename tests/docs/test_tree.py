@@ -1,4 +1,4 @@
-"""The README: its tree, its length, and that what it prints is what the first hour prints."""
+"""The README: its tree and its length."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from tests.docs.transcript import ROOT
 
 CAPTION = 30  # the column at which captions begin
 WIDE, TWO_SCREENS = 88, 115
-RULE = re.compile("[━─┏┳┓┡╇┩└┴┘]*")
 
 
 def tree() -> set[str]:
@@ -43,16 +42,3 @@ def test_every_folder_of_the_package_is_in_the_tree() -> None:
 def test_the_readme_is_two_screens_at_most() -> None:
     lines = (ROOT / "README.md").read_text().splitlines()
     assert sum(max(1, ceil(len(line) / WIDE)) for line in lines) <= TWO_SCREENS
-
-
-def test_what_the_readme_prints_is_what_the_first_hour_prints() -> None:
-    """The first hour is typed again by a test."""
-
-    def words(text: str) -> list[str]:
-        return [" ".join(line.split()) for line in text.splitlines() if not RULE.fullmatch(line)]
-
-    _, _, part = (ROOT / "README.md").read_text().partition("## What `make run` prints")
-    printed = words("\n".join(re.findall(r"^```\n(.*?)^```", part.partition("## The tree")[0], re.S | re.M)))
-    known = set(words((ROOT / "docs/first_hour.md").read_text()))
-    assert len(printed) > 15
-    assert [line for line in printed if line not in known] == []

@@ -1,14 +1,16 @@
 """Transcripts in Markdown: the `console` and `python` blocks of a page, run in a copy of the bundled files.
 
 In a `console` block a line that begins with `$ ` is typed, what follows is what it prints; a line `...` stands for
-any lines. Numbers may differ by 2 %, seconds and the widths of tables altogether. A block below `<!-- slow -->` takes
-more than some seconds; one below `<!-- not run: WHY -->` needs what a test has not.
+any lines. Numbers may differ by 2 %, seconds and the widths of tables altogether. A block below `<!-- within N % -->`
+has numbers that depend on rounding, as a search does; one below `<!-- slow -->` waits for real time; one below
+`<!-- not run: WHY -->` needs what a test has not.
 
     python -m tests.docs.transcript README.md docs/first_hour.md     run, and write down what is printed now
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import shutil
@@ -20,7 +22,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 FENCE = re.compile(r"^(?P<indent> *)```(?P<language>console|python)\n(?P<body>.*?)^(?P=indent)```$", re.M | re.S)
-REMARK = re.compile(r"<!-- (slow|not run: [^>]+) -->\s*\Z")
+REMARK = re.compile(r"<!-- (slow|not run: [^>]+|within \d+ %) -->\s*\Z")
 NUMBER = re.compile(r"[-+]?(?:\d+\.\d+|\d+)(?:e[-+]?\d+)?")
 SECONDS = re.compile(r"\d+(?:\.\d+)? s\b")
 RULE = re.compile("[━─]+")
@@ -54,6 +56,11 @@ class Block:
     @property
     def runs(self) -> bool:
         return not self.remark.startswith("not run")
+
+    @property
+    def close(self) -> float:
+        """Share by which its numbers may differ."""
+        return int(self.remark.split()[1]) / 100 if self.remark.startswith("within") else CLOSE
 
     def commands(self) -> list[Command]:
         """The lines of a console block with what they print."""
@@ -96,7 +103,52 @@ def run(line: str, home: Path) -> tuple[list[str], int]:
     return [part.rstrip() for part in done.stdout.splitlines()], done.returncode
 
 
-def agree(told: list[str], printed: list[str]) -> bool:
+@dataclass(frozen=True)
+class Outcome:
+    """The result of a command: its output, its exit code, the files that it wrote and those that it removed."""
+
+    printed: list[str]
+    code: int
+    written: dict[str, bytes]
+    removed: set[str]
+
+    def repeat(self, home: Path) -> None:
+        """Leave a directory as the command left its own."""
+        for name in self.removed:
+            (home / name).unlink()
+        for name, content in self.written.items():
+            (home / name).parent.mkdir(parents=True, exist_ok=True)
+            (home / name).write_bytes(content)
+
+
+class Shell:
+    """Runs commands, and each only once per state of the directory: pages share the loop and the search."""
+
+    def __init__(self) -> None:
+        self.outcomes: dict[tuple[str, str], Outcome] = {}
+
+    def run(self, line: str, home: Path) -> tuple[list[str], int]:
+        """The output of a line and its exit code, as `run` gives them; the directory is left as the line leaves it."""
+        before = digests(home)
+        state = hashlib.sha256(repr(sorted(before.items())).encode()).hexdigest()
+        known = self.outcomes.get((line, state))
+        if known is not None:
+            known.repeat(home)
+            return known.printed, known.code
+        printed, code = run(line, home)
+        after = digests(home)
+        written = {name: (home / name).read_bytes() for name in after if after[name] != before.get(name)}
+        self.outcomes[line, state] = Outcome(printed, code, written, set(before) - set(after))
+        return printed, code
+
+
+def digests(home: Path) -> dict[str, str]:
+    """The files below a directory with a digest of their content."""
+    files = sorted(path for path in home.rglob("*") if path.is_file())
+    return {str(path.relative_to(home)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def agree(told: list[str], printed: list[str], close: float = CLOSE) -> bool:
     """Are the lines the same, but for elided ones, the last digits and the seconds?
 
     >>> agree(["a 1.00", "...", "c"], ["a 1.001", "b", "b", "c"]), agree(["a 1.00"], ["a 1.1"])
@@ -105,25 +157,32 @@ def agree(told: list[str], printed: list[str]) -> bool:
     if ELIDED in told:
         i = told.index(ELIDED)
         head, rest = told[:i], told[i + 1 :]
-        if not agree(head, printed[:i]):
+        if not agree(head, printed[:i], close):
             return False
-        return any(agree(rest, printed[j:]) for j in range(i, len(printed) + 1))
-    return all(a is not None and b is not None and _alike(a, b) for a, b in zip_longest(told, printed))
+        return any(agree(rest, printed[j:], close) for j in range(i, len(printed) + 1))
+    return all(a is not None and b is not None and _alike(a, b, close) for a, b in zip_longest(told, printed))
 
 
-def _alike(told: str, printed: str) -> bool:
-    told, printed = (RULE.sub("-", SECONDS.sub("T s", line)) for line in (told, printed))
-    words = [re.sub(r"\s+", " ", NUMBER.sub("#", line)).strip() for line in (told, printed)]
-    pairs = zip(NUMBER.findall(told), NUMBER.findall(printed), strict=False)
-    return words[0] == words[1] and all(_near(float(a), float(b), a) for a, b in pairs)
+def _alike(told: str, printed: str, close: float) -> bool:
+    pairs = zip(_numbers(told), _numbers(printed), strict=False)
+    return _words(told) == _words(printed) and all(_near(float(a), float(b), a, close) for a, b in pairs)
 
 
-def _near(a: float, b: float, told: str) -> bool:
+def _numbers(line: str) -> list[str]:
+    return NUMBER.findall(SECONDS.sub("T s", line))
+
+
+def _words(line: str) -> str:
+    """A line with its numbers masked, rules and spaces of any width."""
+    return re.sub(r"\s+", " ", NUMBER.sub("#", RULE.sub("-", SECONDS.sub("T s", line)))).strip()
+
+
+def _near(a: float, b: float, told: str, close: float) -> bool:
     last = 10.0 ** -len(told.partition("e")[0].partition(".")[2]) if "." in told else 0.0
-    return abs(a - b) <= max(CLOSE * abs(a), 2 * last)
+    return abs(a - b) <= max(close * abs(a), 2 * last)
 
 
-def refresh(page: Path, home: Path) -> None:
+def refresh(page: Path, home: Path, shell: Shell) -> None:
     """Runs a page and writes down what its commands print."""
     text = page.read_text()
     found = blocks(text)
@@ -133,8 +192,8 @@ def refresh(page: Path, home: Path) -> None:
             continue
         lines: list[str] = []
         for command in block.commands():
-            printed, _ = run(command.line, home)
-            lines += [f"$ {command.line}", *_elided(command.printed, printed)]
+            printed, _ = shell.run(command.line, home)
+            lines += [f"$ {command.line}", *rewritten(command.printed, printed, block.close)]
         done[block.start] = "".join(f"{block.indent}{line}".rstrip() + "\n" for line in lines)
     for block in reversed(found):
         if block.start in done:
@@ -142,19 +201,31 @@ def refresh(page: Path, home: Path) -> None:
     page.write_text(text)
 
 
-def _elided(told: list[str], printed: list[str]) -> list[str]:
-    """What is printed, cut where the page cuts it: as many lines before and after the cut."""
-    if ELIDED not in told or agree(told, printed):
-        return printed if ELIDED not in told else told
-    i = told.index(ELIDED)
-    last = len(told) - i - 1
-    return [*printed[:i], ELIDED, *(printed[-last:] if last else [])]
+def rewritten(told: list[str], printed: list[str], close: float) -> list[str]:
+    """The printed lines, cut where the page cuts them; a page that cuts and agrees stays as it is."""
+    if ELIDED not in told:
+        return printed
+    if agree(told, printed, close):
+        return told
+    found: list[str] = []
+    rest = printed
+    for line in told:
+        if line == ELIDED:
+            found.append(line)
+            continue
+        same = [i for i, other in enumerate(rest) if _words(other) == _words(line)]
+        if not same:
+            return printed
+        found.append(rest[same[0]])
+        rest = rest[same[0] + 1 :]
+    return found
 
 
 if __name__ == "__main__":
     import tempfile
 
+    shell = Shell()
     for name in sys.argv[1:]:
         with tempfile.TemporaryDirectory() as scratch:
-            refresh(Path(name), bundled(Path(scratch)))
+            refresh(Path(name), bundled(Path(scratch)), shell)
         print(f"wrote {name}")

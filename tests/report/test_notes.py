@@ -10,11 +10,11 @@ import pytest
 
 from railui.files.campaign import load_campaign
 from railui.files.design import PlacedEffect
-from railui.report.loop import run_by_run, shapeless
+from railui.report.loop import run_by_run, shapeless, unstated_track_noise
 from railui.study.between import Change, OnRun
 from railui.study.judge import Judgement
 from railui.study.loop import Found, adjust_only
-from railui.study.measured import read
+from railui.study.measured import Measurement, read
 from tests.truth.campaign import Order, campaign, write
 from tests.truth.effects import effect
 
@@ -43,6 +43,17 @@ def test_a_rest_at_the_floor_or_with_a_shape_or_told_as_outside_has_no_such_note
 def test_a_rest_on_the_validating_runs_alone_is_put_down_to_a_vehicle_that_changes():
     (note,) = shapeless(found(1.28, p=0.5, after=SimpleNamespace(rest=1.04)))
     assert "adjusted to leave 1.04 times theirs" in note and "from run to run" in note and "white" not in note
+
+
+@pytest.mark.parametrize(
+    ("stated", "named"),
+    [({"ay1": 0.05}, "yw, gauge"), ({"yw": 2e-5}, "gauge"), ({"yw": 2e-5, "gauge": 0.0}, None)],
+)
+def test_track_noise_that_is_not_stated_is_named_in_a_warning(stated: dict[str, float], named: str | None):
+    stretch = SimpleNamespace(columns=dict.fromkeys(("t", "yw", "gauge", "ay1")))
+    measurement = SimpleNamespace(campaign=SimpleNamespace(noise=stated), stretches=(stretch,))
+    notes = unstated_track_noise(cast(Measurement, measurement))
+    assert [note.split(":")[0] for note in notes] == ([f"no noise stated for {named}"] if named else [])
 
 
 @pytest.mark.parametrize(

@@ -181,7 +181,7 @@ def test_a_curve_outside_the_catalogue_is_drawn_with_its_bars(found: Found, repo
     )
     one = replace(found, after=fit, outside=told, verdict="outside")
     (law,) = laws.law_figures(one, loop_report(one), figures.telling(found))
-    assert law.title == "measured curve: primary lateral, wheelset 2"
+    assert law.title == "identified force curve: primary lateral, wheelset 2"
     assert [p.name for p in law.pictures] == ["outside-whole", "outside"]
     read = Reader(page(one, loop_report(one)))
     assert "outside the catalogue" in read.text and "two standard deviations" in read.text

@@ -75,7 +75,7 @@ how much of each channel is not coherent with the track. `s` starts the loop: th
 by sixteen parallel models (one as it is, the others each with one parameter a little changed), and what remains is
 traced to an effect that the model lacks. **rho** is the correlation of the residual with what a parameter can do: at
 the optimum every bar is gone. The ranking fills while candidates run beside the adjusted vehicle. The verdict stands
-for the runs that no fit has seen; with it stands what the motions determine of each parameter. `p` pauses, `k` stops,
+for the validation runs; with it stands what the motions determine of each parameter. `p` pauses, `k` stops,
 `v` shows other parts, `n` the next channel, `t` takes the adjusted design into the form, `w` writes what
 `railui loop` writes.
 """
@@ -98,7 +98,7 @@ for the runs that no fit has seen; with it stands what the motions determine of 
         yield Static(id="gate", classes="pane")
         with Horizontal(id="loop"):
             with Vertical(id="loop-left"):
-                yield Bars("Error of the runs no fit has seen", "s starts the loop", id="errors")
+                yield Bars("Error of the validation runs", "s starts the loop", id="errors")
                 yield Bars("Parameters and rho", "", id="moving")
             with Grid(id="loop-right"):
                 yield Bars("Parameters and rho", "", id="moving-right")
