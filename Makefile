@@ -1,7 +1,7 @@
 # run: the main job on the bundled campaign; test: everything; check: style and floors; rust: the kernel's own tests;
 # bench: speed; blind: planted effects;
 # dist: wheel, archive, bill of materials, tried away from here; minimum: with the oldest versions that pyproject admits;
-# docs: the site, in target/site; transcripts: every command of README and docs typed again, the long ones too;
+# docs: the site, in target/site; transcripts: every command of README and docs, with the recording in real time too;
 # rewrite: write down what they print now;
 # deny: advisories, licences, doubles and sources of the crates;
 # killed: a search killed at 50 random moments, workers that a case kills;
