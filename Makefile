@@ -93,13 +93,13 @@ deny:
 
 # what takes too long for every change: answers taken away, crossed damping
 slow: .stamp-build
-	$(BIN)/python -m pytest tests/study -m slow
+	$(BIN)/python -m pytest tests/identification -m slow
 
 emulated:
 	$(PYTHON) release/emulated.py
 
 killed: .stamp-build
-	$(BIN)/python -m pytest tests/engine -m slow
+	$(BIN)/python -m pytest tests/execution -m slow
 
 transcripts: .stamp-build
 	$(BIN)/python -m pytest tests/docs -m "slow or not slow"

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from railui.report.figures import error_bars
+from railui.report.loop.figures import error_bars
 
 HERE = Path(__file__).parent
 REPORT = HERE.parent / "railui-loop" / "worn_axle_box" / "loop.json"

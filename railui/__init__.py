@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from railui.files.check import Anything
-    from railui.report.loop import loop
-    from railui.study.assess import assess
-    from railui.study.curve import curve
-    from railui.study.optimise import optimise
-    from railui.study.ride import ride, ride_many, simulate
-    from railui.study.stability import stability
+    from railui.curving import curve
+    from railui.documents.check import Anything
+    from railui.hunting.summary import stability
+    from railui.optimisation.optimise import optimise
+    from railui.report.loop.data import loop
+    from railui.ride_quality.evaluation import ride, ride_many, simulate
+    from railui.ride_quality.track_assessment import assess
     from railui.track import synthetic_track
 
 __version__ = "0.1.0"
@@ -31,14 +31,14 @@ __all__ = [
 
 # where each name lives: read when it is asked for, so that the import is quick
 _HOMES = {
-    "assess": "railui.study.assess",
-    "curve": "railui.study.curve",
-    "loop": "railui.report.loop",
-    "optimise": "railui.study.optimise",
-    "ride": "railui.study.ride",
-    "ride_many": "railui.study.ride",
-    "simulate": "railui.study.ride",
-    "stability": "railui.study.stability",
+    "assess": "railui.ride_quality.track_assessment",
+    "curve": "railui.curving",
+    "loop": "railui.report.loop.data",
+    "optimise": "railui.optimisation.optimise",
+    "ride": "railui.ride_quality.evaluation",
+    "ride_many": "railui.ride_quality.evaluation",
+    "simulate": "railui.ride_quality.evaluation",
+    "stability": "railui.hunting.summary",
     "synthetic_track": "railui.track",
 }
 
@@ -49,7 +49,7 @@ def load(path: str) -> Anything:
     >>> load("designs/test_bogie.yaml").value("contact.flange_clearance")
     0.007
     """
-    from railui.files.check import load as load_file
+    from railui.documents.check import load as load_file
     from railui.track import parse_spec
 
     return load_file(path, check_track=parse_spec)

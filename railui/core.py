@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railui import _core
+from railui.arrays import FloatArray
 
-Floats = NDArray[np.float64]
 Record = dict[str, Any]
 
 LANES: int = _core.LANES
@@ -181,9 +181,9 @@ def creep_forces(
     values: Mapping[str, Any],
     wheel_load: float,
     creep_slopes: tuple[float, float],
-    linear: Floats,
+    linear: FloatArray,
     speed: float = 0.0,
-) -> Floats:
+) -> FloatArray:
     """Creep forces T_x, T_y [n, 2] of a wheel by a law of the catalogue, from those of the linear law.
 
     linear [n, 3]: t_x, t_y and the spin part of t_y [N]; creep_slopes: kappa_x N, kappa_y N [N]; speed [m/s].
@@ -212,19 +212,19 @@ class Spline:
         self.shape = columns.shape[1:]
         self._core = _core.Spline(self.x, np.ascontiguousarray(columns.reshape(len(columns), -1)))
 
-    def __call__(self, at: ArrayLike, derivative: Literal[0, 1, 2] = 0) -> Floats:
+    def __call__(self, at: ArrayLike, derivative: Literal[0, 1, 2] = 0) -> FloatArray:
         """Values, first or second derivatives at places [...]: [...] or [..., columns]."""
         places = np.asarray(at, dtype=float)
         return self._core.at(np.ascontiguousarray(places.ravel()), derivative).reshape(places.shape + self.shape)
 
     @property
-    def factors(self) -> Floats:
+    def factors(self) -> FloatArray:
         """Of the powers of the distance from an interval's beginning, highest first: [column, power, interval]."""
         flat = self._core.factors().reshape(len(self.x) - 1, -1, 4)
         return np.ascontiguousarray(flat.transpose(1, 2, 0))
 
 
-def passed(sections: Floats, series: Floats, memory: Floats | None = None) -> Floats:
+def passed(sections: FloatArray, series: FloatArray, memory: FloatArray | None = None) -> FloatArray:
     """Series [..., sample] behind second-order sections [section, 6] (b0 b1 b2 1 a1 a2).
 
     memory [..., section, 2]: what the sections remember at first, in the transposed form II; nothing where None.
@@ -245,14 +245,16 @@ class Batch:
     speed_scale [n] or None, initial [n, states] or None (at rest).
     """
 
-    numbers: Floats
-    effects: Floats
-    amounts: Floats
-    speed_scale: Floats | None = None
-    initial: Floats | None = None
+    numbers: FloatArray
+    effects: FloatArray
+    amounts: FloatArray
+    speed_scale: FloatArray | None = None
+    initial: FloatArray | None = None
 
     @classmethod
-    def of(cls, numbers: Floats, effects: Floats | None = None, amounts: Floats | None = None, **more: Any) -> Batch:
+    def of(
+        cls, numbers: FloatArray, effects: FloatArray | None = None, amounts: FloatArray | None = None, **more: Any
+    ) -> Batch:
         """A batch of contiguous arrays; effects and amounts may be absent where nothing is placed."""
         n = len(numbers)
         two = [np.ascontiguousarray(x if x is not None else np.zeros((n, 0))) for x in (effects, amounts)]
@@ -261,7 +263,7 @@ class Batch:
     def __len__(self) -> int:
         return len(self.numbers)
 
-    def with_initial(self, initial: Floats | None) -> Batch:
+    def with_initial(self, initial: FloatArray | None) -> Batch:
         """The same vehicles from other initial states, [states] for all or [n, states]."""
         if initial is None:
             return replace(self, initial=None)
@@ -282,18 +284,18 @@ class Batch:
 class Filter:
     """Zero-phase band-pass of second-order sections, cut at both ends, a weight per channel, every n-th sample."""
 
-    sos: Floats
-    zi: Floats
+    sos: FloatArray
+    zi: FloatArray
     pad: int
     cut: int
-    weights: Floats
+    weights: FloatArray
     every: int = 1
 
     def kept(self, samples: int) -> int:
         """Samples that remain of so many."""
         return -(-max(samples - 2 * self.cut, 0) // self.every)
 
-    def parts(self) -> tuple[Floats, Floats, int, int, Floats, int]:
+    def parts(self) -> tuple[FloatArray, FloatArray, int, int, FloatArray, int]:
         """All of it in the order in which the kernel takes it."""
         return (self.sos, self.zi, self.pad, self.cut, self.weights, self.every)
 
@@ -305,13 +307,13 @@ class Rides:
     rms [n, acceleration, cascade], blocks [n, acceleration, block], diverged [n].
     """
 
-    displacement: Floats
-    rms: Floats
-    blocks: Floats
+    displacement: FloatArray
+    rms: FloatArray
+    blocks: FloatArray
     diverged: NDArray[np.int64]
 
 
-def eigenvalues_of(matrices: Floats) -> NDArray[np.complex128]:
+def eigenvalues_of(matrices: FloatArray) -> NDArray[np.complex128]:
     """Eigenvalues [n, state] of matrices [n, state, state], largest real part first; NaN of one that is not finite.
 
     >>> eigenvalues_of(np.array([[[-3.0, 1.0], [0.0, -2.0]], [[np.inf, 0.0], [0.0, 1.0]]])).real.tolist()
@@ -356,14 +358,14 @@ class Vehicles:
     def simulate(
         self,
         batch: Batch,
-        table: Floats,
+        table: FloatArray,
         dt: float,
         steps: int,
         channels: Sequence[str],
         *,
         filter: Filter | None = None,
         jobs: int | None = 1,
-    ) -> tuple[Floats, NDArray[np.int64]]:
+    ) -> tuple[FloatArray, NDArray[np.int64]]:
         """Series [vehicle, channel, sample] and the sample at which each vehicle diverged (-1: never).
 
         table: see `railui.track.input_table`; dt [s] between samples; steps of RK4 per sample.
@@ -376,12 +378,12 @@ class Vehicles:
     def score(
         self,
         batch: Batch,
-        table: Floats,
+        table: FloatArray,
         dt: float,
         steps: int,
         channels: Sequence[str],
-        clearance: Floats,
-        cascades: Sequence[Floats] = (),
+        clearance: FloatArray,
+        cascades: Sequence[FloatArray] = (),
         *,
         block: int = 0,
         jobs: int | None = 1,
@@ -403,11 +405,11 @@ class Vehicles:
     def arithmetic(
         self,
         batch: Batch,
-        table: Floats,
+        table: FloatArray,
         dt: float,
         channels: Sequence[str],
-        clearance: Floats,
-        cascades: Sequence[Floats] = (),
+        clearance: FloatArray,
+        cascades: Sequence[FloatArray] = (),
         *,
         block: int = 0,
         wheelsets: int = 2,
@@ -448,7 +450,7 @@ class Vehicles:
         """Linear (stiffness, damping) at every (place, wheelset) of the first vehicle; wheelset 0: none."""
         return self._core.sites(batch)
 
-    def state_matrix(self, batch: Batch, speed: float) -> Floats:
+    def state_matrix(self, batch: Batch, speed: float) -> FloatArray:
         """A [vehicle, state, state] of x' = A x, the linear vehicles at a speed [m/s] without their effects.
 
         x: the degrees of freedom (`freedoms`), their rates, then the forces of springs and dampers in series.
@@ -457,7 +459,7 @@ class Vehicles:
         size = round(float(np.sqrt(flat.size / len(batch))))
         return flat.reshape(len(batch), size, size)
 
-    def rates(self, batch: Batch, row: Floats, states: Floats) -> Floats:
+    def rates(self, batch: Batch, row: FloatArray, states: FloatArray) -> FloatArray:
         """Rate of change [vehicle, state] in given states [vehicle, state] under one row of the input table.
 
         Everything acts, effects too: what a static solution or a linearisation about one needs.
@@ -469,7 +471,7 @@ class Vehicles:
         """Names of the degrees of freedom, such as y1, psi1, or y.frame, phi.body of bodies and elements."""
         return self._core.freedoms(batch)
 
-    def statics(self, batch: Batch, offsets: Floats, curvature: Floats) -> tuple[Floats, Floats]:
+    def statics(self, batch: Batch, offsets: FloatArray, curvature: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Forces on vehicles that stand in a curve at the states of `batch.initial`, velocities not looked at.
 
         offsets [n, dofs]: what the suspension sees of the curve; curvature [n] 1/m, the centre at +y. Returns

@@ -4,6 +4,7 @@ import os
 import signal
 
 from railui.__main__ import ALONE
+from tests.file_fixtures import *  # noqa: F403
 
 for name, count in ALONE.items():
     os.environ.setdefault(name, count)

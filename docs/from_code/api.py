@@ -5,7 +5,7 @@ import railui
 INTRODUCTION = """# Python
 
 Every command has a function of the same name that returns what the command's JSON holds. All numbers are SI; everything that
-is wrong raises `railui.files.problems.FileProblems` (a `ValueError`) with file, line, key and remedy.
+is wrong raises `railui.io.problems.FileProblems` (a `ValueError`) with file, line, key and remedy.
 
 ```python
 import railui

@@ -12,10 +12,10 @@ from words import code, letters, plain, table
 
 from railui.cli.effects import REFERENCE, resolved
 from railui.core import catalogue
-from railui.files.design import PlacedEffect
-from railui.files.display import display
-from railui.files.effect_records import site
-from railui.report.driven import resisted
+from railui.io.number_format import display
+from railui.report.loop.driven import resisted
+from railui.vehicle.design_reader import PlacedEffect
+from railui.vehicle.effect_records import site
 
 SOURCES = Path(__file__).parents[2] / "rust_core" / "src" / "effects"
 LAW = re.compile(r"((?: *//[^/!].*\n)+)(?: *#\[[^\n]*\n)* *fn (?:force|forces|roll)\b")

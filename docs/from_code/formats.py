@@ -6,16 +6,16 @@ from typing import Any
 
 from words import code, letters, plain, table
 
-from railui.capture.map_model import TARGETS, MapModel
-from railui.files.bodies_reading import words_of
-from railui.files.body_numbers import BODY, KINDS, PLACED, numbers_of
-from railui.files.columns import COLUMNS, COMPARED, RIG_COLUMNS
-from railui.files.contact_profiles import ProfilesModel
-from railui.files.display import display
-from railui.files.parameters import BEYOND, BY_USE, CONTACT, DEFAULT_ADJUST, RIDING, RIG, SETTINGS, VEHICLE, Parameter
-from railui.files.results import RESULTS
-from railui.files.schema import schema
+from railui.capture.processing.map_model import TARGETS, MapModel
+from railui.documents.schema import schema
+from railui.io.number_format import display
+from railui.optimisation.response_keys import RESULTS
+from railui.runs.columns import COLUMNS, COMPARED, RIG_COLUMNS
 from railui.track.spectra import SPECTRA
+from railui.vehicle.contact_profiles import ProfilesModel
+from railui.vehicle.element_kinds import BODY, KINDS, PLACED, numbers_of
+from railui.vehicle.multibody_reader import words_of
+from railui.vehicle.parameters import BEYOND, BY_USE, CONTACT, DEFAULT_ADJUST, RIDING, RIG, SETTINGS, VEHICLE, Parameter
 
 NUMBERS = ("key", "letter", "unit", "default", "allowed", "usual", "meaning")
 KEYS = ("key", "kind", "default", "meaning")

@@ -5,7 +5,7 @@ from typing import Any
 
 from words import plain, table
 
-from railui.study.doctor import doctor
+from railui.doctor import doctor
 
 TEXT = Path(__file__).parents[1] / "validation.md"
 

@@ -54,7 +54,7 @@ class Door(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            from railui.files.problems import nearest
+            from railui.io.problems import nearest
 
             ctx.fail(f"no command {args[0]!r}, {nearest(args[0], COMMANDS)}")
         return super().resolve_command(ctx, args)
@@ -90,8 +90,8 @@ class Door(click.Group):
 
 def _told(error: Exception) -> int:
     """Tells an error on stderr; returns the exit code that it has."""
-    from railui.files.problems import FileProblems, LaterError
-    from railui.files.units import UnitError
+    from railui.io.problems import FileProblems, LaterError
+    from railui.io.units import UnitError
 
     if isinstance(error, FileProblems):
         for problem in error.problems:

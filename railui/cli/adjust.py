@@ -11,7 +11,7 @@ from railui.cli.quantities import reading
 from railui.cli.quantities import stretch as stretch_of_track
 
 if TYPE_CHECKING:
-    from railui.study.loop import Found
+    from railui.identification.loop import Found
 
 SCATTER = 4.0  # chi2 of a parameter's stretches from which it is shown
 LEAST = 0.01  # and of its value, by which it must differ
@@ -49,11 +49,11 @@ def command(
     Output-error least squares over all channels of the runs of role adjust; the error stands for the runs of
     role validate.
     """
-    from railui.files.campaign import load_campaign
-    from railui.files.recognise import expect
-    from railui.report.loop import loop_report
-    from railui.study.loop import adjust_only
-    from railui.study.measured import read
+    from railui.campaign.campaign import load_campaign
+    from railui.campaign.dataset import read
+    from railui.documents.recognise import expect
+    from railui.identification.loop import adjust_only
+    from railui.report.loop.data import loop_report
 
     expect(campaign, "campaign")
     loaded = load_campaign(campaign)
@@ -74,7 +74,7 @@ def command(
 
 def profiled_paths(text: str | None, adjusted: tuple[str, ...]) -> list[str]:
     """The parameters of --profile; a usage error names the nearest for one that is not adjusted."""
-    from railui.files.problems import nearest
+    from railui.io.problems import nearest
 
     if text is None:
         return []
@@ -89,11 +89,11 @@ def further(
     found: Found, coefficients: bool, length: float | None, paths: list[str], method: str, call: Invocation, report: Any
 ) -> dict[str, Any]:
     """What was asked for beyond the adjustment, as data."""
-    from railui.files.writing import finite
-    from railui.report import identifiability as told
-    from railui.study import identify
-    from railui.study.coefficients import coefficients as freed
-    from railui.study.parallel import correlations
+    from railui.identification.estimation import identifiability
+    from railui.identification.estimation.parallel_models import correlations
+    from railui.identification.unmodelled.coefficients import coefficients as freed
+    from railui.io.atomic import finite
+    from railui.report.loop import identifiability as told
 
     data: dict[str, Any] = {}
     if method == "two-parallel-models":
@@ -101,16 +101,18 @@ def further(
     if coefficients:
         data["coefficients"] = told.coefficient_rows(freed(found.before))
     if length is not None:
-        data["stretches"] = told.stretch_rows(identify.per_stretch(found.before, length))
+        data["stretches"] = told.stretch_rows(identifiability.per_stretch(found.before, length))
     if paths:
-        data["profile"] = told.profile_rows(identify.profiles(found.before, paths, jobs=call.jobs, report=report))
+        data["profile"] = told.profile_rows(
+            identifiability.profiles(found.before, paths, jobs=call.jobs, report=report)
+        )
     return dict(finite(data))
 
 
 def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
     """Parameters before and after, the error, and what was asked for beside."""
-    from railui.files.display import display
-    from railui.report.loop import unstated_track_noise
+    from railui.io.number_format import display
+    from railui.report.loop.data import unstated_track_noise
 
     call.show(parameters_table(data, list(data["parameters"])))
     if data["profiles"]:
@@ -136,7 +138,7 @@ def parameters_table(data: dict[str, Any], paths: list[str]) -> Any:
     """Parameters before and after, beside what the profiles of the design give where it names a pair."""
     from rich.table import Table
 
-    from railui.files.display import display
+    from railui.io.number_format import display
 
     profiles = data["profiles"]
     table = Table(title="adjusted parameters", title_justify="left")

@@ -43,7 +43,7 @@ def command(
     TRACK is a track, a measured run or the spec of a synthetic track. Maintenance should better the ride, not
     the straightness: beside the score of a stretch stands its place in the order by geometry.
     """
-    from railui.study.assess import assess, check_stretch
+    from railui.ride_quality.track_assessment import assess, check_stretch
 
     vehicle = load_vehicle(call, design, overrides)
     laid = lay_track(track, call.seed, "TRACK")
@@ -53,7 +53,7 @@ def command(
         raise refuse(f"--stretch: {error}") from None
     found = assess(laid, vehicle, speed, stretch=stretch, jobs=call.jobs)
     if figure is not None:
-        from railui.report.assess import draw_assessment
+        from railui.report.figures.assess import draw_assessment
 
         draw_assessment(found, laid.track, figure)
         call.say(f"wrote {figure}")

@@ -38,9 +38,9 @@ def command(repetitions: int, study: bool, precision: bool, keep: str | None, ca
 
 
 def _standard(repetitions: int, keep: str | None, call: Invocation) -> None:
-    from railui.study.bench import bench
-    from railui.study.costs import costs
-    from railui.study.peak import peak
+    from railui.bench.costs import costs
+    from railui.bench.peak import peak
+    from railui.bench.standard_job import bench
 
     call.progress("running the standard job")
     found = bench(call.jobs, repetitions)
@@ -57,7 +57,7 @@ def _standard(repetitions: int, keep: str | None, call: Invocation) -> None:
 def _jobs(found: dict[str, Any]) -> Table:
     from rich.table import Table
 
-    from railui.study.bench import told
+    from railui.bench.standard_job import told
 
     title = f"{found['designs']} designs, {found['lanes']} lanes, SIMD {found['simd']}"
     threads = f"designs/s, {found['threads']} threads"
@@ -115,7 +115,7 @@ def _rest(found: dict[str, Any]) -> str:
 
 
 def _kept(file: Path, found: dict[str, Any], call: Invocation) -> None:
-    from railui.study.history import change, keep
+    from railui.bench.history import change, keep
 
     numbers = {name: found[name]["ns_per_design_step"] for name in ("full", "reduced", "coach")}
     before = keep(file, "ns per design-step", numbers)
@@ -127,7 +127,7 @@ def _kept(file: Path, found: dict[str, Any], call: Invocation) -> None:
 
 
 def _overhead(call: Invocation) -> None:
-    from railui.engine.overhead import overhead
+    from railui.bench.search_overhead import overhead
 
     call.progress("searching, and the bare kernel beside it")
     found = overhead(call.jobs)
@@ -143,7 +143,7 @@ def _overhead(call: Invocation) -> None:
 def _precision(call: Invocation) -> None:
     from rich.table import Table
 
-    from railui.study.precision import precision
+    from railui.bench.step_error import precision
 
     found = precision()
     counts = [f"{n} step" + ("s" if n > 1 else "") for n in found["steps"]]

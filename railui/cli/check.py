@@ -17,7 +17,7 @@ def command(ctx: click.Context, files: tuple[str, ...], call: Invocation) -> Non
 
     A campaign is checked with its runs. Exit code 2 where there is an error; warnings alone are none.
     """
-    from railui.files.check import check
+    from railui.documents.check import check
     from railui.track import parse_spec
 
     problems = check(files, check_track=parse_spec)

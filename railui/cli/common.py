@@ -16,9 +16,9 @@ import click
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from railui.files.design import Design
-    from railui.files.problems import Problem
-    from railui.study.road import Laid
+    from railui.io.problems import Problem
+    from railui.track.excitation import Laid
+    from railui.vehicle.design_reader import Design
 
 PAUSE = 10.0  # s between two lines of progress where there is no terminal
 WIDE = 160  # columns of a table where there is no terminal
@@ -87,7 +87,7 @@ class Invocation:
         """The JSON document of a command: the envelope first, then its keys; every number finite or None."""
         import railui
         from railui.core import simd
-        from railui.files.writing import finite
+        from railui.io.atomic import finite
 
         head = {
             "schema": f"railui.{kind}/1",
@@ -106,7 +106,7 @@ class Invocation:
         if self.json == "-":
             click.echo(text, nl=False)
         else:
-            from railui.files.writing import write_text
+            from railui.io.atomic import write_text
 
             write_text(self.json, text)
             self.say(f"wrote {self.json}")
@@ -152,7 +152,7 @@ def fitted(data: Any, console: Console) -> Any:
 
 def sha256_of(path: str | Path) -> str | None:
     """The hash of a file, None where it cannot be read."""
-    from railui.files.writing import sha256_file
+    from railui.io.atomic import sha256_file
 
     try:
         return sha256_file(path)
@@ -177,7 +177,7 @@ def options(command: Callable[..., Any]) -> Callable[..., Any]:
         ctx.meta["railui.verbose"] = verbose
         call = Invocation(json_to, quiet, verbose, seed, jobs)
         if json_to not in (None, "-"):  # before the work, not after it
-            from railui.files.writing import check_file
+            from railui.io.atomic import check_file
 
             check_file(str(json_to))
         try:
@@ -210,8 +210,8 @@ def overrides_of(ctx: click.Context, parameter: click.Parameter, words: tuple[st
 
 def load_vehicle(call: Invocation, path: str, overrides: Mapping[str, str]) -> Design:
     """The design of a file with its overrides; its warnings are told. FileProblems with every fault."""
-    from railui.files.design import load_design
-    from railui.files.recognise import expect
+    from railui.documents.recognise import expect
+    from railui.vehicle.design_reader import load_design
 
     expect(path, "design")
     design = load_design(Path(path))
@@ -236,8 +236,8 @@ def lay_track(track: str, seed: int | None, said: str = "--track", *, seeded: bo
 
     FileProblems for a faulty file, wrong use of what was `said` for a faulty spec.
     """
-    from railui.files.problems import FileProblems
-    from railui.study.road import is_track_file, lay
+    from railui.io.problems import FileProblems
+    from railui.track.excitation import is_track_file, lay
 
     try:
         return lay(track, seed if seeded or not is_track_file(track) else None)

@@ -11,11 +11,11 @@ from railui.cli.quantities import figure as drawing
 from railui.cli.quantities import force, length, reading
 
 if TYPE_CHECKING:
-    from railui.study.contact import Found
+    from railui.contact.analysis import Found
 
 
 def _inclination(text: str) -> float:
-    from railui.files.profile import read_inclination
+    from railui.contact.profile_reader import read_inclination
 
     return read_inclination(text)
 
@@ -81,10 +81,10 @@ def command(
 
 
 def _table(file: str, sd: float, figure: str | None, call: Invocation) -> None:
-    from railui.contact import NoCentre
-    from railui.files.delta_r import read_delta_r
-    from railui.files.problems import one_problem
-    from railui.study.contact import described_table
+    from railui.contact.analysis import described_table
+    from railui.contact.conicity import NoCentre
+    from railui.contact.radius_table_reader import read_delta_r
+    from railui.io.problems import one_problem
 
     y, delta_r = read_delta_r(file)
     try:
@@ -94,7 +94,7 @@ def _table(file: str, sd: float, figure: str | None, call: Invocation) -> None:
         raise one_problem(file, str(fault), told, "delta_r") from None
     call.warn([note for note in body["notes"] if "left out" in note or "does not reach" in note])
     if figure is not None:
-        from railui.report.contact import table_figure
+        from railui.report.figures.contact import table_figure
 
         table_figure(y, delta_r, found.amplitude, found.tan_gamma, figure)
         call.say(f"drew {figure}")
@@ -106,11 +106,12 @@ def _contact(
     wheel: str, rail: str, mirror: bool, smoothing: float, stands: tuple[float, ...], load: float, surface: float
 ) -> Found:
     """The contact of two files; what is wrong with either is told at once."""
-    from railui.contact import Pair, Profile, ProfileFault
-    from railui.files.problems import FileProblems, Problem, one_problem
-    from railui.files.profile import read_profile
-    from railui.files.recognise import expect
-    from railui.study.contact import contact
+    from railui.contact.analysis import contact
+    from railui.contact.profile import Profile, ProfileFault
+    from railui.contact.profile_reader import read_profile
+    from railui.contact.wheelset_on_track import Pair
+    from railui.documents.recognise import expect
+    from railui.io.problems import FileProblems, Problem, one_problem
 
     read: list[Profile] = []
     problems: list[Problem] = []
@@ -131,17 +132,17 @@ def _contact(
 def _profiles(
     found: Found, files: tuple[str, str], sd: float, figure: str | None, laws: str | None, call: Invocation
 ) -> None:
-    from railui.study.contact import described
+    from railui.contact.analysis import described
 
     body = described(found, sd)
     call.warn([note for note in body["notes"] if "noise" in note or note.startswith(("no ", "beyond"))])
     if figure is not None:
-        from railui.report.contact import contact_figure
+        from railui.report.figures.contact import contact_figure
 
         contact_figure(found, figure, sd)
         call.say(f"drew {figure}")
     if laws is not None and found.creep is not None:
-        from railui.report.contact import laws_figure
+        from railui.report.figures.contact import laws_figure
 
         laws_figure(found.creep, laws)
         call.say(f"drew {laws}")

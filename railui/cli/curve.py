@@ -45,7 +45,7 @@ def command(
     Quasi-static: accelerations and rates are zero, the effects act with their full laws. The centre of the
     curve lies at +y, so e < 0 is outwards. A suspension that rides well on straight track may eat rails here.
     """
-    from railui.study.curve import curves
+    from railui.curving import curves
 
     if (radius is None) == (radii is None):
         raise refuse("give either --radius or --radii")
@@ -58,7 +58,7 @@ def command(
     cases = curves(vehicle, given, cant_deficiency)
     head = {"design": vehicle.name, "overrides": overrides, "cant_deficiency": cant_deficiency}
     if figure is not None:
-        from railui.report.stability import draw_curves
+        from railui.report.figures.stability import draw_curves
 
         draw_curves(cases, figure)
         call.say(f"wrote {figure}")

@@ -15,7 +15,7 @@ from railui.cli.common import Invocation, options
 @options
 def command(a: str, b: str, call: Invocation) -> None:
     """Tell every number and word in which B.yaml differs from A.yaml, units and defaults resolved."""
-    from railui.files.difference import differences
+    from railui.documents.difference import differences
 
     rows = differences(a, b)
     call.show(_table(rows, a, b) if rows else "no difference")
@@ -33,7 +33,7 @@ def _table(rows: list[dict[str, Any]], a: str, b: str) -> Any:
 
 
 def _text(value: Any, unit: str) -> str:
-    from railui.files.display import display
+    from railui.io.number_format import display
 
     if value is None:
         return "-"

@@ -25,7 +25,7 @@ def command(ctx: click.Context, reference: str | None, call: Invocation) -> None
     """
     from pathlib import Path
 
-    from railui.study.doctor import doctor
+    from railui.doctor import doctor
 
     found = doctor(None if reference is None else Path(reference), call.jobs)
     call.show(_table(found))

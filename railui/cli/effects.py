@@ -29,7 +29,7 @@ NEIGHBOURS = {"frame": "secondary_lateral", "frame_yaw": "secondary_yaw"}
 
 def resolved(parameter: Mapping[str, Any], places: list[str]) -> dict[str, Any]:
     """A parameter of a record with unit, default and range as numbers at its first place."""
-    from railui.files.effect_records import default_at, range_at, unit_at
+    from railui.vehicle.effect_records import default_at, range_at, unit_at
 
     at = places[0]
     site = NEIGHBOURS.get(at, at)
@@ -67,7 +67,7 @@ def command(call: Invocation) -> None:
     """
     from rich.table import Table
 
-    from railui.files.display import display
+    from railui.io.number_format import display
 
     found = entries()
     table = Table("kind", "what it is", "at", "parameters (default)", title="effects", title_justify="left")

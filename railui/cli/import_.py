@@ -10,8 +10,8 @@ import click
 from railui.cli.common import Invocation, options, refuse
 
 if TYPE_CHECKING:
-    from railui.capture.measured_run import MeasuredRun
-    from railui.capture.recording import Recording
+    from railui.capture.processing.measured_run import MeasuredRun
+    from railui.capture.processing.recording import Recording
 
 
 @click.command("import")
@@ -39,7 +39,7 @@ def command(
     The rail position is reconstructed where no channel tells it: docs/capture.md.
     """
     from railui.capture.formats import read_recordings
-    from railui.capture.sensor_map import load_map
+    from railui.capture.processing.sensor_map import load_map
 
     mapped = load_map(map_file) if map_file is not None else None
     if mapped is not None:
@@ -86,8 +86,8 @@ def _listed(recording: Recording) -> Any:
 
 
 def _draft(recording: Recording, draft: str, call: Invocation) -> None:
-    from railui.capture.draft import draft_map
-    from railui.files.writing import write_text
+    from railui.capture.processing.draft import draft_map
+    from railui.io.atomic import write_text
 
     if Path(draft).exists():
         raise refuse(f"{draft} is there already and stays as it is: give another name")
@@ -98,7 +98,7 @@ def _draft(recording: Recording, draft: str, call: Invocation) -> None:
 def _exported(recording: Recording, out: Path, call: Invocation) -> dict[str, Any]:
     """The same series in another format."""
     from railui.capture.formats import ending, write_recording
-    from railui.files.table import write_table
+    from railui.io.table import write_table
 
     if ending(out) == ".csv":
         columns = {recording.against: recording.t, **recording.channels}
@@ -116,8 +116,8 @@ def _exported(recording: Recording, out: Path, call: Invocation) -> dict[str, An
 
 
 def _track(recording: Recording, mapped: Any, out: Path, call: Invocation) -> dict[str, Any]:
-    from railui.capture.measured_run import track_of
-    from railui.files.track_file import load_track, save_track
+    from railui.capture.processing.measured_run import track_of
+    from railui.track.reader import load_track, save_track
 
     columns = track_of(recording, mapped)
     about = (f"measured: {recording.name}", "lateral deviation as the recording car filtered it")
@@ -132,7 +132,7 @@ def _track(recording: Recording, mapped: Any, out: Path, call: Invocation) -> di
 
 
 def _run(recording: Recording, mapped: Any, out: Path, call: Invocation) -> dict[str, Any]:
-    from railui.capture.measured_run import measured_run, save_run
+    from railui.capture.processing.measured_run import measured_run, save_run
 
     if not out.name.lower().endswith((".csv", ".csv.gz")):
         raise refuse(f"a run is a CSV: write -o {out.stem}.csv.gz")

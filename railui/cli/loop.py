@@ -10,7 +10,7 @@ import click
 from railui.cli.common import Invocation, narrator, options, refuse
 
 if TYPE_CHECKING:
-    from railui.study.loop import Found
+    from railui.identification.loop import Found
 
 ROWS = 8
 EFFECTS = dict.fromkeys(("effect", "none"), "effects found") | {"outside": "effects added, which are not the answer"}
@@ -34,14 +34,15 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     are no independent test. State the noise of the track columns: without it the verdict can change.
     Every verdict (none, effect, outside) ends with exit code 0.
     """
-    from railui.files.campaign import load_campaign
-    from railui.files.recognise import campaign_file, expect
-    from railui.files.writing import check_writable
-    from railui.report.drawing import load_beside
-    from railui.report.loop import loop_report
-    from railui.report.loop_files import ForeignFiles, check_directory, write_loop
-    from railui.study.loop import close_loop
-    from railui.study.measured import read
+    from railui.campaign.campaign import load_campaign
+    from railui.campaign.dataset import read
+    from railui.campaign.directory import campaign_file
+    from railui.documents.recognise import expect
+    from railui.identification.loop import close_loop
+    from railui.io.atomic import check_writable
+    from railui.report.figures.drawing import load_beside
+    from railui.report.loop.data import loop_report
+    from railui.report.loop.files import ForeignFiles, check_directory, write_loop
 
     barred = barred_kinds(without)
     source = campaign_file(campaign)
@@ -69,7 +70,7 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
 def barred_kinds(text: str) -> list[str]:
     """The kinds of --without; a usage error names the nearest for one that is unknown."""
     from railui import core
-    from railui.files.problems import nearest
+    from railui.io.problems import nearest
 
     kinds = [k.strip() for k in text.split(",") if k.strip()]
     known = [str(r["kind"]) for r in core.catalogue()]
@@ -84,7 +85,7 @@ def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
     from rich.table import Table
 
     from railui.cli.adjust import parameters_table, profiles_note
-    from railui.report.loop import shapeless, unstated_track_noise
+    from railui.report.loop.data import shapeless, unstated_track_noise
 
     call.show(f"\n{data['sentence']}\n")
     table = Table(title="NRMSE on the validation runs", title_justify="left")
@@ -113,8 +114,8 @@ def effects_table(data: dict[str, Any]) -> Any:
     """The effects that were added, with their numbers; beside an `outside` they are not the answer."""
     from rich.table import Table
 
-    from railui.files.display import display
-    from railui.report.phases import phase_of
+    from railui.io.number_format import display
+    from railui.report.loop.phases import phase_of
 
     table = Table(title=EFFECTS[data["verdict"]], title_justify="left")
     for name in ("kind", "at", "wheelset", "parameter", "value", "standard deviation"):
@@ -132,7 +133,7 @@ def smallest_table(data: dict[str, Any]) -> Any:
     """The minimum detectable effects of this campaign."""
     from rich.table import Table
 
-    from railui.files.display import display
+    from railui.io.number_format import display
 
     table = Table(title="minimum detectable effects (nominal power 90 %)", title_justify="left")
     for name in ("kind", "at", "smallest"):

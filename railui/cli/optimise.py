@@ -12,8 +12,8 @@ from railui.cli import VIOLATED
 from railui.cli.common import Invocation, cell, options, refuse
 
 if TYPE_CHECKING:
-    from railui.engine.work import Runner
-    from railui.files.study import Study
+    from railui.execution.tasks import Runner
+    from railui.optimisation.study import Study
 
 SAMPLES = 256  # of Sobol's, for each of the variables and two more
 
@@ -40,12 +40,12 @@ def command(
     found. DIR gets the study and the vehicle as they were when it began, the result, the front, a report and
     the design at the knee. Exit code 4 where no design keeps the limits.
     """
-    from railui.engine.outcome import REPORT
-    from railui.engine.session import Session
-    from railui.files.recognise import expect
-    from railui.files.study import load_study
-    from railui.report.study_page import write_study_page
-    from railui.study.optimise import optimise
+    from railui.documents.recognise import expect
+    from railui.execution.outputs import REPORT
+    from railui.execution.session import Session
+    from railui.optimisation.optimise import optimise
+    from railui.optimisation.study import load_study
+    from railui.report.search.page import write_study_page
     from railui.track import parse_spec
 
     expect(study, "study")
@@ -80,8 +80,8 @@ def command(
 
 def _usual(source: Path) -> Path:
     """The directory of a study: its own where it is the frozen one of a search, else one beside it."""
-    from railui.engine.outcome import STUDY
-    from railui.engine.store import FILE
+    from railui.execution.cache import FILE
+    from railui.execution.outputs import STUDY
 
     if source.name == STUDY and (source.parent / FILE).is_file():
         return source.parent
@@ -90,19 +90,19 @@ def _usual(source: Path) -> Path:
 
 def _runner(scheduler: str | None, call: Invocation) -> Runner:
     if scheduler is None:
-        from railui.engine.local import Local
+        from railui.execution.threads import Local
 
         return Local(call.jobs)
     try:
-        from railui.engine.cluster import Cluster
+        from railui.execution.dask_cluster import Cluster
     except ModuleNotFoundError as error:
         raise refuse(f"--scheduler needs {error.name}: pip install 'railui[cluster]'") from None
     return Cluster(scheduler, call.say)
 
 
 def _plan(study: Study, where: Path, call: Invocation) -> None:
-    from railui.engine.outcome import check_directory
-    from railui.study.optimise import FRESH, checked_cases
+    from railui.execution.outputs import check_directory
+    from railui.optimisation.optimise import FRESH, checked_cases
 
     check_directory(study, where)
     cases = checked_cases(study)
@@ -116,7 +116,7 @@ def _plan(study: Study, where: Path, call: Invocation) -> None:
 
 
 def _files(study: Study) -> list[str]:
-    from railui.study.road import is_track_file
+    from railui.track.excitation import is_track_file
 
     beside = [study.directory / track for track in study.cases.track]
     return [str(path) for path in beside if is_track_file(path) and path.is_file()]

@@ -37,7 +37,7 @@ def speeds(text: str) -> list[float]:
     >>> speeds("30:60:10"), speeds("144 km/h"), speeds("90:180:90 km/h")
     ([30.0, 40.0, 50.0, 60.0], [40.0], [25.0, 50.0])
     """
-    from railui.files.units import quantity, read_speed, split
+    from railui.io.units import quantity, read_speed, split
 
     found: list[float] = []
     for part in text.split(","):
@@ -86,7 +86,7 @@ def figure(text: str) -> str:
     >>> figure("a.svg")
     'a.svg'
     """
-    from railui.files.writing import check_file
+    from railui.io.atomic import check_file
 
     if not text.lower().endswith((".svg", ".png", ".pdf")):
         raise ValueError(f"{text!r} is no figure: write a name that ends in .svg, .png or .pdf")
@@ -100,7 +100,7 @@ def length(text: str) -> float:
     >>> length("100 mm")
     0.1
     """
-    from railui.files.units import quantity
+    from railui.io.units import quantity
 
     return quantity(text, "m")
 
@@ -124,7 +124,7 @@ def force(text: str) -> float:
     >>> force("55 kN")
     55000.0
     """
-    from railui.files.units import quantity
+    from railui.io.units import quantity
 
     return quantity(text, "N")
 

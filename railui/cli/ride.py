@@ -11,8 +11,8 @@ from railui.cli.common import STRICT, Invocation, cell, design_argument, lay_tra
 from railui.cli.quantities import reading, seeds, speed, speeds
 
 if TYPE_CHECKING:
-    from railui.files.design import Design
-    from railui.study.road import Laid
+    from railui.track.excitation import Laid
+    from railui.vehicle.design_reader import Design
 
 SHOWN = (
     *(("score", ""), ("class", ""), ("decided_by", ""), ("comfort_hours", "h")),
@@ -52,7 +52,7 @@ def command(
     inputs = [design, *[str(line.file) for line in laid[:1] if line.file is not None]]
     head = {"design": vehicle.name, "overrides": overrides}
     if len(given) * len(laid) == 1:
-        from railui.study.ride import ride
+        from railui.ride_quality.evaluation import ride
 
         found = ride(vehicle, laid[0], given[0], jobs=call.jobs)
         body, cases = head | found, [found]
@@ -66,7 +66,7 @@ def command(
 
 
 def _cases(vehicle: Design, laid: list[Laid], speeds: list[float], call: Invocation) -> list[dict[str, Any]]:
-    from railui.study.ride import ride_many
+    from railui.ride_quality.evaluation import ride_many
 
     found = []
     for line in laid:

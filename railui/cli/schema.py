@@ -19,7 +19,7 @@ def command(kind: str, call: Invocation) -> None:
     """
     import json
 
-    from railui.files.schema import schema
+    from railui.documents.schema import schema
 
     made = schema(kind)
     if call.json is None:

@@ -38,14 +38,14 @@ def command(
     dies. Practical: up to it the class of the ride on the track stays just admissible. None of them follows
     from another.
     """
-    from railui.study.stability import stability
+    from railui.hunting.summary import stability
 
     vehicle = load_vehicle(call, design, overrides)
     laid = None if track is None else lay_track(track, call.seed)
     found = stability(vehicle, speeds, fold=fold, track=laid, jobs=call.jobs, told=call.progress)
     body = {"design": vehicle.name, "overrides": overrides, **found}
     if figure is not None:
-        from railui.report.stability import draw_stability
+        from railui.report.figures.stability import draw_stability
 
         draw_stability(found, figure)
         call.say(f"wrote {figure}")

@@ -12,7 +12,7 @@ from railui.cli.common import Invocation, options
 @options
 def command(directory: str, call: Invocation) -> None:
     """Tell where the search in DIR stands: running, interrupted or finished, and how long it will take."""
-    from railui.engine.session import status
+    from railui.execution.session import status
 
     found = status(directory)
     failures = ", ".join(f"{count} {reason}" for reason, count in found["failures"].items())

@@ -9,7 +9,7 @@ import click
 from railui.cli.common import Invocation, lay_track, options, refuse
 
 if TYPE_CHECKING:
-    from railui.study.road import Laid
+    from railui.track.excitation import Laid
 
 
 @click.command("track")
@@ -51,14 +51,14 @@ def command(spec: tuple[str, ...], output: str | None, spectrum: str | None, cal
 def _read(name: str) -> Laid:
     from pathlib import Path
 
-    from railui.study.road import is_track_file, lay
+    from railui.track.excitation import is_track_file, lay
 
     file = is_track_file(name) or (len(name.split()) == 1 and "." in name)
     return lay(Path(name)) if file else lay_track(name, None, "--spectrum")
 
 
 def _write(laid: Laid, output: str, call: Invocation) -> None:
-    from railui.files.track_file import save_track, track_text
+    from railui.track.reader import save_track, track_text
 
     track = laid.track
     columns = (track.s, track.yw, track.phiw, track.gauge, track.conventions)

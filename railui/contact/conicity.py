@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from railui.arrays import FloatArray
+
 AMPLITUDES = 1e-3 * np.arange(10, 101) / 10.0  # m: 1 to 10 mm by 0.1
 POINTS = 4000  # of the integral over a quarter of a motion
 HALVINGS = 60
@@ -24,10 +25,10 @@ class Conicity:
     Amplitudes beyond the table are left out: `left_out` holds them.
     """
 
-    amplitude: Floats
-    tan_gamma: Floats
+    amplitude: FloatArray
+    tan_gamma: FloatArray
     centre: float
-    left_out: Floats
+    left_out: FloatArray
 
     def at(self, amplitude: float) -> float:
         """tan gamma_e at an amplitude [m] of the list; NaN where it is not there."""
@@ -66,7 +67,7 @@ def equivalent_conicity(y: ArrayLike, delta_r: ArrayLike, amplitudes: ArrayLike 
 class _Motion:
     """Motions round the centre of a table, linear between its points."""
 
-    def __init__(self, y: Floats, table: Floats) -> None:
+    def __init__(self, y: FloatArray, table: FloatArray) -> None:
         self.centre = _centre(y, table)
         # with its zeros among the points, the energy rises or falls all through an interval
         passing = np.flatnonzero(table[:-1] * table[1:] < 0.0)
@@ -83,7 +84,7 @@ class _Motion:
             -1: (np.arange(middle, -1, -1), np.maximum.accumulate(self.sums[middle::-1])),
         }
 
-    def energy(self, x: Floats) -> Floats:
+    def energy(self, x: FloatArray) -> FloatArray:
         """S(x), the integral of the table from the centre."""
         k = np.clip(np.searchsorted(self.y, x, "right") - 1, 0, len(self.y) - 2)
         u = x - self.y[k]
@@ -145,7 +146,7 @@ class _Motion:
         return float(2.0 * (np.pi / length) ** 2)
 
 
-def _centre(y: Floats, table: Floats) -> float:
+def _centre(y: FloatArray, table: FloatArray) -> float:
     """The middle one of the zeros of delta_r: what the motions of all sizes go round."""
     some = np.flatnonzero(table)
     turn = np.flatnonzero(np.sign(table[some[1:]]) != np.sign(table[some[:-1]]))
@@ -164,7 +165,7 @@ def _centre(y: Floats, table: Floats) -> float:
     return zeros[len(zeros) // 2]
 
 
-def _zero(y: Floats, table: Floats, i: int, j: int) -> float:
+def _zero(y: FloatArray, table: FloatArray, i: int, j: int) -> float:
     """Between two points of opposite sign; the middle of a stretch of zeros."""
     if j > i + 1:
         return float(0.5 * (y[i + 1] + y[j - 1]))

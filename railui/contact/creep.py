@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from railui.contact.contacts import Contacts
+from railui.contact.geometry import Contacts
 from railui.contact.hertz import POISSON, STEEL, Ellipse, hertz
 from railui.contact.kalker import EllipseFactors, Kalker, ellipse_factors, kalker
 

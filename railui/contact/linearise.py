@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import ndtr
 
-from railui.contact.contacts import Contacts
+from railui.arrays import FloatArray
+from railui.contact.geometry import Contacts
 
-Floats = NDArray[np.float64]
 BEYOND = 0.02  # share of a normal distribution that may lie beyond the table
 ANGLES = 720
 NOTHING = (float("nan"),) * 4
@@ -86,13 +85,13 @@ def harmonic(contacts: Contacts, amplitude: float, mean: float = 0.0) -> Lineari
     return _slopes(contacts, e - mean, weight, amplitude)
 
 
-def _slopes(contacts: Contacts, d: Floats, weight: Floats, motion: float, beyond: float = 0.0) -> Linearised:
+def _slopes(contacts: Contacts, d: FloatArray, weight: FloatArray, motion: float, beyond: float = 0.0) -> Linearised:
     b = contacts.pair.half_distance
     steep = np.tan(contacts.angle)
     d = d - weight @ d
     variance = weight @ (d * d)
 
-    def slope(curve: Floats) -> float:
+    def slope(curve: FloatArray) -> float:
         return float(weight @ (d * curve) / variance)
 
     return Linearised(
@@ -112,13 +111,13 @@ def forms(contacts: Contacts, deviation: float) -> Forms:
     e, f = contacts.displacement[near], 0.5 * contacts.delta_r[near]
     weight = np.exp(-0.5 * (e / deviation) ** 2)
 
-    def fitted(columns: list[Floats]) -> tuple[Floats, float]:
+    def fitted(columns: list[FloatArray]) -> tuple[FloatArray, float]:
         root = np.sqrt(weight)
         found = np.linalg.lstsq(np.stack(columns, 1) * root[:, None], f * root, rcond=None)[0]
         left = f - np.stack(columns, 1) @ found
         return np.asarray(found, dtype=np.float64), float(np.sqrt((weight @ left**2) / (weight @ f**2)))
 
-    def broken(knee: float) -> tuple[Floats, float]:
+    def broken(knee: float) -> tuple[FloatArray, float]:
         return fitted([np.clip(e, -knee, knee), e - np.clip(e, -knee, knee)])
 
     (c1, c3), rest = fitted([e, e**3])

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import Akima1DInterpolator
 
-Floats = NDArray[np.float64]
+from railui.arrays import FloatArray
+
 Kind = Literal["wheel", "rail"]
 
 FINE = 5e-5  # m between the points of a resampled profile
@@ -44,8 +45,8 @@ class Profile:
     """
 
     kind: Kind
-    y: Floats
-    h: Floats
+    y: FloatArray
+    h: FloatArray
     name: str = ""
     notes: tuple[str, ...] = ()
 
@@ -111,7 +112,7 @@ class Profile:
         note = f"smoothed at {wavelength * 1e3:g} mm (Gaussian, half left)"
         return replace(self, y=smooth[0], h=smooth[1], notes=(*self.notes, note))
 
-    def resampled(self, step: float = FINE) -> tuple[Floats, Floats, Floats]:
+    def resampled(self, step: float = FINE) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Arc length, y and h at points about `step` apart, through the points by Akima's curve [m]."""
         s = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(self.y), np.diff(self.h)))])
         fine = np.linspace(0.0, s[-1], max(int(s[-1] / step) + 1, 2))
@@ -128,7 +129,7 @@ class Profile:
         return float(np.median(np.abs(middle)) / 0.6745 / np.sqrt(20.0))
 
 
-def _whole(kind: Kind, y: Floats, h: Floats) -> None:
+def _whole(kind: Kind, y: FloatArray, h: FloatArray) -> None:
     if len(y) != len(h) or len(y) < FEWEST:
         raise ProfileFault(f"the profile has {len(y)} points", f"give {FEWEST} or more")
     if len(y) > MOST:
@@ -147,7 +148,7 @@ def _whole(kind: Kind, y: Floats, h: Floats) -> None:
         )
 
 
-def _crossing(y: Floats, h: Floats, points: NDArray[np.intp]) -> None:
+def _crossing(y: FloatArray, h: FloatArray, points: NDArray[np.intp]) -> None:
     """Raises where the line through the points crosses itself, naming where."""
     p = np.stack([y, h], axis=1)
     a, d = p[:-1], np.diff(p, axis=0)
@@ -170,14 +171,14 @@ def _crossing(y: Floats, h: Floats, points: NDArray[np.intp]) -> None:
             )
 
 
-def _upside_down(kind: Kind, y: Floats, h: Floats) -> bool:
+def _upside_down(kind: Kind, y: FloatArray, h: FloatArray) -> bool:
     """Does h point down? A flange and the sides of a rail's head reach far below what wheels run on."""
     first, last = (float(end) for end in np.quantile(y, [0.02, 0.98]))
     middle = float(np.median(np.interp(np.linspace(first, last, 200), *_sorted(y, h))))
     return bool(h.max() - middle > middle - h.min())
 
 
-def _of_its_kind(kind: Kind, y: Floats, h: Floats) -> None:
+def _of_its_kind(kind: Kind, y: FloatArray, h: FloatArray) -> None:
     """Raises where a rail, whose head falls off to both sides, stands for a wheel, which rises to its outer end."""
     outer = y > y[0] + 0.8 * (y[-1] - y[0])
     falls = float(h.max() - h[outer].min())
@@ -191,12 +192,12 @@ def _of_its_kind(kind: Kind, y: Floats, h: Floats) -> None:
         )
 
 
-def _sorted(y: Floats, h: Floats) -> tuple[Floats, Floats]:
+def _sorted(y: FloatArray, h: FloatArray) -> tuple[FloatArray, FloatArray]:
     order = np.argsort(y, kind="stable")
     return y[order], h[order]
 
 
-def _on_the_tape_line(y: Floats, h: Floats) -> tuple[Floats, Floats, list[str]]:
+def _on_the_tape_line(y: FloatArray, h: FloatArray) -> tuple[FloatArray, FloatArray, list[str]]:
     """A wheel with y and h counted from the tape line; where y counts from the inner face it is moved by 70 mm."""
     notes = []
     if y[0] > -0.02:

@@ -17,19 +17,19 @@ from textual.screen import Screen
 from textual.widgets import ContentSwitcher, Footer, Static
 
 from railui.desk import log
-from railui.desk.dialogs import Ask, Faults, Help, Pick
-from railui.desk.draft import Draft
 from railui.desk.heartbeat import Heartbeat, settled, unhindered
-from railui.desk.look import Case
 from railui.desk.messages import Offered
-from railui.desk.ours import files_below, kind_of
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.panels.track import TrackPanel
-from railui.desk.tabs import PANELS, Tabs
-from railui.files.problems import FileProblems, one_problem
+from railui.desk.presenters.look import Case
+from railui.desk.services.ours import files_below, kind_of
+from railui.desk.state.draft import Draft
+from railui.desk.widgets.dialogs import Ask, Faults, Help, Pick
+from railui.desk.widgets.tabs import PANELS, Tabs
+from railui.io.problems import FileProblems, one_problem
 
 SMALLEST = (60, 18)
 

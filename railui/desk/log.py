@@ -9,7 +9,7 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-from railui.files.writing import write_text
+from railui.io.atomic import write_text
 
 
 def home() -> Path:

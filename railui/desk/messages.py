@@ -7,8 +7,8 @@ from typing import Any
 
 from textual.message import Message
 
-from railui.desk.look import Look
-from railui.files.design import Design
+from railui.desk.presenters.look import Look
+from railui.vehicle.design_reader import Design
 
 
 @dataclass

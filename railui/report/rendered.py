@@ -16,7 +16,7 @@ def rendered(template: str, contents: Mapping[str, Any]) -> str:
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    style = STYLE.search((HOME / "page.html.j2").read_text("utf-8"))
+    style = STYLE.search((HOME / "loop/page.html.j2").read_text("utf-8"))
     return environment.from_string((HOME / template).read_text("utf-8")).render(
         {**contents, "style": style[1] if style else ""}
     )

@@ -1,18 +1,6 @@
 """Track: spectra, synthetic and measured lines, and the input tables that drive a vehicle."""
 
-from railui.track.line import Track, equally_spaced
-from railui.track.measure import BANDS, NearestSpectrum, TrackSpectrum, band_sd, nearest_spectrum, psd
-from railui.track.spectra import (
-    QUANTITIES,
-    SPECTRA,
-    Quantity,
-    Spectrum,
-    spectrum_density,
-    spectrum_named,
-    spectrum_sd,
-)
-from railui.track.synthetic import TrackSpec, band_limited_noise, parse_spec, synthetic_track
-from railui.track.table import (
+from railui.track.input_table import (
     COLUMNS,
     Behind,
     distance,
@@ -22,6 +10,10 @@ from railui.track.table import (
     track_table,
     with_track,
 )
+from railui.track.line import Track, equally_spaced
+from railui.track.metrics import BANDS, NearestSpectrum, TrackSpectrum, band_sd, nearest_spectrum, psd
+from railui.track.spectra import QUANTITIES, SPECTRA, Quantity, Spectrum, spectrum_density, spectrum_named, spectrum_sd
+from railui.track.synthetic import TrackSpec, band_limited_noise, parse_spec, synthetic_track
 
 __all__ = [
     "BANDS",

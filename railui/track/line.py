@@ -6,11 +6,11 @@ import hashlib
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from railui.arrays import FloatArray
 from railui.core import Spline
 
-FloatArray = NDArray[np.float64]
 UNEVEN = 0.01  # share of the spacing by which an interval may differ: as for the interval of a run
 
 

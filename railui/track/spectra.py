@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from railui.arrays import FloatArray
+
 Density = Callable[[FloatArray], FloatArray]
 Quantity = Literal["yw", "phiw", "gauge"]
 

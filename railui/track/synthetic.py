@@ -10,11 +10,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from railui.arrays import FloatArray
 from railui.core import Spline
 from railui.track.line import Track
 from railui.track.spectra import QUANTITIES, Quantity, Spectrum, spectrum_density, spectrum_named
-
-FloatArray = NDArray[np.float64]
 
 EASE_IN = 2.56  # m, the wheelbase 2 a of the bogie of the check values
 MOST_ROWS = 20_000_000

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.engine.cluster import SECONDS, Bundle, Cluster, _Run
-from railui.engine.work import Done, Hashes, Work
-from railui.files.study import load_study
-from railui.study.cases import cases_of
-from railui.study.evaluate import rows_of
-from tests.engine.cluster import Machines
-from tests.engine.small import write_study
+from railui.execution.dask_cluster import SECONDS, Bundle, Cluster, _Run
+from railui.execution.tasks import Done, Hashes, Work
+from railui.optimisation.cases import cases_of
+from railui.optimisation.evaluation import rows_of
+from railui.optimisation.study import load_study
+from tests.execution.cluster import Machines
+from tests.execution.small import write_study
 
 PIECES = 1000
 

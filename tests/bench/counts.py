@@ -16,8 +16,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from railui.study.bench import bogie, coach, coach_job, full_job, reduced_job, spread
-from railui.study.history import change, keep
+from railui.bench.history import change, keep
+from railui.bench.standard_job import bogie, coach, coach_job, full_job, reduced_job, spread
 
 DESIGNS = 16
 STEPS = 20_000 - 1

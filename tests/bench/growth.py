@@ -21,14 +21,14 @@ from typing import Any
 
 import numpy as np
 
+from railui.bench.costs import effects, scaling
+from railui.bench.history import commit, machine
+from railui.bench.standard_job import SPEED, bogie, coach, spread
 from railui.core import simd
-from railui.files.design import Design, load_design, parse_design
-from railui.study.bench import SPEED, bogie, coach, spread
-from railui.study.costs import effects, scaling
-from railui.study.history import commit, machine
-from railui.study.model import Model
-from railui.study.ride import road_of
-from railui.study.streamed import statistics_many
+from railui.ride_quality.evaluation import road_of
+from railui.ride_quality.statistics import statistics_many
+from railui.vehicle.design_reader import Design, load_design, parse_design
+from railui.vehicle.model import Model
 from tests.bench.page import write_after
 
 HOME = Path(__file__).parents[2]

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from railui.engine.local import Local
-from railui.engine.session import Session
-from railui.files.design import load_design
-from railui.files.designed import Design
-from railui.files.study import Study, load_study
-from railui.study.cases import cases_of
-from railui.study.evaluate import in_process
-from railui.study.optimise import declared_values, fresh_objectives, optimise, quality
+from railui.execution.session import Session
+from railui.execution.threads import Local
+from railui.optimisation.cases import cases_of
+from railui.optimisation.evaluation import in_process
+from railui.optimisation.optimise import declared_values, fresh_objectives, optimise, quality
+from railui.optimisation.study import Study, load_study
+from railui.vehicle.design import Design
+from railui.vehicle.design_reader import load_design
 
 HOME = Path(__file__).parents[2]
 CAMPAIGN = HOME / "designs/campaigns/worn_axle_box"

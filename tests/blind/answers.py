@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from railui import core
-from railui.files.campaign import load_campaign
-from railui.files.design import PlacedEffect
-from railui.study.adjust import adjust
-from railui.study.judge import Judgement, judge
-from railui.study.loop import Found, close_loop, lookalikes
-from railui.study.measured import Measurement, read
-from railui.study.model import Model
-from railui.study.target import targets
-from railui.study.windows import held
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import Measurement, read
+from railui.identification.estimation.multiple_shooting import held
+from railui.identification.estimation.output_error import adjust
+from railui.identification.estimation.problem import targets
+from railui.identification.estimation.validation import Judgement, judge
+from railui.identification.loop import Found, close_loop, lookalikes
+from railui.vehicle.design_reader import PlacedEffect
+from railui.vehicle.model import Model
 from tests.blind.plants import Plant, alike
 from tests.truth.campaign import Campaign
 from tests.truth.effects import Effect

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.report.detectable import detectable
-from railui.study.loop import Found
+from railui.identification.loop import Found
+from railui.report.loop.detectable import detectable
 from tests.blind.answers import Line, traced
 from tests.blind.plants import FLOORS, Plant, at_floor, drawn
 from tests.blind.table import HEAD, printed, totals

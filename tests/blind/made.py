@@ -9,11 +9,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from railui.files.campaign import load_campaign
-from railui.study.adjust import Fit
-from railui.study.loop import adjusted
-from railui.study.measured import Measurement, read
-from railui.study.model import Model
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import Measurement, read
+from railui.identification.estimation.output_error import Fit
+from railui.identification.loop import adjusted
+from railui.vehicle.model import Model
 from tests.truth.campaign import Campaign, Order, campaign, write
 from tests.truth.effects import parse
 

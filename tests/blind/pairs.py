@@ -11,10 +11,10 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from railui.files.campaign import load_campaign
-from railui.study.loop import close_loop
-from railui.study.measured import read
-from railui.study.terms import material
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import read
+from railui.identification.loop import close_loop
+from railui.identification.structure.stepwise import material
 from tests.blind.answers import adjusted_truly, judged
 from tests.blind.plants import Plant, drawn
 from tests.truth.campaign import campaign, write

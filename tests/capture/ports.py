@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from railui.capture.frames import Channel
-from railui.capture.logger import Faults, Logger
-from railui.capture.terminal import Terminal
+from railui.capture.protocol.frames import Channel
+from railui.capture.simulator.logger import Faults, Logger
+from railui.capture.simulator.terminal import Terminal
 
 RAILUI = [sys.executable, "-m", "railui"]
 PATIENCE = 60.0  # s: this machine may be busy

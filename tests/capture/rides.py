@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from railui.capture.demo import Wheels, sensed
-from railui.capture.sensor_map import Geometry
-from railui.files.columns import COMPARED
-from railui.study.ride import simulate
+from railui.capture.processing.sensor_map import Geometry
+from railui.capture.simulator.demo import Wheels, sensed
+from railui.ride_quality.evaluation import simulate
+from railui.runs.columns import COMPARED
 from railui.track import Track, synthetic_track
 
 Floats = NDArray[np.float64]

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from railui.capture import text, wire
-from railui.capture.frames import Channel, Damaged, Frame, Refused
-from railui.capture.logger import damaged
+from railui.capture.protocol import text, wire
+from railui.capture.protocol.frames import Channel, Damaged, Frame, Refused
+from railui.capture.simulator.logger import damaged
 
 CHANNELS = tuple(Channel(f"c{i}", "m/s^2", "h", 0.001) for i in range(6))
 

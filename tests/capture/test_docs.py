@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 import struct
 
-from railui.capture import text, wire
-from railui.capture.frames import Channel, Hello
-from railui.capture.link import Link
+from railui.capture.protocol import text, wire
+from railui.capture.protocol.frames import Channel, Hello
+from railui.capture.protocol.link import Link
 from tests.capture.rides import HOME
 
 PAGE = (HOME / "docs/wire.md").read_text()

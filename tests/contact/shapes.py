@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railui.contact import Contacts, Pair, Profile
+from railui.contact.geometry import Contacts
+from railui.contact.profile import Profile
+from railui.contact.wheelset_on_track import Pair
 
 RAIL_RADIUS = 0.3  # m, of the head
 REFERENCE = Path(__file__).parents[3] / "shared" / "reference"

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import railui
 from railui.cli import cli
-from railui.files.design import load_design
+from railui.vehicle.design_reader import load_design
 from tests.docs.results import rows_of, undocumented
 
 DESIGNS = Path(__file__).parents[2] / "designs"

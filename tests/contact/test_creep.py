@@ -10,8 +10,10 @@ from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
 from railui import core
-from railui.contact import creep_coefficients, hertz, kalker, search
-from railui.contact.kalker import ellipse_factors
+from railui.contact.contact_points import search
+from railui.contact.creep import creep_coefficients
+from railui.contact.hertz import hertz
+from railui.contact.kalker import ellipse_factors, kalker
 from tests.contact.shapes import cones
 
 

@@ -11,13 +11,15 @@ import yaml
 from jsonschema import Draft202012Validator
 
 import railui
-from railui.contact import Profile, linearise, search
-from railui.desk.draft import Draft
-from railui.files.check import check
-from railui.files.design import Design, load_design
-from railui.files.problems import FileProblems
-from railui.files.saving import save_design
-from railui.files.schema import schema
+from railui.contact.contact_points import search
+from railui.contact.linearise import linearise
+from railui.contact.profile import Profile
+from railui.desk.state.draft import Draft
+from railui.documents.check import check
+from railui.documents.saving import save_design
+from railui.documents.schema import schema
+from railui.io.problems import FileProblems
+from railui.vehicle.design_reader import Design, load_design
 from tests.contact.shapes import coned_wheel, cones, round_rail, worn_wheel
 
 HOME = Path(__file__).parents[2]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from railui.contact import search
-from railui.contact.contacts import Contacts
+from railui.contact.contact_points import search
+from railui.contact.geometry import Contacts
 from railui.contact.linearise import forms, harmonic, linearise
 from tests.contact.shapes import cones, conicity_of_cones
 

@@ -15,9 +15,9 @@ from textual.containers import Grid
 from textual.widget import Widget
 from textual_plot import HiResMode, PlotWidget
 
-from railui.desk.axis import Axis
-from railui.desk.picture import Line, Picture
-from railui.desk.plot import Plot
+from railui.desk.widgets.axis import Axis
+from railui.desk.widgets.picture import Line, Picture
+from railui.desk.widgets.plot import Plot
 
 POINTS, PLOTS, ROUNDS = 2000, 6, 15
 X = np.linspace(0.0, 10.0, POINTS)
@@ -72,5 +72,5 @@ async def timed(own: bool) -> float:
 
 
 if __name__ == "__main__":
-    for name, own in (("railui.desk.plot", True), ("textual-plot", False), ("railui.desk.plot", True)):
+    for name, own in (("railui.desk.widgets.plot", True), ("textual-plot", False), ("railui.desk.widgets.plot", True)):
         print(f"{name:18} {asyncio.run(timed(own)):6.1f} ms for {PLOTS} plots of two lines of {POINTS} points")

@@ -10,11 +10,11 @@ from textual.content import Content
 from textual.widgets import Static
 from textual.widgets._toast import Toast
 
-from railui.desk.dialogs import Ask, Help, Pick
-from railui.desk.form import Form
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.design import DesignPanel
-from railui.desk.plot import Plot
+from railui.desk.widgets.dialogs import Ask, Help, Pick
+from railui.desk.widgets.form import Form
+from railui.desk.widgets.plot import Plot
 from tests.desk.conftest import REPOSITORY, Sitting
 
 pytestmark = pytest.mark.asyncio

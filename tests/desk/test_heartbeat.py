@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from railui.desk.form import Form
 from railui.desk.heartbeat import unhindered
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.design import DesignPanel
+from railui.desk.widgets.form import Form
 from tests.desk.conftest import REPOSITORY, Keys, Sitting
 
 pytestmark = pytest.mark.asyncio

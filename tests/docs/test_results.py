@@ -10,11 +10,11 @@ import pytest
 from click.testing import CliRunner
 
 from railui.cli import cli
-from railui.files.table import write_table
-from railui.report import identifiability as told
-from railui.study.coefficients import coefficients
-from railui.study.identify import per_stretch, profile
-from railui.study.parallel import correlations
+from railui.identification.estimation.identifiability import per_stretch, profile
+from railui.identification.estimation.parallel_models import correlations
+from railui.identification.unmodelled.coefficients import coefficients
+from railui.io.table import write_table
+from railui.report.loop import identifiability as told
 from tests.blind.made import fitted
 from tests.capture.rides import read, ride
 from tests.docs.results import rows_of, sections, undocumented, unheard_of

@@ -10,20 +10,23 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from railui.capture import wire
+from railui.campaign.campaign import load_campaign
 from railui.capture.formats import read_recordings
-from railui.capture.frames import Channel
-from railui.capture.link import Link
-from railui.capture.sensor_map import load_map
-from railui.contact import Contacts, Pair, ProfileFault, search
-from railui.files.campaign import load_campaign
-from railui.files.delta_r import read_delta_r
-from railui.files.design import load_design
-from railui.files.problems import FileProblems
-from railui.files.profile import read_profile
-from railui.files.run import load_run
-from railui.files.study import load_study
-from railui.files.track_file import load_track
+from railui.capture.processing.sensor_map import load_map
+from railui.capture.protocol import wire
+from railui.capture.protocol.frames import Channel
+from railui.capture.protocol.link import Link
+from railui.contact.contact_points import search
+from railui.contact.geometry import Contacts
+from railui.contact.profile import ProfileFault
+from railui.contact.profile_reader import read_profile
+from railui.contact.radius_table_reader import read_delta_r
+from railui.contact.wheelset_on_track import Pair
+from railui.io.problems import FileProblems
+from railui.optimisation.study import load_study
+from railui.runs.run import load_run
+from railui.track.reader import load_track
+from railui.vehicle.design_reader import load_design
 
 CORPUS = Path(__file__).parent / "corpus"
 DESIGNS = Path(__file__).parents[2] / "designs"

@@ -15,8 +15,8 @@ import pytest
 
 from railui import core
 from railui.core import Batch, Placement, Vehicles
-from railui.files.effect_reading import AGAINST
-from railui.files.effect_records import is_against
+from railui.vehicle.effect_reader import AGAINST
+from railui.vehicle.effect_records import is_against
 from tests.kernel.pairs import (
     CHANNELS,
     ROUNDING,

@@ -7,16 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.kernel.pairs import (
-    apart,
-    batch,
-    enough,
-    interval,
-    kernel,
-    straight,
-    structure,
-    uneven,
-)
+from tests.kernel.pairs import apart, batch, enough, interval, kernel, straight, structure, uneven
 from tests.truth.effects import parse
 
 VEHICLE = uneven(40)

@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 from railui import core
-from railui.report.loop import loop_report
-from railui.study.equivalent import origins
-from railui.study.loop import adjusted, close_loop
-from railui.study.measured import Measurement, Stretch
+from railui.campaign.dataset import Measurement, Stretch
+from railui.identification.loop import adjusted, close_loop
+from railui.identification.structure.equivalent_inputs import origins
+from railui.report.loop.data import loop_report
 from tests.blind.made import Made, made
 
 PLAY = "free_play at=primary_lateral half_width=4e-4"

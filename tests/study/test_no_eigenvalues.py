@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from railui.core import eigenvalues_of
-from railui.study.adjust import Adjuster
-from railui.study.critical import linear_many
-from railui.study.free import free_parameters
-from railui.study.linear import eigenvalues
-from railui.study.model import Model
-from railui.study.ride import model_of
-from railui.study.stability import stability
-from railui.study.target import targets
-from railui.study.windows import cut_where
+from railui.hunting.critical_speed import linear_many
+from railui.hunting.summary import stability
+from railui.identification.estimation.free_parameters import free_parameters
+from railui.identification.estimation.multiple_shooting import cut_where
+from railui.identification.estimation.output_error import Adjuster
+from railui.identification.estimation.problem import targets
+from railui.vehicle.linear import eigenvalues
+from railui.vehicle.model import Model
+from railui.vehicle.resolve import model_of
 from tests.blind.made import made
 
 BOGIE = Path(__file__).parents[2] / "designs" / "check_bogie.yaml"

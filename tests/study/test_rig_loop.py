@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from railui.files.campaign import load_campaign
-from railui.report.loop import loop_report
-from railui.report.loop_files import write_loop
-from railui.study.judge import floor
-from railui.study.loop import close_loop, declared_on
-from railui.study.measured import Measurement, read
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import Measurement, read
+from railui.identification.estimation.validation import floor
+from railui.identification.loop import close_loop, declared_on
+from railui.report.loop.data import loop_report
+from railui.report.loop.files import write_loop
 from tests.truth.effects import effect
 from tests.truth.rig import Bench, write
 

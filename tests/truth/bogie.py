@@ -12,11 +12,11 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from .contact import Contact, Seen
-from .effects import Effect, check_together
-from .laws import Array
-from .placed import Group, contact_fields, grouped
-from .road import WIDTH, Point
+from tests.truth.contact import Contact, Seen
+from tests.truth.effects import Effect, check_together
+from tests.truth.laws import Array
+from tests.truth.placed import Group, contact_fields, grouped
+from tests.truth.road import WIDTH, Point
 
 Pair = tuple[float, float]
 ORDER = [0, 1, 2, 4, 3, 5]  # from the model's y, psi, y1, psi1, y2, psi2 to the order inside, and back

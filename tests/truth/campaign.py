@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
-from .bogie import Bogie, Vehicle
-from .effects import Effect, effect, of_one_run, parse
-from .files import NOISE, UNITS, campaign_text, design, facts_text, paths, write_run
-from .laws import Array
-from .march import simulate_many, steps_for
-from .road import Table
-from .tracks import met, recorder_noise
+from tests.truth.bogie import Bogie, Vehicle
+from tests.truth.effects import Effect, effect, of_one_run, parse
+from tests.truth.files import NOISE, UNITS, campaign_text, design, facts_text, paths, write_run
+from tests.truth.laws import Array
+from tests.truth.march import simulate_many, steps_for
+from tests.truth.road import Table
+from tests.truth.tracks import met, recorder_noise
 
 DECLARED = Vehicle(
     c_sy=0.2e6,

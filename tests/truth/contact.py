@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .laws import Array, beyond, creep_forces, saturation, saturation_slope
-from .road import Point
+from tests.truth.laws import Array, beyond, creep_forces, saturation, saturation_slope
+from tests.truth.road import Point
 
 
 class Seen(NamedTuple):

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from . import laws, outside
-from .laws import Array
+from tests.truth import laws, outside
+from tests.truth.laws import Array
 
 SUSPENSIONS = ("primary_lateral", "primary_yaw", "secondary_lateral", "secondary_yaw")
 PLACES = (*SUSPENSIONS, "wheelset", "wheelset_yaw", "frame", "frame_yaw", "contact")

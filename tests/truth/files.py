@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from .bogie import Vehicle
-from .laws import Array
+from tests.truth.bogie import Vehicle
+from tests.truth.laws import Array
 
 # standard deviation in SI; the text is what campaign.yaml says
 NOISE = {

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .bogie import ORDER, Bogie, Vehicle
-from .effects import Effect, sense
-from .laws import Array
-from .road import Point, Road, Table
+from tests.truth.bogie import ORDER, Bogie, Vehicle
+from tests.truth.effects import Effect, sense
+from tests.truth.laws import Array
+from tests.truth.road import Point, Road, Table
 
 CHANNELS = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2", "psi1", "psi2", "Qy", "Qpsi")
 ASTRAY = 0.2  # m or rad: a vehicle beyond this is taken out and its channels are NaN from there

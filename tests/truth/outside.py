@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .laws import Array, Parameters
+from tests.truth.laws import Array, Parameters
 
 Look = Callable[[str], Array]
 Push = Callable[[str, Array], None]

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from .effects import KINDS, Effect, Kind
-from .laws import CREEP_LAWS, Array
+from tests.truth.effects import KINDS, Effect, Kind
+from tests.truth.laws import CREEP_LAWS, Array
 
 # field of the contact chain that a contact effect sets: neutral value, then {kind: {parameter: field}}
 NEUTRAL = {

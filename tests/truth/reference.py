@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from .bogie import Bogie, Vehicle
-from .effects import Effect
-from .laws import Array
-from .march import inside, observe
-from .road import Point, Road, Table
+from tests.truth.bogie import Bogie, Vehicle
+from tests.truth.effects import Effect
+from tests.truth.laws import Array
+from tests.truth.march import inside, observe
+from tests.truth.road import Point, Road, Table
 
 Event = Callable[[float, Array], float]
 EDGE = {"free_play": "half_width", "bump_stop": "gap"}  # kinds with a corner in the force, and where

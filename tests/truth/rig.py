@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from .effects import Effect, check_together, parse, sense
-from .files import campaign_text, write_run
-from .laws import Array
-from .placed import Group, grouped
+from tests.truth.effects import Effect, check_together, parse, sense
+from tests.truth.files import campaign_text, write_run
+from tests.truth.laws import Array
+from tests.truth.placed import Group, grouped
 
 Rate = Callable[[Array, float, Array], Array]
 

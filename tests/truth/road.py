@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from .laws import Array
+from tests.truth.laws import Array
 
 
 @dataclass(frozen=True)

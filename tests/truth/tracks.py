@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from .laws import Array
-from .road import Table
+from tests.truth.laws import Array
+from tests.truth.road import Table
 
 # ERRI B176, one-sided, per rad/m
 W_C, W_R, W_S, HALF_GAUGE = 0.8246, 0.0206, 0.4380, 0.75

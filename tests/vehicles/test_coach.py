@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from railui.files.design import PlacedEffect, load_design
-from railui.study.hunting import hunting
-from railui.study.model import Model
-from railui.study.road import Road, lay
+from railui.hunting.limit_cycles import hunting
+from railui.track.excitation import Road, lay
+from railui.vehicle.design_reader import PlacedEffect, load_design
+from railui.vehicle.model import Model
 from tests.truth import coach as truth
 
 MODEL = Model(load_design(Path(__file__).parents[2] / "designs/manchester_coach.yaml"))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from railui.files.design import load_design
-from railui.study.model import Model
-from railui.study.road import Road, lay
+from railui.track.excitation import Road, lay
+from railui.vehicle.design_reader import load_design
+from railui.vehicle.model import Model
 from tests.truth import cooperrider as truth
 
 MODEL = Model(load_design(Path(__file__).parents[2] / "designs/cooperrider.yaml"))

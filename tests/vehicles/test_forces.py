@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railui.files.design import load_design
-from railui.study.forces import Guided, _instability, force_limit, forces, greatest, sliding_mean
-from railui.study.model import Model
-from railui.study.ride import ride
-from railui.study.road import Road, lay
+from railui.ride_quality.evaluation import ride
+from railui.ride_quality.running_safety import Guided, _instability, force_limit, forces, greatest, sliding_mean
+from railui.track.excitation import Road, lay
+from railui.vehicle.design_reader import load_design
+from railui.vehicle.model import Model
 
 HOME = Path(__file__).parents[2]
 COACH = Model(load_design(HOME / "designs/manchester_coach.yaml"))

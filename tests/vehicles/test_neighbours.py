@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from railui.bench.standard_job import bogie, coach
 from railui.core import Batch
-from railui.study.bench import bogie, coach
-from railui.study.model import Model, parameters_of
-from railui.study.road import Road, lay
+from railui.track.excitation import Road, lay
+from railui.vehicle.model import Model, parameters_of
 
 Floats = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from railui.capture.recording import Recording
-from railui.files.problems import FileProblems, one_problem
+from railui.capture.processing.recording import Recording
+from railui.io.problems import FileProblems, one_problem
 
 # the reader of each ending, and what it is called
 READERS = {

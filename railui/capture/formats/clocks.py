@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.capture.recording import Floats, Recording
-from railui.files.problems import nearest, one_problem
-from railui.files.table import MOST_ROWS
-from railui.files.units import UnitError, convert
+from railui.arrays import FloatArray
+from railui.capture.processing.recording import Recording
+from railui.io.problems import nearest, one_problem
+from railui.io.table import MOST_ROWS
+from railui.io.units import UnitError, convert
 
 TIMES = ("t", "time", "zeit", "temps", "timestamp", "time_s", "x_time")
 PLACES = ("s", "distance", "position", "km", "chainage", "mileage", "weg")
@@ -23,8 +24,8 @@ class Series:
 
     name: str
     unit: str | None
-    t: Floats
-    values: Floats
+    t: FloatArray
+    values: FloatArray
 
 
 def check_size(path: Path, name: str, size: int) -> None:
@@ -39,7 +40,7 @@ def one_clock(path: Path, series: list[Series]) -> Recording:
     if not series:
         raise one_problem(path, "holds no series against time", "export time histories")
     best = max(series, key=lambda x: x.t.size)
-    channels: dict[str, Floats] = {}
+    channels: dict[str, FloatArray] = {}
     units: dict[str, str | None] = {}
     notes = []
     for one in series:
@@ -53,7 +54,11 @@ def one_clock(path: Path, series: list[Series]) -> Recording:
 
 
 def of_columns(
-    path: Path, columns: Mapping[str, Floats], units: Mapping[str, str | None], clock: str | None, rate: float | None
+    path: Path,
+    columns: Mapping[str, FloatArray],
+    units: Mapping[str, str | None],
+    clock: str | None,
+    rate: float | None,
 ) -> Recording:
     """Columns with one among them that is the time [s], or the place [m]; else a `rate` [Hz]. FileProblems without."""
     lower = {name.lower(): name for name in columns}

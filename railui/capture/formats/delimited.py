@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from railui.arrays import FloatArray
 from railui.capture.formats.clocks import of_columns
-from railui.capture.recording import Floats, Recording
-from railui.files.problems import one_problem
-from railui.files.table import MOST_BYTES
-from railui.files.units import UnitError, parse_unit
+from railui.capture.processing.recording import Recording
+from railui.io.problems import one_problem
+from railui.io.table import MOST_BYTES
+from railui.io.units import UnitError, parse_unit
 
 SEPARATORS = (";", "\t", ",", "|")
 NAMED = re.compile(r"(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s/\s(\S+))?\s*\Z")
@@ -114,7 +115,7 @@ def _are_units(cells: list[str]) -> bool:
     return good >= 0.7 * len(cells)
 
 
-def _rows(path: Path, lines: list[str], first: int, separator: str, comma: bool, count: int) -> Floats:
+def _rows(path: Path, lines: list[str], first: int, separator: str, comma: bool, count: int) -> FloatArray:
     found: list[list[float]] = []
     for number, line in enumerate(lines[first:], first + 1):
         if not line.strip() or line.lstrip().startswith("#"):

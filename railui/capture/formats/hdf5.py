@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from railui.arrays import FloatArray
 from railui.capture.formats.clocks import check_size, of_columns
-from railui.capture.recording import Floats, Recording
+from railui.capture.processing.recording import Recording
 
 UNITS = ("unit", "units", "Unit", "Units")
 RATES = ("rate", "fs", "sampling_rate", "sample_rate", "SampleRate")
@@ -18,7 +19,7 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
     """The longest series and all of their length; a series within a group is called group/name."""
     import h5py
 
-    columns: dict[str, Floats] = {}
+    columns: dict[str, FloatArray] = {}
     units: dict[str, str | None] = {}
     with h5py.File(path) as file:
         rate = rate or _attribute(file, RATES, float)

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from railui.arrays import FloatArray
 from railui.capture.formats import hdf5
 from railui.capture.formats.clocks import check_size, of_columns
-from railui.capture.recording import Floats, Recording
+from railui.capture.processing.recording import Recording
 
 RATES = ("fs", "Fs", "rate", "sampling_rate")
 
@@ -24,7 +25,7 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
     for name, shape, _ in whosmat(path):
         check_size(path, name, math.prod(shape))
     found = loadmat(path, squeeze_me=True, struct_as_record=False)
-    columns: dict[str, Floats] = {
+    columns: dict[str, FloatArray] = {
         name: np.asarray(x, dtype=np.float64)
         for name, x in found.items()
         if not name.startswith("__") and getattr(x, "ndim", 0) == 1 and x.dtype.kind in "fiu" and x.size > 3

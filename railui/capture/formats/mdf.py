@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from railui.capture.formats.clocks import Series, check_size, one_clock
-from railui.capture.recording import Recording
+from railui.capture.processing.recording import Recording
 
 
 def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.capture.recording import Recording
-from railui.files.problems import one_problem
-from railui.files.table import read_table
-from railui.files.writing import write_bytes
+from railui.capture.processing.recording import Recording
+from railui.io.atomic import write_bytes
+from railui.io.problems import one_problem
+from railui.io.table import read_table
 
 
 def read_recorded(path: Path) -> list[Recording]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from railui.capture.formats.clocks import Series, one_clock
-from railui.capture.recording import Recording
+from railui.capture.processing.recording import Recording
 
 TIME_RESPONSE = 1
 PARTS = ("spec_data_type", "len_unit_exp", "force_unit_exp", "temp_unit_exp")

@@ -17,27 +17,27 @@ from textual.events import Resize
 from textual.message import Message
 from textual.widgets import Static
 
-from railui.desk.axis import Axis
-from railui.desk.bars import Bars
-from railui.desk.dialogs import Name
-from railui.desk.loop_progress import Progress
-from railui.desk.loop_views import Closed, force_picture, run_text, series_picture
-from railui.desk.loop_words import determined_text, gate_text, hunting_note, summary
+from railui.campaign.campaign import Campaign, load_campaign
+from railui.campaign.data_checks import gate
+from railui.campaign.dataset import Measurement, read
+from railui.campaign.finding import Finding
 from railui.desk.messages import Done, Failed, Line, Offered, Showed
 from railui.desk.panels.common import in_turn, titled
-from railui.desk.picture import Picture
-from railui.desk.plot import Plot
-from railui.desk.work import Latest, Study
-from railui.files.campaign import Campaign, load_campaign
-from railui.report.driven import suspension_forces
-from railui.report.figures import compared_series, shown_channels, telling
-from railui.report.loop import loop_report
-from railui.report.loop_files import ForeignFiles, adjusted_design, check_directory, write_loop
-from railui.study.finding import Finding
-from railui.study.gate import gate
-from railui.study.loop import close_loop
-from railui.study.measured import Measurement, read
-from railui.study.watch import Looked, Turn
+from railui.desk.presenters.loop_progress import Progress
+from railui.desk.presenters.loop_views import Closed, force_picture, run_text, series_picture
+from railui.desk.presenters.loop_words import determined_text, gate_text, hunting_note, summary
+from railui.desk.services.work import Latest, Study
+from railui.desk.widgets.axis import Axis
+from railui.desk.widgets.bars import Bars
+from railui.desk.widgets.dialogs import Name
+from railui.desk.widgets.picture import Picture
+from railui.desk.widgets.plot import Plot
+from railui.identification.events import Looked, Turn
+from railui.identification.loop import close_loop
+from railui.report.loop.data import loop_report
+from railui.report.loop.driven import suspension_forces
+from railui.report.loop.figures import compared_series, shown_channels, telling
+from railui.report.loop.files import ForeignFiles, adjusted_design, check_directory, write_loop
 
 EMPTY = Picture(Axis(""), Axis(""), wait="after the verdict")
 TALL = 30  # rows from which all pictures are shown

@@ -16,21 +16,21 @@ from textual.events import Resize
 from textual.message import Message
 from textual.widgets import Static
 
-from railui.capture.demo_logger import DemoLogger
-from railui.capture.load import BAUDS, NARROW
-from railui.capture.record import Recorder
-from railui.desk.axis import Axis
-from railui.desk.bars import Bar, Bars
-from railui.desk.dialogs import Name, Pick
+from railui.capture.protocol.load import BAUDS, NARROW
+from railui.capture.recorder.record import Recorder
+from railui.capture.simulator.demo_logger import DemoLogger
 from railui.desk.messages import Done, Failed, Showed
 from railui.desk.messages import Line as Told
 from railui.desk.panels.common import arranged, titled
-from railui.desk.picture import Level, Line, Picture
-from railui.desk.plot import Plot
-from railui.desk.ports import DEMO, ports
-from railui.desk.tap import WINDOW, State, Tap, state_of
-from railui.desk.work import Study
-from railui.files.display import unit_text
+from railui.desk.services.ports import DEMO, ports
+from railui.desk.services.tap import WINDOW, State, Tap, state_of
+from railui.desk.services.work import Study
+from railui.desk.widgets.axis import Axis
+from railui.desk.widgets.bars import Bar, Bars
+from railui.desk.widgets.dialogs import Name, Pick
+from railui.desk.widgets.picture import Level, Line, Picture
+from railui.desk.widgets.plot import Plot
+from railui.io.number_format import unit_text
 
 CHARTS = 6
 EMPTY = Picture(Axis(""), Axis(""), wait="s starts recording")

@@ -15,24 +15,24 @@ from textual.events import Resize
 from textual.message import Message
 from textual.widgets import Static
 
-from railui.desk.axis import Axis
-from railui.desk.dialogs import Name, Pick
-from railui.desk.draft import Draft, Field, Moved
-from railui.desk.effects import choices, placed
-from railui.desk.form import Form, Head
-from railui.desk.form_side import FormSide
-from railui.desk.look import Case, Look, laid, look, road, with_curves
 from railui.desk.messages import Done, Failed, Seen
 from railui.desk.panels.common import arranged, titled
-from railui.desk.picture import Picture
-from railui.desk.plot import Plot
-from railui.desk.quality import comparison
-from railui.desk.views import VIEWS, WINDOWS
-from railui.desk.work import Latest, Study
-from railui.desk.written import value_text
-from railui.files.problems import FileProblems
-from railui.files.units import read_speed
-from railui.study.stability import stability
+from railui.desk.presenters.effects import choices, placed
+from railui.desk.presenters.look import Case, Look, laid, look, road, with_curves
+from railui.desk.presenters.quality import comparison
+from railui.desk.presenters.views import VIEWS, WINDOWS
+from railui.desk.presenters.written import value_text
+from railui.desk.services.work import Latest, Study
+from railui.desk.state.draft import Draft, Field, Moved
+from railui.desk.widgets.axis import Axis
+from railui.desk.widgets.dialogs import Name, Pick
+from railui.desk.widgets.form import Form, Head
+from railui.desk.widgets.form_side import FormSide
+from railui.desk.widgets.picture import Picture
+from railui.desk.widgets.plot import Plot
+from railui.hunting.summary import stability
+from railui.io.problems import FileProblems
+from railui.io.units import read_speed
 
 EMPTY = Picture(Axis(""), Axis(""), wait="no design: ctrl+o opens one")
 CASE = ("case.track", "case.speed")

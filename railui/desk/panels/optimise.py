@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
@@ -18,28 +17,28 @@ from textual.events import Resize
 from textual.message import Message
 from textual.widgets import Static
 
-from railui.desk.axis import Axis
-from railui.desk.bars import Bars
-from railui.desk.dialogs import Faults, Pick
-from railui.desk.form import Form
-from railui.desk.form_side import FormSide
-from railui.desk.look import Case, Look, look
+from railui.arrays import FloatArray
 from railui.desk.messages import Done, Failed, Offered, Seen, Showed
 from railui.desk.panels.common import arranged, in_turn, titled
-from railui.desk.picture import Picture
-from railui.desk.plan import Plan, variables
-from railui.desk.plot import Plot
-from railui.desk.quality import comparison
-from railui.desk.search_progress import Searched, Step, step_of
-from railui.desk.views import acceleration, displacement
-from railui.desk.work import Latest, Study
-from railui.engine.local import Local
-from railui.engine.session import Session
-from railui.files.design import Design
-from railui.files.problems import FileProblems
-from railui.study.optimise import Stand, optimise
+from railui.desk.presenters.look import Case, Look, look
+from railui.desk.presenters.quality import comparison
+from railui.desk.presenters.search_progress import Searched, Step, step_of
+from railui.desk.presenters.views import acceleration, displacement
+from railui.desk.services.work import Latest, Study
+from railui.desk.state.plan import Plan, variables
+from railui.desk.widgets.axis import Axis
+from railui.desk.widgets.bars import Bars
+from railui.desk.widgets.dialogs import Faults, Pick
+from railui.desk.widgets.form import Form
+from railui.desk.widgets.form_side import FormSide
+from railui.desk.widgets.picture import Picture
+from railui.desk.widgets.plot import Plot
+from railui.execution.session import Session
+from railui.execution.threads import Local
+from railui.io.problems import FileProblems
+from railui.optimisation.optimise import Stand, optimise
+from railui.vehicle.design_reader import Design
 
-Floats = NDArray[np.float64]
 EMPTY = Picture(Axis(""), Axis(""), wait="s starts the search")
 
 
@@ -265,7 +264,7 @@ search never saw: mean and one standard deviation. `t` takes it into the form.
         if not message.stopped:
             self.notify(message.text, severity="error", timeout=10)
 
-    def points(self) -> tuple[Floats, Floats]:
+    def points(self) -> tuple[FloatArray, FloatArray]:
         """Designs [n, variable] of the front and their aims [n, aim]."""
         return self.searched.points() if self.searched else (np.zeros((0, 0)), np.zeros((0, 2)))
 
@@ -384,7 +383,7 @@ def _document(study: Any, found: dict[str, Any]) -> dict[str, Any]:
     """The result as `railui optimise` writes it."""
     import railui
     from railui.core import simd
-    from railui.files.writing import finite
+    from railui.io.atomic import finite
 
     head = {"schema": "railui.optimise/1", "version": railui.__version__, "inputs": [], "seed": study.method.seed,
             "simd": simd()}  # fmt: skip

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
@@ -18,22 +17,22 @@ from textual.events import Resize
 from textual.message import Message
 from textual.widgets import Static
 
-from railui.desk.axis import Axis
-from railui.desk.bars import Bar, Bars
-from railui.desk.dialogs import Name, Pick
+from railui.arrays import FloatArray
 from railui.desk.messages import Failed
-from railui.desk.ours import files_below
 from railui.desk.panels.common import arranged, in_turn, titled
-from railui.desk.picture import Line, Picture
-from railui.desk.plot import Plot
-from railui.desk.work import Latest
-from railui.files.design import Design
-from railui.study.assess import assess
-from railui.study.road import Laid, is_track_file, lay
-from railui.track.measure import BANDS, NearestSpectrum, band_sd, nearest_spectrum, psd
+from railui.desk.services.ours import files_below
+from railui.desk.services.work import Latest
+from railui.desk.widgets.axis import Axis
+from railui.desk.widgets.bars import Bar, Bars
+from railui.desk.widgets.dialogs import Name, Pick
+from railui.desk.widgets.picture import Line, Picture
+from railui.desk.widgets.plot import Plot
+from railui.ride_quality.track_assessment import assess
+from railui.track.excitation import Laid, is_track_file, lay
+from railui.track.metrics import BANDS, NearestSpectrum, band_sd, nearest_spectrum, psd
 from railui.track.spectra import SPECTRA, spectrum_density, spectrum_sd
+from railui.vehicle.design_reader import Design
 
-Floats = NDArray[np.float64]
 EMPTY = Picture(Axis(""), Axis(""), wait="laying the track")
 MM = 1e3
 SPEC = "length=2000 seed=1"
@@ -46,14 +45,14 @@ class Surveyed:
 
     name: str
     laid: Laid
-    wavenumber: Floats
-    density: Floats
-    bands: Floats
+    wavenumber: FloatArray
+    density: FloatArray
+    bands: FloatArray
     nearest: NearestSpectrum | None
 
 
 class Assessed(Message):
-    """A track was judged by the ride of a vehicle: see `railui.study.assess`."""
+    """A track was judged by the ride of a vehicle: see `railui.ride_quality.track_assessment`."""
 
     def __init__(self, vehicle: str, found: dict[str, Any]) -> None:
         super().__init__()

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import sosfilt
 
-from railui.files.designed import Riding
-from railui.study.bench import bogie, road, spread
-from railui.study.comfort_point import comfort_sections
-from railui.study.score import score_many
-from railui.study.streamed import BLOCK, SCORED
+from railui.bench.standard_job import bogie, road, spread
+from railui.ride_quality.comfort import comfort_sections
+from railui.ride_quality.score import score_many
+from railui.ride_quality.statistics import BLOCK, SCORED
+from railui.vehicle.design import Riding
 from tests.bench.peers.bogie import coefficients
 
 Floats = NDArray[np.float64]

@@ -1,0 +1,107 @@
+"""What a search costs beside the kernel: search, store and Python for generations of 256 designs x 4 cases x 1 km."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.bench.standard_job import BOGIE
+from railui.core import jobs_or_all
+from railui.execution.session import Session
+from railui.execution.threads import Local
+from railui.optimisation.cases import Case, cases_of
+from railui.optimisation.design_space import Ranges, first_generation
+from railui.optimisation.evaluation import Numbers
+from railui.optimisation.multi_objective import by_pymoo
+from railui.optimisation.objectives import judge
+from railui.optimisation.optimise import declared_values
+from railui.optimisation.responses import steppable
+from railui.optimisation.study import Study, load_study
+from railui.ride_quality.comfort import comfort_sections
+from railui.ride_quality.statistics import BLOCK, SCORED
+
+GENERATIONS: Final = 8
+STUDY: Final = """\
+name: overhead of a search
+vehicle: vehicle.yaml
+variables:
+  vehicle.primary.lateral_stiffness: [1 MN/m, 8 MN/m]
+  vehicle.primary.longitudinal_stiffness: [3 MN/m, 20 MN/m]
+  vehicle.secondary.lateral_damping: [10 kN*s/m, 100 kN*s/m]
+  vehicle.secondary.yaw_damping: [5 kN*m*s/rad, 200 kN*m*s/rad]
+cases: {track: [erri_b176_low length=1000], speed: [40 m/s], seed: [1, 2, 3, 4], scenario: [{}]}
+objectives: [{minimise: weighted_acceleration, over: mean}, {maximise: flange_margin, over: worst}]
+method: {kind: nsga2, population: 256, generations: %d, seed: 1}
+"""
+
+
+class _Kernel:
+    """The kernel's bare work for what an evaluator was asked: one call a case, everything prepared."""
+
+    def __init__(self, jobs: int) -> None:
+        self.jobs, self.seconds = jobs, 0.0
+
+    def time(self, cases: Sequence[Case], rows: Sequence[FloatArray]) -> None:
+        """Adds the seconds of the calls."""
+        for case, some in zip(cases, rows, strict=True):
+            model, road = case.vehicle.model, case.road
+            able, steps = steppable(model, some, road)
+            sections = [np.ascontiguousarray(one) for one in comfort_sections(model, some[able], road.dt).values()]
+            vehicles, batch = model.vehicles(), model.batch(some[able])
+            clearance = np.ascontiguousarray(some[able, model.columns["contact.flange_clearance"]])
+            block, channels = max(1, round(BLOCK / road.dt)), SCORED
+            for n in np.unique(steps):
+                here = np.flatnonzero(steps == n)
+                course = (road.table(model.behind(), int(n)), road.dt, int(n))
+                part, weights = batch.select(here), [np.ascontiguousarray(one[here]) for one in sections]
+                begun = time.perf_counter()
+                vehicles.score(part, *course, channels, clearance[here], weights, block=block, jobs=self.jobs)
+                self.seconds += time.perf_counter() - begun
+
+
+def overhead(jobs: int | None = None, generations: int = GENERATIONS) -> dict[str, Any]:
+    """Seconds of a whole search, of the bare kernel for the same rides beside it, and their ratio.
+
+    Both in turns, generation by generation, on the same threads: what disturbs the machine disturbs both.
+    """
+    threads = jobs_or_all(jobs)
+    with tempfile.TemporaryDirectory() as home:
+        study = _study(Path(home), generations)
+        with Session(study, Path(home) / "out", Local(threads)) as session:
+            asked: list[tuple[Sequence[Case], Sequence[FloatArray]]] = []
+
+            def evaluator(cases: Sequence[Case], rows: Sequence[FloatArray], keys: Collection[str]) -> Numbers:
+                asked.append((cases, rows))
+                return session.evaluator(cases, rows, keys)
+
+            cases, declared, kernel, whole = cases_of(study), declared_values(study), _Kernel(threads), 0.0
+            first = first_generation(Ranges(study.variables), study.method.population, declared, study.method.seed)
+            steps = by_pymoo(study, first, lambda x: judge(study, cases, x, evaluator))
+            next(steps)  # to warm up: tables, pymoo
+            asked.clear()
+            for _ in range(generations - 1):
+                begun = time.perf_counter()
+                next(steps)
+                whole += time.perf_counter() - begun
+                kernel.time(*asked.pop())
+    return {
+        "designs": study.method.population,
+        "cases": len(cases),
+        "generations": generations - 1,
+        "seconds": whole,
+        "kernel_seconds": kernel.seconds,
+        "ratio": whole / kernel.seconds,
+        "threads": threads,
+    }
+
+
+def _study(home: Path, generations: int) -> Study:
+    (home / "vehicle.yaml").write_text(BOGIE, "utf-8")
+    (home / "study.yaml").write_text(STUDY % generations, "utf-8")
+    return load_study(home / "study.yaml")

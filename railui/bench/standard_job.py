@@ -1,0 +1,226 @@
+"""The standard job: how many nanoseconds a step of one design takes on this machine, whole and reduced."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.bench.standard_coach import COACH
+from railui.core import LANES, Batch, Rides, Vehicles, jobs_or_all, simd
+from railui.ride_quality.comfort import comfort_sections, felt
+from railui.ride_quality.score import score_many
+from railui.ride_quality.statistics import BLOCK, SCORED, displacements
+from railui.track import Track
+from railui.track.excitation import Laid, Road, lay
+from railui.vehicle.design_reader import parse_design
+from railui.vehicle.model import Model
+
+DESIGNS: Final = 64
+SPREAD: Final = 0.10
+SEED: Final = 1
+REPETITIONS: Final = 5  # of which the quickest counts: the others were disturbed
+SPEED: Final = 40.0  # m/s
+LENGTH: Final = 2000.0  # m
+TRACK: Final = "erri_b176_high length={} seed=1"
+REDUCED_TO_ZERO: Final = (
+    *("contact.leading.contact_angle", "contact.trailing.contact_angle", "contact.spin_creep"),
+    *("vehicle.wheelset.spin_inertia", "contact.leading.roll", "contact.trailing.roll"),
+)
+SPREAD_OVER: Final = ("vehicle.primary.", "vehicle.secondary.", "contact.leading.", "contact.trailing.", "contact.spin")
+SPREAD_OVER_COACH: Final = ("stiffness", "damping", "conicity", "longitudinal_creep", "lateral_creep", "spin_creep")
+
+# the check values of the model, with creep saturation and flange contact (Kaas-Petersen's rail)
+BOGIE: Final = """\
+name: standard job
+vehicle:
+  frame: {mass: 2900, yaw_inertia: 3300}
+  wheelset: {mass: 1850, yaw_inertia: 1050, spin_inertia: 120}
+  geometry: {half_wheelbase: 1.28, half_gauge: 0.75, half_spring_base: 1.0, rolling_radius: 0.46}
+  wheel_load: 55e3
+  primary: {lateral_stiffness: 3.0e6, longitudinal_stiffness: 8e6}
+  secondary: {lateral_damping: 3e4, yaw_damping: 3e4}
+contact:
+  leading: {conicity: 0.18, longitudinal_creep: 130, lateral_creep: 120, gravitational_stiffness: 8}
+  trailing: {conicity: 0.18, longitudinal_creep: 130, lateral_creep: 120, gravitational_stiffness: 8}
+  flange_clearance: 7 mm
+effects:
+  - {kind: creep_saturation, at: contact, friction: 0.35}
+  - {kind: flange_contact, at: contact, clearance: 7 mm, stiffness: 14.6 MN/m}
+"""
+
+
+def bogie(reduced: bool = False) -> Model:
+    """The bogie of the standard job; reduced: without contact angle, roll, spin creep and gyroscopic moments."""
+    design = parse_design(BOGIE, "standard job")
+    return Model(design.with_values(dict.fromkeys(REDUCED_TO_ZERO, 0.0)) if reduced else design)
+
+
+def coach() -> Model:
+    """The coach of 17 degrees of freedom whose step stands beside that of the bogie."""
+    return Model(parse_design(COACH, "standard job, coach"))
+
+
+def spread(model: Model, count: int = DESIGNS) -> FloatArray:
+    """Rows [count, row]: suspension and contact parameters spread evenly by +/-10 %, seeded."""
+    rng = np.random.default_rng(np.random.SeedSequence([SEED]))
+    rows = np.tile(model.row, (count, 1))
+    built = model.design.structure is not None
+    chosen = [path.endswith(SPREAD_OVER_COACH) if built else path.startswith(SPREAD_OVER) for path in model.columns]
+    own = [not path.startswith("effects.") for path in model.columns]
+    columns = [column for column, yes, mine in zip(model.columns.values(), chosen, own, strict=True) if yes and mine]
+    rows[:, columns] *= 1 + SPREAD * rng.uniform(-1, 1, (count, len(columns)))
+    return rows
+
+
+def road(reduced: bool = False, length: float = LENGTH) -> Road:
+    """The road of the standard job, its first `length` [m]; reduced: without cross-level."""
+    laid = lay(TRACK.format(f"{length:g}"))
+    if reduced:
+        laid = Laid(Track(laid.track.s, laid.track.yw), f"{laid.name}, no cross-level")
+    return Road(laid, SPEED)
+
+
+@dataclass(frozen=True)
+class Rolling:
+    """Vehicles on a road with one step of RK4 per sample, and what is summed along it."""
+
+    vehicles: Vehicles
+    batch: Batch
+    table: FloatArray
+    dt: float
+    channels: Sequence[str]
+    clearance: FloatArray
+    sections: Mapping[str, FloatArray]
+    block: int
+    wheelsets: int
+
+    def ride(self, jobs: int = 1) -> Rides:
+        """Their statistics."""
+        return self.vehicles.score(
+            self.batch, self.table, self.dt, 1, self.channels, self.clearance, list(self.sections.values()),
+            block=self.block, jobs=jobs, wheelsets=self.wheelsets,
+        )  # fmt: skip
+
+    def arithmetic(self) -> dict[str, int] | None:
+        """What a step asks of a lane: see `Vehicles.arithmetic`."""
+        return self.vehicles.arithmetic(
+            self.batch, self.table, self.dt, self.channels, self.clearance, list(self.sections.values()),
+            block=self.block, wheelsets=self.wheelsets,
+        )  # fmt: skip
+
+
+def rolling(model: Model, rows: FloatArray, way: Road, comfort: bool = True) -> Rolling:
+    """Vehicles as a score needs them; without `comfort` the displacements of their wheelsets alone."""
+    wheels, points = displacements(model), felt(model) if comfort else ()
+    sections = comfort_sections(model, rows, way.dt) if comfort else {}
+    return Rolling(
+        model.vehicles(), model.batch(rows), way.table(model.half_wheelbase(), 1), way.dt, (*wheels, *points),
+        np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]]),
+        {name: np.ascontiguousarray(each) for name, each in sections.items()},
+        block=round(BLOCK / way.dt) if comfort else 0, wheelsets=len(wheels),
+    )  # fmt: skip
+
+
+def rolling_reduced(rows: FloatArray) -> Rolling:
+    """The bogies of the reduced job, with e_1 alone."""
+    bogies = rolling(bogie(reduced=True), rows, road(reduced=True), comfort=False)
+    return replace(bogies, channels=SCORED[:1], wheelsets=1)
+
+
+def full_job(rows: FloatArray, jobs: int) -> Callable[[], FloatArray]:
+    """The whole score [n] of bogies, comfort included, one step of RK4 per sample."""
+    return scored(bogie(), rows, jobs)
+
+
+def coach_job(rows: FloatArray, jobs: int) -> Callable[[], FloatArray]:
+    """The same of coaches, comfort at three floor points."""
+    return scored(coach(), rows, jobs)
+
+
+def scored(model: Model, rows: FloatArray, jobs: int, length: float = LENGTH) -> Callable[[], FloatArray]:
+    """The whole score [n] of vehicles on the road of the standard job, at their worst comfort point."""
+    vehicles, riding = rolling(model, rows, road(length=length)), model.design.riding
+
+    def run() -> FloatArray:
+        found = vehicles.ride(jobs)
+        e = found.displacement
+        statistics = {name: found.rms[:, :, i].max(axis=1) for i, name in enumerate(vehicles.sections)}
+        statistics |= {"mean_e": e[..., 0], "sd_e": e[..., 1], "flange_fractions": e[..., 2]}
+        told = score_many(statistics | {"diverged": found.diverged >= 0}, riding, float(vehicles.clearance[0]))
+        return told["score"]
+
+    return run
+
+
+def reduced_job(rows: FloatArray, jobs: int) -> Callable[[], FloatArray]:
+    """The rms [n] of e_1 alone."""
+    vehicles = rolling_reduced(rows)
+
+    def run() -> FloatArray:
+        e = vehicles.ride(jobs).displacement[:, 0]
+        return np.hypot(e[:, 0], e[:, 1])
+
+    return run
+
+
+def quickest(
+    runs: Sequence[Callable[[], object]],
+    repetitions: int = REPETITIONS,
+    clock: Callable[[], float] = time.perf_counter,
+) -> list[float]:
+    """The least time [s] of each of some runs, in turns, after one to warm up: what disturbs one disturbs all."""
+    for run in runs:
+        run()
+    times: list[list[float]] = [[] for _ in runs]
+    for _ in range(max(1, repetitions)):
+        for run, each in zip(runs, times, strict=True):
+            begun = clock()
+            run()
+            each.append(clock() - begun)
+    return [min(each) for each in times]
+
+
+def bench(jobs: int | None = None, repetitions: int = REPETITIONS, designs: int = DESIGNS) -> dict[str, Any]:
+    """The standard job, full, reduced and of the coach, on one thread and (`all_threads`) on all; lanes, simd, threads.
+
+    `coach_to_bogie`: a step of the coach over one of the full job, on one thread.
+
+    >>> sorted(bench(jobs=1, repetitions=1, designs=16))
+    ['coach', 'coach_to_bogie', 'designs', 'full', 'lanes', 'reduced', 'simd', 'threads']
+    """
+    threads = jobs_or_all(jobs)
+    parts = {
+        "full": (full_job, spread(bogie(), designs)),
+        "reduced": (reduced_job, spread(bogie(reduced=True), designs)),
+        "coach": (coach_job, spread(coach(), designs)),
+    }
+    seconds = {n: quickest([job(rows, n) for job, rows in parts.values()], repetitions) for n in {1, threads}}
+    steps = len(road().track) - 1
+
+    def rate(time: float) -> dict[str, float]:
+        return {"ns_per_design_step": 1e9 * time / (designs * steps), "designs_per_second": designs / time}
+
+    found: dict[str, Any] = {
+        name: rate(alone) | {"all_threads": rate(together)}
+        for name, alone, together in zip(parts, seconds[1], seconds[threads], strict=True)
+    }
+    found["coach_to_bogie"] = found["coach"]["ns_per_design_step"] / found["full"]["ns_per_design_step"]
+    return found | {"designs": designs, "lanes": LANES, "simd": simd(), "threads": threads}
+
+
+def told(found: dict[str, Any]) -> Sequence[tuple[str, str, str, str]]:
+    """The rows of a table: job, ns per design-step on one thread, designs/s on one thread and on all."""
+    return [
+        (
+            name,
+            f"{found[name]['ns_per_design_step']:.1f}",
+            f"{found[name]['designs_per_second']:.0f}",
+            f"{found[name]['all_threads']['designs_per_second']:.0f}",
+        )
+        for name in ("full", "reduced", "coach")
+    ]

@@ -1,0 +1,74 @@
+"""The shape of a campaign file, for checking and for the JSON Schema."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from railui.io.fields import LISTED, PAIRED, Group, Objects, Reader, Text, measure, quantity_schema, word
+from railui.io.units import UnitError, quantity
+
+ROLES = ("adjust", "validate")
+
+
+def read_cut(value: Any) -> tuple[float, float]:
+    """What is left out at both ends: seconds, or a share of the stretch.
+
+    >>> read_cut("2 s"), read_cut("2 %")
+    ((2.0, 0.0), (0.0, 0.02))
+    """
+    share = isinstance(value, str) and value.strip().endswith("%")
+    number = quantity(value, "1" if share else "s")
+    if number < 0 or (share and number >= 0.5):
+        raise UnitError(f"{value!r} is out of range", "give 0 s or more, or less than 50 %")
+    return (0.0, number) if share else (number, 0.0)
+
+
+class RunModel(Group):
+    """One run and what it is for."""
+
+    file: Text = Field(json_schema_extra={"sample": "file: run_a.csv.gz"})
+    role: Annotated[str, word(ROLES)] = Field(json_schema_extra={"sample": "role: adjust"})
+
+
+NOISE = Reader(
+    lambda value: {} if value is None else value,
+    {"type": "object", "additionalProperties": quantity_schema("", title="standard deviation of a column")},
+)
+Frequency = Annotated[float, measure("Hz", 0.0, above=True)]
+
+
+class CampaignModel(Group):
+    """The shape of campaign.yaml."""
+
+    schema_: Text = Field(default="railui.campaign/1", alias="schema")
+    name: Text = ""
+    vehicle: Text = Field(json_schema_extra={"sample": "vehicle: ../vehicle.yaml"})
+    runs: Annotated[list[RunModel], LISTED] = Field(
+        json_schema_extra={"sample": "runs: [{file: run_a.csv.gz, role: adjust}]"}
+    )
+    noise: Annotated[dict[str, Any], NOISE] = Field(
+        default_factory=dict, title="standard deviation of any column but t, s, v"
+    )
+    noise_band: Annotated[float, measure("m", 0.0, above=True)] = Field(
+        default=2.5, title="shortest wavelength of track noise"
+    )
+    adjust: Annotated[list[Text], LISTED] | None = Field(default=None, title="paths of what is adjusted")
+    band: Annotated[tuple[Frequency, Frequency], PAIRED] | None = Field(
+        default=None,
+        title="band of the comparison",
+        description="0.3 to 40 Hz; on a rig nothing but the mean is removed",
+    )
+    cut: Annotated[
+        Any,
+        Reader(
+            read_cut,
+            quantity_schema("s", title="left out at both ends of a stretch", description="2 s; on a rig 2 %"),
+        ),
+    ] = None
+    material: Annotated[float, measure("1", 0.0, maximum=1.0)] = Field(
+        default=0.10, title="share by which an effect must lower the error"
+    )
+    sensors: Objects = Field(default_factory=list)
+    track: Annotated[str, word(("unloaded", "loaded"))] = "unloaded"

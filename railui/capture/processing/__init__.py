@@ -1,0 +1,1 @@
+"""From recordings to runs: sensor maps, units, alignment, measured track."""

@@ -1,0 +1,1 @@
+"""The serial protocol: frames, fields, text lines, link."""

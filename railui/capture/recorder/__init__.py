@@ -1,0 +1,1 @@
+"""Recording of a serial link to run files."""

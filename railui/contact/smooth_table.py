@@ -1,0 +1,84 @@
+"""The profiles as the kernel takes them: smooth curves that stand in the place of e in the linear contact geometry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.contact.contact_points import search
+from railui.contact.geometry import Contacts
+from railui.contact.linearise import Linearised, linearise
+from railui.contact.wheelset_on_track import Pair
+
+SPACING = 2.5e-4  # m between the knots of the spline
+BLUR = 2e-4  # m, standard deviation of the Gaussian that rounds jumps off: a contact patch is some mm wide
+GAUGE_STEP = 1e-3  # m to either side for the change with the gauge
+LONGEST = 0.012  # m
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Curves over equally spaced displacements [m], all lists of one length (the effect profile_shape).
+
+    (r_1 - r_2)/2 = lambda (radius + radius_per_gauge g), tan gamma_1 - tan gamma_2 = 2 epsilon angle/b.
+    """
+
+    displacement: FloatArray
+    radius: FloatArray
+    radius_per_gauge: FloatArray
+    angle: FloatArray
+
+    def parameters(self) -> dict[str, tuple[float, ...]]:
+        """The parameters of the effect profile_shape."""
+        return {key: tuple(float(f"{x:.9g}") for x in getattr(self, key)) for key in self.__dataclass_fields__}
+
+
+def shape(contacts: Contacts, linear: Linearised) -> Shape:
+    """Curves of a pair over the play between its flanges, so that lambda and epsilon of `linear` give them back.
+
+    They end where a flange begins to touch: beyond, they go on straight and flange_contact has its say.
+    ValueError where the pair has no conicity to be a multiple of.
+    """
+    if not (linear.conicity > 1e-4 and linear.gravitational_stiffness > 1e-3):
+        raise ValueError(
+            f"the profiles have the conicity {linear.conicity:.3g} and the gravitational stiffness "
+            f"{linear.gravitational_stiffness:.3g} over a standard deviation of {linear.motion * 1e3:.3g} mm: "
+            "no multiple of these is the shape of the profiles"
+        )
+    first, last = (float(np.clip(end, -LONGEST, LONGEST)) for end in contacts.treads)
+    count = max(int((last - first) / SPACING), 8)
+    grid = np.linspace(first, last, count + 1)
+    b = contacts.pair.half_distance
+    half, tilt = _curves(contacts, grid)
+    narrow, wide = (_curves(_at_gauge(contacts.pair, sign * GAUGE_STEP), grid)[0] for sign in (-1, 1))
+    per_gauge = (wide - narrow) / (2.0 * GAUGE_STEP)
+    radius = half / linear.conicity
+    return Shape(grid, radius, per_gauge / linear.conicity, b * tilt / linear.gravitational_stiffness)
+
+
+def conicity_per_gauge(pair: Pair, deviation: float) -> float:
+    """d lambda/dg [1/m], lambda statistically linearised over a standard deviation [m]: the gauge term (thesis 5.5)."""
+    narrow, wide = (linearise(_at_gauge(pair, s * GAUGE_STEP), deviation).conicity for s in (-1, 1))
+    return (wide - narrow) / (2.0 * GAUGE_STEP)
+
+
+def _at_gauge(pair: Pair, wider: float) -> Contacts:
+    return search(replace(pair, gauge=pair.gauge + wider))
+
+
+def _curves(contacts: Contacts, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(r_1 - r_2)/2 and (tan gamma_1 - tan gamma_2)/2 at displacements, jumps rounded off, flanks cut at 45 degrees."""
+    e = contacts.displacement
+    steep = np.clip(np.tan(contacts.angle), -1.0, 1.0)
+    inside = np.clip(e, *contacts.treads)
+    out = []
+    for curve in (0.5 * contacts.delta_r, 0.5 * (steep[0] - steep[1])):
+        held = np.interp(inside, e, curve)
+        # rounded off as a departure from a straight line, so that the ends stay where they are
+        line = np.polyval(np.polyfit(e, held, 1), e)
+        weight = np.exp(-0.5 * ((grid[:, None] - e[None, :]) / BLUR) ** 2)
+        weight /= weight.sum(axis=1, keepdims=True)
+        out.append(weight @ (held - line) + np.interp(grid, e, line))
+    return out[0], out[1]

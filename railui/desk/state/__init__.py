@@ -1,0 +1,1 @@
+"""State of a session: designs in work, search plans."""

@@ -1,0 +1,1 @@
+"""Widgets: plots, forms, dialogs, bars."""

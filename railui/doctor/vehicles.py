@@ -1,0 +1,152 @@
+"""Published values of vehicles: wheelset on springs, the bogie of the check values, Cooperrider's bogie, curves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from scipy import optimize
+
+from railui.contact.klingel import klingel_wavelength
+from railui.core import Batch, Placement, Vehicles
+from railui.curving import curve
+from railui.doctor.checks import Check
+from railui.hunting.critical_speed import critical_speeds
+from railui.hunting.modes import modes_at
+from railui.vehicle.design_reader import Design, parse_design
+from railui.vehicle.model import Model
+
+OWN: Final = "own, worked out twice independently"
+BROERSEN: Final = "Broersen 1976, chapters 2 to 4, derived again"
+KAAS_PETERSEN: Final = "Cooperrider 1972, Kaas-Petersen 1986; bifurcation.de, exd10: 68.66 m/s"
+
+CHECK_BOGIE: Final = """
+vehicle:
+  frame: {mass: 2900, yaw_inertia: 3300}
+  wheelset: {mass: 1850, yaw_inertia: 1050, spin_inertia: 120}
+  geometry: {half_wheelbase: 1.28, half_gauge: 0.75, half_spring_base: 1.0, rolling_radius: 0.46}
+  wheel_load: 55e3
+  primary: {lateral_stiffness: 3.0e6, longitudinal_stiffness: 8e6}
+  secondary: {lateral_stiffness: 0, yaw_stiffness: 0, lateral_damping: 3e4, yaw_damping: 3e4}
+contact:
+  leading: &wheels {conicity: 0.18, longitudinal_creep: 130, lateral_creep: 120, gravitational_stiffness: 8,
+    contact_angle: 0.05, roll: 0.05}
+  trailing: *wheels
+  spin_creep: 0.25
+  flange_clearance: 7e-3
+"""
+TABLE: Final = {
+    10.0: (-2.28035, 5.38976, -738.406),
+    20.0: (-4.13918, 10.98602, -350.940),
+    40.0: (-4.41556, 22.55234, -147.747),
+    60.0: (-0.34808, 30.17447, -89.564),
+}
+# c_x, then e_1, e_2 [mm], psi_1, psi_2 [mrad]; radius 600 m. (The psi_2 of c_x 8e7 is stated as 1.578: the equations
+# as they stand, solved twice independently, give 1.583.)
+CURVES: Final = (
+    (1e-3, (-3.194, -3.194, -0.127, -0.127)),
+    (8e6, (-10.940, -3.289, -1.417, 0.843)),
+    (8e7, (-15.270, -5.715, -2.434, 1.583)),
+)
+
+COOPERRIDER: Final = """
+vehicle:
+  bodies:
+    frame: {mass: 2918, yaw_inertia: 6780, roll_inertia: 6780, height: 0.5334}
+  elements:
+    wheelset: {kind: wheelset, under: frame, half_wheelbase: 1.074, mass: 1022, yaw_inertia: 678, half_gauge: 0.7163,
+      rolling_radius: 0.4572, wheel_load: 66666.666666666667}
+    primary: {kind: spring, between: [wheelset, frame], y: 0.620, height: 0.4572, lateral_stiffness: 1.823e6,
+      longitudinal_stiffness: 3.646e6, vertical_stiffness: 3.646e6}
+    secondary: {kind: spring, between: [frame, ground], y: 0.680, height: 1.1918, lateral_stiffness: 1.823e5,
+      vertical_stiffness: 3.333e5}
+    secondary_damper: {kind: damper, between: [frame, ground], y: 0.680, height: 1.1918, lateral_damping: 29.2e3,
+      vertical_damping: 20.0e3}
+    pivot: {kind: spring, between: [frame, ground], height: 1.1918, yaw_stiffness: 2.710e6}
+    pivot_damper: {kind: damper, between: [frame, ground], height: 1.1918, yaw_damping: 500}
+contact:
+  wheels: {conicity: 0.05, longitudinal_creep: 163.38876717785303, lateral_creep: 181.56919161179658,
+    gravitational_stiffness: 0, contact_angle: 0, roll: 0}
+  spin_creep: 0
+  flange_clearance: 9.1e-3
+effects:
+  - {kind: creep_saturation, at: contact, friction: 0.15}
+  - {kind: flange_contact, at: contact, clearance: 9.1e-3, stiffness: 14.60e6}
+"""
+
+
+def check_bogie() -> Design:
+    """The bogie of the check values."""
+    return parse_design(CHECK_BOGIE)
+
+
+def one_wheelset() -> Iterator[Check]:
+    """One wheelset on springs, exact."""
+    f11, f22, b, r = 6.563e6 / 0.60252, 6.563e6 / 0.54219, 0.7163, 0.4572
+    numbers = np.array([[1022.0, 678.0, 0.0, b, r, 1.0, 1.823e5, 768800.0, 0.05, f11, f22, 0.0, 0.0, 0.0, 0.0]])
+    vehicles, batch = Vehicles("wheelset"), Batch.of(numbers)
+    v = optimize.brentq(lambda v: vehicles.eigenvalues(batch, v)[0, 0].real, 50.0, 90.0, xtol=1e-12, rtol=1e-14)
+    w = abs(vehicles.eigenvalues(batch, v)[0, 0].imag)
+    yield Check("wheelset on springs, critical speed [m/s]", 69.83360931998, float(v), OWN, 1e-8)
+    yield Check("wheelset on springs, its frequency [Hz]", 4.334738642, float(w / (2 * np.pi)), OWN, 1e-8)
+
+
+def the_bogie() -> Iterator[Check]:
+    """Eigenvalues and critical speed of the check values."""
+    model = Model(check_bogie())
+    for v, expected in TABLE.items():
+        modes = modes_at(model, v)
+        least = max((m for m in modes if m["imag"] > 0), key=lambda m: float(m["real"]))
+        got = (least["real"], least["imag"], min(m["real"] for m in modes))
+        yield Check(f"bogie at {v:g} m/s, least damped oscillation [1/s, rad/s]", expected[:2], got[:2], BROERSEN, 5e-6)
+        yield Check(f"bogie at {v:g} m/s, most negative eigenvalue [1/s]", expected[2], got[2], BROERSEN, 5e-4)
+    found = critical_speeds(model, model.row[None], 90.0)[0]
+    yield Check("bogie, linear critical speed [m/s]", 61.64024, found.speed if found else None, BROERSEN, 5e-6)
+
+
+def in_curves() -> Iterator[Check]:
+    """The quasi-static curve of the check values."""
+    for c_x, expected in CURVES:
+        found = curve(check_bogie().with_values({"vehicle.primary.longitudinal_stiffness": c_x}), 600.0)
+        got = [1e3 * x for x in (*found["displacement"], *found["angle_of_attack"])]
+        name = f"curve of 600 m, c_x {c_x:g} N/m, e [mm] and psi [mrad]"
+        yield Check(name, expected, got, BROERSEN, 1e-3)
+
+
+def cooperriders_bogie() -> Iterator[Check]:
+    """The Hopf bifurcation of seven degrees of freedom."""
+    model = Model(parse_design(COOPERRIDER))
+    hopf = critical_speeds(model, model.row[None], 90.0)[0]
+    speed, frequency = (hopf.speed, hopf.frequency) if hopf else (None, None)
+    yield Check("Cooperrider's bogie, linear critical speed [m/s]", 68.667, speed, KAAS_PETERSEN, 5e-4)
+    yield Check("Cooperrider's bogie, its frequency [Hz]", 3.998, frequency, KAAS_PETERSEN, 5e-4)
+
+
+def creep_of_vermeulen_and_johnson() -> Iterator[Check]:
+    """F/(mu N) = u - u^2/3 + u^3/27, 1 beyond u = 3: the lateral force of a wheelset held at an angle."""
+    mu, kappa, n, m = 0.3, 150.0, 6e4, 1000.0
+    numbers = [m, 1e3, 0.0, 0.75, 0.46, n, 1e3, 1e3, 0.0, kappa, kappa, 0.0, 0.0, 0.0, 0.0]
+    u = np.array([0.5, 1.0, 2.0, 3.0, 5.0])
+    states = np.zeros((len(u), 4))
+    states[:, 1] = u * mu / kappa
+    placed = [Placement("creep_saturation", "contact")]
+    effects, amounts = np.full((len(u), placed[0].count), mu), np.ones((len(u), 1))
+    batch = Batch.of(np.tile(numbers, (len(u), 1)), effects, amounts)
+    row = np.array([0.0, 20.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    pushed = Vehicles("wheelset", placed).rates(batch, row, states)[:, 2] * m
+    expected = np.where(u < 3, u - u**2 / 3 + u**3 / 27, 1.0)
+    got = (pushed / (2 * mu * n)).tolist()
+    yield Check(
+        "creep saturation, F/(mu N) at u 0.5, 1, 2, 3, 5", expected.tolist(), got, "Vermeulen, Johnson 1964", 1e-9
+    )
+
+
+def klingel() -> Iterator[Check]:
+    """Klingel's wavelength."""
+    for conicity, expected in ((0.1, 11.670), (0.05, 16.504)):
+        got = klingel_wavelength(0.75, 0.46, conicity)
+        yield Check(f"Klingel's wavelength at conicity {conicity:g} [m]", expected, got, "Klingel 1883", 1e-3)
+
+
+GROUPS: Final = (one_wheelset, the_bogie, in_curves, cooperriders_bogie, creep_of_vermeulen_and_johnson, klingel)

@@ -1,0 +1,1 @@
+"""What knows every kind of file: check, recognise, compare, save, describe."""

@@ -1,0 +1,97 @@
+"""Checking and loading any of our files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from railui.arrays import FloatArray
+from railui.campaign.campaign import Campaign, load_campaign
+from railui.contact.profile_reader import SIMPACK, read_profile
+from railui.contact.radius_table_reader import read_delta_r
+from railui.documents.recognise import recognise
+from railui.io.problems import FileProblems, Problem
+from railui.io.yaml_document import load as load_yaml
+from railui.optimisation.study import Study, load_study
+from railui.runs.run import Run, load_run
+from railui.track.reader import TrackColumns, load_track
+from railui.vehicle.design_reader import Design, load_design
+from railui.vehicle.effect_records import Catalogue
+
+if TYPE_CHECKING:
+    from railui.contact.profile import Profile
+
+
+Anything: TypeAlias = "Design | Campaign | Study | Run | TrackColumns | Profile | tuple[FloatArray, FloatArray]"
+
+
+def load(
+    path: str | Path, catalogue: Catalogue | None = None, check_track: Callable[[str], object] | None = None
+) -> Anything:
+    """Loads any of our files; FileProblems with every fault."""
+    kind = recognise(path)
+    loaders: dict[str, Callable[[], Anything]] = {
+        "design": lambda: load_design(Path(path), catalogue),
+        "campaign": lambda: load_campaign(path, catalogue),
+        "study": lambda: load_study(path, catalogue, check_track),
+        "run": lambda: load_run(path),
+        "track": lambda: load_track(path),
+        "profile": lambda: _profile(Path(path)),
+        "delta_r": lambda: read_delta_r(path),
+    }
+    return loaders[kind]()
+
+
+def _profile(path: Path) -> Profile:
+    """A profile of a wheel or of a rail: what its name or its shape says."""
+    if path.suffix.lower() in SIMPACK:
+        return read_profile(path, SIMPACK[path.suffix.lower()])
+    try:
+        return read_profile(path, "wheel")
+    except FileProblems as as_wheel:
+        try:
+            return read_profile(path, "rail")
+        except FileProblems:
+            raise as_wheel from None
+
+
+def check(
+    paths: Iterable[str | Path],
+    catalogue: Catalogue | None = None,
+    check_track: Callable[[str], object] | None = None,
+) -> list[Problem]:
+    """Every problem of some files, and of the runs that a campaign names; warnings carry that severity."""
+    found = [problem for path in paths for problem in _problems(path, catalogue, check_track)]
+    return list(dict.fromkeys(found))
+
+
+def _problems(
+    path: str | Path, catalogue: Catalogue | None, check_track: Callable[[str], object] | None
+) -> list[Problem]:
+    try:
+        loaded = load(path, catalogue, check_track)
+    except FileProblems as error:
+        return list(error.problems)
+    found: list[Problem] = list(getattr(loaded, "warnings", ()))
+    if isinstance(loaded, Campaign):
+        found += _runs(loaded)
+    return found
+
+
+def _runs(campaign: Campaign) -> list[Problem]:
+    """The problems of the runs, and noise of columns that no run has."""
+    found: list[Problem] = []
+    measured: set[str] = set()
+    for entry in campaign.runs:
+        try:
+            measured |= set(load_run(entry.file, campaign.design.kind).columns)
+        except FileProblems as error:
+            found += error.problems
+    if found:
+        return found
+    findings = load_yaml(campaign.source).findings()
+    for name in campaign.noise:
+        if name not in measured:
+            findings.warn(f"noise.{name}", "no run of the campaign has this column", "leave it out")
+    return findings.problems

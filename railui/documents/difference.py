@@ -1,0 +1,84 @@
+"""What differs between two of our files of one kind: every number and word by its path."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from railui.io.atomic import sha256
+from railui.io.problems import FileProblems, one_problem
+from railui.io.schema_line import kind_of
+from railui.io.yaml_document import load
+from railui.vehicle.design import Design
+from railui.vehicle.design_reader import load_design
+
+ABSENT = None
+
+
+def differences(a: str | Path, b: str | Path) -> list[dict[str, Any]]:
+    """Rows of path, unit, a, b (SI; None where absent), relative (b/a - 1), in the order of the files.
+
+    Designs are compared with their defaults, other files as written. FileProblems for faulty files or two of
+    different kinds.
+    """
+    documents = [load(path).value for path in (a, b)]
+    kinds = [kind_of(document) or "design" for document in documents]
+    if kinds[0] != kinds[1]:
+        what = f"is a {kinds[1]}, {a} a {kinds[0]}"
+        raise one_problem(b, what, "compare two files of one kind")
+    if kinds[0] != "design":
+        one, other = (dict(leaves(document)) for document in documents)
+        return _rows(one, other, {})
+    designs = [load_design(Path(path)) for path in (a, b)]
+    one, other = map(_numbers, designs)
+    return _rows(one, other, {path: _unit(designs, path) for path in {**one, **other}})
+
+
+def _numbers(design: Design) -> dict[str, Any]:
+    """All that decides what a design does, by path."""
+    resolved = design.resolved()
+    riding = {f"riding.{key}": value for key, value in (resolved["riding"] or {}).items()}
+    effects = dict(leaves({"effects": [_curves_short(effect) for effect in resolved["effects"]]}))
+    return {"name": design.name, **resolved["values"], **resolved["settings"], **effects, **riding}
+
+
+def _curves_short(effect: Mapping[str, Any]) -> dict[str, Any]:
+    """An effect whose curves are told by their length and content hash: nobody reads a table point by point."""
+    told = {key: f"{len(x)} values ({sha256(repr(x))[:8]})" for key, x in effect.items() if isinstance(x, list)}
+    return {**effect, **told}
+
+
+def _unit(designs: list[Design], path: str) -> str:
+    for design in designs:
+        try:
+            return design.unit(path)
+        except FileProblems:
+            continue
+    return ""
+
+
+def _rows(one: Mapping[str, Any], other: Mapping[str, Any], units: Mapping[str, str]) -> list[dict[str, Any]]:
+    rows = []
+    for path in {**one, **other}:
+        a, b = one.get(path, ABSENT), other.get(path, ABSENT)
+        if a == b:
+            continue
+        numbers = all(isinstance(x, int | float) and not isinstance(x, bool) for x in (a, b))
+        relative = b / a - 1 if numbers and a else None
+        rows.append({"path": path, "unit": units.get(path, ""), "a": a, "b": b, "relative": relative})
+    return rows
+
+
+def leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    """The numbers and words of nested data, each with its dotted name.
+
+    >>> dict(leaves({"a": [1, {"b": "c"}]}))
+    {'a.0': 1, 'a.1.b': 'c'}
+    """
+    inner = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list) else None
+    if inner is None:
+        yield name, value
+        return
+    for key, item in inner:
+        yield from leaves(item, f"{name}.{key}" if name else str(key))

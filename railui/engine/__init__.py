@@ -1,1 +1,0 @@
-"""Where many cases run: threads of this machine or a cluster, a store that forgets nothing."""

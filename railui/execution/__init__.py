@@ -1,0 +1,1 @@
+"""Execution of evaluations: threads, dask clusters, a cache that resumes."""

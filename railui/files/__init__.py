@@ -1,1 +1,0 @@
-"""Files that people write and share: YAML with marks and units, designs, campaigns, runs, tracks, studies."""

@@ -1,0 +1,1 @@
+"""Identification of unmodelled effects from measured motions."""

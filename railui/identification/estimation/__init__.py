@@ -1,0 +1,1 @@
+"""Parameter estimation by output error, and its validation."""

@@ -1,0 +1,99 @@
+"""Vehicles near or beyond their hunting limit, adjusted on short windows that each begin anew.
+
+Over a whole run what a linear vehicle does there grows or dies by powers of e that no fit can follow; over a few
+seconds, with the initial state of each free, it is near to linear in its parameters (multiple shooting).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+from railui import core
+from railui.campaign.dataset import Measurement, Stretch
+from railui.identification.estimation.output_error import STABLE, Fit, adjust
+from railui.identification.estimation.problem import restarted, targets
+from railui.progress import Report, Watch, silent, unwatched
+from railui.vehicle.model import Model
+
+WINDOW = 3.0  # s
+NEAR = -1.0  # 1/s, growth from which a vehicle is too near its limit for a whole run
+ROUNDS = 3  # times that further runs are cut
+
+Key = tuple[str, int]
+
+
+def held(model: Model) -> bool:
+    """Can an effect of the model hold the hunting of its linear base?"""
+    return any(core.record(e.kind)["acts"] == "creep" or e.kind == "flange_contact" for e in model.effects)
+
+
+def growth(model: Model, stretch: Stretch) -> float:
+    """Growth [1/s] of the least damped small motion at the speeds of a stretch; negative: it dies."""
+    return max(model.growth(v) for v in stretch.speeds)
+
+
+def cut_where(model: Model, stretches: Sequence[Stretch], limit: float) -> set[Key]:
+    """The stretches on which small motions of the vehicle grow faster than the limit [1/s]."""
+    return {(s.file, s.number) for s in stretches if growth(model, s) > limit}
+
+
+def pieces(stretches: Sequence[Stretch], cut: Collection[Key]) -> list[Stretch]:
+    """The stretches, some of them in windows."""
+    return [w for s in stretches for w in (s.windows(WINDOW) if (s.file, s.number) in cut else [s])]
+
+
+def files(fit: Fit) -> list[str]:
+    """The runs of a fit that were cut in windows."""
+    return list(dict.fromkeys(t.stretch.file for t in fit.targets if t.stretch.whole is not None))
+
+
+def hunting(
+    before: Fit,
+    measurement: Measurement,
+    declared: Model,
+    *,
+    jobs: int | None = None,
+    report: Report = silent,
+    watch: Watch = unwatched,
+) -> tuple[Fit, Fit | None]:
+    """The adjusted vehicle, and where the data ask for one that hunts, that one, adjusted on windows.
+
+    The first may be a better one than was given: a fit over whole runs can end beside the best where the limit is near.
+    """
+    stretches = measurement.adjust
+    if declared.design.kind != "bogie" or held(declared):
+        return before, None
+    cut = cut_where(before.model, stretches, NEAR)
+    if before.constrained:
+        worst = max(stretches, key=lambda s: growth(before.model, s))
+        cut.add((worst.file, worst.number))
+    if not cut:
+        return before, None
+    paths = measurement.campaign.adjust
+    model, spent = declared, 0
+    for _ in range(ROUNDS):
+        windows = pieces(stretches, cut)
+        count = sum(w.whole is not None for w in windows)
+        report(f"near its hunting limit: adjusting on {count} windows of {WINDOW:g} s")
+        ready = targets(model, measurement, windows)
+        fit = adjust(
+            model, measurement, paths, declared, ready=ready, stable=False, tolerance=1e-4, jobs=jobs, watch=watch
+        )
+        model, spent = fit.model, spent + fit.simulations
+        more = cut_where(fit.model, stretches, STABLE) - cut
+        if not more:
+            break
+        cut |= more
+    fit = adjust(
+        fit.model, measurement, paths, declared, ready=restarted(fit.model, fit.targets, measurement), stable=False,
+        jobs=jobs, watch=watch,
+    )  # fmt: skip
+    if cut_where(fit.model, stretches, STABLE):
+        report(
+            f"the linear vehicle hunts on {', '.join(files(fit))}: adjusted on windows of {WINDOW:g} s, "
+            "the initial state of each estimated along"
+        )
+        return before, replace(fit, simulations=spent + fit.simulations)
+    again = adjust(fit.model, measurement, paths, declared, ready=before.targets, jobs=jobs, watch=watch)
+    return (again if again.cost < before.cost else before), None

@@ -1,0 +1,1 @@
+"""Structure detection: which effect the model lacks."""

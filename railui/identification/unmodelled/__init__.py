@@ -1,0 +1,1 @@
+"""Discrepancies that no effect of the library explains."""

@@ -1,0 +1,1 @@
+"""Files: YAML with marks, tables, units, numbers, atomic writing, problems with file, line and remedy."""

@@ -1,0 +1,207 @@
+"""Kinds of values in our YAML files as pydantic types, and their faults told with marks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeVar, get_args
+
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from railui.io.problems import Findings, nearest
+from railui.io.units import UnitError, example, own_quantity, quantity
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class Group(BaseModel):
+    """A group of keys: no key beside the known ones."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
+
+
+def fault(message: str, remedy: str) -> PydanticCustomError:
+    """What a validator raises: what is wrong, and what to write instead."""
+    return PydanticCustomError("fault", "{what}", {"what": message, "remedy": remedy})
+
+
+@dataclass(frozen=True, eq=False)
+class Reader:
+    """Metadata of a field: reads the value as the file has it, and says what the JSON Schema tells."""
+
+    read: Callable[[Any], Any]
+    schema: Mapping[str, Any] | None = None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.validate, handler(source))
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return handler(core) if self.schema is None else dict(self.schema)
+
+    def validate(self, value: Any) -> Any:
+        """The value as read; a UnitError as the fault that pydantic gathers."""
+        try:
+            return self.read(value)
+        except UnitError as error:
+            raise fault(error.message, error.remedy) from None
+
+
+def quantity_schema(unit: str, /, **more: Any) -> dict[str, Any]:
+    """A number in SI, or a string with a unit."""
+    text = f"a quantity such as '{example(unit)}'" if unit else "a number, or a quantity"
+    return {"anyOf": [{"type": "number"}, {"type": "string", "description": text}], **more}
+
+
+def measure(unit: str, minimum: float | None = None, *, above: bool = False, maximum: float | None = None) -> Reader:
+    """A quantity of a unit ("" for any) with bounds."""
+
+    def read(value: Any) -> float:
+        number = quantity(value, unit) if unit else own_quantity(value)
+        if minimum is not None and (number < minimum or (above and number == minimum)):
+            raise UnitError(
+                f"{value!r} is too small",
+                f"give {'above' if above else 'at least'} {minimum:g} {unit}".strip(),
+            )
+        if maximum is not None and number > maximum:
+            raise UnitError(f"{value!r} is too large", f"give at most {maximum:g} {unit}".strip())
+        return number
+
+    return Reader(read, quantity_schema(unit, unit=unit or "any"))
+
+
+def word(choices: tuple[str, ...]) -> Reader:
+    """One of some words."""
+
+    def read(value: Any) -> str:
+        if not isinstance(value, str) or value not in choices:
+            raise UnitError(f"{value!r} is not known here", nearest(str(value), choices))
+        return value
+
+    return Reader(read, {"type": "string", "enum": list(choices)})
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, dict | list) or value is None:
+        raise UnitError("is no word", "write a word, or text in quotes")
+    if isinstance(value, float):
+        raise UnitError(f"{value!r} is a number where a word belongs", "put it in quotes")
+    return str(value)
+
+
+def _switch(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise UnitError(f"{value!r} is no switch", "write true or false")
+    return value
+
+
+def _pair(value: Any) -> Any:
+    if not isinstance(value, list) or len(value) != 2:
+        raise UnitError("is no pair", "write [lowest, highest]")
+    return value
+
+
+def _list(value: Any) -> Any:
+    if value is None:
+        return []
+    if not isinstance(value, list):
+        raise UnitError("is no list", "write [one, two] or lines that begin with a dash")
+    return value
+
+
+def _list_or_one(value: Any) -> Any:
+    if value == []:
+        raise UnitError("is empty", "name one, or leave the key out")
+    return value if isinstance(value, list) else [value]
+
+
+def whole(minimum: int = 0) -> Reader:
+    """A whole number from `minimum` on."""
+
+    def read(value: Any) -> int:
+        number = int(value) if isinstance(value, float) and value.is_integer() else value
+        if isinstance(number, bool) or not isinstance(number, int) or not minimum <= number < 2**63:
+            raise UnitError(f"{value!r} is no whole number from {minimum} on", f"write for example {max(minimum, 1)}")
+        return number
+
+    return Reader(read, {"type": "integer", "minimum": minimum})
+
+
+Text = Annotated[str, Reader(_text, {"type": "string"})]
+Switch = Annotated[bool, Reader(_switch, {"type": "boolean"})]
+LISTED, LISTED_OR_ONE, PAIRED = Reader(_list), Reader(_list_or_one), Reader(_pair)
+OBJECT: dict[str, Any] = {"type": "object"}
+Objects = Annotated[list[Any], Reader(_list, {"type": "array", "items": OBJECT})]
+
+
+def check_group(
+    model: type[Model], value: Any, findings: Findings, path: str = "", extra: Iterable[str] = ()
+) -> Model | None:
+    """The group as a model; None, with every fault told at its mark, where it does not fit.
+
+    `extra` are full paths that an unknown key may be meant for.
+    """
+    try:
+        return model.model_validate(value)
+    except ValidationError as error:
+        for fault_ in error.errors():
+            where = ".".join([path, *map(str, fault_["loc"])]).strip(".")
+            message, remedy = _told(fault_, model, list(extra))
+            findings.add(where, message, remedy, key=fault_["type"] == "extra_forbidden")
+    return None
+
+
+def _told(error: Any, model: type[BaseModel], extra: list[str]) -> tuple[str, str]:
+    kind, given = error["type"], error["input"]
+    if kind == "fault":
+        return error["ctx"]["what"], error["ctx"]["remedy"]
+    if kind == "extra_forbidden":
+        return "unknown key", _meant(str(error["loc"][-1]), _fields(model, error["loc"][:-1]), extra)
+    if kind == "missing":
+        return "is missing", f"add `{_sample(model, error['loc'])}`"
+    if kind in ("model_type", "dict_type", "model_attributes_type"):
+        shown = "nothing" if given is None else "a list" if isinstance(given, list) else repr(given)
+        return f"{shown} stands where a group of keys belongs", "write `key: value` lines below it"
+    return str(error["msg"]).lower(), "see `railui schema`"
+
+
+def _meant(name: str, known: dict[str, Any], extra: list[str]) -> str:
+    if name == "<<":
+        return "YAML 1.2 has no merge keys: write the group out, or the whole of it as *alias"
+    elsewhere = [path for path in extra if path.rpartition(".")[2] == name]
+    told = nearest(name, known)
+    if elsewhere and not told.startswith("did you mean"):
+        return f"it belongs at {' or '.join(elsewhere[:2])}"
+    return told
+
+
+def _fields(model: type[BaseModel], loc: tuple[Any, ...]) -> dict[str, Any]:
+    inner = _model_at(model, loc)
+    return {field.alias or name: field for name, field in inner.model_fields.items()} if inner else {}
+
+
+def _model_at(model: type[BaseModel], loc: tuple[Any, ...]) -> type[BaseModel] | None:
+    here: Any = model
+    for step in loc:
+        if isinstance(step, int):
+            continue
+        fields = {field.alias or name: field for name, field in here.model_fields.items()}
+        here = _group_in(fields[step].annotation) if step in fields else None
+        if here is None:
+            return None
+    return here  # type: ignore[no-any-return]
+
+
+def _group_in(kind: Any) -> type[BaseModel] | None:
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return kind
+    return next((found for part in get_args(kind) if (found := _group_in(part)) is not None), None)
+
+
+def _sample(model: type[BaseModel], loc: tuple[Any, ...]) -> str:
+    field = _fields(model, loc[:-1]).get(str(loc[-1]))
+    more = getattr(field, "json_schema_extra", None)
+    if isinstance(more, dict) and "sample" in more:
+        return str(more["sample"])
+    group = _group_in(field.annotation) if field is not None else None
+    return f"{loc[-1]}: {{{', '.join(group.model_fields)}}}" if group else f"{loc[-1]}: ..."

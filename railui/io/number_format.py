@@ -1,0 +1,86 @@
+"""Values with a unit that suits their size, for reports and screens."""
+
+from __future__ import annotations
+
+import math
+
+from railui.io.units import parse_unit
+
+STEPS = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
+# what takes a prefix where it stands first, and which ones are usual with it
+PREFIXED = {
+    "N": "GMk",
+    "Pa": "GMk",
+    "J": "Mk",
+    "W": "Mk",
+    "V": "kmµ",
+    "A": "mµ",
+    "Hz": "k",
+    "rad": "mµ",
+    "m": "kmµ",
+}
+ALONE = ("m",)
+LONG = 1e6  # from which on a power of ten is easier to read
+
+
+def suited(value: float, unit: str) -> tuple[float, str]:
+    """The value and its unit with the prefix that brings it to 1 .. 1000.
+
+    >>> suited(3.0e6, "N/m")
+    (3.0, 'MN/m')
+    >>> suited(14400.0, "s")
+    (4.0, 'h')
+    """
+    if unit == "s":
+        return _time(value)
+    first = next(
+        (symbol for symbol in PREFIXED if unit == symbol or unit.startswith((f"{symbol}*", f"{symbol}/"))),
+        None,
+    )
+    if first is None or (first in ALONE and unit != first) or value == 0 or not math.isfinite(value):
+        return value, unit
+    usual = [(step, prefix) for step, prefix in STEPS if prefix == "" or prefix in PREFIXED[first]]
+    prefix = next((p for step, p in usual if abs(value) >= step), usual[-1][1])
+    return _divided(value, prefix + first), prefix + unit
+
+
+def display(value: float, unit: str, digits: int = 4) -> str:
+    """A value as one would write it by hand.
+
+    >>> display(0.007, "m"), display(30e3, "N*s/m"), display(0.15, "1"), display(14500.0, "kg")
+    ('7 mm', '30 kN*s/m', '0.15', '14500 kg')
+    """
+    number, name = suited(value, unit)
+    text = f"{number:.{digits}g}"
+    if "e" in text and 1 <= abs(number) < LONG:
+        text = f"{float(text):.0f}"
+    return text if name in ("1", "") else f"{text} {name}"
+
+
+def pretty(text: str) -> str:
+    """A quantity as it is printed.
+
+    >>> pretty("30 kN*m*s/rad"), pretty("3300 kg*m^2")
+    ('30 kN·m·s/rad', '3300 kg·m²')
+    """
+    return text.replace("*", "·").replace("^2", "²").replace("^3", "³")
+
+
+def unit_text(unit: str) -> str:
+    """A unit as it is printed; of a pure number nothing.
+
+    >>> unit_text("kN*s^2/m^2"), unit_text("1")
+    ('kN·s²/m²', '')
+    """
+    return "" if unit == "1" else pretty(unit)
+
+
+def _time(value: float) -> tuple[float, str]:
+    if abs(value) >= 3600:
+        return value / 3600, "h"
+    return (value, "s") if abs(value) >= 1 or value == 0 else (value * 1e3, "ms")
+
+
+def _divided(value: float, unit: str) -> float:
+    factor = parse_unit(unit).factor
+    return value / factor if factor >= 1 else value * round(1 / factor)

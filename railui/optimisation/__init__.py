@@ -1,0 +1,1 @@
+"""Optimisation studies: design space, objectives, search."""

@@ -1,0 +1,1 @@
+"""Ride quality: comfort, guidance, running safety, track assessment."""

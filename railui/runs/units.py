@@ -1,0 +1,103 @@
+"""Units of a run's columns: to SI for a vehicle, kept as labels for a rig."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.io.problems import Findings
+from railui.io.table import Table
+from railui.io.units import UnitError, example, parse_unit
+from railui.runs.columns import Column
+
+NONE = ("", "-", "1")
+RATES = {"vz": 1, "az": 2}
+LONG = 0.2  # m
+
+
+def to_si(
+    table: Table, known: Mapping[str, Column], findings: Findings
+) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    """The known columns in SI, and the unit in which each was written; faults are told at the header."""
+    columns: dict[str, FloatArray] = {}
+    units: dict[str, str] = {}
+    for i, name in enumerate(table.names):
+        if name not in known:
+            continue
+        factor = _factor(table.units[i], known[name], findings, (table.header[0], table.places[i]))
+        if factor is not None:
+            column = table.column(name)
+            columns[name] = column if factor == 1 else column * factor
+            units[name] = table.units[i] or known[name].unit
+    return columns, units
+
+
+def _factor(unit: str | None, column: Column, findings: Findings, place: tuple[int, int]) -> float | None:
+    wanted = parse_unit(column.unit)
+    try:
+        if unit is None:
+            raise UnitError("has no unit", f"write `{column.name} [{column.unit}]`")
+        given = parse_unit("1" if unit in NONE else unit)
+        if not given.fits(wanted):
+            raise UnitError(
+                f"the unit {unit} does not fit the {column.caption}",
+                f"write `{column.name} [{column.unit}]`, or {_like(column)}",
+            )
+    except UnitError as error:
+        findings.add(column.name, error.message, error.remedy, place=place)
+        return None
+    return given.factor / wanted.factor
+
+
+def _like(column: Column) -> str:
+    return f"a unit like that of {example(column.unit)}"
+
+
+def own_units(
+    table: Table, known: Mapping[str, Column], findings: Findings, notes: list[str]
+) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    """The columns of a rig: time in s, the others as they are; vz and az follow the unit of z."""
+    columns: dict[str, FloatArray] = {}
+    units: dict[str, str] = {}
+    for i, name in enumerate(table.names):
+        if name not in known:
+            continue
+        columns[name], units[name] = table.column(name), table.units[i] or ""
+        if name == "t":
+            factor = _factor(table.units[i], known["t"], findings, (table.header[0], table.places[i]))
+            columns[name], units[name] = columns[name] * (factor or 1.0), "s"
+    for name, order in RATES.items():
+        if name in columns and "z" in columns:
+            factor = rate_factor(units["z"], units[name], order)
+            if factor != 1.0:
+                unit = f"{units['z']}/s" + ("^2" if order == 2 else "")
+                notes.append(f"{name} converted from {units[name]} to {unit}, to go with z")
+                columns[name], units[name] = columns[name] * factor, unit
+    return columns, units
+
+
+def rate_factor(z: str, rate: str, order: int) -> float:
+    """What turns a rate into units of z per s (per s^2); 1 where the labels are no such units.
+
+    >>> round(rate_factor("mm", "m/s^2", 2), 9), rate_factor("V", "V", 2)
+    (1000.0, 1.0)
+    """
+    try:
+        wanted, given = parse_unit(f"({z})/s" if order == 1 else f"({z})/s^2"), parse_unit(rate)
+    except UnitError:
+        return 1.0
+    return given.factor / wanted.factor if given.dimension == wanted.dimension else 1.0
+
+
+def refuse_long(
+    table: Table, columns: Mapping[str, FloatArray], known: Mapping[str, Column], findings: Findings
+) -> None:
+    """Motions and deviations of a fifth of a metre rms are no vehicle's and no track's: mm that are called m."""
+    for name, column in columns.items():
+        values = column[np.isfinite(column)]
+        if name == "s" or known[name].unit != "m" or not values.size or not (sd := float(np.std(values))) > LONG:
+            continue
+        told = f"its standard deviation is {sd:.3g} m, more than a vehicle or a track moves"
+        findings.add(name, told, f"write `{name} [mm]` where the numbers are mm", place=table.header)

@@ -1,5 +1,0 @@
-"""Doctor: published values against what this installation computes, and the machine."""
-
-from railui.study.doctor.checks import Check, doctor
-
-__all__ = ["Check", "doctor"]

@@ -1,0 +1,1 @@
+"""Vehicle models: parameters, designs, bodies and joints, effects, simulation."""

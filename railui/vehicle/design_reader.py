@@ -1,0 +1,190 @@
+"""Reading design files: structure, units, ranges, effects, balance of the wheel loads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from railui.io.atomic import sha256, sha256_file
+from railui.io.fields import check_group
+from railui.io.problems import Findings, nearest
+from railui.io.schema_line import check_schema
+from railui.io.yaml_document import Document, parse, read_text
+from railui.vehicle.contact_profiles import filled
+from railui.vehicle.design import Adjustment, Design, Riding
+from railui.vehicle.design_schema import design_model
+from railui.vehicle.effect_reader import read_effects
+from railui.vehicle.effect_records import Catalogue, kernel_catalogue
+from railui.vehicle.effects import PlacedEffect
+from railui.vehicle.load_states import read_loads
+from railui.vehicle.multibody import Structure
+from railui.vehicle.multibody_reader import read_structure
+from railui.vehicle.parameters import FORMS, settings_of
+from railui.vehicle.wheel_loads import balance, balance_bogie
+
+
+def load_design(path_or_text: str | Path, catalogue: Catalogue | None = None) -> Design:
+    """Reads a design from a file, or from a text (with a line end or ": " in it).
+
+    FileProblems holds every fault.
+
+    >>> load_design("name: bench\\nvehicle: {rig: {mass: 95 kg}}").name
+    'bench'
+    """
+    if isinstance(path_or_text, str) and ("\n" in path_or_text or ": " in path_or_text):
+        return parse_design(path_or_text, catalogue=catalogue)
+    path = Path(path_or_text)
+    return parse_design(read_text(path), str(path), path, catalogue)
+
+
+def parse_design(
+    text: str, file: str = "design", source: Path | None = None, catalogue: Catalogue | None = None
+) -> Design:
+    """Reads a design from a text; `file` is what problems call it."""
+    document = parse(text, file)
+    findings = document.findings()
+    design = _read(document, findings, source, catalogue)
+    findings.stop()
+    assert design is not None  # every way to None leaves a problem
+    return design
+
+
+def _read(document: Document, findings: Findings, source: Path | None, catalogue: Catalogue | None) -> Design | None:
+    data = document.value
+    if not isinstance(data, dict):
+        findings.add("", "is no design", "write `vehicle:` and `contact:` groups")
+        return None
+    check_schema(data, "design", findings)
+    form, data = _form(data, findings)
+    loads, data = data.get("load"), {key: value for key, value in data.items() if key != "load"}
+    data, profiles = (data, None) if form == "rig" else filled(data, findings, source and source.parent, form)
+    structure: Structure | None = None
+    own: dict[str, float] = {}
+    if form == "vehicle":
+        structure, own = read_structure(data, findings)
+        data = _without_structure(data)
+    extra = [p.path for p in FORMS.get(form, ())] + list(settings_of(form))
+    model = check_group(design_model(form), data, findings, extra=extra)
+    values = _numbers(data, form) if model is None else {p.path: float(_at(model, p.path)) for p in FORMS.get(form, ())}
+    values |= own
+    raw = data.get("effects")
+    effects: tuple[PlacedEffect, ...] = ()
+    if isinstance(raw, list) and raw and not (form == "vehicle" and structure is None):
+        known = kernel_catalogue() if catalogue is None else catalogue
+        effects = read_effects(raw, findings, "effects", known, values, form=form, structure=structure)
+    if model is None or (form == "vehicle" and structure is None):
+        return None
+    _cushion(model, form, findings)
+    if form == "bogie":
+        balance_bogie(values, effects, findings)
+    elif structure is not None:
+        balance(structure, values, findings)
+    design = Design(
+        name=str(_at(model, "name")) or (source.stem if source else form),
+        kind=form,
+        values=values,
+        effects=effects,
+        settings={p: _at(model, p) for p in settings_of(form) if _stands(data, p)},
+        source=source,
+        sha256=sha256_file(source) if source else sha256(document.text),
+        warnings=findings.warnings(),
+        catalogue=catalogue,
+        structure=structure,
+        profiles=profiles,
+    )
+    return _adjusted(read_loads(loads, design, findings), model, findings)
+
+
+def _without_structure(data: dict[str, Any]) -> dict[str, Any]:
+    """The design without what describes bodies, elements and contacts."""
+    contact = data.get("contact")
+    kept = {key: value for key, value in data.items() if key not in ("vehicle", "contact")}
+    if isinstance(contact, dict) and "gauge_widens_clearance" in contact:
+        kept["contact"] = {"gauge_widens_clearance": contact["gauge_widens_clearance"]}
+    return kept
+
+
+def _form(data: dict[str, Any], findings: Findings) -> tuple[str, dict[str, Any]]:
+    """The form of the vehicle, and the data without what this form does not have."""
+    vehicle = data.get("vehicle")
+    if not isinstance(vehicle, dict):
+        return "bogie", data
+    if "bodies" in vehicle or "elements" in vehicle:
+        return "vehicle", data
+    if "rig" not in vehicle:
+        return "bogie", data
+    beside = [f"vehicle.{key}" for key in vehicle if key != "rig"]
+    beside += [key for key in ("contact", "riding", "load") if key in data]
+    for path in beside:
+        findings.add(path, "a rig is one mass, it has no such group", "leave it out, or leave `rig` out", key=True)
+    kept = {key: value for key, value in data.items() if key not in beside}
+    return "rig", kept | {"vehicle": {"rig": vehicle["rig"]}}
+
+
+def _at(model: Any, path: str) -> Any:
+    for step in path.split("."):
+        model = getattr(model, step)
+    return model
+
+
+def _stands(data: Any, path: str) -> bool:
+    for step in path.split("."):
+        if not isinstance(data, dict) or data.get(step) is None:
+            return False
+        data = data[step]
+    return True
+
+
+def _numbers(data: dict[str, Any], form: str) -> dict[str, float]:
+    """What can be read of a faulty design, for the defaults of its effects."""
+    values: dict[str, float] = {}
+    for p in FORMS.get(form, ()):
+        here: Any = data
+        for step in p.path.split("."):
+            here = here.get(step) if isinstance(here, dict) else None
+        try:
+            values[p.path] = p.read(p.default if here is None else here)
+        except ValueError:
+            continue
+    return values
+
+
+def _cushion(model: Any, form: str, findings: Findings) -> None:
+    if form != "rig" and (model.riding.cushion_frequency is None) != (model.riding.cushion_damping is None):
+        findings.add("riding", "a seat cushion needs cushion_frequency and cushion_damping", "give both, or none")
+
+
+def _adjusted(design: Design, model: Any, findings: Findings) -> Design:
+    """Adds the adjustment, whose names and covariance must go together."""
+    given = model.adjustment
+    if given is None:
+        return design
+    known = set(design.paths())
+    for i, name in enumerate(given.names):
+        if name not in known:
+            findings.add(f"adjustment.names.{i}", f"no such parameter {name!r}", nearest(name, sorted(known)))
+    n, rows = len(given.names), given.covariance
+    whole = len(rows) == n and all(len(row) == n for row in rows)
+    if not whole:
+        findings.add(
+            "adjustment.covariance",
+            f"is not {n} by {n}, as adjustment.names asks",
+            "give one row and column for each name",
+        )
+    elif not all(math.isfinite(x) for row in rows for x in row) or any(rows[i][i] < 0 for i in range(n)):
+        findings.add(
+            "adjustment.covariance",
+            "has a value that is not finite or a negative variance",
+            "take the file that the adjustment wrote",
+        )
+    elif any(
+        abs(rows[i][j] - rows[j][i]) > 1e-6 * math.sqrt(rows[i][i] * rows[j][j]) for i in range(n) for j in range(i)
+    ):
+        findings.add("adjustment.covariance", "is not symmetric", "take the file that the adjustment wrote")
+    adjustment = Adjustment(given.campaign, given.sha256, tuple(given.names), tuple(map(tuple, rows)))
+    return replace(design, adjustment=adjustment)
+
+
+__all__ = ["Adjustment", "Design", "PlacedEffect", "Riding", "load_design", "parse_design"]

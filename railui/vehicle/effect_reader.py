@@ -1,0 +1,276 @@
+"""Reading effects of a file: kind, place, wheelset and numbers against the catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from railui.io.problems import Findings, nearest
+from railui.io.units import UnitError, own_quantity, quantity
+from railui.io.yaml_nodes import join
+from railui.runs.columns import RIG_COLUMNS, columns_of
+from railui.vehicle.effect_records import (
+    PER_WHEELSET,
+    Catalogue,
+    Record,
+    default_at,
+    is_absolute,
+    is_against,
+    is_curve,
+    is_even,
+    is_sensor,
+    range_at,
+    record_of,
+    unit_at,
+)
+from railui.vehicle.effects import Number, PlacedEffect
+from railui.vehicle.multibody import Structure
+
+AGAINST = ("z", "v", "s")
+TERMS = {
+    "stiffness": ("stiffness",),
+    "stiffness_and_damping": ("stiffness", "damping"),
+    "creep_forces": ("creep forces",),
+    "rolling_radii": ("rolling radii",),
+}
+
+
+def read_effects(
+    raw: Sequence[Any],
+    findings: Findings,
+    path: str,
+    catalogue: Catalogue,
+    values: Mapping[str, float],
+    *,
+    form: str = "bogie",
+    sensors: bool = False,
+    structure: Structure | None = None,
+) -> tuple[PlacedEffect, ...]:
+    """Effects of a list, faults told at their marks; `values` are the vehicle's numbers for the defaults."""
+    if structure is not None:
+        values = {**values, **structure.sites(values)}
+    reader = _Reader(findings, catalogue, values, form, sensors, structure)
+    read = {i: reader.effect(entry, join(path, str(i))) for i, entry in enumerate(raw)}
+    effects = {i: effect for i, effect in read.items() if effect is not None}
+    told_twice(effects, findings, path, catalogue)
+    return tuple(effects.values())
+
+
+def told_twice(effects: Mapping[int, PlacedEffect], findings: Findings, path: str, catalogue: Catalogue) -> None:
+    """Two effects that supersede the same linear term at the same place are an error that names both."""
+    seen: list[tuple[str, int, PlacedEffect]] = []
+    for i, effect in effects.items():
+        record = record_of(effect.kind, catalogue) or {}
+        mine = TERMS.get(str(record.get("supersedes")), ())
+        clash = next(((t, j, o) for t, j, o in seen if t in mine and o.at == effect.at and _meet(o, effect)), None)
+        if clash is not None:
+            term, j, other = clash
+            pair = f"{effect.kind} and {other.kind} ({join(path, str(j))})"
+            what = f"{pair} both supersede the declared {term} at {effect.at}"
+            findings.add(join(path, str(i)), what, "leave one of them out")
+        seen += [(term, i, effect) for term in mine]
+
+
+def _meet(a: PlacedEffect, b: PlacedEffect) -> bool:
+    return a.wheelset is None or b.wheelset is None or a.wheelset == b.wheelset
+
+
+@dataclass(frozen=True)
+class _Reader:
+    findings: Findings
+    catalogue: Catalogue
+    values: Mapping[str, float]
+    form: str
+    sensors: bool
+    structure: Structure | None = None
+
+    def effect(self, raw: Any, path: str) -> PlacedEffect | None:
+        if not isinstance(raw, dict):
+            self.findings.add(path, "is no effect", "write {kind: free_play, at: primary_lateral, half_width: 0.3 mm}")
+            return None
+        record = self.record(raw, path)
+        if record is None:
+            return None
+        at = self.place(raw, record, path)
+        wheelset = self.wheelset(raw, at, path) if at else None
+        against = self.against(raw, record, path)
+        known = ["kind", "at", "wheelset", *(["against"] if is_against(record) else [])]
+        known += [str(p["key"]) for p in record["parameters"]]
+        for key in raw:
+            if key not in known:
+                told = nearest(key, known)
+                self.findings.add(join(path, key), f"unknown key of {record['kind']}", told, key=True)
+        if at is None:
+            return None
+        return self.numbers(raw, record, at, wheelset, against, path)
+
+    def record(self, raw: Mapping[str, Any], path: str) -> Record | None:
+        kinds = [str(r["kind"]) for r in self.catalogue if is_sensor(r) == self.sensors]
+        if "kind" not in raw:
+            self.findings.add(path, "has no kind", f"add `kind:`, one of {', '.join(kinds)}")
+            return None
+        record = record_of(str(raw["kind"]), self.catalogue)
+        if record is None:
+            self.findings.add(join(path, "kind"), f"unknown kind {raw['kind']!r}", nearest(str(raw["kind"]), kinds))
+        elif is_sensor(record) and not self.sensors:
+            self.findings.add(
+                join(path, "kind"),
+                f"{raw['kind']} belongs to a sensor, not to a vehicle",
+                "move it to `sensors` of the campaign",
+            )
+            return None
+        elif self.sensors and not is_sensor(record):
+            self.findings.add(
+                join(path, "kind"),
+                f"{raw['kind']} belongs to the vehicle, not to a sensor",
+                "move it to `effects` of the design",
+            )
+            return None
+        return record
+
+    def place(self, raw: Mapping[str, Any], record: Record, path: str) -> str | None:
+        if self.sensors:
+            places = [at for at in map(str, record["at"]) if at in columns_of(self.form)]
+        elif self.structure is not None:
+            places = self.built(record, self.structure)
+        else:
+            places = [at for at in map(str, record["at"]) if (at == "rig") == (self.form == "rig")]
+        at = raw.get("at")
+        if at is None and len(places) == 1:
+            return places[0]
+        if at is None:
+            self.findings.add(path, f"{record['kind']} has no place", f"add `at:`, one of {', '.join(places)}")
+        elif not places:
+            self.findings.add(join(path, "at"), f"{record['kind']} has no place at a {self.form}", "leave it out")
+        elif at not in places:
+            self.findings.add(join(path, "at"), f"{record['kind']} cannot stand at {at!r}", nearest(str(at), places))
+        else:
+            return str(at)
+        return None
+
+    @staticmethod
+    def built(record: Record, structure: Structure) -> list[str]:
+        """The places of a vehicle of bodies and elements; it has a coach of its own, and is no linkage."""
+        if record.get("acts") == "body":
+            return []
+        return [at for at, place in structure.places.items() if place.like in record["at"]]
+
+    def wheelset(self, raw: Mapping[str, Any], at: str, path: str) -> int | None:
+        wheelset = raw.get("wheelset")
+        if wheelset is None:
+            return None
+        if self.structure is not None:
+            numbers = [n for n in self.structure.places[at].numbers if n]
+            if wheelset not in numbers or isinstance(wheelset, bool):
+                told = f"write one of {numbers}, or leave the key out for all" if numbers else "leave the key out"
+                self.findings.add(join(path, "wheelset"), f"{at} has no number {wheelset!r}", told)
+                return None
+            return int(wheelset)
+        if at not in PER_WHEELSET:
+            self.findings.add(join(path, "wheelset"), f"{at} has no wheelset", "leave the key out")
+        elif isinstance(wheelset, bool) or wheelset not in (1, 2):
+            self.findings.add(
+                join(path, "wheelset"),
+                f"{wheelset!r} is no wheelset",
+                "write 1 (leading) or 2 (trailing), or leave the key out for both",
+            )
+        else:
+            return int(wheelset)
+        return None
+
+    def against(self, raw: Mapping[str, Any], record: Record, path: str) -> str | None:
+        if not is_against(record):
+            return None
+        against = raw.get("against", "z")
+        if against not in AGAINST:
+            self.findings.add(
+                join(path, "against"), f"{against!r} is none of z, v, s", "write what `motion` is: z, v or s"
+            )
+            return None
+        return str(against)
+
+    def numbers(
+        self,
+        raw: Mapping[str, Any],
+        record: Record,
+        at: str,
+        wheelset: int | None,
+        against: str | None,
+        path: str,
+    ) -> PlacedEffect | None:
+        read: dict[str, Number] = {}
+        defaulted: set[str] = set()
+        before = len(self.findings.problems)
+        for parameter in record["parameters"]:
+            key, where = str(parameter["key"]), join(path, str(parameter["key"]))
+            unit = unit_of(parameter, at, against)
+            try:
+                if raw.get(key) is not None:
+                    read[key] = _read(raw[key], parameter, at, unit, self.values, curve=is_curve(record))
+                elif not parameter.get("optional"):
+                    default = None if is_curve(record) else default_at(parameter, at, self.values)
+                    if default is None:
+                        raise UnitError("is missing and has no default here", f"add `{key}:` with a unit like {unit}")
+                    read[key] = default
+                    defaulted.add(key)
+            except UnitError as error:
+                self.findings.add(where, error.message, error.remedy)
+        if is_curve(record):
+            self.curve(read, [str(p["key"]) for p in record["parameters"]], path, even=is_even(record))
+        if len(self.findings.problems) > before:
+            return None
+        return PlacedEffect(str(record["kind"]), at, wheelset, read, against, frozenset(defaulted))
+
+    def curve(self, read: Mapping[str, Number], keys: Sequence[str], path: str, *, even: bool) -> None:
+        """Lists of equal length over the first of them, which rises, by equal steps where it must be `even`."""
+        first = read.get(keys[0])
+        if not isinstance(first, tuple):
+            return
+        for key in keys[1:]:
+            other = read.get(key)
+            if isinstance(other, tuple) and (len(other) != len(first) or len(first) < 2):
+                what = f"{len(other)} values of {key} stand against {len(first)} of {keys[0]}"
+                self.findings.add(join(path, key), what, "give as many, two at least")
+                return
+        steps = [b - a for a, b in pairwise(first)]
+        if min(steps, default=0.0) <= 0.0:
+            told = f"sort the curve by its {keys[0]}"
+            self.findings.add(join(path, keys[0]), "does not rise from value to value", told)
+        elif even and max(steps) > 1.001 * min(steps):
+            self.findings.add(join(path, keys[0]), "has unequal steps", "space the values equally")
+
+
+def unit_of(parameter: Record, at: str, against: str | None = None) -> str:
+    """The unit of a parameter at a place; the motion of a curve has that of what it stands against."""
+    word = str(parameter["unit"])
+    if against in ("v", "s") and parameter["key"] == "motion":
+        word = "v" if against == "v" else "m"
+    return unit_at(word, at)
+
+
+def _read(value: Any, parameter: Record, at: str, unit: str, values: Mapping[str, float], *, curve: bool) -> Number:
+    if not curve:
+        return _inside(_one(value, at, unit), value, parameter, at, values)
+    if not isinstance(value, Iterable) or isinstance(value, str | dict):
+        raise UnitError("is no list", "write [one, two, ...]")
+    return tuple(_inside(_one(item, at, unit), item, parameter, at, values) for item in value)
+
+
+def _one(value: Any, at: str, unit: str) -> float:
+    return own_quantity(value) if at == "rig" or at in RIG_COLUMNS else quantity(value, unit)
+
+
+def _inside(number: float, value: Any, parameter: Record, at: str, values: Mapping[str, float]) -> float:
+    low, high = range_at(parameter, at, values)
+    lowest = float(parameter["minimum"]) if parameter.get("minimum") is not None else -1.0
+    if number < 0 <= lowest or (number == 0 < lowest):
+        raise UnitError(f"{value!r} is too small", f"give a value above {'0' if lowest else 'or equal to 0'}")
+    loose = 1e-9 * abs(number)  # a fit may end on the bound itself
+    if is_absolute(parameter) and not low - loose <= number <= high + loose:
+        raise UnitError(
+            f"{value!r} is out of range",
+            f"give {low:.6g} to {high:.6g} {unit_at(str(parameter['unit']), at)}",
+        )
+    return number

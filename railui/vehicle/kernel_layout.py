@@ -1,0 +1,114 @@
+"""Bodies and elements of a design as the kernel's layout: every number by its place in the row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+
+from railui.core import BodyLayout, FloorLayout, JointLayout, Layout, Number, Point, WheelsLayout
+from railui.vehicle.element_kinds import WAYS
+from railui.vehicle.multibody import Joined, Member, Part, Structure
+from railui.vehicle.multibody_reader import position_terms
+
+# lambda, kappa_x, kappa_y, epsilon, delta, sigma
+CONTACT = (
+    *("conicity", "longitudinal_creep", "lateral_creep"),
+    *("gravitational_stiffness", "contact_angle", "roll"),
+)
+
+
+@cache
+def paths_of(structure: Structure) -> tuple[str, ...]:
+    """The paths of a vehicle's numbers in the order of its row."""
+    return tuple(structure.parameters)
+
+
+@cache
+def layout_of(structure: Structure) -> Layout:
+    """The layout of a structure; its numbers stand in the order of `paths_of`."""
+    return _Builder(structure, {path: i for i, path in enumerate(paths_of(structure))}).layout()
+
+
+class _Builder:
+    def __init__(self, structure: Structure, columns: Mapping[str, int]) -> None:
+        self.structure, self.columns = structure, columns
+        self.index = {name: i for i, name in enumerate(structure.members)}
+
+    def layout(self) -> Layout:
+        bodies = [self.body(member) for member in self.structure.members.values()]
+        joints = [self.joint(joint) for joint in self.structure.joints]
+        return Layout(len(self.columns), bodies, joints, [self.floor(part) for part in self.structure.floor])
+
+    def number(self, part: Part, key: str) -> Number:
+        """One number of a part; none where it has none."""
+        return [(1.0, self.columns[part.at(key)])] if key in part.keys else []
+
+    def x(self, member: Member) -> Number:
+        return [(factor, self.columns[path]) for factor, path in position_terms(self.structure, member)]
+
+    def height(self, member: Member) -> Number:
+        return self.number(member.part, "rolling_radius" if member.is_wheelset else "height")
+
+    def body(self, member: Member) -> BodyLayout:
+        part = member.part
+        return BodyLayout(
+            name=member.name,
+            family=part.name,
+            number=member.number,
+            mass=self.number(part, "mass"),
+            yaw_inertia=self.number(part, "yaw_inertia") or None,
+            roll_inertia=self.number(part, "roll_inertia") or None,
+            x=self.x(member),
+            height=self.height(member),
+            wheels=self.wheels(member) if member.is_wheelset else None,
+        )
+
+    def wheels(self, member: Member) -> WheelsLayout:
+        part, group = member.part, self.structure.contact_of(member)
+        return WheelsLayout(
+            spin_inertia=self.number(part, "spin_inertia"),
+            half_gauge=self.number(part, "half_gauge"),
+            rolling_radius=self.number(part, "rolling_radius"),
+            wheel_load=self.number(part, "wheel_load"),
+            contact=[[(1.0, self.columns[f"contact.{group}.{key}"])] for key in CONTACT],
+            spin_creep=[(1.0, self.columns["contact.spin_creep"])],
+        )
+
+    def joint(self, joint: Joined) -> JointLayout:
+        part = joint.part
+        member = next(self.structure.members[name] for name in joint.ends if name is not None)
+        first = self.point(part, "", (self.x(member), [], self.height(member)))
+        points = first, self.point(part, "_to", first) if part.kind == "link" else first
+        ends = [None if end is None else self.index[end] for end in joint.ends]
+        mirrored, carried = self.structure.mirrored(part), self.number(part, "static_load")
+        return JointLayout(part.name, joint.number, (ends[0], ends[1]), points, mirrored, self.terms(part), carried)
+
+    def point(self, part: Part, end: str, otherwise: Point) -> Point:
+        """Where an element holds; what it does not say is as `otherwise`: the centre of its first body."""
+        given = [self.number(part, f"{key}{end}") for key in ("x", "y", "height")]
+        if part.word("side") == "left":
+            given[1] = [(-factor, i) for factor, i in given[1]]
+        x, y, height = (own or other for own, other in zip(given, otherwise, strict=True))
+        return x, y, height
+
+    def terms(self, part: Part) -> list[tuple[str, str, list[Number]]]:
+        def of(*keys: str) -> list[Number]:
+            return [self.number(part, key) for key in keys]
+
+        if part.kind == "spring":
+            return [(way, "spring", of(f"{way}_stiffness")) for way in WAYS]
+        if part.kind == "damper":
+            return [(way, "damper", of(f"{way}_damping")) for way in WAYS]
+        if part.kind == "link":
+            return [("along", "spring", of("stiffness")), ("along", "damper", of("damping"))]
+        if part.kind == "anti_roll_bar":
+            return [("roll", "spring", of("stiffness"))]
+        direction = part.word("direction", "lateral")
+        if part.kind == "stop":
+            return [(direction, "stop", of("gap", "stiffness"))]
+        return [(direction, "series", of("stiffness", "damping", "blow_off"))]
+
+    def floor(self, part: Part) -> FloorLayout:
+        member = self.structure.of(part.word("body"))[0]
+        x, height = (self.number(part, key) for key in ("x", "height"))
+        return FloorLayout(part.name, self.index[member.name], (x, [], height or self.height(member)))

@@ -1,0 +1,274 @@
+"""Reading vehicles of bodies and elements: kinds, names, who is joined to whom, every number at its mark."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+from railui.io.fields import Group, check_group
+from railui.io.problems import Findings, nearest
+from railui.io.yaml_nodes import join
+from railui.vehicle.element_kinds import BODY, DIRECTED, GROUND, KINDS, PLACED, STRUCTURAL, WAYS, numbers_of
+from railui.vehicle.multibody import Member, Part, Structure
+from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT, Parameter
+
+WORDS = {"wheelset": ("under", "contact"), "floor": ("body",), "body": ()}
+SIDES = ("both", "right", "left")
+MOST_DEGREES = 32  # 64 states: what the kernel holds for one vehicle
+MOST_WHEELSETS = 12  # 64 columns of the input table, of which a wheelset reads five
+
+
+@dataclass
+class _Read:
+    """What was read of the vehicle so far: values by path, and the parts."""
+
+    findings: Findings
+    values: dict[str, float] = field(default_factory=dict)
+
+    def part(self, group: str, name: str, raw: Mapping[str, Any], kind: str, known: tuple[Parameter, ...]) -> Part:
+        """One body, element or floor point; its numbers go to `values`."""
+        path = f"{group}.{name}"
+        words = self._words(path, raw, kind)
+        numbers = {key: value for key, value in raw.items() if key != "kind" and key not in words_of(kind)}
+        model = check_group(group_model(kind, known), numbers, self.findings, path, extra=words_of(kind))
+        keys = [p.path for p in known if p.path not in STRUCTURAL or raw.get(p.path) is not None]
+        part = Part(name, kind, group, tuple(keys), words)
+        if model is not None:
+            self.values |= {f"{path}.{key}": float(getattr(model, key)) for key in keys}
+        return part
+
+    def _words(self, path: str, raw: Mapping[str, Any], kind: str) -> dict[str, str | tuple[str, ...]]:
+        found: dict[str, str | tuple[str, ...]] = {}
+        for key in words_of(kind):
+            value = raw.get(key)
+            if value is None:
+                continue
+            if key == "between":
+                if not isinstance(value, list) or len(value) != 2 or not all(isinstance(end, str) for end in value):
+                    self.findings.add(join(path, key), "is no pair of bodies", "write [wheelset, frame]")
+                else:
+                    found[key] = tuple(value)
+            elif not isinstance(value, str):
+                self.findings.add(join(path, key), f"{value!r} is no name", "write a word")
+            elif key in ("direction", "side") and value not in (choices := WAYS if key == "direction" else SIDES):
+                self.findings.add(join(path, key), f"{value!r} is not known here", nearest(value, choices))
+            else:
+                found[key] = value
+        return found
+
+
+def words_of(kind: str) -> tuple[str, ...]:
+    """The keys of a kind that are words, not numbers."""
+    if kind in WORDS:
+        return WORDS[kind]
+    return ("between", *(("direction",) if kind in DIRECTED else ()), *(("side",) if kind != "anti_roll_bar" else ()))
+
+
+@cache
+def group_model(kind: str, known: tuple[Parameter, ...]) -> type[Group]:
+    """The model of the numbers of one part."""
+    from railui.vehicle.design_schema import number_group
+
+    free = tuple(replace(p, default=None, optional=True) if p.path in STRUCTURAL else p for p in known)
+    return number_group(f"{kind}_numbers", free)
+
+
+def read_structure(data: Mapping[str, Any], findings: Findings) -> tuple[Structure | None, dict[str, float]]:
+    """The structure of a vehicle and all its numbers by path (SI); faults go to `findings`."""
+    read = _Read(findings)
+    vehicle = data["vehicle"]
+    for key in vehicle:
+        if key not in ("bodies", "elements", "floor"):
+            told = "a vehicle of bodies and elements has `bodies`, `elements` and `floor`"
+            findings.add(f"vehicle.{key}", "unknown key", told, key=True)
+    bodies = tuple(
+        read.part("vehicle.bodies", name, raw, "body", BODY)
+        for name, raw in _entries(vehicle.get("bodies"), "vehicle.bodies", findings)
+    )
+    elements = tuple(
+        part
+        for name, raw in _entries(vehicle.get("elements"), "vehicle.elements", findings)
+        if (part := _element(read, name, raw)) is not None
+    )
+    floor = tuple(
+        read.part("vehicle.floor", name, raw, "floor", PLACED)
+        for name, raw in _entries(vehicle.get("floor"), "vehicle.floor", findings)
+    )
+    contacts = _contacts(data.get("contact"), read)
+    structure = Structure(bodies, elements, floor, contacts)
+    _check(structure, read.values, findings)
+    return (None if findings.errors() else structure), read.values
+
+
+def _entries(raw: Any, path: str, findings: Findings) -> Iterable[tuple[str, Mapping[str, Any]]]:
+    if raw is None:
+        return
+    if not isinstance(raw, dict):
+        findings.add(path, "is no group of names", "write `name: {...}` lines below it")
+        return
+    for name, entry in raw.items():
+        if not isinstance(entry, dict):
+            findings.add(join(path, name), "stands where a group of keys belongs", "write `key: value` lines below it")
+        elif "." in name or not name.isidentifier() or name == GROUND:
+            findings.add(join(path, name), f"{name!r} is no name here", "use letters, digits and _", key=True)
+        else:
+            yield name, entry
+
+
+def _element(read: _Read, name: str, raw: Mapping[str, Any]) -> Part | None:
+    path, kind = f"vehicle.elements.{name}", raw.get("kind")
+    if kind not in KINDS:
+        what = "has no kind" if kind is None else f"unknown kind {kind!r}"
+        told = f"add `kind:`, one of {', '.join(KINDS)}" if kind is None else nearest(str(kind), KINDS)
+        read.findings.add(path if kind is None else join(path, "kind"), what, told)
+        return None
+    direction = raw.get("direction", "lateral")
+    known = numbers_of(str(kind), direction if direction in WAYS else "lateral")
+    part = read.part("vehicle.elements", name, raw, str(kind), known)
+    if kind in ("spring", "damper") and not any(
+        p.path in raw for p in known if p.path.endswith(("stiffness", "damping"))
+    ):
+        law = "stiffness" if kind == "spring" else "damping"
+        keys = ", ".join(f"{way}_{law}" for way in WAYS)
+        read.findings.add(path, f"has no {law}", f"add one of {keys}")
+    if "between" not in part.words and kind != "wheelset" and "between" not in raw:
+        read.findings.add(path, "joins nothing", "add `between: [first, second]`, two bodies or `ground`")
+    return part
+
+
+def _contacts(raw: Any, read: _Read) -> tuple[str, ...]:
+    """The contact groups by name; the numbers that all wheelsets share go to `values` with them."""
+    common = tuple(p for p in CONTACT if p.path.count(".") == 1)
+    raw = {} if raw is None else raw
+    if not isinstance(raw, dict):
+        read.findings.add("contact", "stands where a group of keys belongs", "write `key: value` lines below it")
+        return ()
+    shared = {p.key: p for p in common}
+    names = [key for key in raw if key not in shared and key != "gauge_widens_clearance"]
+    for name in names:
+        if not isinstance(raw[name], dict):
+            known = [*shared, "gauge_widens_clearance"]
+            read.findings.add(f"contact.{name}", "unknown key", nearest(name, known), key=True)
+            continue
+        model = check_group(group_model("contact", WHEELSET_CONTACT), raw[name], read.findings, f"contact.{name}")
+        if model is not None:
+            read.values |= {f"contact.{name}.{p.path}": float(getattr(model, p.path)) for p in WHEELSET_CONTACT}
+    here = tuple(replace(p, path=p.key) for p in common)
+    given = {key: value for key, value in raw.items() if key in shared}
+    model = check_group(group_model("contact_common", here), given, read.findings, "contact")
+    if model is not None:
+        read.values |= {f"contact.{p.path}": float(getattr(model, p.path)) for p in here}
+    return tuple(name for name in names if isinstance(raw[name], dict))
+
+
+def _check(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
+    """Names that fit, wheelsets in order, elements between bodies that are there."""
+    _names(structure, findings)
+    if findings.errors():
+        return
+    members = structure.members
+    degrees = sum(m.degrees for m in members.values())
+    if degrees > MOST_DEGREES:
+        told = "join bodies that move together"
+        findings.add("vehicle", f"has {degrees} degrees of freedom, at most {MOST_DEGREES} are stepped", told)
+        return
+    if len(structure.wheelsets) > MOST_WHEELSETS:
+        told = "give the part of the train that matters"
+        findings.add("vehicle", f"has {len(structure.wheelsets)} wheelsets, at most {MOST_WHEELSETS} are stepped", told)
+        return
+    for member in members.values():
+        if member.part.kind == "body" and {"x", "half_centres"} <= set(member.part.keys):
+            findings.add(member.part.path, "has x and half_centres", "give one of them")
+        if member.free("roll") and "height" not in member.part.keys:
+            findings.add(member.part.path, "rolls, but its centre has no height", "add `height:` above the rails")
+    for wheelset in structure.wheelsets:
+        part = wheelset.part
+        if wheelset.under is None and "x" not in part.keys and len(structure.wheelsets) > 1:
+            findings.add(part.path, "has no place", "add `x:`, or `under:` a body with `half_wheelbase:`")
+        if {"x", "half_wheelbase"} <= set(part.keys):
+            findings.add(part.path, "has x and half_wheelbase", "give one of them")
+        if wheelset.under is None and "half_wheelbase" in part.keys:
+            findings.add(part.at("half_wheelbase"), "needs the body between the two", "add `under:`")
+        contact = structure.contact_of(wheelset)
+        if contact not in structure.contacts:
+            told = nearest(contact, structure.contacts) if structure.contacts else "add `contact:` with a group"
+            where = part.at("contact") if "contact" in part.words else part.path
+            findings.add(where, f"no contact {contact!r}" if contact else "has no contact", told)
+    if not structure.wheelsets:
+        findings.add("vehicle.elements", "has no wheelset", "add an element `kind: wheelset`")
+    for part in structure.elements:
+        if part.kind != "wheelset":
+            _joined(structure, part, findings)
+    for part in structure.floor:
+        body = part.word("body")
+        if len(structure.of(body)) != 1:
+            names = [m.name for m in members.values()]
+            where = part.at("body") if body else part.path
+            findings.add(where, f"no body {body!r}" if body else "stands on no body", nearest(body, names))
+    if not findings.errors():
+        _in_order(structure, values, findings)
+
+
+def _names(structure: Structure, findings: Findings) -> None:
+    seen: dict[str, Part] = {}
+    for part in (*structure.bodies, *structure.elements):
+        if part.name in seen:
+            findings.add(part.path, f"the name stands at {seen[part.name].path} too", "rename one of them", key=True)
+        seen[part.name] = part
+    families = [part.name for part in structure.bodies]
+    paired = [f"{p.name}_{i}" for p in structure.bodies if "half_centres" in p.keys for i in (1, 2)]
+    for part in structure.wheelset_parts:
+        under = part.word("under")
+        if under and under not in (*families, *paired):
+            findings.add(part.at("under"), f"no body {under!r}", nearest(under, [*families, *paired]))
+
+
+def _joined(structure: Structure, part: Part, findings: Findings) -> None:
+    if "between" not in part.words:
+        return
+    known = [*dict.fromkeys(m.part.name for m in structure.members.values()), *structure.members, GROUND]
+    before = len(findings.errors())
+    for i, end in enumerate(part.between):
+        if end != GROUND and not structure.of(end):
+            findings.add(part.at(f"between.{i}"), f"no body {end!r}", nearest(end, dict.fromkeys(known)))
+    if len(findings.errors()) > before:
+        return
+    try:
+        joints = structure.joints_of(part)
+    except ValueError as error:
+        findings.add(part.at("between"), str(error), "name one of them with its number, such as frame_1")
+        return
+    if any(a == b for joint in joints for a, b in [joint.ends]):
+        findings.add(part.at("between"), "joins a body to itself", "name two bodies")
+    if "height" not in part.keys and part.kind != "anti_roll_bar" and any(structure.rolls(j) for j in joints):
+        findings.add(part.path, "joins a body that rolls, but has no height", "add `height:` above the rails")
+
+
+def _in_order(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
+    places = [position(structure, member, values) for member in structure.wheelsets]
+    for i in range(1, len(places)):
+        if places[i] >= places[i - 1]:
+            part = structure.wheelsets[i].part
+            told = "name wheelsets from the front to the rear: x falls"
+            findings.add(part.path, f"{structure.wheelsets[i].name} stands before the one ahead of it", told)
+
+
+def position(structure: Structure, member: Member, values: Mapping[str, float]) -> float:
+    """Where a member stands along the vehicle [m], forwards."""
+    return sum(factor * values[path] for factor, path in position_terms(structure, member))
+
+
+def position_terms(structure: Structure, member: Member) -> list[tuple[float, str]]:
+    """The place x of a member as (factor, path of a number)."""
+    part = member.part
+    terms: list[tuple[float, str]] = []
+    if member.under is not None:
+        terms += position_terms(structure, structure.members[member.under])
+    for key in ("half_centres", "half_wheelbase"):
+        if key in part.keys:
+            terms.append((float(member.side), part.at(key)))
+    if "x" in part.keys:
+        terms.append((1.0, part.at("x")))
+    return terms

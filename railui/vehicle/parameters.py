@@ -1,0 +1,267 @@
+"""The parameters of a design, each with path, symbol, unit, default, range and caption: the one list."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from railui.io.number_format import display
+from railui.io.units import UnitError, example, quantity
+
+INFINITE = math.inf
+BEYOND = 1e15  # more than any number of a vehicle: a slip of the pen
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a design: its name is its dotted path, its value is SI.
+
+    `minimum` and `maximum` are what a file may say (`above`: the minimum itself is refused); `usual` is the
+    range of real vehicles, for scales and searches; `prior` is the standard deviation that holds a parameter
+    which the sensors barely see at its declared value. No default: the key must be given, unless optional.
+    """
+
+    path: str
+    symbol: str
+    unit: str
+    caption: str
+    default: float | None = None
+    origin: str = ""
+    minimum: float = 0.0
+    maximum: float = BEYOND
+    above: bool = False
+    usual: tuple[float, float] = (0.0, INFINITE)
+    prior: float | None = None
+    optional: bool = False
+
+    @property
+    def key(self) -> str:
+        """The last step of the path."""
+        return self.path.rpartition(".")[2]
+
+    def read(self, value: object) -> float:
+        """The value in SI; UnitError where unit or range do not fit.
+
+        >>> PARAMETERS["contact.flange_clearance"].read("7 mm")
+        0.007
+        """
+        return self.inside(quantity(value, self.unit), value)
+
+    def inside(self, number: float, value: object) -> float:
+        """The number, or UnitError where it is out of range."""
+        if number < self.minimum or (self.above and number == self.minimum):
+            bound = "above" if self.above else "at least"
+            raise UnitError(
+                f"{value} is too small for the {self.caption}",
+                f"give {bound} {display(self.minimum, self.unit)}",
+            )
+        if number > self.maximum:
+            raise UnitError(
+                f"{value} is too large for the {self.caption}",
+                f"give at most {display(self.maximum, self.unit)}",
+            )
+        return number
+
+    def sample(self) -> str:
+        """A line as one would write it, for remedies."""
+        return f"{self.key}: {example(self.unit)}"
+
+
+def _under(group: str, *entries: Parameter) -> tuple[Parameter, ...]:
+    return tuple(replace(entry, path=f"{group}.{entry.path}") for entry in entries)
+
+
+def _positive(key: str, symbol: str, unit: str, caption: str, *usual: float) -> Parameter:
+    return Parameter(key, symbol, unit, caption, above=True, usual=(usual[0], usual[1]))
+
+
+def _or_none(key: str, symbol: str, unit: str, caption: str, most: float = INFINITE) -> Parameter:
+    return Parameter(key, symbol, unit, caption, 0.0, "none where none is named", usual=(0.0, most))
+
+
+CHECK = "check values of the model"
+SPIN, GAUGE = "0 leaves the gyroscopic moments out", "standard gauge"
+VEHICLE = (
+    *_under(
+        "vehicle.frame",
+        _positive("mass", "m_b", "kg", "mass of the bogie frame", 500, 2e4),
+        _positive("yaw_inertia", "I_zb", "kg*m^2", "yaw inertia of the bogie frame", 500, 4e4),
+    ),
+    *_under(
+        "vehicle.wheelset",
+        _positive("mass", "m_a", "kg", "mass of one wheelset", 500, 4e3),
+        _positive("yaw_inertia", "I_za", "kg*m^2", "yaw inertia of one wheelset", 200, 3e3),
+        Parameter("spin_inertia", "I_ya", "kg*m^2", "spin inertia of one wheelset", 0.0, SPIN, usual=(20, 400)),
+    ),
+    *_under(
+        "vehicle.geometry",
+        _positive("half_wheelbase", "a", "m", "half the wheelbase", 0.7, 2.0),
+        Parameter(
+            "half_gauge",
+            "b",
+            "m",
+            "half the distance of the rolling circles",
+            0.75,
+            GAUGE,
+            above=True,
+            usual=(0.5, 0.9),
+        ),
+        _positive("half_spring_base", "b_c", "m", "half the lateral distance of the primary springs", 0.4, 1.2),
+        _positive("rolling_radius", "r", "m", "nominal rolling radius", 0.2, 0.7),
+    ),
+    _positive("vehicle.wheel_load", "N", "N", "load of one wheel on the rail", 1e4, 2e5),
+    *_under(
+        "vehicle.primary",
+        Parameter("lateral_stiffness", "c_y", "N/m", "lateral stiffness per axle box", usual=(1e5, 1e8)),
+        Parameter("longitudinal_stiffness", "c_x", "N/m", "longitudinal stiffness per axle box", usual=(1e5, 1e8)),
+    ),
+    *_under(
+        "vehicle.secondary",
+        _or_none("lateral_stiffness", "c_sy", "N/m", "lateral stiffness bogie to coach", 5e6),
+        _or_none("yaw_stiffness", "c_spsi", "N*m/rad", "yaw stiffness bogie to coach", 5e6),
+        _or_none("lateral_damping", "k_y", "N*s/m", "lateral damping bogie to coach", 3e5),
+        _or_none("yaw_damping", "k_psi", "N*m*s/rad", "yaw damping bogie to coach", 5e6),
+    ),
+)
+LONGITUDINAL = "longitudinal creep coefficient over wheel load"
+LATERAL = "lateral creep coefficient over wheel load"
+GRAVITY = "gravitational stiffness parameter"
+ANGLE, ROLL = "mean contact angle", "roll of the wheelset per lateral displacement"
+WHEELSET_CONTACT = (
+    Parameter("conicity", "lambda", "1", "equivalent conicity", minimum=-2.0, maximum=5.0, usual=(0.0, 0.8)),
+    Parameter("longitudinal_creep", "kappa_x", "1", LONGITUDINAL, usual=(20, 600)),
+    Parameter("lateral_creep", "kappa_y", "1", LATERAL, usual=(20, 600)),
+    Parameter("gravitational_stiffness", "epsilon", "1", GRAVITY, None, "", -1e3, 1e4, usual=(0, 60)),
+    Parameter("contact_angle", "delta", "rad", ANGLE, 0.05, CHECK, -1.5, 1.5, usual=(0.0, 0.2), prior=0.01),
+    Parameter("roll", "sigma", "1", ROLL, 0.05, CHECK, -5.0, 5.0, usual=(0.0, 0.2), prior=0.01),
+)
+SPIN_CREEP, CLEARANCE = "spin creep coefficient over wheel load", "clearance between flange and rail"
+NEW_WHEELS = "7 mm, new wheels on 1435 mm"
+CONTACT = (
+    *(
+        replace(
+            p,
+            path=f"contact.{where}.{p.path}",
+            symbol=f"{p.symbol}_{i}",
+            caption=f"{p.caption}, {where} wheelset",
+        )
+        for i, where in ((1, "leading"), (2, "trailing"))
+        for p in WHEELSET_CONTACT
+    ),
+    *_under(
+        "contact",
+        Parameter("spin_creep", "kappa_s", "m", SPIN_CREEP, 0.25, CHECK, maximum=100.0, usual=(0.0, 1.0), prior=0.05),
+        Parameter("flange_clearance", "c", "m", CLEARANCE, 0.007, NEW_WHEELS, 0.0, 0.1, True, (0.002, 0.02)),
+    ),
+)
+RIG = _under(
+    "vehicle.rig",
+    _positive("mass", "m", "kg", "mass on the test bench", 0.0, INFINITE),
+    _or_none("stiffness", "k", "N/m", "stiffness of the linear spring"),
+    _or_none("damping", "c", "N*s/m", "damping of the linear damper"),
+    Parameter(
+        "gain",
+        "gain",
+        "1",
+        "gain of the input",
+        1.0,
+        "the input as it is",
+        -INFINITE,
+        usual=(-INFINITE, INFINITE),
+    ),
+)
+FLOOR = "a coach on its secondary suspension"
+SHARE = "admissible share of time with flange contact"
+
+
+def _optional(key: str, symbol: str, unit: str, caption: str, *usual: float, above: bool = True) -> Parameter:
+    return Parameter(key, symbol, unit, caption, optional=True, above=above, usual=(usual[0], usual[1]))
+
+
+RIDING = _under(
+    "riding",
+    _optional("journey", "T_j", "s", "duration of the journey", 600, 43200),
+    Parameter("comfort_weight", "w", "1", "weight of comfort in the score", maximum=1.0, usual=(0, 1), optional=True),
+    Parameter(
+        "admissible_flange_fraction",
+        "phi_a",
+        "1",
+        SHARE,
+        0.05,
+        "thesis chapter 2",
+        1e-6,
+        1.0,
+        True,
+        (1e-3, 0.2),
+    ),
+    Parameter(
+        "floor_frequency",
+        "f_0",
+        "Hz",
+        "lateral frequency of the floor",
+        1.2,
+        FLOOR,
+        above=True,
+        usual=(0.3, 5),
+    ),
+    Parameter("floor_damping", "z", "1", "damping ratio of the floor", 0.2, FLOOR, usual=(0, 1)),
+    _optional("cushion_frequency", "f_c", "Hz", "frequency of the seat cushion", 1, 20),
+    _optional("cushion_damping", "z_c", "1", "damping ratio of the seat cushion", 0, 1, above=False),
+    _optional("rms_limit", "a_rms", "m/s^2", "rms acceleration that goods bear", 0.1, 10),
+    _optional("peak_limit", "a_max", "m/s^2", "peak acceleration that goods bear", 0.1, 50),
+)
+
+FORMS: dict[str, tuple[Parameter, ...]] = {"bogie": VEHICLE + CONTACT, "rig": RIG}
+PARAMETERS: dict[str, Parameter] = {p.path: p for p in VEHICLE + CONTACT + RIG + RIDING}
+# words and switches beside the numbers: what they may be, the first is the default
+SETTINGS: dict[str, tuple[str | bool, ...]] = {
+    "riding.use": ("long_distance", "local", "goods"),
+    "riding.guidance": ("flange", "lateral_force"),
+    "contact.gauge_widens_clearance": (False, True),
+    "vehicle.rig.input": ("force", "base_displacement", "base_acceleration"),
+}
+# goods have no passengers: no journey bounds their class; the weight is that of local traffic
+BY_USE = {
+    "long_distance": {"riding.journey": 4 * 3600.0, "riding.comfort_weight": 0.6},
+    "local": {"riding.journey": 3600.0, "riding.comfort_weight": 0.4},
+    "goods": {"riding.journey": 0.0, "riding.comfort_weight": 0.4},
+}
+DEFAULT_ADJUST = {
+    "bogie": ("contact.leading", "contact.trailing", "contact.spin_creep", "vehicle.primary",
+              "vehicle.secondary.lateral_damping", "vehicle.secondary.yaw_damping"),
+    "rig": ("vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain"),
+}  # fmt: skip
+
+
+def settings_of(form: str) -> tuple[str, ...]:
+    """The paths of words, switches and riding numbers that a form of vehicle has."""
+    if form == "rig":
+        return ("vehicle.rig.input",)
+    return ("riding.use", "riding.guidance", "contact.gauge_widens_clearance", *(p.path for p in RIDING))
+
+
+def below(path: str, known: list[str]) -> list[str]:
+    """The path itself where it is known, else all paths of the group that it names.
+
+    >>> below("vehicle.primary", [p.path for p in VEHICLE])
+    ['vehicle.primary.lateral_stiffness', 'vehicle.primary.longitudinal_stiffness']
+    """
+    return [path] if path in known else [p for p in known if p.startswith(f"{path}.")]
+
+
+def nested(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by dotted path as groups within groups.
+
+    >>> nested({"vehicle.frame.mass": 1, "name": "a", "vehicle.wheel_load": 2})
+    {'vehicle': {'frame': {'mass': 1}, 'wheel_load': 2}, 'name': 'a'}
+    """
+    root: dict[str, Any] = {}
+    for path, value in values.items():
+        *groups, key = path.split(".")
+        here = root
+        for group in groups:
+            here = here.setdefault(group, {})
+        here[key] = value
+    return root

@@ -1,0 +1,42 @@
+"""The balance of a vehicle: its wheels carry its masses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from railui.io.problems import Findings
+from railui.vehicle.effects import PlacedEffect
+from railui.vehicle.multibody import Structure
+
+GRAVITY = 9.81  # m/s^2
+SHARE = 0.10  # by which the wheel loads may differ from the weight of the masses
+HEAVIEST = 200e3  # N per wheel: 40 t per axle, the heaviest that runs on rails
+REMEDY = "check the masses and the load per wheel"
+
+
+def balance(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
+    """Warns where the wheel loads do not carry the masses; where something rests on the ground, it may be any."""
+    load = 2 * sum(values[w.part.at("wheel_load")] for w in structure.wheelsets)
+    weight = GRAVITY * sum(values[m.part.at("mass")] for m in structure.members.values())
+    low, high = (1 - SHARE) * weight, (1 + SHARE) * weight
+    grounded = any(None in joint.ends for joint in structure.joints)
+    if load < low or (load > high and not grounded):
+        told = f"the wheels carry {load / 1e3:.4g} kN, the masses weigh {weight / 1e3:.4g} kN"
+        findings.warn(structure.wheelsets[0].part.at("wheel_load"), told, REMEDY)
+
+
+def balance_bogie(values: Mapping[str, float], effects: Sequence[PlacedEffect], findings: Findings) -> None:
+    """Warns where four wheel loads do not carry the masses above the rails; a coach unknown may be any."""
+    path = "vehicle.wheel_load"
+    load = 4 * values[path]
+    coach = [float(m) for e in effects if e.kind == "coach_mode" and isinstance(m := e.parameters.get("mass"), float)]
+    weight = GRAVITY * (values["vehicle.frame.mass"] + 2 * values["vehicle.wheelset.mass"] + sum(coach))
+    carried = f"4 N is {load / 1e3:.4g} kN, the masses"
+    if load < (1 - SHARE) * weight:
+        share = "" if coach else ", and a coach would add to them"
+        findings.warn(path, f"{carried} weigh {weight / 1e3:.4g} kN{share}", REMEDY)
+    elif coach and load > (1 + SHARE) * weight:
+        findings.warn(path, f"{carried} with the coach's share weigh {weight / 1e3:.4g} kN", REMEDY)
+    elif load > 4 * HEAVIEST:
+        told = f"{load / 4e3:.4g} kN on a wheel is more than any railway carries"
+        findings.warn(path, told, "give the load of one wheel in N")

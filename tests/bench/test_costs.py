@@ -1,0 +1,89 @@
+"""What the parts of a ride cost, and the share of a core's peak: what can be held without a clock."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+import pytest
+
+from railui.bench import costs
+from railui.bench.peak import ROUNDS, peak, share
+from railui.bench.standard_job import bogie, coach, road, rolling, rolling_reduced, spread
+from railui.bench.step_error import cases
+from railui.core import ARITHMETIC, chains, simd
+
+WAY = road(length=50.0)
+SLOPES, WHEELSETS, WHEELS = 4, 2, 2
+
+
+def arithmetic(comfort: bool = True) -> dict[str, int]:
+    found = rolling(bogie(), spread(bogie(), 1), WAY, comfort).arithmetic()
+    assert found is not None and tuple(found) == ARITHMETIC
+    return found
+
+
+def test_a_square_root_per_slope_and_wheel_and_one_per_wheelset_where_both_creep_alike() -> None:
+    reduced = rolling_reduced(spread(bogie(reduced=True), 1)).arithmetic()
+    assert arithmetic()["roots"] == SLOPES * WHEELSETS * WHEELS
+    assert reduced is not None and reduced["roots"] == SLOPES * WHEELSETS
+    assert sum(reduced.values()) < sum(arithmetic(comfort=False).values())
+
+
+def test_comfort_adds_five_operations_per_section_and_sample() -> None:
+    whole = rolling(bogie(), spread(bogie(), 1), WAY)
+    sections = [each.shape[1] for each in whole.sections.values()]
+    points = len(whole.channels) - whole.wheelsets
+    added = sum(arithmetic().values()) - sum(arithmetic(comfort=False).values())
+    # a section: three fused products, a product, a sum; a cascade: the sum of squares; the acceleration is one rate
+    assert added == points * (5 * sum(sections) + len(sections) + 1)
+
+
+def test_nothing_slides_and_only_plain_bogies_are_counted() -> None:
+    assert arithmetic()["quotients"] == 0
+    assert rolling(coach(), spread(coach(), 1), WAY).arithmetic() is None
+
+
+def test_links_of_chains_are_counted_per_lane() -> None:
+    each = {rounds: chains(roots=False, rounds=rounds) for rounds in (10, 30)}
+    assert each[30] == 3 * each[10] == 3 * chains(roots=True, rounds=10)
+    assert each[10] % (10 * {"portable": 4, "v3": 4, "v4": 8}[simd()]) == 0
+
+
+def test_a_share_is_the_time_at_the_peak_over_the_time_that_was_taken() -> None:
+    counts = dict.fromkeys(ARITHMETIC, 10)
+    found = share(counts, 20.0, 6e9, 1e9)
+    assert found == {"operations": counts, "share": pytest.approx(0.5), "roots_share": pytest.approx(0.5)}
+    assert share(counts, 40.0, 6e9, 1e9)["share"] == pytest.approx(0.25)
+
+
+@pytest.mark.skipif(simd() == "portable", reason="the plain form is not compiled for it")
+def test_no_job_is_beyond_the_peak() -> None:
+    found: Any = peak({"full": 1e3, "reduced": 1e3}, 1)
+    assert all(found[rate] > 0 for rate in ROUNDS)
+    for job in ("full", "reduced"):
+        assert 0 < found[job]["share"] < 1 and 0 < found[job]["roots_share"] < 1
+
+
+def test_scaling_has_every_number_of_threads() -> None:
+    threads = (os.cpu_count() or 1) + 1
+    found = costs.scaling(threads, 16, 50.0, 1)
+    assert [row["threads"] for row in found] == list(range(1, threads + 1))
+    assert found[0]["times_one"] == 1.0
+    for row in found:
+        assert row["times_one"] == pytest.approx(row["designs_per_second"] / found[0]["designs_per_second"])
+
+
+def test_every_kind_of_effect_is_timed_against_none() -> None:
+    found = costs.effects(1, 20.0, 1)
+    assert [row["effects"] for row in found] == [kinds for vehicle, kinds, _ in cases() if vehicle == "bogie"]
+    assert found[0]["effects"] == "none" and found[0]["over_none"] == 0.0
+    assert np.allclose([r["ns_per_design_step"] - r["over_none"] for r in found], found[0]["ns_per_design_step"])
+
+
+def test_a_call_is_what_is_left_where_there_are_no_designs(monkeypatch: pytest.MonkeyPatch) -> None:
+    a_call, a_design = 50e-6, 9e-6  # s
+    times = [costs.CALLS * (a_call + n * a_design) for n in (1, 16)]
+    monkeypatch.setattr(costs, "quickest", lambda runs, repetitions: times)
+    assert costs.call() == pytest.approx({"crossing_us_per_call": 50.0, "setup_us_per_design": 9.0})

@@ -1,0 +1,33 @@
+"""Work and precision: the steps that the kernel takes by itself are precise enough, for every kind of effect."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from railui.bench.step_error import STEPS, precision
+from railui.core import catalogue
+
+Rows = list[dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def rows() -> Rows:
+    found: Rows = precision()["rows"]
+    return found
+
+
+def test_the_steps_that_are_taken_are_right_to_a_ten_thousandth(rows: Rows) -> None:
+    known = [row for row in rows if row["taken"] in STEPS and row["errors"][0] is not None]
+    assert len(known) > 20
+    assert [row for row in known if not row["errors"][STEPS.index(row["taken"])] < 1e-4] == []
+
+
+def test_errors_fall_with_the_step(rows: Rows) -> None:
+    assert all(row["errors"][-1] < 0.1 * row["errors"][0] for row in rows if row["errors"][0] is not None)
+
+
+def test_every_kind_of_law_is_among_them(rows: Rows) -> None:
+    laws = {record["kind"] for record in catalogue() if record["acts"] not in ("sensor", "profile")}
+    assert laws - {row["effects"] for row in rows} == {"measured_force", "rolling_line", "steady_force"}

@@ -1,0 +1,61 @@
+"""The doctor: all passes here, a wrong value is told and exits with 4, its vehicles are those of the designs."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from railui.cli import cli
+from railui.doctor import Check, doctor
+from railui.doctor.vehicles import COOPERRIDER, check_bogie
+from railui.vehicle.design_reader import Design, load_design, parse_design
+
+HOME = Path(__file__).parents[2]
+
+
+def test_every_published_value_comes_out_within_ten_seconds_of_a_processor() -> None:
+    begun = time.process_time()
+    found = doctor()
+    busy = time.process_time() - begun
+    assert [check["name"] for check in found["checks"] if not check["ok"]] == []
+    assert len(found["checks"]) > 30 and busy < 10
+
+
+@pytest.mark.parametrize(
+    ("name", "design"), [("check_bogie", check_bogie()), ("cooperrider", parse_design(COOPERRIDER))]
+)
+def test_its_vehicles_are_those_of_the_designs(name: str, design: Design) -> None:
+    file = load_design(HOME / f"designs/{name}.yaml")
+    assert dict(design.values) == pytest.approx(dict(file.values), rel=1e-12)
+    assert [(e.kind, dict(e.parameters)) for e in design.effects] == [
+        (e.kind, dict(e.parameters)) for e in file.effects
+    ]
+
+
+def test_a_check_is_as_sharp_as_its_tolerance() -> None:
+    assert Check("x", 1.0, 1.0009, "s", 1e-3).ok and not Check("x", 1.0, 1.0011, "s", 1e-3).ok
+    assert Check("x", [None, 1.0], [None, 1.0], "s", 0.0).ok and not Check("x", [None, 1.0], [0.5, 1.0], "s", 1.0).ok
+    assert not Check("x", "v3", "v4", "s").ok and not Check("x", 1.0, None, "s", 1.0).ok
+
+
+def test_a_check_that_fails_is_told_and_exits_with_4(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("railui.doctor.lines.spectrum_sd", lambda *_: 1.0)
+    monkeypatch.setattr("railui.doctor.lines.comfort_time", lambda *_: 1 / 0)
+    done = CliRunner().invoke(cli, ["doctor", "--json", "-", "-q"])
+    assert done.exit_code == 4
+    told = json.loads(done.stdout)
+    failed = [check for check in told["checks"] if not check["ok"]]
+    assert len(failed) == 3 and "ZeroDivisionError" in failed[-1]["got"]
+    assert {"name", "expected", "got", "ok", "source"} <= set(failed[0])
+
+
+@pytest.mark.parametrize("kind", ["design", "campaign", "study"])
+def test_schemas_are_json_schemas(kind: str) -> None:
+    done = CliRunner().invoke(cli, ["schema", kind])
+    assert done.exit_code == 0
+    assert json.loads(done.stdout)["$schema"].startswith("https://json-schema.org/")
+    assert CliRunner().invoke(cli, ["schema", "vehicle"]).exit_code == 2

@@ -1,0 +1,140 @@
+"""Checking any file: what it is, all that is wrong with it; and the schemas for editors."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from railui.campaign.campaign import Campaign
+from railui.documents.check import check, load
+from railui.documents.recognise import recognise
+from railui.documents.schema import schema
+from railui.io.problems import FileProblems, Findings, Problem, nearest
+from railui.runs.run import Run
+from railui.vehicle.design_reader import Design
+from railui.vehicle.parameters import PARAMETERS
+
+Told = Callable[[Callable[[], object]], list[Problem]]
+Records = list[dict[str, Any]]
+
+
+def test_a_file_is_recognised_by_its_schema_its_keys_or_its_columns(campaign_folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "track.csv").write_text("s [m],yw [m]\n0,0\n")
+    (tmp_path / "study.yaml").write_text("vehicle: a.yaml\nvariables: {}\n")
+    (tmp_path / "named.yaml").write_text("schema: railui.study/1\nvehicle: a.yaml\n")
+    kinds = {
+        campaign_folder: "campaign",
+        campaign_folder / "campaign.yaml": "campaign",
+        campaign_folder / "vehicle.yaml": "design",
+        campaign_folder / "run_a.csv": "run",
+        tmp_path / "track.csv": "track",
+        tmp_path / "study.yaml": "study",
+        tmp_path / "named.yaml": "study",
+    }
+    assert {path: recognise(path) for path in kinds} == kinds
+
+
+def test_what_is_none_of_ours_is_told(tmp_path: Path, told: Told) -> None:
+    (tmp_path / "a.yaml").write_text("colour: red\n")
+    (tmp_path / "a.csv").write_text("height [mm],width [mm]\n0,0\n")
+    (tmp_path / "loop.json").write_text('{"schema": "railui.loop/1"}')
+    for name in ("a.yaml", "a.csv"):
+        assert told(lambda name=name: recognise(tmp_path / name))[0].message == "is no file of railui"
+    assert "is a loop" in told(lambda: recognise(tmp_path / "loop.json"))[0].message
+
+
+def test_each_file_loads_as_what_it_is(campaign_folder: Path) -> None:
+    assert isinstance(load(campaign_folder), Campaign)
+    assert isinstance(load(campaign_folder / "vehicle.yaml"), Design)
+    assert isinstance(load(campaign_folder / "run_a.csv"), Run)
+
+
+def test_a_good_campaign_has_no_problem(campaign_folder: Path) -> None:
+    assert check([campaign_folder, campaign_folder / "vehicle.yaml"]) == []
+
+
+def test_problems_of_several_files_come_together(campaign_folder: Path) -> None:
+    vehicle = campaign_folder / "vehicle.yaml"
+    vehicle.write_text(vehicle.read_text().replace("55 kN", "55 m"))
+    found = check([campaign_folder, vehicle, campaign_folder / "absent.yaml"])
+    assert [(Path(p.file).name, p.line, p.column) for p in found] == [
+        ("vehicle.yaml", 6, 15),
+        ("absent.yaml", 0, 0),
+    ]
+
+
+def test_a_campaign_is_checked_with_its_runs(campaign_folder: Path) -> None:
+    run = campaign_folder / "run_b.csv"
+    run.write_text(run.read_text().replace("e1 [m]", "e1 [s]"))
+    assert [(Path(p.file).name, p.key) for p in check([campaign_folder])] == [("run_b.csv", "e1")]
+
+
+def test_a_warning_is_no_error(campaign_folder: Path) -> None:
+    vehicle = campaign_folder / "vehicle.yaml"
+    vehicle.write_text(vehicle.read_text().replace("55 kN", "5 kN"))
+    (warning,) = check([vehicle])
+    assert warning.severity == "warning" and str(warning).startswith(
+        f"{vehicle}:6:15: warning: vehicle.wheel_load: 4 N is"
+    )
+
+
+def test_noise_of_a_column_that_no_run_has_is_a_warning(campaign_folder: Path) -> None:
+    path = campaign_folder / "campaign.yaml"
+    path.write_text(path.read_text().replace("e1: 0.05 mm", "e1: 0.05 mm, d2: 0.02 mm"))
+    assert [(p.key, p.severity, p.line) for p in check([campaign_folder])] == [("noise.d2", "warning", 6)]
+
+
+def test_problems_print_place_key_what_and_remedy_in_order() -> None:
+    findings = Findings("f.yaml", {"": (1, 1), "a": (2, 3), "a.b": (4, 5)})
+    findings.add("a.b", "is wrong", "mend it")
+    findings.add("a.c", "is missing", "add it")
+    with pytest.raises(FileProblems) as caught:
+        findings.stop()
+    assert str(caught.value) == "f.yaml:2:3: a.c: is missing, add it\nf.yaml:4:5: a.b: is wrong, mend it"
+    assert set(caught.value.problems[0].as_dict()) >= {"file", "line", "column", "key", "message", "remedy"}
+
+
+def test_the_nearest_name_is_told_or_all_of_few() -> None:
+    assert nearest("Mass", ["yaw_inertia", "mass"]) == "did you mean 'mass'?"
+    assert nearest("colour", ["mass", "yaw_inertia"]) == "known are mass, yaw_inertia"
+    assert nearest("colour", [f"name_{i}" for i in range(40)] + ["colossal"]) == "the nearest is 'colossal'"
+
+
+# schemas
+
+
+@pytest.mark.parametrize("kind", ["design", "campaign", "study"])
+def test_a_schema_is_json_and_names_its_version(kind: str, catalogue: Records) -> None:
+    made = json.loads(json.dumps(schema(kind, catalogue), allow_nan=False))
+    assert made["$id"] == f"railui.{kind}/1" and made["title"] == kind
+
+
+def test_every_parameter_stands_in_the_schema_with_unit_and_default(catalogue: Records) -> None:
+    made = schema("design", catalogue)
+
+    def resolved(entry: dict[str, Any]) -> dict[str, Any]:
+        return made["$defs"][entry["$ref"].rsplit("/", 1)[1]] if "$ref" in entry else entry
+
+    for path, parameter in PARAMETERS.items():
+        here = made["anyOf"][1 if "rig" in path else 0]
+        for step in path.split("."):
+            here = resolved(here)["properties"][step]
+        assert here["unit"] == parameter.unit and here.get("default") == parameter.default
+        assert here.get("prior_standard_deviation") == parameter.prior
+
+
+def test_the_schema_lists_every_effect_but_no_sensor(catalogue: Records) -> None:
+    entries = schema("design", catalogue)["anyOf"][0]["properties"]["effects"]["items"]["oneOf"]
+    kinds = {entry["properties"]["kind"]["const"] for entry in entries}
+    assert "free_play" in kinds and not {k for k in kinds if k.startswith("sensor")}
+    sensors = schema("campaign", catalogue)["properties"]["sensors"]["items"]["oneOf"]
+    assert [entry["properties"]["kind"]["const"] for entry in sensors] == ["sensor_gain", "sensor_offset"]
+
+
+def test_another_schema_is_refused() -> None:
+    with pytest.raises(ValueError, match="design, campaign, study"):
+        schema("loop", [])

@@ -1,0 +1,176 @@
+"""The closed loop: the bundled campaign, nothing missing, answers taken away; figures computed again as an outsider."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import read
+from railui.identification.loop import Found, close_loop
+from railui.report.loop.data import loop_report
+from railui.report.loop.files import write_simulated
+from tests.blind.made import made
+from tests.docs.results import rows_of, undocumented, unheard_of
+
+ROOT = Path(__file__).parents[2]
+BUNDLED = ROOT / "designs" / "campaigns" / "worn_axle_box"
+SHARED = ROOT.parent / "shared" / "runs"
+FREE_PLAY = "free_play at=primary_lateral half_width=4e-4"
+CHANNELS = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
+KEYS = {
+    "schema", "version", "seed", "simd", "seconds", "campaign", "runs", "declared", "before", "after", "floor",
+    "unexplained", "verdict", "effects", "outside", "classes", "ranking", "traces", "detectable", "means", "riding",
+    "parameters",
+}  # fmt: skip
+# what a reader of the report wants besides: where it comes from, its first sentence, its cost, its footnotes
+BESIDES = {"profiles", "windows", "inputs", "sentence", "simulations", "notes", "gate", "identifiability"}
+
+
+@dataclass(frozen=True)
+class Closed:
+    """The loop closed on the bundled campaign, its report, and where its simulated channels were written."""
+
+    found: Found
+    report: dict[str, Any]
+    directory: Path
+
+
+@pytest.fixture(scope="module")
+def closed(tmp_path_factory: pytest.TempPathFactory) -> Closed:
+    found = close_loop(read(load_campaign(BUNDLED)), jobs=2)
+    directory = tmp_path_factory.mktemp("loop")
+    write_simulated(found, directory)
+    report = json.loads(json.dumps(loop_report(found), allow_nan=False))
+    return Closed(found, report, directory)
+
+
+def numbers(data: Any) -> Iterator[float]:
+    if isinstance(data, dict):
+        data = list(data.values())
+    if isinstance(data, list):
+        for x in data:
+            yield from numbers(x)
+    elif isinstance(data, float):
+        yield data
+
+
+def test_the_worn_axle_box_has_play_on_both_wheelsets(closed: Closed):
+    assert closed.report["verdict"] == "effect"
+    (one,) = closed.report["effects"]
+    assert (one["kind"], one["at"], one["wheelset"]) == ("free_play", "primary_lateral", None)
+    half_width = one["parameters"]["half_width"]
+    assert half_width["unit"] == "m"
+    assert 0.0 < half_width["sd"] < 0.05 * half_width["value"]
+
+
+def test_with_the_play_the_error_is_down_to_the_floor(closed: Closed):
+    r = closed.report
+    assert r["after"]["nrmse"] <= 1.10 * r["floor"]["nrmse"]
+    assert r["after"]["nrmse"] < 0.5 * r["before"]["nrmse"] < 0.5 * r["declared"]["nrmse"]
+    assert r["unexplained"] == pytest.approx(r["after"]["nrmse"] / r["floor"]["nrmse"])
+
+
+def test_the_report_has_the_keys_that_are_promised(closed: Closed):
+    r = closed.report
+    assert set(r) == KEYS | BESIDES
+    assert r["schema"] == "railui.loop/1"
+    assert set(r["declared"]) == set(r["after"]) == {"nrmse", "channels"}
+    assert set(r["before"]) == {"nrmse", "channels", "constrained"}
+    assert set(r["floor"]) == {"nrmse", "sd", "channels", "sensors_only", "source"}
+    assert {"file", "role", "sha256", "samples", "stretches"} <= set(r["runs"][0])
+    assert all(set(x) == {"declared", "before", "value", "sd", "unit", "flag"} for x in r["parameters"].values())
+    assert all(set(x) == {"kind", "at", "wheelset", "rho", "nrmse", "refitted", "weight"} for x in r["ranking"])
+    assert all({"kind", "at", "wheelset", "parameter", "value", "unit", "power"} <= set(x) for x in r["detectable"])
+    assert set(r["riding"]) == {"measured", "declared", "before", "after"}
+
+
+def test_every_key_of_the_report_has_its_row_in_the_docs_and_every_row_its_key(closed: Closed):
+    rows = rows_of("loop")
+    assert undocumented([closed.report], rows) == []
+    assert unheard_of([closed.report], rows) == []
+
+
+def test_every_number_of_the_report_is_finite(closed: Closed):
+    found = list(numbers(closed.report))
+    assert len(found) > 300
+    assert all(math.isfinite(x) for x in found)
+
+
+def test_the_ranking_counts_nothing_among_the_candidates_and_its_weights_sum_to_one(closed: Closed):
+    rows = closed.report["ranking"]
+    assert [r["kind"] for r in rows].count("none") == 1
+    assert rows[0]["kind"] == "free_play"
+    assert sum(r["weight"] for r in rows) == pytest.approx(1.0)
+    assert len({(r["kind"], r["at"], r["wheelset"]) for r in rows}) == len(rows)
+
+
+def test_the_class_of_the_play_holds_the_play(closed: Closed):
+    classes = closed.report["classes"]
+    assert classes and all("free_play" in kinds for kinds in classes)
+
+
+def by_hand(simulated: Path, run: Path, which: str) -> float:
+    """nrmse from the written files, with nothing but numpy and scipy."""
+    x, z = (np.genfromtxt(path, delimiter=",", names=True, deletechars="") for path in (run, simulated))
+    rate = 1.0 / np.median(np.diff(z["t"]))
+    sos = signal.butter(4, [0.3, min(40.0, 0.45 * rate)], "bandpass", fs=rate, output="sos")
+    cut = round(2.0 * rate)
+    squares = []
+    for channel in CHANNELS:
+        name = next(n for n in x.dtype.names if n.split("[")[0].strip(" _") == channel)
+        measured, model = (signal.sosfiltfilt(sos, y)[cut:-cut] for y in (x[name], z[f"{which}.{channel}"]))
+        squares.append(np.sum((measured - model) ** 2) / np.sum(measured**2))
+    return float(np.sqrt(np.mean(squares)))
+
+
+@pytest.mark.parametrize("which", ["declared", "before", "after"])
+def test_anybody_can_compute_the_error_again_from_the_written_files(closed: Closed, which: str):
+    simulated = closed.directory / "simulated_run_b.csv.gz"
+    assert by_hand(simulated, BUNDLED / "run_b.csv.gz", which) == pytest.approx(closed.report[which]["nrmse"], rel=1e-6)
+
+
+def test_the_adjusting_run_is_written_too(closed: Closed):
+    simulated = closed.directory / "simulated_run_a.csv.gz"
+    assert by_hand(simulated, BUNDLED / "run_a.csv.gz", "after") < 0.5 * by_hand(
+        simulated, BUNDLED / "run_a.csv.gz", "before"
+    )
+
+
+def test_where_nothing_is_missing_nothing_is_named():
+    found = close_loop(made().measurement, jobs=2)
+    report = loop_report(found)
+    assert found.verdict == report["verdict"] == "none"
+    assert report["effects"] == [] and report["outside"] is None and report["classes"] == []
+    assert report["after"] == {k: report["before"][k] for k in ("nrmse", "channels")}
+    assert report["unexplained"] < 1.10
+    assert {r["kind"] for r in report["detectable"]} >= {"free_play", "dry_friction"}
+
+
+@pytest.mark.slow
+def test_with_its_answers_taken_away_the_loop_does_not_name_another_cleanly():
+    found = close_loop(made(FREE_PLAY).measurement, without=("free_play", "bump_stop", "cubic_stiffness"), jobs=2)
+    outside = found.verdict == "outside" and found.outside is not None and found.outside.at == "primary_lateral"
+    assert outside or found.unexplained > 1.5
+    assert not any(e.kind in ("free_play", "bump_stop", "cubic_stiffness") for e in found.after.model.effects)
+    assert undocumented([loop_report(found)], rows_of("loop")) == []
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no campaigns beside the repository")
+@pytest.mark.parametrize(
+    "name", ["blind_a", "blind_b", "low_adhesion", "nothing_missing", "stiff_friction", "worn_axle_box"]
+)
+def test_the_campaigns_beside_the_repository_end_at_their_floor(name: str):
+    found = close_loop(read(load_campaign(SHARED / name)), jobs=2)
+    if name == "nothing_missing":
+        assert found.verdict == "none"
+    assert found.judged["after"].nrmse <= 1.10 * found.floor.nrmse

@@ -1,0 +1,120 @@
+"""A study: variables, cases, aims, and their faults."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from railui.io.problems import Problem
+from railui.optimisation.study import Constraint, Objective, Study, load_study
+
+Told = Callable[[Callable[[], object]], list[Problem]]
+STUDY = """\
+vehicle: vehicle.yaml
+variables:  {vehicle.primary.lateral_stiffness: [1 MN/m, 8 MN/m], vehicle.secondary.yaw_damping: [5e3, 200 kN*m*s/rad]}
+cases:      {track: [erri_b176_low length=2000], speed: [40 m/s, 144 km/h], seed: [1, 2], scenario: [{}, {contact.leading.conicity: 0.3, contact.trailing.conicity: 0.3}], draws: 0}
+objectives: [{minimise: weighted_acceleration, over: mean}, {maximise: flange_margin, over: worst}]
+constraints: ["linear_damping >= 0.05", "comfort_hours >= 90 min", "wear_number <= 0.2 kN"]
+method:     {kind: nsga2, population: 64, generations: 20, seed: 1}
+"""  # noqa: E501
+
+
+@pytest.fixture
+def study(tmp_path: Path, bogie: str) -> Callable[..., Study]:
+    """Reads the study with some of its text replaced."""
+    (tmp_path / "vehicle.yaml").write_text(bogie)
+
+    def read(*changes: tuple[str, str], **more: Any) -> Study:
+        text = STUDY
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / "study.yaml").write_text(text)
+        return load_study(tmp_path / "study.yaml", **more)
+
+    return read
+
+
+def test_a_study_of_the_documents_is_read(study: Callable[..., Study]) -> None:
+    read = study()
+    assert [(v.path, v.lowest, v.highest, v.unit) for v in read.variables] == [
+        ("vehicle.primary.lateral_stiffness", 1e6, 8e6, "N/m"),
+        ("vehicle.secondary.yaw_damping", 5e3, 2e5, "N*m*s/rad"),
+    ]
+    assert read.cases.speed == (40.0, 40.0) and read.cases.seed == (1, 2) and read.cases.draws == 0
+    assert read.cases.scenario[1] == {"contact.leading.conicity": 0.3, "contact.trailing.conicity": 0.3}
+    assert read.objectives == (
+        Objective("weighted_acceleration", "minimise", "mean"),
+        Objective("flange_margin", "maximise", "worst"),
+    )
+    assert read.constraints[1:] == (
+        Constraint("comfort_hours", ">=", 1.5, "comfort_hours >= 90 min"),
+        Constraint("wear_number", "<=", 200.0, "wear_number <= 0.2 kN"),
+    )
+    assert (read.method.population, read.method.generations) == (64, 20)
+    assert (read.cases.radius, read.cases.cant_deficiency) == (600.0, 0.1)
+
+
+def test_one_value_may_stand_for_a_list(study: Callable[..., Study]) -> None:
+    read = study(("[40 m/s, 144 km/h]", "40"), ("[erri_b176_low length=2000]", "fra_4"), ("seed: [1, 2]", "seed: 3"))
+    assert (read.cases.speed, read.cases.track, read.cases.seed) == ((40.0,), ("fra_4",), (3,))
+
+
+def test_every_fault_is_told_at_once(study: Callable[..., Study], told: Told) -> None:
+    found = told(
+        lambda: study(
+            (
+                "lateral_stiffness: [1 MN/m, 8 MN/m]",
+                "lateral_stifness: [1 MN/m, 8 MN/m], contact.leading: [1, 2]",
+            ),
+            ("200 kN*m*s/rad", "200 kN"),
+            ("erri_b176_low length=2000", "erri_b176_low length 2000, gone.csv"),
+            ("40 m/s, 144 km/h", "144"),
+            ("draws: 0", "draws: 2"),
+            ("contact.leading.conicity: 0.3", "contact.leading.conicty: 0.3"),
+            ("weighted_acceleration, over: mean", "weighted_aceleration, over: meen"),
+            ("maximise: flange_margin", "maximise: class"),
+            (">= 0.05", "= 0.05"),
+            ("wear_number <= 0.2 kN", "wear_number <= 2 m"),
+            ("nsga2", "nsga"),
+            ("population", "populaton"),
+        )
+    )
+    assert [(p.line, p.key) for p in found] == [
+        (2, "variables.vehicle.primary.lateral_stifness"),
+        (2, "variables.contact.leading"),
+        (2, "variables.vehicle.secondary.yaw_damping.1"),
+        (3, "cases.track.0"),
+        (3, "cases.track.1"),
+        (3, "cases.speed.0"),
+        (3, "cases.scenario.1.contact.leading.conicty"),
+        (3, "cases.draws"),
+        (4, "objectives.0.minimise"),
+        (4, "objectives.0.over"),
+        (4, "objectives.1.maximise"),
+        (5, "constraints.0"),
+        (5, "constraints.2"),
+        (6, "method.kind"),
+        (6, "method.populaton"),
+    ]
+    assert "were km/h meant?" in found[5].remedy
+
+
+def test_a_range_must_rise(study: Callable[..., Study], told: Told) -> None:
+    assert "does not rise" in told(lambda: study(("[1 MN/m, 8 MN/m]", "[8 MN/m, 1 MN/m]")))[0].message
+
+
+def test_a_track_is_checked_by_who_makes_it(study: Callable[..., Study], told: Told) -> None:
+    def refuse(text: str) -> None:
+        raise ValueError(f"no spectrum in {text}")
+
+    (found,) = told(lambda: study(check_track=refuse))
+    assert found.key == "cases.track.0" and found.message == "no spectrum in erri_b176_low length=2000"
+
+
+@pytest.mark.parametrize("key", ["variables", "cases", "objectives", "vehicle"])
+def test_what_a_study_cannot_do_without_is_told(study: Callable[..., Study], key: str, told: Told) -> None:
+    assert key in [p.key for p in told(lambda: study((f"{key}:", f"x_{key}:")))]

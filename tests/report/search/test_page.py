@@ -1,0 +1,112 @@
+"""The page of a search shows what its result holds: front, knee, baseline, spread, failures, where it comes from."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from html.parser import HTMLParser
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from railui.cli import cli
+from railui.optimisation.study import Variable
+from railui.report.numbers import number
+from railui.report.search.page import chosen
+from tests.execution.small import write_study
+
+
+class Page(HTMLParser):
+    """Text by section, tables by section as rows of cells, pictures by section."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.section, self.words = "", dict[str, str]()
+        self.rows: dict[str, list[list[str]]] = {}
+        self.pictures: dict[str, list[str]] = {}
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        told = dict(attrs)
+        if tag == "section":
+            self.section = told.get("id") or ""
+        elif tag == "tr":
+            self.rows.setdefault(self.section, []).append([])
+        elif tag in ("td", "th") and self.rows.get(self.section):
+            self.rows[self.section][-1].append("")
+        elif tag == "img":
+            self.pictures.setdefault(self.section, []).append(told.get("src") or "")
+
+    def handle_data(self, data: str) -> None:
+        self.words[self.section] = self.words.get(self.section, "") + data
+        if self.rows.get(self.section) and self.rows[self.section][-1]:
+            self.rows[self.section][-1][-1] += data.strip()
+
+
+@pytest.fixture(scope="module")
+def searched(tmp_path_factory: pytest.TempPathFactory) -> tuple[Page, dict[str, Any], str]:
+    home = tmp_path_factory.mktemp("study")
+    study = write_study(home, length=200, population=8, generations=3)
+    done = CliRunner().invoke(cli, ["optimise", str(study), "-o", str(home / "out"), "-q"])
+    assert done.exit_code == 0, done.output
+    text = (home / "out" / "report.html").read_text("utf-8")
+    return Page(text), json.loads((home / "out" / "result.json").read_text("utf-8")), text
+
+
+def test_every_design_of_the_front_stands_in_the_table_with_its_numbers(searched: tuple[Page, dict[str, Any], str]):
+    page, result, _ = searched
+    rows = page.rows["table"][1:]
+    assert [int(row[0]) for row in rows] == list(range(len(result["pareto"])))
+    for row, point in zip(rows, result["pareto"], strict=True):
+        assert [number(x) for x in point["objectives"]] == row[3:5]
+
+
+def test_the_knee_stands_beside_the_vehicle_as_it_is_with_the_spread_on_fresh_seeds(
+    searched: tuple[Page, dict[str, Any], str],
+):
+    page, result, _ = searched
+    head, *rows = page.rows["chosen"]
+    assert head[2] == "as it is" and head[3] == f"knee ({result['knee']})"
+    aims = [row for row in rows if row[0].startswith(("minimise", "maximise"))]
+    knee = result["pareto"][result["knee"]]
+    assert [row[2] for row in aims] == [number(x) for x in result["baseline"]["objectives"]]
+    assert [row[3] for row in aims] == [number(x) for x in knee["objectives"]]
+    fresh = [row[3] for row in rows if row[0] == "on fresh seeds"]
+    assert len(fresh) == len(aims) and all("±" in cell for cell in fresh)
+
+
+def test_a_value_is_marked_where_it_stands_on_a_bound_of_its_range_as_the_search_walks_it():
+    """Over two decades 1.5e3 is a tenth of the way from 1e3, though a two-hundredth of the difference."""
+    path = "vehicle.secondary.yaw_damping"
+    study = SimpleNamespace(variables=[Variable(path, 1e3, 1e5, "N*m*s/rad")], constraints=[])
+
+    def point(value: float) -> dict[str, Any]:
+        return {"variables": {path: value}, "objectives": [], "constraints": []}
+
+    report = {"baseline": point(1.5e3), "pareto": [point(1e5)], "knee": 0, "aims": [], "limits": []}
+    told = chosen(study, report)  # type: ignore[arg-type]
+    assert told["rows"] == [{"name": path, "unit": "kN·m·s/rad", "cells": ["1.50", "100 (bound)"]}]
+
+
+def test_the_search_tells_its_designs_failures_and_sources(searched: tuple[Page, dict[str, Any], str]):
+    page, result, _ = searched
+    assert ["designs", str(result["evaluations"])] in page.rows["search"]
+    assert ["failed", str(result["failed"])] in page.rows["search"]
+    assert result["inputs"]
+    for source in result["inputs"]:
+        assert source["sha256"][:12] in page.words["provenance"]
+
+
+def test_front_parallel_coordinates_progress_and_sensitivities_are_drawn_and_nothing_is_fetched(
+    searched: tuple[Page, dict[str, Any], str],
+):
+    page, _, text = searched
+    for section in ("front", "parallel", "search", "sensitivities"):
+        assert page.pictures[section], section
+        for source in page.pictures[section]:
+            kind, _, data = source.partition(",")
+            assert kind.startswith("data:image/") and len(base64.b64decode(data)) > 2000
+    assert not re.search(r"(src|href)=\"(?!data:|#)", text)

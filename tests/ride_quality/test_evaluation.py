@@ -1,0 +1,234 @@
+"""Riding quality of vehicles on a track: by hand on simulated series, and alike in any company."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from railui.bench.standard_job import bogie
+from railui.dsp.discretise import discretise
+from railui.io.problems import FileProblems
+from railui.ride_quality.comfort import before
+from railui.ride_quality.evaluation import ride, ride_many, rides, road_of, simulate
+from railui.ride_quality.statistics import statistics_many
+from railui.ride_quality.weighting import W_D, comfort_cascades, weighted_rms
+from railui.track import Track
+from railui.track.excitation import Road, lay
+from railui.track.reader import save_track
+from railui.vehicle.design_reader import Design, load_design
+from railui.vehicle.model import Model
+
+HOME = Path(__file__).parents[2]
+BOGIE = load_design(HOME / "designs/test_bogie.yaml")
+CHECK = load_design(HOME / "designs/check_bogie.yaml")
+LOW = "erri_b176_low length=400 seed=1"
+CREEP = {"kind": "creep_saturation", "at": "contact", "friction": 0.35}
+
+
+def with_effects(*entries: dict[str, Any], base: Design = BOGIE) -> Design:
+    text = "".join(f"\n  - {{{', '.join(f'{k}: {v}' for k, v in entry.items())}}}" for entry in entries)
+    source = (HOME / f"designs/{'test' if base is BOGIE else 'check'}_bogie.yaml").read_text("utf-8")
+    return load_design(f"{source}\neffects:{text}\n")
+
+
+def same(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    """Equal to the last digit, but for what only a single ride has."""
+    own = {"reference": None, "forces": None}
+    return {**one, **own} == {**other, **own}
+
+
+def test_displacements_are_mean_spread_and_share_of_contact_of_the_series() -> None:
+    tight = BOGIE.with_values({"contact.flange_clearance": 2e-3})
+    series = simulate(tight, LOW, 40.0, ["e1", "e2"])
+    found = ride(tight, LOW, 40.0)
+    e = np.array([series["e1"], series["e2"]])
+    assert found["statistics"]["mean_e"] == pytest.approx(e.mean(axis=1), rel=1e-6, abs=1e-12)
+    assert found["statistics"]["sd_e"] == pytest.approx(e.std(axis=1), rel=1e-9)
+    assert found["flange_fractions"] == pytest.approx((np.abs(e) >= 2e-3).mean(axis=1), abs=1e-12)
+    assert 0 < found["flange_fraction"] == max(found["flange_fractions"])
+
+
+def test_weighted_accelerations_are_those_of_the_filtered_series() -> None:
+    x = simulate(BOGIE, LOW, 40.0, ["ayf"])["ayf"]
+    found = ride(BOGIE, LOW, 40.0)
+    for name, sections in comfort_cascades(BOGIE.riding, 0.0025).items():
+        rms = float(np.sqrt(np.mean(signal.sosfilt(sections.copy(), x) ** 2)))
+        told = 4.42 * rms**0.3 if name == "wz" else rms
+        assert found[name] == pytest.approx(told, rel=1e-9), name
+
+
+def test_the_reference_weighs_in_the_frequency_domain() -> None:
+    x = simulate(BOGIE, LOW, 40.0, ["ayf"])["ayf"]
+    point = before(BOGIE.riding)
+    found = ride(BOGIE, LOW, 40.0)["reference"]
+    wd = weighted_rms(x, 0.0025, lambda f: point.modulus(f) * W_D.modulus(f))
+    assert found["weighted_acceleration"] == pytest.approx(wd, rel=1e-12)
+
+
+def test_streaming_and_reference_agree_within_three_per_cent_on_two_kilometres() -> None:
+    found = ride(BOGIE, "erri_b176_low length=2000 seed=1", 40.0)
+    for key, value in found["reference"].items():
+        assert found[key] == pytest.approx(value, rel=0.03), key
+
+
+def test_blocks_of_five_seconds_give_n_mv_from_five_minutes_on() -> None:
+    track, dt = "erri_b176_low length=9100 seed=1 spacing=0.2", 0.2 / 30.0
+    sections = comfort_cascades(BOGIE.riding, dt)["weighted_acceleration"]
+    felt = signal.sosfilt(sections.copy(), simulate(BOGIE, track, 30.0, ["ayf"])["ayf"])
+    blocks = [np.sqrt(np.mean(felt[k : k + 750] ** 2)) for k in range(0, len(felt) - 749, 750)]
+    assert ride(BOGIE, track, 30.0)["n_mv"] == pytest.approx(6 * np.percentile(blocks, 95), rel=1e-9)
+    assert ride(BOGIE, LOW, 40.0)["n_mv"] is None
+
+
+def all_same(found: list[dict[str, Any]], expected: list[dict[str, Any]]) -> bool:
+    return all(same(one, other) for one, other in zip(found, expected, strict=True))
+
+
+def company() -> list[Design]:
+    """Twenty-three designs of two structures, two wheelbases and two uses."""
+    rng = np.random.default_rng(1)
+    found = []
+    for i in range(23):
+        base = with_effects(CREEP) if i % 3 == 0 else BOGIE
+        changes: dict[str, Any] = {"vehicle.primary.lateral_stiffness": float(rng.uniform(2e6, 5e6))}
+        if i % 4 == 0:
+            changes["vehicle.geometry.half_wheelbase"] = 1.1
+        if i % 5 == 0:
+            changes["riding.use"] = "local"
+        found.append(base.with_values(changes))
+    return found
+
+
+def test_a_design_rides_the_same_alone_and_in_any_company_on_any_threads() -> None:
+    designs = company()
+    road = road_of(LOW, 40.0)
+    alone = [rides([Model(design)], road, 1)[0] for design in designs]
+    for jobs in (1, 2):
+        assert all_same(ride_many(designs, LOW, 40.0, jobs), alone)
+    backwards = ride_many(designs[::-1], LOW, 40.0)[::-1]
+    assert all_same(backwards, alone)
+    assert same(ride(designs[0], LOW, 40.0), alone[0])
+
+
+def test_a_stiff_design_takes_more_steps_and_leaves_its_neighbours_theirs() -> None:
+    stiff = BOGIE.with_values({"vehicle.primary.lateral_stiffness": 3e8})
+    found = ride_many([BOGIE, stiff, BOGIE], LOW, 40.0)
+    assert found[1]["steps"] > found[0]["steps"] == found[2]["steps"] == 1
+    assert same(found[0], found[2]) and same(found[1], ride(stiff, LOW, 40.0))
+
+
+def test_a_vehicle_that_diverges_is_dangerous_and_told_where() -> None:
+    found = ride(CHECK, "erri_b176_high length=1000 seed=1", 80.0)
+    assert found["class"] == "dangerous" and found["score"] == 0.0
+    assert 0 < found["diverged"]["at_s"] < 1000
+    assert found["weighted_acceleration"] is None and found["reference"] is None
+    assert any("diverged" in note for note in found["notes"])
+    series = simulate(CHECK, "erri_b176_high length=1000 seed=1", 80.0)
+    assert np.isnan(series["e1"][-1]) and np.isfinite(series["e1"][0])
+
+
+def test_a_note_tells_where_no_step_can_follow_a_motion() -> None:
+    text = {"kind": "bump_stop", "at": "primary_lateral", "gap": 5e-4}
+    hard, soft = (ride(with_effects(text | {"stiffness": k}), "erri_b176_high length=300", 40.0) for k in (1e9, 1e5))
+    assert any("steps: " in note and "instead of" in note for note in hard["notes"])
+    assert not any("steps: " in note for note in soft["notes"])
+
+
+@pytest.mark.parametrize("speed", [5.0, 20.0, 60.0, 90.0, 120.0])
+def test_what_a_score_rests_on_is_right_to_a_ten_thousandth_at_any_speed(speed: float) -> None:
+    model, road = bogie(), road_of("erri_b176_high length=300 seed=1", speed)
+    taken = model.vehicles().steps(model.single(), speed, speed, road.dt)[0]
+    found, exact = (statistics_many(model, model.row[None], road, steps=np.array([n])) for n in (taken, 16 * taken))
+    for key in ("mean_e", "sd_e", "weighted_acceleration", "weighted_acceleration_1974"):
+        scale = np.hypot(exact["mean_e"], exact["sd_e"]) if key.endswith("_e") else exact[key]
+        assert np.max(np.abs(found[key] - exact[key]) / scale) < 1e-4
+
+
+def test_a_track_is_the_same_as_a_spec_an_object_and_a_file(tmp_path: Path) -> None:
+    laid = lay(LOW)
+    file = save_track(tmp_path / "line.csv", *(getattr(laid.track, q) for q in ("s", "yw", "phiw", "gauge")))
+    spec, track, table = (ride(BOGIE, given, 40.0) for given in (LOW, laid.track, file))
+    assert track["score"] == spec["score"]
+    assert table["score"] == pytest.approx(spec["score"], rel=1e-9)  # a file holds twelve digits
+    assert (spec["seed"], track["seed"], table["track"]) == (1, None, "line.csv")
+
+
+def test_a_run_is_a_track_of_its_longest_stretch() -> None:
+    found = ride(BOGIE, HOME / "designs/campaigns/worn_axle_box/run_a.csv.gz", 40.0)
+    assert any("longest stretch" in note for note in found["notes"])
+    assert 0.4 < found["weighted_acceleration"] / ride(BOGIE, LOW, 40.0)["weighted_acceleration"] < 2.5
+
+
+def test_a_speed_may_carry_its_unit() -> None:
+    assert ride(BOGIE, LOW, "144 km/h") == ride(BOGIE, LOW, 40.0)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, np.inf, np.nan])
+def test_a_speed_that_is_none_is_refused(speed: float) -> None:
+    with pytest.raises(ValueError, match="speed must be positive"):
+        ride(BOGIE, LOW, speed)
+
+
+def test_another_seed_takes_the_place_of_the_specs() -> None:
+    assert same(ride(BOGIE, LOW, 40.0, seed=7), ride(BOGIE, LOW.replace("seed=1", "seed=7"), 40.0))
+    with pytest.raises(ValueError, match="no seed"):
+        ride(BOGIE, lay(LOW).track, 40.0, seed=2)
+
+
+def test_a_rig_rides_no_track() -> None:
+    with pytest.raises(FileProblems, match="rides no track"):
+        ride(load_design("vehicle: {rig: {mass: 95}}"), LOW, 40.0)
+
+
+def test_a_wide_gauge_widens_the_clearance_only_where_it_is_asked_for() -> None:
+    laid = lay(LOW)
+    gauge = 4e-3 * np.sin(2 * np.pi * laid.track.s / 37)
+    track = Track(laid.track.s, laid.track.yw, laid.track.phiw, gauge)
+    tight = BOGIE.with_values({"contact.flange_clearance": 2e-3})
+    widened = tight.with_values({"contact.gauge_widens_clearance": True})
+    e1 = simulate(tight, track, 40.0, ["e1"])["e1"]
+    assert ride(tight, track, 40.0)["flange_fractions"][0] == pytest.approx((np.abs(e1) >= 2e-3).mean())
+    found = ride(widened, track, 40.0)
+    assert found["flange_fractions"][0] == pytest.approx((np.abs(e1) >= 2e-3 + gauge / 2).mean())
+    assert found["statistics"]["sd_e"][0] == pytest.approx(np.sqrt(e1.var() + (gauge / 2).var()))
+
+
+def test_goods_are_judged_by_rms_and_peak_of_the_load() -> None:
+    limits = {"riding.use": "goods", "riding.rms_limit": 1.0, "riding.peak_limit": 5.0}
+    goods = BOGIE.with_values(limits)
+    x = simulate(goods, LOW, 40.0, ["ayf"])["ayf"]
+    felt = signal.sosfilt(discretise(before(goods.riding), 0.0025), x)
+    model = Model(goods)
+    found = statistics_many(model, model.row[None], road_of(LOW, 40.0))
+    assert found["acceleration"][0] == pytest.approx(np.sqrt(np.mean(felt**2)), rel=1e-9)
+    assert found["acceleration_peak"][0] == pytest.approx(np.abs(felt).max(), rel=1e-9)
+    assert ride(goods, LOW, 40.0)["decided_by"].startswith("score")
+    with pytest.raises(FileProblems, match="rms_limit"):
+        ride(BOGIE.with_values({"riding.use": "goods"}), LOW, 40.0)
+
+
+def test_a_coach_in_the_model_is_the_comfort_point() -> None:
+    coach = {"kind": "coach_mode", "at": "secondary_lateral", "mass": 12e3, "stiffness": 3e5, "damping": 3e4}
+    design = with_effects(coach)
+    series = simulate(design, LOW, 40.0, ["z.frame.0", "z.secondary_lateral.0"])
+    y_coach = series["z.frame.0"] - series["z.secondary_lateral.0"]
+    felt = signal.sosfilt(discretise(W_D, 0.0025), np.gradient(np.gradient(y_coach, 0.0025), 0.0025))
+    found = ride(design, LOW, 40.0)
+    assert found["comfort_point"].startswith("coach")
+    assert found["weighted_acceleration"] == pytest.approx(np.sqrt(np.mean(felt**2)), rel=2e-3)
+
+
+def test_a_road_keeps_few_tables() -> None:
+    road = Road(lay("erri_b176_low length=200"), 40.0)
+    for a in np.linspace(1.0, 1.5, 12):
+        road.table(float(a), 1)
+    assert len(road._tables) <= 8 and road.table(1.5, 1) is road.table(1.5, 1)
+
+
+def test_a_renamed_design_is_the_same_vehicle() -> None:
+    assert same(ride(replace(BOGIE, name="other"), LOW, 40.0), ride(BOGIE, LOW, 40.0))

@@ -1,0 +1,279 @@
+"""Riding quality: the table of ISO 2631, flange contact of a Gaussian, score and class by hand."""
+
+import json
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from railui.ride_quality.measures import (
+    ISO_2631_1974,
+    comfort_clipped,
+    comfort_part,
+    comfort_time,
+    goods_part,
+    guidance_part,
+    log_flange_fraction_gaussian,
+    n_mv,
+    ride_value,
+)
+from railui.ride_quality.score import CLASSES, KEYS, riding_class, riding_quality, score_many
+
+CLEARANCE = 0.007
+LONG = SimpleNamespace(use="long_distance", journey=4 * 3600.0, comfort_weight=0.6, admissible_flange_fraction=0.05)
+LOCAL = SimpleNamespace(use="local", journey=3600.0, comfort_weight=0.4, admissible_flange_fraction=0.05)
+
+
+def gaussian_share(mean, sd, clearance):
+    """phi_G itself."""
+    return np.exp(log_flange_fraction_gaussian(mean, sd, clearance))
+
+
+def ride(**more):
+    """Statistics of a fair ride."""
+    fair = {
+        "mean_e": np.array([1e-4, -2e-4]),
+        "sd_e": np.array([2.0e-3, 1.5e-3]),
+        "flange_fractions": np.array([0.001, 0.0]),
+        "weighted_acceleration": 0.08,
+        "weighted_acceleration_1974": 0.1,
+        "wz": 0.12,
+        "block_rms": np.full(80, 0.08),
+    }
+    return fair | more
+
+
+# --- comfort
+
+
+def test_reduced_comfort_is_reached_at_the_points_of_the_table_over_315():
+    hours = {
+        0.100: 24,
+        0.150: 16,
+        0.224: 8,
+        0.355: 4,
+        0.50: 2.5,
+        0.85: 1,
+        1.25: 25 / 60,
+        1.5: 16 / 60,
+        2.0: 1 / 60,
+    }
+    assert {limit: seconds / 3600 for seconds, limit in ISO_2631_1974} == pytest.approx(hours)
+    for limit, time in hours.items():
+        assert float(comfort_time(limit / 3.15)) == pytest.approx(3600 * time, rel=1e-12)
+
+
+def test_between_two_points_the_curve_is_straight_in_logarithms():
+    # by hand: half way in the logarithm between 1 h and 25 min
+    rms = math.sqrt(0.85 * 1.25) / 3.15
+    assert float(comfort_time(rms)) == pytest.approx(math.sqrt(3600 * 1500), rel=1e-12)
+
+
+def test_outside_the_table_the_time_is_clipped_and_says_so():
+    assert float(comfort_time(0.0)) == pytest.approx(24 * 3600)
+    assert float(comfort_time(0.02)) == pytest.approx(24 * 3600)
+    assert float(comfort_time(5.0)) == pytest.approx(60)
+    assert comfort_clipped([0.0, 0.02, 0.1, 0.6, 0.64]).tolist() == [True, True, False, False, True]
+
+
+@given(st.floats(0, 10), st.floats(0, 10))
+def test_more_acceleration_never_gives_more_time(one, other):
+    calm, rough = sorted((one, other))
+    assert float(comfort_time(calm)) >= float(comfort_time(rough))
+
+
+def test_comfort_is_even_in_the_logarithm_of_time():
+    assert comfort_part([60.0, 86400.0, math.sqrt(60 * 86400), 1.0]) == pytest.approx([0, 1, 0.5, 0])
+
+
+def test_sperlings_wz_is_442_times_the_rms_to_the_power_03():
+    assert float(ride_value(0.3)) == pytest.approx(4.42 * math.exp(0.3 * math.log(0.3)), rel=1e-12)
+    assert float(ride_value(0.0)) == 0.0
+
+
+def test_n_mv_is_six_times_the_95th_percentile_of_blocks_and_absent_under_60():
+    blocks = np.arange(101) / 100
+    assert n_mv(blocks) == pytest.approx(6 * 0.95)
+    assert n_mv(blocks[:59]) is None
+    assert n_mv(blocks[:60]) is not None
+
+
+# --- guidance
+
+
+def test_the_gaussian_share_of_flange_contact_is_the_sum_of_both_tails():
+    m, sd, c = 1e-3, 3e-3, 7e-3
+    by_hand = 0.5 * math.erfc((c - m) / (math.sqrt(2) * sd)) + 0.5 * math.erfc((c + m) / (math.sqrt(2) * sd))
+    assert float(gaussian_share(m, sd, c)) == pytest.approx(by_hand, rel=1e-12)
+    assert float(gaussian_share(-m, sd, c)) == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_the_logarithm_of_the_share_goes_on_where_the_share_itself_is_no_longer_a_number():
+    # far out: 2 exp(-x^2/2)/(x sqrt(2 pi)) (1 - 1/x^2), x = c/sd
+    x = 70.0
+    by_hand = math.log(2) - x**2 / 2 - math.log(x * math.sqrt(2 * math.pi)) + math.log1p(-1 / x**2 + 3 / x**4)
+    assert float(log_flange_fraction_gaussian(0.0, 1e-4, 7e-3)) == pytest.approx(by_hand, rel=1e-9)
+    assert float(gaussian_share(0.0, 1e-4, 7e-3)) == 0.0
+
+
+def test_a_wheelset_that_stands_still_touches_or_does_not():
+    assert gaussian_share([0.0, 8e-3, -8e-3, 7e-3], 0.0, 7e-3) == pytest.approx([0, 1, 1, 0.5])
+
+
+@given(st.floats(-0.02, 0.02), st.floats(0, 0.05), st.floats(0, 0.05))
+def test_shares_lie_between_0_and_1_and_grow_with_the_standard_deviation(mean, one, other):
+    small, large = sorted((one, other))
+    found = [float(gaussian_share(mean, sd, CLEARANCE)) for sd in (small, large)]
+    assert min(found) >= 0 and max(found) <= 1
+    if abs(mean) < CLEARANCE:
+        assert found[0] <= found[1] * (1 + 1e-12)
+
+
+def test_guidance_is_0_at_the_admissible_share_and_1_at_a_millionth():
+    shares = np.log([0.05, 1e-6, math.sqrt(0.05e-6), 0.2, 1e-9])
+    assert guidance_part(shares, 0.05) == pytest.approx([0, 1, 0.5, 0, 1], abs=1e-12)
+    assert float(guidance_part(-np.inf, 0.05)) == 1.0
+
+
+def test_an_admissible_share_of_a_millionth_or_less_is_refused():
+    with pytest.raises(ValueError, match="admissible_flange_fraction"):
+        guidance_part(-5.0, 1e-6)
+
+
+# --- score and class
+
+
+def test_the_score_is_the_weighted_sum_of_both_parts():
+    # by hand; leading wheelset: x = 6.9/2 and 7.1/2, trailing 6.8/1.5 and 7.2/1.5
+    tails = [0.5 * (math.erfc(3.45 / math.sqrt(2)) + math.erfc(3.55 / math.sqrt(2)))]
+    tails += [0.5 * (math.erfc(6.8 / 1.5 / math.sqrt(2)) + math.erfc(7.2 / 1.5 / math.sqrt(2)))]
+    guidance = math.log(0.05 / max(tails)) / math.log(0.05 / 1e-6)
+    slope = math.log(8 / 4) / math.log(0.224 / 0.355)  # 0.1 * 3.15 lies between 8 h and 4 h
+    hours = 4 * math.exp(slope * math.log(0.315 / 0.355))
+    comfort = math.log(60 * hours) / math.log(1440)
+    found = riding_quality(ride(), LONG, CLEARANCE)
+    assert found["comfort_hours"] == pytest.approx(hours, rel=1e-12)
+    assert found["flange_fraction_gaussian"] == pytest.approx(max(tails), rel=1e-12)
+    assert found["flange_margin"] == pytest.approx(3.45, rel=1e-12)
+    assert found["score"] == pytest.approx(100 * (0.6 * comfort + 0.4 * guidance), rel=1e-12)
+    assert found["wz"] == pytest.approx(4.42 * 0.12**0.3)
+    assert found["n_mv"] == pytest.approx(0.48)
+    assert found["flange_fraction"] == 0.001 and found["flange_fractions"] == [0.001, 0.0]
+
+
+def test_a_result_has_the_keys_of_the_command_and_goes_into_json():
+    found = riding_quality(ride(block_rms=[]), LONG, CLEARANCE)
+    assert list(found) == [*KEYS, "notes"]
+    assert found["n_mv"] is None and any("n_mv" in note for note in found["notes"])
+    json.loads(json.dumps(found, allow_nan=False))
+
+
+def test_classes_begin_at_20_40_60_80():
+    scores = [0, 19.99, 20, 39.99, 40, 59.99, 60, 79.99, 80, 100]
+    names = [riding_class(score, 86400.0, 0.0, LONG)[0] for score in scores]
+    assert [CLASSES.index(name) for name in names] == [1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
+
+
+@pytest.mark.parametrize(
+    ("time", "share", "quotient", "expected", "why"),
+    [
+        (5 * 3600, 0.0, None, "very good", "score"),
+        (3 * 3600, 0.0, None, "satisfactory", "within the journey of 4 h"),
+        (0.3 * 3600, 0.0, None, "not admissible", "within a tenth of the journey"),
+        (5 * 3600, 0.06, None, "not admissible", "admissible 5 %"),
+        (5 * 3600, 0.05, None, "very good", "score"),
+        (5 * 3600, 0.51, None, "dangerous", "more than half"),
+        (5 * 3600, 0.0, 0.81, "dangerous", "Y/Q 0.81"),
+        (0.3 * 3600, 0.6, None, "dangerous", "more than half"),
+    ],
+)
+def test_a_limit_that_lowers_the_class_is_named(time, share, quotient, expected, why):
+    name, reason = riding_class(90.0, time, share, LONG, quotient)
+    assert name == expected
+    assert why in reason
+
+
+def test_a_limit_that_lowers_nothing_is_not_named():
+    name, reason = riding_class(45.0, 3 * 3600, 0.0, LONG, parts=(0.2, 0.8))
+    assert name == "satisfactory"
+    assert reason == "score 45.0: comfort 0.20, guidance 0.80, the weaker is comfort"
+
+
+def test_a_vehicle_that_diverged_is_dangerous_and_has_no_numbers():
+    for lost in (ride(diverged=True), ride(sd_e=[np.nan, 1.0]), ride(weighted_acceleration=np.inf)):
+        found = riding_quality(lost, LONG, CLEARANCE)
+        assert (found["score"], found["class"]) == (0.0, "dangerous")
+        assert found["comfort_hours"] is None and found["flange_margin"] is None
+        assert set(found) == {*KEYS, "notes"}
+        json.loads(json.dumps(found, allow_nan=False))
+
+
+def test_a_vehicle_that_does_not_move_has_full_marks_and_no_margin():
+    still = ride(mean_e=[0.0, 0.0], sd_e=[0.0, 0.0], flange_fractions=[0.0, 0.0], wz=0.0)
+    found = riding_quality(still | {"weighted_acceleration_1974": 0.0}, LONG, CLEARANCE)
+    assert found["score"] == pytest.approx(100) and found["class"] == "very good"
+    assert found["comfort_clipped"] is True and found["flange_margin"] is None
+    assert any("24 h" in note for note in found["notes"])
+
+
+def test_goods_are_judged_by_rms_and_peak_against_their_limits():
+    assert float(goods_part(0.5, None, 2.0, None)) == pytest.approx(1 - 0.5 / 2)
+    assert float(goods_part(0.5, 3.0, 2.0, 4.0)) == pytest.approx(1 - 3 / 4)
+    assert float(goods_part(3.0, None, 2.0, None)) == 0.0
+    goods = SimpleNamespace(**(vars(LOCAL) | {"use": "goods", "journey": 0.0, "rms_limit": 2.0, "peak_limit": None}))
+    passengers = riding_quality(ride(), LOCAL, CLEARANCE)
+    load = riding_quality(ride(acceleration=0.5), goods, CLEARANCE)
+    comfort = math.log(60 * passengers["comfort_hours"]) / math.log(1440)
+    assert load["score"] - passengers["score"] == pytest.approx(100 * 0.4 * (0.75 - comfort))
+
+
+def test_goods_without_a_limit_are_refused():
+    with pytest.raises(ValueError, match="rms_limit"):
+        riding_quality(ride(acceleration=0.5), SimpleNamespace(**(vars(LOCAL) | {"use": "goods"})), CLEARANCE)
+
+
+def test_many_rides_at_once_are_the_same_as_one_after_the_other():
+    rng = np.random.default_rng(0)
+    many = {
+        "mean_e": rng.normal(0, 1e-3, (20, 2)),
+        "sd_e": rng.uniform(5e-4, 6e-3, (20, 2)),
+        "flange_fractions": rng.uniform(0, 0.1, (20, 2)),
+        "weighted_acceleration": rng.uniform(0, 1, 20),
+        "weighted_acceleration_1974": rng.uniform(0, 1, 20),
+        "diverged": np.arange(20) == 7,
+    }
+    found = score_many(many, LONG, CLEARANCE)
+    assert all(not np.any(np.isnan(values)) for values in found.values())
+    for i in range(20):
+        alone = riding_quality({name: values[i] for name, values in many.items()}, LONG, CLEARANCE)
+        assert found["score"][i] == alone["score"]
+        if i != 7:
+            assert found["flange_margin"][i] == alone["flange_margin"]
+            assert found["comfort_hours"][i] == alone["comfort_hours"]
+    assert found["weighted_acceleration"][7] == np.inf and found["flange_margin"][7] == -np.inf
+
+
+@given(st.floats(0, 2), st.floats(0, 2), st.floats(1e-5, 0.02), st.floats(1e-5, 0.02), st.floats(0, 1))
+def test_less_acceleration_and_less_motion_never_lower_the_score(rms, other_rms, sd, other_sd, weight):
+    use = SimpleNamespace(**(vars(LONG) | {"comfort_weight": weight}))
+
+    def score(acceleration, deviation):
+        statistics = ride(sd_e=[deviation, 1e-5], mean_e=[0, 0], weighted_acceleration_1974=acceleration)
+        return riding_quality(statistics, use, CLEARANCE)["score"]
+
+    better, worse = (
+        score(min(rms, other_rms), min(sd, other_sd)),
+        score(max(rms, other_rms), max(sd, other_sd)),
+    )
+    assert 0 <= worse <= better + 1e-9 <= 100 + 2e-9
+
+
+@given(st.floats(1e-4, 1e-2), st.floats(1e-4, 1e-2), st.floats(-5e-3, 5e-3), st.floats(-5e-3, 5e-3))
+def test_it_does_not_matter_which_wheelset_is_the_worse(sd1, sd2, m1, m2):
+    forward = riding_quality(ride(mean_e=[m1, m2], sd_e=[sd1, sd2]), LONG, CLEARANCE)
+    backward = riding_quality(ride(mean_e=[-m2, -m1], sd_e=[sd2, sd1]), LONG, CLEARANCE)
+    for key in ("score", "flange_margin", "flange_fraction_gaussian"):
+        assert forward[key] == backward[key]

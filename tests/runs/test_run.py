@@ -1,0 +1,402 @@
+"""A run: columns in SI, what ends a stretch, and what is refused with its line."""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from railui.io import table, table_cells
+from railui.io.problems import Problem
+from railui.runs.run import Run, load_run
+
+Told = Callable[[Callable[[], object]], list[Problem]]
+Columns = Callable[..., dict[str, np.ndarray]]
+Csv = Callable[..., str]
+
+
+@pytest.fixture
+def written(tmp_path: Path) -> Callable[[str | bytes], Path]:
+    """Writes a table and returns its path."""
+
+    def write(text: str | bytes, name: str = "run.csv") -> Path:
+        path = tmp_path / name
+        path.write_bytes(text.encode() if isinstance(text, str) else text)
+        return path
+
+    return write
+
+
+Written = Callable[[str | bytes], Path]
+
+
+def lines(text: str) -> list[str]:
+    """The lines of a table, the header first."""
+    return text.rstrip("\n").split("\n")
+
+
+def test_a_whole_run_is_one_stretch(written: Written, columns: Columns, as_csv: Csv) -> None:
+    run = load_run(written(as_csv(columns())))
+    assert (run.kind, run.rate, run.stretches, len(run)) == ("bogie", 50.0, (slice(0, 1000),), 1000)
+    assert run.responses == ("e1", "ay1") and run.coach == () and run.ignored == ()
+    assert run.counts["used"] == 1000 and run.counts["gaps"] == 0
+
+
+def test_units_become_si(written: Written, columns: Columns, as_csv: Csv) -> None:
+    told = columns()
+    text = as_csv(told).replace("v [m/s]", "v [km/h]").replace("yw [m]", "yw [mm]").replace("t [s]", "t [ms]")
+    text = text.replace("e1 [m]", "e1 [µm]")
+    rows = [x.split(",") for x in lines(text)]
+    for row in rows[1:]:
+        row[0] = f"{1000 * float(row[0]):.9g}"
+    run = load_run(written("\n".join(",".join(row) for row in rows)))
+    assert run.rate == 50.0
+    assert run.columns["v"][0] == pytest.approx(40 / 3.6)
+    np.testing.assert_allclose(run.columns["yw"], told["yw [m]"] * 1e-3, rtol=1e-8)
+    np.testing.assert_allclose(run.columns["e1"], told["e1 [m]"] * 1e-6, rtol=1e-8)
+    assert run.units["yw"] == "mm"
+
+
+def test_what_may_be_absent_is_filled_and_said(written: Written, columns: Columns, as_csv: Csv) -> None:
+    run = load_run(written(as_csv(columns())))
+    np.testing.assert_allclose(run.columns["s"], 40.0 * run.columns["t"], atol=1e-9)
+    assert not run.columns["phiw"].any() and not run.columns["gauge"].any()
+    assert run.notes == (
+        "phiw is absent: taken as 0",
+        "gauge is absent: taken as 0",
+        "s is absent: the integral of v",
+    )
+
+
+def test_unknown_columns_are_kept_and_named_but_not_used(written: Written, columns: Columns, as_csv: Csv) -> None:
+    told = columns() | {"door [1]": np.full(1000, np.nan), "e9": np.ones(1000)}
+    run = load_run(written(as_csv(told)))
+    assert run.ignored == ("door", "e9")
+    assert np.all(run.extra["e9"] == 1) and run.counts["used"] == 1000
+
+
+def test_missing_columns_and_wrong_units_are_told_at_the_header(
+    written: Written, columns: Columns, as_csv: Csv, told: Told
+) -> None:
+    text = "# tour 3\n" + as_csv(columns()).replace("yw [m]", "yW [m]").replace("ay1 [m/s^2]", "ay1 [m/s]").replace(
+        "e1 [m]", "e1"
+    )
+    found = told(lambda: load_run(written(text)))
+    assert [(p.line, p.column, p.key) for p in found] == [(2, 1, "yw"), (2, 22, "e1"), (2, 25, "ay1")]
+    assert found[0].remedy == "did you mean 'yW'?"
+    assert found[1].remedy == "write `e1 [m]`"
+    assert "the unit m/s does not fit the acceleration of the leading axle boxes" in found[2].message
+
+
+def test_a_run_without_any_response_is_refused(written: Written, columns: Columns, as_csv: Csv, told: Told) -> None:
+    text = as_csv({k: v for k, v in columns().items() if k[:2] not in ("e1", "ay")})
+    assert "no response is measured" in told(lambda: load_run(written(text)))[0].message
+    assert load_run(written(text), responses=False).responses == ()
+
+
+# what ends a stretch
+
+
+def usable(run: Run) -> list[tuple[int, int]]:
+    return [(s.start, s.stop) for s in run.stretches]
+
+
+def test_missing_rows_end_a_stretch(written: Written, columns: Columns, as_csv: Csv) -> None:
+    told = {k: np.delete(v, slice(700, 710)) for k, v in columns(30.0).items()}
+    run = load_run(written(as_csv(told)))
+    assert usable(run) == [(0, 700), (700, 1490)]
+    assert (run.counts["gaps"], run.counts["missing_rows"]) == (1, 10)
+
+
+@pytest.mark.parametrize("cell", ["", "nan", "NaN", "NA", " "])
+def test_an_empty_cell_ends_a_stretch(cell: str, written: Written, columns: Columns, as_csv: Csv) -> None:
+    rows = lines(as_csv(columns(30.0)))
+    row = rows[701].split(",")
+    rows[701] = ",".join([*row[:3], cell, *row[4:]])
+    run = load_run(written("\n".join(rows)))
+    assert usable(run) == [(0, 700), (701, 1500)]
+    assert run.counts["nan_rows"] == 1
+
+
+def test_empty_cells_at_both_ends_of_a_row_are_read(written: Written, columns: Columns, as_csv: Csv) -> None:
+    rows = lines(as_csv(columns(30.0)))
+    rows[701] = rows[701].rsplit(",", 1)[0] + ","
+    rows[702] = "," + rows[702].split(",", 1)[1]
+    run = load_run(written("\r\n".join(rows)))
+    assert usable(run) == [(0, 700), (701, 1499)]  # a row without time is a missing row
+    assert (run.counts["gaps"], run.counts["nan_rows"]) == (1, 2)
+
+
+def test_a_channel_stuck_for_a_second_ends_a_stretch(written: Written, columns: Columns, as_csv: Csv) -> None:
+    told = columns(30.0)
+    told["e1 [m]"][700:750] = 1e-3
+    told["ay1 [m/s^2]"][100:149] = 0.5  # one sample short of a second
+    run = load_run(written(as_csv(told)))
+    assert usable(run) == [(0, 700), (750, 1500)]
+    assert (run.counts["stuck"], run.counts["stuck_rows"]) == (1, 50)
+
+
+def test_a_constant_speed_is_not_stuck(written: Written, columns: Columns, as_csv: Csv) -> None:
+    assert load_run(written(as_csv(columns()))).counts["stuck"] == 0
+
+
+def test_stretches_under_ten_seconds_are_counted_not_used(written: Written, columns: Columns, as_csv: Csv) -> None:
+    told = {k: np.delete(v, [499, 700]) for k, v in columns(30.0).items()}
+    run = load_run(written(as_csv(told)))
+    assert usable(run) == [(699, 1498)]
+    assert (run.counts["short_stretches"], run.counts["unused_rows"], run.counts["stretches"]) == (2, 699, 1)
+
+
+def test_ten_seconds_are_enough(written: Written, columns: Columns, as_csv: Csv) -> None:
+    assert usable(load_run(written(as_csv(columns(10.0))))) == [(0, 500)]
+
+
+def test_a_run_without_any_usable_stretch_is_refused(
+    written: Written, columns: Columns, as_csv: Csv, told: Told
+) -> None:
+    found = told(lambda: load_run(written(as_csv(columns(9.9)))))
+    assert "no stretch of 10 s is unbroken" in found[0].message
+
+
+def test_standing_still_is_not_used(written: Written, columns: Columns, as_csv: Csv) -> None:
+    told = columns(30.0)
+    told["v [m/s]"][:200] = 0.0
+    run = load_run(written(as_csv(told)))
+    assert usable(run) == [(200, 1500)] and run.counts["standing_rows"] == 200
+
+
+def test_a_dead_channel_is_left_out_and_named(written: Written, columns: Columns, as_csv: Csv, told: Told) -> None:
+    run_columns = columns() | {"d1 [m]": np.full(1000, 2e-3), "d2 [m]": np.full(1000, np.nan)}
+    run = load_run(written(as_csv(run_columns)))
+    assert run.responses == ("e1", "ay1")
+    assert run.notes[:2] == ("d1 is 0.002 throughout: not used", "d2 has no value: not used")
+    dead = columns() | {"yw [m]": np.full(1000, 1e-3)}
+    assert told(lambda: load_run(written(as_csv(dead))))[0].key == "yw"
+
+
+def test_a_track_of_zeros_is_a_straight_line(written: Written, columns: Columns, as_csv: Csv) -> None:
+    flat = columns() | {"yw [m]": np.zeros(1000), "gauge [m]": np.zeros(1000)}
+    assert load_run(written(as_csv(flat))).counts["used"] == 1000
+
+
+# time
+
+
+def test_rows_out_of_order_are_told_with_their_line(
+    written: Written, columns: Columns, as_csv: Csv, told: Told
+) -> None:
+    rows = lines("# a\n" + as_csv(columns()))
+    rows[300], rows[301] = rows[301], rows[300]
+    found = told(lambda: load_run(written("\n".join(rows))))
+    assert (found[0].line, found[0].column, found[0].key) == (302, 1, "t")
+    assert "out of order" in found[0].message
+
+
+def test_a_repeated_time_stamp_is_told_with_its_line(
+    written: Written, columns: Columns, as_csv: Csv, told: Told
+) -> None:
+    rows = lines(as_csv(columns()))
+    rows.insert(401, rows[400])
+    found = told(lambda: load_run(written("\n".join(rows))))
+    assert (found[0].line, found[0].key) == (402, "t") and "a second time" in found[0].message
+
+
+def test_an_uneven_interval_is_told_with_its_line(written: Written, columns: Columns, as_csv: Csv, told: Told) -> None:
+    late = columns()
+    late["t [s]"][500] += 0.011 * 0.02
+    found = told(lambda: load_run(written(as_csv(late))))
+    assert (found[0].line, found[0].key) == (502, "t") and "1 more rows" in found[0].message
+    slightly = columns()
+    slightly["t [s]"][500] += 0.008 * 0.02
+    assert load_run(written(as_csv(slightly))).rate == 50.0
+
+
+def test_distance_that_stands_still_is_told_with_its_line(
+    written: Written, columns: Columns, as_csv: Csv, told: Told
+) -> None:
+    rows = columns()
+    rows["s [m]"] = 40 * rows["t [s]"]
+    rows["s [m]"][501] = rows["s [m]"][500]
+    found = told(lambda: load_run(written(as_csv(rows))))
+    assert (found[0].line, found[0].key) == (503, "s")
+
+
+def test_a_distance_that_contradicts_the_speed_is_noted(written: Written, columns: Columns, as_csv: Csv) -> None:
+    rows = columns()
+    rows["s [m]"] = 44 * rows["t [s]"]
+    assert any("check the two" in note for note in load_run(written(as_csv(rows))).notes)
+
+
+# ways of writing tables
+
+
+def test_decimal_comma_with_semicolons_is_recognised(written: Written, columns: Columns, as_csv: Csv) -> None:
+    text = as_csv(columns(), ";")
+    comma = load_run(written(text.replace(".", ",")))
+    point = load_run(written(text))
+    np.testing.assert_array_equal(comma.columns["e1"], point.columns["e1"])
+
+
+def test_decimal_comma_without_semicolons_is_told(written: Written, columns: Columns, as_csv: Csv, told: Told) -> None:
+    found = told(lambda: load_run(written(as_csv(columns()).replace(".", ","))))
+    assert found[0].line == 2 and "semicolons" in found[0].remedy
+
+
+def test_windows_files_with_mark_comments_and_blank_lines_are_read(
+    written: Written, columns: Columns, as_csv: Csv
+) -> None:
+    plain = load_run(written(as_csv(columns())))
+    rows = lines(as_csv(columns()))
+    rows.insert(500, "# tunnel")
+    rows.insert(300, "")
+    text = "# recorded by\r\n\r\n" + "\r\n".join(rows) + "\r\n\r\n"
+    read = load_run(written(b"\xef\xbb\xbf" + text.encode()))
+    np.testing.assert_array_equal(read.columns["e1"], plain.columns["e1"])
+
+
+def test_latin_1_and_quoted_headers_are_read(written: Written, columns: Columns, as_csv: Csv) -> None:
+    text = as_csv(columns()).replace("e1 [m]", "e1 [µm]").replace("t [s]", '"t [s]"')
+    run = load_run(written("# Prüfstand\n".encode("latin-1") + text.encode("latin-1")))
+    assert run.units["e1"] == "µm"
+
+
+def test_tabs_and_a_separator_behind_the_last_cell_are_read(written: Written, columns: Columns, as_csv: Csv) -> None:
+    assert load_run(written(as_csv(columns(), "\t"))).counts["used"] == 1000
+    assert load_run(written(as_csv(columns()).replace("\n", ",\n"))).counts["used"] == 1000
+
+
+def test_gzip_is_recognised_by_its_bytes(written: Callable[..., Path], columns: Columns, as_csv: Csv) -> None:
+    packed = gzip.compress(as_csv(columns()).encode())
+    assert load_run(written(packed, "run.csv.gz")).sha256 == load_run(written(packed, "run.csv")).sha256
+
+
+def test_faulty_cells_are_told_all_at_once_with_line_and_column(
+    written: Written, columns: Columns, as_csv: Csv, told: Told
+) -> None:
+    rows = lines(as_csv(columns()))
+    rows[10] = "0.18,40,abc,1,1"
+    rows[20] = "0.38,40,1,1"
+    rows[30] = "0.58,4_0,1,1,1"
+    found = told(lambda: load_run(written("\n".join(rows))))
+    assert [(p.line, p.column, p.key) for p in found] == [(11, 9, "yw"), (21, 1, ""), (31, 6, "v")]
+    assert found[1].message == "has 4 cells, the header has 5"
+
+
+def test_names_that_stand_twice_are_told(written: Written, told: Told) -> None:
+    found = told(lambda: load_run(written("t [s],e1 [m],e1 [mm],[m]\n0,1,2,3\n")))
+    assert [(p.line, p.column) for p in found] == [(1, 14), (1, 22)]
+
+
+@pytest.mark.parametrize(
+    ("data", "what"),
+    [
+        (b"", "no header"),
+        (b"# only\n", "no header"),
+        (b"t [s],v [m/s]\n", "no row"),
+        (b"\xff\xfet\x00", "UTF-16"),
+        (b"PK\x03\x04zip", "spreadsheet"),
+        (gzip.compress(b"t [s]\n" + bytes(1000), mtime=0)[:-9], "damaged"),
+    ],
+)
+def test_what_is_no_table_is_told(data: bytes, what: str, written: Written, told: Told) -> None:
+    assert what in told(lambda: load_run(written(data)))[0].message
+
+
+def test_an_absent_file_is_told(tmp_path: Path, told: Told) -> None:
+    assert "cannot be read" in told(lambda: load_run(tmp_path / "no.csv"))[0].message
+
+
+def test_too_many_rows_numbers_or_bytes_are_refused(
+    written: Written, columns: Columns, as_csv: Csv, told: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    packed = written(gzip.compress(as_csv(columns()).encode()))
+    monkeypatch.setattr(table, "MOST_ROWS", 999)
+    assert "more than 999 rows" in told(lambda: load_run(packed))[0].message
+    monkeypatch.setattr(table, "MOST_ROWS", 1000)
+    assert load_run(packed).counts["rows"] == 1000
+    monkeypatch.setattr(table, "MOST_NUMBERS", 1001)
+    assert "more than 1001 numbers" in told(lambda: load_run(packed))[0].message
+    monkeypatch.setattr(table, "MOST_NUMBERS", 10**6)
+    monkeypatch.setattr(table, "MOST_BYTES", 1000)
+    assert "uncompressed" in told(lambda: load_run(packed))[0].message
+
+
+def test_a_line_without_an_end_is_refused_before_it_fills_the_memory(
+    written: Written, told: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(table, "BLOCK", 1 << 16)
+    packed = written(gzip.compress(b"t [s],v [m/s]\n" + b"1," * (2 << 20)))
+    assert "a line of more than" in told(lambda: load_run(packed))[0].message
+
+
+def test_blocks_join_without_a_seam(
+    written: Written, columns: Columns, as_csv: Csv, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(as_csv(columns()))
+    whole = load_run(path).columns["e1"]
+    monkeypatch.setattr(table, "BLOCK", 777)
+    np.testing.assert_array_equal(load_run(path).columns["e1"], whole)
+
+
+def test_the_careful_way_reads_the_same_numbers(
+    written: Written, columns: Columns, as_csv: Csv, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(as_csv(columns()))
+    fast = load_run(path).columns["e1"]
+    monkeypatch.setattr(table_cells, "_fast", lambda block: None)
+    np.testing.assert_array_equal(load_run(path).columns["e1"], fast)
+
+
+# rigs
+
+
+def rig(rate: float = 1000.0, n: int = 2000, **units: str) -> str:
+    t = np.arange(n) / rate
+    names = {"u": "V", "z": "mm", **units}
+    head = ",".join(["t [s]", *(f"{k} [{u}]" if u else k for k, u in names.items())])
+    rows = (",".join([f"{x:.9g}", *(f"{np.sin(30 * x + i):.9g}" for i in range(len(names)))]) for x in t)
+    return "\n".join([head, *rows])
+
+
+def test_a_rig_keeps_its_own_units_as_labels(written: Written) -> None:
+    run = load_run(written(rig()))
+    assert (run.kind, run.rate, run.responses) == ("rig", 1000.0, ("z",))
+    assert run.units == {"t": "s", "u": "V", "z": "mm"}
+    assert run.columns["z"][0] == pytest.approx(np.sin(1.0))
+    assert usable(run) == [(0, 2000)]  # bench tests may last two seconds
+
+
+def test_a_free_decay_has_no_input(written: Written) -> None:
+    text = "\n".join(",".join([x.split(",")[0], x.split(",")[2]]) for x in lines(rig()))
+    run = load_run(written(text))
+    assert not run.columns["u"].any() and "u is absent: taken as 0" in run.notes
+
+
+def test_rates_of_a_rig_follow_the_unit_of_its_motion(written: Written) -> None:
+    same = load_run(written(rig(vz="mm/s", az="mm/s^2")))
+    mixed = load_run(written(rig(vz="mm/s", az="m/s^2")))
+    np.testing.assert_allclose(mixed.columns["az"], 1000 * same.columns["az"])
+    assert mixed.units["az"] == "mm/s^2" and any("az converted" in note for note in mixed.notes)
+    assert load_run(written(rig(z="V", vz="V", az="arb"))).units["az"] == "arb"
+
+
+def test_a_rig_without_motion_is_no_rig(written: Written, told: Told) -> None:
+    found = told(lambda: load_run(written(rig()), "bogie"))
+    assert [p.key for p in found] == ["v", "yw", ""]
+
+
+def test_a_rig_faster_than_100_khz_is_refused(written: Written, told: Told) -> None:
+    assert load_run(written(rig(1e5))).rate == 1e5
+    assert "more than 100000 Hz" in told(lambda: load_run(written(rig(2e5))))[0].message
+
+
+# the shared runs
+
+
+@pytest.mark.parametrize("name", ["worn_axle_box", "blind_b"])
+def test_the_shared_runs_load_whole(shared: Path, name: str) -> None:
+    run = load_run(shared / name / "run_a.csv.gz")
+    assert (run.rate, run.counts["used"], len(run.responses), run.notes) == (200.0, 14000, 8, ())

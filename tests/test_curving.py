@@ -1,0 +1,136 @@
+"""Quasi-static curves: the check values, a free wheelset by hand, equilibrium with effects."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from railui.cli import cli
+from railui.curving import curve, curve_many, curves
+from railui.vehicle.design_reader import Design, load_design
+from railui.vehicle.effects import PlacedEffect
+
+HOME = Path(__file__).parents[1]
+CHECK = load_design(HOME / "designs/check_bogie.yaml")
+FLANGE = PlacedEffect("flange_contact", "contact", None, {})
+CREEP = PlacedEffect("creep_saturation", "contact", None, {"friction": 0.35})
+
+
+def stiff(c_x: float) -> Design:
+    return CHECK.with_values({"vehicle.primary.longitudinal_stiffness": c_x})
+
+
+def test_without_yaw_stiffness_every_wheelset_rolls_radially() -> None:
+    found = curve(stiff(1e-6), 600.0)
+    b, r, lam = 0.75, 0.46, 0.18
+    assert found["displacement"] == pytest.approx([-b * r / (lam * 600)] * 2, rel=1e-4)
+    assert 1e3 * np.array(found["angle_of_attack"]) == pytest.approx([-0.127] * 2, abs=5e-4)
+    assert found["guiding_force"] == pytest.approx([0.0, 0.0], abs=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("c_x", "e", "psi"),
+    [(8e6, (-10.940, -3.289), (-1.417, 0.843)), (8e7, (-15.270, -5.715), (-2.434, 1.583))],
+)
+def test_the_check_values(c_x: float, e: tuple[float, float], psi: tuple[float, float]) -> None:
+    found = curve(stiff(c_x), 600.0)
+    assert 1e3 * np.array(found["displacement"]) == pytest.approx(e, abs=5e-4)
+    assert 1e3 * np.array(found["angle_of_attack"]) == pytest.approx(psi, abs=5e-4)
+
+
+def test_creepages_and_forces_are_those_of_the_model() -> None:
+    # (3.3)-(3.5) with e and psi as found; no cross-level, one conicity
+    found = curve(CHECK, 600.0)
+    n, kx, ky, ks, lam, eps, delta, sig, b, r = 55e3, 130, 120, 0.25, 0.18, 8, 0.05, 0.05, 0.75, 0.46
+    wear = 0.0
+    for e, psi, q in zip(found["displacement"], found["angle_of_attack"], found["guiding_force"], strict=True):
+        q_y = 0.0
+        for j in (1, 2):
+            s = (-1) ** j
+            gamma = delta - s * eps * e / b
+            u_x, u_y = s * (lam * e / r + b / 600), -psi
+            u_n = (s * gamma + sig * e / b) / r + 1 / 600
+            t_x, t_y = kx * n * u_x, ky * n * u_y + ks * n * u_n
+            q_y -= (-1) ** (j + 1) * n * gamma + t_y
+            wear += abs(t_x * u_x) + abs(t_y * u_y)
+        assert q == pytest.approx(q_y, rel=1e-6)
+    assert found["wear_number"] == pytest.approx(wear, rel=1e-6)
+
+
+def test_a_curve_to_the_left_is_its_mirror_image() -> None:
+    design = CHECK.with_effects([FLANGE, CREEP])
+    right, left = curves(design, [400.0, -400.0], 0.05)
+    for key in ("displacement", "angle_of_attack", "guiding_force"):
+        assert right[key] == pytest.approx([-x for x in left[key]], rel=1e-9)
+
+
+def test_guiding_forces_carry_the_whole_cant_deficiency() -> None:
+    for effects in ([], [FLANGE, CREEP]):
+        found = curve(CHECK.with_effects(effects), 800.0, 0.1)
+        assert sum(found["guiding_force"]) == pytest.approx(4 * 55e3 * 0.1 / (2 * 0.75), rel=1e-6)
+        assert not any(note.startswith("guiding_force") for note in found["notes"])
+
+
+def test_what_guiding_forces_lack_where_a_vehicle_rolls_is_told() -> None:
+    """The wheels of the coach carry its weight, so N d/(2 b) is asked of each, on eight wheels."""
+    found = curve(HOME / "designs/manchester_coach.yaml", 600.0, 0.1)
+    asked = 8 * 54.546e3 * 0.1 / (2 * 0.75)
+    (note,) = (note for note in found["notes"] if note.startswith("guiding_force"))
+    assert float(note.split()[2]) == pytest.approx(asked - sum(found["guiding_force"]), rel=1e-3)
+    assert 0.0 < asked - sum(found["guiding_force"]) < 0.15 * asked
+
+
+def test_a_flange_holds_the_wheelset_near_its_clearance() -> None:
+    found = curve(CHECK.with_effects([FLANGE]), 600.0)
+    assert found["flange_contact"] == [True, False]
+    assert -8.5e-3 < found["displacement"][0] < -7e-3
+
+
+def test_a_free_play_wider_than_the_motion_is_no_spring() -> None:
+    play = PlacedEffect("free_play", "primary_yaw", None, {"half_width": 0.1})
+    assert curve(CHECK.with_effects([play]), 600.0)["displacement"] == pytest.approx(
+        curve(stiff(1e-6), 600.0)["displacement"], rel=1e-6
+    )
+
+
+def test_a_rail_yields_by_what_the_wheelset_presses_on_it() -> None:
+    def on(stiffness: float) -> np.ndarray:
+        rail = PlacedEffect("rail_flexibility", "track", None, {"stiffness": stiffness, "damping": 1e5})
+        return np.array(curve(CHECK.with_effects([rail]), 600.0)["displacement"])
+
+    plain = np.array(curve(CHECK, 600.0)["displacement"])
+    assert on(1e9) == pytest.approx(plain, rel=0.02)
+    # a rail ten times as soft yields ten times as much, as long as that is little
+    assert on(1e8) - plain == pytest.approx(10 * (on(1e9) - plain), rel=0.1)
+
+
+def test_many_designs_are_found_as_each_alone() -> None:
+    designs = [stiff(c) for c in (1e6, 5e6, 2e7)] + [CHECK.with_effects([FLANGE])]
+    together = curve_many(designs, 500.0, 0.05)
+    for design, found in zip(designs, together, strict=True):
+        alone = curve(design, 500.0, 0.05)
+        assert found["displacement"] == pytest.approx(alone["displacement"], rel=1e-9)
+
+
+def test_what_cannot_be_is_refused() -> None:
+    with pytest.raises(ValueError, match="radius"):
+        curve(CHECK, 0.0)
+
+
+def test_the_command_tells_keys_and_cases(tmp_path: Path) -> None:
+    design = str(HOME / "designs/check_bogie.yaml")
+    done = CliRunner().invoke(cli, ["curve", design, "--radius", "600", "--json", "-", "-q"])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
+    assert [round(1e3 * e, 3) for e in told["displacement"]] == [-10.94, -3.289]
+    assert {"angle_of_attack", "guiding_force", "wear_number"} <= set(told)
+    words = ["curve", design, "--radii", "300:600:100", "--cant-deficiency", "100 mm", "--figure",
+             str(tmp_path / "c.svg"), "--json", str(tmp_path / "c.json")]  # fmt: skip
+    assert CliRunner().invoke(cli, words).exit_code == 0
+    assert [c["radius"] for c in json.loads((tmp_path / "c.json").read_text())["cases"]] == [300, 400, 500, 600]
+    for wrong in ([], ["--radius", "0"], ["--radius", "300 s"], ["--radius", "3", "--radii", "3:4"]):
+        assert CliRunner().invoke(cli, ["curve", design, *wrong]).exit_code == 2

@@ -1,0 +1,274 @@
+"""A design file: numbers by dotted path, defaults, overrides, and every fault at its place."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from railui.io.problems import FileProblems, Problem
+from railui.io.units import parse_unit
+from railui.io.yaml_document import parse
+from railui.vehicle.design_reader import Design, PlacedEffect, load_design, parse_design
+from railui.vehicle.parameters import DEFAULT_ADJUST, FORMS, PARAMETERS
+
+Told = Callable[[Callable[[], object]], list[Problem]]
+Records = list[dict[str, Any]]
+
+
+def test_quantities_stand_in_si_under_their_dotted_paths(bogie: str) -> None:
+    design = parse_design(bogie)
+    assert design.kind == "bogie"
+    assert design.values["vehicle.wheel_load"] == 55e3
+    assert design.values["vehicle.primary.longitudinal_stiffness"] == 8e6
+    assert design.values["vehicle.secondary.yaw_stiffness"] == 2e5
+    assert design.value("contact.flange_clearance") == 0.007
+    assert list(design.values) == [p.path for p in FORMS["bogie"]]
+
+
+def test_a_key_left_out_takes_its_default(bogie: str) -> None:
+    design = parse_design(bogie)
+    assert design.value("vehicle.secondary.yaw_damping") == 0.0
+    assert design.value("contact.spin_creep") == 0.25
+    assert design.value("contact.trailing.roll") == 0.05
+    assert design.gauge_widens_clearance is False
+
+
+def test_a_design_of_the_documents_loads_with_its_effects(bogie: str, catalogue: Records) -> None:
+    text = bogie + (
+        "effects:\n  - {kind: free_play, at: primary_lateral, wheelset: 2, half_width: 0.3 mm}\n"
+        "riding: {use: long_distance, journey: 4 h, comfort_weight: 0.6, admissible_flange_fraction: 0.05,"
+        " floor_frequency: 1.2 Hz, floor_damping: 0.2}\n"
+    )
+    design = parse_design(text, catalogue=catalogue)
+    assert design.effects == (PlacedEffect("free_play", "primary_lateral", 2, {"half_width": 0.3e-3}),)
+    assert design.riding == parse_design(bogie).riding
+
+
+@pytest.mark.parametrize(("use", "journey", "weight"), [("long_distance", 14400.0, 0.6), ("local", 3600.0, 0.4)])
+def test_riding_defaults_depend_on_the_use(bogie: str, use: str, journey: float, weight: float) -> None:
+    riding = parse_design(f"{bogie}riding: {{use: {use}}}\n").riding
+    assert (riding.journey, riding.comfort_weight) == (journey, weight)
+    assert (riding.admissible_flange_fraction, riding.floor_frequency, riding.floor_damping) == (
+        0.05,
+        1.2,
+        0.2,
+    )
+    assert riding.cushion_frequency is None
+
+
+def test_a_cushion_needs_both_its_numbers(bogie: str, told: Told) -> None:
+    found = told(lambda: parse_design(f"{bogie}riding: {{cushion_frequency: 4 Hz}}\n"))
+    assert [p.key for p in found] == ["riding"]
+
+
+def test_several_faults_are_told_at_once_each_at_its_place(bogie: str, told: Told) -> None:
+    text = (
+        bogie.replace("mass: 2900", "mas: 2900")
+        .replace("8 MN/m", "8 MN")
+        .replace("conicity: 0.15", "conicity: wide", 1)
+        .replace("55 kN", "-55 kN")
+    )
+    found = told(lambda: parse_design(text + "tyres: 4\n", "b.yaml"))
+    assert [(p.line, p.column, p.key) for p in found] == [
+        (3, 14, "vehicle.frame.mass"),
+        (3, 15, "vehicle.frame.mas"),
+        (6, 15, "vehicle.wheel_load"),
+        (7, 68, "vehicle.primary.longitudinal_stiffness"),
+        (10, 24, "contact.leading.conicity"),
+        (13, 1, "tyres"),
+    ]
+    lines = str(FileProblems(found)).splitlines()
+    assert lines[1] == "b.yaml:3:15: vehicle.frame.mas: unknown key, did you mean 'mass'?"
+    assert "a unit like N/m is expected, write for example '3.0 MN/m'" in lines[3]
+
+
+def test_a_key_at_the_wrong_level_is_told_where_it_belongs(bogie: str, told: Told) -> None:
+    assert "contact.leading.conicity" in told(lambda: parse_design(bogie + "conicity: 0.1\n"))[0].remedy
+
+
+def test_a_yaml_1_1_merge_key_is_told_how_to_write_it(bogie: str, told: Told) -> None:
+    text = bogie.replace("  leading:  {", "  leading: &l {").replace("  trailing: {", "  trailing: {<<: *l, ")
+    assert "merge keys" in told(lambda: parse_design(text))[0].remedy
+
+
+@pytest.mark.parametrize("path", [p.path for p in FORMS["bogie"]])
+def test_a_missing_number_is_told_or_has_a_default(bogie: str, path: str, told: Told) -> None:
+    data = parse(bogie).value
+    *groups, key = path.split(".")
+    here = data
+    for group in groups:
+        here = here[group]
+    here.pop(key, None)
+    text = json.dumps(data)
+    if PARAMETERS[path].default is None:
+        assert [p.key for p in told(lambda: parse_design(text))] == [path]
+    else:
+        assert parse_design(text).value(path) == PARAMETERS[path].default
+
+
+@pytest.mark.parametrize("mass", ["0", "-1", "0 kg"])
+def test_masses_must_be_positive(bogie: str, mass: str, told: Told) -> None:
+    found = told(lambda: parse_design(bogie.replace("mass: 2900", f"mass: {mass}")))
+    assert "too small for the mass of the bogie frame" in found[0].message
+
+
+def test_a_stiffness_may_be_zero_but_not_negative(bogie: str, told: Told) -> None:
+    assert parse_design(bogie.replace("3.0 MN/m", "0")).value("vehicle.primary.lateral_stiffness") == 0
+    assert len(told(lambda: parse_design(bogie.replace("3.0 MN/m", "-1 N/m")))) == 1
+
+
+@pytest.mark.parametrize("key", ["bodies", "elements"])
+def test_bodies_and_elements_stand_under_their_names(key: str, told: Told) -> None:
+    found = told(lambda: parse_design(f"vehicle: {{{key}: []}}"))
+    assert "no group of names" in found[0].message and found[0].key == f"vehicle.{key}"
+
+
+def test_a_newer_schema_is_refused_and_none_accepted(bogie: str, told: Told) -> None:
+    assert parse_design("schema: railui.design/1\n" + bogie).name == "test bogie"
+    assert "newer" in told(lambda: parse_design("schema: railui.design/2\n" + bogie))[0].message
+    assert "no design" in told(lambda: parse_design("schema: railui.study/1\n" + bogie))[0].message
+
+
+# wheel loads and masses
+
+
+def test_a_bogie_with_an_unknown_coach_gives_no_warning(bogie: str) -> None:
+    assert parse_design(bogie).warnings == ()
+
+
+def test_wheels_that_carry_less_than_the_bogie_weighs_give_a_warning(bogie: str) -> None:
+    (warning,) = parse_design(bogie.replace("55 kN", "14 kN")).warnings
+    assert (warning.line, warning.column, warning.severity) == (6, 15, "warning")
+    assert "4 N is 56 kN" in warning.message and "64.75 kN" in warning.message
+    assert parse_design(bogie.replace("55 kN", "15 kN")).warnings == ()  # within 10 %
+
+
+@pytest.mark.parametrize(("mass", "warned"), [("15.8 t", False), ("10 t", True), ("25 t", True)])
+def test_with_a_declared_coach_the_balance_goes_both_ways(
+    bogie: str, catalogue: Records, mass: str, warned: bool
+) -> None:
+    text = f"{bogie}effects: [{{kind: coach_mode, mass: {mass}}}]\n"
+    assert bool(parse_design(text, catalogue=catalogue).warnings) is warned
+
+
+# rigs
+
+
+def test_a_rig_is_one_mass_with_its_defaults() -> None:
+    rig = parse_design("vehicle: {rig: {mass: 95 kg, stiffness: 0, input: base_acceleration}}")
+    assert rig.kind == "rig" and rig.rig_input == "base_acceleration"
+    assert dict(rig.values) == {
+        "vehicle.rig.mass": 95.0,
+        "vehicle.rig.stiffness": 0.0,
+        "vehicle.rig.damping": 0.0,
+        "vehicle.rig.gain": 1.0,
+    }
+
+
+def test_a_rig_has_no_contact_and_no_frame(told: Told) -> None:
+    text = "vehicle: {rig: {mass: 1, input: forse}, frame: {mass: 2}}\ncontact: {}\n"
+    found = told(lambda: parse_design(text))
+    assert [p.key for p in found] == ["vehicle.rig.input", "vehicle.frame", "contact"]
+    assert found[0].remedy == "did you mean 'force'?"
+
+
+# paths and overrides
+
+
+def test_a_path_may_name_a_group(bogie: str) -> None:
+    design = parse_design(bogie)
+    assert len(design.expand("contact.leading")) == 6
+    assert design.expand("contact.spin_creep") == ["contact.spin_creep"]
+    assert len([p for name in DEFAULT_ADJUST["bogie"] for p in design.expand(name)]) == 17
+
+
+def test_an_unknown_path_names_the_nearest(bogie: str, told: Told) -> None:
+    design = parse_design(bogie)
+    assert "contact.leading" in told(lambda: design.expand("contact.leadin"))[0].remedy
+    assert "contact.leading.conicity" in told(lambda: design.value("contact.leading.conicty"))[0].remedy
+    assert "contact.leading.conicity" in told(lambda: design.with_values({"conicity": 1}))[0].remedy
+    assert "group of 6" in told(lambda: design.with_values({"contact.leading": 1}))[0].message
+
+
+def test_overrides_are_checked_and_leave_the_original_alone(bogie: str, told: Told) -> None:
+    design = parse_design(bogie)
+    changed = design.with_values(
+        {"vehicle.primary.lateral_stiffness": "4 kN/m", "riding.use": "local", "riding.journey": "2 h"}
+    )
+    assert changed.value("vehicle.primary.lateral_stiffness") == 4000.0
+    assert (changed.riding.journey, changed.riding.comfort_weight) == (7200.0, 0.4)
+    assert design.value("vehicle.primary.lateral_stiffness") == 3e6
+    wrong = {"vehicle.primary.lateral_stiffness": "4 kN", "riding.use": "fast", "vehicle.frame.mass": -1}
+    assert sorted(p.key for p in told(lambda: design.with_values(wrong))) == sorted(wrong)
+
+
+def test_every_parameter_tells_unit_symbol_and_caption(bogie: str) -> None:
+    design = parse_design(bogie)
+    assert design.unit("vehicle.secondary.yaw_damping") == "N*m*s/rad"
+    assert design.unit("riding.journey") == "s"
+    for path, p in PARAMETERS.items():
+        parse_unit(p.unit)
+        assert p.symbol and p.caption and p.path == path
+        assert p.usual[0] <= p.usual[1] and p.minimum < p.maximum
+        assert p.default is None or p.read(p.default) == p.default
+
+
+def test_what_the_sensors_barely_see_has_a_prior() -> None:
+    held = {path.rsplit(".", 1)[1] for path, p in PARAMETERS.items() if p.prior}
+    assert held == {"contact_angle", "roll", "spin_creep"}
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(changes=st.dictionaries(st.sampled_from([p.path for p in FORMS["bogie"]]), st.floats(0.001, 0.09), max_size=6))
+def test_any_values_within_range_are_taken_as_they_are(bogie: str, changes: dict[str, float]) -> None:
+    changed = parse_design(bogie).with_values(changes)
+    assert {p: changed.values[p] for p in changes} == changes
+
+
+def test_a_design_travels_between_processes(bogie: str) -> None:
+    design = parse_design(f"{bogie}riding: {{use: local}}\n")
+    assert pickle.loads(pickle.dumps(design)) == design
+
+
+def test_a_design_is_read_from_a_file_or_a_text(bogie: str, tmp_path: Path, told: Told) -> None:
+    path = tmp_path / "slow.yaml"
+    path.write_text(bogie.replace("name: test bogie   # declared\n", ""))
+    design = load_design(path)
+    assert (design.name, design.source) == ("slow", path)
+    assert len(design.sha256) == 64
+    assert load_design(bogie).values == design.values == load_design(str(path)).values
+    assert "cannot be read" in told(lambda: load_design(tmp_path / "absent.yaml"))[0].message
+
+
+# adjustment
+
+ADJUSTED = "adjustment: {campaign: c, sha256: ab, names: [contact.spin_creep, vehicle.frame.mass], covariance: %s}\n"
+
+
+def test_an_adjustment_holds_names_and_covariance(bogie: str) -> None:
+    adjustment = parse_design(bogie + ADJUSTED % "[[1e-4, 0.5], [0.5, 2500]]").adjustment
+    assert adjustment is not None
+    assert adjustment.names == ("contact.spin_creep", "vehicle.frame.mass")
+    assert adjustment.covariance == ((1e-4, 0.5), (0.5, 2500.0))
+
+
+@pytest.mark.parametrize(
+    "covariance", ["[[1, 2]]", "[[1, 2], [3, 4]]", "[[-1, 0], [0, 1]]", "[[.nan, 0], [0, 1]]", "[[1], [1]]"]
+)
+def test_a_covariance_that_is_none_is_refused(bogie: str, covariance: str, told: Told) -> None:
+    assert told(lambda: parse_design(bogie + ADJUSTED % covariance))[0].key == "adjustment.covariance"
+
+
+def test_resolved_designs_differ_where_they_do_something_else(bogie: str) -> None:
+    design: Design = parse_design(bogie)
+    assert (
+        design.resolved() == parse_design(bogie.replace("55 kN", "55000 N").replace("test bogie", "other")).resolved()
+    )
+    assert design.resolved() != design.with_values({"contact.spin_creep": 0.3}).resolved()
