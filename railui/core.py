@@ -224,7 +224,7 @@ class Spline:
         return np.ascontiguousarray(flat.transpose(1, 2, 0))
 
 
-def passed(sections: FloatArray, series: FloatArray, memory: FloatArray | None = None) -> FloatArray:
+def sosfilt(sections: FloatArray, series: FloatArray, memory: FloatArray | None = None) -> FloatArray:
     """Series [..., sample] behind second-order sections [section, 6] (b0 b1 b2 1 a1 a2).
 
     memory [..., section, 2]: what the sections remember at first, in the transposed form II; nothing where None.

@@ -31,7 +31,7 @@ NO_FORCE: Final = {"dry_friction", "hysteresis"}  # at rest they hold anything o
 
 
 @dataclass(frozen=True, eq=False)
-class Stands:
+class Equilibria:
     """Where n vehicles stand: displacement, angle_of_attack, guiding_force [n, wheelset], wear_number [n].
 
     NaN where no equilibrium was found; residual [n]: the largest force left over, of the wheel load; shortfall [n] N:
@@ -73,8 +73,8 @@ def curve_many(
         first = models[members[0]]
         n = len(members)
         rows = np.stack([models[i].row for i in members])
-        stands = stands_many(first, rows, np.full(n, radius), np.full(n, cant_deficiency))
-        found |= {i: told(models[i], stands, k, radius, cant_deficiency) for k, i in enumerate(members)}
+        stands = solve_equilibria(first, rows, np.full(n, radius), np.full(n, cant_deficiency))
+        found |= {i: result_dict(models[i], stands, k, radius, cant_deficiency) for k, i in enumerate(members)}
     return [found[i] for i in range(len(models))]
 
 
@@ -84,11 +84,11 @@ def curves(
     """`curve` of one design at many radii [m]."""
     model = model_of(design)
     rows = np.repeat(model.row[None], len(radii), axis=0)
-    stands = stands_many(model, rows, np.array(radii), np.full(len(radii), cant_deficiency))
-    return [told(model, stands, k, float(radius), cant_deficiency) for k, radius in enumerate(radii)]
+    stands = solve_equilibria(model, rows, np.array(radii), np.full(len(radii), cant_deficiency))
+    return [result_dict(model, stands, k, float(radius), cant_deficiency) for k, radius in enumerate(radii)]
 
 
-def told(model: Model, stands: Stands, k: int, radius: float, cant_deficiency: float) -> dict[str, Any]:
+def result_dict(model: Model, stands: Equilibria, k: int, radius: float, cant_deficiency: float) -> dict[str, Any]:
     """The k-th of many stands as the keys of `curve`."""
     clearance = model.design.value("contact.flange_clearance")
     found = bool(np.isfinite(stands.wear_number[k]))
@@ -115,7 +115,7 @@ def told(model: Model, stands: Stands, k: int, radius: float, cant_deficiency: f
     }
 
 
-def stands_many(model: Model, rows: FloatArray, radius: FloatArray, cant_deficiency: FloatArray) -> Stands:
+def solve_equilibria(model: Model, rows: FloatArray, radius: FloatArray, cant_deficiency: FloatArray) -> Equilibria:
     """Where n vehicles of one structure, rows [n, row], stand in curves of radius [n] m, deficiency [n] m."""
     if not np.all(np.isfinite(radius)) or np.any(radius == 0):
         raise ValueError(f"a radius must be a number other than 0: {radius[~(np.abs(radius) > 0)][0]:g} m")
@@ -141,7 +141,7 @@ def stands_many(model: Model, rows: FloatArray, radius: FloatArray, cant_deficie
     wheels[lost] = np.nan
     total = np.where(lost, np.nan, wear.sum(axis=(1, 2)))
     shortfall = -loads.sum(axis=1) - wheels[:, :, 2].sum(axis=1)
-    return Stands(wheels[:, :, 0], wheels[:, :, 1], wheels[:, :, 2], total, left, shortfall)
+    return Equilibria(wheels[:, :, 0], wheels[:, :, 1], wheels[:, :, 2], total, left, shortfall)
 
 
 def positions(model: Model, rows: FloatArray, dofs: Sequence[str]) -> FloatArray:

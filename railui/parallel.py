@@ -14,7 +14,7 @@ R = TypeVar("R")
 T = TypeVar("T")
 
 
-def beside(work: Callable[[T], R], items: Sequence[T], jobs: int | None = None) -> Iterator[R]:
+def map_threads(work: Callable[[T], R], items: Sequence[T], jobs: int | None = None) -> Iterator[R]:
     """What work makes of every item, in their order, on so many threads (None: all that the machine has).
 
     Whoever stops taking results does not wait for those that have not begun.
@@ -33,7 +33,7 @@ def beside(work: Callable[[T], R], items: Sequence[T], jobs: int | None = None) 
         pool.shutdown(cancel_futures=True)
 
 
-def both(first: Callable[[], A], second: Callable[[], B], jobs: int | None = None) -> tuple[A, B]:
+def run_both(first: Callable[[], A], second: Callable[[], B], jobs: int | None = None) -> tuple[A, B]:
     """What two pieces of work make, beside each other where there is more than one thread; one's error is raised.
 
     >>> both(lambda: 2 + 2, lambda: "four")

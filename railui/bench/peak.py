@@ -31,7 +31,7 @@ def peak(ns: dict[str, float], repetitions: int = REPETITIONS) -> dict[str, Any]
         "full": rolling(bogie(), spread(bogie(), 1), road()),
         "reduced": rolling_reduced(spread(bogie(reduced=True), 1)),
     }
-    return rates | {name: share(jobs[name].arithmetic() or {}, each, **rates) for name, each in ns.items()}
+    return rates | {name: share_of_peak(jobs[name].arithmetic() or {}, each, **rates) for name, each in ns.items()}
 
 
 def peaks(repetitions: int = REPETITIONS) -> dict[str, float]:
@@ -40,7 +40,7 @@ def peaks(repetitions: int = REPETITIONS) -> dict[str, float]:
     return {name: chains(*ROUNDS[name]) / each for name, each in zip(ROUNDS, seconds, strict=True)}
 
 
-def share(
+def share_of_peak(
     operations: dict[str, int], ns: float, operations_per_second: float, roots_per_second: float
 ) -> dict[str, Any]:
     """Operations of a design-step, and the shares of both peaks where it takes so many nanoseconds.

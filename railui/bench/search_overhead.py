@@ -14,12 +14,12 @@ from railui.arrays import FloatArray
 from railui.bench.standard_job import BOGIE
 from railui.core import jobs_or_all
 from railui.execution.session import Session
-from railui.execution.threads import Local
+from railui.execution.threads import ThreadRunner
 from railui.optimisation.cases import Case, cases_of
 from railui.optimisation.design_space import Ranges, first_generation
-from railui.optimisation.evaluation import Numbers
-from railui.optimisation.multi_objective import by_pymoo
-from railui.optimisation.objectives import judge
+from railui.optimisation.evaluation import ResponseTable
+from railui.optimisation.multi_objective import search_pymoo
+from railui.optimisation.objectives import assess
 from railui.optimisation.optimise import declared_values
 from railui.optimisation.responses import steppable
 from railui.optimisation.study import Study, load_study
@@ -73,16 +73,16 @@ def overhead(jobs: int | None = None, generations: int = GENERATIONS) -> dict[st
     threads = jobs_or_all(jobs)
     with tempfile.TemporaryDirectory() as home:
         study = _study(Path(home), generations)
-        with Session(study, Path(home) / "out", Local(threads)) as session:
+        with Session(study, Path(home) / "out", ThreadRunner(threads)) as session:
             asked: list[tuple[Sequence[Case], Sequence[FloatArray]]] = []
 
-            def evaluator(cases: Sequence[Case], rows: Sequence[FloatArray], keys: Collection[str]) -> Numbers:
+            def evaluator(cases: Sequence[Case], rows: Sequence[FloatArray], keys: Collection[str]) -> ResponseTable:
                 asked.append((cases, rows))
                 return session.evaluator(cases, rows, keys)
 
             cases, declared, kernel, whole = cases_of(study), declared_values(study), _Kernel(threads), 0.0
             first = first_generation(Ranges(study.variables), study.method.population, declared, study.method.seed)
-            steps = by_pymoo(study, first, lambda x: judge(study, cases, x, evaluator))
+            steps = search_pymoo(study, first, lambda x: assess(study, cases, x, evaluator))
             next(steps)  # to warm up: tables, pymoo
             asked.clear()
             for _ in range(generations - 1):

@@ -12,11 +12,11 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.bench.standard_coach import COACH
 from railui.core import LANES, Batch, Rides, Vehicles, jobs_or_all, simd
-from railui.ride_quality.comfort import comfort_sections, felt
+from railui.ride_quality.comfort import comfort_sections, felt_acceleration
 from railui.ride_quality.score import score_many
 from railui.ride_quality.statistics import BLOCK, SCORED, displacements
 from railui.track import Track
-from railui.track.excitation import Laid, Road, lay
+from railui.track.excitation import Excitation, TrackSource, resolve_track
 from railui.vehicle.design_reader import parse_design
 from railui.vehicle.model import Model
 
@@ -77,12 +77,12 @@ def spread(model: Model, count: int = DESIGNS) -> FloatArray:
     return rows
 
 
-def road(reduced: bool = False, length: float = LENGTH) -> Road:
+def road(reduced: bool = False, length: float = LENGTH) -> Excitation:
     """The road of the standard job, its first `length` [m]; reduced: without cross-level."""
-    laid = lay(TRACK.format(f"{length:g}"))
+    laid = resolve_track(TRACK.format(f"{length:g}"))
     if reduced:
-        laid = Laid(Track(laid.track.s, laid.track.yw), f"{laid.name}, no cross-level")
-    return Road(laid, SPEED)
+        laid = TrackSource(Track(laid.track.s, laid.track.yw), f"{laid.name}, no cross-level")
+    return Excitation(laid, SPEED)
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,9 @@ class Rolling:
         )  # fmt: skip
 
 
-def rolling(model: Model, rows: FloatArray, way: Road, comfort: bool = True) -> Rolling:
+def rolling(model: Model, rows: FloatArray, way: Excitation, comfort: bool = True) -> Rolling:
     """Vehicles as a score needs them; without `comfort` the displacements of their wheelsets alone."""
-    wheels, points = displacements(model), felt(model) if comfort else ()
+    wheels, points = displacements(model), felt_acceleration(model) if comfort else ()
     sections = comfort_sections(model, rows, way.dt) if comfort else {}
     return Rolling(
         model.vehicles(), model.batch(rows), way.table(model.half_wheelbase(), 1), way.dt, (*wheels, *points),
@@ -213,7 +213,7 @@ def bench(jobs: int | None = None, repetitions: int = REPETITIONS, designs: int 
     return found | {"designs": designs, "lanes": LANES, "simd": simd(), "threads": threads}
 
 
-def told(found: dict[str, Any]) -> Sequence[tuple[str, str, str, str]]:
+def as_rows(found: dict[str, Any]) -> Sequence[tuple[str, str, str, str]]:
     """The rows of a table: job, ns per design-step on one thread, designs/s on one thread and on all."""
     return [
         (

@@ -15,11 +15,11 @@ from railui.arrays import FloatArray
 from railui.bench.standard_coach import COACH
 from railui.bench.standard_job import BOGIE
 from railui.core import CURVES, catalogue
-from railui.ride_quality.evaluation import road_of
-from railui.track.excitation import Road
+from railui.ride_quality.evaluation import excitation_of
+from railui.track.excitation import Excitation
 from railui.vehicle.design_reader import Design, parse_design
 from railui.vehicle.model import Model
-from railui.vehicle.simulate import series_along
+from railui.vehicle.simulate import simulate_series
 
 STEPS: Final = (1, 2, 4, 8)  # per sample
 TRUTH: Final = 64
@@ -54,12 +54,12 @@ def _own(design: Design) -> str:
     return ", ".join(effect.kind for effect in design.effects)
 
 
-def precision() -> dict[str, Any]:
+def step_errors() -> dict[str, Any]:
     """Rows of vehicle, effects, steps per sample that the kernel takes by itself, and the error at each count of steps.
 
     The error is the rms of the difference of e_1 over the rms of e_1; None where the vehicle diverges.
     """
-    road = road_of(TRACK, SPEED)
+    road = excitation_of(TRACK, SPEED)
     return {
         "track": road.laid.name,
         "speed": SPEED,
@@ -73,7 +73,7 @@ def precision() -> dict[str, Any]:
     }
 
 
-def errors(model: Model, road: Road) -> dict[str, Any]:
+def errors(model: Model, road: Excitation) -> dict[str, Any]:
     """The steps that the kernel takes, and the errors [count of steps] of a vehicle on a road."""
     exact = _ridden(model, road, TRUTH)
     size = float(np.sqrt(np.mean(exact**2)))
@@ -82,6 +82,6 @@ def errors(model: Model, road: Road) -> dict[str, Any]:
     return {"taken": taken, "errors": [error if np.isfinite(error) else None for error in found]}
 
 
-def _ridden(model: Model, road: Road, steps: int) -> FloatArray:
-    series, lost = series_along(model, road, [CHANNEL], steps=steps)
+def _ridden(model: Model, road: Excitation, steps: int) -> FloatArray:
+    series, lost = simulate_series(model, road, [CHANNEL], steps=steps)
     return series[0] if lost is None else np.full_like(series[0], np.nan)

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.consistency import BAND, SEGMENT
-from railui.campaign.dataset import COMPARED, Stretch
+from railui.campaign.dataset import COMPARED, Segment
 from railui.campaign.finding import Finding
-from railui.dsp.spectra import hann, levelled
+from railui.dsp.spectra import detrend, hann
 
 SLOWEST = 0.5  # Hz from which it is told
 
 
-def ceilings(stretch: Stretch, values: Mapping[str, float]) -> list[Finding]:
+def coherence_limits(stretch: Segment, values: Mapping[str, float]) -> list[Finding]:
     """What of every channel a linear vehicle explains from the track under both wheelsets: multiple coherence.
 
     value: the nrmse that remains; nonlinear effects, unmeasured forces, noise and a speed that varies all add to it.
@@ -50,5 +50,5 @@ def _spectra(columns: Sequence[FloatArray], dt: float, n: int) -> tuple[FloatArr
     """Windowed transforms [column, segment, frequency] of half-overlapping segments."""
     window = hann(n)
     starts = range(0, len(columns[0]) - n + 1, n // 2)
-    parts = [[np.fft.rfft(levelled(x[k : k + n]) * window) for k in starts] for x in columns]
+    parts = [[np.fft.rfft(detrend(x[k : k + n]) * window) for k in starts] for x in columns]
     return np.asarray(np.fft.rfftfreq(n, dt), dtype=np.float64), np.array(parts)

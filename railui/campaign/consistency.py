@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
-from railui.campaign.dataset import Stretch
+from railui.campaign.dataset import Segment
 from railui.campaign.finding import Finding
-from railui.dsp.spectra import cross, density
+from railui.dsp.spectra import csd, welch
 
 SEGMENT = 2.56  # s of a segment of the spectra
 BAND = (1.0, 12.0)  # Hz in which motions are held against each other
@@ -45,7 +45,7 @@ def _twice(x: FloatArray, dt: float) -> FloatArray:
     return np.gradient(np.gradient(x, dt), dt)
 
 
-def _relations(stretch: Stretch, values: Mapping[str, float]) -> list[_Relation]:
+def _relations(stretch: Segment, values: Mapping[str, float]) -> list[_Relation]:
     """What the channels that were measured let one hold against each other."""
     c, dt = stretch.columns, stretch.dt
     a, r = values["vehicle.geometry.half_wheelbase"], values["vehicle.geometry.rolling_radius"]
@@ -64,7 +64,7 @@ def _relations(stretch: Stretch, values: Mapping[str, float]) -> list[_Relation]
     return out
 
 
-def relations(stretch: Stretch, values: Mapping[str, float]) -> list[Finding]:
+def kinematic_checks(stretch: Segment, values: Mapping[str, float]) -> list[Finding]:
     """Clock, gain and sign of every channel that others can be held against; values: the numbers of the bogie."""
     found, sound = list[tuple[_Relation, Finding]](), set[str]()
     for relation in _relations(stretch, values):
@@ -83,7 +83,7 @@ def relations(stretch: Stretch, values: Mapping[str, float]) -> list[Finding]:
     return out
 
 
-def _held(stretch: Stretch, relation: _Relation) -> Finding | None:
+def _held(stretch: Segment, relation: _Relation) -> Finding | None:
     """Sign, delay or gain of a channel against what it must equal; None where they agree or nothing tells."""
     n = min(round(SEGMENT / stretch.dt), stretch.samples // 4)
     if relation.flipped is not None:
@@ -100,8 +100,8 @@ def _held(stretch: Stretch, relation: _Relation) -> Finding | None:
 
 def _coherent(x: FloatArray, y: FloatArray, dt: float, n: int) -> float:
     """Mean coherence of two signals in the band, from segments of n samples."""
-    f, both = cross(x, y, 1.0 / dt, n)
-    coherence = np.abs(both) ** 2 / (density(x, 1.0 / dt, n)[1] * density(y, 1.0 / dt, n)[1])
+    f, both = csd(x, y, 1.0 / dt, n)
+    coherence = np.abs(both) ** 2 / (welch(x, 1.0 / dt, n)[1] * welch(y, 1.0 / dt, n)[1])
     return float(np.mean(coherence[(f >= BAND[0]) & (f <= BAND[1])]))
 
 
@@ -120,11 +120,11 @@ class _Transfer:
     weight: FloatArray
 
     @classmethod
-    def of(cls, stretch: Stretch, relation: _Relation, n: int) -> _Transfer | None:
+    def of(cls, stretch: Segment, relation: _Relation, n: int) -> _Transfer | None:
         """From segments of n samples; None where too few frequencies tell anything."""
         rate = 1.0 / stretch.dt
-        f, both = cross(relation.owed, relation.measured, rate, n)
-        own, seen = (density(x, rate, n)[1] for x in (relation.owed, relation.measured))
+        f, both = csd(relation.owed, relation.measured, rate, n)
+        own, seen = (welch(x, rate, n)[1] for x in (relation.owed, relation.measured))
         coherence = np.abs(both) ** 2 / np.maximum(own * seen, 1e-300)
         kept = (f >= BAND[0]) & (f <= BAND[1]) & (coherence > CLEAR)
         if kept.sum() < FEWEST:
@@ -136,12 +136,12 @@ class _Transfer:
         return cls(2.0 * np.pi * f[kept], both[kept], gain, coherence[kept], weight)
 
 
-def _wrong_way(stretch: Stretch, name: str, against: str, tell: str) -> Finding:
+def _wrong_way(stretch: Segment, name: str, against: str, tell: str) -> Finding:
     text = f"{name} has the other sign than {against} {tell}: a sensor is mounted the wrong way round"
     return Finding("sign", stretch.file, name, -1.0, "1", text, serious=True)
 
 
-def _late(stretch: Stretch, relation: _Relation, seen: _Transfer) -> Finding | None:
+def _late(stretch: Segment, relation: _Relation, seen: _Transfer) -> Finding | None:
     """A delay [s] that is clear of its standard error, from the slope of the phase."""
     phase = np.unwrap(np.angle(seen.cross))
     delay = -float(np.sum(seen.weight * seen.w * phase) / np.sum(seen.weight * seen.w * seen.w))
@@ -153,7 +153,7 @@ def _late(stretch: Stretch, relation: _Relation, seen: _Transfer) -> Finding | N
     return Finding("clock", stretch.file, name, delay, "s", text, serious=True)
 
 
-def _amplified(stretch: Stretch, relation: _Relation, seen: _Transfer) -> Finding | None:
+def _amplified(stretch: Segment, relation: _Relation, seen: _Transfer) -> Finding | None:
     """A gain other than 1 that is clear of its standard error, where the two are most coherent."""
     strong = seen.coherence > STRONG
     if strong.sum() < FEWEST:

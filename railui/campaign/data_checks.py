@@ -11,11 +11,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.coherence import ceilings
-from railui.campaign.consistency import relations
-from railui.campaign.dataset import Measurement, Stretch
+from railui.campaign.coherence import coherence_limits
+from railui.campaign.consistency import kinematic_checks
+from railui.campaign.dataset import Dataset, Segment
 from railui.campaign.finding import Finding
-from railui.dsp.filters import butterworth, zero_phase
+from railui.dsp.filters import butterworth, sosfiltfilt
 from railui.dsp.spectra import periodogram
 
 CLIPPED = 3  # samples in a row at the extreme
@@ -24,7 +24,7 @@ WINDOW, STEP, RISEN = 100.0, 10.0, 2.0  # m, m, times the median rms: a hunting 
 HUNTING = (0.8, 8.0)  # Hz
 
 
-def gate(measurement: Measurement) -> list[Finding]:
+def check_data(measurement: Dataset) -> list[Finding]:
     """All findings of a measurement, the serious ones first."""
     found: list[Finding] = []
     for entry, run in zip(measurement.campaign.runs, measurement.runs, strict=True):
@@ -34,9 +34,9 @@ def gate(measurement: Measurement) -> list[Finding]:
     for stretch in measurement.stretches:
         found += [f for c in stretch.channels for f in _clipping(stretch, c)]
         if stretch.kind == "bogie":
-            found += relations(stretch, measurement.campaign.design.values)
-            found += ceilings(stretch, measurement.campaign.design.values)
-            found += hunting(stretch)
+            found += kinematic_checks(stretch, measurement.campaign.design.values)
+            found += coherence_limits(stretch, measurement.campaign.design.values)
+            found += check_hunting(stretch)
     return sorted(found, key=lambda f: not f.serious)
 
 
@@ -59,7 +59,7 @@ def _stuck(file: str, name: str, x: FloatArray, t: FloatArray, rate: float) -> l
     return [Finding("stuck", file, name, float(seconds), "s", text, False, start, start + float(seconds))]
 
 
-def _clipping(stretch: Stretch, name: str) -> list[Finding]:
+def _clipping(stretch: Segment, name: str) -> list[Finding]:
     """Samples in a row at the very extreme of a channel."""
     x = stretch.columns[name]
     count = 0
@@ -75,13 +75,13 @@ def _clipping(stretch: Stretch, name: str) -> list[Finding]:
     return [Finding("clipping", stretch.file, name, share / 100.0, "1", text, serious=share > 0.1)]
 
 
-def hunting(stretch: Stretch) -> list[Finding]:
+def check_hunting(stretch: Segment) -> list[Finding]:
     """Stretches where a wheelset swings much more than along the rest, with frequency and wavelength."""
     name = next((c for c in ("ay1", "ay2") if c in stretch.columns), None)
     if name is None:
         return []
     s, t = stretch.columns["s"], stretch.columns["t"]
-    x = zero_phase(butterworth(2, HUNTING, 1.0 / stretch.dt), stretch.columns[name])
+    x = sosfiltfilt(butterworth(2, HUNTING, 1.0 / stretch.dt), stretch.columns[name])
     starts = np.arange(s[0], s[-1] - WINDOW, STEP)
     if len(starts) < 10:
         return []

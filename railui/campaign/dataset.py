@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign
 from railui.core import Batch, Filter, Spline, Vehicles
-from railui.dsp.filters import butterworth, padding, steady, zero_phase
-from railui.dsp.spectra import density
+from railui.dsp.filters import butterworth, padlen, sosfilt_zi, sosfiltfilt
+from railui.dsp.spectra import welch
 from railui.runs import columns as known
 from railui.runs.run import Run, load_run
 from railui.track import Behind, band_limited_noise, distance, run_table, with_track
@@ -28,7 +28,7 @@ SHARED = 2  # steps per sample up to which the whole has a table anyhow, of whic
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class Segment:
     """An unbroken piece of a measured run: columns [n] each, dt [s] between samples."""
 
     file: str
@@ -38,9 +38,9 @@ class Stretch:
     dt: float
     kind: str = "bogie"
     tables: dict[tuple[Behind, int], FloatArray] = field(default_factory=dict, repr=False)
-    whole: Stretch | None = None  # what a window was cut from, and its first sample there
+    whole: Segment | None = None  # what a window was cut from, and its first sample there
     first: int = 0
-    longer: Stretch | None = None  # of which this is the beginning
+    longer: Segment | None = None  # of which this is the beginning
     run: int = 0  # which of the campaign's
 
     @property
@@ -74,11 +74,11 @@ class Stretch:
         return 1.0 if self.kind == "rig" else float(self.columns["v"].mean())
 
     @property
-    def place(self) -> tuple[str, float]:
+    def segment_key(self) -> tuple[str, float]:
         """Which run and which of its stretches this is (part of), and the distance [m] of that stretch's middle."""
         cut_from = self.whole or self.longer
         if cut_from is not None:
-            return cut_from.place
+            return cut_from.segment_key
         s = self.columns.get("s")
         return f"{self.run}.{self.number}", 0.0 if s is None else float(0.5 * (s[0] + s[-1]))
 
@@ -94,12 +94,12 @@ class Stretch:
             )
         return self.tables[key]
 
-    def beginning(self, samples: int) -> Stretch:
+    def truncated(self, samples: int) -> Segment:
         """The first samples of this stretch."""
         columns = {k: np.ascontiguousarray(x[:samples]) for k, x in self.columns.items()}
         return replace(self, columns=columns, tables={}, longer=self)
 
-    def windows(self, seconds: float) -> list[Stretch]:
+    def windows(self, seconds: float) -> list[Segment]:
         """This stretch cut into windows of at least so many seconds, on the track that the whole lies on."""
         edges = np.linspace(0, self.samples, max(int(self.samples * self.dt / seconds), 1) + 1).astype(int)
         return [
@@ -162,7 +162,7 @@ def _rig_table(c: Mapping[str, FloatArray], dt: float, steps: int) -> FloatArray
     return table
 
 
-def stretches(run: Run, name: str, role: str, kind: str = "bogie", index: int = 0) -> list[Stretch]:
+def segments_of_run(run: Run, name: str, role: str, kind: str = "bogie", index: int = 0) -> list[Segment]:
     """The stretches of a run that are used, in their order; index: which of the campaign's runs it is."""
     names = tuple(known.columns_of(kind))
     found = []
@@ -171,48 +171,48 @@ def stretches(run: Run, name: str, role: str, kind: str = "bogie", index: int = 
         if kind != "rig" and "s" not in columns:
             columns["s"] = distance(columns["t"], columns["v"])
         usable = {k: x for k, x in columns.items() if k not in RESPONSES or np.all(np.isfinite(x))}
-        found.append(Stretch(name, role, number, usable, 1.0 / run.rate, kind, run=index))
+        found.append(Segment(name, role, number, usable, 1.0 / run.rate, kind, run=index))
     return found
 
 
 @dataclass(frozen=True)
-class Measurement:
+class Dataset:
     """A campaign with its runs read: stretches by role, noise of every column (declared, or estimated)."""
 
     campaign: Campaign
     runs: tuple[Run, ...]
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[Segment, ...]
     noise: Mapping[str, float]
 
     @property
-    def adjust(self) -> list[Stretch]:
+    def estimation(self) -> list[Segment]:
         """What is fitted."""
         return [s for s in self.stretches if s.role == "adjust"]
 
     @property
-    def validate(self) -> list[Stretch]:
+    def validation(self) -> list[Segment]:
         """What no fit sees, and judges."""
         return [s for s in self.stretches if s.role == "validate"]
 
 
-def read(campaign: Campaign) -> Measurement:
+def read_dataset(campaign: Campaign) -> Dataset:
     """Read the runs of a campaign. Raises FileProblems for a run that cannot be used."""
     kind = campaign.design.kind
     runs, found = [], []
     for index, entry in enumerate(campaign.runs):
         run = load_run(entry.file, kind)
         runs.append(run)
-        found += stretches(run, entry.name, entry.role, kind, index)
+        found += segments_of_run(run, entry.name, entry.role, kind, index)
     noise = dict(estimated_noise(found)) | dict(campaign.noise)
-    return Measurement(campaign, tuple(runs), tuple(found), noise)
+    return Dataset(campaign, tuple(runs), tuple(found), noise)
 
 
-def estimated_noise(found: Sequence[Stretch]) -> dict[str, float]:
+def estimated_noise(found: Sequence[Segment]) -> dict[str, float]:
     """White sensor noise of each response from the highest tenth of its spectrum; track columns: none."""
     noise: dict[str, list[float]] = {}
     for s in found:
         for c in s.channels:
-            _, power = density(s.columns[c], 1.0, 1024)
+            _, power = welch(s.columns[c], 1.0, 1024)
             top = power[-max(len(power) // 10, 1) : -1]
             noise.setdefault(c, []).append(float(np.sqrt(np.median(top) * 0.5)))
     return {c: float(np.median(values)) for c, values in noise.items()}
@@ -226,31 +226,31 @@ def band_pass(band: tuple[float, float] | None, rate: float) -> FloatArray:
     return butterworth(4, (band[0], high), rate)
 
 
-def cut_samples(campaign: Campaign, stretch: Stretch) -> int:
+def cut_samples(campaign: Campaign, stretch: Segment) -> int:
     """Samples left out at both ends; a window, which begins anew, is compared up to its ends."""
     return 0 if stretch.whole is not None else round(campaign.cut_of(stretch.samples * stretch.dt) / stretch.dt)
 
 
-def filter_for(campaign: Campaign, stretch: Stretch, weights: FloatArray, every: int = 1) -> Filter:
+def kernel_filter(campaign: Campaign, stretch: Segment, weights: FloatArray, every: int = 1) -> Filter:
     """The comparison's filter of a stretch; weights [channel]."""
     sos = band_pass(campaign.band, 1.0 / stretch.dt)
-    return Filter(sos, steady(sos), padding(sos), cut_samples(campaign, stretch), weights, every)
+    return Filter(sos, sosfilt_zi(sos), padlen(sos), cut_samples(campaign, stretch), weights, every)
 
 
-def filtered(campaign: Campaign, stretch: Stretch, x: FloatArray) -> FloatArray:
+def comparison_filter(campaign: Campaign, stretch: Segment, x: FloatArray) -> FloatArray:
     """The comparison as defined: each channel [channel, n] forwards and backwards through the band-pass, then cut."""
     cut = cut_samples(campaign, stretch)
-    return passed(band_pass(campaign.band, 1.0 / stretch.dt), x)[..., cut : x.shape[-1] - cut]
+    return sosfiltfilt_or_demean(band_pass(campaign.band, 1.0 / stretch.dt), x)[..., cut : x.shape[-1] - cut]
 
 
-def passed(sos: FloatArray, x: FloatArray) -> FloatArray:
+def sosfiltfilt_or_demean(sos: FloatArray, x: FloatArray) -> FloatArray:
     """What sections pass forwards and backwards of each channel [channel, n]; without any, x less its mean."""
-    return np.asarray(zero_phase(sos, x) if len(sos) else x - x.mean(axis=-1, keepdims=True))
+    return np.asarray(sosfiltfilt(sos, x) if len(sos) else x - x.mean(axis=-1, keepdims=True))
 
 
 def simulate(
     model: Model,
-    stretch: Stretch,
+    stretch: Segment,
     channels: Sequence[str],
     *,
     batch: Batch | None = None,
@@ -266,7 +266,7 @@ def simulate(
     The one vehicle of a model has the phases that are known of the stretch.
     """
     vehicles = vehicles or model.vehicles(stretch.coach_forces)
-    batch = model.on(*stretch.place).single() if batch is None else batch
+    batch = model.on(*stretch.segment_key).single() if batch is None else batch
     if initial is not None:
         batch = batch.with_initial(initial)
     steps = steps or steps_for(model, stretch)
@@ -274,7 +274,7 @@ def simulate(
     return vehicles.simulate(batch, table, stretch.dt, steps, channels, filter=filter, jobs=jobs)
 
 
-def steps_for(model: Model, stretch: Stretch) -> int:
+def steps_for(model: Model, stretch: Segment) -> int:
     """RK4 steps per sample that the vehicle needs on this stretch."""
     return model.vehicles(stretch.coach_forces).steps(model.single(), *stretch.speeds, stretch.dt)[0]
 

@@ -11,7 +11,7 @@ from railui.cli.quantities import reading
 from railui.cli.quantities import stretch as stretch_of_track
 
 if TYPE_CHECKING:
-    from railui.identification.loop import Found
+    from railui.identification.loop import LoopResult
 
 SCATTER = 4.0  # chi2 of a parameter's stretches from which it is shown
 LEAST = 0.01  # and of its value, by which it must differ
@@ -50,9 +50,9 @@ def command(
     role validate.
     """
     from railui.campaign.campaign import load_campaign
-    from railui.campaign.dataset import read
+    from railui.campaign.dataset import read_dataset
     from railui.documents.recognise import expect
-    from railui.identification.loop import adjust_only
+    from railui.identification.loop import calibrate_only
     from railui.report.loop.data import loop_report
 
     expect(campaign, "campaign")
@@ -62,7 +62,7 @@ def command(
     if loaded.design.kind != "bogie" and (coefficients or stretch is not None):
         raise refuse("--coefficients and --stretch are for vehicles on a track, this campaign is of a rig")
     report = narrator(call, [])
-    found = adjust_only(read(loaded), method=method, seed=call.seed or 0, jobs=call.jobs, report=report)
+    found = calibrate_only(read_dataset(loaded), method=method, seed=call.seed or 0, jobs=call.jobs, report=report)
     data = loop_report(found)
     data = data | {"schema": "railui.adjust/1", "method": method}
     for key in ("verdict", "sentence", "ranking", "traces", "detectable", "classes", "outside"):
@@ -86,7 +86,13 @@ def profiled_paths(text: str | None, adjusted: tuple[str, ...]) -> list[str]:
 
 
 def further(
-    found: Found, coefficients: bool, length: float | None, paths: list[str], method: str, call: Invocation, report: Any
+    found: LoopResult,
+    coefficients: bool,
+    length: float | None,
+    paths: list[str],
+    method: str,
+    call: Invocation,
+    report: Any,
 ) -> dict[str, Any]:
     """What was asked for beyond the adjustment, as data."""
     from railui.identification.estimation import identifiability
@@ -104,12 +110,12 @@ def further(
         data["stretches"] = told.stretch_rows(identifiability.per_stretch(found.before, length))
     if paths:
         data["profile"] = told.profile_rows(
-            identifiability.profiles(found.before, paths, jobs=call.jobs, report=report)
+            identifiability.profile_likelihoods(found.before, paths, jobs=call.jobs, report=report)
         )
     return dict(finite(data))
 
 
-def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
+def show(call: Invocation, found: LoopResult, data: dict[str, Any]) -> None:
     """Parameters before and after, the error, and what was asked for beside."""
     from railui.io.number_format import display
     from railui.report.loop.data import unstated_track_noise

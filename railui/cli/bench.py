@@ -57,12 +57,12 @@ def _standard(repetitions: int, keep: str | None, call: Invocation) -> None:
 def _jobs(found: dict[str, Any]) -> Table:
     from rich.table import Table
 
-    from railui.bench.standard_job import told
+    from railui.bench.standard_job import as_rows
 
     title = f"{found['designs']} designs, {found['lanes']} lanes, SIMD {found['simd']}"
     threads = f"designs/s, {found['threads']} threads"
     table = Table("job", "ns per design-step", "designs/s, 1 thread", threads, title=title)
-    for row in told(found):
+    for row in as_rows(found):
         table.add_row(*row)
     times = found["coach_to_bogie"]
     table.caption = f"a step of the coach of 17 degrees costs {times:.2f} times that of the full bogie"
@@ -143,9 +143,9 @@ def _overhead(call: Invocation) -> None:
 def _precision(call: Invocation) -> None:
     from rich.table import Table
 
-    from railui.bench.step_error import precision
+    from railui.bench.step_error import step_errors
 
-    found = precision()
+    found = step_errors()
     counts = [f"{n} step" + ("s" if n > 1 else "") for n in found["steps"]]
     table = Table("vehicle", "effects", *counts, "taken", title="error of e_1 over its rms", title_justify="left")
     for row in found["rows"]:

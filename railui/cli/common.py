@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from railui.io.problems import Problem
-    from railui.track.excitation import Laid
+    from railui.track.excitation import TrackSource
     from railui.vehicle.design_reader import Design
 
 PAUSE = 10.0  # s between two lines of progress where there is no terminal
@@ -231,16 +231,16 @@ def narrator(call: Invocation, log: list[str]) -> Any:
     return report
 
 
-def lay_track(track: str, seed: int | None, said: str = "--track", *, seeded: bool = False) -> Laid:
+def lay_track(track: str, seed: int | None, said: str = "--track", *, seeded: bool = False) -> TrackSource:
     """The track that an argument names, its `seed` where it is random: a file has none, unless one is asked of it.
 
     FileProblems for a faulty file, wrong use of what was `said` for a faulty spec.
     """
     from railui.io.problems import FileProblems
-    from railui.track.excitation import is_track_file, lay
+    from railui.track.excitation import is_track_file, resolve_track
 
     try:
-        return lay(track, seed if seeded or not is_track_file(track) else None)
+        return resolve_track(track, seed if seeded or not is_track_file(track) else None)
     except FileProblems:
         raise
     except ValueError as error:

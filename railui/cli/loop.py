@@ -10,7 +10,7 @@ import click
 from railui.cli.common import Invocation, narrator, options, refuse
 
 if TYPE_CHECKING:
-    from railui.identification.loop import Found
+    from railui.identification.loop import LoopResult
 
 ROWS = 8
 EFFECTS = dict.fromkeys(("effect", "none"), "effects found") | {"outside": "effects added, which are not the answer"}
@@ -35,7 +35,7 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     Every verdict (none, effect, outside) ends with exit code 0.
     """
     from railui.campaign.campaign import load_campaign
-    from railui.campaign.dataset import read
+    from railui.campaign.dataset import read_dataset
     from railui.campaign.directory import campaign_file
     from railui.documents.recognise import expect
     from railui.identification.loop import close_loop
@@ -58,7 +58,7 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     load_beside()
     log: list[str] = []
     report = narrator(call, log)
-    found = close_loop(read(loaded), without=barred, seed=call.seed or 0, jobs=call.jobs, report=report)
+    found = close_loop(read_dataset(loaded), without=barred, seed=call.seed or 0, jobs=call.jobs, report=report)
     data = loop_report(found)
     log.append(str(data["sentence"]))
     write_loop(found, data, directory, log)
@@ -80,7 +80,7 @@ def barred_kinds(text: str) -> list[str]:
     return kinds
 
 
-def show(call: Invocation, found: Found, data: dict[str, Any]) -> None:
+def show(call: Invocation, found: LoopResult, data: dict[str, Any]) -> None:
     """The verdict, the errors per channel and the effects, for the reader."""
     from rich.table import Table
 

@@ -90,14 +90,14 @@ def _usual(source: Path) -> Path:
 
 def _runner(scheduler: str | None, call: Invocation) -> Runner:
     if scheduler is None:
-        from railui.execution.threads import Local
+        from railui.execution.threads import ThreadRunner
 
-        return Local(call.jobs)
+        return ThreadRunner(call.jobs)
     try:
-        from railui.execution.dask_cluster import Cluster
+        from railui.execution.dask_cluster import DaskRunner
     except ModuleNotFoundError as error:
         raise refuse(f"--scheduler needs {error.name}: pip install 'railui[cluster]'") from None
-    return Cluster(scheduler, call.say)
+    return DaskRunner(scheduler, call.say)
 
 
 def _plan(study: Study, where: Path, call: Invocation) -> None:

@@ -11,7 +11,7 @@ from railui.cli.common import STRICT, Invocation, cell, design_argument, lay_tra
 from railui.cli.quantities import reading, seeds, speed, speeds
 
 if TYPE_CHECKING:
-    from railui.track.excitation import Laid
+    from railui.track.excitation import TrackSource
     from railui.vehicle.design_reader import Design
 
 SHOWN = (
@@ -65,7 +65,7 @@ def command(
     ctx.exit(VIOLATED if strict and any(case["class"] in STRICT for case in cases) else 0)
 
 
-def _cases(vehicle: Design, laid: list[Laid], speeds: list[float], call: Invocation) -> list[dict[str, Any]]:
+def _cases(vehicle: Design, laid: list[TrackSource], speeds: list[float], call: Invocation) -> list[dict[str, Any]]:
     from railui.ride_quality.evaluation import ride_many
 
     found = []

@@ -9,7 +9,7 @@ import click
 from railui.cli.common import Invocation, lay_track, options, refuse
 
 if TYPE_CHECKING:
-    from railui.track.excitation import Laid
+    from railui.track.excitation import TrackSource
 
 
 @click.command("track")
@@ -48,16 +48,16 @@ def command(spec: tuple[str, ...], output: str | None, spectrum: str | None, cal
         call.say(f"{len(laid.track)} places of {laid.name} written to {output}")
 
 
-def _read(name: str) -> Laid:
+def _read(name: str) -> TrackSource:
     from pathlib import Path
 
-    from railui.track.excitation import is_track_file, lay
+    from railui.track.excitation import is_track_file, resolve_track
 
     file = is_track_file(name) or (len(name.split()) == 1 and "." in name)
-    return lay(Path(name)) if file else lay_track(name, None, "--spectrum")
+    return resolve_track(Path(name)) if file else lay_track(name, None, "--spectrum")
 
 
-def _write(laid: Laid, output: str, call: Invocation) -> None:
+def _write(laid: TrackSource, output: str, call: Invocation) -> None:
     from railui.track.reader import save_track, track_text
 
     track = laid.track
@@ -68,7 +68,7 @@ def _write(laid: Laid, output: str, call: Invocation) -> None:
         save_track(output, *columns)
 
 
-def contents(laid: Laid) -> dict[str, Any]:
+def contents(laid: TrackSource) -> dict[str, Any]:
     """What a track contains: bands, one-sided densities per rad/m, the nearest known spectrum."""
     from railui.track import BANDS, band_sd, nearest_spectrum, psd
 
@@ -95,7 +95,7 @@ def contents(laid: Laid) -> dict[str, Any]:
     }
 
 
-def _table(laid: Laid, body: dict[str, Any]) -> Any:
+def _table(laid: TrackSource, body: dict[str, Any]) -> Any:
     from rich.table import Table
 
     nearest = body["nearest"]

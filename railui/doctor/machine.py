@@ -17,7 +17,7 @@ from railui.core import LANES, jobs_or_all, simd, sources
 from railui.doctor.checks import Check
 from railui.doctor.vehicles import check_bogie
 from railui.io.units import quantity
-from railui.ride_quality.evaluation import road_of
+from railui.ride_quality.evaluation import excitation_of
 from railui.ride_quality.statistics import statistics_many
 from railui.vehicle.model import Model
 
@@ -29,7 +29,7 @@ PORTS: Final = ("ttyUSB*", "ttyACM*")
 def lanes_and_threads(jobs: int | None) -> Iterator[Check]:
     """The same digits alone, among sixteen and on any number of threads."""
     model = Model(check_bogie())
-    road = road_of("erri_b176_low length=300 seed=1", 40.0)
+    road = excitation_of("erri_b176_low length=300 seed=1", 40.0)
     rows = np.repeat(model.row[None], 2 * LANES + 1, axis=0)
     rows[:, model.columns["vehicle.primary.lateral_stiffness"]] *= np.linspace(0.8, 1.2, len(rows))
     many = statistics_many(model, rows, road, jobs=1)["sd_e"]

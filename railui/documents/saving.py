@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from railui.campaign.campaign import Campaign
-from railui.io.atomic import beside, write_text
+from railui.io.atomic import relative_path, write_text
 from railui.io.schema_line import schema_name
 from railui.io.yaml_scalars import flow, number_text, scalar_text
 from railui.vehicle.design import Design
@@ -83,9 +83,9 @@ def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path
     declared = vehicle if vehicle is not None else campaign.design.source
     lines = [f"schema: {schema_name('campaign')}", f"name: {scalar_text(campaign.name)}"]
     if declared is not None:
-        lines.append(f"vehicle: {scalar_text(beside(declared, directory))}")
+        lines.append(f"vehicle: {scalar_text(relative_path(declared, directory))}")
     lines.append("runs:")
-    lines += [f"  - {flow({'file': beside(run.file, directory), 'role': run.role})}" for run in campaign.runs]
+    lines += [f"  - {flow({'file': relative_path(run.file, directory), 'role': run.role})}" for run in campaign.runs]
     lines += [f"noise: {flow(dict(campaign.noise))}", f"noise_band: {number_text(campaign.noise_band)}"]
     lines += [f"adjust: {flow(list(campaign.adjust))}"]
     if campaign.band is not None:

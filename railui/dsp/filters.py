@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.core import passed
+from railui.core import sosfilt
 
 
 def butterworth(order: int, edges: Sequence[float], rate: float) -> FloatArray:
@@ -38,7 +38,7 @@ def butterworth(order: int, edges: Sequence[float], rate: float) -> FloatArray:
     return sections
 
 
-def steady(sections: FloatArray) -> FloatArray:
+def sosfilt_zi(sections: FloatArray) -> FloatArray:
     """What sections remember [n, 2] in the steady state of an input of 1.
 
     >>> steady(np.array([[1.0, 0.0, 0.0, 1.0, -0.5, 0.0]])).tolist()
@@ -50,7 +50,7 @@ def steady(sections: FloatArray) -> FloatArray:
     return np.asarray(before[:, None] * np.column_stack([gain - b[:, 0], b[:, 2] - a[:, 2] * gain]))
 
 
-def response(sections: FloatArray, w: FloatArray) -> NDArray[np.complex128]:
+def frequency_response(sections: FloatArray, w: FloatArray) -> NDArray[np.complex128]:
     """What sections pass at angular frequencies w [n] per sample.
 
     >>> abs(response(butterworth(2, [25.0], 100.0), np.array([0.0, np.pi / 2]))).round(4).tolist()
@@ -60,17 +60,17 @@ def response(sections: FloatArray, w: FloatArray) -> NDArray[np.complex128]:
     return np.asarray(np.prod((sections[:, :3] @ powers) / (sections[:, 3:] @ powers), axis=0))
 
 
-def padding(sections: FloatArray) -> int:
+def padlen(sections: FloatArray) -> int:
     """Samples by which `zero_phase` mirrors both ends."""
     return 3 * (2 * len(sections) + 1) if len(sections) else 0
 
 
-def zero_phase(sections: FloatArray, x: FloatArray) -> FloatArray:
+def sosfiltfilt(sections: FloatArray, x: FloatArray) -> FloatArray:
     """Series [..., n] forwards and backwards through sections, both ends mirrored in themselves before."""
-    n, beyond = x.shape[-1], min(padding(sections), x.shape[-1] - 1)
+    n, beyond = x.shape[-1], min(padlen(sections), x.shape[-1] - 1)
     begin = 2.0 * x[..., :1] - x[..., beyond:0:-1]
     end = 2.0 * x[..., -1:] - x[..., -2 : -2 - beyond : -1]
     y = np.concatenate([begin, x, end], axis=-1)
     for _ in range(2):
-        y = passed(sections, y, steady(sections) * y[..., :1, None])[..., ::-1]
+        y = sosfilt(sections, y, sosfilt_zi(sections) * y[..., :1, None])[..., ::-1]
     return y[..., beyond : beyond + n]

@@ -14,7 +14,7 @@ def highpass_gain(frequency: FloatArray, natural: float, damping: float) -> Floa
     return np.asarray(f**2 / ((f - natural**2) ** 2 + 4 * damping**2 * natural**2 * f))
 
 
-def integrated(
+def integrate(
     x: FloatArray, dt: float, times: int, natural: float, damping: float, zero_phase: bool = True
 ) -> FloatArray:
     """x [n] integrated 0, 1 or 2 `times` over t, less what is slower than `natural` [Hz].
@@ -51,14 +51,14 @@ def _causal(x: FloatArray, dt: float, times: int, natural: float, damping: float
     return np.asarray(signal.lfilter(b.ravel(), a, x - start), dtype=np.float64)
 
 
-def lowpassed(x: FloatArray, dt: float, corner: float) -> FloatArray:
+def lowpass(x: FloatArray, dt: float, corner: float) -> FloatArray:
     """x less what is faster than `corner` [Hz]: a Butterworth of sixth order, forward and backward."""
     if corner >= 0.45 / dt:
         return x
     return np.asarray(signal.sosfiltfilt(signal.butter(6, corner, fs=1 / dt, output="sos"), x))
 
 
-def delayed(x: FloatArray, dt: float, delay: float) -> FloatArray:
+def delay(x: FloatArray, dt: float, delay: float) -> FloatArray:
     """x as it was `delay` [s] earlier than it was read: sensors and filters that lag, mended; ends are held."""
     if delay == 0.0:
         return x

@@ -9,7 +9,7 @@ import numpy as np
 from railui.arrays import ComplexArray, FloatArray
 
 
-def levelled(x: FloatArray) -> FloatArray:
+def detrend(x: FloatArray) -> FloatArray:
     """Series [..., n] less their lines of best fit.
 
     >>> levelled(np.array([1.0, 3.0, 5.0])).tolist()
@@ -29,7 +29,7 @@ def hann(n: int) -> FloatArray:
     return np.asarray(0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(n) / n))
 
 
-def cross(x: FloatArray, y: FloatArray, rate: float, n: int) -> tuple[FloatArray, ComplexArray]:
+def csd(x: FloatArray, y: FloatArray, rate: float, n: int) -> tuple[FloatArray, ComplexArray]:
     """Frequencies [Hz] and the one-sided cross spectral density of two series sampled at `rate` [Hz].
 
     The mean of conj(X) Y over segments of n samples, half overlapped, less their means, behind Hann's window; one
@@ -47,9 +47,9 @@ def cross(x: FloatArray, y: FloatArray, rate: float, n: int) -> tuple[FloatArray
     return np.asarray(np.fft.rfftfreq(n, 1.0 / rate)), _one_sided(found, n)
 
 
-def density(x: FloatArray, rate: float, n: int) -> tuple[FloatArray, FloatArray]:
+def welch(x: FloatArray, rate: float, n: int) -> tuple[FloatArray, FloatArray]:
     """Frequencies [Hz] and the one-sided power density of a series sampled at `rate` [Hz], as `cross` has it."""
-    f, found = cross(x, x, rate, n)
+    f, found = csd(x, x, rate, n)
     return f, found.real
 
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from railui.optimisation.responses import Answered
+from railui.optimisation.responses import Responses
 
 FILE: Final = "results.sqlite"
 OURS: Final = (FILE, f"{FILE}-wal", f"{FILE}-shm")
@@ -94,7 +94,7 @@ class Store:
             raise OSError(f"{self.path}: {error}") from error
 
 
-def packed(found: Answered, hashes: Iterable[bytes], keys: Iterable[str]) -> Known:
+def packed(found: Responses, hashes: Iterable[bytes], keys: Iterable[str]) -> Known:
     """Answers as the store keeps them: the numbers of the keys in their order."""
     table = np.stack([found.values[key] for key in keys], axis=1).astype("<f8")
     each = zip(hashes, table, found.travelled, found.reasons, strict=True)

@@ -10,9 +10,9 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.execution.cache import Known, Store, packed
-from railui.execution.tasks import Done, Hashes, Runner, Work
+from railui.execution.tasks import Hashes, Runner, Task, TaskResult
 from railui.optimisation.cases import Case
-from railui.optimisation.evaluation import Numbers
+from railui.optimisation.evaluation import ResponseTable
 
 
 @dataclass
@@ -32,19 +32,19 @@ class StoredEvaluator:
         self.tally = Tally()
         self._hashes = Hashes()
 
-    def __call__(self, cases: Sequence[Case], rows: Sequence[FloatArray], keys: Collection[str]) -> Numbers:
+    def __call__(self, cases: Sequence[Case], rows: Sequence[FloatArray], keys: Collection[str]) -> ResponseTable:
         asked = tuple(sorted(keys))
-        whole = [Work(c, some, asked, self._hashes.of(c, some, asked)) for c, some in zip(cases, rows, strict=True)]
+        whole = [Task(c, some, asked, self._hashes.of(c, some, asked)) for c, some in zip(cases, rows, strict=True)]
         known = self.store.known({key for work in whole for key in work.hashes})
         self.tally.known += len(known)
         known |= self._do(_unknown(whole, known))
         return _numbers(whole, known, asked)
 
-    def _do(self, works: Sequence[Work]) -> Known:
+    def _do(self, works: Sequence[Task]) -> Known:
         found: Known = {}
         begun, before = time.perf_counter(), self.tally.seconds
 
-        def keep(done: Done) -> None:
+        def keep(done: TaskResult) -> None:
             some = packed(done.answered, done.work.hashes, done.work.keys)
             self.tally.done += len(some)
             self.tally.seconds = before + time.perf_counter() - begun
@@ -56,18 +56,18 @@ class StoredEvaluator:
         return found
 
 
-def _unknown(whole: Sequence[Work], known: Known) -> list[Work]:
+def _unknown(whole: Sequence[Task], known: Known) -> list[Task]:
     """The works without what is known, each vehicle once."""
     found, seen = [], set(known)
     for work in whole:
         first = {key: i for i, key in reversed(list(enumerate(work.hashes))) if key not in seen}
         seen |= first.keys()
         if new := sorted(first.values()):
-            found.append(Work(work.case, work.rows[new], work.keys, tuple(work.hashes[i] for i in new)))
+            found.append(Task(work.case, work.rows[new], work.keys, tuple(work.hashes[i] for i in new)))
     return found
 
 
-def _numbers(whole: Sequence[Work], known: Known, keys: Sequence[str]) -> Numbers:
+def _numbers(whole: Sequence[Task], known: Known, keys: Sequence[str]) -> ResponseTable:
     """Numbers [design, case] from what is known."""
     n = len(whole[0])
     values = np.empty((n, len(whole), len(keys)))
@@ -77,4 +77,4 @@ def _numbers(whole: Sequence[Work], known: Known, keys: Sequence[str]) -> Number
         values[:, j] = np.frombuffer(b"".join(row[0] for row in rows), "<f8").reshape(n, len(keys))
         travelled[:, j] = [row[1] for row in rows]
         reasons[:, j] = [row[2] for row in rows]
-    return Numbers({key: values[:, :, i] for i, key in enumerate(keys)}, travelled, reasons)
+    return ResponseTable({key: values[:, :, i] for i, key in enumerate(keys)}, travelled, reasons)

@@ -16,7 +16,7 @@ MAY_CHANGE: Final = ("method.generations",)  # a longer search begins as the sho
 SHOWN: Final = 5  # differences
 
 
-def frozen(study: Study) -> dict[str, Any]:
+def snapshot(study: Study) -> dict[str, Any]:
     """All that decides what a search finds, as JSON; tracks that are files by the hash of their bytes."""
     cases = vars(study.cases) | {"track": [_track(study, track) for track in study.cases.track]}
     adjustment = study.design.adjustment
@@ -41,7 +41,7 @@ def _track(study: Study, track: str) -> str:
 
 def check_same(directory: Path, begun: Mapping[str, Any], study: Study) -> None:
     """FileProblems where a directory was begun with another configuration than this study."""
-    now = dict(leaves(frozen(study)))
+    now = dict(leaves(snapshot(study)))
     then = dict(leaves(begun))
     changed = [name for name in {**then, **now} if then.get(name) != now.get(name) and name not in MAY_CHANGE]
     if not changed:

@@ -12,12 +12,12 @@ from typing import Any, Final
 
 from distributed import Client, Future, KilledWorker
 
-from railui.execution.dask_worker import Parts, Refused, differences, do_bundle, identity_of_worker
-from railui.execution.tasks import PACE, Done, Work, identity, pieces
+from railui.execution.dask_worker import Parts, Refused, differences, identity_of_worker, run_bundle
+from railui.execution.tasks import PACE, Task, TaskResult, identity, split_tasks
 from railui.io.problems import LaterError
 from railui.optimisation.cases import Case
-from railui.optimisation.responses import Answered
-from railui.track.excitation import Road
+from railui.optimisation.responses import Responses
+from railui.track.excitation import Excitation
 
 SECONDS: Final = 1.0  # of a piece of work: long beside a scheduler's millisecond, short beside a lost worker
 CONNECT: Final = 10.0  # s for the scheduler to answer
@@ -32,10 +32,10 @@ class ClusterError(LaterError):
 
 
 @dataclass(frozen=True, eq=False)
-class Bundle:
+class TaskBundle:
     """Pieces of work that travel together; `alone`: one vehicle, beside nothing else on the whole cluster."""
 
-    works: list[Work]
+    works: list[Task]
     alone: bool = False
 
     @property
@@ -43,12 +43,12 @@ class Bundle:
         """Samples of all rides together."""
         return sum(work.samples for work in self.works)
 
-    def one_by_one(self) -> list[Bundle]:
+    def one_by_one(self) -> list[TaskBundle]:
         """Every vehicle by itself."""
-        return [Bundle([work.part(slice(i, i + 1))]) for work in self.works for i in range(len(work))]
+        return [TaskBundle([work.part(slice(i, i + 1))]) for work in self.works for i in range(len(work))]
 
 
-class Cluster:
+class DaskRunner:
     """The workers of a dask scheduler; see `railui.execution.tasks.Runner`.
 
     Raises ClusterError where the scheduler does not answer, is lost, or has no worker that would compute the same.
@@ -76,10 +76,12 @@ class Cluster:
         """Takes leave of the scheduler."""
         self._client.close(timeout=2)
 
-    def run(self, works: Sequence[Work], deliver: Callable[[Done], None]) -> None:
+    def run(self, works: Sequence[Task], deliver: Callable[[TaskResult], None]) -> None:
         """Does all the work; what killed its worker is tried vehicle by vehicle, and then alone."""
         self._await_workers()
-        _Run(self, deliver).all(_bundled(pieces(works, SECONDS, self.workers, self._pace), self._pace, self.workers))
+        _Run(self, deliver).all(
+            _bundled(split_tasks(works, SECONDS, self.workers, self._pace), self._pace, self.workers)
+        )
 
     # who is there
 
@@ -145,18 +147,18 @@ class Cluster:
 
     # what is sent
 
-    def submit(self, bundle: Bundle) -> Future[Any]:
+    def submit(self, bundle: TaskBundle) -> Future[Any]:
         """Sends a bundle to any worker that computes the same."""
         cases = [self._case(work.case) for work in bundle.works]
         parts = [(work.rows, work.keys) for work in bundle.works]
         only = self.good() if self.choosy else None
-        return self._client.submit(do_bundle, identity(), parts, *cases, workers=only, pure=False, retries=1)
+        return self._client.submit(run_bundle, identity(), parts, *cases, workers=only, pure=False, retries=1)
 
     def _case(self, case: Case) -> Any:
         """A case as the result of a task, which any worker can make again where the one that held it is lost."""
         if id(case) not in self._cases:
             # roads without their tables, which every worker makes for itself
-            bare = pickle.dumps(replace(case, road=Road(case.road.laid, case.road.speed)), protocol=5)
+            bare = pickle.dumps(replace(case, road=Excitation(case.road.laid, case.road.speed)), protocol=5)
             self._cases[id(case)] = (case, sent := self._client.submit(pickle.loads, bare, pure=False))
             self._sent[str(sent.key)] = id(case)
         return self._cases[id(case)][1]
@@ -170,7 +172,7 @@ class Cluster:
             del self._cases[name]
         return True
 
-    def learn(self, bundle: Bundle, seconds: float) -> None:
+    def learn(self, bundle: TaskBundle, seconds: float) -> None:
         """Corrects the pace by what a bundle took."""
         self._pace = 0.8 * self._pace + 0.2 * seconds / bundle.samples
 
@@ -178,13 +180,13 @@ class Cluster:
 class _Run:
     """One run: bundles on their way, and vehicles under suspicion, which go alone at the end."""
 
-    def __init__(self, cluster: Cluster, deliver: Callable[[Done], None]) -> None:
+    def __init__(self, cluster: DaskRunner, deliver: Callable[[TaskResult], None]) -> None:
         self.cluster, self.deliver = cluster, deliver
         self.arrived: queue.SimpleQueue[Future[Any]] = queue.SimpleQueue()
-        self.waiting: dict[Future[Any], Bundle] = {}
-        self.suspects: list[Bundle] = []
+        self.waiting: dict[Future[Any], TaskBundle] = {}
+        self.suspects: list[TaskBundle] = []
 
-    def all(self, bundles: Iterable[Bundle]) -> None:
+    def all(self, bundles: Iterable[TaskBundle]) -> None:
         """Sends everything and waits for it; the suspects one after the other."""
         try:
             self._send(bundles)
@@ -196,7 +198,7 @@ class _Run:
             for future in self.waiting:
                 future.cancel()
 
-    def _send(self, bundles: Iterable[Bundle]) -> None:
+    def _send(self, bundles: Iterable[TaskBundle]) -> None:
         for bundle in bundles:
             future = self.cluster.submit(bundle)
             self.waiting[future] = bundle
@@ -234,7 +236,7 @@ class _Run:
         self.waiting.clear()
         self._send(bundles)
 
-    def _arrived(self, future: Future[Any], bundle: Bundle) -> None:
+    def _arrived(self, future: Future[Any], bundle: TaskBundle) -> None:
         if future.status == "cancelled":
             raise self.cluster.lost()
         try:
@@ -252,7 +254,7 @@ class _Run:
         else:
             self._answered(bundle, parts)
 
-    def _answered(self, bundle: Bundle, parts: Parts | Refused | str) -> None:
+    def _answered(self, bundle: TaskBundle, parts: Parts | Refused | str) -> None:
         if isinstance(parts, Refused):
             self.cluster.refuse(parts.address)
             self._send([bundle])
@@ -261,23 +263,23 @@ class _Run:
         else:
             self.cluster.learn(bundle, sum(seconds for _, seconds in parts))
             for work, (found, seconds) in zip(bundle.works, parts, strict=True):
-                self.deliver(Done(work, found, seconds))
+                self.deliver(TaskResult(work, found, seconds))
 
-    def _failed(self, bundle: Bundle, reason: str) -> None:
+    def _failed(self, bundle: TaskBundle, reason: str) -> None:
         """Workers failed over a bundle: of many, each by itself; of one, alone; alone, it is to blame."""
         if bundle.alone:
             work = bundle.works[0]
-            self.deliver(Done(work, Answered.failed(len(work), work.keys, reason), 0.0))
+            self.deliver(TaskResult(work, Responses.failed(len(work), work.keys, reason), 0.0))
         elif sum(map(len, bundle.works)) > 1:
             self._send(bundle.one_by_one())
         else:
             self.suspects.append(bundle)
 
 
-def _bundled(works: Sequence[Work], pace: float, workers: int) -> list[Bundle]:
+def _bundled(works: Sequence[Task], pace: float, workers: int) -> list[TaskBundle]:
     """Pieces together until they make a second's work, or a worker's share."""
     share = min(SECONDS / pace, sum(work.samples for work in works) / (2 * workers))
-    found: list[list[Work]] = []
+    found: list[list[Task]] = []
     room = 0.0
     for work in works:
         if not found or work.samples > room:
@@ -285,4 +287,4 @@ def _bundled(works: Sequence[Work], pace: float, workers: int) -> list[Bundle]:
             room = share
         found[-1].append(work)
         room -= work.samples
-    return [Bundle(some) for some in found]
+    return [TaskBundle(some) for some in found]

@@ -12,9 +12,9 @@ from railui.arrays import FloatArray
 from railui.execution import tasks
 from railui.execution.tasks import identity
 from railui.optimisation.cases import Case
-from railui.optimisation.responses import Answered
+from railui.optimisation.responses import Responses
 
-Parts = list[tuple[Answered, float]]
+Parts = list[tuple[Responses, float]]
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ def identity_of_worker() -> Mapping[str, str]:
     return identity()
 
 
-def do_bundle(
+def run_bundle(
     expected: Mapping[str, str], parts: Sequence[tuple[FloatArray, tuple[str, ...]]], *cases: Case
 ) -> Parts | Refused | str:
     """Vehicles of some cases; Refused where this worker's digits would be others, a reason where nothing came of it.
@@ -40,7 +40,7 @@ def do_bundle(
         return Refused(get_worker().address)
     try:
         # rows that came over the wire may lie anywhere: the kernel wants them aligned
-        return [tasks.do(case, np.array(rows), keys) for case, (rows, keys) in zip(cases, parts, strict=True)]
+        return [tasks.run_task(case, np.array(rows), keys) for case, (rows, keys) in zip(cases, parts, strict=True)]
     except Exception as error:
         return f"{type(error).__name__}: {error}"
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from railui.documents.saving import save_design
 from railui.execution import cache, lock
-from railui.io.atomic import beside, write_text
+from railui.io.atomic import relative_path, write_text
 from railui.io.problems import one_problem
 from railui.io.schema_line import schema_name
 from railui.io.yaml_scalars import flow, scalar_text
@@ -99,11 +99,12 @@ def study_text(study: Study, directory: str | Path) -> str:
     """A study with all defaults written out, SI, as a file to stand in a directory."""
     cases = study.cases
     tracks = [
-        beside(p, directory) if is_track_file(p := study.directory / t) and p.is_file() else t for t in cases.track
+        relative_path(p, directory) if is_track_file(p := study.directory / t) and p.is_file() else t
+        for t in cases.track
     ]
     vehicle = study.design.source
     lines = [f"schema: {schema_name('study')}", f"name: {scalar_text(study.name)}"]
-    lines += [f"vehicle: {scalar_text(beside(vehicle, directory))}"] if vehicle is not None else []
+    lines += [f"vehicle: {scalar_text(relative_path(vehicle, directory))}"] if vehicle is not None else []
     lines.append("variables:")
     lines += [f"  {v.path}: {flow([v.lowest, v.highest])}  # {v.unit}" for v in study.variables]
     lines += ["cases:", f"  track: {flow(tracks)}", f"  speed: {flow(list(cases.speed))}  # m/s"]

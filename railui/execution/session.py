@@ -12,13 +12,13 @@ from typing import Any, Self
 from railui.documents.saving import save_design
 from railui.execution.cache import FILE, Store, remote_disk
 from railui.execution.cached_evaluator import StoredEvaluator
-from railui.execution.config_snapshot import check_same, frozen
+from railui.execution.config_snapshot import check_same, snapshot
 from railui.execution.lock import Lock, holder
 from railui.execution.outputs import STUDY, VEHICLE, check_directory, save_outcome, study_text
 from railui.execution.tasks import Runner, identity
 from railui.io.atomic import check_writable, write_text
 from railui.io.problems import one_problem
-from railui.optimisation.optimise import FRESH, Stand
+from railui.optimisation.optimise import FRESH, SearchState
 from railui.optimisation.study import Study
 
 RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
@@ -59,17 +59,17 @@ class Session:
                 say("warning: another railui, SIMD level or numpy began this search: what it evaluated does not count")
             elif kept := len(self._store):
                 say(f"{kept} rides are in {self._store.path.name}: the search goes the same way again with them")
-        if begun is None or begun != frozen(study):
+        if begun is None or begun != snapshot(study):
             save_design(study.design, self.directory / VEHICLE)
             inside = replace(study, design=replace(study.design, source=self.directory / VEHICLE))
             write_text(self.directory / STUDY, study_text(inside, self.directory))
         rides = (study.method.population * (study.method.generations + FRESH) + FRESH + 1) * _cases(study)
         self._store.tell(
-            frozen=frozen(study), by=identity(), finished=False, stand=None, tally=[0, 0.0], rides=rides,
+            frozen=snapshot(study), by=identity(), finished=False, stand=None, tally=[0, 0.0], rides=rides,
             session=[time.time(), len(self._store)],
         )  # fmt: skip
 
-    def watch(self, stand: Stand) -> None:
+    def watch(self, stand: SearchState) -> None:
         """Keeps where the search stands."""
         self._store.tell(
             stand={"evaluations": stand.evaluations, "failures": dict(stand.failures), "doing": stand.doing}

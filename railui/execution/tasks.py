@@ -18,8 +18,8 @@ from railui import core
 from railui.arrays import FloatArray
 from railui.io.atomic import canonical_json
 from railui.optimisation.cases import Case
-from railui.optimisation.responses import Answered, answered
-from railui.track.excitation import Road
+from railui.optimisation.responses import Responses, evaluate_case
+from railui.track.excitation import Excitation
 
 PACE: Final = 60e-9  # s per vehicle and sample, until work that was done tells better
 COMPUTING: Final = (  # the Python that decides digits
@@ -29,7 +29,7 @@ COMPUTING: Final = (  # the Python that decides digits
 
 
 @dataclass(frozen=True, eq=False)
-class Work:
+class Task:
     """Vehicles, rows [n, row], of a case; the keys asked; the content hash of each vehicle."""
 
     case: Case
@@ -45,17 +45,17 @@ class Work:
         """Samples of all rides together."""
         return len(self.rows) * len(self.case.road.track)
 
-    def part(self, some: slice) -> Work:
+    def part(self, some: slice) -> Task:
         """Some of the vehicles."""
-        return Work(self.case, self.rows[some], self.keys, self.hashes[some])
+        return Task(self.case, self.rows[some], self.keys, self.hashes[some])
 
 
 @dataclass(frozen=True, eq=False)
-class Done:
+class TaskResult:
     """What came of a piece of work, and how long it took [s]."""
 
-    work: Work
-    answered: Answered
+    work: Task
+    answered: Responses
     seconds: float
 
 
@@ -67,12 +67,12 @@ class Runner(Protocol):
         """How many pieces are done at a time."""
         ...
 
-    def run(self, works: Sequence[Work], deliver: Callable[[Done], None]) -> None:
+    def run(self, works: Sequence[Task], deliver: Callable[[TaskResult], None]) -> None:
         """Does all the work; what was done before an interrupt is delivered too."""
         ...
 
 
-def do(case: Case, rows: FloatArray, keys: Collection[str]) -> tuple[Answered, float]:
+def run_task(case: Case, rows: FloatArray, keys: Collection[str]) -> tuple[Responses, float]:
     """Vehicles of a case answered on one thread, and the seconds it took.
 
     Whatever goes wrong with one of them is its own failure, with its reason, and not its neighbours'.
@@ -81,20 +81,20 @@ def do(case: Case, rows: FloatArray, keys: Collection[str]) -> tuple[Answered, f
     return _do(case, rows, keys), time.perf_counter() - begun
 
 
-def _do(case: Case, rows: FloatArray, keys: Collection[str]) -> Answered:
+def _do(case: Case, rows: FloatArray, keys: Collection[str]) -> Responses:
     try:
-        return answered(case, rows, keys, 1)
+        return evaluate_case(case, rows, keys, 1)
     except Exception as error:
         if len(rows) == 1:
-            return Answered.failed(1, keys, f"{type(error).__name__}: {error}")
+            return Responses.failed(1, keys, f"{type(error).__name__}: {error}")
     half = len(rows) // 2
     parts = [_do(case, rows[:half], keys), _do(case, rows[half:], keys)]
     values = {key: np.concatenate([part.values[key] for part in parts]) for key in keys}
     travelled = np.concatenate([part.travelled for part in parts])
-    return Answered(values, travelled, [reason for part in parts for reason in part.reasons])
+    return Responses(values, travelled, [reason for part in parts for reason in part.reasons])
 
 
-def pieces(works: Iterable[Work], seconds: float, workers: int, pace: float = PACE) -> list[Work]:
+def split_tasks(works: Iterable[Task], seconds: float, workers: int, pace: float = PACE) -> list[Task]:
     """Works cut into pieces of so many seconds, and smaller where workers would have nothing to do; full lanes."""
     whole = list(works)
     share = sum(work.samples for work in whole) / (4 * workers)
@@ -134,7 +134,7 @@ class Hashes:
     """Content hashes of vehicles in cases: the resolved design, its row, track, speed, curve, keys, who computes."""
 
     def __init__(self) -> None:
-        self._tracks: dict[int, tuple[Road, str]] = {}
+        self._tracks: dict[int, tuple[Excitation, str]] = {}
         self._cases: dict[tuple[int, tuple[str, ...]], tuple[Case, bytes]] = {}
 
     def of(self, case: Case, rows: FloatArray, keys: tuple[str, ...]) -> tuple[bytes, ...]:
@@ -158,7 +158,7 @@ class Hashes:
             known = self._cases[id(case), keys] = (case, digest)  # the case is held, so that its id stays its own
         return known[1]
 
-    def _track(self, road: Road) -> str:
+    def _track(self, road: Excitation) -> str:
         known = self._tracks.get(id(road.track))
         if known is None:
             known = self._tracks[id(road.track)] = (road, road.track.sha256)

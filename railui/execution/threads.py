@@ -7,13 +7,13 @@ from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from typing import Final
 
 from railui.core import jobs_or_all
-from railui.execution.tasks import PACE, Done, Work, do, pieces
-from railui.optimisation.responses import Answered
+from railui.execution.tasks import PACE, Task, TaskResult, run_task, split_tasks
+from railui.optimisation.responses import Responses
 
 SECONDS: Final = 0.25  # of a piece of work: what an interrupt waits for
 
 
-class Local:
+class ThreadRunner:
     """Threads of this machine, all or so many; the kernel works without Python's lock."""
 
     def __init__(self, jobs: int | None = None) -> None:
@@ -25,19 +25,19 @@ class Local:
         """The threads."""
         return self._threads
 
-    def run(self, works: Sequence[Work], deliver: Callable[[Done], None]) -> None:
+    def run(self, works: Sequence[Task], deliver: Callable[[TaskResult], None]) -> None:
         """Does all the work, piece by piece; after ctrl-c nothing new begins, and what was begun is delivered."""
         pool = ThreadPoolExecutor(self._threads)
-        waiting: dict[Future[tuple[Answered, float]], Work] = {}
+        waiting: dict[Future[tuple[Responses, float]], Task] = {}
 
-        def hand_over(future: Future[tuple[Answered, float]]) -> None:
+        def hand_over(future: Future[tuple[Responses, float]]) -> None:
             work, (found, seconds) = waiting.pop(future), future.result()
             self._pace = 0.8 * self._pace + 0.2 * seconds / work.samples
-            deliver(Done(work, found, seconds))
+            deliver(TaskResult(work, found, seconds))
 
         try:
-            for piece in pieces(works, SECONDS, self._threads, self._pace):
-                waiting[pool.submit(do, piece.case, piece.rows, piece.keys)] = piece
+            for piece in split_tasks(works, SECONDS, self._threads, self._pace):
+                waiting[pool.submit(run_task, piece.case, piece.rows, piece.keys)] = piece
             for future in as_completed(list(waiting)):
                 hand_over(future)
         finally:

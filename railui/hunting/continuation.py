@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.hunting.straight_track import SPACING, Motion, Straight, half_range
+from railui.hunting.straight_track import SPACING, Motion, TangentTrackRuns, half_range
 from railui.track import Track
-from railui.track.excitation import Laid, Road
+from railui.track.excitation import Excitation, TrackSource
 from railui.vehicle.linear import STRAIGHT
 
 NUDGE: Final = 1e-6  # of a scaled unknown: of the slopes
@@ -40,7 +40,7 @@ class Cycle:
         }
 
 
-def branch(track: Straight, hunts: Motion, smallest: float, highest: float) -> list[Cycle]:
+def continue_branch(track: TangentTrackRuns, hunts: Motion, smallest: float, highest: float) -> list[Cycle]:
     """The branch of a limit cycle from where it is stable, round the fold, to an amplitude [m] or a speed [m/s].
 
     `hunts`: one steady motion, a little above the fold. Unknown are the state at the beginning of a period, its
@@ -80,19 +80,19 @@ def branch(track: Straight, hunts: Motion, smallest: float, highest: float) -> l
 class _Shooting:
     """The period of one vehicle as a function of scaled unknowns: state, length of the period, speed."""
 
-    track: Straight
+    track: TangentTrackRuns
     scale: FloatArray
     table: FloatArray
     steps: int
     samples: int
 
     @classmethod
-    def of(cls, track: Straight, hunts: Motion) -> _Shooting:
+    def of(cls, track: TangentTrackRuns, hunts: Motion) -> _Shooting:
         speed, frequency = float(hunts.speeds[0]), float(hunts.frequencies[0])
         samples = max(40, round(speed / frequency / SPACING))
-        flat = Laid(Track(np.arange(float(samples + 1)), np.zeros(samples + 1)), STRAIGHT.name)
+        flat = TrackSource(Track(np.arange(float(samples + 1)), np.zeros(samples + 1)), STRAIGHT.name)
         steps = track.vehicles.steps(track.single, 0.8 * speed, 1.2 * speed, 1.25 * SPACING / speed)[0]
-        table = Road(flat, 1.0).table(track.model.half_wheelbase(), steps)
+        table = Excitation(flat, 1.0).table(track.model.half_wheelbase(), steps)
         series, _ = track.run(hunts.states, np.array([speed]), table, speed, SPACING / speed, steps)
         size = np.abs(series[0, len(track.wheelsets) :]).max(axis=1)
         scale = np.where(size > 0, size, 1.0)

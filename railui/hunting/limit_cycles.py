@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.hunting.continuation import Cycle, branch
+from railui.hunting.continuation import Cycle, continue_branch
 from railui.hunting.critical_speed import SLOWEST
-from railui.hunting.straight_track import Motion, Straight
+from railui.hunting.straight_track import Motion, TangentTrackRuns
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 
@@ -44,7 +44,7 @@ def with_flange(model: Model) -> tuple[Model, list[str]]:
 
 
 @dataclass(frozen=True, eq=False)
-class Hunting:
+class LimitCycles:
     """Hunting of one vehicle on straight track.
 
     fold [m/s]: below it hunting dies, None where none was found. hard: it jumps there to something small or to
@@ -83,21 +83,21 @@ def _by_speed(motion: Motion) -> dict[float, tuple[float, float]]:
     return {float(v): (float(a), float(f)) for v, a, f in rows}
 
 
-def hunting(
+def find_limit_cycles(
     model: Model,
     speeds: Sequence[float],
     *,
     diagram: bool = True,
     jobs: int | None = None,
     told: Callable[[str], None] = lambda _: None,
-) -> Hunting:
+) -> LimitCycles:
     """Hunting of a vehicle (with flange contact, see `with_flange`) between the least and the largest speed [m/s].
 
     The vehicle is put aside at all speeds; where it goes on hunting from flange to flange, that motion is taken
     to lower speeds, sixteen at a time, until it dies within 0.01 m/s. Below the range hunting is looked for
     down to 1 m/s. `diagram` False: the fold alone.
     """
-    track = Straight(model, jobs)
+    track = TangentTrackRuns(model, jobs)
     clearance = model.design.value("contact.flange_clearance")
     grid = np.array(sorted(speeds))
     empty = track.let_go(np.zeros(0), np.zeros((0, track.states)))
@@ -122,24 +122,24 @@ def hunting(
         start = _nearest(first.select(alive & (first.speeds > end.speeds[0])), end, shown)
         above = track.settled(start, LARGE * clearance if hard else GONE * clearance)
     if not diagram:
-        return Hunting(fold, hard, above, empty, clearance)
+        return LimitCycles(fold, hard, above, empty, clearance)
     told("what a small disturbance becomes")
     all_speeds = np.unique([*grid, *above.speeds])
     below = _from_below(track, all_speeds, clearance)
     cycles: list[Cycle] = []
     if hard and len(above) > START:
         told("shooting at the unstable cycle")
-        cycles = branch(track, above.select([START]), SMALLEST * clearance, float(grid[-1]))
-    return Hunting(fold, hard, above, below, clearance, tuple(cycles))
+        cycles = continue_branch(track, above.select([START]), SMALLEST * clearance, float(grid[-1]))
+    return LimitCycles(fold, hard, above, below, clearance, tuple(cycles))
 
 
-def fold_speeds(models: Sequence[Model], speeds: Sequence[float], jobs: int | None = None) -> FloatArray:
+def nonlinear_critical_speeds(models: Sequence[Model], speeds: Sequence[float], jobs: int | None = None) -> FloatArray:
     """The fold [m/s] of each of many vehicles, NaN where none hunts; for searches."""
-    found = (hunting(with_flange(m)[0], speeds, diagram=False, jobs=jobs).fold for m in models)
+    found = (find_limit_cycles(with_flange(m)[0], speeds, diagram=False, jobs=jobs).fold for m in models)
     return np.array([np.nan if fold is None else fold for fold in found])
 
 
-def _from_below(track: Straight, speeds: FloatArray, clearance: float) -> Motion:
+def _from_below(track: TangentTrackRuns, speeds: FloatArray, clearance: float) -> Motion:
     """What becomes of a small disturbance: nothing (amplitude 0), or a steady motion."""
     below = track.settled(track.let_go(speeds, track.aside(NUDGED * clearance)), GONE * clearance, PATIENT)
     dying, now = ~below.steady, below
@@ -154,7 +154,7 @@ def _alive(motion: Motion, large: float) -> NDArray[np.bool_]:
     return np.isfinite(motion.amplitudes) & (motion.amplitudes >= large)
 
 
-def _followed(track: Straight, hunts: Motion, under: float | None, large: float) -> Motion:
+def _followed(track: TangentTrackRuns, hunts: Motion, under: float | None, large: float) -> Motion:
     """The steady motion at the lowest speed at which a vehicle that hunts goes on; at `under` it is thought not to."""
     dead = max(SLOWEST, 0.8 * float(hunts.speeds[0])) if under is None else under
     while hunts.speeds[0] > SLOWEST:
@@ -172,7 +172,7 @@ def _followed(track: Straight, hunts: Motion, under: float | None, large: float)
     return hunts
 
 
-def _jumps(track: Straight, end: Motion, large: float) -> bool:
+def _jumps(track: TangentTrackRuns, end: Motion, large: float) -> bool:
     """Does hunting collapse just below the fold, or does it only dwindle from there on?"""
     below = track.settled(track.let_go(end.speeds - 5 * CLOSE, end.states), 0.9 * large)
     return not bool(np.isfinite(below.amplitudes[0]) and below.amplitudes[0] >= 0.9 * large)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.core import Batch, Vehicles
 from railui.track import Track
-from railui.track.excitation import Laid, Road
+from railui.track.excitation import Excitation, TrackSource
 from railui.vehicle.linear import STRAIGHT, is_lateral
 from railui.vehicle.model import Model
 
@@ -46,7 +46,7 @@ class Motion:
         return Motion(self.speeds[rows], self.states[rows], *(x[rows] if len(x) else x for x in parts))  # type: ignore[arg-type]
 
 
-class Straight:
+class TangentTrackRuns:
     """One vehicle on straight track, sixteen speeds and states side by side."""
 
     def __init__(self, model: Model, jobs: int | None = 1) -> None:
@@ -120,8 +120,8 @@ class Straight:
     def _table(self, steps: int) -> FloatArray:
         if steps not in self._tables:
             places = int(PIECE / SPACING) + 1
-            flat = Laid(Track(SPACING * np.arange(float(places)), np.zeros(places)), STRAIGHT.name)
-            self._tables[steps] = Road(flat, 1.0).table(self.model.half_wheelbase(), steps)
+            flat = TrackSource(Track(SPACING * np.arange(float(places)), np.zeros(places)), STRAIGHT.name)
+            self._tables[steps] = Excitation(flat, 1.0).table(self.model.half_wheelbase(), steps)
         return self._tables[steps]
 
 

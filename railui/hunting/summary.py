@@ -9,11 +9,11 @@ from typing import Any, Final
 import numpy as np
 
 from railui.hunting.critical_speed import critical_speeds, klingel_of
-from railui.hunting.limit_cycles import Hunting, hunting, with_flange
+from railui.hunting.limit_cycles import LimitCycles, find_limit_cycles, with_flange
 from railui.hunting.modes import modes_over
-from railui.ride_quality.evaluation import TrackGiven, rides
+from railui.ride_quality.evaluation import TrackGiven, simulate_rides
 from railui.ride_quality.score import CLASSES
-from railui.track.excitation import Laid, Road, lay
+from railui.track.excitation import Excitation, TrackSource, resolve_track
 from railui.vehicle.design_reader import Design
 from railui.vehicle.linear import linear_effects, state_matrices
 from railui.vehicle.model import Model
@@ -76,13 +76,13 @@ def stability(
     }
     if fold:
         with_contact, more = with_flange(model)
-        cycle = hunting(with_contact, grid, jobs=jobs, told=told)
-        body |= {"fold_speed": cycle.fold, "fold": fold_of(cycle, body["rest_critical_speed"])}
+        cycle = find_limit_cycles(with_contact, grid, jobs=jobs, told=told)
+        body |= {"fold_speed": cycle.fold, "fold": nonlinear_critical_speed(cycle, body["rest_critical_speed"])}
         notes += more if cycle.fold is not None else [*more, f"fold_speed: none, nothing hunts up to {grid[-1]:g} m/s"]
         if cycle.fold is not None and not cycle.hard:
             notes.append("fold_speed: below it hunting no longer reaches the flanges; it dwindles, without a jump")
     if track is not None:
-        found_practical = practical(model, lay(track, seed), grid, jobs, told)
+        found_practical = practical_critical_speed(model, resolve_track(track, seed), grid, jobs, told)
         body |= {"practical_critical_speed": found_practical["speed"], "practical": found_practical}
         notes += found_practical.pop("notes")
     return body | {"speeds": grid, "modes": modes, "notes": notes}
@@ -94,7 +94,7 @@ def _check_finite(model: Model, speeds: Sequence[float]) -> None:
         raise ValueError("the state matrix of this vehicle is not finite: give its masses and inertias usual values")
 
 
-def fold_of(cycle: Hunting, rest: float | None) -> dict[str, Any]:
+def nonlinear_critical_speed(cycle: LimitCycles, rest: float | None) -> dict[str, Any]:
     """What is told of the fold: how hunting dies there, and the band in which it and rest are both stable."""
     lowest: dict[str, float | None] = {"amplitude": None, "frequency": None}
     if cycle.fold is not None:
@@ -115,8 +115,8 @@ def fold_of(cycle: Hunting, rest: float | None) -> dict[str, Any]:
     }
 
 
-def practical(
-    model: Model, track: Laid, speeds: Sequence[float], jobs: int | None = None, told: Told = lambda _: None
+def practical_critical_speed(
+    model: Model, track: TrackSource, speeds: Sequence[float], jobs: int | None = None, told: Told = lambda _: None
 ) -> dict[str, Any]:
     """The critical speed in practice: the highest speed [m/s] up to which the class stays just admissible.
 
@@ -128,7 +128,7 @@ def practical(
 
     def admissible(v: float) -> bool:
         told(f"riding {track.name} at {v:.4g} m/s")
-        found = rides([model], Road(track, v), jobs)[0]
+        found = simulate_rides([model], Excitation(track, v), jobs)[0]
         tried.append({key: found[key] for key in ("speed", "score", "class", "decided_by", "flange_fraction")})
         return CLASSES.index(found["class"]) >= ADMISSIBLE
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 from railui.arrays import FloatArray
 
 if TYPE_CHECKING:
-    from railui.identification.estimation.validation import Judgement
-    from railui.identification.structure.evidence import Sighting
+    from railui.identification.estimation.validation import Validation
+    from railui.identification.structure.evidence import ScoreResult
 
 
 @dataclass(frozen=True, eq=False)
-class Turn:
+class FitIteration:
     """A fit after one step: values [p] of its paths, error per channel, rho [p] of the residual with each sensitivity.
 
     At the optimum every rho is 0, but for parameters that a prior or a bound holds.
@@ -29,17 +29,17 @@ class Turn:
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class ModelValidated:
     """A model judged on the validating runs: `which` is declared, before or after."""
 
     which: str
-    judgement: Judgement
+    judgement: Validation
 
 
 @dataclass(frozen=True, eq=False)
-class Looked:
+class ScoreTestProgress:
     """How far a trace is: bundles of candidates looked at, and what was seen of the last one."""
 
     done: int
     total: int
-    sightings: tuple[Sighting, ...]
+    sightings: tuple[ScoreResult, ...]

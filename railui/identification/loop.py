@@ -8,21 +8,41 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from railui.campaign.data_checks import gate
-from railui.campaign.dataset import Measurement, Stretch
+from railui.campaign.data_checks import check_data
+from railui.campaign.dataset import Dataset, Segment
 from railui.campaign.finding import Finding
-from railui.identification.estimation.initial_state import with_phases
-from railui.identification.estimation.multiple_shooting import NEAR, cut_where, held, hunting, pieces
-from railui.identification.estimation.output_error import STABLE, Fit, adjust
+from railui.identification.estimation.initial_state import estimate_phases
+from railui.identification.estimation.multiple_shooting import (
+    NEAR,
+    cut_into_windows,
+    limits_hunting,
+    refit_hunting,
+    unstable_segments,
+)
+from railui.identification.estimation.output_error import STABLE, Fit, fit_output_error
 from railui.identification.estimation.parallel_models import two_parallel_models
-from railui.identification.estimation.problem import restarted, targets
-from railui.identification.estimation.validation import Floor, Judgement, floor, judge
-from railui.identification.events import Judged
-from railui.identification.structure.gain_forecast import Foreseen, foresee
-from railui.identification.structure.score_test import Trace
-from railui.identification.structure.stepwise import ADEQUATE, UNEXPLAINED, Search, Step, Terms, material, structured
-from railui.identification.unmodelled.locate import Outside, look_along, look_between, look_outside, telling
-from railui.identification.unmodelled.run_dependence import laid
+from railui.identification.estimation.problem import prepare_again, prepare_segments
+from railui.identification.estimation.validation import NoiseFloor, Validation, estimate_noise_floor, validate
+from railui.identification.events import ModelValidated
+from railui.identification.structure.gain_forecast import PredictedGains, predict_validation_gain
+from railui.identification.structure.score_test import ScoreTestResult
+from railui.identification.structure.stepwise import (
+    ADEQUATE,
+    UNEXPLAINED,
+    Selection,
+    SelectionStep,
+    StepwiseSelection,
+    has_structure,
+    is_significant_gain,
+)
+from railui.identification.unmodelled.locate import (
+    Discrepancy,
+    find_run_dependence,
+    find_variation_along_track,
+    is_conclusive,
+    locate_discrepancy,
+)
+from railui.identification.unmodelled.run_dependence import prepare_validation
 from railui.progress import Report, Watch, silent, unwatched
 from railui.vehicle.model import Model
 
@@ -31,51 +51,51 @@ SOFTER = 20  # times that a start is made less conical
 LOOKALIKE = 1.10  # within so much of the best error, judged on what no fit saw, two laws look alike
 OF_ITS_OWN = 1 / 3  # of the excess over the floor, up to which the adjusting runs are at theirs
 METHODS = ("least-squares", "two-parallel-models")
-NOTHING = Trace((), (), 1.0, float("inf"), 0.0)  # nothing was traced
+NOTHING = ScoreTestResult((), (), 1.0, float("inf"), 0.0)  # nothing was traced
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class LoopResult:
     """All that the loop found; the report is made of it."""
 
-    measurement: Measurement
-    declared: Model
+    measurement: Dataset
+    nominal: Model
     before: Fit
     after: Fit
-    judged: dict[str, Judgement]
-    floor: Floor
-    steps: tuple[Step, ...]
-    last: Trace
+    validations: dict[str, Validation]
+    floor: NoiseFloor
+    steps: tuple[SelectionStep, ...]
+    last: ScoreTestResult
     verdict: str
-    outside: Outside | None
+    outside: Discrepancy | None
     seconds: float
     seed: int
     gate: tuple[Finding, ...] = ()
     hunting: Fit | None = None  # without an effect on windows, where the vehicle hunts
-    foreseen: Foreseen = field(default_factory=dict, repr=False)  # of the last trace, on the validating runs
+    foreseen: PredictedGains = field(default_factory=dict, repr=False)  # of the last trace, on the validating runs
 
     @property
     def unexplained(self) -> float:
         """Error over floor."""
-        return self.judged["after"].nrmse / self.floor.nrmse
+        return self.validations["after"].nrmse / self.floor.nrmse
 
-    def judge(self, stretches: Sequence[Stretch]) -> Judgement:
+    def judge(self, stretches: Sequence[Segment]) -> Validation:
         """The vehicle as found, on stretches."""
         if self.outside is not None and self.outside.gains:
             return self.outside.judged(self.measurement, stretches)
-        return judge(self.after.model, self.measurement, stretches)
+        return validate(self.after.model, self.measurement, stretches)
 
 
-def declared_on(measurement: Measurement) -> Model:
+def nominal_model(measurement: Dataset) -> Model:
     """The declared vehicle, what turns as each adjusting run met it: phases estimated, to be fitted with all else."""
     model = Model(measurement.campaign.design, measurement.campaign.sensors)
-    for stretch in measurement.adjust:
-        model = with_phases(model, stretch, measurement.noise)
+    for stretch in measurement.estimation:
+        model = estimate_phases(model, stretch, measurement.noise)
     return model
 
 
-def adjusted(
-    measurement: Measurement,
+def calibrate(
+    measurement: Dataset,
     declared: Model,
     *,
     jobs: int | None = None,
@@ -84,32 +104,34 @@ def adjusted(
 ) -> Fit:
     """The declared vehicle adjusted: once for weights and initial states, once with them renewed."""
     paths = measurement.campaign.adjust
-    free = held(declared)
-    start = declared if free else stabilised(declared, measurement.adjust)
+    free = limits_hunting(declared)
+    start = declared if free else with_stable_start(declared, measurement.estimation)
     if start is not declared:
         report("the declared vehicle is unstable at a speed of the campaign: the fit starts at a lower conicity")
-    cut = cut_where(declared, measurement.adjust, NEAR) if free else set()
-    ready = targets(start, measurement, pieces(measurement.adjust, cut))
-    fit = adjust(
+    cut = unstable_segments(declared, measurement.estimation, NEAR) if free else set()
+    ready = prepare_segments(start, measurement, cut_into_windows(measurement.estimation, cut))
+    fit = fit_output_error(
         start, measurement, paths, declared, ready=ready, stable=not free, tolerance=1e-4, jobs=jobs, watch=watch
     )
     report(f"adjusted {len(paths)} parameters in {fit.iterations} iterations, once more with the noise as it arrives")
     spent = fit.simulations
     for _ in range(RINGING if declared.design.kind == "rig" else 1):
-        ready = restarted(fit.model, fit.targets, measurement)
-        fit = adjust(fit.model, measurement, paths, declared, ready=ready, stable=not free, jobs=jobs, watch=watch)
+        ready = prepare_again(fit.model, fit.segments, measurement)
+        fit = fit_output_error(
+            fit.model, measurement, paths, declared, ready=ready, stable=not free, jobs=jobs, watch=watch
+        )
         spent += fit.simulations
     return replace(fit, simulations=spent)
 
 
-def stabilised(declared: Model, stretches: Sequence[Stretch]) -> Model:
+def with_stable_start(declared: Model, stretches: Sequence[Segment]) -> Model:
     """The declared vehicle, or one of lower conicity that is stable at every speed of the stretches, to start from."""
     if declared.design.kind != "bogie":
         return declared
     model = declared
     conicities = [f"contact.{where}.conicity" for where in ("leading", "trailing")]
     for _ in range(SOFTER):
-        if not cut_where(model, stretches, STABLE):
+        if not unstable_segments(model, stretches, STABLE):
             break
         lower = np.array([0.8 * model.design.values[c] for c in conicities])
         model = model.with_row(conicities, lower)
@@ -117,61 +139,63 @@ def stabilised(declared: Model, stretches: Sequence[Stretch]) -> Model:
 
 
 def close_loop(
-    measurement: Measurement,
+    measurement: Dataset,
     *,
     without: Collection[str] = (),
     seed: int = 0,
     jobs: int | None = None,
     report: Report = silent,
     watch: Watch = unwatched,
-) -> Found:
+) -> LoopResult:
     """Close the loop on a measurement. The validating runs judge; no fit sees them.
 
     `report` is told lines; `watch` gets `Judged`, the `Turn`s of the main fits, `Looked` of the trace, each `Trace`,
     the `Sighting` about to be confirmed, its `Refit`, and `Floor`.
     """
     began = time.perf_counter()
-    findings = passed_gate(measurement, report)
-    declared = declared_on(measurement)
-    judged = {"declared": judge(declared, measurement, measurement.validate)}
-    watch(Judged("declared", judged["declared"]))
+    findings = report_data_checks(measurement, report)
+    declared = nominal_model(measurement)
+    judged = {"declared": validate(declared, measurement, measurement.validation)}
+    watch(ModelValidated("declared", judged["declared"]))
     report(f"declared vehicle: nrmse {judged['declared'].nrmse:.4f}")
-    before = adjusted(measurement, declared, jobs=jobs, report=report, watch=watch)
-    before, wild = hunting(before, measurement, declared, jobs=jobs, report=report, watch=watch)
-    judged["before"] = judge(before.model, measurement, measurement.validate)
-    watch(Judged("before", judged["before"]))
-    search = Search(measurement, declared, frozenset(without), seed, jobs, report, watch)
-    terms = search.terms(before, judged["before"], wild)
+    before = calibrate(measurement, declared, jobs=jobs, report=report, watch=watch)
+    before, wild = refit_hunting(before, measurement, declared, jobs=jobs, report=report, watch=watch)
+    judged["before"] = validate(before.model, measurement, measurement.validation)
+    watch(ModelValidated("before", judged["before"]))
+    search = StepwiseSelection(measurement, declared, frozenset(without), seed, jobs, report, watch)
+    terms = search.select_effects(before, judged["before"], wild)
     fit, judged["after"] = terms.fit, terms.judgement
-    noise = floor(fit.model, measurement, measurement.validate, jobs=jobs)
+    noise = estimate_noise_floor(fit.model, measurement, measurement.validation, jobs=jobs)
     watch(noise)
-    here = laid(fit, measurement)
-    foreseen = foresee(here, terms.last, measurement, jobs=jobs)
+    here = prepare_validation(fit, measurement)
+    foreseen = predict_validation_gain(here, terms.last, measurement, jobs=jobs)
     from_here = wild if fit is before and wild is not None else fit
-    outside = missing(from_here, here, terms, noise, measurement, declared, seed=seed, jobs=jobs, report=report)
+    outside = find_discrepancy(
+        from_here, here, terms, noise, measurement, declared, seed=seed, jobs=jobs, report=report
+    )
     if outside is not None and outside.gains:
         fit, judged["after"] = outside.fit, outside.judgement
-        noise = floor(fit.model, measurement, measurement.validate, jobs=jobs)
+        noise = estimate_noise_floor(fit.model, measurement, measurement.validation, jobs=jobs)
     verdict = "outside" if outside else "effect" if terms.added else "none"
     report(f"verdict {verdict}: nrmse {judged['after'].nrmse:.4f}, floor {noise.nrmse:.4f}")
-    return Found(
+    return LoopResult(
         measurement, declared, before, fit, judged, noise, terms.steps, terms.last, verdict, outside,
         time.perf_counter() - began, seed, findings, wild, foreseen,
     )  # fmt: skip
 
 
-def missing(
+def find_discrepancy(
     fit: Fit,
     here: Fit | None,
-    terms: Terms,
-    noise: Floor,
-    measurement: Measurement,
+    terms: Selection,
+    noise: NoiseFloor,
+    measurement: Dataset,
     declared: Model,
     *,
     seed: int = 0,
     jobs: int | None = None,
     report: Report = silent,
-) -> Outside | None:
+) -> Discrepancy | None:
     """What acts beside the terms found and is not in the catalogue; None where noise explains what they leave.
 
     `fit`: the vehicle that the search starts from, with these terms; `here`: it on the validating runs.
@@ -180,63 +204,65 @@ def missing(
     if ratio <= ADEQUATE:
         return None
 
-    def between() -> Outside | None:
-        return look_between(fit, here, terms.judgement, measurement, declared, seed=seed, jobs=jobs, report=report)
+    def between() -> Discrepancy | None:
+        return find_run_dependence(
+            fit, here, terms.judgement, measurement, declared, seed=seed, jobs=jobs, report=report
+        )
 
-    def within() -> Outside | None:
-        return acting(fit, terms, ratio, measurement, declared, jobs=jobs, report=report)
+    def within() -> Discrepancy | None:
+        return find_acting_discrepancy(fit, terms, ratio, measurement, declared, jobs=jobs, report=report)
 
-    looks = (between, within) if own_floor(fit, ratio) else (within, between)
+    looks = (between, within) if is_at_noise_floor(fit, ratio) else (within, between)
     return next((found for look in looks if (found := look()) is not None), None)
 
 
-def acting(
+def find_acting_discrepancy(
     fit: Fit,
-    terms: Terms,
+    terms: Selection,
     ratio: float,
-    measurement: Measurement,
+    measurement: Dataset,
     declared: Model,
     *,
     jobs: int | None = None,
     report: Report = silent,
-) -> Outside | None:
+) -> Discrepancy | None:
     """What the adjusting runs say of something that acts beside the terms found, so many times the floor being left."""
-    shaped = structured(terms.last)
-    along = look_along(fit, measurement, report)
+    shaped = has_structure(terms.last)
+    along = find_variation_along_track(fit, measurement, report)
     seen = along
-    if not ratio <= UNEXPLAINED or shaped or telling(along):
-        seen = look_outside(fit, measurement, declared, along, jobs=jobs, report=report)
+    if not ratio <= UNEXPLAINED or shaped or is_conclusive(along):
+        seen = locate_discrepancy(fit, measurement, declared, along, jobs=jobs, report=report)
     if seen is None:
         return None
-    gains = material(terms.judgement, seen.judgement, measurement.campaign.material)
+    gains = is_significant_gain(terms.judgement, seen.judgement, measurement.campaign.material)
     # three effects that leave something of a shape are not what is missing
     lost = ratio > UNEXPLAINED and (shaped or not terms.added)
-    return replace(seen, gains=gains) if gains or telling(seen) or lost else None
+    return replace(seen, gains=gains) if gains or is_conclusive(seen) or lost else None
 
 
-def own_floor(fit: Fit, ratio: float) -> bool:
+def is_at_noise_floor(fit: Fit, ratio: float) -> bool:
     """Are the adjusting runs at their floor, where so many times the floor is left on the validating ones?"""
-    return fit.rest - 1.0 < OF_ITS_OWN * (ratio - 1.0)
+    return fit.error_to_noise - 1.0 < OF_ITS_OWN * (ratio - 1.0)
 
 
-def passed_gate(measurement: Measurement, report: Report) -> tuple[Finding, ...]:
+def report_data_checks(measurement: Dataset, report: Report) -> tuple[Finding, ...]:
     """What is wrong with the data, told before anything is fitted to them."""
-    findings = gate(measurement)
+    findings = check_data(measurement)
     for f in findings:
         if f.check != "ceiling":
             report(f"{'check this first: ' if f.serious else ''}{f.file}: {f.text}")
     return tuple(findings)
 
 
-def adjust_only(
-    measurement: Measurement,
+def calibrate_only(
+    measurement: Dataset,
     *,
     method: str = METHODS[0],
     seed: int = 0,
     jobs: int | None = None,
     report: Report = silent,
     watch: Watch = unwatched,
-) -> Found:
+) -> LoopResult:
     """The first half of the loop: the declared vehicle adjusted and judged, nothing traced.
 
     method: least squares over all parameters at once, or Broersen's own, one difference of two models at a time.
@@ -245,29 +271,29 @@ def adjust_only(
     if method not in METHODS:
         raise ValueError(f"no method {method!r}: {' or '.join(METHODS)}")
     began = time.perf_counter()
-    findings = passed_gate(measurement, report)
-    declared = declared_on(measurement)
+    findings = report_data_checks(measurement, report)
+    declared = nominal_model(measurement)
     if method == METHODS[0]:
-        before = adjusted(measurement, declared, jobs=jobs, report=report, watch=watch)
+        before = calibrate(measurement, declared, jobs=jobs, report=report, watch=watch)
     else:
-        start = stabilised(declared, measurement.adjust)
-        ready = targets(start, measurement, measurement.adjust)
+        start = with_stable_start(declared, measurement.estimation)
+        ready = prepare_segments(start, measurement, measurement.estimation)
         paths = measurement.campaign.adjust
         before, _ = two_parallel_models(start, measurement, paths, declared, ready, jobs=jobs, report=report)
     judged = {
-        "declared": judge(declared, measurement, measurement.validate),
-        "before": judge(before.model, measurement, measurement.validate),
+        "declared": validate(declared, measurement, measurement.validation),
+        "before": validate(before.model, measurement, measurement.validation),
     }
     judged["after"] = judged["before"]
-    noise = floor(before.model, measurement, measurement.validate, jobs=jobs)
+    noise = estimate_noise_floor(before.model, measurement, measurement.validation, jobs=jobs)
     seconds = time.perf_counter() - began
-    return Found(
-        measurement, declared, before, before, judged, noise, (Step(NOTHING, (), None),), NOTHING, "none", None,
+    return LoopResult(
+        measurement, declared, before, before, judged, noise, (SelectionStep(NOTHING, (), None),), NOTHING, "none", None,
         seconds, seed, findings,
     )  # fmt: skip
 
 
-def lookalikes(step: Step) -> list[str]:
+def indistinguishable_kinds(step: SelectionStep) -> list[str]:
     """Kinds that fit at the place of the added effect as well as it does."""
     if step.added is None or step.added.candidate is None:
         return []

@@ -106,7 +106,7 @@ def write_text(path: str | Path, text: str) -> Path:
     return write_bytes(path, data)
 
 
-def beside(path: str | Path, home: str | Path) -> str:
+def relative_path(path: str | Path, home: str | Path) -> str:
     """A path as a file that stands in the directory `home` names it.
 
     >>> beside("designs/coach.yaml", "designs/studies")

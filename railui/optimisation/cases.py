@@ -11,9 +11,9 @@ from railui.optimisation.study import Study
 from railui.ride_quality.measures import FEWEST_BLOCKS
 from railui.ride_quality.statistics import BLOCK
 from railui.track import parse_spec
-from railui.track.excitation import Laid, Road, is_track_file, lay
+from railui.track.excitation import Excitation, TrackSource, is_track_file, resolve_track
 from railui.vehicle.resolve import model_of
-from railui.vehicle.sampling import Varied, draws
+from railui.vehicle.sampling import ParameterisedModel, draws
 
 DRAWS = 1  # what the random numbers of a draw are keyed by, beside the seed
 
@@ -22,8 +22,8 @@ DRAWS = 1  # what the random numbers of a draw are keyed by, beside the seed
 class Case:
     """One case: a road, the vehicle of a scenario and a draw, and the curve [m] for the keys of curve."""
 
-    road: Road
-    vehicle: Varied
+    road: Excitation
+    vehicle: ParameterisedModel
     scenario: int
     draw: int
     radius: float
@@ -60,31 +60,31 @@ def cases_of(study: Study, fresh: int | None = None, seed: int | None = None) ->
     `seed`: of the draws, that of the method where None. Raises FileProblems for a vehicle that rides no track
     and for a faulty track.
     """
-    made: dict[tuple[str, int | None], Laid] = {}
-    laid: list[list[Laid]] = []
+    made: dict[tuple[str, int | None], TrackSource] = {}
+    laid: list[list[TrackSource]] = []
     for track in study.cases.track:
         for s in (seeds := seeds_of(study, track, fresh)):
             if (track, s) not in made:
-                made[track, s] = lay(_path(study, track), s)
+                made[track, s] = resolve_track(_path(study, track), s)
         laid.append([made[track, s] for s in seeds])
     vehicles = _vehicles(study, study.method.seed if seed is None else seed)
-    roads: dict[tuple[int, float], Road] = {}
+    roads: dict[tuple[int, float], Excitation] = {}
     curve = (study.cases.radius, study.cases.cant_deficiency)
     found = []
     for lines, speed in product(laid, study.cases.speed):
         for line in lines:
-            road = roads.setdefault((id(line), speed), Road(line, speed))
+            road = roads.setdefault((id(line), speed), Excitation(line, speed))
             found += [Case(road, vehicle, s, d, *curve) for (s, d), vehicle in vehicles.items()]
     return found
 
 
-def _vehicles(study: Study, seed: int) -> dict[tuple[int, int], Varied]:
+def _vehicles(study: Study, seed: int) -> dict[tuple[int, int], ParameterisedModel]:
     paths = tuple(variable.path for variable in study.variables)
     found = {}
     for s, changes in enumerate(study.cases.scenario):
         model = model_of(in_scenario(study.design, changes))
         for d, deviations in enumerate(draws(model.design, study.cases.draws, [seed, DRAWS])):
-            found[s, d] = Varied(model, paths, deviations)
+            found[s, d] = ParameterisedModel(model, paths, deviations)
     return found
 
 

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.optimisation.objectives import BAD, Judged, sign
+from railui.optimisation.objectives import BAD, Assessed, sign
 from railui.optimisation.study import Study, Variable
 
 SAMPLING: Final = 0  # what the random numbers of the first generation are keyed by, beside the seed
@@ -61,14 +61,14 @@ class Generation:
     """Designs tried together: values x [n, variable] and how they were judged; values of the front so far."""
 
     x: FloatArray
-    judged: Judged
+    judged: Assessed
     front: FloatArray
 
 
-Judge = Callable[[FloatArray], Judged]
+Judge = Callable[[FloatArray], Assessed]
 
 
-def against(study: Study, judged: Judged) -> FloatArray:
+def relative_to(study: Study, judged: Assessed) -> FloatArray:
     """Objectives [n, aim] of which less is better; what is infinite or missing is as bad as can be."""
     senses = np.array([sign(objective) for objective in study.objectives])
     # a NaN would cut pymoo's front without a word

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.core import jobs_or_all
 from railui.optimisation.cases import Case
-from railui.optimisation.responses import Answered, answered
+from railui.optimisation.responses import Responses, evaluate_case
 
 
 @dataclass(frozen=True, eq=False)
-class Numbers:
+class ResponseTable:
     """Keys of the results -> values [design, case]; travelled [design, case]: the share of the way, 1 all of it.
 
     reasons [design, case]: why a design failed in a case, empty where it did not.
@@ -26,7 +26,7 @@ class Numbers:
     reasons: NDArray[np.object_]
 
     @classmethod
-    def stacked(cls, found: Sequence[Answered], keys: Collection[str]) -> Numbers:
+    def stacked(cls, found: Sequence[Responses], keys: Collection[str]) -> ResponseTable:
         """The answers of all cases, one after the other."""
         values = {key: np.stack([one.values[key] for one in found], axis=1) for key in keys}
         reasons = np.empty((len(found[0].reasons), len(found)), dtype=object)
@@ -34,10 +34,10 @@ class Numbers:
             reasons[:, j] = one.reasons
         return cls(values, np.stack([one.travelled for one in found], axis=1), reasons)
 
-    def of_cases(self, some: slice) -> Numbers:
+    def of_cases(self, some: slice) -> ResponseTable:
         """The numbers in some of the cases."""
         values = {key: each[:, some] for key, each in self.values.items()}
-        return Numbers(values, self.travelled[:, some], self.reasons[:, some])
+        return ResponseTable(values, self.travelled[:, some], self.reasons[:, some])
 
     @property
     def failed(self) -> NDArray[np.bool_]:
@@ -46,18 +46,20 @@ class Numbers:
 
 
 # the keys of vehicles, rows [n, row] for each case: in this process, from a store, on a cluster
-Evaluator = Callable[[Sequence[Case], Sequence[FloatArray], Collection[str]], Numbers]
+Evaluator = Callable[[Sequence[Case], Sequence[FloatArray], Collection[str]], ResponseTable]
 
 
-def in_process(jobs: int | None = None) -> Evaluator:
+def evaluate_in_process(jobs: int | None = None) -> Evaluator:
     """An evaluator that asks the kernel, case by case, groups of lanes on so many threads."""
 
-    def evaluate(cases: Sequence[Case], rows: Sequence[FloatArray], keys: Collection[str]) -> Numbers:
-        known: dict[tuple[int, int], Answered] = {}
+    def evaluate(cases: Sequence[Case], rows: Sequence[FloatArray], keys: Collection[str]) -> ResponseTable:
+        known: dict[tuple[int, int], Responses] = {}
         for case, some in zip(cases, rows, strict=True):
             if (same := (id(case.road), id(some))) not in known:
-                known[same] = answered(case, some, keys, jobs_or_all(jobs))
-        return Numbers.stacked([known[id(case.road), id(some)] for case, some in zip(cases, rows, strict=True)], keys)
+                known[same] = evaluate_case(case, some, keys, jobs_or_all(jobs))
+        return ResponseTable.stacked(
+            [known[id(case.road), id(some)] for case, some in zip(cases, rows, strict=True)], keys
+        )
 
     return evaluate
 
@@ -71,8 +73,8 @@ def rows_of(cases: Sequence[Case], x: FloatArray) -> list[FloatArray]:
     return [made[id(case.vehicle)] for case in cases]
 
 
-def numbers_of(
+def response_table(
     cases: Sequence[Case], x: FloatArray, keys: Collection[str], evaluator: Evaluator | None = None
-) -> Numbers:
+) -> ResponseTable:
     """The keys of designs with values x [design, variable] on all cases."""
-    return (evaluator or in_process())(cases, rows_of(cases, x), keys)
+    return (evaluator or evaluate_in_process())(cases, rows_of(cases, x), keys)

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.optimisation.design_space import Generation, Judge, Ranges, against
+from railui.optimisation.design_space import Generation, Judge, Ranges, relative_to
 from railui.optimisation.objectives import violations
 from railui.optimisation.study import Study
 
 
-def by_pymoo(study: Study, first: FloatArray, judge: Judge) -> Iterator[Generation]:
+def search_pymoo(study: Study, first: FloatArray, judge: Judge) -> Iterator[Generation]:
     """NSGA-II, NSGA-III or differential evolution in ask and tell, from a first generation in the unit cube."""
     from pymoo.core.evaluator import Evaluator
     from pymoo.core.problem import Problem
@@ -33,7 +33,7 @@ def by_pymoo(study: Study, first: FloatArray, judge: Judge) -> Iterator[Generati
             return
         x = ranges.values(tried.get("X"))
         judged = judge(x)
-        known = StaticProblem(problem, F=against(study, judged), G=violations(study, judged))
+        known = StaticProblem(problem, F=relative_to(study, judged), G=violations(study, judged))
         Evaluator().eval(known, tried)
         search.tell(infills=tried)
         yield Generation(x, judged, ranges.values(np.atleast_2d(search.opt.get("X"))))
@@ -108,10 +108,10 @@ def hypervolumes(history: Sequence[tuple[int, FloatArray]]) -> list[dict[str, fl
 def _front(aims: FloatArray) -> FloatArray:
     """Those of aims [n, aim] that no other beats, each once."""
     different = np.unique(aims, axis=0)
-    return np.asarray(different[undominated(different)])
+    return np.asarray(different[nondominated(different)])
 
 
-def undominated(aims: FloatArray) -> NDArray[np.bool_]:
+def nondominated(aims: FloatArray) -> NDArray[np.bool_]:
     """Which of aims [n, aim], less being better, no other beats: as good in all and better in one.
 
     >>> undominated(np.array([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]])).tolist()

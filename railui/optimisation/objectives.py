@@ -14,7 +14,7 @@ from railui.io.number_format import display
 from railui.io.problems import Findings
 from railui.io.yaml_document import load
 from railui.optimisation.cases import Case, too_short
-from railui.optimisation.evaluation import Evaluator, Numbers, numbers_of
+from railui.optimisation.evaluation import Evaluator, ResponseTable, response_table
 from railui.optimisation.response_keys import RESULTS
 from railui.optimisation.study import Constraint, Objective, Study
 
@@ -24,7 +24,7 @@ STIFFNESSES: Final = ("vehicle.primary.lateral_stiffness", "vehicle.primary.long
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class Assessed:
     """Designs judged on all cases: objectives [n, aim], constraints [n, limit] of the worst case, by their keys.
 
     travelled [n]: the least share of the way, 1 all of it; reasons [n]: why a design failed, else empty. A
@@ -39,10 +39,10 @@ class Judged:
     def __len__(self) -> int:
         return len(self.travelled)
 
-    def select(self, order: NDArray[np.int64]) -> Judged:
+    def select(self, order: NDArray[np.int64]) -> Assessed:
         """Some of the designs."""
         reasons = [self.reasons[i] for i in order]
-        return Judged(self.objectives[order], self.constraints[order], self.travelled[order], reasons)
+        return Assessed(self.objectives[order], self.constraints[order], self.travelled[order], reasons)
 
 
 def keys_of(study: Study) -> list[str]:
@@ -50,12 +50,12 @@ def keys_of(study: Study) -> list[str]:
     return sorted({*(aim.key for aim in study.objectives), *(limit.key for limit in study.constraints)})
 
 
-def judge(study: Study, cases: Sequence[Case], x: FloatArray, evaluator: Evaluator) -> Judged:
+def assess(study: Study, cases: Sequence[Case], x: FloatArray, evaluator: Evaluator) -> Assessed:
     """Designs with values x [n, variable] of a study, judged on cases: all that a search asks for."""
-    return judged_by(study, numbers_of(cases, x, keys_of(study), evaluator))
+    return assess_by(study, response_table(cases, x, keys_of(study), evaluator))
 
 
-def judged_by(study: Study, numbers: Numbers) -> Judged:
+def assess_by(study: Study, numbers: ResponseTable) -> Assessed:
     """The aims and limits of designs from their numbers on all cases."""
     objectives = [
         np.where(numbers.failed, np.inf * sign(aim), aggregate(numbers.values[aim.key], aim))
@@ -65,7 +65,7 @@ def judged_by(study: Study, numbers: Numbers) -> Judged:
     limits = [worst[limit.relation](numbers.values[limit.key], axis=1) for limit in study.constraints]
     held = np.array(limits).reshape(len(limits), len(numbers.travelled)).T
     reasons = [next(filter(None, one), "") for one in numbers.reasons]
-    return Judged(np.stack(objectives, axis=1), held, numbers.travelled.min(axis=1), reasons)
+    return Assessed(np.stack(objectives, axis=1), held, numbers.travelled.min(axis=1), reasons)
 
 
 def sign(objective: Objective) -> float:
@@ -90,7 +90,7 @@ def aggregate(values: FloatArray, objective: Objective) -> FloatArray:
     return np.asarray(sign(objective) * found)
 
 
-def violations(study: Study, judged: Judged) -> FloatArray:
+def violations(study: Study, judged: Assessed) -> FloatArray:
     """By what share each limit is exceeded, 0 or less where it is kept, [n, limit + 1]; the last: failures."""
     columns = [_over(limit, values) for limit, values in zip(study.constraints, judged.constraints.T, strict=True)]
     # the sooner a design fails the worse, which shows the search a way out
@@ -103,7 +103,7 @@ def _over(limit: Constraint, values: FloatArray) -> FloatArray:
     return over / (abs(limit.bound) or 1.0)
 
 
-def check_aims(study: Study, cases: Sequence[Case] = ()) -> None:
+def check_objectives(study: Study, cases: Sequence[Case] = ()) -> None:
     """FileProblems for aims that no result answers yet, and for variables that are none."""
     findings = load(study.source).findings()
     for i, objective in enumerate(study.objectives):
@@ -137,7 +137,7 @@ def on_edge(share: float, *ends: float) -> bool:
     return any(abs(share - end) < EDGE for end in ends or (0.0, 1.0))
 
 
-def remarks(study: Study, unit: FloatArray, knee: int | None) -> list[str]:
+def warnings_for(study: Study, unit: FloatArray, knee: int | None) -> list[str]:
     """What a reader of the result must know; unit [n, variable]: the front in the unit cube of the ranges."""
     found = []
     for j, variable in enumerate(study.variables):

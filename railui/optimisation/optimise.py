@@ -14,13 +14,22 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.optimisation.cases import Case, cases_of
-from railui.optimisation.design_space import Generation, Judge, Ranges, against, first_generation
-from railui.optimisation.evaluation import Evaluator, in_process, numbers_of
-from railui.optimisation.multi_objective import by_pymoo, hypervolumes, knee
-from railui.optimisation.objectives import Judged, check_aims, judge, judged_by, keys_of, remarks, sign, violations
+from railui.optimisation.design_space import Generation, Judge, Ranges, first_generation, relative_to
+from railui.optimisation.evaluation import Evaluator, evaluate_in_process, response_table
+from railui.optimisation.multi_objective import hypervolumes, knee, search_pymoo
+from railui.optimisation.objectives import (
+    Assessed,
+    assess,
+    assess_by,
+    check_objectives,
+    keys_of,
+    sign,
+    violations,
+    warnings_for,
+)
 from railui.optimisation.responses import steppable
 from railui.optimisation.sensitivity import one_at_a_time, sobol
-from railui.optimisation.single_objective import by_cmaes, polish
+from railui.optimisation.single_objective import polish, search_cmaes
 from railui.optimisation.study import Study, load_study
 from railui.progress import Report, silent
 from railui.ride_quality.evaluation import quality_of
@@ -36,7 +45,7 @@ COMPARED: Final = (
 
 
 @dataclass
-class Stand:
+class SearchState:
     """Where a search stands: designs evaluated, failed (by reason), what is going on in words.
 
     `latest` is the generation tried last, `baseline` the judged vehicle as it is.
@@ -46,7 +55,7 @@ class Stand:
     failures: Counter[str] = field(default_factory=Counter)
     doing: str = ""
     latest: Generation | None = field(default=None, repr=False)
-    baseline: Judged | None = field(default=None, repr=False)
+    baseline: Assessed | None = field(default=None, repr=False)
 
     @property
     def failed(self) -> int:
@@ -54,7 +63,7 @@ class Stand:
         return self.failures.total()
 
 
-def unseen(_: Stand) -> None:
+def unseen(_: SearchState) -> None:
     """Looks at nothing."""
 
 
@@ -65,7 +74,7 @@ def optimise(
     jobs: int | None = None,
     report: Report = silent,
     evaluator: Evaluator | None = None,
-    watch: Callable[[Stand], None] = unseen,
+    watch: Callable[[SearchState], None] = unseen,
     samples: int = 0,
 ) -> dict[str, Any]:
     """Searches the variables of a study (or its file) for better designs; finite values or None.
@@ -85,9 +94,9 @@ def optimise(
     if seed is not None:
         study = replace(study, method=replace(study.method, seed=seed))
     cases = checked_cases(study)
-    ask = evaluator or in_process(jobs)
+    ask = evaluator or evaluate_in_process(jobs)
     declared = declared_values(study)
-    search = _Search(study, lambda x: judge(study, cases, x, ask), report, watch)
+    search = _Search(study, lambda x: assess(study, cases, x, ask), report, watch)
     baseline = search.stand.baseline = search.judge(declared[None])
     front = search.run(declared)
 
@@ -118,16 +127,16 @@ def optimise(
         "hypervolume": hypervolumes(search.history),
         "riding": {"before": riding[0], "after": None if best is None else riding[1]},
         "sensitivities": sensitivities,
-        "warnings": remarks(study, Ranges(study.variables).unit(found), best),
+        "warnings": warnings_for(study, Ranges(study.variables).unit(found), best),
         "seconds": time.perf_counter() - begun,
     }
 
 
 def checked_cases(study: Study) -> list[Case]:
     """The cases of a study that can be searched; FileProblems where it asks for what there is not."""
-    check_aims(study)
+    check_objectives(study)
     cases = cases_of(study)
-    check_aims(study, cases)
+    check_objectives(study, cases)
     return cases
 
 
@@ -139,9 +148,9 @@ def declared_values(study: Study) -> FloatArray:
 class _Search:
     """A search under way: its stand, the front so far, the design nearest to the limits, the fronts there were."""
 
-    def __init__(self, study: Study, judge: Judge, report: Report, watch: Callable[[Stand], None]):
+    def __init__(self, study: Study, judge: Judge, report: Report, watch: Callable[[SearchState], None]):
         self.study, self.judge, self.report, self.watch = study, judge, report, watch
-        self.stand, self.least, self.nearest = Stand(), np.inf, declared_values(study)
+        self.stand, self.least, self.nearest = SearchState(), np.inf, declared_values(study)
         self.history: list[tuple[int, FloatArray]] = []
 
     def say(self, text: str) -> None:
@@ -154,7 +163,7 @@ class _Search:
         """Searches by the study's method, then polishes where there is one aim; values [n, variable] of the front."""
         study, method = self.study, self.study.method
         first = first_generation(Ranges(study.variables), method.population, declared, method.seed)
-        by = by_cmaes if method.kind == "cmaes" else by_pymoo
+        by = search_cmaes if method.kind == "cmaes" else search_pymoo
         front = self._walk(by(study, first, self.judge), f"generation {{}} of {method.generations}", declared[None])
         if len(study.objectives) == 1:
             front = self._walk(polish(study, front[0], self.judge), "polish {}", front)
@@ -176,14 +185,14 @@ class _Search:
         beyond = np.maximum(violations(self.study, one.judged), 0).sum(axis=1)
         if beyond.min() < self.least:
             self.least, self.nearest = float(beyond.min()), one.x[int(np.argmin(beyond))]
-        self.history.append((self.stand.evaluations, against(self.study, one.judged)[beyond == 0]))
+        self.history.append((self.stand.evaluations, relative_to(self.study, one.judged)[beyond == 0]))
 
 
-def _front(study: Study, front: FloatArray, judge: Judge) -> tuple[FloatArray, Judged]:
+def _front(study: Study, front: FloatArray, judge: Judge) -> tuple[FloatArray, Assessed]:
     """The front [n, variable], each design once, the first aim's best first, and how it is judged."""
     if not len(front):
         objectives, limits = (np.zeros((0, len(each))) for each in (study.objectives, study.constraints))
-        return front, Judged(objectives, limits, front[:, 0], [])
+        return front, Assessed(objectives, limits, front[:, 0], [])
     found = np.unique(front, axis=0)
     judged = judge(found)
     order = np.argsort(sign(study.objectives[0]) * judged.objectives[:, 0], kind="stable")
@@ -200,10 +209,10 @@ def fresh_objectives(study: Study, x: FloatArray, evaluator: Evaluator) -> Float
     if all(case.road.laid.seed is None for case in sets[0]):
         return found
     # all sets at once, so that threads and machines have enough to do
-    numbers = numbers_of(list(chain(*sets)), x, keys_of(study), evaluator)
+    numbers = response_table(list(chain(*sets)), x, keys_of(study), evaluator)
     each = len(sets[0])
     for k in range(FRESH):
-        found[k] = judged_by(study, numbers.of_cases(slice(k * each, (k + 1) * each))).objectives
+        found[k] = assess_by(study, numbers.of_cases(slice(k * each, (k + 1) * each))).objectives
     return found
 
 
@@ -235,7 +244,7 @@ def _named(study: Study, x: FloatArray) -> dict[str, float]:
     return {variable.path: float(value) for variable, value in zip(study.variables, x, strict=True)}
 
 
-def _point(study: Study, x: FloatArray, judged: Judged, i: int, fresh: FloatArray) -> dict[str, Any]:
+def _point(study: Study, x: FloatArray, judged: Assessed, i: int, fresh: FloatArray) -> dict[str, Any]:
     """One design of the result; fresh [set, aim]."""
     with np.errstate(invalid="ignore"):
         mean, sd = fresh.mean(axis=0), fresh.std(axis=0, ddof=1)

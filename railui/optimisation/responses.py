@@ -10,20 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.curving import stands_many
+from railui.curving import solve_equilibria
 from railui.hunting.critical_speed import linear_many
-from railui.hunting.limit_cycles import fold_speeds
-from railui.hunting.summary import SPEEDS, practical
+from railui.hunting.limit_cycles import nonlinear_critical_speeds
+from railui.hunting.summary import SPEEDS, practical_critical_speed
 from railui.optimisation.cases import Case
 from railui.optimisation.response_keys import RESULTS
 from railui.ride_quality.measures import n_mv, ride_value
 from railui.ride_quality.score import score_many
 from railui.ride_quality.statistics import statistics_many
-from railui.track.excitation import Road
+from railui.track.excitation import Excitation
 from railui.vehicle.linear import damping_ratio, eigenvalues
 from railui.vehicle.model import Model
 
-Answer = Callable[[Case, FloatArray, Collection[str], int], "Answered"]
+Answer = Callable[[Case, FloatArray, Collection[str], int], "Responses"]
 
 DIVERGED: Final = "left the track"
 STIFF: Final = "too stiff to be stepped"
@@ -36,7 +36,7 @@ EACH: Final = {"fold_speed", "practical_critical_speed"}
 
 
 @dataclass(frozen=True, eq=False)
-class Answered:
+class Responses:
     """Numbers of n vehicles: values [n] by key, travelled [n] (the share of the way, 1 all of it), reasons [n].
 
     A reason says why a vehicle failed; it is empty where it did not.
@@ -47,18 +47,18 @@ class Answered:
     reasons: list[str]
 
     @classmethod
-    def failed(cls, count: int, keys: Collection[str], reason: str) -> Answered:
+    def failed(cls, count: int, keys: Collection[str], reason: str) -> Responses:
         """Vehicles of which nothing is known but why."""
         return cls({key: np.full(count, np.nan) for key in keys}, np.zeros(count), [reason] * count)
 
 
-def answered(case: Case, rows: FloatArray, keys: Collection[str], jobs: int = 1) -> Answered:
+def evaluate_case(case: Case, rows: FloatArray, keys: Collection[str], jobs: int = 1) -> Responses:
     """The keys of vehicles, rows [n, row], of one case; each question is asked once.
 
     A vehicle's digits depend on nothing but itself. Raises ValueError for what cannot be asked of any vehicle.
     """
-    found = Answered({}, np.ones(len(rows)), [""] * len(rows))
-    for question, answer in ANSWERS.items():
+    found = Responses({}, np.ones(len(rows)), [""] * len(rows))
+    for question, answer in RESPONSES.items():
         asked = [key for key in keys if RESULTS[key].question == question]
         if asked:
             one = answer(case, rows, asked, jobs)
@@ -68,10 +68,10 @@ def answered(case: Case, rows: FloatArray, keys: Collection[str], jobs: int = 1)
     return found
 
 
-def ride_answers(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Answered:
+def ride_answers(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:
     """Riding quality on the case's road."""
     model, road = case.vehicle.model, case.road
-    found = Answered.failed(len(rows), keys, STIFF)
+    found = Responses.failed(len(rows), keys, STIFF)
     able, steps = steppable(model, rows, road)
     if able.size:
         statistics = statistics_many(model, rows[able], road, steps=steps, jobs=jobs)
@@ -86,7 +86,7 @@ def ride_answers(case: Case, rows: FloatArray, keys: Collection[str], jobs: int)
     return found
 
 
-def steppable(model: Model, rows: FloatArray, road: Road) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def steppable(model: Model, rows: FloatArray, road: Excitation) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Which rows can be stepped on a road, and their steps per sample; the others are too stiff for it."""
     key = (id(model), road.speed, road.dt, rows.tobytes())
     known = _STEPPABLE.get(key)  # tracks and seeds ask the same
@@ -97,7 +97,7 @@ def steppable(model: Model, rows: FloatArray, road: Road) -> tuple[NDArray[np.in
     return known[1:]
 
 
-def _steppable(model: Model, rows: FloatArray, road: Road) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _steppable(model: Model, rows: FloatArray, road: Excitation) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     vehicles = model.vehicles()
 
     def steps(some: FloatArray) -> list[int]:
@@ -114,7 +114,7 @@ def _steppable(model: Model, rows: FloatArray, road: Road) -> tuple[NDArray[np.i
 
 
 def _scored(
-    model: Model, statistics: dict[str, FloatArray], road: Road, keys: Collection[str]
+    model: Model, statistics: dict[str, FloatArray], road: Excitation, keys: Collection[str]
 ) -> dict[str, FloatArray]:
     """Values [n] of ride keys from statistics, each vehicle against its own clearance."""
     widen = float(road.track.gauge.mean()) / 2 if model.design.gauge_widens_clearance else 0.0
@@ -135,7 +135,7 @@ def _scored(
     return found
 
 
-def stability_answers(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Answered:
+def stability_answers(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:
     """Stability: linear_damping at the case's speed, critical speeds up to 90 m/s, which stands for none.
 
     The critical speed in practice is that of the case's track.
@@ -149,7 +149,7 @@ def stability_answers(case: Case, rows: FloatArray, keys: Collection[str], jobs:
         found |= {key: linear[key] for key in asked & LINEAR}
     if asked & EACH:
         found |= _one_by_one(case, rows, asked & EACH, jobs)
-    return Answered(found, np.ones(len(rows)), [""] * len(rows))
+    return Responses(found, np.ones(len(rows)), [""] * len(rows))
 
 
 def _one_by_one(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> dict[str, FloatArray]:
@@ -158,9 +158,9 @@ def _one_by_one(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) 
     models = [model.with_row(list(model.columns), row) for row in rows]
     found: dict[str, FloatArray] = {}
     if "fold_speed" in keys:
-        found["fold_speed"] = np.nan_to_num(fold_speeds(models, SPEEDS, jobs), nan=HIGHEST)
+        found["fold_speed"] = np.nan_to_num(nonlinear_critical_speeds(models, SPEEDS, jobs), nan=HIGHEST)
     if "practical_critical_speed" in keys:
-        speeds = [practical(one, case.road.laid, SPEEDS, jobs)["speed"] for one in models]
+        speeds = [practical_critical_speed(one, case.road.laid, SPEEDS, jobs)["speed"] for one in models]
         found["practical_critical_speed"] = np.array([HIGHEST if speed is None else speed for speed in speeds])
     return found
 
@@ -178,15 +178,15 @@ def linear_damping(model: Model, rows: FloatArray, speed: float) -> FloatArray:
     return np.asarray(damping_ratio(eigenvalues(model, rows, np.full(len(rows), speed))).min(axis=1))
 
 
-def curve_answers(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Answered:
+def curve_answers(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:
     """Where vehicles stand in the case's curve; of several wheelsets the largest magnitude counts."""
     n = len(rows)
-    stands = stands_many(case.vehicle.model, rows, np.full(n, case.radius), np.full(n, case.cant_deficiency))
+    stands = solve_equilibria(case.vehicle.model, rows, np.full(n, case.radius), np.full(n, case.cant_deficiency))
     stood = np.isfinite(stands.wear_number)
     told = {key: getattr(stands, key) for key in keys}
     values = {key: np.abs(x).max(axis=1) if RESULTS[key].many else x for key, x in told.items()}
-    return Answered(values, np.where(stood, 1.0, 0.0), ["" if yes else UNHELD for yes in stood])
+    return Responses(values, np.where(stood, 1.0, 0.0), ["" if yes else UNHELD for yes in stood])
 
 
 # a question answers its keys of many vehicles of one case
-ANSWERS: dict[str, Answer] = {"ride": ride_answers, "stability": stability_answers, "curve": curve_answers}
+RESPONSES: dict[str, Answer] = {"ride": ride_answers, "stability": stability_answers, "curve": curve_answers}

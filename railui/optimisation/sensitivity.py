@@ -12,11 +12,11 @@ from railui.io.problems import FileProblems
 from railui.optimisation.cases import Case
 from railui.optimisation.design_space import Ranges
 from railui.optimisation.evaluation import Evaluator
-from railui.optimisation.objectives import Judged, judge, judged_by, keys_of
+from railui.optimisation.objectives import Assessed, assess, assess_by, keys_of
 from railui.optimisation.study import Study
 from railui.vehicle.design_reader import Design
 from railui.vehicle.model import Model
-from railui.vehicle.sampling import Varied
+from railui.vehicle.sampling import ParameterisedModel
 
 NUDGE: Final = 0.05  # of a number, up and down
 BITES: Final = 2  # what the random numbers of Sobol's samples are keyed by, beside the seed
@@ -31,7 +31,7 @@ def one_at_a_time(study: Study, cases: Sequence[Case], x: FloatArray, evaluator:
     here = study.design.with_values({v.path: float(value) for v, value in zip(study.variables, x, strict=True)})
     paths = [path for path in here.paths() if here.value(path) and _nudged(here, path) is not None]
     numbers = evaluator(cases, _rows(study, cases, x, paths), keys_of(study))
-    judged = judged_by(study, numbers)
+    judged = assess_by(study, numbers)
     objectives, limits = (_rises(table, judged) for table in (judged.objectives, judged.constraints))
     return [
         {
@@ -45,7 +45,7 @@ def one_at_a_time(study: Study, cases: Sequence[Case], x: FloatArray, evaluator:
     ]
 
 
-def _rises(table: FloatArray, judged: Judged) -> FloatArray:
+def _rises(table: FloatArray, judged: Assessed) -> FloatArray:
     """From the lower to the upper neighbour, NaN where one of them failed."""
     kept = np.where((judged.travelled < 1)[:, None], np.nan, table)
     return np.asarray(kept[1::2] - kept[::2])
@@ -67,7 +67,9 @@ def _rows(study: Study, cases: Sequence[Case], x: FloatArray, paths: Sequence[st
         if id(case.vehicle) not in made:
             design = case.vehicle.model.design.with_values(values)
             designs = [one for path in paths for one in _nudged(design, path) or [design, design]]
-            each = [Varied(Model(one), (), case.vehicle.deviations).rows(np.zeros((1, 0)))[0] for one in designs]
+            each = [
+                ParameterisedModel(Model(one), (), case.vehicle.deviations).rows(np.zeros((1, 0)))[0] for one in designs
+            ]
             made[id(case.vehicle)] = np.stack(each)
     return [made[id(case.vehicle)] for case in cases]
 
@@ -85,7 +87,7 @@ def sobol(study: Study, cases: Sequence[Case], evaluator: Evaluator, samples: in
 
     def aims(unit: FloatArray) -> FloatArray:
         nonlocal failed
-        judged = judge(study, cases, ranges.values(unit.T), evaluator)
+        judged = assess(study, cases, ranges.values(unit.T), evaluator)
         failed += int(np.sum(judged.travelled < 1))
         return np.stack([_filled(one) for one in judged.objectives.T])
 

@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.optimisation.design_space import Generation, Judge, Ranges, against
-from railui.optimisation.objectives import BAD, Judged, violations
+from railui.optimisation.design_space import Generation, Judge, Ranges, relative_to
+from railui.optimisation.objectives import BAD, Assessed, violations
 from railui.optimisation.study import Study
 
 STEPS: Final = 1  # what the random numbers of CMA-ES are keyed by, beside the seed
@@ -18,13 +18,13 @@ COARSE, FINE = 0.05, 2.0**-13  # steps of the polish, shares of the ranges
 POLLS: Final = 60  # at most
 
 
-def merit(study: Study, judged: Judged) -> FloatArray:
+def merit(study: Study, judged: Assessed) -> FloatArray:
     """One number [n] of which less is better: the aim where all limits are kept, else behind all of these."""
     beyond = np.maximum(violations(study, judged), 0).sum(axis=1)
-    return np.where(beyond > 0, BAD * (1 + beyond), against(study, judged)[:, 0])
+    return np.where(beyond > 0, BAD * (1 + beyond), relative_to(study, judged)[:, 0])
 
 
-def by_cmaes(study: Study, first: FloatArray, judge: Judge) -> Iterator[Generation]:
+def search_cmaes(study: Study, first: FloatArray, judge: Judge) -> Iterator[Generation]:
     """CMA-ES from the best of a first generation in the unit cube.
 
     Its steps look at nothing but the order of designs, so a limit or a failure needs no penalty to be weighed.

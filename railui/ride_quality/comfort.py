@@ -34,12 +34,12 @@ def floor_points(model: Model) -> tuple[str, ...]:
     return () if structure is None else tuple(part.name for part in structure.floor)
 
 
-def felt(model: Model) -> tuple[str, ...]:
+def felt_acceleration(model: Model) -> tuple[str, ...]:
     """The channels of acceleration behind which comfort lies: the floor points, or the frame."""
     return tuple(f"floor.{name}" for name in floor_points(model)) or ("ayf",)
 
 
-def coach(model: Model) -> int | None:
+def carbody_of(model: Model) -> int | None:
     """Which effect puts a coach above the frame, None where there is none."""
     return next((i for i, e in enumerate(model.design.effects) if e.kind == "coach_mode"), None)
 
@@ -49,7 +49,7 @@ def floor_of(model: Model, row: FloatArray) -> Riding:
 
     That is what a mass on spring and damper above the frame passes on of the frame's acceleration.
     """
-    riding, number = model.design.riding, coach(model)
+    riding, number = model.design.riding, carbody_of(model)
     if number is None:
         return riding
     paths = (f"effects.{number}.{key}" for key in ("mass", "stiffness", "damping"))
@@ -63,7 +63,7 @@ def comfort_sections(model: Model, rows: FloatArray, dt: float) -> dict[str, Flo
 
     Those of `comfort_cascades`, and for goods `acceleration`, which is not weighted.
     """
-    ridings = [floor_of(model, row) for row in rows] if coach(model) is not None else [model.design.riding]
+    ridings = [floor_of(model, row) for row in rows] if carbody_of(model) is not None else [model.design.riding]
     kinds = {riding: i for i, riding in enumerate(dict.fromkeys(ridings))}
     transfer = not floor_points(model)
     made = [_sections(riding, dt, transfer) for riding in kinds]

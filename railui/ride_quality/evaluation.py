@@ -10,19 +10,19 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.io.units import read_speed
-from railui.ride_quality.comfort import COACH, coach, floor_points, reference
+from railui.ride_quality.comfort import COACH, carbody_of, floor_points, reference
 from railui.ride_quality.measures import HOUR, comfort_time, ride_value
-from railui.ride_quality.running_safety import forces
+from railui.ride_quality.running_safety import running_safety
 from railui.ride_quality.score import FLOOR_OF_FRAME, riding_quality
 from railui.ride_quality.statistics import JUDGED_BY, SCORED, guided_by_force, statistics_many
 from railui.track import Track
-from railui.track.excitation import Laid, Road, lay
+from railui.track.excitation import Excitation, TrackSource, resolve_track
 from railui.vehicle.grouping import by_structure
 from railui.vehicle.model import Model
 from railui.vehicle.resolve import Given, model_of
-from railui.vehicle.simulate import series_along
+from railui.vehicle.simulate import simulate_series
 
-TrackGiven = Track | Laid | str | Path
+TrackGiven = Track | TrackSource | str | Path
 
 CHANNELS: Final = (*SCORED, "ay1", "ay2", "rf", "d1", "d2", "psi1", "psi2")
 WEIGHTED: Final = ("weighted_acceleration", JUDGED_BY, "wz")
@@ -30,9 +30,9 @@ RESOLVED: Final = 1e-4  # change by halved steps below which a ride is taken as 
 LOOKED_AT: Final = 16  # steps per sample up to which that is looked at: where more are taken a motion is smooth in them
 
 
-def road_of(track: TrackGiven, speed: float | str, seed: int | None = None) -> Road:
+def excitation_of(track: TrackGiven, speed: float | str, seed: int | None = None) -> Excitation:
     """A track at a speed: m/s, or a quantity such as "144 km/h"; ValueError where either cannot be."""
-    return Road(lay(track, seed), read_speed(speed) if isinstance(speed, str) else float(speed))
+    return Excitation(resolve_track(track, seed), read_speed(speed) if isinstance(speed, str) else float(speed))
 
 
 def simulate(
@@ -46,21 +46,21 @@ def simulate(
     >>> found["e1"].shape, float(found["t"][1])
     ((2000,), 0.0025)
     """
-    road = road_of(track, speed)
+    road = excitation_of(track, speed)
     series = _series(model_of(design), road, channels)
     t = road.dt * np.arange(len(road.track))
     return {"t": t, "s": road.track.s.copy()} | dict(zip(channels, series, strict=True))
 
 
-def _series(model: Model, road: Road, channels: Sequence[str]) -> FloatArray:
+def _series(model: Model, road: Excitation, channels: Sequence[str]) -> FloatArray:
     """Series [channel, sample] of one vehicle, NaN from where it diverges."""
-    series, lost = series_along(model, road, channels)
+    series, lost = simulate_series(model, road, channels)
     if lost is not None:
         series[:, lost:] = np.nan
     return series
 
 
-def _unresolved(model: Model, road: Road, coarse: dict[str, FloatArray], jobs: int | None) -> list[str]:
+def _unresolved(model: Model, road: Excitation, coarse: dict[str, FloatArray], jobs: int | None) -> list[str]:
     """A note where halved steps change rms displacements or weighted accelerations of a ride by more than `RESOLVED`.
 
     coarse: its statistics as `statistics_many` gives them.
@@ -85,7 +85,7 @@ def _change(coarse: FloatArray, fine: FloatArray) -> float:
     return float(np.max(np.abs(coarse - fine) / np.maximum(np.abs(fine), np.finfo(float).tiny)))
 
 
-def rides(models: Sequence[Model], road: Road, jobs: int | None = None) -> list[dict[str, Any]]:
+def simulate_rides(models: Sequence[Model], road: Excitation, jobs: int | None = None) -> list[dict[str, Any]]:
     """The riding quality of models on a road, in their order; those of one structure side by side."""
     found: dict[int, dict[str, Any]] = {}
     for members in by_structure(models):
@@ -95,12 +95,12 @@ def rides(models: Sequence[Model], road: Road, jobs: int | None = None) -> list[
     return [found[i] for i in range(len(models))]
 
 
-def quality_of(model: Model, statistics: dict[str, FloatArray], i: int, road: Road) -> dict[str, Any]:
+def quality_of(model: Model, statistics: dict[str, FloatArray], i: int, road: Excitation) -> dict[str, Any]:
     """The riding quality of one of many rides and what it rests on; notes say why a value is None."""
     one: dict[str, Any] = {name: values[i] for name, values in statistics.items()}
     names = floor_points(model)
     point = int(one["point"]) if "point" in one else 0
-    one["comfort_point"] = f"floor {names[point]}" if names else FLOOR_OF_FRAME if coach(model) is None else COACH
+    one["comfort_point"] = f"floor {names[point]}" if names else FLOOR_OF_FRAME if carbody_of(model) is None else COACH
     clearance, notes = float(one["clearance"]), list(road.laid.notes)
     if guided_by_force(model):
         notes.append(
@@ -109,7 +109,7 @@ def quality_of(model: Model, statistics: dict[str, FloatArray], i: int, road: Ro
     elif model.design.gauge_widens_clearance:
         clearance += float(road.track.gauge.mean()) / 2
         notes.append("clearance: widened by half the gauge, of which flange_margin takes mean and spread")
-    if coach(model) is not None and sum(e.at == "secondary_lateral" for e in model.design.effects) > 1:
+    if carbody_of(model) is not None and sum(e.at == "secondary_lateral" for e in model.design.effects) > 1:
         notes.append("comfort: what other effects at secondary_lateral do to the coach itself is left out")
     found = riding_quality(one, model.design.riding, clearance)
     found["notes"] += notes
@@ -150,7 +150,7 @@ def ride_many(
     >>> [one["steps"] for one in found]
     [1, 1]
     """
-    return rides([model_of(design) for design in designs], road_of(track, speed), jobs)
+    return simulate_rides([model_of(design) for design in designs], excitation_of(track, speed), jobs)
 
 
 def ride(
@@ -168,7 +168,7 @@ def ride(
     >>> ride("designs/test_bogie.yaml", "erri_b176_low length=500", "144 km/h")["decided_by"]
     'reduced comfort after 2.21 h, within the journey of 4 h'
     """
-    model, road = model_of(design), road_of(track, speed, seed)
+    model, road = model_of(design), excitation_of(track, speed, seed)
     statistics = statistics_many(model, model.row[None], road, jobs=jobs)
     found = quality_of(model, statistics, 0, road)
     found["notes"] += _unresolved(model, road, statistics, jobs)
@@ -176,6 +176,6 @@ def ride(
         names = floor_points(model)
         channel = found["comfort_point"].replace("floor ", "floor.", 1) if names else "ayf"
         acceleration = _series(model, road, [channel])[0]
-        told = forces(model, road)
+        told = running_safety(model, road)
         return found | {"reference": reference(model, acceleration, road.dt), "forces": told}
     return found | {"reference": None, "forces": None}

@@ -12,11 +12,11 @@ from typing import Any, Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.dsp.filters import butterworth, zero_phase
-from railui.dsp.spectra import density
-from railui.track.excitation import Road
+from railui.dsp.filters import butterworth, sosfiltfilt
+from railui.dsp.spectra import welch
+from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
-from railui.vehicle.simulate import series_along
+from railui.vehicle.simulate import simulate_series
 
 SLIDING: Final = 2.0  # m, of the sliding mean
 PERCENTILE: Final = 99.85  # of the distribution of its magnitude
@@ -105,13 +105,13 @@ class Guided:
         total, limit = np.abs(self.total[:, a:last]), self.limit[:, None]
         quotient = None if self.quotient is None else self.quotient[..., a:last]
         return {
-            "sum_of_guiding_forces": float(greatest(total).max()),
+            "sum_of_guiding_forces": float(largest(total).max()),
             "share_above_limit": float(np.mean(total > limit, axis=1).max()),
-            "derailment_quotient": None if quotient is None else float(greatest(quotient).max()),
+            "derailment_quotient": None if quotient is None else float(largest(quotient).max()),
         }
 
 
-def greatest(x: FloatArray) -> FloatArray:
+def largest(x: FloatArray) -> FloatArray:
     """99.85 % of 2 m means [..., place], as numpy's percentile has it, which reads masked arrays first."""
     if x.shape[-1] == 1:
         return np.asarray(x[..., 0])
@@ -121,7 +121,7 @@ def greatest(x: FloatArray) -> FloatArray:
     return np.asarray(below + (at - k) * (above - below))
 
 
-def forces(model: Model, road: Road) -> dict[str, Any] | None:
+def running_safety(model: Model, road: Excitation) -> dict[str, Any] | None:
     """Guiding forces of a ride by the names of EN 14363; None where the vehicle diverges or the track is too short.
 
     Per wheelset: `sum_of_guiding_forces` [N] (99.85 % of abs of the 2 m mean), its `limit` 10 kN + 2 Q_0/3,
@@ -130,13 +130,13 @@ def forces(model: Model, road: Road) -> dict[str, Any] | None:
     99.85 % of the 2 m mean.
     """
     built = model.design.structure is not None
-    series, lost = series_along(model, road, force_channels(model))
+    series, lost = simulate_series(model, road, force_channels(model))
     spacing, rate = road.track.spacing, 1.0 / road.dt
     if lost is not None or road.track.length < 2 * SLIDING:
         return None
     guided = Guided.of(model, series, rate, spacing)
-    total, ratios = np.abs(guided.total), None if guided.quotient is None else greatest(guided.quotient)
-    wheels, sums = greatest(guided.wheels), greatest(total)
+    total, ratios = np.abs(guided.total), None if guided.quotient is None else largest(guided.quotient)
+    wheels, sums = largest(guided.wheels), largest(total)
     found = [
         {
             "sum_of_guiding_forces": float(sums[i]),
@@ -172,7 +172,7 @@ def _smooth(x: FloatArray, rate: float) -> FloatArray:
     """Low-passed at 20 Hz, without phase; as it is where it is sampled too slowly for that."""
     if rate <= 2.2 * LOW_PASS:
         return x
-    return zero_phase(butterworth(4, [LOW_PASS], rate), x)
+    return sosfiltfilt(butterworth(4, [LOW_PASS], rate), x)
 
 
 def _instability(total: FloatArray, rate: float, spacing: float) -> dict[str, float | None]:
@@ -180,10 +180,10 @@ def _instability(total: FloatArray, rate: float, spacing: float) -> dict[str, fl
     window, step = round(WINDOW / spacing), max(1, round(STEP / spacing))
     if len(total) < window + 1:
         return {"rms_100m": None, "dominant_frequency": None}
-    f, power = density(total, rate, 4 * window)
+    f, power = welch(total, rate, 4 * window)
     above = f >= SLOWEST
     f_0 = float(f[above][np.argmax(power[above])])
     band = [max(f_0 - BAND, 0.1), min(f_0 + BAND, 0.45 * rate)]
-    passed = zero_phase(butterworth(4, band, rate), total)
+    passed = sosfiltfilt(butterworth(4, band, rate), total)
     rms = np.sqrt(sliding_mean(passed**2, spacing, WINDOW)[::step])
     return {"rms_100m": float(rms.max()), "dominant_frequency": f_0}

@@ -27,7 +27,7 @@ THRESHOLDS: Final = (20.0, 40.0, 60.0, 80.0)  # score from which the classes abo
 DANGEROUS_SHARE: Final = 0.5  # of the time with flange contact
 DANGEROUS_QUOTIENT: Final = 0.8  # Y/Q over 2 m
 FLOOR_OF_FRAME: Final = "frame centre through the floor transfer"
-KEYS: Final = (
+SCORE_KEYS: Final = (
     *("score", "class", "decided_by", "comfort_hours", "comfort_clipped", "comfort_point"),
     *("weighted_acceleration", "weighted_acceleration_1974", "flange_fraction", "flange_fractions"),
     *("flange_fraction_gaussian", "flange_margin", "n_mv", "wz"),
@@ -189,7 +189,7 @@ def riding_quality(statistics: Mapping[str, Any], riding: Riding, clearance: flo
     point = str(statistics.get("comfort_point", FLOOR_OF_FRAME))
     if one["diverged"]:
         return {
-            **dict.fromkeys(KEYS),
+            **dict.fromkeys(SCORE_KEYS),
             **{
                 "score": 0.0,
                 "class": CLASSES[0],
@@ -229,7 +229,7 @@ def riding_quality(statistics: Mapping[str, Any], riding: Riding, clearance: flo
     parts = (one["comfort"], one["guidance"])
     name, reason = riding_class(one["score"], time, one["flange_fraction"], riding, quotient, parts)
     found |= {"class": name, "decided_by": reason, "notes": [text for holds, text in notes if holds]}
-    return {key: found[key] for key in (*KEYS, "notes")}
+    return {key: found[key] for key in (*SCORE_KEYS, "notes")}
 
 
 def _finite(value: float) -> float | None:

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.core import Batch, Vehicles, passed
-from railui.ride_quality.comfort import comfort_sections, felt
+from railui.core import Batch, Vehicles, sosfilt
+from railui.ride_quality.comfort import comfort_sections, felt_acceleration
 from railui.ride_quality.running_safety import force_limit, load_paths
-from railui.track.excitation import Road
+from railui.track.excitation import Excitation
 from railui.track.input_table import LEADING, PER_WHEELSET
 from railui.vehicle.model import Model
 
@@ -57,7 +57,7 @@ def with_gauge(sd_e: FloatArray, half: FloatArray) -> FloatArray:
 def statistics_many(
     model: Model,
     rows: FloatArray,
-    road: Road,
+    road: Excitation,
     *,
     steps: NDArray[np.int64] | None = None,
     jobs: int | None = None,
@@ -98,12 +98,12 @@ class _Group:
     """Vehicles of one structure, wheelbase and step count on a road."""
 
     def __init__(
-        self, model: Model, vehicles: Vehicles, batch: Batch, road: Road, table: FloatArray, steps: int,
+        self, model: Model, vehicles: Vehicles, batch: Batch, road: Excitation, table: FloatArray, steps: int,
         clearance: FloatArray, jobs: int | None,
     ) -> None:  # fmt: skip
         self.vehicles, self.batch, self.clearance, self.jobs = vehicles, batch, clearance, jobs
         self.course = (table, road.dt, steps)
-        self.wheels, self.points = displacements(model), felt(model)
+        self.wheels, self.points = displacements(model), felt_acceleration(model)
 
     def statistics(self, sections: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], NDArray[np.int64]]:
         """What streams with the steps, and the sample at which each vehicle was lost (-1: never).
@@ -137,5 +137,5 @@ class _Group:
     def peaks(self, sections: FloatArray) -> FloatArray:
         """The greatest acceleration [n] at any comfort point."""
         series, _ = self.vehicles.simulate(self.batch, *self.course, self.points, jobs=self.jobs)
-        found = [passed(w, x) for w, x in zip(sections, series, strict=True)]
+        found = [sosfilt(w, x) for w, x in zip(sections, series, strict=True)]
         return np.asarray(np.abs(found).max(axis=(1, 2)))

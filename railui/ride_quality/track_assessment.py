@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.core import passed
-from railui.dsp.spectra import levelled
-from railui.ride_quality.comfort import COACH, coach, comfort_sections
-from railui.ride_quality.evaluation import TrackGiven, road_of
+from railui.core import sosfilt
+from railui.dsp.spectra import detrend
+from railui.ride_quality.comfort import COACH, carbody_of, comfort_sections
+from railui.ride_quality.evaluation import TrackGiven, excitation_of
 from railui.ride_quality.running_safety import (
     QUOTIENT_LIMIT,
     SLIDING,
@@ -26,10 +26,10 @@ from railui.ride_quality.running_safety import (
 from railui.ride_quality.score import CLASSES, FLOOR_OF_FRAME, riding_quality
 from railui.ride_quality.statistics import half_gauges, with_gauge
 from railui.track import Track
-from railui.track.excitation import Road
+from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
 from railui.vehicle.resolve import Given, model_of
-from railui.vehicle.simulate import series_along
+from railui.vehicle.simulate import simulate_series
 
 STRETCH: Final = 200.0  # m, as the quality of a line is usually told
 GEOMETRY: Final = (3.0, 25.0)  # m, wavelength range D1 of EN 13848, by which maintenance is ordered today
@@ -67,7 +67,7 @@ def assess(
     >>> len(found["stretches"]), found["stretches"][0]["score"] <= found["stretches"][-1]["score"]
     (5, True)
     """
-    model, road = model_of(design), road_of(track, speed, seed)
+    model, road = model_of(design), excitation_of(track, speed, seed)
     cuts = _cuts(road.track, stretch)
     ride = _Ride(model, road, jobs)
     geometry = in_band(road.track, *GEOMETRY)
@@ -100,7 +100,7 @@ def assess(
 def in_band(track: Track, shortest: float, longest: float) -> FloatArray:
     """Lateral deviation [m] of a track [samples], only its waves between two wavelengths [m]."""
     n = len(track)
-    line = np.fft.rfft(levelled(track.yw))
+    line = np.fft.rfft(detrend(track.yw))
     with np.errstate(divide="ignore"):
         wavelength = np.where(np.arange(len(line)) > 0, n * track.spacing / np.arange(len(line)), np.inf)
     line[(wavelength < shortest) | (wavelength >= longest)] = 0.0
@@ -149,14 +149,14 @@ def _places(x: NDArray[Any]) -> list[tuple[int, int]]:
 class _Ride:
     """One ride over the whole track: displacements and weighted accelerations as series."""
 
-    def __init__(self, model: Model, road: Road, jobs: int | None) -> None:
+    def __init__(self, model: Model, road: Excitation, jobs: int | None) -> None:
         self.model, self.road = model, road
         known = model.vehicles().channels(model.single())
         wheels = [c for c in known if re.fullmatch(r"e\d+", c)]
         floors = [c for c in known if c.startswith("floor.")]
         pressed = force_channels(model)
         channels = [*wheels, *(floors or ["ayf"]), *pressed]
-        series, lost = series_along(model, road, channels, jobs=jobs)
+        series, lost = simulate_series(model, road, channels, jobs=jobs)
         self.lost = len(road.track) if lost is None else lost
         self.lost_at = None if lost is None else road.place(lost)
         self.e, floor, y = np.split(series, [len(wheels), len(channels) - len(pressed)])
@@ -165,8 +165,8 @@ class _Ride:
         if road.track.spacing * self.lost > 2 * SLIDING:
             self.guided = Guided.of(model, y[:, : self.lost], 1.0 / road.dt, road.track.spacing)
         sections = comfort_sections(model, model.row[None], road.dt)
-        self.weighted = {name: passed(sos[0], floor) for name, sos in sections.items()}
-        self.point = FLOOR_OF_FRAME if coach(model) is None else COACH
+        self.weighted = {name: sosfilt(sos[0], floor) for name, sos in sections.items()}
+        self.point = FLOOR_OF_FRAME if carbody_of(model) is None else COACH
         if floors:
             self.point = f"the worst of {', '.join(floors)}"
         self.clearance = model.design.value("contact.flange_clearance")

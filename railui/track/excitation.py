@@ -16,7 +16,7 @@ MOST_TABLES = 8  # of one road; a search over the wheelbase needs one per design
 
 
 @dataclass(frozen=True, eq=False)
-class Laid:
+class TrackSource:
     """A track and where it comes from: a file with its hash, or a synthetic one with its seed."""
 
     track: Track
@@ -38,7 +38,7 @@ def is_track_file(track: object) -> bool:
     return isinstance(track, str) and bool(FILE.search(track) or (len(track) < 400 and Path(track).is_file()))
 
 
-def lay(track: Track | Laid | str | Path, seed: int | None = None) -> Laid:
+def resolve_track(track: Track | TrackSource | str | Path, seed: int | None = None) -> TrackSource:
     """The track that an argument names: a Track, a spec, the path of a track or of a run.
 
     `seed` takes the place of the spec's own. A run's longest stretch is laid anew at equal spacing. Raises
@@ -51,41 +51,41 @@ def lay(track: Track | Laid | str | Path, seed: int | None = None) -> Laid:
     if isinstance(track, str) and not is_track_file(track):
         spec = parse_spec(track)
         spec = spec if seed is None else replace(spec, seed=seed)
-        return Laid(spec.build(), str(spec), seed=spec.seed)
+        return TrackSource(spec.build(), str(spec), seed=spec.seed)
     if seed is not None:
         raise ValueError(f"{_named(track)} is no synthetic track: it has no seed")
-    if isinstance(track, Laid):
+    if isinstance(track, TrackSource):
         return track
     if isinstance(track, Track):
-        return Laid(track, _named(track))
+        return TrackSource(track, _named(track))
     return _from_file(Path(track))
 
 
-def _named(track: Track | Laid | str | Path) -> str:
-    if isinstance(track, Laid):
+def _named(track: Track | TrackSource | str | Path) -> str:
+    if isinstance(track, TrackSource):
         return track.name
     return f"a track of {track.length:g} m" if isinstance(track, Track) else Path(track).name
 
 
-def _from_file(path: Path) -> Laid:
+def _from_file(path: Path) -> TrackSource:
     from railui.track.reader import COARSEST, FINEST, load_track
 
     columns = load_track(path)
     lines = (columns.yw, columns.phiw, columns.gauge)
     if not columns.from_run:
         track = Track(columns.s, *lines, columns.conventions)
-        return Laid(track, path.name, path, columns.sha256)
+        return TrackSource(track, path.name, path, columns.sha256)
     spacing = float(np.clip(round(float(np.median(np.diff(columns.s))), 3), FINEST, COARSEST))
     track = equally_spaced(columns.s, *lines, spacing=spacing, conventions=columns.conventions)
     stretch = f"its longest stretch, {track.length:.6g} m, laid anew every {spacing:g} m"
-    return Laid(track, path.name, path, columns.sha256, notes=(f"track of the run {path.name}: {stretch}",))
+    return TrackSource(track, path.name, path, columns.sha256, notes=(f"track of the run {path.name}: {stretch}",))
 
 
 @dataclass(frozen=True, eq=False)
-class Road:
+class Excitation:
     """A track at a speed [m/s]; its input tables are made once per wheelbase and step count."""
 
-    laid: Laid
+    laid: TrackSource
     speed: float
     _tables: dict[tuple[Behind, int], FloatArray] = field(default_factory=dict, repr=False)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from railui.contact.profile_reader import read_inclination, read_profile
-from railui.io.atomic import beside, sha256_file
+from railui.io.atomic import relative_path, sha256_file
 from railui.io.fields import Group, Reader, Switch, Text, check_group, measure, quantity_schema, word
 from railui.io.problems import FileProblems, Findings
 from railui.io.units import UnitError, quantity
@@ -111,7 +111,7 @@ class ContactProfiles:
     def files(self, home: Path | None) -> dict[str, str]:
         """Wheel and rail as a file in a directory names them; their whole paths where there is none."""
         both = {"wheel": self.wheel, "rail": self.rail}
-        return {key: path.as_posix() if home is None else beside(path, home) for key, path in both.items()}
+        return {key: path.as_posix() if home is None else relative_path(path, home) for key, path in both.items()}
 
 
 def filled(

@@ -22,7 +22,7 @@ from railui.vehicle.load_states import read_loads
 from railui.vehicle.multibody import Structure
 from railui.vehicle.multibody_reader import read_structure
 from railui.vehicle.parameters import FORMS, settings_of
-from railui.vehicle.wheel_loads import balance, balance_bogie
+from railui.vehicle.wheel_loads import balance_bogie, balance_wheel_loads
 
 
 def load_design(path_or_text: str | Path, catalogue: Catalogue | None = None) -> Design:
@@ -80,7 +80,7 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
     if form == "bogie":
         balance_bogie(values, effects, findings)
     elif structure is not None:
-        balance(structure, values, findings)
+        balance_wheel_loads(structure, values, findings)
     design = Design(
         name=str(_at(model, "name")) or (source.stem if source else form),
         kind=form,

@@ -10,10 +10,10 @@ import numpy as np
 from railui.arrays import ComplexArray, FloatArray
 from railui.core import Batch, Vehicles, eigenvalues_of
 from railui.track import Track
-from railui.track.excitation import Laid, Road
+from railui.track.excitation import Excitation, TrackSource
 from railui.vehicle.model import Model
 
-STRAIGHT: Final = Laid(Track(np.arange(4.0), np.zeros(4)), "straight and level")
+STRAIGHT: Final = TrackSource(Track(np.arange(4.0), np.zeros(4)), "straight and level")
 # m, rad, m/s where a law is asked whether it is linear; 0.1 m derails
 AMPLITUDES: Final = (1e-5, 1e-4, 1e-3, 1e-2, 4e-2)
 NUDGE: Final = 1e-9  # of a state from rest, where nothing cancels: smaller than any slip speed or play
@@ -39,7 +39,7 @@ def rates(model: Model, vehicles: Vehicles, batch: Batch, states: FloatArray, sp
 
 @lru_cache(maxsize=64)
 def _level(behind: tuple[float, ...]) -> FloatArray:
-    return np.ascontiguousarray(Road(STRAIGHT, 1.0).table(behind, 1)[0])
+    return np.ascontiguousarray(Excitation(STRAIGHT, 1.0).table(behind, 1)[0])
 
 
 def linear_effects(model: Model) -> tuple[bool, ...]:

@@ -19,7 +19,7 @@ LEAST = 0.01  # share of a number below which a deviation does not bring it, whe
 
 
 @dataclass(frozen=True, eq=False)
-class Varied:
+class ParameterisedModel:
     """A model with values [n, path] at `paths`, and `deviations` (SI) added to whatever stands at a path.
 
     Its rows are those of `Design.with_values`: an effect's number that was left to its default follows the

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.track.excitation import Road
+from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
 
 
-def series_along(
-    model: Model, road: Road, channels: Sequence[str], *, steps: int | None = None, jobs: int | None = 1
+def simulate_series(
+    model: Model, road: Excitation, channels: Sequence[str], *, steps: int | None = None, jobs: int | None = 1
 ) -> tuple[FloatArray, int | None]:
     """Series [channel, sample] of a vehicle that starts at rest, and the sample at which it diverged (None: never).
 

@@ -14,7 +14,7 @@ HEAVIEST = 200e3  # N per wheel: 40 t per axle, the heaviest that runs on rails
 REMEDY = "check the masses and the load per wheel"
 
 
-def balance(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
+def balance_wheel_loads(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
     """Warns where the wheel loads do not carry the masses; where something rests on the ground, it may be any."""
     load = 2 * sum(values[w.part.at("wheel_load")] for w in structure.wheelsets)
     weight = GRAVITY * sum(values[m.part.at("mass")] for m in structure.members.values())

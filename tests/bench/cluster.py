@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.execution.dask_cluster import SECONDS, Bundle, Cluster, _Run
-from railui.execution.tasks import Done, Hashes, Work
+from railui.execution.dask_cluster import SECONDS, DaskRunner, TaskBundle, _Run
+from railui.execution.tasks import Hashes, Task, TaskResult
 from railui.optimisation.cases import cases_of
 from railui.optimisation.evaluation import rows_of
 from railui.optimisation.study import load_study
@@ -27,7 +27,7 @@ def main() -> None:
         home = Path(folder)
         machines = Machines(home)
         machines.workers(2)
-        cluster = Cluster(machines.address)
+        cluster = DaskRunner(machines.address)
         while cluster.workers < 2:
             cluster.look()
             time.sleep(0.2)
@@ -35,11 +35,11 @@ def main() -> None:
         case = cases_of(study)[0]
         x = np.array([[v.lowest for v in study.variables]]) * np.linspace(1, 2, PIECES)[:, None]
         rows = rows_of([case], x)[0]
-        whole = Work(case, rows, ("score",), Hashes().of(case, rows, ("score",)))
-        done: list[Done] = []
-        _Run(cluster, done.append).all([Bundle([whole.part(slice(0, 1))])])
+        whole = Task(case, rows, ("score",), Hashes().of(case, rows, ("score",)))
+        done: list[TaskResult] = []
+        _Run(cluster, done.append).all([TaskBundle([whole.part(slice(0, 1))])])
         begun = time.perf_counter()
-        _Run(cluster, done.append).all(Bundle([whole.part(slice(i, i + 1))]) for i in range(PIECES))
+        _Run(cluster, done.append).all(TaskBundle([whole.part(slice(i, i + 1))]) for i in range(PIECES))
         seconds = time.perf_counter() - begun
         rides = sum(one.seconds for one in done[1:]) / 2
         each = (seconds - rides) / PIECES

@@ -25,7 +25,7 @@ from railui.bench.costs import effects, scaling
 from railui.bench.history import commit, machine
 from railui.bench.standard_job import SPEED, bogie, coach, spread
 from railui.core import simd
-from railui.ride_quality.evaluation import road_of
+from railui.ride_quality.evaluation import excitation_of
 from railui.ride_quality.statistics import statistics_many
 from railui.vehicle.design_reader import Design, load_design, parse_design
 from railui.vehicle.model import Model
@@ -53,7 +53,7 @@ def timed(run: Callable[[], object], times: int = 3) -> float:
 def ridden(model: Model, count: int, length: float) -> dict[str, Any]:
     """Whole scores of `count` vehicles over `length` [m], as a search rides them."""
     begun = time.process_time()
-    road = road_of(TRACK.format(f"{length:g}"), SPEED)
+    road = excitation_of(TRACK.format(f"{length:g}"), SPEED)
     rows = spread(model, count)
     steps = model.vehicles().steps(model.single(), SPEED, SPEED, road.dt)[0]
     road.table(model.half_wheelbase(), steps)

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from railui.execution.session import Session
-from railui.execution.threads import Local
+from railui.execution.threads import ThreadRunner
 from railui.optimisation.cases import cases_of
-from railui.optimisation.evaluation import in_process
+from railui.optimisation.evaluation import evaluate_in_process
 from railui.optimisation.optimise import declared_values, fresh_objectives, optimise, quality
 from railui.optimisation.study import Study, load_study
 from railui.vehicle.design import Design
@@ -41,7 +41,7 @@ def study_of(output: Path) -> Study:
 def searched(study: Study, design: Design, out: Path) -> dict[str, Any]:
     """The study searched with a vehicle, its evaluations kept."""
     own = replace(study, design=design, name=f"{study.name}, {out.name}")
-    with Session(own, out, Local()) as session:
+    with Session(own, out, ThreadRunner()) as session:
         return optimise(own, evaluator=session.evaluator, watch=session.watch)
 
 
@@ -61,7 +61,7 @@ def main() -> None:
     knees = {name: one["pareto"][one["knee"]] for name, one in found.items() if one["knee"] is not None}
     x = np.array([declared_values(study), *(list(knee["variables"].values()) for knee in knees.values())])
     ridden = quality(cases_of(study), x)
-    fresh = fresh_objectives(study, x, in_process())
+    fresh = fresh_objectives(study, x, evaluate_in_process())
     names = ["vehicle as identified", *(f"optimum of the {name} model" for name in knees)]
     print(f"Ridden with the adjusted vehicle, means over {len(cases_of(study))} cases; aims on 8 sets of fresh seeds\n")
     for name, values, one, aims in zip(names, x, ridden, fresh.transpose(1, 0, 2), strict=True):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from railui.bench import costs
-from railui.bench.peak import ROUNDS, peak, share
+from railui.bench.peak import ROUNDS, peak, share_of_peak
 from railui.bench.standard_job import bogie, coach, road, rolling, rolling_reduced, spread
 from railui.bench.step_error import cases
 from railui.core import ARITHMETIC, chains, simd
@@ -53,9 +53,9 @@ def test_links_of_chains_are_counted_per_lane() -> None:
 
 def test_a_share_is_the_time_at_the_peak_over_the_time_that_was_taken() -> None:
     counts = dict.fromkeys(ARITHMETIC, 10)
-    found = share(counts, 20.0, 6e9, 1e9)
+    found = share_of_peak(counts, 20.0, 6e9, 1e9)
     assert found == {"operations": counts, "share": pytest.approx(0.5), "roots_share": pytest.approx(0.5)}
-    assert share(counts, 40.0, 6e9, 1e9)["share"] == pytest.approx(0.25)
+    assert share_of_peak(counts, 40.0, 6e9, 1e9)["share"] == pytest.approx(0.25)
 
 
 @pytest.mark.skipif(simd() == "portable", reason="the plain form is not compiled for it")

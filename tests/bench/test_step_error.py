@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from railui.bench.step_error import STEPS, precision
+from railui.bench.step_error import STEPS, step_errors
 from railui.core import catalogue
 
 Rows = list[dict[str, Any]]
@@ -14,7 +14,7 @@ Rows = list[dict[str, Any]]
 
 @pytest.fixture(scope="module")
 def rows() -> Rows:
-    found: Rows = precision()["rows"]
+    found: Rows = step_errors()["rows"]
     return found
 
 

@@ -11,12 +11,12 @@ import numpy as np
 
 from railui import core
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import Measurement, read
-from railui.identification.estimation.multiple_shooting import held
-from railui.identification.estimation.output_error import adjust
-from railui.identification.estimation.problem import targets
-from railui.identification.estimation.validation import Judgement, judge
-from railui.identification.loop import Found, close_loop, lookalikes
+from railui.campaign.dataset import Dataset, read_dataset
+from railui.identification.estimation.multiple_shooting import limits_hunting
+from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.problem import prepare_segments
+from railui.identification.estimation.validation import Validation, validate
+from railui.identification.loop import LoopResult, close_loop, indistinguishable_kinds
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
 from tests.blind.plants import Plant, alike
@@ -70,12 +70,12 @@ class Line:
         return self.before * MATERIAL > best
 
 
-def traced(plant: Plant, truth: Campaign, folder: Path, barred: bool = False) -> tuple[Line, Found | None]:
+def traced(plant: Plant, truth: Campaign, folder: Path, barred: bool = False) -> tuple[Line, LoopResult | None]:
     """The loop on a campaign of a trial; `barred`: once more with the answer taken away."""
     began, busy = time.perf_counter(), time.process_time()
     who = (plant.order.seed, plant.sort, plant.text, plant.nuisance)
     try:
-        measurement = read(load_campaign(folder))
+        measurement = read_dataset(load_campaign(folder))
         found = close_loop(measurement, jobs=1)
         line = judged(plant, found)
         line = replace(line, seconds=time.perf_counter() - began, cpu=time.process_time() - busy)
@@ -90,13 +90,13 @@ def traced(plant: Plant, truth: Campaign, folder: Path, barred: bool = False) ->
     return line, found
 
 
-def judged(plant: Plant, found: Found) -> Line:
+def judged(plant: Plant, found: LoopResult) -> Line:
     """What was found held against what was planted."""
     named = [e for e in found.after.model.effects if e.kind != "measured_force"]
     words = [f"{e.kind} {e.at}{f' {e.wheelset}' if e.wheelset else ''}" for e in named]
     if found.outside:
         words.append(f"outside {found.outside.at}{f' {found.outside.wheelset}' if found.outside.wheelset else ''}")
-    errors = {k: j.nrmse for k, j in found.judged.items()}
+    errors = {k: j.nrmse for k, j in found.validations.items()}
     name: bool | None
     kind: bool | None
     place: bool | None
@@ -107,7 +107,7 @@ def judged(plant: Plant, found: Found) -> Line:
         at = found.outside.at if found.outside else ""
         place = at in BESIDE.get(plant.effects[0].at, (plant.effects[0].at,)) if at else None
     else:
-        classes = [kinds for step in found.steps if (kinds := lookalikes(step))]
+        classes = [kinds for step in found.steps if (kinds := indistinguishable_kinds(step))]
         first = [{x for kinds in classes for x in kinds if e.kind in kinds} | {e.kind} for e in named]
         pairs = [[(e, more) for e, more in zip(named, first, strict=True) if e.at == p.at] for p in plant.effects]
         name = all(any(e.kind == p.kind for e, _ in near) for p, near in zip(plant.effects, pairs, strict=True))
@@ -123,7 +123,7 @@ def judged(plant: Plant, found: Found) -> Line:
     )  # fmt: skip
 
 
-def oracle(plant: Plant, truth: Campaign, measurement: Measurement) -> float:
+def oracle(plant: Plant, truth: Campaign, measurement: Dataset) -> float:
     """The error of the true structure, adjusted from the true numbers: what no tracer can do better than."""
     try:
         return adjusted_truly(truth.effects["a"][: len(plant.effects)], truth, measurement).nrmse
@@ -131,7 +131,7 @@ def oracle(plant: Plant, truth: Campaign, measurement: Measurement) -> float:
         return NAN
 
 
-def adjusted_truly(effects: Sequence[Effect], truth: Campaign, measurement: Measurement) -> Judgement:
+def adjusted_truly(effects: Sequence[Effect], truth: Campaign, measurement: Dataset) -> Validation:
     """The judgement of a vehicle with some of the true effects, as they were on the adjusting run, with its phases.
 
     Adjusted from the true numbers. Raises ValueError where it cannot be.
@@ -142,14 +142,14 @@ def adjusted_truly(effects: Sequence[Effect], truth: Campaign, measurement: Meas
     model = declared.with_row(list(free), np.array([true[p] for p in free]))
     for e in effects:
         model = model.with_effect(PlacedEffect(e.kind, e.at, e.wheelset, dict(e.parameters)))
-    fit = adjust(
+    fit = fit_output_error(
         model, measurement, [*free, *model.effect_paths()], declared,
-        ready=targets(model, measurement, measurement.adjust), stable=not held(model), tolerance=1e-5, jobs=1,
+        ready=prepare_segments(model, measurement, measurement.estimation), stable=not limits_hunting(model), tolerance=1e-5, jobs=1,
     )  # fmt: skip
-    return judge(fit.model, measurement, measurement.validate)
+    return validate(fit.model, measurement, measurement.validation)
 
 
-def _covered(line: Line, plant: Plant, truth: Campaign, found: Found) -> Line:
+def _covered(line: Line, plant: Plant, truth: Campaign, found: LoopResult) -> Line:
     """How many 90 % intervals hold the true number, where the names are right."""
     if not line.right_name or found.verdict != "effect":
         return line
@@ -167,9 +167,9 @@ def _covered(line: Line, plant: Plant, truth: Campaign, found: Found) -> Line:
     return replace(line, covered=int(sum(inside)), intervals=len(inside))
 
 
-def _without(line: Line, plant: Plant, measurement: Measurement, found: Found) -> Line:
+def _without(line: Line, plant: Plant, measurement: Dataset, found: LoopResult) -> Line:
     """The loop once more with what was planted and all its look-alikes barred."""
-    barred = {kind for step in found.steps for kind in lookalikes(step)} | {e.kind for e in plant.effects}
+    barred = {kind for step in found.steps for kind in indistinguishable_kinds(step)} | {e.kind for e in plant.effects}
     barred |= {other for e in plant.effects for other in _kinds() if alike(e.kind, other)}
     again = close_loop(measurement, without=barred, jobs=1)
     named = " + ".join(f"{e.kind} {e.at}" for e in again.after.model.effects if e.kind != "measured_force")

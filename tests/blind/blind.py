@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.identification.loop import Found
+from railui.identification.loop import LoopResult
 from railui.report.loop.detectable import detectable
 from tests.blind.answers import Line, traced
 from tests.blind.plants import FLOORS, Plant, at_floor, drawn
@@ -43,7 +43,7 @@ def one(job: tuple[Plant, Path, float]) -> list[Line]:
     return lines
 
 
-def _lines(plant: Plant, home: Path, barred: bool) -> tuple[Line | None, Found | None]:
+def _lines(plant: Plant, home: Path, barred: bool) -> tuple[Line | None, LoopResult | None]:
     try:
         truth = campaign(plant.order)
     except (ArithmeticError, ValueError):
@@ -53,9 +53,9 @@ def _lines(plant: Plant, home: Path, barred: bool) -> tuple[Line | None, Found |
     return traced(plant, truth, folder, barred)
 
 
-def _planted(plant: Plant, found: Found) -> list[Plant]:
+def _planted(plant: Plant, found: LoopResult) -> list[Plant]:
     """One of the floors that a report states, planted weaker, as stated, and stronger, in the same vehicle."""
-    material, rest = found.measurement.campaign.material, found.judged["after"].nrmse
+    material, rest = found.measurement.campaign.material, found.validations["after"].nrmse
     rows = detectable(found.last, material, rest, found.foreseen)
     rows = [r for r in rows if (r["kind"], r["at"]) in FLOORS and r["value"]]
     rng = np.random.default_rng([plant.order.seed, 43])

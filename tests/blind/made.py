@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import Measurement, read
+from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.estimation.output_error import Fit
-from railui.identification.loop import adjusted
+from railui.identification.loop import calibrate
 from railui.vehicle.model import Model
 from tests.truth.campaign import Campaign, Order, campaign, write
 from tests.truth.effects import parse
@@ -26,7 +26,7 @@ class Made:
     """A campaign with its truth, as measured, and the declared vehicle."""
 
     truth: Campaign
-    measurement: Measurement
+    measurement: Dataset
     declared: Model
 
 
@@ -43,7 +43,7 @@ def made(
     truth = campaign(order)
     with tempfile.TemporaryDirectory() as folder:
         write(truth, Path(folder))
-        measurement = read(load_campaign(folder))
+        measurement = read_dataset(load_campaign(folder))
     return Made(truth, measurement, Model(measurement.campaign.design))
 
 
@@ -51,4 +51,4 @@ def made(
 def fitted(*effects: str, **more: Any) -> Fit:
     """The declared vehicle of such a campaign, adjusted without an effect."""
     one = made(*effects, **more)
-    return adjusted(one.measurement, one.declared, jobs=2)
+    return calibrate(one.measurement, one.declared, jobs=2)

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import read
+from railui.campaign.dataset import read_dataset
 from railui.identification.loop import close_loop
-from railui.identification.structure.stepwise import material
+from railui.identification.structure.stepwise import is_significant_gain
 from tests.blind.answers import adjusted_truly, judged
 from tests.blind.plants import Plant, drawn
 from tests.truth.campaign import campaign, write
@@ -34,12 +34,12 @@ def row(plant: Plant, home: Path) -> str:
     """
     truth = campaign(plant.order)
     write(truth, home)
-    measurement = read(load_campaign(home))
+    measurement = read_dataset(load_campaign(home))
     first, second = truth.effects["a"][:2]
     both = adjusted_truly([first, second], truth, measurement)
     alone = min((adjusted_truly([e], truth, measurement) for e in (first, second)), key=lambda j: j.nrmse)
-    gain, sd = alone.gain_of(both)
-    counts = "yes" if material(alone, both, measurement.campaign.material) else "no"
+    gain, sd = alone.error_reduction(both)
+    counts = "yes" if is_significant_gain(alone, both, measurement.campaign.material) else "no"
     busy = time.process_time()
     line = judged(plant, close_loop(measurement, jobs=1))
     right = "both" if line.right_name else "one" if counts == "no" and line.named in plant.text.split(" + ") else "NO"

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from railui.campaign.data_checks import _gaps, _stuck, gate
-from railui.campaign.dataset import Measurement
+from railui.campaign.data_checks import _gaps, _stuck, check_data
+from railui.campaign.dataset import Dataset
 from railui.campaign.finding import Finding
 from tests.blind.made import made
 
@@ -18,16 +18,16 @@ Change = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 def spoiled(channel: str, change: Change) -> list[Finding]:
     """What the gate says once a channel has been changed in every run."""
-    m: Measurement = made().measurement
+    m: Dataset = made().measurement
     stretches = tuple(
         replace(s, columns={**s.columns, channel: change(s.columns[channel], s.columns["t"])}, tables={})
         for s in m.stretches
     )
-    return [f for f in gate(replace(m, stretches=stretches)) if f.check != "ceiling"]
+    return [f for f in check_data(replace(m, stretches=stretches)) if f.check != "ceiling"]
 
 
 def test_sound_data_pass():
-    assert [f for f in gate(made().measurement) if f.check != "ceiling"] == []
+    assert [f for f in check_data(made().measurement) if f.check != "ceiling"] == []
 
 
 @pytest.mark.parametrize("channel", ["ay1", "ay2", "d1", "e2"])
@@ -87,8 +87,8 @@ def test_rows_that_are_not_used_are_told_as_a_share():
 
 
 def test_nothing_that_a_linear_vehicle_could_not_follow_is_left_without_an_effect():
-    rest = {f.channel: f.value for f in gate(made().measurement) if f.check == "ceiling"}
+    rest = {f.channel: f.value for f in check_data(made().measurement) if f.check == "ceiling"}
     assert max(rest.values()) < 0.3
     play = made("free_play at=primary_lateral half_width=4e-4").measurement
-    worse = {f.channel: f.value for f in gate(play) if f.check == "ceiling"}
+    worse = {f.channel: f.value for f in check_data(play) if f.check == "ceiling"}
     assert all(worse[c] > 1.2 * rest[c] for c in ("ayf", "d1"))

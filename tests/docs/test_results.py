@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from railui.cli import cli
-from railui.identification.estimation.identifiability import per_stretch, profile
+from railui.identification.estimation.identifiability import per_stretch, profile_likelihood
 from railui.identification.estimation.parallel_models import correlations
 from railui.identification.unmodelled.coefficients import coefficients
 from railui.io.table import write_table
@@ -102,7 +102,7 @@ def test_every_key_of_what_else_adjusting_tells_has_its_row() -> None:
         "correlations": told.correlation_rows(correlations(fit)),
         "coefficients": told.coefficient_rows(coefficients(fit)),
         "stretches": told.stretch_rows(per_stretch(fit, 300.0)),
-        "profile": told.profile_rows([profile(fit, path, jobs=2)]),
+        "profile": told.profile_rows([profile_likelihood(fit, path, jobs=2)]),
     }
     assert undocumented([further], sections()["adjust"]) == []
 

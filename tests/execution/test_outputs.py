@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from railui.execution.session import Session
-from railui.execution.threads import Local
+from railui.execution.threads import ThreadRunner
 from railui.io.problems import FileProblems
 from railui.optimisation.cases import cases_of
-from railui.optimisation.evaluation import numbers_of
+from railui.optimisation.evaluation import response_table
 from railui.optimisation.optimise import optimise
 from railui.optimisation.study import load_study
 from railui.ride_quality.evaluation import ride
@@ -23,7 +23,7 @@ from tests.execution.small import write_study
 
 def test_the_outcome_is_read_back_and_the_knee_rides_as_it_was_judged(tmp_path: Path) -> None:
     one, out = load_study(write_study(tmp_path, population=8, generations=2)), tmp_path / "out"
-    with Session(one, out, Local(2)) as session:
+    with Session(one, out, ThreadRunner(2)) as session:
         found = optimise(one, evaluator=session.evaluator, watch=session.watch)
         session.finish(found)
     again, design = load_study(out / "study.yaml"), load_design(out / "knee.yaml")
@@ -31,7 +31,7 @@ def test_the_outcome_is_read_back_and_the_knee_rides_as_it_was_judged(tmp_path: 
     assert [(c.key, c.bound) for c in again.constraints] == [("linear_damping", 0.02)]
     assert again.design.resolved() == one.design.resolved()
     best = json.loads((out / "result.json").read_text("utf-8"))["pareto"][found["knee"]]
-    numbers = numbers_of(cases_of(one), np.array([list(best["variables"].values())]), ["flange_margin"])
+    numbers = response_table(cases_of(one), np.array([list(best["variables"].values())]), ["flange_margin"])
     case = ride(design, one.cases.track[0], 40.0, seed=1)
     assert case["flange_margin"] == numbers.values["flange_margin"][0, 0]
     rows = list(csv.DictReader((out / "front.csv").read_text("utf-8").splitlines()))
@@ -41,7 +41,7 @@ def test_the_outcome_is_read_back_and_the_knee_rides_as_it_was_judged(tmp_path: 
 
 def test_a_search_answered_from_a_store_is_the_search_without_one(tmp_path: Path) -> None:
     one = load_study(write_study(tmp_path, population=8, generations=2))
-    with Session(one, tmp_path / "out", Local(2)) as session:
+    with Session(one, tmp_path / "out", ThreadRunner(2)) as session:
         stored = optimise(one, evaluator=session.evaluator)
     plain = optimise(one, jobs=1)
     assert {k: v for k, v in stored.items() if k != "seconds"} == {k: v for k, v in plain.items() if k != "seconds"}
@@ -52,4 +52,4 @@ def test_a_directory_with_foreign_files_is_refused(tmp_path: Path) -> None:
     out.mkdir()
     (out / "letter.txt").write_text("dear", "utf-8")
     with pytest.raises(FileProblems, match=r"letter\.txt"):
-        Session(one, out, Local(1))
+        Session(one, out, ThreadRunner(1))

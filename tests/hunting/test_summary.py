@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from railui.cli import cli
 from railui.core import Batch, Vehicles
 from railui.hunting.critical_speed import critical_speeds, linear_many
-from railui.hunting.limit_cycles import fold_speeds, hunting, with_flange
+from railui.hunting.limit_cycles import find_limit_cycles, nonlinear_critical_speeds, with_flange
 from railui.hunting.modes import modes_at, shape_in_words
-from railui.hunting.straight_track import Motion, Straight
+from railui.hunting.straight_track import Motion, TangentTrackRuns
 from railui.hunting.summary import stability
 from railui.ride_quality.evaluation import ride
 from railui.vehicle.design_reader import Design, load_design
@@ -110,7 +110,7 @@ def test_many_designs_have_the_numbers_that_each_has_alone() -> None:
 
 
 def test_the_decrement_is_that_of_the_free_vibration() -> None:
-    track = Straight(Model(CHECK))
+    track = TangentTrackRuns(Model(CHECK))
     motion = track.let_go(np.array([60.0]), track.aside(1e-3))
     for _ in range(2):  # the other modes die first
         motion = track.piece(motion)
@@ -176,10 +176,10 @@ def test_a_shape_is_told_in_words() -> None:
 
 def test_hunting_dies_at_the_fold_and_not_above() -> None:
     model = with_effects(SLIPPERY, FLANGE)
-    found = hunting(model, [50.0, 60.0, 70.0])
+    found = find_limit_cycles(model, [50.0, 60.0, 70.0])
     assert found.hard and found.fold is not None
     assert 58.0 < found.fold < 61.0  # below the linear critical speed: a hard loss
-    track = Straight(model)
+    track = TangentTrackRuns(model)
     at_fold = found.from_above.states[0]
     speeds = np.array([found.fold - 0.05, found.fold + 0.05])
     late = track.settled(track.let_go(speeds, at_fold), 1e-4)
@@ -188,14 +188,14 @@ def test_hunting_dies_at_the_fold_and_not_above() -> None:
 
 def test_the_unstable_cycle_is_where_disturbances_part() -> None:
     model = with_effects(SLIPPERY, FLANGE)
-    found = hunting(model, [55.0, 62.0])
+    found = find_limit_cycles(model, [55.0, 62.0])
     cycles = list(found.branch)
     turn = int(np.argmin([c.speed for c in cycles[: len(cycles) // 2]]))
     assert cycles[turn].speed == pytest.approx(found.fold, abs=0.05)  # shooting and simulation agree on the fold
     assert all(c.multiplier < 1 for c in cycles[:turn]) and cycles[turn + 2].multiplier > 1
     # hunting scaled down to just below and above the unstable amplitude, at a speed between
     unstable = next(c for c in cycles[turn + 2 :] if c.speed > found.fold + 0.4)
-    track = Straight(model)
+    track = TangentTrackRuns(model)
     hunts = track.settled(Motion(np.array([unstable.speed]), found.from_above.states[:1]), 1e-3)
     shares = np.array([0.9, 1.1]) * unstable.amplitude / hunts.amplitudes[0]
     speeds = np.full(2, unstable.speed)
@@ -216,7 +216,7 @@ def test_cooperriders_bogie_loses_stability_hard() -> None:
 
 def test_the_fold_does_not_depend_on_where_it_was_looked_for_from() -> None:
     model = with_effects(SLIPPERY, FLANGE)
-    folds = [hunting(model, speeds, diagram=False).fold for speeds in ([62.0], [40.0, 64.0, 90.0])]
+    folds = [find_limit_cycles(model, speeds, diagram=False).fold for speeds in ([62.0], [40.0, 64.0, 90.0])]
     assert np.ptp(np.array(folds, dtype=float)) < 0.05
 
 
@@ -231,20 +231,20 @@ def test_a_vehicle_without_flange_contact_is_given_it_and_told_so() -> None:
 def test_free_play_in_the_axle_boxes_gives_a_small_cycle_below_any_other_critical_speed() -> None:
     play = PlacedEffect("free_play", "primary_lateral", None, {"half_width": 5e-4})
     speeds = [30.0, 40.0, 50.0]
-    small = hunting(with_effects(SLIPPERY, FLANGE, play), speeds).from_below.amplitudes[:3]
+    small = find_limit_cycles(with_effects(SLIPPERY, FLANGE, play), speeds).from_below.amplitudes[:3]
     assert np.all((small > 2e-4) & (small < 1e-3))
-    assert np.all(hunting(with_effects(SLIPPERY, FLANGE), speeds).from_below.amplitudes == 0)
+    assert np.all(find_limit_cycles(with_effects(SLIPPERY, FLANGE), speeds).from_below.amplitudes == 0)
     # with linear creep the play is the only length: twice the play, twice the cycle
     wider = PlacedEffect("free_play", "primary_lateral", None, {"half_width": 1e-3})
-    once, twice = (hunting(with_effects(FLANGE, p), [30.0]).from_below.amplitudes[0] for p in (play, wider))
+    once, twice = (find_limit_cycles(with_effects(FLANGE, p), [30.0]).from_below.amplitudes[0] for p in (play, wider))
     assert twice == pytest.approx(2 * once, rel=1e-3)
 
 
 def test_folds_of_many_are_those_of_each() -> None:
     model = with_effects(SLIPPERY, FLANGE)
     stiff = Model(model.design.with_values({"vehicle.primary.lateral_stiffness": 4e6}))
-    both = fold_speeds([model, stiff], [50.0, 70.0])
-    assert both[1] == hunting(stiff, [50.0, 70.0], diagram=False).fold
+    both = nonlinear_critical_speeds([model, stiff], [50.0, 70.0])
+    assert both[1] == find_limit_cycles(stiff, [50.0, 70.0], diagram=False).fold
 
 
 # practice

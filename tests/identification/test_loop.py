@@ -14,8 +14,8 @@ import pytest
 from scipy import signal
 
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import read
-from railui.identification.loop import Found, close_loop
+from railui.campaign.dataset import read_dataset
+from railui.identification.loop import LoopResult, close_loop
 from railui.report.loop.data import loop_report
 from railui.report.loop.files import write_simulated
 from tests.blind.made import made
@@ -39,14 +39,14 @@ BESIDES = {"profiles", "windows", "inputs", "sentence", "simulations", "notes", 
 class Closed:
     """The loop closed on the bundled campaign, its report, and where its simulated channels were written."""
 
-    found: Found
+    found: LoopResult
     report: dict[str, Any]
     directory: Path
 
 
 @pytest.fixture(scope="module")
 def closed(tmp_path_factory: pytest.TempPathFactory) -> Closed:
-    found = close_loop(read(load_campaign(BUNDLED)), jobs=2)
+    found = close_loop(read_dataset(load_campaign(BUNDLED)), jobs=2)
     directory = tmp_path_factory.mktemp("loop")
     write_simulated(found, directory)
     report = json.loads(json.dumps(loop_report(found), allow_nan=False))
@@ -170,7 +170,7 @@ def test_with_its_answers_taken_away_the_loop_does_not_name_another_cleanly():
     "name", ["blind_a", "blind_b", "low_adhesion", "nothing_missing", "stiff_friction", "worn_axle_box"]
 )
 def test_the_campaigns_beside_the_repository_end_at_their_floor(name: str):
-    found = close_loop(read(load_campaign(SHARED / name)), jobs=2)
+    found = close_loop(read_dataset(load_campaign(SHARED / name)), jobs=2)
     if name == "nothing_missing":
         assert found.verdict == "none"
-    assert found.judged["after"].nrmse <= 1.10 * found.floor.nrmse
+    assert found.validations["after"].nrmse <= 1.10 * found.floor.nrmse

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from railui.optimisation.objectives import BAD, Judged, violations
+from railui.optimisation.objectives import BAD, Assessed, violations
 from railui.optimisation.optimise import COMPARED, _mean_quality
 from railui.optimisation.single_objective import merit, polish
 from railui.optimisation.study import Constraint, Objective, Variable
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
-from railui.vehicle.sampling import Varied
+from railui.vehicle.sampling import ParameterisedModel
 
 BOGIE = load_design(Path(__file__).parents[2] / "designs/test_bogie.yaml")
 DAMPING, WEAR = Constraint("linear_damping", ">=", 0.05, ""), Constraint("wear_number", "<=", 200.0, "")
@@ -26,9 +26,9 @@ def study(*objectives: Objective, limits: tuple[Constraint, ...] = ()) -> Any:
     return SimpleNamespace(variables=variables, objectives=objectives, constraints=limits)
 
 
-def judged(aims: np.ndarray, limits: np.ndarray | None = None, travelled: np.ndarray | None = None) -> Judged:
+def judged(aims: np.ndarray, limits: np.ndarray | None = None, travelled: np.ndarray | None = None) -> Assessed:
     n = len(aims)
-    return Judged(aims, np.zeros((n, 0)) if limits is None else limits,
+    return Assessed(aims, np.zeros((n, 0)) if limits is None else limits,
                   np.ones(n) if travelled is None else travelled, [""] * n)  # fmt: skip
 
 
@@ -53,7 +53,7 @@ def test_a_design_that_keeps_the_limits_has_more_merit_than_any_that_does_not(se
 
 
 def test_the_polish_goes_down_a_slanting_valley_to_its_lowest_place() -> None:
-    def valley(x: np.ndarray) -> Judged:
+    def valley(x: np.ndarray) -> Assessed:
         u, v = x[:, 0] - 0.3, np.log10(x[:, 1]) / 2.0 - 0.8  # b is walked by its logarithm
         return judged((u * u + v * v + 1.5 * u * v)[:, None])
 
@@ -73,7 +73,7 @@ def test_riding_quality_over_cases_is_the_mean_with_the_worst_class() -> None:
 
 def test_a_deviation_is_added_to_what_stands_there_and_kept_inside_what_a_file_may_say() -> None:
     conicity, mass = "contact.leading.conicity", "vehicle.frame.mass"
-    varied = Varied(Model(BOGIE), (conicity,), {conicity: 0.02, mass: -1e6})
+    varied = ParameterisedModel(Model(BOGIE), (conicity,), {conicity: 0.02, mass: -1e6})
     rows, columns = varied.rows(np.array([[0.1], [0.3]])), varied.model.columns
     assert rows[:, columns[conicity]] == pytest.approx([0.12, 0.32])
     assert rows[:, columns[mass]] == pytest.approx(0.01 * BOGIE.value(mass))

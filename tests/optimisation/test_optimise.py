@@ -16,17 +16,17 @@ from railui.hunting.summary import SPEEDS, stability
 from railui.io.problems import FileProblems
 from railui.optimisation.cases import cases_of, seeds_of
 from railui.optimisation.design_space import Ranges, first_generation
-from railui.optimisation.evaluation import in_process, numbers_of
+from railui.optimisation.evaluation import evaluate_in_process, response_table
 from railui.optimisation.multi_objective import knee
-from railui.optimisation.objectives import aggregate, judge, remarks
+from railui.optimisation.objectives import aggregate, assess, warnings_for
 from railui.optimisation.optimise import optimise
 from railui.optimisation.response_keys import NUMBERS, RESULTS
-from railui.optimisation.responses import ANSWERS, HIGHEST, linear_damping
+from railui.optimisation.responses import HIGHEST, RESPONSES, linear_damping
 from railui.optimisation.study import Objective, Study, Variable, load_study
 from railui.ride_quality.evaluation import ride
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
-from railui.vehicle.sampling import Varied, draws
+from railui.vehicle.sampling import ParameterisedModel, draws
 
 HOME = Path(__file__).parents[2]
 BOGIE = HOME / "designs/test_bogie.yaml"
@@ -146,7 +146,7 @@ def test_what_cannot_be_searched_is_refused_at_its_place(tmp_path: Path, parts: 
 
 def test_stiff_primaries_without_a_curve_and_an_optimum_on_a_bound_are_remarked(tmp_path: Path) -> None:
     one = study(tmp_path, variables="{vehicle.primary.lateral_stiffness: [3 MN/m, 5 MN/m]}")
-    curve, bound = remarks(one, np.array([[0.5]]), 0), remarks(one, np.array([[0.995]]), 0)
+    curve, bound = warnings_for(one, np.array([[0.5]]), 0), warnings_for(one, np.array([[0.995]]), 0)
     assert len(curve) == 1 and "no aim or limit looks at a curve" in curve[0]
     assert "the upper bound of vehicle.primary.lateral_stiffness, 5 MN/m" in bound[0]
 
@@ -161,7 +161,7 @@ def test_rows_are_those_of_the_design_with_its_values_defaults_of_effects_includ
     paths = ("vehicle.primary.lateral_stiffness", "contact.flange_clearance", "effects.2.half_width")
     x = np.array([[2e6, 5e-3, 1e-4], [7e6, 9e-3, 5e-4]])
     by_design = [Model(design.with_values(dict(zip(paths, one, strict=True)))).row for one in x]
-    np.testing.assert_array_equal(Varied(Model(design), paths).rows(x), by_design)
+    np.testing.assert_array_equal(ParameterisedModel(Model(design), paths).rows(x), by_design)
 
 
 def test_draws_follow_the_covariance_of_the_adjustment(tmp_path: Path) -> None:
@@ -179,12 +179,12 @@ def test_draws_follow_the_covariance_of_the_adjustment(tmp_path: Path) -> None:
         adjusted,
         cases="{track: [erri_b176_low length=200], speed: [40], scenario: [{}], draws: 3}",
     )
-    numbers = numbers_of(cases_of(drawn), np.array([[3e4, 3e4]]), ["score"])
+    numbers = response_table(cases_of(drawn), np.array([[3e4, 3e4]]), ["score"])
     assert numbers.values["score"].shape == (1, 3) and np.ptp(numbers.values["score"]) > 0
 
 
 def test_a_draw_cannot_bring_a_stiffness_below_nothing() -> None:
-    varied = Varied(Model(load_design(BOGIE)), (), {"vehicle.geometry.half_wheelbase": -9.0})
+    varied = ParameterisedModel(Model(load_design(BOGIE)), (), {"vehicle.geometry.half_wheelbase": -9.0})
     assert varied.rows(np.zeros((1, 0)))[0, varied.model.columns["vehicle.geometry.half_wheelbase"]] > 0
 
 
@@ -196,12 +196,12 @@ def test_every_number_of_ride_stability_and_curve_can_be_aimed_at_and_is_what_th
     cases = "{track: [erri_b176_low length=200], speed: [40], scenario: [{}], radius: 500 m, cant_deficiency: 80 mm}"
     one = study(tmp_path, HOME / "designs/check_bogie.yaml", objectives=f"[{aims}]", constraints="[]", cases=cases)
     x = np.array([[one.design.value(v.path) for v in one.variables]])
-    found = judge(one, cases_of(one), x, in_process(1)).objectives[0]
+    found = assess(one, cases_of(one), x, evaluate_in_process(1)).objectives[0]
     told = stability(one.design, SPEEDS, fold=True, track=one.cases.track[0], jobs=1)
     stood = curve(one.design, 500.0, 0.08)
     expected = [told[key] for key in keys[:3]] + [max(map(abs, stood["guiding_force"])), stood["wear_number"]]
     assert found == pytest.approx([HIGHEST if value is None else value for value in expected], rel=1e-12)
-    assert set(ANSWERS) == {RESULTS[key].question for key in NUMBERS}
+    assert set(RESPONSES) == {RESULTS[key].question for key in NUMBERS}
 
 
 def test_linear_damping_is_the_ratio_of_the_least_damped_mode() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from railui.optimisation.cases import cases_of
-from railui.optimisation.evaluation import Numbers, in_process
+from railui.optimisation.evaluation import ResponseTable, evaluate_in_process
 from railui.optimisation.sensitivity import one_at_a_time, sobol
 from railui.optimisation.study import load_study
 from railui.ride_quality.evaluation import ride
@@ -18,7 +18,7 @@ from tests.execution.small import write_study
 def test_a_change_is_that_of_the_ride_between_its_two_neighbours(tmp_path: Path) -> None:
     one = load_study(write_study(tmp_path, length=200))
     x = np.array([3e4, 2e4])
-    rows = {row["path"]: row for row in one_at_a_time(one, cases_of(one), x, in_process(1))}
+    rows = {row["path"]: row for row in one_at_a_time(one, cases_of(one), x, evaluate_in_process(1))}
     values = dict(zip([v.path for v in one.variables], x, strict=True))
 
     def margin(path: str, factor: float) -> float:
@@ -39,14 +39,16 @@ def test_a_change_is_that_of_the_ride_between_its_two_neighbours(tmp_path: Path)
 def test_sobols_indices_of_a_product_are_those_of_its_formula(tmp_path: Path) -> None:
     one = load_study(write_study(tmp_path, length=200))
 
-    def product(cases: object, rows: list[np.ndarray], keys: list[str]) -> Numbers:  # type: ignore[type-arg]
+    def product(cases: object, rows: list[np.ndarray], keys: list[str]) -> ResponseTable:  # type: ignore[type-arg]
         columns = [cases_[0].vehicle.model.columns[v.path] for v in one.variables]
         u = [
             (np.log(rows[0][:, columns[0]]) - np.log(5e3)) / np.log(40.0),
             (rows[0][:, columns[1]] - 10e3) / 50e3,
         ]
         values = np.repeat((u[0] * u[1])[:, None], len(rows), axis=1)
-        return Numbers({key: values for key in keys}, np.ones_like(values), np.full(values.shape, "", dtype=object))
+        return ResponseTable(
+            {key: values for key in keys}, np.ones_like(values), np.full(values.shape, "", dtype=object)
+        )
 
     cases_ = cases_of(one)
     found = sobol(one, cases_, product, 1024)  # type: ignore[arg-type]

@@ -14,11 +14,11 @@ from railui.bench.standard_job import bogie
 from railui.dsp.discretise import discretise
 from railui.io.problems import FileProblems
 from railui.ride_quality.comfort import before
-from railui.ride_quality.evaluation import ride, ride_many, rides, road_of, simulate
+from railui.ride_quality.evaluation import excitation_of, ride, ride_many, simulate, simulate_rides
 from railui.ride_quality.statistics import statistics_many
 from railui.ride_quality.weighting import W_D, comfort_cascades, weighted_rms
 from railui.track import Track
-from railui.track.excitation import Road, lay
+from railui.track.excitation import Excitation, resolve_track
 from railui.track.reader import save_track
 from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.model import Model
@@ -106,8 +106,8 @@ def company() -> list[Design]:
 
 def test_a_design_rides_the_same_alone_and_in_any_company_on_any_threads() -> None:
     designs = company()
-    road = road_of(LOW, 40.0)
-    alone = [rides([Model(design)], road, 1)[0] for design in designs]
+    road = excitation_of(LOW, 40.0)
+    alone = [simulate_rides([Model(design)], road, 1)[0] for design in designs]
     for jobs in (1, 2):
         assert all_same(ride_many(designs, LOW, 40.0, jobs), alone)
     backwards = ride_many(designs[::-1], LOW, 40.0)[::-1]
@@ -141,7 +141,7 @@ def test_a_note_tells_where_no_step_can_follow_a_motion() -> None:
 
 @pytest.mark.parametrize("speed", [5.0, 20.0, 60.0, 90.0, 120.0])
 def test_what_a_score_rests_on_is_right_to_a_ten_thousandth_at_any_speed(speed: float) -> None:
-    model, road = bogie(), road_of("erri_b176_high length=300 seed=1", speed)
+    model, road = bogie(), excitation_of("erri_b176_high length=300 seed=1", speed)
     taken = model.vehicles().steps(model.single(), speed, speed, road.dt)[0]
     found, exact = (statistics_many(model, model.row[None], road, steps=np.array([n])) for n in (taken, 16 * taken))
     for key in ("mean_e", "sd_e", "weighted_acceleration", "weighted_acceleration_1974"):
@@ -150,7 +150,7 @@ def test_what_a_score_rests_on_is_right_to_a_ten_thousandth_at_any_speed(speed: 
 
 
 def test_a_track_is_the_same_as_a_spec_an_object_and_a_file(tmp_path: Path) -> None:
-    laid = lay(LOW)
+    laid = resolve_track(LOW)
     file = save_track(tmp_path / "line.csv", *(getattr(laid.track, q) for q in ("s", "yw", "phiw", "gauge")))
     spec, track, table = (ride(BOGIE, given, 40.0) for given in (LOW, laid.track, file))
     assert track["score"] == spec["score"]
@@ -177,7 +177,7 @@ def test_a_speed_that_is_none_is_refused(speed: float) -> None:
 def test_another_seed_takes_the_place_of_the_specs() -> None:
     assert same(ride(BOGIE, LOW, 40.0, seed=7), ride(BOGIE, LOW.replace("seed=1", "seed=7"), 40.0))
     with pytest.raises(ValueError, match="no seed"):
-        ride(BOGIE, lay(LOW).track, 40.0, seed=2)
+        ride(BOGIE, resolve_track(LOW).track, 40.0, seed=2)
 
 
 def test_a_rig_rides_no_track() -> None:
@@ -186,7 +186,7 @@ def test_a_rig_rides_no_track() -> None:
 
 
 def test_a_wide_gauge_widens_the_clearance_only_where_it_is_asked_for() -> None:
-    laid = lay(LOW)
+    laid = resolve_track(LOW)
     gauge = 4e-3 * np.sin(2 * np.pi * laid.track.s / 37)
     track = Track(laid.track.s, laid.track.yw, laid.track.phiw, gauge)
     tight = BOGIE.with_values({"contact.flange_clearance": 2e-3})
@@ -204,7 +204,7 @@ def test_goods_are_judged_by_rms_and_peak_of_the_load() -> None:
     x = simulate(goods, LOW, 40.0, ["ayf"])["ayf"]
     felt = signal.sosfilt(discretise(before(goods.riding), 0.0025), x)
     model = Model(goods)
-    found = statistics_many(model, model.row[None], road_of(LOW, 40.0))
+    found = statistics_many(model, model.row[None], excitation_of(LOW, 40.0))
     assert found["acceleration"][0] == pytest.approx(np.sqrt(np.mean(felt**2)), rel=1e-9)
     assert found["acceleration_peak"][0] == pytest.approx(np.abs(felt).max(), rel=1e-9)
     assert ride(goods, LOW, 40.0)["decided_by"].startswith("score")
@@ -224,7 +224,7 @@ def test_a_coach_in_the_model_is_the_comfort_point() -> None:
 
 
 def test_a_road_keeps_few_tables() -> None:
-    road = Road(lay("erri_b176_low length=200"), 40.0)
+    road = Excitation(resolve_track("erri_b176_low length=200"), 40.0)
     for a in np.linspace(1.0, 1.5, 12):
         road.table(float(a), 1)
     assert len(road._tables) <= 8 and road.table(1.5, 1) is road.table(1.5, 1)

@@ -20,7 +20,7 @@ from railui.ride_quality.measures import (
     n_mv,
     ride_value,
 )
-from railui.ride_quality.score import CLASSES, KEYS, riding_class, riding_quality, score_many
+from railui.ride_quality.score import CLASSES, SCORE_KEYS, riding_class, riding_quality, score_many
 
 CLEARANCE = 0.007
 LONG = SimpleNamespace(use="long_distance", journey=4 * 3600.0, comfort_weight=0.6, admissible_flange_fraction=0.05)
@@ -166,7 +166,7 @@ def test_the_score_is_the_weighted_sum_of_both_parts():
 
 def test_a_result_has_the_keys_of_the_command_and_goes_into_json():
     found = riding_quality(ride(block_rms=[]), LONG, CLEARANCE)
-    assert list(found) == [*KEYS, "notes"]
+    assert list(found) == [*SCORE_KEYS, "notes"]
     assert found["n_mv"] is None and any("n_mv" in note for note in found["notes"])
     json.loads(json.dumps(found, allow_nan=False))
 
@@ -207,7 +207,7 @@ def test_a_vehicle_that_diverged_is_dangerous_and_has_no_numbers():
         found = riding_quality(lost, LONG, CLEARANCE)
         assert (found["score"], found["class"]) == (0.0, "dangerous")
         assert found["comfort_hours"] is None and found["flange_margin"] is None
-        assert set(found) == {*KEYS, "notes"}
+        assert set(found) == {*SCORE_KEYS, "notes"}
         json.loads(json.dumps(found, allow_nan=False))
 
 

@@ -12,8 +12,8 @@ from click.testing import CliRunner
 from scipy import signal, stats
 
 from railui.cli import cli
-from railui.ride_quality.evaluation import ride, road_of, simulate
-from railui.ride_quality.running_safety import forces, greatest
+from railui.ride_quality.evaluation import excitation_of, ride, simulate
+from railui.ride_quality.running_safety import largest, running_safety
 from railui.ride_quality.track_assessment import _agreement, _badness, _places, assess, in_band
 from railui.track import Track, band_sd, synthetic_track
 from railui.track.reader import save_track
@@ -38,7 +38,7 @@ def faulty_line(*faults: tuple[float, float, float, float]) -> Track:
 def test_the_guiding_forces_of_stretches_are_those_of_the_ride(design: Path) -> None:
     line = synthetic_track("erri_b176_high", length=1000.0, seed=3)
     found = assess(line, design, 40.0, stretch=250.0)
-    whole = forces(model_of(design), road_of(line, 40.0))
+    whole = running_safety(model_of(design), excitation_of(line, 40.0))
     assert whole is not None
     sums = [one["sum_of_guiding_forces"] for one in found["stretches"]]
     of_wheelsets = max(one["sum_of_guiding_forces"] for one in whole["wheelsets"])
@@ -123,7 +123,7 @@ def test_the_shortest_stretches_are_assessed_whatever_the_last_piece_is() -> Non
 
 
 def test_the_percentile_of_a_single_mean_is_that_mean() -> None:
-    assert greatest(np.array([[3.0], [4.0]])).tolist() == [3.0, 4.0]
+    assert largest(np.array([[3.0], [4.0]])).tolist() == [3.0, 4.0]
 
 
 def test_waves_of_a_band_have_its_standard_deviation() -> None:

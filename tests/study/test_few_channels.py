@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 
 from railui import core
-from railui.campaign.dataset import Measurement, Stretch
-from railui.identification.loop import adjusted, close_loop
-from railui.identification.structure.equivalent_inputs import origins
+from railui.campaign.dataset import Dataset, Segment
+from railui.identification.loop import calibrate, close_loop
+from railui.identification.structure.equivalent_inputs import locate_forces
 from railui.report.loop.data import loop_report
 from tests.blind.made import Made, made
 
@@ -18,10 +18,10 @@ PLAY = "free_play at=primary_lateral half_width=4e-4"
 CLOCK = ("t", "s", "v", "yw")
 
 
-def few(one: Made, responses: tuple[str, ...]) -> Measurement:
+def few(one: Made, responses: tuple[str, ...]) -> Dataset:
     """The campaign as if nothing had been measured but the track and some responses."""
 
-    def less(stretch: Stretch) -> Stretch:
+    def less(stretch: Segment) -> Segment:
         columns = {name: x for name, x in stretch.columns.items() if name in (*CLOCK, *responses)}
         return replace(stretch, columns=columns, tables={})
 
@@ -32,7 +32,7 @@ def few(one: Made, responses: tuple[str, ...]) -> Measurement:
 def test_a_place_has_fewer_forces_than_there_are_channels(responses: tuple[str, ...], most: int):
     one = made(PLAY)
     measurement = few(one, responses)
-    found = origins(adjusted(measurement, one.declared, jobs=2), measurement)
+    found = locate_forces(calibrate(measurement, one.declared, jobs=2), measurement)
     assert max(o.forces for o in found) == most
     assert all(math.isfinite(o.share) and o.share < 1.0 for o in found)
 

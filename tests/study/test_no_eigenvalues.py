@@ -12,9 +12,9 @@ from railui.core import eigenvalues_of
 from railui.hunting.critical_speed import linear_many
 from railui.hunting.summary import stability
 from railui.identification.estimation.free_parameters import free_parameters
-from railui.identification.estimation.multiple_shooting import cut_where
-from railui.identification.estimation.output_error import Adjuster
-from railui.identification.estimation.problem import targets
+from railui.identification.estimation.multiple_shooting import unstable_segments
+from railui.identification.estimation.output_error import GaussNewton
+from railui.identification.estimation.problem import prepare_segments
 from railui.vehicle.linear import eigenvalues
 from railui.vehicle.model import Model
 from railui.vehicle.resolve import model_of
@@ -75,15 +75,15 @@ def test_eigenvalues_of_a_matrix_are_sorted_by_their_real_part():
 
 def test_a_trial_model_without_eigenvalues_is_not_allowed_in_a_fit():
     one = made("free_play at=primary_lateral half_width=4e-4")
-    model, stretches = one.declared, one.measurement.adjust
-    ready = targets(model, one.measurement, stretches)
+    model, stretches = one.declared, one.measurement.estimation
+    ready = prepare_segments(model, one.measurement, stretches)
     free = free_parameters(model, [MASS], model)
-    adjuster = Adjuster(model, free, ready, block=1.0, stable=True, jobs=1)
+    adjuster = GaussNewton(model, free, ready, block=1.0, stable=True, jobs=1)
     x = np.array([[model.value(MASS)], [NEXT_TO_NOTHING]])
     costs = adjuster.residuals(x)
     assert np.isfinite(costs[0]) and costs[1] == np.inf and adjuster.constrained
     light = model.with_row([MASS], np.array([NEXT_TO_NOTHING]))
-    assert cut_where(light, stretches, 0.0) == {(s.file, s.number) for s in stretches}
+    assert unstable_segments(light, stretches, 0.0) == {(s.file, s.number) for s in stretches}
 
 
 def test_a_search_counts_a_vehicle_without_eigenvalues_as_unstable():

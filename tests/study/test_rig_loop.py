@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import Measurement, read
-from railui.identification.estimation.validation import floor
-from railui.identification.loop import close_loop, declared_on
+from railui.campaign.dataset import Dataset, read_dataset
+from railui.identification.estimation.validation import estimate_noise_floor
+from railui.identification.loop import close_loop, nominal_model
 from railui.report.loop.data import loop_report
 from railui.report.loop.files import write_loop
 from tests.truth.effects import effect
@@ -22,12 +22,12 @@ FRICTION = effect("dry_friction", "rig", force=40.0, slip_speed=0.01)
 SLOW = ("bump_stop", "maxwell_damper", "free_play", "hysteresis")  # left out so that the tests are fast
 
 
-def measured(tmp_path: Path, **options: Any) -> Measurement:
+def measured(tmp_path: Path, **options: Any) -> Dataset:
     write(Bench(seconds=(3.0, 2.0), rate=500.0, **options), tmp_path)
-    return read(load_campaign(tmp_path))
+    return read_dataset(load_campaign(tmp_path))
 
 
-def reported(measurement: Measurement, directory: Path, without: Sequence[str]) -> tuple[dict[str, Any], str]:
+def reported(measurement: Dataset, directory: Path, without: Sequence[str]) -> tuple[dict[str, Any], str]:
     found = close_loop(measurement, without=without, jobs=1)
     write_loop(found, loop_report(found), directory, [])
     data = json.loads((directory / "loop.json").read_text())
@@ -59,9 +59,9 @@ def test_a_loop_on_a_rig_barred_from_friction_ends_outside(tmp_path: Path, free:
 
 def test_noise_on_the_input_of_a_rig_raises_the_floor(tmp_path: Path):
     quiet = measured(tmp_path, seed=1)
-    model = declared_on(quiet)
-    u = quiet.validate[0].columns["u"]
-    noisy = Measurement(quiet.campaign, quiet.runs, quiet.stretches, {**quiet.noise, "u": 0.1 * float(u.std())})
-    low, high = (floor(model, m, m.validate, seeds=4, jobs=1) for m in (quiet, noisy))
+    model = nominal_model(quiet)
+    u = quiet.validation[0].columns["u"]
+    noisy = Dataset(quiet.campaign, quiet.runs, quiet.stretches, {**quiet.noise, "u": 0.1 * float(u.std())})
+    low, high = (estimate_noise_floor(model, m, m.validation, seeds=4, jobs=1) for m in (quiet, noisy))
     assert low.nrmse == pytest.approx(low.sensors_only)
     assert high.nrmse > 1.5 * high.sensors_only

@@ -12,7 +12,7 @@ import pytest
 from railui import core
 from railui.curving import curve, curve_many
 from railui.hunting.critical_speed import linear_many
-from railui.ride_quality.evaluation import ride_many, rides, road_of
+from railui.ride_quality.evaluation import excitation_of, ride_many, simulate_rides
 from railui.vehicle.design_reader import Design, PlacedEffect, load_design
 from railui.vehicle.effect_reader import AGAINST
 from railui.vehicle.effect_records import is_against
@@ -55,10 +55,10 @@ def ridden(found: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_designs_of_a_law_ride_side_by_side_as_each_alone(kind: str) -> None:
-    designs, road = company(kind), road_of(TRACK, 40.0)
+    designs, road = company(kind), excitation_of(TRACK, 40.0)
     together = ride_many(designs, TRACK, 40.0)
     for design, found in zip(designs, together, strict=True):
-        assert ridden(found) == ridden(rides([Model(design)], road, 1)[0]), design.effects
+        assert ridden(found) == ridden(simulate_rides([Model(design)], road, 1)[0]), design.effects
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -87,8 +87,8 @@ def of_curve(against: str, scale: float = 1.0) -> Design:
 
 @pytest.mark.parametrize("order", [AGAINST, AGAINST[::-1]], ids=" ".join)
 def test_curves_against_displacement_speed_and_distance_never_share_lanes(order: Sequence[str]) -> None:
-    designs, road = [of_curve(against) for against in order], road_of(TRACK, 40.0)
-    alone = [rides([Model(design)], road, 1)[0]["score"] for design in designs]
+    designs, road = [of_curve(against) for against in order], excitation_of(TRACK, 40.0)
+    alone = [simulate_rides([Model(design)], road, 1)[0]["score"] for design in designs]
     assert len(set(alone)) == len(order)
     assert [found["score"] for found in ride_many(designs, TRACK, 40.0)] == alone
     standing = [curve(design, 800.0, 0.1)["displacement"] for design in designs]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from railui.hunting.limit_cycles import hunting
-from railui.track.excitation import Road, lay
+from railui.hunting.limit_cycles import find_limit_cycles
+from railui.track.excitation import Excitation, resolve_track
 from railui.vehicle.design_reader import PlacedEffect, load_design
 from railui.vehicle.model import Model
 from tests.truth import coach as truth
@@ -50,7 +50,7 @@ def test_its_rate_of_change_is_that_of_the_second_opinion_wherever_it_stands() -
 
 
 def test_a_simulation_agrees_with_the_second_opinion() -> None:
-    road = Road(lay(TRACK), 55.0)
+    road = Excitation(resolve_track(TRACK), 55.0)
     table = road.table(MODEL.half_wheelbase(), 1)
     channels = MODEL.vehicles().freedoms(MODEL.single())
     found, lost = MODEL.vehicles().simulate(MODEL.single(), table, road.dt, 1, channels)
@@ -101,5 +101,5 @@ def test_a_softer_anti_roll_bar_lets_the_body_roll_more_slowly() -> None:
 
 
 def test_its_hunting_dies_below_its_linear_critical_speed() -> None:
-    found = hunting(MODEL, [70.0, 80.0, 90.0], diagram=False)
+    found = find_limit_cycles(MODEL, [70.0, 80.0, 90.0], diagram=False)
     assert found.hard and found.fold == pytest.approx(76.97, abs=0.05)  # linear: 82.59 m/s

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from railui.track.excitation import Road, lay
+from railui.track.excitation import Excitation, resolve_track
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
 from tests.truth import cooperrider as truth
@@ -51,7 +51,7 @@ def test_the_rate_of_change_is_that_of_the_published_equations_with_creep_and_fl
 
 
 def test_a_simulation_over_a_track_is_that_of_the_published_equations() -> None:
-    road = Road(lay("erri_b176_high length=300 seed=3 spacing=0.1"), 60.0)
+    road = Excitation(resolve_track("erri_b176_high length=300 seed=3 spacing=0.1"), 60.0)
     table = road.table(MODEL.half_wheelbase(), 1)
     table[:, [4, 5, 9, 10]] = 0.0  # the published form has no cross-level
     channels = ["y.wheelset_1", "psi.wheelset_1", "y.wheelset_2", "psi.wheelset_2", "y.frame", "psi.frame", "phi.frame"]

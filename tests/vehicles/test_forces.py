@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from railui.ride_quality.evaluation import ride
-from railui.ride_quality.running_safety import Guided, _instability, force_limit, forces, greatest, sliding_mean
-from railui.track.excitation import Road, lay
+from railui.ride_quality.running_safety import Guided, _instability, force_limit, largest, running_safety, sliding_mean
+from railui.track.excitation import Excitation, resolve_track
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
 
@@ -20,7 +20,7 @@ TRACK = "erri_b176_high length=400 seed=1"
 
 
 def series(model: Model, channels: list[str], speed: float = 45.0) -> dict[str, np.ndarray]:
-    road = Road(lay(TRACK), speed)
+    road = Excitation(resolve_track(TRACK), speed)
     table = road.table(model.half_wheelbase(), 1)
     found, lost = model.vehicles().simulate(model.single(), table, road.dt, 1, channels)
     assert lost[0] == -1
@@ -37,7 +37,7 @@ def test_a_sliding_mean_of_two_metres_flattens_what_is_shorter() -> None:
 
 
 def test_of_two_metre_means_what_all_but_fifteen_in_ten_thousand_keep_counts() -> None:
-    assert greatest(np.arange(10_001.0)) == pytest.approx(9985.0)
+    assert largest(np.arange(10_001.0)) == pytest.approx(9985.0)
 
 
 def guided(right: np.ndarray, left: np.ndarray, transferred: np.ndarray) -> Guided:
@@ -104,7 +104,7 @@ def test_load_transfer_bears_the_moments_of_all_bodies_about_the_track() -> None
     freedoms = COACH.vehicles().freedoms(COACH.single())
     start = np.zeros((1, 34))
     start[0, freedoms.index("phi.frame_1")] = roll = 1e-3
-    road = Road(lay("erri_b176_low length=20 scale=1e-9"), 40.0)
+    road = Excitation(resolve_track("erri_b176_low length=20 scale=1e-9"), 40.0)
     batch = COACH.single().with_initial(start)
     found, _ = COACH.vehicles().simulate(
         batch, road.table(COACH.half_wheelbase(), 1), road.dt, 1, ["dQ1", "dQ2", "dQ3"]
@@ -130,7 +130,7 @@ def test_a_ride_tells_the_quantities_of_the_standard_by_name() -> None:
 
 
 def test_a_planar_bogie_has_its_static_wheel_load_and_says_so() -> None:
-    found = forces(BOGIE, Road(lay(TRACK), 40.0))
+    found = running_safety(BOGIE, Excitation(resolve_track(TRACK), 40.0))
     assert found is not None and not found["load_transfer"] and "planar" in found["notes"][0]
     one = found["wheelsets"][0]
     assert one["derailment_quotient"] == pytest.approx(np.array(one["guiding_force"]) / 55e3)

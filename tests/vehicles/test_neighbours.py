@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from railui.bench.standard_job import bogie, coach
 from railui.core import Batch
-from railui.track.excitation import Road, lay
+from railui.track.excitation import Excitation, resolve_track
 from railui.vehicle.model import Model, parameters_of
 
 Floats = NDArray[np.float64]
 
 MODEL = coach()
-ROAD = Road(lay("erri_b176_high length=60 seed=3"), 45.0)
+ROAD = Excitation(resolve_track("erri_b176_high length=60 seed=3"), 45.0)
 TABLE = ROAD.table(MODEL.half_wheelbase(), 1)
 CHANNELS = [*MODEL.vehicles().freedoms(MODEL.single()), "e1", "e4"]
 # what the coach of the standard job does without, as little as would do

@@ -10,7 +10,7 @@ import numpy as np
 
 from railui.capture.processing.align import SAME_LINE, align
 from railui.capture.processing.measured_run import MeasuredRun, save_run
-from railui.io.atomic import beside, write_text
+from railui.io.atomic import relative_path, write_text
 from railui.io.schema_line import schema_name
 from railui.io.yaml_scalars import flow, scalar_text
 
@@ -60,7 +60,7 @@ def write_campaign(directory: Path, name: str, vehicle: Path, taken: Sequence[Ta
     lines = [
         f"schema: {schema_name('campaign')}",
         f"name: {scalar_text(name)}",
-        f"vehicle: {scalar_text(beside(vehicle, directory))}",
+        f"vehicle: {scalar_text(relative_path(vehicle, directory))}",
     ]
     lines += ["runs:", *entries, f"noise: {flow(noise)}"]
     return write_text(directory / "campaign.yaml", "\n".join(lines) + "\n")

@@ -17,7 +17,7 @@ from railui.capture.processing.rail_quality import RailQuality, compare
 from railui.capture.processing.recording import Piece, Recording, pieces
 from railui.capture.processing.sensor_map import SensorMap
 from railui.capture.processing.sensors import check_channels, motion, needed, noise_of, quantities
-from railui.dsp.integrate import lowpassed
+from railui.dsp.integrate import lowpass
 from railui.io.problems import FileProblems, one_problem
 from railui.io.table import write_table
 from railui.runs.columns import COLUMNS, RIG_COLUMNS
@@ -173,7 +173,7 @@ def _to_the_middle(q: dict[str, FloatArray], mapped: SensorMap, dt: float, notes
         x, _, z = mapped.sensors[name].position
         for arm, turn, sign in ((x, yaw, -1.0), (z, roll, 1.0)):
             if arm and turn in q:
-                q[name] = q[name] + sign * arm * np.gradient(lowpassed(q[turn], dt, FASTEST_TURN), dt)
+                q[name] = q[name] + sign * arm * np.gradient(lowpass(q[turn], dt, FASTEST_TURN), dt)
             elif arm and (turn or abs(arm) > 0.05):
                 notes.append(f"{name} sits {arm:g} m off: nothing tells its turning there, left as it is")
 

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from railui.arrays import FloatArray
 from railui.capture.processing.map_model import RailsModel
 from railui.capture.processing.sensor_map import Geometry
-from railui.dsp.integrate import integrated, lowpassed
+from railui.dsp.integrate import integrate, lowpass
 from railui.runs.columns import named
 from railui.vehicle.wheel_loads import GRAVITY
 
@@ -55,7 +55,7 @@ class _Work:
 
     def integral(self, x: FloatArray, times: int, natural: float | None = None) -> FloatArray:
         zero_phase = self.model.filter == "zero_phase"
-        return integrated(x, self.dt, times, natural or self.natural, self.model.damping, zero_phase)
+        return integrate(x, self.dt, times, natural or self.natural, self.model.damping, zero_phase)
 
     def behind(self, x: FloatArray) -> FloatArray:
         """What the trailing wheelset meets of a track quantity: x at s - 2a, the first value before that."""
@@ -199,4 +199,4 @@ def _versions(
 
 def _smooth(work: _Work, x: FloatArray, speed: float) -> FloatArray:
     """A track column less what is shorter than the shortest wavelength kept."""
-    return lowpassed(x, work.dt, speed / (CUT_SHORT * work.model.shortest))
+    return lowpass(x, work.dt, speed / (CUT_SHORT * work.model.shortest))

@@ -10,7 +10,7 @@ from railui.arrays import FloatArray
 from railui.capture.processing.map_model import TARGETS
 from railui.capture.processing.recording import Piece, Recording
 from railui.capture.processing.sensor_map import Sensor, SensorMap
-from railui.dsp.integrate import delayed, lowpassed
+from railui.dsp.integrate import delay, lowpass
 from railui.io.problems import nearest
 from railui.io.units import UnitError, convert
 from railui.io.yaml_document import load
@@ -76,7 +76,7 @@ def quantities(mapped: SensorMap, recording: Recording, piece: Piece) -> dict[st
             (piece.channels[c] - sensor.offset) * unit_factor(sensor, recording.units.get(c)) for c in sensor.channels
         ]
         mean = np.mean(each, axis=0)
-        found[sensor.target] = delayed(sensor.factor * np.asarray(mean), piece.dt, sensor.delay)
+        found[sensor.target] = delay(sensor.factor * np.asarray(mean), piece.dt, sensor.delay)
     return found
 
 
@@ -100,7 +100,7 @@ def motion(mapped: SensorMap, recording: Recording, piece: Piece, begins: float 
     if name is not None:
         unit = speed.unit or recording.units.get(name)
         v = piece.channels[name] * convert(1.0, unit or "m/s", "m/s")
-        v = lowpassed(v, piece.dt, SMOOTH)
+        v = lowpass(v, piece.dt, SMOOTH)
     else:
         v = np.full(len(piece), speed.constant or 0.0)
     if speed.distance is not None:
@@ -120,7 +120,7 @@ def pulses(count: FloatArray, dt: float, per_pulse: float, begins: float = 0.0) 
     wrap = next(w for w in WRAPS if np.max(count) < w)
     s = per_pulse * np.concatenate(([0.0], np.cumsum(np.where(steps < 0, steps + wrap, steps))))
     straight = np.linspace(s[0], s[-1], s.size)
-    smooth = straight + lowpassed(s - straight, dt, SMOOTH)
+    smooth = straight + lowpass(s - straight, dt, SMOOTH)
     return begins + smooth, np.gradient(smooth, dt)
 
 

@@ -18,8 +18,8 @@ from textual.message import Message
 from textual.widgets import Static
 
 from railui.campaign.campaign import Campaign, load_campaign
-from railui.campaign.data_checks import gate
-from railui.campaign.dataset import Measurement, read
+from railui.campaign.data_checks import check_data
+from railui.campaign.dataset import Dataset, read_dataset
 from railui.campaign.finding import Finding
 from railui.desk.messages import Done, Failed, Line, Offered, Showed
 from railui.desk.panels.common import in_turn, titled
@@ -32,7 +32,7 @@ from railui.desk.widgets.bars import Bars
 from railui.desk.widgets.dialogs import Name
 from railui.desk.widgets.picture import Picture
 from railui.desk.widgets.plot import Plot
-from railui.identification.events import Looked, Turn
+from railui.identification.events import FitIteration, ScoreTestProgress
 from railui.identification.loop import close_loop
 from railui.report.loop.data import loop_report
 from railui.report.loop.driven import suspension_forces
@@ -51,7 +51,7 @@ FOLDED = {"ranking": 0, "series": 1, "told": 3, "moving": 4}  # which of them is
 class Gated:
     """A campaign read, and what the gate found about its data."""
 
-    measurement: Measurement
+    measurement: Dataset
     findings: Sequence[Finding]
 
 
@@ -150,7 +150,7 @@ for the validation runs; with it stands what the motions determine of each param
             study.checkpoint()
             self.post_message(Line("loop", text))
 
-        measurement = read(campaign)
+        measurement = read_dataset(campaign)
         found = close_loop(measurement, report=report, watch=watch)
         window = telling(found)
         series = compared_series(found, window.index)
@@ -179,9 +179,9 @@ for the validation runs; with it stands what the motions determine of each param
                 self._told()
             return
         changed = self.progress.take(event)
-        if isinstance(event, Turn) and event.iteration == 0:
+        if isinstance(event, FitIteration) and event.iteration == 0:
             self._fold("moving")
-        elif isinstance(event, Looked) and event.done == 1:
+        elif isinstance(event, ScoreTestProgress) and event.done == 1:
             self._fold("ranking")
         for name, draw in (("errors", self._errors), ("moving", self._moving), ("ranking", self._ranking)):
             if changed == name:
@@ -396,5 +396,5 @@ for the validation runs; with it stands what the motions determine of each param
 
 def _gated(campaign: Campaign) -> Message:
     """The runs of a campaign, read, and what is wrong with them."""
-    measurement = read(campaign)
-    return Showed("gate", Gated(measurement, gate(measurement)))
+    measurement = read_dataset(campaign)
+    return Showed("gate", Gated(measurement, check_data(measurement)))

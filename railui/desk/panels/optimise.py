@@ -34,9 +34,9 @@ from railui.desk.widgets.form_side import FormSide
 from railui.desk.widgets.picture import Picture
 from railui.desk.widgets.plot import Plot
 from railui.execution.session import Session
-from railui.execution.threads import Local
+from railui.execution.threads import ThreadRunner
 from railui.io.problems import FileProblems
-from railui.optimisation.optimise import Stand, optimise
+from railui.optimisation.optimise import SearchState, optimise
 from railui.vehicle.design_reader import Design
 
 EMPTY = Picture(Axis(""), Axis(""), wait="s starts the search")
@@ -210,9 +210,9 @@ search never saw: mean and one standard deviation. `t` takes it into the form.
 
     def _search(self, job: Study, study: Any, where: Path) -> Message:
         """The whole search, in a thread; what it evaluated is kept in its directory."""
-        with Session(study, where, Local()) as session:
+        with Session(study, where, ThreadRunner()) as session:
 
-            def watch(stand: Stand) -> None:
+            def watch(stand: SearchState) -> None:
                 session.watch(stand)
                 job.checkpoint()
                 self.post_message(Showed("search", step_of(study, stand)))

@@ -28,7 +28,7 @@ from railui.desk.widgets.dialogs import Name, Pick
 from railui.desk.widgets.picture import Line, Picture
 from railui.desk.widgets.plot import Plot
 from railui.ride_quality.track_assessment import assess
-from railui.track.excitation import Laid, is_track_file, lay
+from railui.track.excitation import TrackSource, is_track_file, resolve_track
 from railui.track.metrics import BANDS, NearestSpectrum, band_sd, nearest_spectrum, psd
 from railui.track.spectra import SPECTRA, spectrum_density, spectrum_sd
 from railui.vehicle.design_reader import Design
@@ -44,7 +44,7 @@ class Surveyed:
     """A track with its densities [m^2/(rad/m)] over wavenumber [rad/m], its sd [m] per band, what it is nearest to."""
 
     name: str
-    laid: Laid
+    laid: TrackSource
     wavenumber: FloatArray
     density: FloatArray
     bands: FloatArray
@@ -243,6 +243,6 @@ def _assessed(name: str, design: Design, speed: float) -> Message:
 
 
 def _surveyed(name: str) -> Message:
-    laid = lay(Path(name) if is_track_file(name) else name)
+    laid = resolve_track(Path(name) if is_track_file(name) else name)
     found = psd(laid.track)
     return Survey(Surveyed(name, laid, found.wavenumber, found.yw, band_sd(laid.track), nearest_spectrum(laid.track)))

@@ -12,11 +12,11 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.curving import curves
-from railui.dsp.spectra import density
+from railui.dsp.spectra import welch
 from railui.hunting.critical_speed import critical_speeds
 from railui.ride_quality.comfort import before, floor_of
-from railui.ride_quality.evaluation import rides, simulate
-from railui.track.excitation import Laid, Road, is_track_file, lay
+from railui.ride_quality.evaluation import simulate, simulate_rides
+from railui.track.excitation import Excitation, TrackSource, is_track_file, resolve_track
 from railui.vehicle.design_reader import Design
 from railui.vehicle.linear import damping_ratio, eigenvalues
 from railui.vehicle.model import Model
@@ -67,21 +67,21 @@ class Look:
 
 
 @lru_cache(maxsize=4)
-def road(case: Case) -> Road:
+def road(case: Case) -> Excitation:
     """The road of a case, laid once. ValueError or FileProblems where there is no such track."""
-    return Road(laid(case.track), case.speed)
+    return Excitation(laid(case.track), case.speed)
 
 
 @lru_cache(maxsize=4)
-def laid(track: str) -> Laid:
+def laid(track: str) -> TrackSource:
     """A track by its file or its spec. FileProblems or ValueError where it cannot be laid."""
-    return lay(Path(track) if is_track_file(track) else track)
+    return resolve_track(Path(track) if is_track_file(track) else track)
 
 
 def look(design: Design, case: Case) -> Look:
     """Rides a design along a case. FileProblems for what cannot ride, ValueError for a faulty case."""
     model, way = model_of(design), road(case)
-    quality = rides([model], way)[0]
+    quality = simulate_rides([model], way)[0]
     series = simulate(model, way.laid, case.speed, ("e1", "e2", "ayf"))
     f, powers = _densities(model, series, way.dt)
     damping, frequency = modes(model, SPEEDS)
@@ -100,7 +100,7 @@ def _densities(model: Model, series: Mapping[str, FloatArray], dt: float) -> tup
     found: dict[str, FloatArray] = {}
     for name in ("e1", "e2", "ayf"):
         x = series[name][np.isfinite(series[name])]
-        f, found[name] = density(x if len(x) >= segment else np.zeros(segment), 1.0 / dt, segment)
+        f, found[name] = welch(x if len(x) >= segment else np.zeros(segment), 1.0 / dt, segment)
     kept = (f > 0.1) & (f <= 40.0)
     transfer = before(floor_of(model, model.row)).modulus(f)
     found["comfort"] = found["ayf"] * transfer**2

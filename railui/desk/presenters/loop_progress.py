@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 
 from railui.campaign.campaign import Campaign
-from railui.campaign.dataset import Measurement
+from railui.campaign.dataset import Dataset
 from railui.campaign.finding import Finding
 from railui.desk.presenters.loop_views import Closed, error, named, share, short
 from railui.desk.presenters.written import symbol
 from railui.desk.widgets.bars import Bar
-from railui.identification.estimation.validation import Floor
-from railui.identification.events import Judged, Looked, Turn
-from railui.identification.structure.evidence import Sighting, signed
+from railui.identification.estimation.validation import NoiseFloor
+from railui.identification.events import FitIteration, ModelValidated, ScoreTestProgress
+from railui.identification.structure.evidence import ScoreResult, signed_rho
 from railui.identification.structure.refit import Refit
-from railui.identification.structure.score_test import Trace
+from railui.identification.structure.score_test import ScoreTestResult
 from railui.io.number_format import display, pretty
 from railui.io.problems import FileProblems
 from railui.vehicle.model import Model
@@ -36,11 +36,11 @@ class Progress:
         self.campaign = campaign
         self.errors: dict[str, Mapping[str, float]] = {}
         self.totals: dict[str, float] = {}
-        self.turn: Turn | None = None
-        self.seen: dict[Any, Sighting] = {}
+        self.turn: FitIteration | None = None
+        self.seen: dict[Any, ScoreResult] = {}
         self.refits: dict[Any, float] = {}
         self.fitted: Model | None = None  # whose parameters are moving
-        self.measurement: Measurement | None = None
+        self.measurement: Dataset | None = None
         self.findings: Sequence[Finding] = ()
         self.fault = ""  # why the runs cannot be read
         self.closed: Closed | None = None
@@ -50,34 +50,34 @@ class Progress:
 
     def take(self, event: object) -> str:
         """One event of the loop; returns what it changed: errors, moving, ranking, or nothing."""
-        if isinstance(event, Judged):
+        if isinstance(event, ModelValidated):
             self.errors[event.which], self.totals[event.which] = event.judgement.channels, event.judgement.nrmse
             return "errors"
-        if isinstance(event, Floor):
+        if isinstance(event, NoiseFloor):
             self.errors["floor"], self.totals["floor"] = event.channels, event.nrmse
             return "errors"
-        if isinstance(event, Turn):
+        if isinstance(event, FitIteration):
             self.turn = event
             self.doing = f"adjusting, step {event.iteration}, {event.simulations} simulated vehicles"
             return "moving"
-        if isinstance(event, Looked):
+        if isinstance(event, ScoreTestProgress):
             return self._look(event)
         if isinstance(event, Refit):
             self.refits[event.candidate], self.fitted = event.rss, event.fit.model
             return "ranking"
-        if isinstance(event, Sighting):
+        if isinstance(event, ScoreResult):
             self.doing = f"fitting {named(event.candidate)}"
-        elif isinstance(event, Trace):
+        elif isinstance(event, ScoreTestResult):
             self.doing = "fitting the best candidates with everything else"
         return ""
 
-    def _look(self, event: Looked) -> str:
+    def _look(self, event: ScoreTestProgress) -> str:
         """A bundle of candidates more."""
         if event.done == 1:
             self.seen, self.refits = {}, {}
         self.doing = f"tracing, {100 * event.done // event.total} % of the catalogue"
         for one in event.sightings:
-            if one.candidate not in self.seen or signed(one) > signed(self.seen[one.candidate]):
+            if one.candidate not in self.seen or signed_rho(one) > signed_rho(self.seen[one.candidate]):
                 self.seen[one.candidate] = one
         if event.done < event.total and time.monotonic() - self._drawn <= OFTEN:
             return ""
@@ -88,7 +88,10 @@ class Progress:
         """The verdict."""
         self.closed, self.doing = closed, ""
         found = closed.found
-        self.errors["after"], self.totals["after"] = found.judged["after"].channels, found.judged["after"].nrmse
+        self.errors["after"], self.totals["after"] = (
+            found.validations["after"].channels,
+            found.validations["after"].nrmse,
+        )
         self.errors["floor"], self.totals["floor"] = found.floor.channels, found.floor.nrmse
 
     # as rows
@@ -142,13 +145,13 @@ class Progress:
             return _judged_rows(self.closed.report["ranking"])
         least = min(self.refits.values(), default=1.0)
         rows = []
-        for one in sorted(self.seen.values(), key=lambda s: -signed(s))[:SHOWN]:
+        for one in sorted(self.seen.values(), key=lambda s: -signed_rho(s))[:SHOWN]:
             rss = self.refits.get(one.candidate)
             told = f"{one.rho:+.3f}" + ("         " if rss is None else f"  x{min(rss / least, 999.9):6.2f}")
             best = rss is not None and rss <= least
             told = told[:6] if narrow else told
             rows.append(
-                Bar(named(one.candidate, narrow), signed(one), told, strong=best, role="now" if rss else "base")
+                Bar(named(one.candidate, narrow), signed_rho(one), told, strong=best, role="now" if rss else "base")
             )
         return rows
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from rich.text import Text
 
-from railui.campaign.dataset import Measurement, cut_samples
+from railui.campaign.dataset import Dataset, cut_samples
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.picture import Line as Curve
 from railui.desk.widgets.picture import Picture
-from railui.identification.loop import Found
+from railui.identification.loop import LoopResult
 from railui.io.number_format import suited, unit_text
 from railui.report.loop.driven import Forces
 from railui.report.loop.figures import Window, units_of
@@ -26,14 +26,14 @@ ROLES = {"measured": "base", "before": "other", "after": "now"}
 class Closed:
     """A loop that came to its verdict, with all that is drawn of it."""
 
-    found: Found
+    found: LoopResult
     report: dict[str, Any]
     window: Window
     series: Mapping[str, Any]
     forces: list[Forces]
 
 
-def run_text(measurement: Measurement, index: int) -> Text:
+def run_text(measurement: Dataset, index: int) -> Text:
     """How long a run is, how fast it was sampled, how many channels it has, what it lacks."""
     run = measurement.runs[index]
     text = Text(f"{len(run) / run.rate:6.0f} s  {run.rate:.4g} Hz  {len(run.responses)} channels  ")

@@ -15,9 +15,9 @@ from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.bars import Bar
 from railui.desk.widgets.picture import Line, Mark, Picture
 from railui.io.number_format import display, pretty
-from railui.optimisation.multi_objective import hypervolumes, knee, undominated
+from railui.optimisation.multi_objective import hypervolumes, knee, nondominated
 from railui.optimisation.objectives import violations
-from railui.optimisation.optimise import Stand
+from railui.optimisation.optimise import SearchState
 from railui.vehicle.design_reader import Design
 
 
@@ -73,7 +73,7 @@ class Searched:
         if not len(aims):
             return x, aims
         better = aims * senses(plan)
-        kept = np.flatnonzero(undominated(better))
+        kept = np.flatnonzero(nondominated(better))
         order = kept[np.argsort(better[kept, 0], kind="stable")]
         return x[order], aims[order]
 
@@ -206,7 +206,7 @@ def senses(plan: Plan) -> FloatArray:
     return np.array([1.0 if aim.startswith("minimise") else -1.0 for aim, _ in plan.aims])
 
 
-def step_of(study: Any, stand: Stand) -> Step | None:
+def step_of(study: Any, stand: SearchState) -> Step | None:
     """What the panel keeps of a generation; copied, for the search goes on."""
     one = stand.latest
     if one is None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.identification.estimation.problem import Target
+from railui.identification.estimation.problem import FitSegment
 
 
-def samples_of(seconds: float, target: Target) -> int:
+def samples_of(seconds: float, target: FitSegment) -> int:
     """Compared samples in a block of so many seconds."""
     return max(8, round(seconds / (target.stretch.dt * target.filter.every)))
 

@@ -18,7 +18,7 @@ CURVE = 2.0  # prior standard deviation of a measured curve's points, in its lar
 
 
 @dataclass(frozen=True)
-class Free:
+class FreeParameters:
     """The numbers that a fit moves: paths, bounds, priors (sd infinite: none), usual size of each.
 
     ratio: steps are ratios, for effect numbers whose size is not known beforehand.
@@ -32,15 +32,17 @@ class Free:
     prior_sd: FloatArray
     ratio: NDArray[np.bool_]
 
-    def without(self, j: int) -> Free:
+    def without(self, j: int) -> FreeParameters:
         """The same, one number held."""
         low, high, size, prior, sd = (
             np.delete(x, j) for x in (self.low, self.high, self.size, self.prior, self.prior_sd)
         )
-        return Free((*self.paths[:j], *self.paths[j + 1 :]), low, high, size, prior, sd, np.delete(self.ratio, j))
+        return FreeParameters(
+            (*self.paths[:j], *self.paths[j + 1 :]), low, high, size, prior, sd, np.delete(self.ratio, j)
+        )
 
 
-def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> Free:
+def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> FreeParameters:
     """Bounds and priors of paths and of the phases of each stretch, from the list of parameters and the catalogue."""
     low, high, size, prior, sd, ratio = [], [], [], [], [], []
     values = declared.design.values
@@ -80,7 +82,7 @@ def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> Free
         prior.append(0.0 if curve else now)
         sd.append(CURVE * curve if curve else np.inf)
     a, b, c, d, e = (np.array(x, dtype=float) for x in (low, high, size, prior, sd))
-    return Free(tuple(paths), a, b, c, d, e, np.array(ratio))
+    return FreeParameters(tuple(paths), a, b, c, d, e, np.array(ratio))
 
 
 def rig_scale(model: Model, path: str) -> float:

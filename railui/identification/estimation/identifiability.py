@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.identification.estimation.output_error import Adjuster, Fit, block_distances, variance_of
+from railui.identification.estimation.output_error import Fit, GaussNewton, block_distances, variance_of
 from railui.progress import Report, silent
 
 SURE = 0.10  # relative standard deviation up to which a number is determined
@@ -32,7 +32,7 @@ class Direction:
 
 
 @dataclass(frozen=True)
-class Identified:
+class Identifiability:
     """Directions, the strongest first; per path the word, its relative sd from the data alone, and its partners."""
 
     directions: tuple[Direction, ...]
@@ -50,7 +50,7 @@ class Identified:
         return told + ([f"not seen by these sensors: {', '.join(lost)}"] if lost else [])
 
 
-def identified(fit: Fit) -> Identified:
+def analyse_identifiability(fit: Fit) -> Identifiability:
     """Singular values of the sensitivities, weighted by noise and taken per relative change of each parameter.
 
     A change of a parameter by its own value counts 1; what is zero by its usual size. Priors are left out.
@@ -87,7 +87,7 @@ def identified(fit: Fit) -> Identified:
             words.append((path, ROUGH, float(together[i]), ()))
         else:
             words.append((path, UNSEEN, float(together[i]), ()))
-    return Identified(tuple(directions), tuple(words))
+    return Identifiability(tuple(directions), tuple(words))
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ class Profile:
     high: float | None
 
 
-def profile(fit: Fit, path: str, *, jobs: int | None = None) -> Profile:
+def profile_likelihood(fit: Fit, path: str, *, jobs: int | None = None) -> Profile:
     """The profile likelihood of one number: it is held, everything else is adjusted again.
 
     The deviance is scaled so that near the optimum it is that of the number's standard deviation (blocks of time).
@@ -111,7 +111,7 @@ def profile(fit: Fit, path: str, *, jobs: int | None = None) -> Profile:
     free = fit.free.without(j)
     sd = fit.sd[j]
     ridge = fit.covariance[kept, j] / fit.covariance[j, j]
-    whole = Adjuster(fit.model, fit.free, fit.targets, block=fit.block, stable=False, jobs=jobs)
+    whole = GaussNewton(fit.model, fit.free, fit.segments, block=fit.block, stable=False, jobs=jobs)
     a, _ = whole.equations(fit.normal, fit.x)
     unit = 1.0 / np.sqrt(np.diag(a))
     scale = float(np.linalg.inv(a * np.outer(unit, unit))[j, j]) * unit[j] ** 2 / sd**2
@@ -121,7 +121,7 @@ def profile(fit: Fit, path: str, *, jobs: int | None = None) -> Profile:
         if value in values:
             continue
         model = fit.model.with_row([path], np.array([value]))
-        adjuster = Adjuster(model, free, fit.targets, block=fit.block, stable=False, jobs=jobs)
+        adjuster = GaussNewton(model, free, fit.segments, block=fit.block, stable=False, jobs=jobs)
         try:
             found = adjuster.fit(fit.x[kept] + ridge * (value - fit.x[j]), tolerance=1e-5, most=TURNS)
         except ValueError:
@@ -146,11 +146,13 @@ def _end(values: FloatArray, deviance: FloatArray) -> float | None:
     return None
 
 
-def profiles(fit: Fit, paths: Sequence[str], *, jobs: int | None = None, report: Report = silent) -> list[Profile]:
+def profile_likelihoods(
+    fit: Fit, paths: Sequence[str], *, jobs: int | None = None, report: Report = silent
+) -> list[Profile]:
     """The profiles of several numbers."""
     out = []
     for path in paths:
-        out.append(profile(fit, path, jobs=jobs))
+        out.append(profile_likelihood(fit, path, jobs=jobs))
         ends = [f"{x:.5g}" if x is not None else "open" for x in (out[-1].low, out[-1].high)]
         report(f"  profile of {path}: 90 % from {ends[0]} to {ends[1]}")
     return out

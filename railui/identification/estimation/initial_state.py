@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Stretch, steps_for
+from railui.campaign.dataset import Segment, steps_for
 from railui.vehicle.model import Model
 
 START = 4.0  # seconds on which an initial state is estimated
@@ -18,7 +18,7 @@ QUARTER = 0.5 * np.pi
 TURNS = 2  # of Gauss and Newton; two more where phases are estimated, of which the first is in sine and cosine
 
 
-def initial_state(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> FloatArray:
+def estimate_initial_state(model: Model, stretch: Segment, noise: Mapping[str, float]) -> FloatArray:
     """The state [q, q'] with which a stretch begins, from its first 4 s by linear least squares, twice.
 
     Offsets of the channels are estimated along; a ridge of usual motions holds what the sensors do not see.
@@ -26,7 +26,7 @@ def initial_state(model: Model, stretch: Stretch, noise: Mapping[str, float]) ->
     return _Beginning(model, stretch, noise).estimated(())[0]
 
 
-def with_phases(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> Model:
+def estimate_phases(model: Model, stretch: Segment, noise: Mapping[str, float]) -> Model:
     """The vehicle with its phases on this stretch: as fitted there, else estimated on its first 4 s.
 
     Beside the initial state: first as amounts of sine and cosine,
@@ -35,7 +35,7 @@ def with_phases(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> M
 
     of which the linear estimate is without wrong valleys, then as angles of the whole vehicle.
     """
-    where = stretch.place[0]
+    where = stretch.segment_key[0]
     own = [path for path in model.run_paths() if f"{path}@{where}" not in model.phases]
     if not own:
         return model
@@ -47,8 +47,8 @@ def with_phases(model: Model, stretch: Stretch, noise: Mapping[str, float]) -> M
 class _Beginning:
     """The first seconds of a stretch, against which vehicles begin in one state or another."""
 
-    def __init__(self, model: Model, stretch: Stretch, noise: Mapping[str, float]) -> None:
-        self.model, self.stretch, self.channels = model.on(*stretch.place), stretch, stretch.channels
+    def __init__(self, model: Model, stretch: Segment, noise: Mapping[str, float]) -> None:
+        self.model, self.stretch, self.channels = model.on(*stretch.segment_key), stretch, stretch.channels
         self.vehicles = model.vehicles(stretch.coach_forces)
         self.states = self.vehicles.states(self.model.single())
         self.scale = usual_motion(stretch, self.model)
@@ -88,7 +88,7 @@ class _Beginning:
         lanes = np.array([0] * (own + 1) + list(range(1, len(tried))))
         starts = np.tile(guess, (len(lanes), 1))
         starts[1 : own + 1, :own] += np.diag(NUDGE * self.scale)
-        rows, (where, middle) = np.tile(model.row, (len(lanes), 1)), self.stretch.place
+        rows, (where, middle) = np.tile(model.row, (len(lanes), 1)), self.stretch.segment_key
         model.turn(rows, where, middle, {f"{p}@{where}": tried[lanes, k] for k, p in enumerate(turning)})
         batch = model.batch(rows)
         batch.amounts[:, [int(p.split(".")[1]) for p in turning]] = on[lanes]
@@ -118,12 +118,12 @@ def _further(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
     return tried, np.ones_like(tried)
 
 
-def usual_motion(stretch: Stretch, model: Model) -> FloatArray:
+def usual_motion(stretch: Segment, model: Model) -> FloatArray:
     """Usual displacements and rates [state] of what an initial state is estimated of."""
     return np.concatenate([_scales(stretch, model), _rates(stretch, model)])
 
 
-def _scales(stretch: Stretch, model: Model) -> FloatArray:
+def _scales(stretch: Segment, model: Model) -> FloatArray:
     if stretch.kind == "rig":
         column = stretch.columns[stretch.channels[0]]
         return np.array([max(float(np.std(column)), 1e-12)])
@@ -131,7 +131,7 @@ def _scales(stretch: Stretch, model: Model) -> FloatArray:
     return np.array([*SCALES * 3, *coach])
 
 
-def _rates(stretch: Stretch, model: Model) -> FloatArray:
+def _rates(stretch: Segment, model: Model) -> FloatArray:
     if stretch.kind == "rig":
         return _scales(stretch, model) / stretch.dt * 0.1
     coach = [RATES[0]] * (len(_scales(stretch, model)) - 6)

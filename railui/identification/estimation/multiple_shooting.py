@@ -10,9 +10,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from railui import core
-from railui.campaign.dataset import Measurement, Stretch
-from railui.identification.estimation.output_error import STABLE, Fit, adjust
-from railui.identification.estimation.problem import restarted, targets
+from railui.campaign.dataset import Dataset, Segment
+from railui.identification.estimation.output_error import STABLE, Fit, fit_output_error
+from railui.identification.estimation.problem import prepare_again, prepare_segments
 from railui.progress import Report, Watch, silent, unwatched
 from railui.vehicle.model import Model
 
@@ -23,34 +23,34 @@ ROUNDS = 3  # times that further runs are cut
 Key = tuple[str, int]
 
 
-def held(model: Model) -> bool:
+def limits_hunting(model: Model) -> bool:
     """Can an effect of the model hold the hunting of its linear base?"""
     return any(core.record(e.kind)["acts"] == "creep" or e.kind == "flange_contact" for e in model.effects)
 
 
-def growth(model: Model, stretch: Stretch) -> float:
+def growth(model: Model, stretch: Segment) -> float:
     """Growth [1/s] of the least damped small motion at the speeds of a stretch; negative: it dies."""
     return max(model.growth(v) for v in stretch.speeds)
 
 
-def cut_where(model: Model, stretches: Sequence[Stretch], limit: float) -> set[Key]:
+def unstable_segments(model: Model, stretches: Sequence[Segment], limit: float) -> set[Key]:
     """The stretches on which small motions of the vehicle grow faster than the limit [1/s]."""
     return {(s.file, s.number) for s in stretches if growth(model, s) > limit}
 
 
-def pieces(stretches: Sequence[Stretch], cut: Collection[Key]) -> list[Stretch]:
+def cut_into_windows(stretches: Sequence[Segment], cut: Collection[Key]) -> list[Segment]:
     """The stretches, some of them in windows."""
     return [w for s in stretches for w in (s.windows(WINDOW) if (s.file, s.number) in cut else [s])]
 
 
-def files(fit: Fit) -> list[str]:
+def windowed_files(fit: Fit) -> list[str]:
     """The runs of a fit that were cut in windows."""
-    return list(dict.fromkeys(t.stretch.file for t in fit.targets if t.stretch.whole is not None))
+    return list(dict.fromkeys(t.stretch.file for t in fit.segments if t.stretch.whole is not None))
 
 
-def hunting(
+def refit_hunting(
     before: Fit,
-    measurement: Measurement,
+    measurement: Dataset,
     declared: Model,
     *,
     jobs: int | None = None,
@@ -61,10 +61,10 @@ def hunting(
 
     The first may be a better one than was given: a fit over whole runs can end beside the best where the limit is near.
     """
-    stretches = measurement.adjust
-    if declared.design.kind != "bogie" or held(declared):
+    stretches = measurement.estimation
+    if declared.design.kind != "bogie" or limits_hunting(declared):
         return before, None
-    cut = cut_where(before.model, stretches, NEAR)
+    cut = unstable_segments(before.model, stretches, NEAR)
     if before.constrained:
         worst = max(stretches, key=lambda s: growth(before.model, s))
         cut.add((worst.file, worst.number))
@@ -73,27 +73,27 @@ def hunting(
     paths = measurement.campaign.adjust
     model, spent = declared, 0
     for _ in range(ROUNDS):
-        windows = pieces(stretches, cut)
+        windows = cut_into_windows(stretches, cut)
         count = sum(w.whole is not None for w in windows)
         report(f"near its hunting limit: adjusting on {count} windows of {WINDOW:g} s")
-        ready = targets(model, measurement, windows)
-        fit = adjust(
+        ready = prepare_segments(model, measurement, windows)
+        fit = fit_output_error(
             model, measurement, paths, declared, ready=ready, stable=False, tolerance=1e-4, jobs=jobs, watch=watch
         )
         model, spent = fit.model, spent + fit.simulations
-        more = cut_where(fit.model, stretches, STABLE) - cut
+        more = unstable_segments(fit.model, stretches, STABLE) - cut
         if not more:
             break
         cut |= more
-    fit = adjust(
-        fit.model, measurement, paths, declared, ready=restarted(fit.model, fit.targets, measurement), stable=False,
+    fit = fit_output_error(
+        fit.model, measurement, paths, declared, ready=prepare_again(fit.model, fit.segments, measurement), stable=False,
         jobs=jobs, watch=watch,
     )  # fmt: skip
-    if cut_where(fit.model, stretches, STABLE):
+    if unstable_segments(fit.model, stretches, STABLE):
         report(
-            f"the linear vehicle hunts on {', '.join(files(fit))}: adjusted on windows of {WINDOW:g} s, "
+            f"the linear vehicle hunts on {', '.join(windowed_files(fit))}: adjusted on windows of {WINDOW:g} s, "
             "the initial state of each estimated along"
         )
         return before, replace(fit, simulations=spent + fit.simulations)
-    again = adjust(fit.model, measurement, paths, declared, ready=before.targets, jobs=jobs, watch=watch)
+    again = fit_output_error(fit.model, measurement, paths, declared, ready=before.segments, jobs=jobs, watch=watch)
     return (again if again.cost < before.cost else before), None

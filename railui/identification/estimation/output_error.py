@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from scipy import linalg, optimize
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Measurement, Stretch, simulate
+from railui.campaign.dataset import Dataset, Segment, simulate
 from railui.identification.estimation.block_products import block_gram, samples_of
-from railui.identification.estimation.free_parameters import Free, free_parameters
-from railui.identification.estimation.initial_state import initial_state
-from railui.identification.estimation.problem import Target, begin, targets
-from railui.identification.events import Turn
-from railui.parallel import beside
+from railui.identification.estimation.free_parameters import FreeParameters, free_parameters
+from railui.identification.estimation.initial_state import estimate_initial_state
+from railui.identification.estimation.problem import FitSegment, estimate_window_start, prepare_segments
+from railui.identification.events import FitIteration
+from railui.parallel import map_threads
 from railui.progress import Watch, unwatched
 from railui.vehicle.model import RADIUS, Model
 
@@ -39,7 +39,7 @@ def variance_of(rss: float, samples: float) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Normal:
+class NormalEquations:
     """Inner products per block of time: gram [block, channel, 1 + p, 1 + p] of the residual and its p sensitivities."""
 
     gram: FloatArray
@@ -66,24 +66,24 @@ class Fit:
     """An adjusted model: values [p] of the free paths with covariance [p, p], and how the fit went."""
 
     model: Model
-    free: Free
+    free: FreeParameters
     x: FloatArray
     covariance: FloatArray
-    normal: Normal
+    normal: NormalEquations
     cost: float
     iterations: int
     simulations: int
     status: str
     constrained: bool = False
-    targets: tuple[Target, ...] = field(default=(), repr=False)
+    segments: tuple[FitSegment, ...] = field(default=(), repr=False)
     block: float = 1.0  # seconds of a block of the inner products
 
-    def block_samples(self, target: Target) -> int:
+    def block_samples(self, target: FitSegment) -> int:
         """Compared samples per block of the inner products."""
         return samples_of(self.block, target)
 
     @property
-    def rest(self) -> float:
+    def error_to_noise(self) -> float:
         """What is left on the adjusting runs over what noise would leave there."""
         return float(np.sqrt(self.normal.rss / self.normal.samples))
 
@@ -111,11 +111,11 @@ class Fit:
         return out
 
 
-class Adjuster:
+class GaussNewton:
     """Output-error least squares of one structure over prepared stretches."""
 
     def __init__(
-        self, model: Model, free: Free, ready: Sequence[Target], *, block: float, stable: bool, jobs: int | None,
+        self, model: Model, free: FreeParameters, ready: Sequence[FitSegment], *, block: float, stable: bool, jobs: int | None,
         watch: Watch = unwatched,
     ) -> None:  # fmt: skip
         self.model, self.free, self.ready, self.watch = model, free, list(ready), watch
@@ -128,15 +128,15 @@ class Adjuster:
         self.ringing: Mapping[str, float] | None = None  # noise, where initial states are estimated at every step
         self.informed = INFORMED * sum(t.y.size for t in ready)
 
-    def rows(self, x: FloatArray, stretch: Stretch | None = None) -> FloatArray:
+    def rows(self, x: FloatArray, stretch: Segment | None = None) -> FloatArray:
         """Rows [n, row] of the vehicle with the free numbers x [n, p], and the phases of a stretch."""
         rows = np.tile(self.model.row, (len(x), 1))
         rows[:, self.columns] = x[:, self.shared]
         if stretch is not None:
-            self.model.turn(rows, *stretch.place, {p: x[:, j] for j, p in enumerate(self.free.paths) if "@" in p})
+            self.model.turn(rows, *stretch.segment_key, {p: x[:, j] for j, p in enumerate(self.free.paths) if "@" in p})
         return rows
 
-    def series(self, target: Target, x: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+    def series(self, target: FitSegment, x: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
         """Compared series [n, channel, kept] of the vehicles with x [n, p] on a stretch, and where each diverged."""
         self.simulations += len(x)
         return simulate(
@@ -159,7 +159,7 @@ class Adjuster:
             return out
         for target in self.ready:
             series, lost = self.series(target, x[allowed])
-            squares = np.sum(target.free_of(series - target.y) ** 2, axis=(1, 2))
+            squares = np.sum(target.without_initial_state(series - target.y) ** 2, axis=(1, 2))
             out[allowed] += np.where((lost < 0) & np.isfinite(squares), squares, np.inf)
         return out
 
@@ -197,17 +197,19 @@ class Adjuster:
         delta = relative * np.maximum(np.abs(x), 0.1 * self.free.size)
         return np.where(x + delta > self.free.high, -delta, delta)
 
-    def sensitivities(self, target: Target, x: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+    def sensitivities(self, target: FitSegment, x: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
         """The residual, then the sensitivity of each number [1 + p, channel, n], and where vehicles diverged."""
         delta = self.steps(x)
-        here = [j for j, p in enumerate(self.free.paths) if "@" not in p or p.endswith(f"@{target.stretch.place[0]}")]
+        here = [
+            j for j, p in enumerate(self.free.paths) if "@" not in p or p.endswith(f"@{target.stretch.segment_key[0]}")
+        ]
         series, lost = self.series(target, np.vstack([x, x + np.diag(delta)[here]]))
         series[1:] -= series[0]
         series[1:] /= delta[here, None, None]
         series[0] = target.y - series[0]
-        return _spread(target.free_of(series), here, len(x)), lost
+        return _spread(target.without_initial_state(series), here, len(x)), lost
 
-    def linearise(self, x: FloatArray) -> Normal:
+    def linearise(self, x: FloatArray) -> NormalEquations:
         """Residual and sensitivities at x as inner products per block."""
         grams, count = [], 0
         self.begin(x)
@@ -217,19 +219,19 @@ class Adjuster:
                 raise ValueError(f"the vehicle diverges on {target.stretch.file} at a point of the fit")
             grams.append(block_gram(series, self.block_samples(target)))
             count += target.y.size
-        return Normal(np.concatenate(grams), count)
+        return NormalEquations(np.concatenate(grams), count)
 
     def begin(self, x: FloatArray) -> None:
         """Windows begun anew with the vehicle at x; twice, so that what a beginning can do is that of the one kept."""
         if any(t.stretch.whole is not None for t in self.ready):
             model = self.model.with_row(self.free.paths, x)
 
-            def anew(t: Target) -> Target:
-                return t if t.stretch.whole is None else begin(model, begin(model, t))
+            def anew(t: FitSegment) -> FitSegment:
+                return t if t.stretch.whole is None else estimate_window_start(model, estimate_window_start(model, t))
 
-            self.ready = list(beside(anew, self.ready, self.jobs))
+            self.ready = list(map_threads(anew, self.ready, self.jobs))
 
-    def block_samples(self, target: Target) -> int:
+    def block_samples(self, target: FitSegment) -> int:
         """Compared samples per block of the inner products."""
         return samples_of(self.block, target)
 
@@ -282,25 +284,27 @@ class Adjuster:
             self.block,
         )
 
-    def _turn(self, iteration: int, x: FloatArray, normal: Normal) -> Turn:
+    def _turn(self, iteration: int, x: FloatArray, normal: NormalEquations) -> FitIteration:
         """What a watcher sees of a step."""
         total = normal.total
         power = np.sum([np.sum(t.y**2, axis=1) for t in self.ready], axis=0)
         error = np.sqrt(normal.gram[:, :, 0, 0].sum(axis=0) / np.maximum(power, 1e-300))
         rho = total[1:, 0] / np.sqrt(np.maximum(total[0, 0] * np.diag(total)[1:], 1e-300))
         channels = dict(zip(self.ready[0].stretch.channels, error.tolist(), strict=True))
-        return Turn(iteration, self.free.paths, x.copy(), channels, np.asarray(rho), self.simulations)
+        return FitIteration(iteration, self.free.paths, x.copy(), channels, np.asarray(rho), self.simulations)
 
     def _begun_anew(self, x: FloatArray, cost: float) -> float:
         """Initial states estimated once more for a rig as it is now; the cost with them, kept where it is lower."""
         before, model = self.ready, self.model.with_row(self.free.paths, x)
-        self.ready = [replace(t, start=initial_state(model, t.stretch, self.ringing or {})) for t in self.ready]
+        self.ready = [
+            replace(t, start=estimate_initial_state(model, t.stretch, self.ringing or {})) for t in self.ready
+        ]
         anew = float(self.cost(self.residuals(x[None]), x[None])[0])
         if not anew < cost:
             self.ready = before
         return min(anew, cost)
 
-    def equations(self, normal: Normal, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def equations(self, normal: NormalEquations, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The normal equations [p, p], [p] at x, priors included."""
         total = normal.total
         precision = 1.0 / self.free.prior_sd**2
@@ -328,7 +332,7 @@ class Adjuster:
         step = scale * optimize.lsq_linear(root, right, bounds, method="bvls").x
         return np.clip(np.where(free.ratio, x * np.exp(step * free.ratio), x + step), free.low, free.high)
 
-    def _covariance(self, normal: Normal, x: FloatArray) -> FloatArray:
+    def _covariance(self, normal: NormalEquations, x: FloatArray) -> FloatArray:
         """Covariance [p, p] by the scores of the blocks, which keep what is correlated in time together (HAC)."""
         precision = 1.0 / self.free.prior_sd**2
         total, blocks = normal.total, normal.gram.sum(axis=1)
@@ -350,7 +354,7 @@ def _spread(series: FloatArray, here: Sequence[int], count: int) -> FloatArray:
     return out
 
 
-def block_seconds(model: Model, stretches: Sequence[Stretch]) -> float:
+def block_seconds(model: Model, stretches: Sequence[Segment]) -> float:
     """Three hunting periods of the model [s], at least one second; a fiftieth of a rig's record."""
     if model.design.kind != "bogie":
         return max(s.samples * s.dt for s in stretches) / 50.0
@@ -359,13 +363,13 @@ def block_seconds(model: Model, stretches: Sequence[Stretch]) -> float:
     return max(1.0, 3.0 * 2.0 * np.pi / max(hunting, 3.0))
 
 
-def adjust(
+def fit_output_error(
     model: Model,
-    measurement: Measurement,
+    measurement: Dataset,
     paths: Sequence[str],
     declared: Model,
     *,
-    ready: Sequence[Target] | None = None,
+    ready: Sequence[FitSegment] | None = None,
     start: FloatArray | None = None,
     stable: bool = True,
     tolerance: float = 1e-6,
@@ -378,10 +382,10 @@ def adjust(
     start: other values than the model's to begin with, [p] of `Model.freed` paths.
     """
     if ready is None:
-        ready = targets(model, measurement, measurement.adjust)
+        ready = prepare_segments(model, measurement, measurement.estimation)
     free = free_parameters(model, paths, declared)
     seconds = block_seconds(declared, [t.stretch for t in ready])
-    adjuster = Adjuster(model, free, ready, block=seconds, stable=stable, jobs=jobs, watch=watch)
+    adjuster = GaussNewton(model, free, ready, block=seconds, stable=stable, jobs=jobs, watch=watch)
     if model.design.kind == "rig":
         adjuster.ringing = measurement.noise
     x = np.array([model.value(p) for p in free.paths]) if start is None else start
@@ -391,8 +395,8 @@ def adjust(
 def block_distances(fit: Fit) -> FloatArray:
     """Distance [m] in the middle of every block of the fit's inner products, stretch after stretch."""
     middles = []
-    for target in fit.targets:
-        s = target.kept(target.stretch.columns["s"])
+    for target in fit.segments:
+        s = target.trim(target.stretch.columns["s"])
         length = fit.block_samples(target)
         middles += [float(np.mean(s[k : k + length])) for k in range(0, len(s), length)]
     return np.array(middles)

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Measurement
+from railui.campaign.dataset import Dataset
 from railui.identification.estimation.free_parameters import free_parameters
-from railui.identification.estimation.output_error import Adjuster, Fit, block_seconds
-from railui.identification.estimation.problem import Target
+from railui.identification.estimation.output_error import Fit, GaussNewton, block_seconds
+from railui.identification.estimation.problem import FitSegment
 from railui.progress import Report, silent
 from railui.vehicle.model import Model
 
@@ -38,10 +38,10 @@ class Correlations:
 
 def two_parallel_models(
     model: Model,
-    measurement: Measurement,
+    measurement: Dataset,
     paths: Sequence[str],
     declared: Model,
-    ready: Sequence[Target],
+    ready: Sequence[FitSegment],
     *,
     jobs: int | None = None,
     report: Report = silent,
@@ -49,7 +49,7 @@ def two_parallel_models(
     """Adjust the numbers at `paths` one after the other, sweep after sweep, until a sweep gains nothing."""
     free = free_parameters(model, paths, declared)
     seconds = block_seconds(declared, [t.stretch for t in ready])
-    adjuster = Adjuster(model, free, ready, block=seconds, stable=True, jobs=jobs)
+    adjuster = GaussNewton(model, free, ready, block=seconds, stable=True, jobs=jobs)
     x = np.array([model.value(p) for p in free.paths])
     begun = adjuster.fit(x, tolerance=1e-3, most=0)
     adjuster.simulations = 0
@@ -67,7 +67,7 @@ def two_parallel_models(
     return replace(fit, iterations=sweep, simulations=spent, status="converged"), correlations(fit, jobs=jobs)
 
 
-def _turned(adjuster: Adjuster, x: FloatArray, j: int, cost: float) -> tuple[FloatArray, float]:
+def _turned(adjuster: GaussNewton, x: FloatArray, j: int, cost: float) -> tuple[FloatArray, float]:
     """One parameter changed by lambda times its little difference, or less where that does not gain."""
     free = adjuster.free
     change = np.zeros_like(x)
@@ -93,9 +93,9 @@ def _turned(adjuster: Adjuster, x: FloatArray, j: int, cost: float) -> tuple[Flo
 
 def correlations(fit: Fit, *, jobs: int | None = None) -> Correlations:
     """rho per parameter and channel, and lambda: what the residual of a fit still asks of each parameter."""
-    adjuster = Adjuster(fit.model, fit.free, fit.targets, block=fit.block, stable=False, jobs=jobs)
+    adjuster = GaussNewton(fit.model, fit.free, fit.segments, block=fit.block, stable=False, jobs=jobs)
     gram = adjuster.linearise(fit.x).gram.sum(axis=0)  # [channel, row, row]
     e, cross, own = gram[:, 0, 0], gram[:, 0, 1:], np.einsum("cii->ci", gram)[:, 1:]
     rho = cross / np.sqrt(np.maximum(e[:, None] * own, 1e-300))
     steps = cross.sum(axis=0) / np.maximum(own.sum(axis=0), 1e-300)
-    return Correlations(fit.free.paths, tuple(fit.targets[0].stretch.channels), np.asarray(rho.T), np.asarray(steps))
+    return Correlations(fit.free.paths, tuple(fit.segments[0].stretch.channels), np.asarray(rho.T), np.asarray(steps))

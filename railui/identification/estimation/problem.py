@@ -8,10 +8,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Measurement, Stretch, filter_for, filtered, passed, simulate, steps_for
+from railui.campaign.dataset import (
+    Dataset,
+    Segment,
+    comparison_filter,
+    kernel_filter,
+    simulate,
+    sosfiltfilt_or_demean,
+    steps_for,
+)
 from railui.core import Filter
-from railui.identification.estimation.initial_state import initial_state, usual_motion
-from railui.identification.estimation.validation import weights
+from railui.identification.estimation.initial_state import estimate_initial_state, usual_motion
+from railui.identification.estimation.validation import noise_weights
 from railui.vehicle.model import Model
 
 WEIGHED = 6  # windows of a stretch whose noise is simulated for the weights of all
@@ -20,7 +28,7 @@ RIG_RATE = 400.0  # samples of a rig that count as a second of a vehicle
 
 
 @dataclass(frozen=True, eq=False)
-class Begun:
+class InitialStateSensitivity:
     """What the initial state of a window does to its channels: rows [state, channel, n], compared as the rest is."""
 
     rows: FloatArray
@@ -36,32 +44,32 @@ class Begun:
 
 
 @dataclass(frozen=True, eq=False)
-class Target:
+class FitSegment:
     """A stretch made ready for the fit: measured channels filtered and weighted [channel, kept], start, steps."""
 
-    stretch: Stretch
+    stretch: Segment
     filter: Filter
     y: FloatArray
     start: FloatArray
     steps: int
-    begun: Begun | None = field(default=None, repr=False)
+    initial_sensitivity: InitialStateSensitivity | None = field(default=None, repr=False)
     needed: int = 0  # steps that the vehicle asks for, where fewer are taken
 
-    def free_of(self, series: FloatArray) -> FloatArray:
+    def without_initial_state(self, series: FloatArray) -> FloatArray:
         """Series [..., channel, n] less what a window's own beginning can make of them."""
-        return series if self.begun is None else self.begun.free_of(series)
+        return series if self.initial_sensitivity is None else self.initial_sensitivity.free_of(series)
 
-    def kept(self, x: FloatArray) -> FloatArray:
+    def trim(self, x: FloatArray) -> FloatArray:
         """Samples [..., n] of the stretch as they are, where it is compared."""
         cut = self.filter.cut
         return np.asarray(x[..., cut : x.shape[-1] - cut : self.filter.every])
 
-    def compared(self, x: FloatArray) -> FloatArray:
+    def filter_and_weight(self, x: FloatArray) -> FloatArray:
         """Channels [channel, n] over the stretch as `y` was made of the measured ones: filtered and weighted."""
-        return self.kept(passed(self.filter.sos, x)) * self.filter.weights[:, None]
+        return self.trim(sosfiltfilt_or_demean(self.filter.sos, x)) * self.filter.weights[:, None]
 
 
-def targets(model: Model, measurement: Measurement, stretches: Sequence[Stretch]) -> list[Target]:
+def prepare_segments(model: Model, measurement: Dataset, stretches: Sequence[Segment]) -> list[FitSegment]:
     """Stretches prepared for a model: weights from noise and what track noise leaves, initial states estimated."""
     ready, of_whole = [], dict[tuple[str, int], FloatArray]()
     for stretch in stretches:
@@ -69,47 +77,51 @@ def targets(model: Model, measurement: Measurement, stretches: Sequence[Stretch]
         w = weights_of(model, measurement, stretch, of_whole)
         rate = 1.0 / stretch.dt
         every = 1 if campaign.band is None else max(1, int(rate / (2.4 * min(campaign.band[1], 0.45 * rate))))
-        y = filtered(campaign, stretch, stretch.measured(stretch.channels))[:, ::every] * w[:, None]
-        start = initial_state(model, stretch, measurement.noise)
-        ready.append(Target(stretch, filter_for(campaign, stretch, w, every), y, start, steps_for(model, stretch)))
+        y = comparison_filter(campaign, stretch, stretch.measured(stretch.channels))[:, ::every] * w[:, None]
+        start = estimate_initial_state(model, stretch, measurement.noise)
+        ready.append(
+            FitSegment(stretch, kernel_filter(campaign, stretch, w, every), y, start, steps_for(model, stretch))
+        )
     return ready
 
 
 def weights_of(
-    model: Model, measurement: Measurement, stretch: Stretch, of_whole: dict[tuple[str, int], FloatArray]
+    model: Model, measurement: Dataset, stretch: Segment, of_whole: dict[tuple[str, int], FloatArray]
 ) -> FloatArray:
     """The weights of a stretch [channel]; windows share those of some of them."""
     if stretch.whole is None:
-        return weights(model, measurement, stretch)
+        return noise_weights(model, measurement, stretch)
     key = (stretch.file, stretch.number)
     if key not in of_whole:
         cut = stretch.whole.windows(stretch.samples * stretch.dt)
-        some = [weights(model, measurement, w) for w in cut[:: max(len(cut) // WEIGHED, 1)]]
+        some = [noise_weights(model, measurement, w) for w in cut[:: max(len(cut) // WEIGHED, 1)]]
         of_whole[key] = 1.0 / np.sqrt(np.mean([1.0 / w**2 for w in some], axis=0))
     return of_whole[key]
 
 
-def begin(model: Model, target: Target) -> Target:
+def estimate_window_start(model: Model, target: FitSegment) -> FitSegment:
     """A window begun anew with a model: its initial state corrected by linear least squares, and what it can do."""
     stretch = target.stretch
     scale = usual_motion(stretch, model)
     starts = np.tile(target.start, (len(scale) + 1, 1))
     starts[1:, : len(scale)] += np.diag(NUDGE * scale)
     series, lost = simulate(
-        model, stretch, stretch.channels, batch=model.batch(np.tile(model.on(*stretch.place).row, (len(starts), 1))),
+        model, stretch, stretch.channels, batch=model.batch(np.tile(model.on(*stretch.segment_key).row, (len(starts), 1))),
         steps=target.steps, filter=target.filter, initial=starts,
     )  # fmt: skip
     if np.any(lost >= 0):
         raise ValueError(f"the vehicle diverges on {stretch.file} at {stretch.columns['t'][0]:g} s")
     rows = (series[1:] - series[0]) / NUDGE
     gram = np.tensordot(rows, rows, ([1, 2], [1, 2])) + np.eye(len(rows))
-    begun = Begun(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
+    begun = InitialStateSensitivity(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
     start = target.start.copy()
     start[: len(scale)] += scale * begun.shift(target.y - series[0])
     return replace(target, start=start, begun=begun)
 
 
-def retarget(model: Model, ready: Sequence[Target], measurement: Measurement, most: int | None = None) -> list[Target]:
+def adapt_to_model(
+    model: Model, ready: Sequence[FitSegment], measurement: Dataset, most: int | None = None
+) -> list[FitSegment]:
     """The same comparison for a model of another structure: steps (no more than `most`), initial states if they matter.
 
     That is where bodies were added, and on a rig, whose ringing lasts as long as its runs.
@@ -117,14 +129,14 @@ def retarget(model: Model, ready: Sequence[Target], measurement: Measurement, mo
     out = []
     for t in ready:
         grown = t.stretch.kind == "rig" or any(e.kind == "coach_mode" for e in model.effects)
-        start = initial_state(model, t.stretch, measurement.noise) if grown else t.start
+        start = estimate_initial_state(model, t.stretch, measurement.noise) if grown else t.start
         needed = max(t.steps, steps_for(model, t.stretch))
         steps = needed if most is None else max(t.steps, min(needed, most))
         out.append(replace(t, start=start, steps=steps, needed=needed))
     return out
 
 
-def shortened(ready: Sequence[Target], measurement: Measurement, seconds: float) -> list[Target]:
+def truncate(ready: Sequence[FitSegment], measurement: Dataset, seconds: float) -> list[FitSegment]:
     """The first seconds of every stretch (of a rig's as many samples), enough to tell candidates apart."""
     out = []
     for t in ready:
@@ -137,14 +149,14 @@ def shortened(ready: Sequence[Target], measurement: Measurement, seconds: float)
         if n >= t.stretch.samples:
             out.append(t)
             continue
-        stretch = t.stretch.beginning(n)
+        stretch = t.stretch.truncated(n)
         weights, every = t.filter.weights, t.filter.every
-        y = filtered(measurement.campaign, stretch, stretch.measured(stretch.channels))[:, ::every]
-        short = filter_for(measurement.campaign, stretch, weights, every)
+        y = comparison_filter(measurement.campaign, stretch, stretch.measured(stretch.channels))[:, ::every]
+        short = kernel_filter(measurement.campaign, stretch, weights, every)
         out.append(replace(t, stretch=stretch, filter=short, y=y * weights[:, None]))
     return out
 
 
-def restarted(model: Model, ready: Sequence[Target], measurement: Measurement) -> list[Target]:
+def prepare_again(model: Model, ready: Sequence[FitSegment], measurement: Dataset) -> list[FitSegment]:
     """The stretches of a fit with weights and initial states renewed for the adjusted model."""
-    return targets(model, measurement, [t.stretch for t in ready])
+    return prepare_segments(model, measurement, [t.stretch for t in ready])

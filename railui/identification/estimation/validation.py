@@ -11,57 +11,57 @@ from railui.arrays import FloatArray
 from railui.campaign.dataset import (
     COMPARED,
     RIG_RESPONSES,
-    Measurement,
-    Stretch,
+    Dataset,
+    Segment,
+    comparison_filter,
     cut_samples,
-    filter_for,
-    filtered,
+    kernel_filter,
     nrmse,
     overall,
     simulate,
     steps_for,
 )
-from railui.identification.estimation.initial_state import initial_state, with_phases
-from railui.parallel import beside
+from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
+from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
 BLOCK = 2.0  # seconds of a block of squared error
 
 
 @dataclass(frozen=True)
-class Judgement:
+class Validation:
     """nrmse per channel and overall (NaN where diverged), the series simulated per stretch, where it diverged."""
 
     channels: Mapping[str, float]
     nrmse: float
     series: tuple[FloatArray, ...]
     diverged: tuple[tuple[str, float], ...]
-    squares: FloatArray = field(default_factory=lambda: np.zeros(0))  # what each block of time adds to nrmse^2
+    block_errors: FloatArray = field(default_factory=lambda: np.zeros(0))  # what each block of time adds to nrmse^2
 
-    def gain_of(self, other: Judgement) -> tuple[float, float]:
+    def error_reduction(self, other: Validation) -> tuple[float, float]:
         """Share of this squared error that another judgement of the same runs is free of, and its standard error."""
         if not np.isfinite(self.nrmse) or not np.isfinite(other.nrmse):
             return (1.0 if np.isfinite(other.nrmse) else -np.inf), 0.0
-        less = (self.squares - other.squares) / self.squares.sum()
+        less = (self.block_errors - other.block_errors) / self.block_errors.sum()
         return float(less.sum()), float(np.sqrt(len(less)) * less.std())
 
 
-def compared(stretch: Stretch) -> list[str]:
+def compared_channels(stretch: Segment) -> list[str]:
     """The channels that count in nrmse."""
     return [c for c in stretch.channels if c in COMPARED or c in RIG_RESPONSES]
 
 
-def judge(model: Model, measurement: Measurement, stretches: Sequence[Stretch]) -> Judgement:
+def validate(model: Model, measurement: Dataset, stretches: Sequence[Segment]) -> Validation:
     """The error of a model on stretches: initial states estimated on each, nothing else."""
-    return judge_each([(model, stretch) for stretch in stretches], measurement)
+    return validate_each([(model, stretch) for stretch in stretches], measurement)
 
 
-def judge_each(placed: Sequence[tuple[Model, Stretch]], measurement: Measurement) -> Judgement:
+def validate_each(placed: Sequence[tuple[Model, Segment]], measurement: Dataset) -> Validation:
     """The error of models, each on a stretch of its own."""
     pairs, series, lost = [], [], []
     for vehicle, stretch in placed:
-        model = with_phases(vehicle, stretch, measurement.noise)
-        start = initial_state(model, stretch, measurement.noise)
+        model = estimate_phases(vehicle, stretch, measurement.noise)
+        start = estimate_initial_state(model, stretch, measurement.noise)
         channels = stretch.channels
         z, diverged = simulate(model, stretch, channels, initial=start)
         z = z[0]
@@ -69,17 +69,19 @@ def judge_each(placed: Sequence[tuple[Model, Stretch]], measurement: Measurement
             lost.append((stretch.file, float(stretch.columns["t"][diverged[0]])))
             z = np.full_like(z, np.nan)
         series.append(z)
-        used = [i for i, c in enumerate(channels) if c in compared(stretch)]
-        x = filtered(measurement.campaign, stretch, stretch.measured(channels)[used])
-        y = filtered(measurement.campaign, stretch, z[used]) if diverged[0] < 0 else np.full_like(x, np.nan)
+        used = [i for i, c in enumerate(channels) if c in compared_channels(stretch)]
+        x = comparison_filter(measurement.campaign, stretch, stretch.measured(channels)[used])
+        y = comparison_filter(measurement.campaign, stretch, z[used]) if diverged[0] < 0 else np.full_like(x, np.nan)
         pairs.append(([channels[i] for i in used], x, y, stretch.dt))
-    return judgement_of(pairs, series, lost)
+    return compute_validation(pairs, series, lost)
 
 
 Pair = tuple[Sequence[str], FloatArray, FloatArray, float]
 
 
-def judgement_of(pairs: Sequence[Pair], series: Sequence[FloatArray], lost: Sequence[tuple[str, float]]) -> Judgement:
+def compute_validation(
+    pairs: Sequence[Pair], series: Sequence[FloatArray], lost: Sequence[tuple[str, float]]
+) -> Validation:
     """The judgement of stretches: channels, measured and simulated [channel, n] as compared, dt [s] of each."""
     errors = nrmse([pair[:3] for pair in pairs])
     power: dict[str, float] = {}
@@ -94,11 +96,11 @@ def judgement_of(pairs: Sequence[Pair], series: Sequence[FloatArray], lost: Sequ
             0, len(each), max(1, round(BLOCK / dt)) if len(each) * dt > 4 * BLOCK else len(each) // 20 + 1
         )
         squares.append(np.add.reduceat(each, edges))
-    return Judgement(errors, overall(errors), tuple(series), tuple(lost), np.concatenate(squares))
+    return Validation(errors, overall(errors), tuple(series), tuple(lost), np.concatenate(squares))
 
 
 @dataclass(frozen=True)
-class Floor:
+class NoiseFloor:
     """The nrmse expected from the stated noise alone: mean and spread over the seeds, per channel, and sensors only."""
 
     nrmse: float
@@ -110,16 +112,16 @@ class Floor:
 Compared = tuple[Sequence[str], FloatArray, FloatArray]
 
 
-class _Scene:
+class _SimulatedTruth:
     """A model taken as true on a stretch, which is measured and simulated again with noise."""
 
-    def __init__(self, model: Model, measurement: Measurement, stretch: Stretch, index: int) -> None:
-        self.model, self.measurement = with_phases(model, stretch, measurement.noise), measurement
+    def __init__(self, model: Model, measurement: Dataset, stretch: Segment, index: int) -> None:
+        self.model, self.measurement = estimate_phases(model, stretch, measurement.noise), measurement
         self.stretch, self.index, model = stretch, index, self.model
-        self.channels, self.steps = compared(stretch), steps_for(model, stretch)
-        self.start = initial_state(model, stretch, measurement.noise)
+        self.channels, self.steps = compared_channels(stretch), steps_for(model, stretch)
+        self.start = estimate_initial_state(model, stretch, measurement.noise)
         truth = simulate(model, stretch, self.channels, steps=self.steps, initial=self.start)[0][0]
-        self.clean = filtered(measurement.campaign, stretch, truth)
+        self.clean = comparison_filter(measurement.campaign, stretch, truth)
         self.sd = np.array([measurement.noise.get(c, 0.0) for c in self.channels])
 
     def drawn(self, seed: int) -> tuple[FloatArray, FloatArray]:
@@ -129,24 +131,24 @@ class _Scene:
         noise, behind = self.measurement.noise, model.half_wheelbase()
         table = stretch.noisy_table(noise, campaign.noise_band, rng, behind, self.steps)
         z = simulate(model, stretch, self.channels, steps=self.steps, table=table, initial=self.start)[0][0]
-        white = filtered(campaign, stretch, self.sd[:, None] * rng.standard_normal(z.shape))
-        return self.clean + white, filtered(campaign, stretch, z)
+        white = comparison_filter(campaign, stretch, self.sd[:, None] * rng.standard_normal(z.shape))
+        return self.clean + white, comparison_filter(campaign, stretch, z)
 
 
-def floor(
-    model: Model, measurement: Measurement, stretches: Sequence[Stretch], seeds: int = 20, jobs: int | None = None
-) -> Floor:
+def estimate_noise_floor(
+    model: Model, measurement: Dataset, stretches: Sequence[Segment], seeds: int = 20, jobs: int | None = None
+) -> NoiseFloor:
     """The noise floor: the model taken as true, simulated again on noisy track, sensor noise added."""
     per_seed: list[list[Compared]] = [[] for _ in range(seeds)]
     quiet: list[list[Compared]] = [[] for _ in range(seeds)]
     for index, stretch in enumerate(stretches):
-        scene = _Scene(model, measurement, stretch, index)
-        for seed, (measured, simulated) in enumerate(beside(scene.drawn, range(seeds), jobs)):
+        scene = _SimulatedTruth(model, measurement, stretch, index)
+        for seed, (measured, simulated) in enumerate(map_threads(scene.drawn, range(seeds), jobs)):
             per_seed[seed].append((scene.channels, measured, simulated))
             quiet[seed].append((scene.channels, measured, scene.clean))
     all_channels = [nrmse(pairs) for pairs in per_seed]
     totals = [overall(c) for c in all_channels]
-    return Floor(
+    return NoiseFloor(
         float(np.mean(totals)),
         float(np.std(totals)),
         {c: float(np.mean([e[c] for e in all_channels])) for c in all_channels[0]},
@@ -154,14 +156,14 @@ def floor(
     )
 
 
-def weights(model: Model, measurement: Measurement, stretch: Stretch, seeds: int = 3) -> FloatArray:
+def noise_weights(model: Model, measurement: Dataset, stretch: Segment, seeds: int = 3) -> FloatArray:
     """1 / standard deviation per channel of what sensor noise and track noise leave in the band, [channel]."""
     channels, noise, campaign = stretch.channels, measurement.noise, measurement.campaign
     sd = np.array([noise.get(c, 0.0) for c in channels])
-    flat = filter_for(campaign, stretch, np.ones(len(channels)))
+    flat = kernel_filter(campaign, stretch, np.ones(len(channels)))
     rng = np.random.default_rng(np.random.SeedSequence([7, stretch.number, stretch.run]))
     enough = min(stretch.samples, max(4000, 4 * cut_samples(campaign, stretch)))
-    white = filtered(campaign, stretch, rng.standard_normal((1, enough)))
+    white = comparison_filter(campaign, stretch, rng.standard_normal((1, enough)))
     variance = (sd * white.std()) ** 2
     steps = steps_for(model, stretch)
     clean, lost = simulate(model, stretch, channels, steps=steps, filter=flat)
@@ -170,5 +172,5 @@ def weights(model: Model, measurement: Measurement, stretch: Stretch, seeds: int
             table = stretch.noisy_table(noise, campaign.noise_band, rng, model.half_wheelbase(), steps)
             noisy, _ = simulate(model, stretch, channels, steps=steps, filter=flat, table=table)
             variance = variance + np.var(noisy[0] - clean[0], axis=1) / seeds
-    measured = filtered(campaign, stretch, stretch.measured(channels)).var(axis=1)
+    measured = comparison_filter(campaign, stretch, stretch.measured(channels)).var(axis=1)
     return np.asarray(1.0 / np.sqrt(np.maximum(variance, 1e-6 * measured + 1e-300)))

@@ -9,7 +9,7 @@ import numpy as np
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Stretch, simulate
+from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment, simulate
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.effect_records import PER_WHEELSET, times
 from railui.vehicle.model import Model
@@ -61,8 +61,8 @@ class Candidate:
         return PlacedEffect(self.kind, self.at, self.wheelset, dict(parameters))
 
 
-def candidates(
-    model: Model, stretches: Sequence[Stretch], *, without: Collection[str] = (), loaded: bool = False
+def list_candidates(
+    model: Model, stretches: Sequence[Segment], *, without: Collection[str] = (), loaded: bool = False
 ) -> list[Candidate]:
     """All candidates for a vehicle and its runs; `without` bars kinds, `loaded` the rail's flexibility."""
     sites = _sites(model, stretches)
@@ -89,7 +89,7 @@ def candidates(
     return found
 
 
-def driven_places(stretches: Sequence[Stretch]) -> set[str]:
+def driven_places(stretches: Sequence[Segment]) -> set[str]:
     """Places where a measured force of the coach acts in place of everything else."""
     pairs = (("Qy", "secondary_lateral"), ("Qpsi", "secondary_yaw"))
     return {place for s in stretches for q, place in pairs if q in s.columns}
@@ -106,7 +106,7 @@ def _compatible(model: Model, candidate: Candidate) -> bool:
     return True
 
 
-def _sites(model: Model, stretches: Sequence[Stretch]) -> dict[str, dict[str, float]]:
+def _sites(model: Model, stretches: Sequence[Segment]) -> dict[str, dict[str, float]]:
     """Place -> the vehicle's own k, c, and its actual rms motion z, v there: what shapes are multiples of."""
     linear = model.vehicles().sites(model.single())
     places = [(at, w) for at, w in linear if w != core.LINKAGE]
@@ -153,7 +153,7 @@ def _shape(record: core.Record, shape: Sequence[float], site: Mapping[str, float
 
 
 @dataclass(frozen=True)
-class Bundle:
+class CandidateBatch:
     """Candidates of one kind that are simulated in one structure: placements, and lanes (candidate, shape)."""
 
     members: tuple[Candidate, ...]
@@ -182,9 +182,9 @@ class Bundle:
         return out
 
 
-def bundles(found: Sequence[Candidate]) -> list[Bundle]:
+def batch_candidates(found: Sequence[Candidate]) -> list[CandidateBatch]:
     """Candidates packed into groups: many placements of a kind with few shapes, else one placement each."""
-    out: list[Bundle] = []
+    out: list[CandidateBatch] = []
     by_kind: dict[str, list[Candidate]] = {}
     for c in found:
         by_kind.setdefault(c.kind, []).append(c)
@@ -199,5 +199,5 @@ def bundles(found: Sequence[Candidate]) -> list[Bundle]:
                 part = lanes[begin : begin + size]
                 used = sorted({i for i, _ in part})
                 renamed = tuple((used.index(i), j) for i, j in part)
-                out.append(Bundle(tuple(pack[i] for i in used), renamed))
+                out.append(CandidateBatch(tuple(pack[i] for i in used), renamed))
     return out

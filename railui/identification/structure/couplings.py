@@ -13,11 +13,11 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.dataset import simulate
-from railui.dsp.filters import response
+from railui.dsp.filters import frequency_response
 from railui.identification.estimation.output_error import Fit
-from railui.identification.estimation.problem import Target
+from railui.identification.estimation.problem import FitSegment
 from railui.identification.structure.equivalent_inputs import DELAY, SEGMENT, Port, pulses
-from railui.identification.structure.score_test import Eye
+from railui.identification.structure.score_test import ScoreTest
 
 LEADING: tuple[Port, ...] = (("wheelset", 1), ("wheelset_yaw", 1))
 TRAILING: tuple[Port, ...] = (("wheelset", 2), ("wheelset_yaw", 2))
@@ -66,20 +66,20 @@ def tried() -> list[tuple[Pair, ...]]:
     return [*between, *ARMS, (*ARMS[0], *ARMS[1])]
 
 
-def couplings(fit: Fit) -> list[Coupling]:
+def find_couplings(fit: Fit) -> list[Coupling]:
     """Symmetric couplings by the share of the residual that they explain beyond the adjustable parameters."""
-    if fit.model.design.kind != "bogie" or any(t.stretch.whole is not None for t in fit.targets):
+    if fit.model.design.kind != "bogie" or any(t.stretch.whole is not None for t in fit.segments):
         return []
-    eye = Eye(fit, fit.targets)
+    eye = ScoreTest(fit, fit.segments)
     what = tried()
     against = [(pairs, q) for q in ("z", "v") for pairs in what]
-    seen = eye.against([answered(fit, t, against) for t in fit.targets])
+    seen = eye.against([answered(fit, t, against) for t in fit.segments])
     share = np.where(seen.told, seen.rho**2, 0.0)
     found = [Coupling(pairs, q, float(s)) for (pairs, q), s in zip(against, share, strict=True)]
     return sorted(found, key=lambda c: -c.share)
 
 
-def answered(fit: Fit, target: Target, against: Sequence[tuple[tuple[Pair, ...], str]]) -> FloatArray:
+def answered(fit: Fit, target: FitSegment, against: Sequence[tuple[tuple[Pair, ...], str]]) -> FloatArray:
     """Output differences [coupling, channel, n] of couplings, to first order in them.
 
     A coupling of places a and b puts a force q_b at a and q_a at b, q the displacement or rate there of the vehicle
@@ -113,4 +113,4 @@ def _passed(sos: FloatArray, size: int) -> FloatArray:
     """What the zero-phase filter of the comparison passes at the frequencies of a transform of so many samples."""
     if not len(sos):
         return np.ones(size // 2 + 1)
-    return np.abs(response(sos, 2 * np.pi * np.arange(size // 2 + 1) / size)) ** 2
+    return np.abs(frequency_response(sos, 2 * np.pi * np.arange(size // 2 + 1) / size)) ** 2

@@ -14,11 +14,11 @@ import numpy as np
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Measurement, Stretch, filtered, simulate, steps_for
+from railui.campaign.dataset import Dataset, Segment, comparison_filter, simulate, steps_for
 from railui.identification.estimation.block_products import inverse
-from railui.identification.estimation.initial_state import initial_state
+from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.output_error import Fit, block_distances
-from railui.identification.estimation.validation import Judgement, compared, judgement_of
+from railui.identification.estimation.validation import Validation, compared_channels, compute_validation
 from railui.vehicle.model import Model
 
 COURSES = (3, 5, 9, 17, 33)  # knots of the courses that are tried
@@ -48,7 +48,7 @@ class Drift:
         return np.interp(s, self.distance, self.values)
 
 
-def hats(s: FloatArray, knots: FloatArray) -> FloatArray:
+def hat_functions(s: FloatArray, knots: FloatArray) -> FloatArray:
     """Weights [place, knot] of linear interpolation between knots, held beyond the ends.
 
     >>> hats(np.array([0.0, 5.0, 12.0]), np.array([0.0, 10.0])).tolist()
@@ -57,7 +57,7 @@ def hats(s: FloatArray, knots: FloatArray) -> FloatArray:
     return np.stack([np.interp(s, knots, row) for row in np.eye(len(knots))], axis=1)
 
 
-def drifts(fit: Fit, seed: int = 0) -> list[Drift]:
+def find_drifts(fit: Fit, seed: int = 0) -> list[Drift]:
     """Every adjusted parameter of the vehicle as a course along the track, the one that explains most first.
 
     What both wheelsets have is tried on each and on both in proportion.
@@ -67,7 +67,7 @@ def drifts(fit: Fit, seed: int = 0) -> list[Drift]:
     s = block_distances(fit)
     gram = fit.normal.gram.sum(axis=1)
     found = []
-    for path, ratios in together(fit):
+    for path, ratios in parameter_groups(fit):
         best: Drift | None = None
         for count in COURSES:
             if count * BLOCKS > len(s):
@@ -80,7 +80,7 @@ def drifts(fit: Fit, seed: int = 0) -> list[Drift]:
     return sorted(found, key=lambda d: -d.share)
 
 
-def together(fit: Fit) -> list[tuple[str, dict[str, float]]]:
+def parameter_groups(fit: Fit) -> list[tuple[str, dict[str, float]]]:
     """What may drift: single parameters, those of both wheelsets in proportion, all creep in proportion."""
     now = dict(zip(fit.free.paths, fit.x, strict=True))
     out = []
@@ -102,7 +102,7 @@ def _course(
     fit: Fit, gram: FloatArray, path: str, ratios: Mapping[str, float], s: FloatArray, knots: FloatArray, seed: int
 ) -> Drift:
     """The linear estimate of a parameter at knots, everything else adjusted along; less what chance explains."""
-    u = hats(s, knots)
+    u = hat_functions(s, knots)
     j = fit.free.paths.index(path)
     others = [k for k in range(1, gram.shape[1]) if k != 1 + j]
     c = np.zeros(gram.shape[1])
@@ -131,7 +131,7 @@ def _course(
     return Drift(path, ratios, knots, fit.x[j] + course, sd, share)
 
 
-def refined(fit: Fit, drift: Drift) -> Drift:
+def refine_drift(fit: Fit, drift: Drift) -> Drift:
     """The course fitted to the blended vehicles, not only to their linear forecast; the other numbers stay."""
     low, high = _limits(fit, drift.path)
     values = np.clip(drift.values, low, high)
@@ -139,11 +139,13 @@ def refined(fit: Fit, drift: Drift) -> Drift:
     for _ in range(TURNS):
         course = replace(drift, values=values)
         a, b, misfit = np.zeros((len(values), len(values))), np.zeros(len(values)), 0.0
-        for target in fit.targets:
-            z, slope = blended(fit.model, course, target.stretch, target.stretch.channels, target.start, target.steps)
-            r = target.y - target.compared(z)
-            u = hats(target.stretch.columns["s"], drift.distance)
-            d = np.stack([target.compared(slope * u[:, k]).ravel() for k in range(len(values))])
+        for target in fit.segments:
+            z, slope = blend_series(
+                fit.model, course, target.stretch, target.stretch.channels, target.start, target.steps
+            )
+            r = target.y - target.filter_and_weight(z)
+            u = hat_functions(target.stretch.columns["s"], drift.distance)
+            d = np.stack([target.filter_and_weight(slope * u[:, k]).ravel() for k in range(len(values))])
             a += d @ d.T
             b += d @ r.ravel()
             misfit += float(np.sum(r * r))
@@ -160,14 +162,14 @@ def _limits(fit: Fit, path: str) -> tuple[float, float]:
     return max(float(fit.free.low[j]), (1.0 - WIDEST) * float(fit.x[j])), float(fit.free.high[j])
 
 
-def blended(
-    model: Model, course: Drift, stretch: Stretch, channels: Sequence[str], start: FloatArray | None, steps: int | None
+def blend_series(
+    model: Model, course: Drift, stretch: Segment, channels: Sequence[str], start: FloatArray | None, steps: int | None
 ) -> tuple[FloatArray, FloatArray]:
     """Channels [channel, n] of the vehicle whose parameter follows its course, and their slope with the parameter."""
     p = course.at(stretch.columns["s"])
     width = max(float(np.ptp(p)), 1e-3 * abs(float(p.mean())), 1e-12)
     grid = np.linspace(p.min() - 0.02 * width, p.max() + 0.02 * width, core.LANES)
-    rows = np.tile(model.on(*stretch.place).row, (core.LANES, 1))
+    rows = np.tile(model.on(*stretch.segment_key).row, (core.LANES, 1))
     for path, ratio in course.ratios.items():
         rows[:, model.columns[path]] = ratio * grid
     series, lost = simulate(model, stretch, channels, batch=model.batch(rows), steps=steps, initial=start)
@@ -180,17 +182,17 @@ def blended(
     return low + part * (high - low), (high - low) / (grid[1] - grid[0])
 
 
-def judge_course(model: Model, course: Drift, measurement: Measurement, stretches: Sequence[Stretch]) -> Judgement:
+def validate_drift(model: Model, course: Drift, measurement: Dataset, stretches: Sequence[Segment]) -> Validation:
     """The error of a vehicle whose parameter follows its course."""
     pairs, series = [], []
     for stretch in stretches:
         first = float(course.at(stretch.columns["s"][:1])[0])
         here = model.with_row(list(course.ratios), first * np.array(list(course.ratios.values())))
-        start = initial_state(here, stretch, measurement.noise)
-        z, _ = blended(model, course, stretch, stretch.channels, start, steps_for(here, stretch))
+        start = estimate_initial_state(here, stretch, measurement.noise)
+        z, _ = blend_series(model, course, stretch, stretch.channels, start, steps_for(here, stretch))
         series.append(z)
-        channels = compared(stretch)
+        channels = compared_channels(stretch)
         used = [stretch.channels.index(c) for c in channels]
-        x = filtered(measurement.campaign, stretch, stretch.measured(channels))
-        pairs.append((channels, x, filtered(measurement.campaign, stretch, z[used]), stretch.dt))
-    return judgement_of(pairs, series, [])
+        x = comparison_filter(measurement.campaign, stretch, stretch.measured(channels))
+        pairs.append((channels, x, comparison_filter(measurement.campaign, stretch, z[used]), stretch.dt))
+    return compute_validation(pairs, series, [])

@@ -13,10 +13,10 @@ import numpy as np
 
 from railui import core
 from railui.arrays import ComplexArray, FloatArray
-from railui.campaign.dataset import Measurement, filtered, simulate
+from railui.campaign.dataset import Dataset, comparison_filter, simulate
 from railui.dsp.spectra import hann
-from railui.identification.estimation.output_error import Adjuster, Fit
-from railui.identification.estimation.problem import Target
+from railui.identification.estimation.output_error import Fit, GaussNewton
+from railui.identification.estimation.problem import FitSegment
 from railui.track import input_table
 
 Port = tuple[str, int | None]  # a place and its wheelset
@@ -63,7 +63,7 @@ class Origin:
     forces: int
 
 
-def origins(fit: Fit, measurement: Measurement) -> list[Origin]:
+def locate_forces(fit: Fit, measurement: Dataset) -> list[Origin]:
     """Places by the share of the residual that independent forces there can make, the likeliest first.
 
     What sensor noise and track noise leave is taken off the spectra: track noise looks like forces at the contact.
@@ -72,13 +72,13 @@ def origins(fit: Fit, measurement: Measurement) -> list[Origin]:
     """
     if fit.model.design.kind != "bogie":
         return [Origin("rig", None, 1.0, 1)]
-    adjuster = Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=None)
+    adjuster = GaussNewton(fit.model, fit.free, fit.segments, block=1.0, stable=False, jobs=None)
     shares = np.zeros(len(SPOTS))
     # number of stretches with more channels than so many forces
-    able = {n: sum(len(t.y) > n for t in fit.targets) for n in {len(ports) for _, _, ports in SPOTS}}
-    for target in fit.targets:
+    able = {n: sum(len(t.y) > n for t in fit.segments) for n in {len(ports) for _, _, ports in SPOTS}}
+    for target in fit.segments:
         series, _ = adjuster.series(target, fit.x[None])
-        residual = target.free_of(target.y - series[0])
+        residual = target.without_initial_state(target.y - series[0])
         spectra = _spectra(residual, target) - _noise(fit, target, measurement)
         answers = _answers(fit, target)
         total = float(np.real(np.trace(spectra, axis1=1, axis2=2)).sum())
@@ -101,7 +101,7 @@ def origins(fit: Fit, measurement: Measurement) -> list[Origin]:
     return sorted(found, key=order)
 
 
-def _spectra(residual: FloatArray, target: Target) -> ComplexArray:
+def _spectra(residual: FloatArray, target: FitSegment) -> ComplexArray:
     """Cross spectra [frequency, channel, channel] of the residual."""
     n = _length(target)
     window = hann(n)
@@ -110,13 +110,13 @@ def _spectra(residual: FloatArray, target: Target) -> ComplexArray:
     return np.asarray(np.einsum("scf,sdf->fcd", parts, parts.conj()))
 
 
-def _length(target: Target) -> int:
+def _length(target: FitSegment) -> int:
     """Compared samples of a segment; no more than there are."""
     dt = target.stretch.dt * target.filter.every
     return min(round(SEGMENT / dt), int(target.y.shape[1]))
 
 
-def _noise(fit: Fit, target: Target, measurement: Measurement) -> ComplexArray:
+def _noise(fit: Fit, target: FitSegment, measurement: Dataset) -> ComplexArray:
     """Cross spectra of what noise leaves, the mean of a few draws."""
     noise, campaign, stretch = measurement.noise, measurement.campaign, target.stretch
     model, channels = fit.model, stretch.channels
@@ -129,13 +129,15 @@ def _noise(fit: Fit, target: Target, measurement: Measurement) -> ComplexArray:
         noisy, _ = simulate(
             model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.start, table=table
         )
-        white = filtered(campaign, stretch, sd[:, None] * rng.standard_normal((len(channels), stretch.samples)))
+        white = comparison_filter(
+            campaign, stretch, sd[:, None] * rng.standard_normal((len(channels), stretch.samples))
+        )
         white = white[:, :: target.filter.every] * target.filter.weights[:, None]
         total = total + _spectra(noisy[0] - clean[0] + white, target) / DRAWS
     return np.asarray(total)
 
 
-def _answers(fit: Fit, target: Target) -> dict[Port, ComplexArray]:
+def _answers(fit: Fit, target: FitSegment) -> dict[Port, ComplexArray]:
     """Answer [frequency, channel] of the vehicle to a short pulse at each port."""
     ports = sorted({p for _, _, ports in SPOTS for p in ports}, key=str)
     answers = pulses(fit, target, ports, SEGMENT, target.filter.weights, WIDE, target.filter.every)
@@ -144,7 +146,7 @@ def _answers(fit: Fit, target: Target) -> dict[Port, ComplexArray]:
 
 def pulses(
     fit: Fit,
-    target: Target,
+    target: FitSegment,
     ports: Sequence[Port],
     seconds: float,
     weights: FloatArray,

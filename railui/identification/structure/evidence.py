@@ -17,7 +17,7 @@ LONELY = 1e-6  # share of all other blocks below which one block is alone
 
 
 @dataclass(frozen=True, eq=False)
-class Sighting:
+class ScoreResult:
     """One shape of a candidate seen against the residual.
 
     rho: partial correlation; amount: of it that would explain the residual best; scores [block]: what each block of
@@ -46,7 +46,7 @@ class Sighting:
         spread = self.spread
         return float(as_normal(self.scores.sum() / spread, self.freedom)) if spread > 0 else 0.0
 
-    def forecast(self, ratio: float, blocks: int) -> Sighting:
+    def forecast(self, ratio: float, blocks: int) -> ScoreResult:
         """What a run so many times as long, of so many blocks, would say."""
         per_block = {"scores": self.scores, "norms": self.norms, "beside": self.beside, "where": self.where}
         resized = {name: np.resize(x, blocks) for name, x in per_block.items() if x.size}
@@ -98,13 +98,13 @@ def as_normal(t: FloatArray | float, freedom: FloatArray | float) -> FloatArray:
     return np.asarray(np.sign(t) * (8 * n + 1) / (8 * n + 3) * np.sqrt(n * np.log1p(np.square(t) / n)))
 
 
-def signed(s: Sighting) -> float:
+def signed_rho(s: ScoreResult) -> float:
     """rho as evidence: one-sided candidates count a negative one as none."""
     return max(s.rho, 0.0) if s.candidate.one_sided else abs(s.rho)
 
 
-def family_wise(
-    sightings: Sequence[Sighting], seed: int, seen_well: Sequence[Sighting] | None = None
+def family_wise_test(
+    sightings: Sequence[ScoreResult], seed: int, seen_well: Sequence[ScoreResult] | None = None
 ) -> tuple[float, float]:
     """p of the best score against the maximum over the library, and the critical score at 1 %.
 
@@ -137,7 +137,7 @@ def family_wise(
     return p, float(np.quantile(highest, 0.99))
 
 
-def _turned(s: Sighting, signs: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _turned(s: ScoreResult, signs: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Score [draw] of noise with signs [draw, block], and its squared spread, seen with the phases that suit each draw.
 
     What turns finds in noise, too, a phase for every stretch.

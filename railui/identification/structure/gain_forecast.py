@@ -7,20 +7,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from railui.campaign.dataset import Measurement
-from railui.identification.estimation.output_error import Adjuster, Fit
-from railui.identification.estimation.problem import shortened
-from railui.identification.estimation.validation import compared
-from railui.identification.structure.candidates import Bundle, Candidate, bundles
-from railui.identification.structure.score_test import Trace, differences
-from railui.parallel import beside
+from railui.campaign.dataset import Dataset
+from railui.identification.estimation.output_error import Fit, GaussNewton
+from railui.identification.estimation.problem import truncate
+from railui.identification.estimation.validation import compared_channels
+from railui.identification.structure.candidates import Candidate, CandidateBatch, batch_candidates
+from railui.identification.structure.score_test import ScoreTestResult, output_differences
+from railui.parallel import map_threads
 
 LOOKED_AT = 10.0  # seconds of each validating stretch
 
-Foreseen = Mapping[tuple[Candidate, int], float]
+PredictedGains = Mapping[tuple[Candidate, int], float]
 
 
-def foresee(laid: Fit | None, trace: Trace, measurement: Measurement, *, jobs: int | None = None) -> Foreseen:
+def predict_validation_gain(
+    laid: Fit | None, trace: ScoreTestResult, measurement: Dataset, *, jobs: int | None = None
+) -> PredictedGains:
     """By candidate and shape: nrmse^2 on the validating runs that an amount of one adds to a vehicle without it.
 
     The vehicle was adjusted on the other runs: what its parameters absorbed there is taken off as they will, at
@@ -30,23 +32,23 @@ def foresee(laid: Fit | None, trace: Trace, measurement: Measurement, *, jobs: i
     """
     if laid is None:
         return {}  # what hunts there is not of first order
-    ready = shortened(laid.targets, measurement, LOOKED_AT)
+    ready = truncate(laid.segments, measurement, LOOKED_AT)
     here = replace(laid, targets=tuple(ready))
-    adjuster = Adjuster(here.model, here.free, ready, block=1.0, stable=False, jobs=1)
+    adjuster = GaussNewton(here.model, here.free, ready, block=1.0, stable=False, jobs=1)
     bases = [adjuster.sensitivities(t, here.x)[0][1:] for t in ready]
-    rows = [[t.stretch.channels.index(c) for c in compared(t.stretch)] for t in ready]
+    rows = [[t.stretch.channels.index(c) for c in compared_channels(t.stretch)] for t in ready]
     power: dict[str, float] = {}
     for t, used in zip(ready, rows, strict=True):
         for i in used:
             c = t.stretch.channels[i]
             power[c] = power.get(c, 0.0) + float(np.sum((t.y[i] / t.filter.weights[i]) ** 2))
-    absorbed = {(s.candidate, s.shape): s.absorbed for s in trace.sightings}
+    absorbed = {(s.candidate, s.shape): s.absorbed for s in trace.results}
 
-    def look(bundle: Bundle) -> list[tuple[tuple[Candidate, int], float]]:
+    def look(bundle: CandidateBatch) -> list[tuple[tuple[Candidate, int], float]]:
         keys = [(bundle.members[member], shape) for member, shape in bundle.lanes]
         added = np.zeros(len(keys))
         for k, (t, base, used) in enumerate(zip(ready, bases, rows, strict=True)):
-            series, fine = differences(here, k, bundle)
+            series, fine = output_differences(here, k, bundle)
             for lane, key in enumerate(keys):
                 if key not in absorbed or not fine[lane]:
                     added[lane] = np.nan
@@ -57,5 +59,5 @@ def foresee(laid: Fit | None, trace: Trace, measurement: Measurement, *, jobs: i
                     added[lane] += float(np.sum(rest[i] ** 2)) / max(scale, 1e-300)
         return [(key, a / len(power)) for key, a in zip(keys, added.tolist(), strict=True) if np.isfinite(a)]
 
-    found = list(dict.fromkeys(s.candidate for s in trace.sightings))
-    return {key: a for part in beside(look, bundles(found), jobs) for key, a in part}
+    found = list(dict.fromkeys(s.candidate for s in trace.results))
+    return {key: a for part in map_threads(look, batch_candidates(found), jobs) for key, a in part}

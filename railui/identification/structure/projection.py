@@ -10,13 +10,13 @@ from scipy import linalg
 
 from railui.arrays import FloatArray
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import Sighting
+from railui.identification.structure.evidence import ScoreResult
 
 VANISHED = 1e-3  # share of a difference left by the projection below which nothing new is in it
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class ProjectedScores:
     """Lanes seen against a residual: rho, amount, scores [lane, block], what is left of a difference, and told.
 
     absorbed [lane, p]: what the adjustable parameters make of one; told: is anything left after that? norms [lane,
@@ -32,11 +32,11 @@ class Seen:
     norms: FloatArray
     own: FloatArray
 
-    def sighting(self, candidate: Candidate, shape: int, lane: int) -> Sighting:
+    def sighting(self, candidate: Candidate, shape: int, lane: int) -> ScoreResult:
         """One lane of what was seen."""
         rho, amount, left, own = (float(x[lane]) for x in (self.rho, self.amount, self.left, self.own))
         each = self.scores[lane], left, self.absorbed[lane], self.norms[lane]
-        return Sighting(candidate, shape, rho, amount, *each, own)
+        return ScoreResult(candidate, shape, rho, amount, *each, own)
 
 
 class Projector:
@@ -55,7 +55,7 @@ class Projector:
         self.beta = self.inverse @ self.right
         self.rest = float(gram[0, 0] - self.right @ self.beta)
 
-    def seen(self, cross: FloatArray, norms: FloatArray, vanished: float = VANISHED) -> Seen:
+    def seen(self, cross: FloatArray, norms: FloatArray, vanished: float = VANISHED) -> ProjectedScores:
         """Differences by their products with residual, sensitivities [block, lane, 1 + p], themselves [block, lane].
 
         vanished: share left from which something new is told.
@@ -72,4 +72,4 @@ class Projector:
         scores = (scores + np.einsum("bpq,lp,q->bl", inner[:, 1:, 1:], beta, self.beta)).T
         projection = scores.sum(axis=1)
         rho = projection / np.sqrt(left * max(self.rest, 1e-300))
-        return Seen(rho, projection / left, scores, left, beta, told, np.maximum(each.T, 0.0), own)
+        return ProjectedScores(rho, projection / left, scores, left, beta, told, np.maximum(each.T, 0.0), own)

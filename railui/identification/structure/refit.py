@@ -9,14 +9,14 @@ import numpy as np
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Measurement
-from railui.identification.estimation.multiple_shooting import held
-from railui.identification.estimation.output_error import Fit, adjust
-from railui.identification.estimation.problem import Target, retarget, shortened
+from railui.campaign.dataset import Dataset
+from railui.identification.estimation.multiple_shooting import limits_hunting
+from railui.identification.estimation.output_error import Fit, fit_output_error
+from railui.identification.estimation.problem import FitSegment, adapt_to_model, truncate
 from railui.identification.structure.candidates import LINEAR, Candidate
-from railui.identification.structure.evidence import Sighting, signed
-from railui.identification.structure.score_test import FINEST, Trace
-from railui.parallel import beside
+from railui.identification.structure.evidence import ScoreResult, signed_rho
+from railui.identification.structure.score_test import FINEST, ScoreTestResult
+from railui.parallel import map_threads
 from railui.progress import Report, Watch, silent, unwatched
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
@@ -55,7 +55,7 @@ class Refit:
     candidate: Candidate | None
     fit: Fit
     held_out: FloatArray
-    sighting: Sighting | None = None
+    sighting: ScoreResult | None = None
 
     @property
     def rss(self) -> float:
@@ -63,22 +63,22 @@ class Refit:
         return self.fit.normal.rss
 
 
-def chosen(trace: Trace, few: bool = False) -> list[Sighting]:
+def select_candidates(trace: ScoreTestResult, few: bool = False) -> list[ScoreResult]:
     """Sightings to confirm: the best five, all near the best, effects with memory further down; all where few.
 
     And the kin of the best at its place, wherever the trace has them.
     """
     top = trace.rho2
-    picked: list[Sighting] = []
+    picked: list[ScoreResult] = []
     if few:
         return list(trace.best)
     for i, s in enumerate(trace.best):
-        share = signed(s) ** 2 / max(top, 1e-300)
+        share = signed_rho(s) ** 2 / max(top, 1e-300)
         memory = core.record(s.candidate.kind)["states"] > 0
         near = share >= (MEMORY if memory else NEAR) and len(picked) < MOST
         if i < BEST or near or _kin(trace.best[0].candidate, s.candidate):
             picked.append(s)
-    return [s for s in picked if signed(s) > 0]
+    return [s for s in picked if signed_rho(s) > 0]
 
 
 def _kin(one: Candidate, other: Candidate) -> bool:
@@ -90,13 +90,13 @@ def _kin(one: Candidate, other: Candidate) -> bool:
 Start = tuple[PlacedEffect, Mapping[str, float]]
 
 
-def starts(trace: Trace, sighting: Sighting) -> list[Start]:
+def starts(trace: ScoreTestResult, sighting: ScoreResult) -> list[Start]:
     """What a candidate starts from: its best shapes, at the amount that the trace estimates and a small one.
 
     Each with the phases of the stretches that the trace saw with this shape.
     """
-    same = [s for s in trace.sightings if s.candidate == sighting.candidate]
-    same.sort(key=lambda s: -signed(s))
+    same = [s for s in trace.results if s.candidate == sighting.candidate]
+    same.sort(key=lambda s: -signed_rho(s))
     memory = core.record(sighting.candidate.kind)["states"] > 0
     out: list[tuple[dict[str, float], Mapping[str, float]]] = []
     for s in same[: 3 if memory else 2]:
@@ -115,10 +115,10 @@ def starts(trace: Trace, sighting: Sighting) -> list[Start]:
     return [(sighting.candidate.placed(shape), phases) for shape, phases in out]
 
 
-def confirm(
+def refit_candidates(
     fit: Fit,
-    trace: Trace,
-    measurement: Measurement,
+    trace: ScoreTestResult,
+    measurement: Dataset,
     declared: Model,
     base: Sequence[str],
     *,
@@ -131,8 +131,8 @@ def confirm(
 
     `unsettled`: much is left on runs that no fit has seen, so that what adjusting has absorbed is tried as well.
     """
-    rough = Rough(fit, measurement, declared, base, jobs)
-    picked = chosen(trace, few=fit.model.design.kind == "rig")
+    rough = ScreeningFits(fit, measurement, declared, base, jobs)
+    picked = select_candidates(trace, few=fit.model.design.kind == "rig")
     for s in picked:
         watch(s)
     found = rough.fitted(trace, picked, report)
@@ -147,23 +147,23 @@ def confirm(
     several = sum(f.normal.rss <= near for _, f in found) > 1
     tolerance, threads = (FINE, 1) if several else (COARSE, jobs)
 
-    def carried(one: tuple[Sighting, Fit]) -> Refit | None:
+    def carried(one: tuple[ScoreResult, Fit]) -> Refit | None:
         """A rough fit on the whole runs: near the best to its end, else only looked at."""
         s, f = one
         close = f.normal.rss <= near
-        ready = retarget(f.model, fit.targets, measurement, None if close else rough.finest)
+        ready = adapt_to_model(f.model, fit.segments, measurement, None if close else rough.finest)
         if f.model.design.kind == "rig":  # whose initial state a rough fit knows best
-            ready = [replace(t, start=short.start) for t, short in zip(ready, f.targets, strict=True)]
+            ready = [replace(t, start=short.start) for t, short in zip(ready, f.segments, strict=True)]
         whole = _fitted(
             f.model, ready, measurement, declared,
             [*base, *f.model.effect_paths()], threads,
             tolerance=tolerance, most=30 if close else 0,
         )  # fmt: skip
-        return None if whole is None else Refit(s.candidate, whole, held_out(whole), s)
+        return None if whole is None else Refit(s.candidate, whole, cross_validation_errors(whole), s)
 
     found.sort(key=lambda one: one[1].normal.rss > near)  # what takes longest first
     refits = []
-    for refit in beside(carried, found, jobs):
+    for refit in map_threads(carried, found, jobs):
         if refit is not None:
             refits.append(refit)
             watch(refit)
@@ -175,24 +175,22 @@ def named(c: Candidate) -> str:
     return f"{c.kind} at {c.at}" + (f" {c.wheelset}" if c.wheelset else "")
 
 
-class Rough:
+class ScreeningFits:
     """Quick fits of one candidate after another on the first seconds of the runs, from several starts each.
 
     What the data hardly see stays where it is, so that a derivative fits into one group of sixteen vehicles; a
     candidate that is far behind the best is not carried on.
     """
 
-    def __init__(
-        self, fit: Fit, measurement: Measurement, declared: Model, base: Sequence[str], jobs: int | None
-    ) -> None:
+    def __init__(self, fit: Fit, measurement: Dataset, declared: Model, base: Sequence[str], jobs: int | None) -> None:
         self.model, self.measurement, self.declared, self.jobs = fit.model, measurement, declared, jobs
-        self.short = shortened(fit.targets, measurement, PART)
+        self.short = truncate(fit.segments, measurement, PART)
         # steps hold for motions much wilder than those of a run; a rough fit takes fewer, and ends where it diverges
         self.finest = FINEST * max(t.steps for t in self.short)
         self.wild = any(t.stretch.whole is not None for t in self.short)
         unseen = dict(zip(fit.free.paths, fit.sd / fit.free.prior_sd, strict=True))
         self.base = sorted(base, key=lambda p: unseen.get(p, 0.0))
-        at_rest = adjust(fit.model, measurement, base, declared, ready=self.short, most=0, jobs=jobs)
+        at_rest = fit_output_error(fit.model, measurement, base, declared, ready=self.short, most=0, jobs=jobs)
         self.before = self.least = at_rest.normal.rss
 
     @property
@@ -200,7 +198,9 @@ class Rough:
         """Is little left beyond what noise leaves? The weights are such that it leaves one per sample."""
         return self.least <= SETTLED**2 * sum(t.y.size for t in self.short) + ROUGHLY * self.before
 
-    def absorbed(self, trace: Trace, tried: Sequence[Sighting], report: Report) -> list[tuple[Sighting, Fit]]:
+    def absorbed(
+        self, trace: ScoreTestResult, tried: Sequence[ScoreResult], report: Report
+    ) -> list[tuple[ScoreResult, Fit]]:
         """Springs and dampers fitted from the declared vehicle, where much is left whatever was added.
 
         Without a linear element the adjusted parameters run away to make up for it, and near where they end the trace
@@ -209,7 +209,7 @@ class Rough:
         model, known = self._declared(), {s.candidate for s in tried}
         elements = [s for s in trace.best if s.candidate not in known and _absorbed(s.candidate)]
 
-        def begun(s: Sighting) -> Fit | None:
+        def begun(s: ScoreResult) -> Fit | None:
             c = s.candidate
             effect = c.placed({str(c.strength): MODEST * c.shapes[0][str(c.strength)]})
             one = self._begun((effect, {}), model)
@@ -218,11 +218,11 @@ class Rough:
 
         near = [
             (s, f)
-            for s, f in zip(elements, beside(begun, elements, self.jobs), strict=True)
+            for s, f in zip(elements, map_threads(begun, elements, self.jobs), strict=True)
             if f is not None and f.normal.rss <= BEHIND * self.least
         ]
         found = []
-        for (s, _), one in zip(near, beside(lambda n: self._carried(n[1], PATIENT), near, self.jobs), strict=True):
+        for (s, _), one in zip(near, map_threads(lambda n: self._carried(n[1], PATIENT), near, self.jobs), strict=True):
             if one.normal.rss < WORTH * self.least:
                 share = one.normal.rss / self.before
                 report(f"  {named(s.candidate):48s} from the declared vehicle, misfit {share:.4f} of before")
@@ -230,13 +230,15 @@ class Rough:
                 self.least = one.normal.rss
         return found
 
-    def fitted(self, trace: Trace, sightings: Sequence[Sighting], report: Report) -> list[tuple[Sighting, Fit]]:
+    def fitted(
+        self, trace: ScoreTestResult, sightings: Sequence[ScoreResult], report: Report
+    ) -> list[tuple[ScoreResult, Fit]]:
         """The best of a few steps from every start of every candidate that can be simulated.
 
         First a few steps of all, then more of the two that lead, then of those that are not far behind them.
         """
-        found = dict[Sighting, Fit]()
-        for s, one in zip(sightings, beside(lambda s: self._tried(trace, s), sightings, self.jobs), strict=True):
+        found = dict[ScoreResult, Fit]()
+        for s, one in zip(sightings, map_threads(lambda s: self._tried(trace, s), sightings, self.jobs), strict=True):
             if one is not None:
                 found[s] = one
             if self.wild:  # on windows a candidate takes seconds
@@ -244,11 +246,11 @@ class Rough:
         self.least = min([self.before, *(f.normal.rss for f in found.values())])
         order = sorted(found, key=lambda s: found[s].normal.rss)
         for some in (order[:LEADING], order[LEADING:]):
-            found.update(zip(some, beside(lambda s: self._settled(s, found[s]), some, self.jobs), strict=True))
+            found.update(zip(some, map_threads(lambda s: self._settled(s, found[s]), some, self.jobs), strict=True))
             self.least = min([self.least, *(found[s].normal.rss for s in some)])
         return list(found.items())
 
-    def _tried(self, trace: Trace, s: Sighting) -> Fit | None:
+    def _tried(self, trace: ScoreTestResult, s: ScoreResult) -> Fit | None:
         """The best after the first steps from every start, or nothing where no start can be simulated."""
         effects = starts(trace, s)
         begun = [self._begun(e) for e in effects]
@@ -260,7 +262,7 @@ class Rough:
             tries = [self._carried(f, PATIENT) for f in tries]
         return min(tries, key=lambda f: f.cost, default=None)
 
-    def _settled(self, s: Sighting, fit: Fit) -> Fit:
+    def _settled(self, s: ScoreResult, fit: Fit) -> Fit:
         """A fit carried on where it may still be the best; slow ones get more steps, and more time to catch up."""
         memory = core.record(s.candidate.kind)["states"] > 0
         patient = self._holding(fit) or (memory and fit.normal.rss <= FORLORN * self.least)
@@ -270,7 +272,7 @@ class Rough:
 
     def _holding(self, fit: Fit) -> bool:
         """Does its effect hold the hunting of a vehicle that is adjusted on windows?"""
-        return self.wild and held(fit.model)
+        return self.wild and limits_hunting(fit.model)
 
     def _declared(self) -> Model:
         """The model with its adjusted parameters back at their declared values."""
@@ -281,7 +283,7 @@ class Rough:
     def _begun(self, start: Start, base: Model | None = None) -> Fit | None:
         try:
             model = (base or self.model).with_effect(*start)
-            ready = retarget(model, self.short, self.measurement, self.finest)
+            ready = adapt_to_model(model, self.short, self.measurement, self.finest)
         except ValueError:
             return None  # this start cannot be simulated: another may
         own = model.effect_paths()
@@ -291,7 +293,7 @@ class Rough:
         return _fitted(model, ready, self.measurement, self.declared, paths, 1, tolerance=COARSE, most=2)
 
     def _carried(self, fit: Fit, most: int) -> Fit:
-        ready = retarget(fit.model, fit.targets, self.measurement, self.finest)
+        ready = adapt_to_model(fit.model, fit.segments, self.measurement, self.finest)
         further = _fitted(
             fit.model, ready, self.measurement, self.declared, fit.free.paths, 1, tolerance=COARSE, most=most
         )
@@ -305,8 +307,8 @@ def _absorbed(c: Candidate) -> bool:
 
 def _fitted(
     model: Model,
-    ready: Sequence[Target],
-    measurement: Measurement,
+    ready: Sequence[FitSegment],
+    measurement: Dataset,
     declared: Model,
     paths: Sequence[str],
     jobs: int | None,
@@ -315,15 +317,15 @@ def _fitted(
     most: int,
 ) -> Fit | None:
     try:
-        return adjust(
+        return fit_output_error(
             model, measurement, paths, declared, ready=ready, tolerance=tolerance, most=most, jobs=jobs,
-            stable=not held(model),
+            stable=not limits_hunting(model),
         )  # fmt: skip
     except ValueError:
         return None
 
 
-def held_out(fit: Fit) -> FloatArray:
+def cross_validation_errors(fit: Fit) -> FloatArray:
     """Squared misfit [block, channel] of each block with the parameters fitted on the other four fifths (linear)."""
     gram = fit.normal.gram
     blocks = len(gram)
@@ -340,10 +342,10 @@ def held_out(fit: Fit) -> FloatArray:
     return out
 
 
-def held_out_nrmse(refit: Refit) -> float:
+def cross_validation_nrmse(refit: Refit) -> float:
     """nrmse of the adjusting runs, fitted on four fifths and judged on the other."""
     error = refit.held_out.sum(axis=0)
-    power = np.sum([np.sum(t.y**2, axis=1) for t in refit.fit.targets], axis=0)
+    power = np.sum([np.sum(t.y**2, axis=1) for t in refit.fit.segments], axis=0)
     return float(np.sqrt(np.mean(error / power)))
 
 

@@ -16,13 +16,13 @@ from railui.arrays import FloatArray
 from railui.campaign.dataset import simulate
 from railui.core import Batch, Vehicles
 from railui.identification.estimation.block_products import in_blocks, samples_of
-from railui.identification.estimation.output_error import Adjuster, Fit, block_seconds, variance_of
-from railui.identification.estimation.problem import Target
-from railui.identification.events import Looked
-from railui.identification.structure.candidates import LINEAR, QUADRATURE, Bundle, Candidate, bundles
-from railui.identification.structure.evidence import Sighting, family_wise, signed
-from railui.identification.structure.projection import VANISHED, Projector, Seen
-from railui.parallel import beside
+from railui.identification.estimation.output_error import Fit, GaussNewton, block_seconds, variance_of
+from railui.identification.estimation.problem import FitSegment
+from railui.identification.events import ScoreTestProgress
+from railui.identification.structure.candidates import LINEAR, QUADRATURE, Candidate, CandidateBatch, batch_candidates
+from railui.identification.structure.evidence import ScoreResult, family_wise_test, signed_rho
+from railui.identification.structure.projection import VANISHED, ProjectedScores, Projector
+from railui.parallel import map_threads
 from railui.progress import Watch, unwatched
 from railui.vehicle.model import RADIUS, less_turns
 
@@ -35,11 +35,11 @@ FAINT = 1e-5  # share that the projection leaves of a linear element below which
 
 
 @dataclass(frozen=True, eq=False)
-class Trace:
+class ScoreTestResult:
     """All sightings, the best of each candidate first; family-wise p; the misfit that was searched."""
 
-    sightings: tuple[Sighting, ...]
-    best: tuple[Sighting, ...]
+    results: tuple[ScoreResult, ...]
+    best: tuple[ScoreResult, ...]
     p: float
     critical: float
     rss: float
@@ -47,7 +47,7 @@ class Trace:
     @property
     def rho2(self) -> float:
         """Share of the squared residual that the best candidate explains."""
-        return max((signed(s) ** 2 for s in self.best), default=0.0)
+        return max((signed_rho(s) ** 2 for s in self.best), default=0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,45 +58,45 @@ class _Base:
     length: int
 
 
-def trace(
+def score_test(
     fit: Fit,
     found: Sequence[Candidate],
     *,
-    first: Sequence[Target] = (),
+    first: Sequence[FitSegment] = (),
     jobs: int | None = None,
     seed: int = 0,
     watch: Watch = unwatched,
-) -> Trace:
+) -> ScoreTestResult:
     """See every candidate against the residual of a fit.
 
     Where `first` holds shortened stretches, all candidates are seen on them and only the best on all of the fit's; what
     the others would have said there is forecast, for what could have been seen.
     """
-    whole = Eye(fit, fit.targets)
-    if not first or sum(t.y.size for t in first) >= 0.7 * sum(t.y.size for t in fit.targets):
-        sightings = near = whole.see(found, jobs, watch)
+    whole = ScoreTest(fit, fit.segments)
+    if not first or sum(t.y.size for t in first) >= 0.7 * sum(t.y.size for t in fit.segments):
+        sightings = near = whole.run(found, jobs, watch)
     else:
-        glimpse = Eye(fit, first)
-        glimpsed = glimpse.see(found, jobs, watch)
+        glimpse = ScoreTest(fit, first)
+        glimpsed = glimpse.run(found, jobs, watch)
         kept = {s.candidate for s in _ranked(glimpsed)[:KEPT]} | _hidden(found, glimpsed)
-        near = whole.see([c for c in found if c in kept], jobs, watch)
-        ratio = sum(t.y.size for t in fit.targets) / sum(t.y.size for t in first)
+        near = whole.run([c for c in found if c in kept], jobs, watch)
+        ratio = sum(t.y.size for t in fit.segments) / sum(t.y.size for t in first)
         far = [s.forecast(ratio, whole.count) for s in glimpsed if s.candidate not in kept]
         sightings = (*near, *far)
-    p, critical = family_wise(sightings, seed, near)
-    return Trace(tuple(sightings), _ranked(sightings), p, critical, whole.solver.rest)
+    p, critical = family_wise_test(sightings, seed, near)
+    return ScoreTestResult(tuple(sightings), _ranked(sightings), p, critical, whole.solver.rest)
 
 
-def _ranked(sightings: Sequence[Sighting]) -> tuple[Sighting, ...]:
+def _ranked(sightings: Sequence[ScoreResult]) -> tuple[ScoreResult, ...]:
     """The best shape of each candidate, best first."""
-    best: dict[Candidate, Sighting] = {}
+    best: dict[Candidate, ScoreResult] = {}
     for s in sightings:
-        if s.candidate not in best or signed(s) > signed(best[s.candidate]):
+        if s.candidate not in best or signed_rho(s) > signed_rho(best[s.candidate]):
             best[s.candidate] = s
-    return tuple(sorted(best.values(), key=lambda s: -signed(s)))
+    return tuple(sorted(best.values(), key=lambda s: -signed_rho(s)))
 
 
-def _hidden(found: Sequence[Candidate], glimpsed: Sequence[Sighting]) -> set[Candidate]:
+def _hidden(found: Sequence[Candidate], glimpsed: Sequence[ScoreResult]) -> set[Candidate]:
     """Linear elements that a first look cannot tell from what adjusting does, and a longer one may.
 
     A damper between wheelset and track in yaw is at one speed V the same as creep: kappa_x + V c / (2 b^2 N), with
@@ -106,14 +106,14 @@ def _hidden(found: Sequence[Candidate], glimpsed: Sequence[Sighting]) -> set[Can
     return {c for c in found if c.kind in LINEAR and c not in clear}
 
 
-class Eye:
+class ScoreTest:
     """Residual and sensitivities of a fit on some stretches, against which candidates are seen."""
 
-    def __init__(self, fit: Fit, ready: Sequence[Target]) -> None:
-        self.adjuster = Adjuster(fit.model, fit.free, ready, block=1.0, stable=False, jobs=1)
+    def __init__(self, fit: Fit, ready: Sequence[FitSegment]) -> None:
+        self.adjuster = GaussNewton(fit.model, fit.free, ready, block=1.0, stable=False, jobs=1)
         self.adjuster.begin(fit.x)
         self.fit = replace(fit, targets=tuple(self.adjuster.ready))
-        seconds = block_seconds(fit.model, [t.stretch for t in fit.targets])
+        seconds = block_seconds(fit.model, [t.stretch for t in fit.segments])
         length = [samples_of(seconds, t) for t in ready]
         self.bases = [_base(self.adjuster, self.fit, i, length[i]) for i in range(len(ready))]
         inner = np.concatenate([b.blocks @ b.blocks.transpose(0, 2, 1) for b in self.bases])  # [block, 1 + p, 1 + p]
@@ -121,20 +121,20 @@ class Eye:
         self.solver = Projector(inner, np.diag(variance / fit.free.prior_sd**2))
         self.count = sum(len(b.blocks) for b in self.bases)
 
-    def see(self, found: Sequence[Candidate], jobs: int | None, watch: Watch) -> tuple[Sighting, ...]:
+    def run(self, found: Sequence[Candidate], jobs: int | None, watch: Watch) -> tuple[ScoreResult, ...]:
         """Every shape of every candidate."""
-        work, parts = bundles(found), list[list[Sighting]]()
-        for part in beside(self._look, work, jobs):
+        work, parts = batch_candidates(found), list[list[ScoreResult]]()
+        for part in map_threads(self._look, work, jobs):
             parts.append(part)
-            watch(Looked(len(parts), len(work), tuple(part)))
+            watch(ScoreTestProgress(len(parts), len(work), tuple(part)))
         return tuple(s for part in parts for s in part)
 
-    def _look(self, bundle: Bundle) -> list[Sighting]:
+    def _look(self, bundle: CandidateBatch) -> list[ScoreResult]:
         """Score every lane of a bundle."""
         sound = np.ones(len(bundle.lanes), dtype=bool)
         series = []
         for i in range(len(self.bases)):
-            one, fine = differences(self.fit, i, bundle)
+            one, fine = output_differences(self.fit, i, bundle)
             series.append(one)
             sound &= fine
         lanes = bundle.lanes
@@ -148,10 +148,14 @@ class Eye:
         ]
 
     def _turned(
-        self, lanes: Sequence[tuple[int, int]], bundle: Bundle, series: Sequence[FloatArray], sound: NDArray[np.bool_]
-    ) -> list[Sighting]:
+        self,
+        lanes: Sequence[tuple[int, int]],
+        bundle: CandidateBatch,
+        series: Sequence[FloatArray],
+        sound: NDArray[np.bool_],
+    ) -> list[ScoreResult]:
         """Score what turns, each stretch with the phase of its own that explains most; series in sine and cosine."""
-        places = [t.stretch.place for t in self.fit.targets]
+        places = [t.stretch.segment_key for t in self.fit.segments]
         middles = dict(places)
         phases = self._phases(series)  # [lane, place], at distance 0
         index = [list(middles).index(where) for where, _ in places]
@@ -174,12 +178,12 @@ class Eye:
 
     def _phases(self, series: Sequence[FloatArray]) -> FloatArray:
         """Phases [lane, place] of pairs in sine and cosine: all pairs of the places beside each other explain most."""
-        places = [t.stretch.place[0] for t in self.fit.targets]
+        places = [t.stretch.segment_key[0] for t in self.fit.segments]
         names, lanes, own = list(dict.fromkeys(places)), len(series[0]) // 2, len(self.solver.right)
         cross = np.zeros((lanes, len(names), 2, 1 + own))
         inner = np.zeros((lanes, len(names), 2, 2))
-        for where, target, base, one in zip(places, self.fit.targets, self.bases, series, strict=True):
-            pairs = _rows_in_blocks(target.free_of(one), base.length)  # [block, 2 lanes, sample]
+        for where, target, base, one in zip(places, self.fit.segments, self.bases, series, strict=True):
+            pairs = _rows_in_blocks(target.without_initial_state(one), base.length)  # [block, 2 lanes, sample]
             k = names.index(where)
             cross[:, k] += (pairs @ base.blocks.transpose(0, 2, 1)).sum(axis=0).reshape(lanes, 2, 1 + own)
             pairs = pairs.reshape(len(pairs), lanes, 2, -1)
@@ -193,18 +197,18 @@ class Eye:
         sine, cosine = np.moveaxis(amounts.reshape(lanes, -1, 2), 2, 0)
         return np.asarray(np.arctan2(cosine, sine))
 
-    def against(self, series: Sequence[FloatArray], vanished: float = VANISHED) -> Seen:
+    def against(self, series: Sequence[FloatArray], vanished: float = VANISHED) -> ProjectedScores:
         """Output differences [lane, channel, n] of every stretch against its residual, by inner products per block."""
         cross, norms = [], []
-        for target, base, one in zip(self.fit.targets, self.bases, series, strict=True):
-            blocks = _rows_in_blocks(target.free_of(one), base.length)
+        for target, base, one in zip(self.fit.segments, self.bases, series, strict=True):
+            blocks = _rows_in_blocks(target.without_initial_state(one), base.length)
             cross.append(blocks @ base.blocks.transpose(0, 2, 1))
             norms.append(np.einsum("bln,bln->bl", blocks, blocks))
         return self.solver.seen(np.concatenate(cross), np.concatenate(norms), vanished)
 
 
-def _base(adjuster: Adjuster, fit: Fit, index: int, length: int) -> _Base:
-    target = fit.targets[index]
+def _base(adjuster: GaussNewton, fit: Fit, index: int, length: int) -> _Base:
+    target = fit.segments[index]
     series, _ = adjuster.sensitivities(target, fit.x)
     return _Base(_rows_in_blocks(series, length), length)
 
@@ -215,11 +219,11 @@ def _rows_in_blocks(series: FloatArray, length: int) -> FloatArray:
     return np.ascontiguousarray(blocks.reshape(len(blocks), len(series), -1))
 
 
-def differences(fit: Fit, index: int, bundle: Bundle) -> tuple[FloatArray, NDArray[np.bool_]]:
+def output_differences(fit: Fit, index: int, bundle: CandidateBatch) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Output differences per amount [lane, channel, n] of a bundle on a stretch, and which lanes are sound."""
     amount = LITTLE if _linear(bundle) else AMOUNT
-    target = fit.targets[index]
-    model = fit.model.on(*target.stretch.place)
+    target = fit.segments[index]
+    model = fit.model.on(*target.stretch.segment_key)
     numbers, amounts = bundle.numbers(), bundle.amounts(amount)
     numbers = np.vstack([numbers[:1], numbers])
     amounts = np.vstack([np.zeros_like(amounts[:1]), amounts])
@@ -252,15 +256,15 @@ def differences(fit: Fit, index: int, bundle: Bundle) -> tuple[FloatArray, NDArr
     return out, fine[1:] & fine[0]
 
 
-def _linear(bundle: Bundle) -> bool:
+def _linear(bundle: CandidateBatch) -> bool:
     return bundle.members[0].kind in LINEAR
 
 
-def _grows(bundle: Bundle) -> bool:
+def _grows(bundle: CandidateBatch) -> bool:
     return bundle.members[0].kind == "coach_mode"
 
 
-def _steps(vehicles: Vehicles, batch: Batch, target: Target) -> NDArray[np.int64]:
+def _steps(vehicles: Vehicles, batch: Batch, target: FitSegment) -> NDArray[np.int64]:
     """Steps per sample that each vehicle needs; -1 where too many."""
     try:
         return np.array(vehicles.steps(batch, *target.stretch.speeds, target.stretch.dt))

@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from railui.campaign.dataset import Measurement
-from railui.identification.estimation.multiple_shooting import held
-from railui.identification.estimation.output_error import Fit, adjust
-from railui.identification.estimation.problem import restarted, shortened
-from railui.identification.estimation.validation import Judgement, floor, judge
-from railui.identification.events import Judged
-from railui.identification.structure.candidates import Candidate, candidates
-from railui.identification.structure.couplings import couplings
-from railui.identification.structure.drift import drifts
-from railui.identification.structure.refit import Refit, confirm, held_out, named
-from railui.identification.structure.score_test import Trace, trace
-from railui.parallel import both
+from railui.campaign.dataset import Dataset
+from railui.identification.estimation.multiple_shooting import limits_hunting
+from railui.identification.estimation.output_error import Fit, fit_output_error
+from railui.identification.estimation.problem import prepare_again, truncate
+from railui.identification.estimation.validation import Validation, estimate_noise_floor, validate
+from railui.identification.events import ModelValidated
+from railui.identification.structure.candidates import Candidate, list_candidates
+from railui.identification.structure.couplings import find_couplings
+from railui.identification.structure.drift import find_drifts
+from railui.identification.structure.refit import Refit, cross_validation_errors, named, refit_candidates
+from railui.identification.structure.score_test import ScoreTestResult, score_test
+from railui.parallel import run_both
 from railui.progress import Report, Watch
 from railui.vehicle.model import Model
 
@@ -39,22 +39,22 @@ EXPOSED = 1.05  # a change along the track that explains so much more than an ef
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class SelectionStep:
     """One turn of the loop: what was seen, what was fitted, what was added."""
 
-    trace: Trace
+    trace: ScoreTestResult
     refits: tuple[Refit, ...]
     added: Refit | None
 
 
 @dataclass(frozen=True, eq=False)
-class Terms:
+class Selection:
     """The vehicle with the effects that stand, how it was judged, every turn, and the trace of what it leaves."""
 
     fit: Fit
-    judgement: Judgement
-    steps: tuple[Step, ...]
-    last: Trace
+    judgement: Validation
+    steps: tuple[SelectionStep, ...]
+    last: ScoreTestResult
 
     @property
     def added(self) -> bool:
@@ -62,24 +62,24 @@ class Terms:
         return any(s.added for s in self.steps)
 
 
-def material(old: Judgement, new: Judgement, share: float) -> bool:
+def is_significant_gain(old: Validation, new: Validation, share: float) -> bool:
     """Is the error on the validating runs lower by a material share, and clearly so against its own scatter?"""
     if not np.isfinite(new.nrmse):
         return False
-    gain, sd = old.gain_of(new)
+    gain, sd = old.error_reduction(new)
     return bool(gain >= 1.0 - (1.0 - share) ** 2 and gain > CLEARLY * sd)
 
 
-def structured(seen: Trace) -> bool:
+def has_structure(seen: ScoreTestResult) -> bool:
     """Does what is left have a shape that noise does not have?"""
     return seen.rho2 >= STRUCTURED and (seen.p <= SIGNIFICANT or seen.rho2 >= OBVIOUS)
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class StepwiseSelection:
     """The search for the effects that a measurement asks for."""
 
-    measurement: Measurement
+    measurement: Dataset
     declared: Model
     without: frozenset[str]
     seed: int
@@ -87,21 +87,21 @@ class Search:
     report: Report
     watch: Watch
 
-    def traced(self, fit: Fit) -> Trace:
+    def traced(self, fit: Fit) -> ScoreTestResult:
         """What a little of every candidate says about the residual of a fit."""
         m = self.measurement
         loaded = m.campaign.track == "loaded"
-        found = candidates(fit.model, m.adjust, without=self.without, loaded=loaded)
-        part = replace(fit, targets=tuple(shortened(fit.targets, m, TRACED)))
-        first = shortened(part.targets, m, GLIMPSED)
-        seen = trace(part, found, first=first, jobs=self.jobs, seed=self.seed, watch=self.watch)
+        found = list_candidates(fit.model, m.estimation, without=self.without, loaded=loaded)
+        part = replace(fit, targets=tuple(truncate(fit.segments, m, TRACED)))
+        first = truncate(part.segments, m, GLIMPSED)
+        seen = score_test(part, found, first=first, jobs=self.jobs, seed=self.seed, watch=self.watch)
         self.report(
             f"trace: {len(seen.best)} candidates, best partial rho^2 {seen.rho2:.3f}, family-wise p {seen.p:.4f}"
         )
         self.watch(seen)
         return seen
 
-    def terms(self, before: Fit, judged: Judgement, hunting: Fit | None = None) -> Terms:
+    def select_effects(self, before: Fit, judged: Validation, hunting: Fit | None = None) -> Selection:
         """Effects added to the adjusted vehicle, up to three, then those dropped that are no longer needed.
 
         hunting: the vehicle adjusted on windows, where one that is stable cannot follow; the search starts from it.
@@ -109,49 +109,57 @@ class Search:
         An effect that lowers the misfit of the adjusting runs but not yet the error of the validating ones stays on
         trial while the next is looked for: of two that are missing, one alone may gain nothing.
         """
-        now, steps = hunting or before, list[Step]()
+        now, steps = hunting or before, list[SelectionStep]()
         good, accepted, kept = before, judged, 0
         stages = [(before, judged)]  # the vehicle as it was before each step, and how it was judged
-        noise = floor(before.model, self.measurement, self.measurement.validate, ROUGH_FLOOR, self.jobs)
+        noise = estimate_noise_floor(
+            before.model, self.measurement, self.measurement.validation, ROUGH_FLOOR, self.jobs
+        )
         self.report(f"adjusted, no effect: nrmse {judged.nrmse:.4f}, noise floor {noise.nrmse:.4f}")
         for _ in range(EFFECTS):
             seen = self.traced(now)
-            quiet = not structured(seen)
+            quiet = not has_structure(seen)
             if quiet and not accepted.nrmse > UNEXPLAINED * noise.nrmse:
-                steps.append(Step(seen, (), None))
+                steps.append(SelectionStep(seen, (), None))
                 break
             refits, chosen, trial = self._best(now, seen, bool(accepted.nrmse > UNSETTLED * noise.nrmse))
             if chosen is None or trial is None:
-                steps.append(Step(seen, refits, None))
+                steps.append(SelectionStep(seen, refits, None))
                 break
-            result = judge(trial.model, self.measurement, self.measurement.validate)
+            result = validate(trial.model, self.measurement, self.measurement.validation)
             self.report(f"  with {_words(chosen)}: nrmse {result.nrmse:.4f}")
-            gains = material(accepted, result, self.measurement.campaign.material)
+            gains = is_significant_gain(accepted, result, self.measurement.campaign.material)
             hopeful = chosen.rss <= (1.0 - PROMISING) * now.normal.rss and accepted.nrmse > ADEQUATE * noise.nrmse
             alone = len(steps) > kept  # one on trial already, and this one does not save it
             if not gains and (alone or not hopeful):
-                steps.append(Step(seen, refits, None))
+                steps.append(SelectionStep(seen, refits, None))
                 break
             now = trial
             stages.append((trial, result))
-            steps.append(Step(seen, refits, replace(chosen, fit=trial, held_out=held_out(trial))))
+            steps.append(
+                SelectionStep(seen, refits, replace(chosen, fit=trial, held_out=cross_validation_errors(trial)))
+            )
             if gains:
                 good, accepted, kept = trial, result, len(steps)
-                self.watch(Judged("after", result))
-                noise = floor(trial.model, self.measurement, self.measurement.validate, ROUGH_FLOOR, self.jobs)
+                self.watch(ModelValidated("after", result))
+                noise = estimate_noise_floor(
+                    trial.model, self.measurement, self.measurement.validation, ROUGH_FLOOR, self.jobs
+                )
                 if result.nrmse <= (1.0 + 0.5 * (ADEQUATE - 1.0)) * noise.nrmse:
                     break
         steps = [s if i < kept else replace(s, added=None) for i, s in enumerate(steps)]
         fit, accepted, steps = self._without_idle(good, accepted, steps, stages[kept - 1] if kept else None)
         known = fit is good and kept < len(steps)
         last = steps[kept].trace if known else self.traced(fit)
-        return Terms(fit, accepted, tuple(steps), last)
+        return Selection(fit, accepted, tuple(steps), last)
 
-    def _best(self, fit: Fit, seen: Trace, unsettled: bool) -> tuple[tuple[Refit, ...], Refit | None, Fit | None]:
+    def _best(
+        self, fit: Fit, seen: ScoreTestResult, unsettled: bool
+    ) -> tuple[tuple[Refit, ...], Refit | None, Fit | None]:
         """What the trace named, fitted; the one to add, and the vehicle with it adjusted once more."""
         m = self.measurement
         refits = tuple(
-            confirm(
+            refit_candidates(
                 fit,
                 seen,
                 m,
@@ -166,7 +174,7 @@ class Search:
         chosen = select(refits)
         if chosen is None:
             return refits, None, None
-        trial, strangers = both(lambda: self._final(chosen.fit), lambda: self._strangers(fit), self.jobs)
+        trial, strangers = run_both(lambda: self._final(chosen.fit), lambda: self._strangers(fit), self.jobs)
         share = 1.0 - chosen.rss / fit.normal.rss
         for words, explained in strangers:
             if explained >= max(EXPOSED * share, PLAIN):
@@ -176,22 +184,22 @@ class Search:
 
     def _strangers(self, fit: Fit) -> list[tuple[str, float]]:
         """What no entry of the catalogue does, and how much of the misfit it explains: these expose an effect."""
-        along, coupled = drifts(fit, self.seed)[:1], couplings(fit)[:1]
+        along, coupled = find_drifts(fit, self.seed)[:1], find_couplings(fit)[:1]
         return [(f"{d.path} changing along the track", d.share) for d in along] + [
             (f"a coupling of {c.text}", c.share) for c in coupled
         ]
 
     def _final(self, fit: Fit) -> Fit:
         """Everything adjusted once more with weights and initial states of the model as found."""
-        ready = restarted(fit.model, fit.targets, self.measurement)
-        return adjust(
-            fit.model, self.measurement, fit.free.paths, self.declared, ready=ready, stable=not held(fit.model),
+        ready = prepare_again(fit.model, fit.segments, self.measurement)
+        return fit_output_error(
+            fit.model, self.measurement, fit.free.paths, self.declared, ready=ready, stable=not limits_hunting(fit.model),
             tolerance=1e-5, jobs=self.jobs, watch=self.watch,
         )  # fmt: skip
 
     def _without_idle(
-        self, fit: Fit, judged: Judgement, steps: list[Step], one_less: tuple[Fit, Judgement] | None
-    ) -> tuple[Fit, Judgement, list[Step]]:
+        self, fit: Fit, judged: Validation, steps: list[SelectionStep], one_less: tuple[Fit, Validation] | None
+    ) -> tuple[Fit, Validation, list[SelectionStep]]:
         """The backward pass: each effect taken out, all adjusted again; what is not missed stays out.
 
         one_less: the vehicle as it was before the last effect came in.
@@ -208,9 +216,9 @@ class Search:
                     taken = None if refit is None else self._without(fit, refit)
                     if taken is None:
                         continue
-                    trial, result = taken, judge(taken.model, self.measurement, self.measurement.validate)
+                    trial, result = taken, validate(taken.model, self.measurement, self.measurement.validation)
                 self.report(f"  without {_words(refit)}: nrmse {result.nrmse:.4f}")
-                if not material(result, judged, self.measurement.campaign.material):
+                if not is_significant_gain(result, judged, self.measurement.campaign.material):
                     fit, judged, idle, one_less = trial, result, True, None
                     steps[i] = replace(steps[i], added=None)
                     break
@@ -223,9 +231,9 @@ class Search:
             return None
         model = fit.model.without(index)
         try:
-            return adjust(
+            return fit_output_error(
                 model, self.measurement, [*self.measurement.campaign.adjust, *model.effect_paths()], self.declared,
-                ready=fit.targets, stable=not held(model), tolerance=1e-4, jobs=self.jobs,
+                ready=fit.segments, stable=not limits_hunting(model), tolerance=1e-4, jobs=self.jobs,
             )  # fmt: skip
         except ValueError:
             return None

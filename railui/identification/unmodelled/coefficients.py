@@ -14,8 +14,8 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.dataset import simulate
 from railui.identification.estimation.block_products import block_gram, inverse
-from railui.identification.estimation.output_error import Adjuster, Fit
-from railui.identification.estimation.problem import Target
+from railui.identification.estimation.output_error import Fit, GaussNewton
+from railui.identification.estimation.problem import FitSegment
 from railui.identification.structure.equivalent_inputs import DELAY, pulses
 from railui.identification.structure.projection import VANISHED
 
@@ -68,11 +68,11 @@ def coefficients(fit: Fit) -> list[Coefficient]:
     """
     if fit.model.design.kind != "bogie":
         raise ValueError("a rig has no wheelset equations: leave --coefficients out")
-    adjuster = Adjuster(fit.model, fit.free, fit.targets, block=fit.block, stable=False, jobs=1)
+    adjuster = GaussNewton(fit.model, fit.free, fit.segments, block=fit.block, stable=False, jobs=1)
     grams = []
-    for target in fit.targets:
+    for target in fit.segments:
         base, _ = adjuster.sensitivities(target, fit.x)
-        rows = np.concatenate([base, target.free_of(_answers(fit, target))])
+        rows = np.concatenate([base, target.without_initial_state(_answers(fit, target))])
         grams.append(block_gram(rows, fit.block_samples(target)).sum(axis=1))
     gram = np.concatenate(grams)
     own = 1 + len(fit.x)
@@ -96,7 +96,7 @@ def coefficients(fit: Fit) -> list[Coefficient]:
     return sorted(out, key=lambda c: -c.share)
 
 
-def _answers(fit: Fit, target: Target) -> FloatArray:
+def _answers(fit: Fit, target: FitSegment) -> FloatArray:
     """Weighted output per unit of each coefficient [16, channel, n]: the answer to minus the motion as a force."""
     stretch, model = target.stretch, fit.model
     motions = [f"{q}.{at}.{w}" for w in (1, 2) for at in ("wheelset", "wheelset_yaw") for q in ("z", "v")]
@@ -108,5 +108,5 @@ def _answers(fit: Fit, target: Target) -> FloatArray:
         transfer = np.fft.rfft(answer, length, axis=1)
         for motion in by_wheelset[w]:
             moved = np.fft.irfft(transfer * np.fft.rfft(-motion, length), length, axis=1)[:, DELAY : DELAY + n]
-            rows.append(target.compared(moved))
+            rows.append(target.filter_and_weight(moved))
     return np.array(rows)

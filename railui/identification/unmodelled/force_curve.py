@@ -10,9 +10,9 @@ from scipy import linalg
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Measurement, simulate
-from railui.identification.estimation.output_error import Fit, adjust
-from railui.identification.estimation.problem import Target, retarget
+from railui.campaign.dataset import Dataset, simulate
+from railui.identification.estimation.output_error import Fit, fit_output_error
+from railui.identification.estimation.problem import FitSegment, adapt_to_model
 from railui.identification.structure.candidates import driven_places
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.effect_records import PER_WHEELSET
@@ -25,7 +25,7 @@ PLACES = ("secondary_lateral", "secondary_yaw", "primary_lateral", "primary_yaw"
 
 
 @dataclass(frozen=True)
-class Spot:
+class CurveLocation:
     """A place (on one wheelset or all), what its curve stands against (z or v), the grid of motion, a usual force."""
 
     at: str
@@ -36,7 +36,7 @@ class Spot:
 
 
 def fit_curve(
-    fit: Fit, measurement: Measurement, declared: Model, spot: Spot, force: FloatArray, jobs: int | None
+    fit: Fit, measurement: Dataset, declared: Model, spot: CurveLocation, force: FloatArray, jobs: int | None
 ) -> Fit | None:
     """Everything adjusted with a free curve at a spot, from the linear estimate of its points."""
     middle = len(force) // 2  # a constant force is not seen in the band: the curve is pinned at rest
@@ -45,17 +45,17 @@ def fit_curve(
         model = fit.model.with_effect(PlacedEffect("measured_force", spot.at, spot.wheelset, points, spot.against))
         more = [p for p in model.effect_paths() if p not in fit.free.paths and not p.endswith(f".force.{middle}")]
         paths = [*fit.free.paths, *more]
-        return adjust(
-            model, measurement, paths, declared, ready=retarget(model, fit.targets, measurement), tolerance=1e-5,
+        return fit_output_error(
+            model, measurement, paths, declared, ready=adapt_to_model(model, fit.segments, measurement), tolerance=1e-5,
             most=15, jobs=jobs,
         )  # fmt: skip
     except ValueError:
         return None
 
 
-def spots(fit: Fit) -> list[Spot]:
+def curve_locations(fit: Fit) -> list[CurveLocation]:
     """Places and what a curve there may stand against, with its grid of motion."""
-    model, stretches = fit.model, [t.stretch for t in fit.targets]
+    model, stretches = fit.model, [t.stretch for t in fit.segments]
     linear = model.vehicles().sites(model.single())
     barred = driven_places(stretches)
     out = []
@@ -71,23 +71,23 @@ def spots(fit: Fit) -> list[Spot]:
                 sd = _motion(fit, at, used, against)
                 k = linear[(at, used[0])][0]
                 size = (k if k > 0 else 1e6) * _motion(fit, at, used, "z")
-                out.append(Spot(at, wheelset, against, sd * np.linspace(-REACH, REACH, POINTS), size))
+                out.append(CurveLocation(at, wheelset, against, sd * np.linspace(-REACH, REACH, POINTS), size))
     return out
 
 
 def _motion(fit: Fit, at: str, wheelsets: Sequence[int], against: str) -> float:
     channels = [f"{against}.{at}.{w}" for w in wheelsets]
-    sds = [simulate(fit.model, t.stretch, channels, steps=t.steps, initial=t.start)[0][0].std() for t in fit.targets]
+    sds = [simulate(fit.model, t.stretch, channels, steps=t.steps, initial=t.start)[0][0].std() for t in fit.segments]
     return float(np.mean(sds)) or 1e-6
 
 
-def explained(fit: Fit, bases: Sequence[FloatArray], spot: Spot) -> tuple[float, FloatArray]:
+def explained(fit: Fit, bases: Sequence[FloatArray], spot: CurveLocation) -> tuple[float, FloatArray]:
     """Share of the squared residual that a free curve explains beyond the adjustable parameters, and its forces."""
     n = len(spot.grid)
     own = len(bases[0])
     size = own + n
     gram = np.zeros((size, size))
-    for t, base in zip(fit.targets, bases, strict=True):
+    for t, base in zip(fit.segments, bases, strict=True):
         hats = _hats(fit, spot, t)
         if hats is None:
             return 0.0, np.zeros(n)
@@ -106,7 +106,7 @@ def explained(fit: Fit, bases: Sequence[FloatArray], spot: Spot) -> tuple[float,
     return float(1.0 - left / rest), np.asarray(force)
 
 
-def _hats(fit: Fit, spot: Spot, target: Target) -> FloatArray | None:
+def _hats(fit: Fit, spot: CurveLocation, target: FitSegment) -> FloatArray | None:
     """Output difference per unit of each point of the curve [point, channel, n]."""
     n = len(spot.grid)
     unit = 1e-3 * spot.size
@@ -120,7 +120,7 @@ def _hats(fit: Fit, spot: Spot, target: Target) -> FloatArray | None:
     place = core.Placement("measured_force", spot.at, spot.wheelset, len(rows[0]), spot.against)
     try:
         vehicles = fit.model.vehicles(target.stretch.coach_forces, [place])
-        here = fit.model.on(*target.stretch.place)
+        here = fit.model.on(*target.stretch.segment_key)
         batch = here.batch(np.tile(here.row, (n + 1, 1)), np.array(rows), np.ones((n + 1, 1)))
         series, lost = simulate(
             fit.model, target.stretch, target.stretch.channels, batch=batch, vehicles=vehicles, steps=target.steps,
@@ -128,4 +128,4 @@ def _hats(fit: Fit, spot: Spot, target: Target) -> FloatArray | None:
         )  # fmt: skip
     except ValueError:
         return None
-    return None if np.any(lost >= 0) else target.free_of((series[1:] - series[0]) / unit)
+    return None if np.any(lost >= 0) else target.without_initial_state((series[1:] - series[0]) / unit)

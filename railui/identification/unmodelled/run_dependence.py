@@ -14,17 +14,17 @@ import numpy as np
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Measurement
+from railui.campaign.dataset import Dataset
 from railui.identification.estimation.block_products import block_gram
 from railui.identification.estimation.free_parameters import free_parameters
-from railui.identification.estimation.initial_state import with_phases
-from railui.identification.estimation.multiple_shooting import cut_where
-from railui.identification.estimation.output_error import STABLE, Adjuster, Fit, variance_of
-from railui.identification.estimation.problem import Target, targets
-from railui.identification.estimation.validation import Judgement, judge_each
+from railui.identification.estimation.initial_state import estimate_phases
+from railui.identification.estimation.multiple_shooting import unstable_segments
+from railui.identification.estimation.output_error import STABLE, Fit, GaussNewton, variance_of
+from railui.identification.estimation.problem import FitSegment, prepare_segments
+from railui.identification.estimation.validation import Validation, validate_each
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.drift import together
-from railui.identification.structure.evidence import Sighting, family_wise
+from railui.identification.structure.drift import parameter_groups
+from railui.identification.structure.evidence import ScoreResult, family_wise_test
 from railui.identification.structure.projection import Projector
 from railui.vehicle.model import Model
 
@@ -54,7 +54,7 @@ class Shift(Candidate):
 
 
 @dataclass(frozen=True)
-class OnRun:
+class RunEstimate:
     """A parameter on one run (its number, file, role, mean speed [m/s]): as adjusted, or as a validating run asks for
     it with all else as adjusted.
     """
@@ -68,7 +68,7 @@ class OnRun:
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
+class RunDependence:
     """A parameter that differs from run to run, and the error of the validating runs with values of their own.
 
     `ratios`: path -> ratio to the value, of the parameter itself (1) and of its twins; `p`: family-wise, of chance.
@@ -76,31 +76,31 @@ class Change:
 
     path: str
     ratios: Mapping[str, float]
-    runs: tuple[OnRun, ...]
+    runs: tuple[RunEstimate, ...]
     p: float
-    judged: Judgement
+    judged: Validation
 
 
-def laid(fit: Fit, measurement: Measurement) -> Fit | None:
+def prepare_validation(fit: Fit, measurement: Dataset) -> Fit | None:
     """The vehicle of a fit on the validating runs, made ready as for a fit; None where it hunts there."""
-    stretches, model = measurement.validate, fit.model
-    if model.design.kind == "bogie" and cut_where(model, stretches, STABLE):
+    stretches, model = measurement.validation, fit.model
+    if model.design.kind == "bogie" and unstable_segments(model, stretches, STABLE):
         return None
     for stretch in stretches:
-        model = with_phases(model, stretch, measurement.noise)
-    return replace(fit, model=model, targets=tuple(targets(model, measurement, stretches)))
+        model = estimate_phases(model, stretch, measurement.noise)
+    return replace(fit, model=model, targets=tuple(prepare_segments(model, measurement, stretches)))
 
 
-def differing(
-    fit: Fit, here: Fit, measurement: Measurement, declared: Model, *, seed: int = 0, jobs: int | None = None
-) -> Change | None:
+def test_run_dependence(
+    fit: Fit, here: Fit, measurement: Dataset, declared: Model, *, seed: int = 0, jobs: int | None = None
+) -> RunDependence | None:
     """The parameter whose change from run to run explains most of what the validating runs leave; None: chance may.
 
     here: the vehicle of the fit as `laid` on the validating runs. A parameter may differ on each of them; what all
     others would take up, had they been adjusted to every run, is projected out. Raises ValueError where the vehicle
     diverges beside its own numbers.
     """
-    if fit.model.design.kind != "bogie" or any(t.stretch.whole is not None for t in fit.targets):
+    if fit.model.design.kind != "bogie" or any(t.stretch.whole is not None for t in fit.segments):
         return None
     own = _Own(fit, here, declared, jobs)
     seen = own.seen()
@@ -110,7 +110,7 @@ def differing(
     if not explained:
         return None
     ratios = max(explained, key=lambda r: explained[r])
-    p, _ = family_wise([s for s, _ in seen], seed, [s for s, shift in seen if shift.ratios == ratios])
+    p, _ = family_wise_test([s for s, _ in seen], seed, [s for s, shift in seen if shift.ratios == ratios])
     if p > SIGNIFICANT:
         return None
     path, names, proportions = ratios[0][0], [p for p, _ in ratios], np.array([r for _, r in ratios])
@@ -121,34 +121,34 @@ def differing(
     for run in dict.fromkeys(s.run for s in measurement.stretches):
         same = [s for s in measurement.stretches if s.run == run]
         speed = float(np.mean([s.mean_speed for s in same]))
-        rows.append(OnRun(run, same[0].file, same[0].role, speed, *asked.get(run, adjusted)))
-    models = [fit.model.with_row(names, asked[s.run][0] * proportions) for s in measurement.validate]
-    judged = judge_each(list(zip(models, measurement.validate, strict=True)), measurement)
-    return Change(path, dict(ratios), tuple(rows), p, judged)
+        rows.append(RunEstimate(run, same[0].file, same[0].role, speed, *asked.get(run, adjusted)))
+    models = [fit.model.with_row(names, asked[s.run][0] * proportions) for s in measurement.validation]
+    judged = validate_each(list(zip(models, measurement.validation, strict=True)), measurement)
+    return RunDependence(path, dict(ratios), tuple(rows), p, judged)
 
 
 class _Own:
     """Residual and sensitivities on all runs as inner products per block, those of the validating runs run by run."""
 
     def __init__(self, fit: Fit, here: Fit, declared: Model, jobs: int | None) -> None:
-        self.fit, self.ready = fit, here.targets
+        self.fit, self.ready = fit, here.segments
         numbers = [p for p in fit.free.paths if "@" not in p and not p.startswith("sensors.")]
         values = declared.design.values
         self.paths = [*numbers, *(p for p in SUSPENSIONS if p not in numbers and values.get(p))]
         bare = replace(here.model, phases={})  # what belongs to a run was estimated on it
         free = free_parameters(bare, self.paths, declared)
-        self.adjuster = Adjuster(here.model, free, self.ready, block=fit.block, stable=False, jobs=jobs)
+        self.adjuster = GaussNewton(here.model, free, self.ready, block=fit.block, stable=False, jobs=jobs)
         self.x = np.array([fit.model.value(p) for p in self.paths])
         self.grams = [self._gram(t) for t in self.ready]
 
-    def _gram(self, target: Target) -> FloatArray:
+    def _gram(self, target: FitSegment) -> FloatArray:
         """Inner products [block, 1 + path, 1 + path] of a stretch."""
         series, lost = self.adjuster.sensitivities(target, self.x)
         if np.any(lost >= 0):
             raise ValueError(f"the vehicle diverges on {target.stretch.file}")
         return np.asarray(block_gram(series, self.adjuster.block_samples(target)).sum(axis=1))
 
-    def seen(self) -> list[tuple[Sighting, Shift]]:
+    def seen(self) -> list[tuple[ScoreResult, Shift]]:
         """What every parameter on every validating run says, beside all adjusted parameters on all runs."""
         fit, count = self.fit, len(self.fit.free.paths)
         into = np.zeros((1 + len(self.paths), 1 + count))  # rows here to those of the fit
@@ -180,7 +180,7 @@ class _Own:
 
     def _tried(self) -> list[tuple[str, dict[str, float]]]:
         """Every number alone, then those of both wheelsets in proportion and all creep."""
-        return [*((p, {p: 1.0}) for p in self.paths), *(t for t in together(self.fit) if len(t[1]) > 1)]
+        return [*((p, {p: 1.0}) for p in self.paths), *(t for t in parameter_groups(self.fit) if len(t[1]) > 1)]
 
     def _direction(self, ratios: Mapping[str, float]) -> FloatArray:
         """What a change of parameters in proportion is made of [1 + path]."""
@@ -203,7 +203,7 @@ class _Own:
             out[run] = (float(np.clip(self.x[j] + self._refined(own, c[1:], change), low, high)), sd)
         return out
 
-    def _refined(self, own: Sequence[Target], direction: FloatArray, change: float) -> float:
+    def _refined(self, own: Sequence[FitSegment], direction: FloatArray, change: float) -> float:
         """The change that leaves least on a run, of sixteen vehicles side by side round the linear estimate."""
         tried = change * REACH
         x = np.clip(self.x + tried[:, None] * direction, self.adjuster.free.low, self.adjuster.free.high)

@@ -12,16 +12,22 @@ import railui
 from railui import core
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign, load_campaign
-from railui.campaign.dataset import TRACK, Measurement, Stretch, cut_samples, read
+from railui.campaign.dataset import TRACK, Dataset, Segment, cut_samples, read_dataset
 from railui.campaign.finding import Finding
-from railui.identification.estimation.multiple_shooting import WINDOW, files
-from railui.identification.estimation.validation import Judgement
-from railui.identification.loop import Found, close_loop, lookalikes, own_floor
-from railui.identification.structure.evidence import Sighting
-from railui.identification.structure.refit import FOLDS, Refit, bootstrap_weights, held_out, held_out_nrmse
-from railui.identification.structure.stepwise import ADEQUATE, UNEXPLAINED, Step, structured
-from railui.identification.unmodelled.locate import Outside
-from railui.identification.unmodelled.run_dependence import Change
+from railui.identification.estimation.multiple_shooting import WINDOW, windowed_files
+from railui.identification.estimation.validation import Validation
+from railui.identification.loop import LoopResult, close_loop, indistinguishable_kinds, is_at_noise_floor
+from railui.identification.structure.evidence import ScoreResult
+from railui.identification.structure.refit import (
+    FOLDS,
+    Refit,
+    bootstrap_weights,
+    cross_validation_errors,
+    cross_validation_nrmse,
+)
+from railui.identification.structure.stepwise import ADEQUATE, UNEXPLAINED, SelectionStep, has_structure
+from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.unmodelled.run_dependence import RunDependence
 from railui.io.atomic import finite
 from railui.io.number_format import display
 from railui.progress import Report, silent
@@ -49,10 +55,10 @@ def loop(
     used. Source: Broersen 1976.
     """
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
-    return loop_report(close_loop(read(loaded), without=without, seed=seed, jobs=jobs, report=report))
+    return loop_report(close_loop(read_dataset(loaded), without=without, seed=seed, jobs=jobs, report=report))
 
 
-def loop_report(found: Found) -> dict[str, Any]:
+def loop_report(found: LoopResult) -> dict[str, Any]:
     """The loop report of a campaign, as data: docs/loop.md."""
     campaign = found.measurement.campaign
     report: dict[str, Any] = {
@@ -64,9 +70,9 @@ def loop_report(found: Found) -> dict[str, Any]:
         "seconds": found.seconds,
         "campaign": campaign.name,
         "runs": _runs(found),
-        "declared": _judged(found.judged["declared"]),
-        "before": _judged(found.judged["before"]) | {"constrained": found.before.constrained},
-        "after": _judged(found.judged["after"]),
+        "declared": _judged(found.validations["declared"]),
+        "before": _judged(found.validations["before"]) | {"constrained": found.before.constrained},
+        "after": _judged(found.validations["after"]),
         "floor": {
             "nrmse": found.floor.nrmse,
             "sd": found.floor.sd,
@@ -79,10 +85,10 @@ def loop_report(found: Found) -> dict[str, Any]:
         "sentence": sentence(found),
         "effects": _effects(found),
         "outside": _outside(found),
-        "classes": [alike for step in found.steps if (alike := lookalikes(step))],
+        "classes": [alike for step in found.steps if (alike := indistinguishable_kinds(step))],
         "ranking": ranking(found),
         "traces": _traces(found),
-        "detectable": detectable(found.last, campaign.material, found.judged["after"].nrmse, found.foreseen),
+        "detectable": detectable(found.last, campaign.material, found.validations["after"].nrmse, found.foreseen),
         "means": _means(found),
         "riding": _riding(found),
         "parameters": _parameters(found),
@@ -92,14 +98,14 @@ def loop_report(found: Found) -> dict[str, Any]:
         "gate": [_finding(f) for f in found.gate],
         "notes": _notes(found),
     }
-    profiles, measured = found.declared.design.profiles, report["riding"].get("measured", {})
+    profiles, measured = found.nominal.design.profiles, report["riding"].get("measured", {})
     report["profiles"] = of_profiles(profiles, report["parameters"], measured)
     return dict(finite(report))
 
 
-def sentence(found: Found) -> str:
+def sentence(found: LoopResult) -> str:
     """The verdict in one sentence."""
-    before, after = found.judged["before"].nrmse, found.judged["after"].nrmse
+    before, after = found.validations["before"].nrmse, found.validations["after"].nrmse
     ratio = found.unexplained
     if found.verdict == "none":
         text = f"No unmodelled effect detected: error {after:.3f}, noise floor {found.floor.nrmse:.3f}"
@@ -121,7 +127,7 @@ def sentence(found: Found) -> str:
     return f"{text}."
 
 
-def run_by_run(found: Found, change: Change) -> str:
+def run_by_run(found: LoopResult, change: RunDependence) -> str:
     """A parameter that differs from run to run in one sentence: as adjusted, and as each validating run asks for it."""
     unit = found.after.model.design.unit(change.path)
     where: dict[float, list[str]] = {}
@@ -140,7 +146,7 @@ def _name(effect: PlacedEffect) -> str:
     return f"{title} at {effect.at}" + (f" of wheelset {effect.wheelset}" if effect.wheelset else "")
 
 
-def _runs(found: Found) -> list[dict[str, Any]]:
+def _runs(found: LoopResult) -> list[dict[str, Any]]:
     return [
         {
             "file": entry.name,
@@ -156,13 +162,13 @@ def _runs(found: Found) -> list[dict[str, Any]]:
     ]
 
 
-def _windows(found: Found) -> dict[str, Any] | None:
+def _windows(found: LoopResult) -> dict[str, Any] | None:
     """The runs that were adjusted on windows, and how long those are."""
-    cut = list(dict.fromkeys([*files(found.after), *(files(found.hunting) if found.hunting else [])]))
+    cut = list(dict.fromkeys([*windowed_files(found.after), *(windowed_files(found.hunting) if found.hunting else [])]))
     return {"seconds": WINDOW, "runs": cut} if cut else None
 
 
-def _judged(judgement: Judgement) -> dict[str, Any]:
+def _judged(judgement: Validation) -> dict[str, Any]:
     out: dict[str, Any] = {"nrmse": judgement.nrmse, "channels": dict(judgement.channels)}
     if judgement.diverged:
         file, at = judgement.diverged[0]
@@ -170,7 +176,7 @@ def _judged(judgement: Judgement) -> dict[str, Any]:
     return out
 
 
-def _effects(found: Found) -> list[dict[str, Any]]:
+def _effects(found: LoopResult) -> list[dict[str, Any]]:
     fit = found.after
     sd = dict(zip(fit.free.paths, fit.sd, strict=True))
     rows = []
@@ -190,7 +196,7 @@ def _effects(found: Found) -> list[dict[str, Any]]:
     return rows
 
 
-def _outside(found: Found) -> dict[str, Any] | None:
+def _outside(found: LoopResult) -> dict[str, Any] | None:
     o = found.outside
     if o is None:
         return None
@@ -206,7 +212,7 @@ def _outside(found: Found) -> dict[str, Any] | None:
     } | _stranger(o)
 
 
-def _stranger(o: Outside) -> dict[str, Any]:
+def _stranger(o: Discrepancy) -> dict[str, Any]:
     """What is known of a fault that no curve of force against motion describes."""
     if o.change is not None:
         keys = ("file", "role", "speed", "value", "sd")
@@ -221,24 +227,24 @@ def _stranger(o: Outside) -> dict[str, Any]:
     return {}
 
 
-def _telling(found: Found) -> Step:
+def _telling(found: LoopResult) -> SelectionStep:
     """The step whose ranking tells most: the one that added the first effect, else the last."""
     return next((s for s in found.steps if s.added), found.steps[-1])
 
 
-def ranking(found: Found) -> list[dict[str, Any]]:
+def ranking(found: LoopResult) -> list[dict[str, Any]]:
     """One row per candidate, best first, nothing added among them."""
     step = _telling(found)
     plain = found.hunting or found.before
-    base = Refit(None, plain, held_out(plain))
-    nothing = held_out_nrmse(base)
+    base = Refit(None, plain, cross_validation_errors(plain))
+    nothing = cross_validation_nrmse(base)
     refits = [*step.refits, base]
     weights = bootstrap_weights(refits, found.seed)
     none = {"kind": "none", "at": None, "wheelset": None, "rho": 0.0, "nrmse": nothing, "refitted": True}
     rows: list[dict[str, Any]] = [none | {"weight": float(weights[-1])}]
     fitted = {}
     for refit, weight in zip(step.refits, weights, strict=False):
-        fitted[refit.candidate] = (held_out_nrmse(refit), float(weight))
+        fitted[refit.candidate] = (cross_validation_nrmse(refit), float(weight))
     for s in step.trace.best:
         nrmse, weight = fitted.get(s.candidate, (nothing * _left(s, step.trace.rss), 0.0))
         c = s.candidate
@@ -251,7 +257,7 @@ def ranking(found: Found) -> list[dict[str, Any]]:
     return rows
 
 
-def _left(s: Sighting, rss: float) -> float:
+def _left(s: ScoreResult, rss: float) -> float:
     """Error with the candidate over that without, its amount estimated on four fifths and judged on the other."""
     if s.candidate.one_sided and s.rho < 0:
         return 1.0
@@ -262,7 +268,7 @@ def _left(s: Sighting, rss: float) -> float:
     return float(np.sqrt(max(1.0 - gain / rss, 0.0)))
 
 
-def _traces(found: Found) -> list[dict[str, Any]]:
+def _traces(found: LoopResult) -> list[dict[str, Any]]:
     """What is significant but gains less than is material: the best of every turn that added nothing."""
     rows = []
     for step in found.steps:
@@ -271,36 +277,36 @@ def _traces(found: Found) -> list[dict[str, Any]]:
             if c is not None:
                 rows.append({"kind": c.kind, "at": c.at, "wheelset": c.wheelset, "p": step.trace.p,
                              "rho": refit.sighting.rho if refit.sighting else None,
-                             "nrmse": held_out_nrmse(refit)})  # fmt: skip
+                             "nrmse": cross_validation_nrmse(refit)})  # fmt: skip
     return rows
 
 
-def _trimmed(found: Found, stretch: Stretch, x: FloatArray) -> FloatArray:
+def _trimmed(found: LoopResult, stretch: Segment, x: FloatArray) -> FloatArray:
     """Series [..., n] without what the comparison cuts off at both ends."""
     cut = cut_samples(found.measurement.campaign, stretch)
     return np.asarray(x[..., cut : x.shape[-1] - cut])
 
 
-def _means(found: Found) -> dict[str, float]:
+def _means(found: LoopResult) -> dict[str, float]:
     sums: dict[str, list[float]] = {}
-    stretches = found.measurement.validate
-    for stretch, z in zip(stretches, found.judged["after"].series, strict=True):
+    stretches = found.measurement.validation
+    for stretch, z in zip(stretches, found.validations["after"].series, strict=True):
         difference = _trimmed(found, stretch, stretch.measured(stretch.channels) - z)
         for c, d in zip(stretch.channels, difference, strict=True):
             sums.setdefault(c, []).append(float(d.mean()))
     return {c: float(np.mean(v)) for c, v in sums.items()}
 
 
-def _riding(found: Found) -> dict[str, dict[str, float | None]]:
+def _riding(found: LoopResult) -> dict[str, dict[str, float | None]]:
     """The model as judge of riding quality (thesis 2.3): measured, declared, before, after on the validating runs."""
-    stretches = found.measurement.validate
+    stretches = found.measurement.validation
     measured = [s.measured(s.channels) for s in stretches]
-    series = {"measured": measured} | {k: list(found.judged[k].series) for k in ("declared", "before", "after")}
+    series = {"measured": measured} | {k: list(found.validations[k].series) for k in ("declared", "before", "after")}
     return {k: _ride_of(found, stretches, v) for k, v in series.items()}
 
 
-def _ride_of(found: Found, stretches: list[Stretch], series: list[FloatArray]) -> dict[str, float | None]:
-    design = found.declared.design
+def _ride_of(found: LoopResult, stretches: list[Segment], series: list[FloatArray]) -> dict[str, float | None]:
+    design = found.nominal.design
     if design.kind != "bogie":
         return {}
     clearance = design.values["contact.flange_clearance"]
@@ -321,7 +327,7 @@ def _ride_of(found: Found, stretches: list[Stretch], series: list[FloatArray]) -
     return {k: float(np.mean(out[k])) if out.get(k) else None for k in keys}
 
 
-def _parameters(found: Found) -> dict[str, dict[str, Any]]:
+def _parameters(found: LoopResult) -> dict[str, dict[str, Any]]:
     before = dict(zip(found.before.free.paths, zip(found.before.x, found.before.sd, strict=True), strict=True))
     flags = dict(zip(found.after.free.paths, found.after.flags(), strict=True))
     rows = {}
@@ -334,11 +340,11 @@ def _parameters(found: Found) -> dict[str, dict[str, Any]]:
         if moved and flag in (None, "correlated"):
             flag = "moved"
         rows[path] = {
-            "declared": found.declared.design.values[path],
+            "declared": found.nominal.design.values[path],
             "before": was,
             "value": value,
             "sd": sd,
-            "unit": found.declared.design.unit(path),
+            "unit": found.nominal.design.unit(path),
             "flag": flag,
         }
     return rows
@@ -349,7 +355,7 @@ def _finding(f: Finding) -> dict[str, Any]:
             "serious": f.serious, "from_s": f.start, "to_s": f.end}  # fmt: skip
 
 
-def _notes(found: Found) -> list[str]:
+def _notes(found: LoopResult) -> list[str]:
     notes = [f"{entry.name}: {note}" for entry, run in zip(found.measurement.campaign.runs, found.measurement.runs,
                                                            strict=True) for note in run.notes]  # fmt: skip
     if cut := _windows(found):
@@ -357,13 +363,13 @@ def _notes(found: Found) -> list[str]:
             f"the linear vehicle hunts on {', '.join(cut['runs'])}: adjusted there on windows of {WINDOW:g} s, "
             "the initial state of each estimated along"
         )
-    for name, judgement in found.judged.items():
+    for name, judgement in found.validations.items():
         for file, at in judgement.diverged:
             notes.append(f"{name}: the vehicle diverges on {file} at {at:.2f} s, its error is null")
     return [*notes, *unstated_track_noise(found.measurement), *shapeless(found)]
 
 
-def unstated_track_noise(measurement: Measurement) -> list[str]:
+def unstated_track_noise(measurement: Dataset) -> list[str]:
     """A warning where a campaign states no noise of a track column of its runs, which then counts as zero."""
     recorded = {name for stretch in measurement.stretches for name in stretch.columns}
     missing = [name for name in TRACK if name in recorded and name not in measurement.campaign.noise]
@@ -375,19 +381,19 @@ def unstated_track_noise(measurement: Measurement) -> list[str]:
     ]
 
 
-def shapeless(found: Found) -> list[str]:
+def shapeless(found: LoopResult) -> list[str]:
     """What a rest above the floor may be where the trace sees nothing in it, none where it has a shape."""
-    quiet = found.last.sightings and not structured(found.last)
+    quiet = found.last.results and not has_structure(found.last)
     if found.outside or not quiet or not found.unexplained > ADEQUATE:
         return []
-    error, floor = found.judged["after"].channels, found.floor.channels
+    error, floor = found.validations["after"].channels, found.floor.channels
     ratios = sorted(((error[c] / floor[c], c) for c in floor if floor[c] > 0 and c in error), reverse=True)
     worst = ", ".join(f"{c} {ratio:.2f}" for ratio, c in ratios[:3])
-    own = found.after.rest
+    own = found.after.error_to_noise
     cause = (
         f"the runs that it was adjusted to leave {own:.2f} times theirs, so the vehicle is not the same from run to "
         "run: something changes with speed, heat, load or time, and no one parameter takes off what counts"
-        if own_floor(found.after, found.unexplained)
+        if is_at_noise_floor(found.after, found.unexplained)
         else "an unmeasured force or noise that is larger than declared or not white, as the floor takes it"
     )
     return [

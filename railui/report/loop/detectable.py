@@ -9,17 +9,19 @@ import numpy as np
 
 from railui import core
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import Sighting
-from railui.identification.structure.gain_forecast import Foreseen
+from railui.identification.structure.evidence import ScoreResult
+from railui.identification.structure.gain_forecast import PredictedGains
 from railui.identification.structure.projection import VANISHED
-from railui.identification.structure.score_test import POWER, Trace
+from railui.identification.structure.score_test import POWER, ScoreTestResult
 from railui.vehicle.effect_reader import unit_of
 
 CHANCE = 0.9
 MARGIN = 1.4  # the gain scatters about what is foreseen, and a fit takes more of an effect than its first order
 
 
-def smallest_amount(s: Sighting, trace: Trace, material: float, rest: float, foreseen: Foreseen) -> float:
+def smallest_amount(
+    s: ScoreResult, trace: ScoreTestResult, material: float, rest: float, foreseen: PredictedGains
+) -> float:
     """Amount of a shape that passes both gates: the family-wise score, and the material gain on the validating runs."""
     gain = 1.0 / (1.0 - material) ** 2 - 1.0
     amounts = [s.amount_seen(trace.critical + POWER)]
@@ -32,18 +34,18 @@ def smallest_amount(s: Sighting, trace: Trace, material: float, rest: float, for
     return max(amounts)
 
 
-def detectable(trace: Trace, material: float, rest: float, foreseen: Foreseen) -> list[dict[str, Any]]:
+def detectable(trace: ScoreTestResult, material: float, rest: float, foreseen: PredictedGains) -> list[dict[str, Any]]:
     """One row per kind, place and wheelset: parameter, its smallest value, unit, power; value null where unknown.
 
     rest: nrmse of the vehicle as found on the validating runs; foreseen: what of it every candidate would add.
     """
 
-    def amount(s: Sighting) -> float:
+    def amount(s: ScoreResult) -> float:
         return smallest_amount(s, trace, material, rest, foreseen)
 
     rows = []
-    by_candidate: dict[Candidate, list[Sighting]] = {}
-    for s in trace.sightings:
+    by_candidate: dict[Candidate, list[ScoreResult]] = {}
+    for s in trace.results:
         by_candidate.setdefault(s.candidate, []).append(s)
     for candidate, seen in by_candidate.items():
         key, value = _smallest(candidate, seen, amount)
@@ -64,7 +66,7 @@ def detectable(trace: Trace, material: float, rest: float, foreseen: Foreseen) -
 
 
 def _smallest(
-    candidate: Candidate, seen: list[Sighting], amount: Callable[[Sighting], float]
+    candidate: Candidate, seen: list[ScoreResult], amount: Callable[[ScoreResult], float]
 ) -> tuple[str, float | None]:
     key = candidate.strength
     amounts = [amount(s) for s in seen]

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Stretch, cut_samples, simulate
+from railui.campaign.dataset import Segment, cut_samples, simulate
 from railui.core import LINKAGE, Batch, Placement, Vehicles
-from railui.identification.estimation.initial_state import initial_state, with_phases
-from railui.identification.loop import Found
+from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
+from railui.identification.loop import LoopResult
 from railui.report.loop.figures import Window, place, units_of
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.effect_records import unit_at
@@ -28,19 +28,19 @@ class Scene:
 
     model: Model
     before: Model
-    stretch: Stretch
+    stretch: Segment
     start: FloatArray
     piece: slice
     settled: slice
     units: Mapping[str, str]
 
     @classmethod
-    def of(cls, found: Found, model: Model, window: Window) -> Scene:
+    def of(cls, found: LoopResult, model: Model, window: Window) -> Scene:
         """The scene of a window: the whole stretch, ridden from the state it began with."""
         stretch = window.stretch
         cut = cut_samples(found.measurement.campaign, stretch)
-        model = with_phases(model, stretch, found.measurement.noise)
-        start = initial_state(model, stretch, found.measurement.noise)
+        model = estimate_phases(model, stretch, found.measurement.noise)
+        start = estimate_initial_state(model, stretch, found.measurement.noise)
         settled = slice(cut, stretch.samples - cut)
         return cls(model, found.before.model, stretch, start, window.rows(cut), settled, units_of(found, stretch))
 
@@ -66,7 +66,7 @@ def resisted(z: FloatArray, dt: float, mass: float, effects: Sequence[PlacedEffe
     The kernel's own laws: they stand under a mass that they cannot move, on a base that makes the motion.
     """
     t = np.linspace(0.0, dt * (len(z) - 1), len(z))
-    bench = Stretch("", "", 0, {"t": t, "u": -z}, dt, "rig")
+    bench = Segment("", "", 0, {"t": t, "u": -z}, dt, "rig")
     placed = [Placement(e.kind, "rig", None, len(effect_row(e)), e.against) for e in effects]
     vehicles = Vehicles("rig", placed, rig_input="base_displacement")
     numbers = np.array([[HEAVY * mass, k, c, 1.0]])
@@ -189,7 +189,7 @@ class Forces:
     force_unit: str
 
 
-def suspension_forces(found: Found, window: Window) -> list[Forces]:
+def suspension_forces(found: LoopResult, window: Window) -> list[Forces]:
     """Force against motion at every suspension where the loop placed an effect, over the motion actually seen."""
     scene, out = Scene.of(found, found.after.model, window), []
     for effect in found.after.model.effects:

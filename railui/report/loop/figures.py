@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Stretch, cut_samples, filtered
-from railui.dsp.spectra import density, periodogram
-from railui.identification.loop import Found
+from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment, comparison_filter, cut_samples
+from railui.dsp.spectra import periodogram, welch
+from railui.identification.loop import LoopResult
 from railui.report.figures.drawing import BLUE, ORANGE, Picture, Sketch, axis, drawn, drawn_alike, scale
 from railui.runs.columns import columns_of
 
@@ -81,7 +81,7 @@ class Window:
     """A telling piece of a validating stretch: rows [begin, end) of what is left after the cut."""
 
     index: int
-    stretch: Stretch
+    stretch: Segment
     begin: int
     end: int
 
@@ -90,26 +90,26 @@ class Window:
         return slice(self.begin + cut, self.end + cut)
 
 
-def compared_series(found: Found, index: int) -> dict[str, FloatArray]:
+def compared_series(found: LoopResult, index: int) -> dict[str, FloatArray]:
     """measured, before, after of a validating stretch in the band of the comparison, each [channel, kept]."""
-    stretch, campaign = found.measurement.validate[index], found.measurement.campaign
-    return {w: filtered(campaign, stretch, x) for w, x in raw_series(found, index).items()}
+    stretch, campaign = found.measurement.validation[index], found.measurement.campaign
+    return {w: comparison_filter(campaign, stretch, x) for w, x in raw_series(found, index).items()}
 
 
-def raw_series(found: Found, index: int) -> dict[str, FloatArray]:
+def raw_series(found: LoopResult, index: int) -> dict[str, FloatArray]:
     """measured, before, after as they are, each [channel, n], without what diverges, or before where it is after."""
-    stretch = found.measurement.validate[index]
+    stretch = found.measurement.validation[index]
     series = {"measured": stretch.measured(stretch.channels)}
-    series |= {w: found.judged[w].series[index] for w in ("before", "after")}
+    series |= {w: found.validations[w].series[index] for w in ("before", "after")}
     if found.before is found.after:
         del series["before"]
     return {w: x for w, x in series.items() if np.all(np.isfinite(x))}
 
 
-def telling(found: Found) -> Window:
+def telling(found: LoopResult) -> Window:
     """Where the vehicle as found does better than before by most; where nothing was added, where it moves most."""
     best: tuple[float, Window] | None = None
-    for index, stretch in enumerate(found.measurement.validate):
+    for index, stretch in enumerate(found.measurement.validation):
         series = compared_series(found, index)
         x = series["measured"]
         power = np.maximum(x.var(axis=1, keepdims=True), 1e-300)
@@ -126,20 +126,20 @@ def telling(found: Found) -> Window:
     return best[1]
 
 
-def _seconds(stretch: Stretch) -> float:
+def _seconds(stretch: Segment) -> float:
     if stretch.kind != "rig":
         return SHOWN
     f, power = periodogram(stretch.columns[stretch.channels[0]], 1.0 / stretch.dt)
     return float(min(SHOWN, PERIODS / f[1 + int(np.argmax(power[1:]))]))
 
 
-def shown_channels(stretch: Stretch) -> list[str]:
+def shown_channels(stretch: Segment) -> list[str]:
     """The compared channels of a stretch, those that tell most first."""
     judged = [c for c in stretch.channels if c in COMPARED or c in RIG_RESPONSES]
     return [*(c for c in FIRST if c in judged), *(c for c in judged if c not in FIRST)]
 
 
-def units_of(found: Found, stretch: Stretch) -> Mapping[str, str]:
+def units_of(found: LoopResult, stretch: Segment) -> Mapping[str, str]:
     """Unit of every channel: SI, or for a rig as its run calls it."""
     if stretch.kind != "rig":
         return {c.name: c.unit for c in columns_of(stretch.kind).values()}
@@ -147,7 +147,7 @@ def units_of(found: Found, stretch: Stretch) -> Mapping[str, str]:
     return next(run.units for entry, run in entries if entry.name == stretch.file)
 
 
-def channel_pictures(found: Found, window: Window, channels: Sequence[str]) -> list[tuple[Picture, Picture]]:
+def channel_pictures(found: LoopResult, window: Window, channels: Sequence[str]) -> list[tuple[Picture, Picture]]:
     """A few seconds and the spectrum of each channel."""
     series = compared_series(found, window.index)
     few = drawn_alike((_series(found, window, series, c) for c in channels), (5.4, 1.9), 0.08)
@@ -155,7 +155,7 @@ def channel_pictures(found: Found, window: Window, channels: Sequence[str]) -> l
     return list(zip(few, spectra, strict=True))
 
 
-def _series(found: Found, window: Window, series: Mapping[str, FloatArray], channel: str) -> Sketch:
+def _series(found: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Sketch:
     """A few seconds of one channel: measured, before, after."""
     stretch = window.stretch
     row = stretch.channels.index(channel)
@@ -174,7 +174,7 @@ def _series(found: Found, window: Window, series: Mapping[str, FloatArray], chan
     return f"series-{channel}", f"{channel} over time: measured, before, after", draw
 
 
-def _spectrum(found: Found, window: Window, series: Mapping[str, FloatArray], channel: str) -> Sketch:
+def _spectrum(found: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Sketch:
     """Power spectral density of one channel over the whole stretch, in the unit of its series."""
     stretch, band = window.stretch, found.measurement.campaign.band
     row = stretch.channels.index(channel)
@@ -187,7 +187,7 @@ def _spectrum(found: Found, window: Window, series: Mapping[str, FloatArray], ch
         ax.set(xscale="log", yscale="log")
         for which, line in LINES.items():
             if which in lines:
-                f, power = density(lines[which], 1.0 / stretch.dt, segment)
+                f, power = welch(lines[which], 1.0 / stretch.dt, segment)
                 kept = (f > 0) & (f >= low) & (f <= high)
                 ax.plot(f[kept], factor**2 * power[kept], **line)
                 if which == "measured":  # what a noiseless model has below the sensors' noise tells nothing

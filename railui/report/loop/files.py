@@ -14,8 +14,8 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.documents.saving import save_campaign, save_design
-from railui.identification.estimation.validation import judge
-from railui.identification.loop import Found
+from railui.identification.estimation.validation import validate
+from railui.identification.loop import LoopResult
 from railui.io.atomic import write_text
 from railui.report.loop.page import write_page
 from railui.vehicle.design_reader import Adjustment, Design
@@ -44,7 +44,7 @@ def _simulated(name: str) -> bool:
     return name.startswith("simulated_") and name.endswith(".csv.gz")
 
 
-def adjusted_design(found: Found) -> Design:
+def adjusted_design(found: LoopResult) -> Design:
     """The design as found, with the covariance of what was adjusted."""
     campaign, fit = found.measurement.campaign, found.after
     kept = [i for i, p in enumerate(fit.free.paths) if p in set(fit.model.design.paths())]
@@ -55,11 +55,11 @@ def adjusted_design(found: Found) -> Design:
         tuple(fit.free.paths[i] for i in kept),
         tuple(tuple(float(x) for x in row) for row in 0.5 * (covariance + covariance.T)),
     )
-    model = fit.model.on(*found.measurement.adjust[0].place)  # what turns, as on the first run
+    model = fit.model.on(*found.measurement.estimation[0].segment_key)  # what turns, as on the first run
     return replace(model.design, name=f"{campaign.design.name}, adjusted to {campaign.name}", adjustment=adjustment)
 
 
-def write_loop(found: Found, report: Mapping[str, Any], directory: Path, log: Sequence[str]) -> None:
+def write_loop(found: LoopResult, report: Mapping[str, Any], directory: Path, log: Sequence[str]) -> None:
     """Write everything into a directory; each file appears whole or not at all."""
     directory.mkdir(parents=True, exist_ok=True)
     write_text(directory / "loop.json", json.dumps(report, indent=1, allow_nan=False) + "\n")
@@ -73,17 +73,17 @@ def write_loop(found: Found, report: Mapping[str, Any], directory: Path, log: Se
     write_text(directory / "log.txt", "\n".join(log) + "\n")
 
 
-def write_simulated(found: Found, directory: Path) -> None:
+def write_simulated(found: LoopResult, directory: Path) -> None:
     """simulated_NAME.csv.gz of every run: t and declared, before, after of each channel."""
     measurement = found.measurement
     names = simulated_names([entry.name for entry in measurement.campaign.runs])
     adjusting = {
-        "declared": judge(found.declared, measurement, measurement.adjust),
-        "before": judge(found.before.model, measurement, measurement.adjust),
-        "after": found.judge(measurement.adjust),
+        "declared": validate(found.nominal, measurement, measurement.estimation),
+        "before": validate(found.before.model, measurement, measurement.estimation),
+        "after": found.judge(measurement.estimation),
     }
     for entry, run, name in zip(measurement.campaign.runs, measurement.runs, names, strict=True):
-        judged = found.judged if entry.role == "validate" else adjusting
+        judged = found.validations if entry.role == "validate" else adjusting
         stretches = [s for s in measurement.stretches if s.role == entry.role]
         columns: dict[str, FloatArray] = {"t": run.columns["t"]}
         for which in ("declared", "before", "after"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from railui.identification.estimation.identifiability import PerStretch, Profile, identified
+from railui.identification.estimation.identifiability import PerStretch, Profile, analyse_identifiability
 from railui.identification.estimation.output_error import Fit
 from railui.identification.estimation.parallel_models import Correlations
 from railui.identification.unmodelled.coefficients import Coefficient
@@ -13,7 +13,7 @@ from railui.identification.unmodelled.coefficients import Coefficient
 
 def identifiability(fit: Fit) -> dict[str, Any]:
     """Singular values of the weighted sensitivity per relative change, their directions, and the same in words."""
-    found = identified(fit)
+    found = analyse_identifiability(fit)
     return {
         "singular_values": [d.singular_value for d in found.directions],
         "directions": [{"sd": d.sd, "parts": dict(d.parts)} for d in found.directions],

@@ -10,7 +10,7 @@ import numpy as np
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.identification.loop import Found
+from railui.identification.loop import LoopResult
 from railui.report.figures.drawing import Picture, axis, drawn, scale
 from railui.report.loop.driven import (
     Scene,
@@ -48,7 +48,7 @@ class Law:
     lines: tuple[str, ...] = ("before", "after")
 
 
-def law_figures(found: Found, report: Mapping[str, Any], window: Window) -> list[Law]:
+def law_figures(found: LoopResult, report: Mapping[str, Any], window: Window) -> list[Law]:
     """The measured curve of `outside`, then every effect of the vehicle as found, over the motion actually seen."""
     model, laws = found.after.model, []
     if found.outside is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from railui import core
-from railui.identification.loop import Found
+from railui.identification.loop import LoopResult
 from railui.io.atomic import write_text
 from railui.report.figures.drawing import scale
 from railui.report.loop import figures, laws
@@ -64,20 +64,20 @@ def title(kind: str) -> str:
     return "no effect added" if kind == "none" else str(core.record(kind)["title"])
 
 
-def write_page(found: Found, report: Report, path: str | Path) -> Path:
+def write_page(found: LoopResult, report: Report, path: str | Path) -> Path:
     """Write report.html of a loop: figures inside, nothing fetched from elsewhere."""
     return write_text(path, page(found, report))
 
 
-def page(found: Found, report: Report) -> str:
+def page(found: LoopResult, report: Report) -> str:
     """The page as text."""
     return rendered("loop/page.html.j2", contents(found, report))
 
 
-def contents(found: Found, report: Report) -> Row:
+def contents(found: LoopResult, report: Report) -> Row:
     """All that the template shows, as words and pictures."""
     window = figures.telling(found)
-    kind = found.declared.design.kind
+    kind = found.nominal.design.kind
     band = found.measurement.campaign.band
     return {
         "report": report,
@@ -153,7 +153,7 @@ def _quantity(name: str, p: Mapping[str, Any]) -> Row:
     return {"name": name, "value": with_sd(factor * p["value"], sd), "unit": unit}
 
 
-def channels(found: Found, window: figures.Window) -> list[Row]:
+def channels(found: LoopResult, window: figures.Window) -> list[Row]:
     """Series and spectrum of every compared channel, those that tell most first."""
     known, shown = columns_of(window.stretch.kind), figures.shown_channels(window.stretch)
     pictures = figures.channel_pictures(found, window, shown)

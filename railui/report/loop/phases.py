@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from railui.campaign.dataset import Stretch
-from railui.identification.estimation.initial_state import with_phases
+from railui.campaign.dataset import Segment
+from railui.identification.estimation.initial_state import estimate_phases
 from railui.identification.estimation.output_error import Fit
-from railui.identification.loop import Found
+from railui.identification.loop import LoopResult
 from railui.vehicle.model import RADIUS, TURN
 
 
-def phases(found: Found, index: int) -> list[dict[str, Any]]:
+def phases(found: LoopResult, index: int) -> list[dict[str, Any]]:
     """The phase [rad] at distance s = 0 of an effect of the vehicle as found, one row per stretch; none for most.
 
     On adjusting runs as fitted, with its standard deviation; on validating ones as the judgement estimates it.
@@ -24,7 +24,7 @@ def phases(found: Found, index: int) -> list[dict[str, Any]]:
         if not path.startswith(f"effects.{index}."):
             continue
         for stretch in found.measurement.stretches:
-            own = with_phases(found.after.model, stretch, found.measurement.noise).on(*stretch.place)
+            own = estimate_phases(found.after.model, stretch, found.measurement.noise).on(*stretch.segment_key)
             rows.append(
                 {
                     "file": stretch.file,
@@ -43,9 +43,9 @@ def phase_of(phase: Mapping[str, Any]) -> str:
     return f"{phase['file']}" + (f", stretch {phase['stretch'] + 1}" if phase["stretch"] else "")
 
 
-def _spread(fit: Fit, path: str, stretch: Stretch) -> float | None:
+def _spread(fit: Fit, path: str, stretch: Segment) -> float | None:
     """Standard deviation at s = 0 of phase = angle in the middle - middle/r_e; None where it was not fitted."""
-    where, middle = stretch.place
+    where, middle = stretch.segment_key
     radius = f"{path.rpartition('.')[0]}.{RADIUS}"
     slopes = {f"{path}@{where}": 1.0, radius: middle / fit.model.value(radius) ** 2}
     if f"{path}@{where}" not in fit.free.paths:

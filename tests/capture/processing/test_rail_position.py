@@ -9,7 +9,7 @@ from railui.capture.processing.align import align
 from railui.capture.processing.map_model import RailsModel
 from railui.capture.processing.rail_position import Rails, reconstruct
 from railui.capture.processing.rail_quality import band_rms, compare
-from railui.dsp.integrate import highpass_gain, integrated
+from railui.dsp.integrate import highpass_gain, integrate
 from railui.vehicle.wheel_loads import GRAVITY
 from tests.capture.rides import GEOMETRY, RATE, Floats, read, ride
 
@@ -110,7 +110,7 @@ def test_a_double_integration_has_the_gain_that_it_states() -> None:
     t = np.arange(40_000) / RATE
     for f in (0.15, 0.3, 1.0, 13.0):
         w = 2 * np.pi * f
-        found = integrated(-(w**2) * np.sin(w * t), 1 / RATE, 2, 0.2, 0.7071)[10_000:30_000]
+        found = integrate(-(w**2) * np.sin(w * t), 1 / RATE, 2, 0.2, 0.7071)[10_000:30_000]
         expected = float(highpass_gain(np.array([f]), 0.2, 0.7071)[0])
         assert np.sqrt(2) * found.std() == pytest.approx(expected, rel=2e-3)
 
@@ -121,7 +121,7 @@ def test_the_causal_filter_is_a_mass_on_a_spring() -> None:
     wd = w0 * np.sqrt(1 - zeta**2)
     step = np.concatenate(([0.0], np.ones(3999)))
     exact = (1 - np.exp(-zeta * w0 * t) * (np.cos(wd * t) + zeta * w0 / wd * np.sin(wd * t))) / w0**2
-    found = integrated(step, 1 / RATE, 2, 0.2, zeta, zero_phase=False)
+    found = integrate(step, 1 / RATE, 2, 0.2, zeta, zero_phase=False)
     assert np.max(np.abs(found - exact)) < 2e-3 * exact.max()
 
 
@@ -129,7 +129,7 @@ def test_the_causal_reconstruction_is_the_track_through_that_filter() -> None:
     columns = ride()
     model = RailsModel(filter="causal", natural_frequency=0.2)
     rails = rails_of(read(columns, 0.0), columns, model)
-    filtered = integrated(columns["yw"], 1 / RATE, 0, 0.2, 0.7071, zero_phase=False)
+    filtered = integrate(columns["yw"], 1 / RATE, 0, 0.2, 0.7071, zero_phase=False)
     assert share(rails.columns["yw"], filtered, columns["s"], 3 * rails.settle, 3, 25) < 0.05
 
 

@@ -7,16 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from railui.identification.estimation.identifiability import DETERMINED, UNSEEN, identified, per_stretch, profile
+from railui.identification.estimation.identifiability import (
+    DETERMINED,
+    UNSEEN,
+    analyse_identifiability,
+    per_stretch,
+    profile_likelihood,
+)
 from railui.identification.estimation.output_error import Fit, block_distances
 from railui.identification.estimation.parallel_models import correlations, two_parallel_models
-from railui.identification.estimation.problem import targets
-from railui.identification.structure.candidates import Bundle, Candidate
-from railui.identification.structure.drift import drifts, hats
-from railui.identification.structure.score_test import differences
+from railui.identification.estimation.problem import prepare_segments
+from railui.identification.structure.candidates import Candidate, CandidateBatch
+from railui.identification.structure.drift import find_drifts, hat_functions
+from railui.identification.structure.score_test import output_differences
 from railui.identification.unmodelled import locate
 from railui.identification.unmodelled.coefficients import PORTS, TERMS, _answers, coefficients
-from railui.identification.unmodelled.locate import CLEAR, look_along, look_outside
+from railui.identification.unmodelled.locate import CLEAR, find_variation_along_track, locate_discrepancy
 from tests.blind.made import fitted, made
 
 CONICITY = "contact.leading.conicity"
@@ -33,14 +39,14 @@ def changed(fit: Fit, path: str, by: np.ndarray) -> Fit:
 
 
 def test_conicity_is_determined_and_the_contact_angle_is_not_seen():
-    words = {path: word for path, word, _, _ in identified(fitted()).words}
+    words = {path: word for path, word, _, _ in analyse_identifiability(fitted()).words}
     assert words[CONICITY] == DETERMINED
     assert words["vehicle.primary.lateral_stiffness"] == DETERMINED
     assert words["contact.leading.contact_angle"] == UNSEEN
 
 
 def test_directions_are_sorted_and_their_deviation_is_one_over_the_singular_value():
-    found = identified(fitted()).directions
+    found = analyse_identifiability(fitted()).directions
     assert len(found) == len(fitted().free.paths)
     values = [d.singular_value for d in found]
     assert values == sorted(values, reverse=True)
@@ -50,7 +56,7 @@ def test_directions_are_sorted_and_their_deviation_is_one_over_the_singular_valu
 def test_the_profile_of_a_determined_number_is_its_parabola():
     fit = fitted()
     j = fit.free.paths.index(CONICITY)
-    found = profile(fit, CONICITY, jobs=2)
+    found = profile_likelihood(fit, CONICITY, jobs=2)
     by_hand = ((found.values - fit.x[j]) / fit.sd[j]) ** 2
     np.testing.assert_allclose(found.deviance, by_hand, rtol=0.5, atol=0.3)
     assert found.low is not None and found.high is not None
@@ -61,10 +67,10 @@ def test_the_profile_of_a_determined_number_is_its_parabola():
 def test_a_freed_coefficient_answers_as_the_kernel_does():
     # the yaw equation's coefficient of psi_1 is a spring between wheelset 1 and the ground
     fit = fitted()
-    answers = _answers(fit, fit.targets[0])
+    answers = _answers(fit, fit.segments[0])
     row = PORTS.index(("wheelset_yaw", 1)) * len(TERMS) + TERMS.index("psi")
     candidate = Candidate("spring", "wheelset_yaw", 1, ({"stiffness": 1e3},))
-    exact = differences(fit, 0, Bundle((candidate,), ((0, 0),)))[0][0] / 1e3
+    exact = output_differences(fit, 0, CandidateBatch((candidate,), ((0, 0),)))[0][0] / 1e3
     assert np.linalg.norm(answers[row] - exact) < 0.25 * np.linalg.norm(exact)
 
 
@@ -80,13 +86,13 @@ def test_a_forgotten_linkage_contradicts_the_yaw_equations():
 
 def test_hats_sum_to_one_everywhere():
     knots = np.linspace(0.0, 100.0, 7)
-    np.testing.assert_allclose(hats(np.linspace(-10.0, 110.0, 50), knots).sum(axis=1), 1.0)
+    np.testing.assert_allclose(hat_functions(np.linspace(-10.0, 110.0, 50), knots).sum(axis=1), 1.0)
 
 
 def test_parameters_do_not_change_along_the_track_where_they_are_constant():
     fit = fitted()
     assert len(block_distances(fit)) == len(fit.normal.gram)
-    assert drifts(fit)[0].share < 0.02
+    assert find_drifts(fit)[0].share < 0.02
     found = per_stretch(fit, 300.0)
     assert found.values.shape == (len(found.between), len(found.paths))
     j = found.paths.index(CONICITY)
@@ -128,30 +134,30 @@ def test_a_course_is_the_value_along_the_track_of_what_changes():
     fit = fitted()
     s, x = block_distances(fit), fit.x[fit.free.paths.index(CONICITY)]
     along = (s - s.min()) / np.ptp(s)
-    found = drifts(changed(fit, CONICITY, 0.3 * x * along))[0]
+    found = find_drifts(changed(fit, CONICITY, 0.3 * x * along))[0]
     assert found.path == CONICITY and found.ratios == {CONICITY: 1.0}
     rise = found.at(np.array([s.max()])) - found.at(np.array([s.min()]))
     assert rise[0] == pytest.approx(0.3 * x, rel=0.1)
 
 
 def test_a_conicity_that_grows_along_the_track_is_seen_at_the_contact():
-    found = drifts(fitted("conicity_drift at=contact per_km=0.4"))[0]
+    found = find_drifts(fitted("conicity_drift at=contact per_km=0.4"))[0]
     assert found.path.startswith("contact.")
     assert found.share > 0.1
 
 
 def test_a_change_along_the_track_is_kept_where_no_curve_can_be_drawn(monkeypatch: pytest.MonkeyPatch):
     fit, one = fitted("conicity_drift at=contact per_km=0.4"), made("conicity_drift at=contact per_km=0.4")
-    along = look_along(fit, one.measurement)
+    along = find_variation_along_track(fit, one.measurement)
     assert along is not None
     weak = replace(along, explained=0.9 * CLEAR)
     monkeypatch.setattr(locate, "spots", lambda fit: [])
-    assert look_outside(fit, one.measurement, one.declared, weak) is weak
+    assert locate_discrepancy(fit, one.measurement, one.declared, weak) is weak
 
 
 def test_two_parallel_models_come_nearer_one_difference_at_a_time():
     one, fit = made(), fitted()
-    ready = targets(one.declared, one.measurement, one.measurement.adjust)
+    ready = prepare_segments(one.declared, one.measurement, one.measurement.estimation)
     paths = [p for p in fit.free.paths if "conicity" in p or ("creep" in p and "spin" not in p)]
     found, rho = two_parallel_models(one.declared, one.measurement, paths, one.declared, ready, jobs=2)
     begun, _ = two_parallel_models(found.model, one.measurement, paths, one.declared, ready, jobs=2)

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from railui.campaign.dataset import Measurement, simulate
-from railui.identification.estimation.initial_state import with_phases
-from railui.identification.loop import adjusted, close_loop, declared_on
-from railui.identification.structure.candidates import Candidate, candidates
-from railui.identification.structure.evidence import Sighting, family_wise
-from railui.identification.structure.score_test import Trace, trace
+from railui.campaign.dataset import Dataset, simulate
+from railui.identification.estimation.initial_state import estimate_phases
+from railui.identification.loop import calibrate, close_loop, nominal_model
+from railui.identification.structure.candidates import Candidate, list_candidates
+from railui.identification.structure.evidence import ScoreResult, family_wise_test
+from railui.identification.structure.score_test import ScoreTestResult, score_test
 from railui.report.loop.data import loop_report
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
@@ -60,8 +60,8 @@ def test_an_angle_in_the_middle_of_a_stretch_is_a_phase_at_its_odometer_s_zero()
 
 def test_every_run_turns_by_its_own_phase_and_the_same_radius():
     one = made(**THREE)
-    a, b = one.measurement.adjust
-    model = turning(one.declared, **{a.place[0]: 0.4, b.place[0]: 2.0})
+    a, b = one.measurement.estimation
+    model = turning(one.declared, **{a.segment_key[0]: 0.4, b.segment_key[0]: 2.0})
     for stretch, angle in ((a, 0.4), (b, 2.0)):
         s = stretch.columns["s"]
         by_hand = model.with_row(["effects.0.phase"], [(angle - 0.5 * (s[0] + s[-1]) / 0.46) % TURN])
@@ -70,9 +70,9 @@ def test_every_run_turns_by_its_own_phase_and_the_same_radius():
 
 
 def test_a_window_turns_as_the_stretch_that_it_was_cut_from():
-    (whole,) = made().measurement.adjust
-    assert {w.place for w in whole.windows(3.0)} == {whole.place}
-    assert whole.beginning(500).place == whole.place
+    (whole,) = made().measurement.estimation
+    assert {w.segment_key for w in whole.windows(3.0)} == {whole.segment_key}
+    assert whole.truncated(500).segment_key == whole.segment_key
 
 
 def test_an_effect_taken_out_leaves_the_others_their_phases():
@@ -86,8 +86,8 @@ def test_an_effect_taken_out_leaves_the_others_their_phases():
 @pytest.mark.parametrize("planted", [(RUN_OUT,), (RUN_OUT, OTHER)], ids=["one wheelset", "both, each its own"])
 def test_four_seconds_tell_the_phases_of_a_run_that_no_fit_has_seen(planted: tuple[str, ...]):
     one = made(*planted, **THREE)
-    (stretch,) = one.measurement.validate
-    met = with_phases(true_model(one), stretch, one.measurement.noise).on(*stretch.place)
+    (stretch,) = one.measurement.validation
+    met = estimate_phases(true_model(one), stretch, one.measurement.noise).on(*stretch.segment_key)
     for i, phase in enumerate(true_phases(one, "c")):
         assert apart(met.value(f"effects.{i}.phase"), phase) < 0.05
 
@@ -100,13 +100,15 @@ def test_the_trace_sees_the_phase_of_every_run():
     assert seen.rho2 > 0.8
     assert first.candidate.shapes[first.shape]["rolling_radius"] == pytest.approx(0.4613, rel=1.1e-3)
     assert first.amount * first.candidate.shapes[first.shape]["force"] == pytest.approx(2500.0, rel=0.1)
-    for stretch, run in zip(one.measurement.adjust, "ab", strict=True):
-        where, middle = stretch.place
+    for stretch, run in zip(one.measurement.estimation, "ab", strict=True):
+        where, middle = stretch.segment_key
         assert apart(first.phases[where], middle / 0.4613 + true_phases(one, run)[0]) < 0.2
 
 
-def traced(fit: Any, measurement: Measurement) -> Trace:
-    return trace(fit, [c for c in candidates(fit.model, measurement.adjust) if c.kind == "run_out"], jobs=2)
+def traced(fit: Any, measurement: Dataset) -> ScoreTestResult:
+    return score_test(
+        fit, [c for c in list_candidates(fit.model, measurement.estimation) if c.kind == "run_out"], jobs=2
+    )
 
 
 def test_with_two_runs_and_nothing_missing_no_wheel_is_seen_to_run_out():
@@ -116,19 +118,19 @@ def test_with_two_runs_and_nothing_missing_no_wheel_is_seen_to_run_out():
 def test_the_family_wise_p_of_noise_knows_that_phases_are_free():
     rng, where = np.random.default_rng(4), np.repeat([0, 1], 20)
     kinds = [Candidate("run_out", "wheelset", w) for w in (None, 1, 2)]
-    p = np.array([family_wise([of_noise(rng, c, where) for c in kinds], seed)[0] for seed in range(200)])
+    p = np.array([family_wise_test([of_noise(rng, c, where) for c in kinds], seed)[0] for seed in range(200)])
     assert 0.35 < np.median(p) < 0.65
     for level in (0.05, 0.2, 0.8):
         assert np.mean(p <= level) == pytest.approx(level, abs=4.0 * np.sqrt(level * (1.0 - level) / len(p)))
 
 
-def of_noise(rng: np.random.Generator, candidate: Candidate, where: np.ndarray) -> Sighting:
+def of_noise(rng: np.random.Generator, candidate: Candidate, where: np.ndarray) -> ScoreResult:
     """Noise in sine and cosine, seen with the phase of each stretch that suits it."""
     sine, cosine = rng.standard_normal((2, len(where)))
     angle = np.arctan2(*(np.bincount(where, x)[where] for x in (cosine, sine)))
     scores = np.cos(angle) * sine + np.sin(angle) * cosine
     beside = np.cos(angle) * cosine - np.sin(angle) * sine
-    return Sighting(candidate, 0, float(scores.sum()), 1.0, scores, 1.0, beside=beside, where=where)
+    return ScoreResult(candidate, 0, float(scores.sum()), 1.0, scores, 1.0, beside=beside, where=where)
 
 
 def test_a_declared_run_out_is_fitted_to_the_phase_of_every_run():
@@ -136,9 +138,9 @@ def test_a_declared_run_out_is_fitted_to_the_phase_of_every_run():
     effect = PlacedEffect("run_out", "wheelset", 1, {"force": 2500.0, "rolling_radius": 0.4613})
     campaign = one.measurement.campaign
     measurement = replace(one.measurement, campaign=replace(campaign, design=campaign.design.with_effects([effect])))
-    fit = adjusted(measurement, declared_on(measurement), jobs=2)
-    for stretch, run in zip(measurement.adjust, "ab", strict=True):
-        met = fit.model.on(*stretch.place)
+    fit = calibrate(measurement, nominal_model(measurement), jobs=2)
+    for stretch, run in zip(measurement.estimation, "ab", strict=True):
+        met = fit.model.on(*stretch.segment_key)
         assert apart(met.value("effects.0.phase"), true_phases(one, run)[0]) < 0.05
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import Measurement, read
-from railui.identification.estimation.multiple_shooting import files, growth, pieces
-from railui.identification.estimation.problem import begin, targets
-from railui.identification.estimation.validation import judge
-from railui.identification.loop import adjusted, close_loop
+from railui.campaign.dataset import Dataset, read_dataset
+from railui.identification.estimation.multiple_shooting import cut_into_windows, growth, windowed_files
+from railui.identification.estimation.problem import estimate_window_start, prepare_segments
+from railui.identification.estimation.validation import validate
+from railui.identification.loop import calibrate, close_loop
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
 from tests.truth.bogie import Vehicle
@@ -24,22 +24,22 @@ HUNTS: Vehicle = replace(DECLARED, lam=(0.21, 0.20), kappa_x=(190.0, 185.0), kap
 
 
 @pytest.fixture(scope="module")
-def hunting(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
+def hunting(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     """60 m/s beyond, 50 m/s below the limit of the linear vehicle; flanges hold it."""
     words = "flange_contact at=contact " + " ".join(f"{k}={v}" for k, v in FLANGES.items())
     order = Order([parse(words)], seed=5, seconds=(30.0, 20.0), speeds=(60.0, 50.0), vehicle=HUNTS)
     folder = tmp_path_factory.mktemp("hunting")
     write(campaign(order), folder)
-    return read(load_campaign(folder))
+    return read_dataset(load_campaign(folder))
 
 
-def with_flanges(measurement: Measurement) -> Model:
+def with_flanges(measurement: Dataset) -> Model:
     flanges = PlacedEffect("flange_contact", "contact", None, FLANGES)
     return Model(measurement.campaign.design).with_effect(flanges)
 
 
-def test_windows_lie_side_by_side_on_the_track_of_the_whole(hunting: Measurement):
-    (whole,) = hunting.adjust
+def test_windows_lie_side_by_side_on_the_track_of_the_whole(hunting: Dataset):
+    (whole,) = hunting.estimation
     cut = whole.windows(3.0)
     assert np.array_equal(np.concatenate([w.columns["e1"] for w in cut]), whole.columns["e1"])
     behind = Model(hunting.campaign.design).half_wheelbase()
@@ -48,33 +48,33 @@ def test_windows_lie_side_by_side_on_the_track_of_the_whole(hunting: Measurement
     assert cut[5].table(behind, 2).shape[0] == 4 * (cut[5].samples - 1) + 1
 
 
-def test_what_a_window_s_beginning_can_do_is_not_held_against_the_vehicle(hunting: Measurement):
+def test_what_a_window_s_beginning_can_do_is_not_held_against_the_vehicle(hunting: Dataset):
     model = Model(hunting.campaign.design)
-    (whole,) = hunting.adjust
-    ready = targets(model, hunting, pieces([whole], {(whole.file, whole.number)}))[3]
-    begun = begin(model, ready)
-    assert begun.begun is not None
-    made = np.tensordot(np.linspace(-1.0, 1.0, len(begun.begun.rows)), begun.begun.rows, 1)
+    (whole,) = hunting.estimation
+    ready = prepare_segments(model, hunting, cut_into_windows([whole], {(whole.file, whole.number)}))[3]
+    begun = estimate_window_start(model, ready)
+    assert begun.initial_sensitivity is not None
+    made = np.tensordot(np.linspace(-1.0, 1.0, len(begun.initial_sensitivity.rows)), begun.initial_sensitivity.rows, 1)
     # the ridge of usual motions holds a little back of what the sensors hardly see
-    assert np.sum(begun.free_of(made) ** 2) < 1e-4 * np.sum(made**2)
+    assert np.sum(begun.without_initial_state(made) ** 2) < 1e-4 * np.sum(made**2)
 
 
-def test_where_flanges_are_declared_a_hunting_vehicle_is_adjusted(hunting: Measurement):
+def test_where_flanges_are_declared_a_hunting_vehicle_is_adjusted(hunting: Dataset):
     declared = with_flanges(hunting)
     low = [f"contact.{w}.conicity" for w in ("leading", "trailing")]
-    fit = adjusted(hunting, declared.with_row(low, np.array([0.2, 0.2])))
-    assert growth(fit.model, hunting.adjust[0]) > 0.0
-    assert not fit.constrained and files(fit) == ["run_a.csv.gz"]
+    fit = calibrate(hunting, declared.with_row(low, np.array([0.2, 0.2])))
+    assert growth(fit.model, hunting.estimation[0]) > 0.0
+    assert not fit.constrained and windowed_files(fit) == ["run_a.csv.gz"]
     found = dict(zip(fit.free.paths, fit.x, strict=True))
     assert found[low[1]] == pytest.approx(0.20, rel=0.10)
     assert found["vehicle.primary.lateral_stiffness"] == pytest.approx(3e6, rel=0.05)
-    assert judge(fit.model, hunting, hunting.validate).nrmse < 0.3
+    assert validate(fit.model, hunting, hunting.validation).nrmse < 0.3
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
-def test_flanges_that_nobody_declared_are_found(hunting: Measurement):
+def test_flanges_that_nobody_declared_are_found(hunting: Dataset):
     found = close_loop(hunting)
     assert "flange_contact" in [e.kind for e in found.after.model.effects]
     assert found.before.constrained and found.hunting is not None
-    assert found.judged["after"].nrmse < 0.1 < 0.5 < found.judged["before"].nrmse
+    assert found.validations["after"].nrmse < 0.1 < 0.5 < found.validations["before"].nrmse

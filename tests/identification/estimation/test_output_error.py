@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import read
+from railui.campaign.dataset import read_dataset
 from railui.identification.estimation.block_products import block_gram
-from railui.identification.estimation.output_error import Adjuster, adjust
-from railui.identification.estimation.validation import floor, judge, weights
-from railui.identification.loop import adjusted
+from railui.identification.estimation.output_error import GaussNewton, fit_output_error
+from railui.identification.estimation.validation import estimate_noise_floor, noise_weights, validate
+from railui.identification.loop import calibrate
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
 from tests.blind.made import fitted, made
@@ -28,29 +28,31 @@ def worst_decay(model: Model, speeds: set[float]) -> float:
     return max(float(model.eigenvalues(v)[0, 0].real) for v in speeds)
 
 
-def adjuster_of(fit) -> Adjuster:
-    return Adjuster(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=1)
+def adjuster_of(fit) -> GaussNewton:
+    return GaussNewton(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=1)
 
 
 def test_every_run_of_a_campaign_draws_noise_of_its_own():
     m, declared = made().measurement, made().declared
     assert [s.run for s in m.stretches] == [0, 1]
-    first = m.adjust[0]
-    own, other = (weights(declared, m, s) for s in (first, replace(first, run=1)))
+    first = m.estimation[0]
+    own, other = (noise_weights(declared, m, s) for s in (first, replace(first, run=1)))
     assert np.all(own != other)
     np.testing.assert_allclose(own, other, rtol=0.2)
 
 
 def test_the_adjusted_vehicle_leaves_what_noise_leaves():
     one, fit = made(), fitted()
-    error = judge(fit.model, one.measurement, one.measurement.validate).nrmse
-    assert error == pytest.approx(floor(fit.model, one.measurement, one.measurement.validate).nrmse, rel=0.10)
+    error = validate(fit.model, one.measurement, one.measurement.validation).nrmse
+    assert error == pytest.approx(
+        estimate_noise_floor(fit.model, one.measurement, one.measurement.validation).nrmse, rel=0.10
+    )
 
 
 def test_adjusting_lowers_the_error_of_the_declared_vehicle():
     one, fit = made(), fitted()
-    declared = judge(one.declared, one.measurement, one.measurement.validate).nrmse
-    assert judge(fit.model, one.measurement, one.measurement.validate).nrmse < 0.5 * declared
+    declared = validate(one.declared, one.measurement, one.measurement.validation).nrmse
+    assert validate(fit.model, one.measurement, one.measurement.validation).nrmse < 0.5 * declared
 
 
 def test_true_parameters_lie_within_four_deviations_where_the_sensors_see_them():
@@ -75,7 +77,7 @@ def test_sensitivities_equal_central_differences():
     delta = 1e-3 * np.maximum(np.abs(fit.x), 0.1 * fit.free.size)
     tried = np.vstack([fit.x, fit.x + np.diag(delta), fit.x - np.diag(delta)])
     p, gram = len(fit.x), 0.0
-    for target in fit.targets:
+    for target in fit.segments:
         z, _ = by_hand.series(target, tried)
         rows = [target.y - z[0], *((z[1 : p + 1] - z[p + 1 :]) / (2.0 * delta[:, None, None]))]
         flat = np.stack(rows).reshape(p + 1, -1)
@@ -96,35 +98,38 @@ def test_inner_products_of_blocks_add_up_to_the_whole():
 def test_a_fit_does_not_return_a_vehicle_that_hunts():
     # without the free play in the model the primary stiffness runs away
     fit = fitted(FREE_PLAY)
-    speeds = {v for t in fit.targets for v in t.stretch.speeds}
+    speeds = {v for t in fit.segments for v in t.stretch.speeds}
     assert worst_decay(fit.model, speeds) < 0.0
 
 
 def test_a_declared_vehicle_that_hunts_a_little_is_adjusted_to_a_stable_one():
     one, fit = made(), fitted()
-    speeds = {v for t in fit.targets for v in t.stretch.speeds}
+    speeds = {v for t in fit.segments for v in t.stretch.speeds}
     found = dict(zip(fit.free.paths, fit.x, strict=True))
     hunting = Model(one.declared.design.with_values({p: 2.5 * x for p, x in found.items() if p.endswith("conicity")}))
     assert worst_decay(hunting, speeds) > 0.0
-    again = adjusted(one.measurement, hunting, jobs=2)
+    again = calibrate(one.measurement, hunting, jobs=2)
     assert worst_decay(again.model, speeds) < 0.0
     assert again.normal.rss == pytest.approx(fit.normal.rss, rel=0.05)
 
 
 def test_a_measured_force_of_the_coach_drives_the_vehicle():
     one = made(seed=4, columns=("Qy", "Qpsi"))
-    fit = adjusted(one.measurement, one.declared, jobs=2)
-    validate = one.measurement.validate
+    fit = calibrate(one.measurement, one.declared, jobs=2)
+    validate = one.measurement.validation
     assert validate[0].coach_forces == ("Qy", "Qpsi")
-    error, noise = judge(fit.model, one.measurement, validate).nrmse, floor(fit.model, one.measurement, validate).nrmse
+    error, noise = (
+        validate(fit.model, one.measurement, validate).nrmse,
+        estimate_noise_floor(fit.model, one.measurement, validate).nrmse,
+    )
     assert error < 1.15 * noise
 
 
 @pytest.mark.parametrize("free", [False, True])
 def test_a_rig_is_adjusted_to_its_true_stiffness_and_damping(tmp_path: Path, free: bool):
     true = write_bench(Bench(seed=5, free=free, seconds=(4.0, 3.0)), tmp_path)
-    measurement = read(load_campaign(tmp_path))
-    fit = adjusted(measurement, Model(measurement.campaign.design), jobs=2)
+    measurement = read_dataset(load_campaign(tmp_path))
+    fit = calibrate(measurement, Model(measurement.campaign.design), jobs=2)
     found = dict(zip(fit.free.paths, fit.x, strict=True))
     assert found["vehicle.rig.stiffness"] == pytest.approx(true.k, rel=0.01)
     assert found["vehicle.rig.damping"] == pytest.approx(true.c, rel=0.05)
@@ -132,25 +137,25 @@ def test_a_rig_is_adjusted_to_its_true_stiffness_and_damping(tmp_path: Path, fre
 
 def test_a_long_record_of_a_rig_is_weighted_as_a_short_one(tmp_path: Path):
     write_bench(Bench(seed=5, seconds=(4.0, 3.0)), tmp_path)
-    measurement = read(load_campaign(tmp_path))
-    (short,) = measurement.adjust
+    measurement = read_dataset(load_campaign(tmp_path))
+    (short,) = measurement.estimation
     many = -(-100_000 // short.samples)
     columns = {c: np.tile(x, many) for c, x in short.columns.items()}
     columns["t"] = np.arange(many * short.samples) * short.dt
     long = replace(short, columns=columns, tables={})
     model = Model(measurement.campaign.design)
-    assert weights(model, measurement, long) == pytest.approx(weights(model, measurement, short), rel=0.05)
+    assert noise_weights(model, measurement, long) == pytest.approx(noise_weights(model, measurement, short), rel=0.05)
 
 
 def test_a_sensor_is_adjusted_along_and_the_digits_do_not_depend_on_the_number_of_jobs():
     one, fit = made(), fitted()
-    late = one.measurement.adjust[0]
+    late = one.measurement.estimation[0]
     columns = dict(late.columns) | {"e1": np.interp(late.columns["t"] - 0.01, late.columns["t"], late.columns["e1"])}
     stretch = replace(late, columns=columns, tables={})
-    measurement = replace(one.measurement, stretches=(stretch, *one.measurement.validate))
+    measurement = replace(one.measurement, stretches=(stretch, *one.measurement.validation))
     model = replace(fit.model, sensors=(PlacedEffect("sensor_delay", "e1", None, {"delay": 0.0}),))
     free = [*fit.free.paths, "sensors.0.delay"]
-    first, second = (adjust(model, measurement, free, one.declared, most=6, jobs=jobs) for jobs in (1, 2))
+    first, second = (fit_output_error(model, measurement, free, one.declared, most=6, jobs=jobs) for jobs in (1, 2))
     assert first.x[-1] == pytest.approx(0.01, abs=5e-4)
     np.testing.assert_array_equal(first.x, second.x)
     np.testing.assert_array_equal(first.covariance, second.covariance)

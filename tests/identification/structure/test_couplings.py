@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from railui import core
-from railui.identification.structure.candidates import Bundle, Candidate
-from railui.identification.structure.couplings import answered, couplings, tried
+from railui.identification.structure.candidates import Candidate, CandidateBatch
+from railui.identification.structure.couplings import answered, find_couplings, tried
 from railui.identification.structure.equivalent_inputs import DELAY, pulses
-from railui.identification.structure.score_test import differences
+from railui.identification.structure.score_test import output_differences
 from railui.track import input_table
 from tests.blind.made import fitted
 
@@ -21,9 +21,9 @@ K = 6e6  # N/m
 )
 def test_a_place_coupled_with_itself_is_twice_a_negative_spring_or_damper(kind: str, strength: str, against: str):
     fit, place = fitted(), ("primary_lateral", 1)
-    bundle = Bundle((Candidate(kind, *place, ({strength: K},)),), ((0, 0),))
-    spring, fine = differences(fit, 0, bundle)
-    coupled = answered(fit, fit.targets[0], [(((place, place),), against)])
+    bundle = CandidateBatch((Candidate(kind, *place, ({strength: K},)),), ((0, 0),))
+    spring, fine = output_differences(fit, 0, bundle)
+    coupled = answered(fit, fit.segments[0], [(((place, place),), against)])
     assert fine.all()
     rest = np.linalg.norm(spring[0] + 0.5 * K * coupled[0]) / np.linalg.norm(spring[0])
     assert rest < 0.1  # the speed of a run wanders, that of an answer stands
@@ -32,7 +32,7 @@ def test_a_place_coupled_with_itself_is_twice_a_negative_spring_or_damper(kind: 
 @pytest.mark.parametrize("hertz", [3.0, 12.0])
 def test_a_sum_of_pulses_answers_as_the_vehicle_does_to_the_force_itself(hertz: float):
     fit, port = fitted(), ("wheelset", 1)
-    target, seconds = fit.targets[0], 5.0
+    target, seconds = fit.segments[0], 5.0
     stretch, channels = target.stretch, target.stretch.channels
     dt, v, n = stretch.dt, stretch.mean_speed, round(seconds / stretch.dt)
     pulse = pulses(fit, target, [port], seconds, np.ones(len(channels)))[port]
@@ -49,7 +49,7 @@ def test_a_sum_of_pulses_answers_as_the_vehicle_does_to_the_force_itself(hertz: 
 
 
 def test_a_slanting_arm_is_seen_where_it_is_and_explains_most():
-    best = couplings(fitted("lateral_yaw_coupling at=primary_lateral stiffness=4e6"))[0]
+    best = find_couplings(fitted("lateral_yaw_coupling at=primary_lateral stiffness=4e6"))[0]
     assert best.text == "primary_lateral with primary_yaw on both wheelsets"
     assert (best.at, best.wheelset, best.against) == ("primary_lateral", None, "z")
     assert best.share > 0.5
@@ -57,13 +57,13 @@ def test_a_slanting_arm_is_seen_where_it_is_and_explains_most():
 
 @pytest.mark.slow
 def test_crossed_damping_is_seen_between_the_wheelsets():
-    best = couplings(fitted("crossed_damping at=wheelset damping=2e4"))[0]
+    best = find_couplings(fitted("crossed_damping at=wheelset damping=2e4"))[0]
     assert best.text == "wheelset_yaw 1 with wheelset 2" and best.against == "v"
     assert best.share > 0.25
 
 
 def test_where_nothing_is_missing_no_coupling_explains_a_fiftieth():
-    assert couplings(fitted())[0].share < 0.02
+    assert find_couplings(fitted())[0].share < 0.02
 
 
 def test_every_pair_is_tried_once():

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import Measurement, read
+from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.estimation.output_error import Fit
-from railui.identification.estimation.validation import floor, judge
-from railui.identification.loop import Found, adjusted, close_loop
+from railui.identification.estimation.validation import estimate_noise_floor, validate
+from railui.identification.loop import LoopResult, calibrate, close_loop
 from railui.identification.structure.stepwise import ADEQUATE
-from railui.identification.unmodelled.run_dependence import Change, differing, laid
+from railui.identification.unmodelled.run_dependence import RunDependence, prepare_validation, test_run_dependence
 from railui.report.loop.data import loop_report
 from railui.report.loop.page import page
 from railui.vehicle.model import Model
@@ -34,15 +34,15 @@ SEED = 3
 class Case:
     """A campaign whose vehicle has other numbers on some runs, the declared vehicle, and that adjusted."""
 
-    measurement: Measurement
+    measurement: Dataset
     declared: Model
     fit: Fit
 
-    def change(self) -> Change | None:
+    def change(self) -> RunDependence | None:
         """What differs from run to run."""
-        here = laid(self.fit, self.measurement)
+        here = prepare_validation(self.fit, self.measurement)
         assert here is not None
-        return differing(self.fit, here, self.measurement, self.declared)
+        return test_run_dependence(self.fit, here, self.measurement, self.declared)
 
 
 @dataclass(frozen=True)
@@ -90,11 +90,11 @@ def case(name: str) -> Case:
     """One of these campaigns, adjusted to its first run; all others validate."""
     with tempfile.TemporaryDirectory() as folder:
         write(driven("unmeasured" in DRAWN[name].more)[name], Path(folder))
-        measurement = read(load_campaign(folder))
+        measurement = read_dataset(load_campaign(folder))
     judging = tuple(replace(s, role="validate") if s.run else s for s in measurement.stretches)
     measurement = replace(measurement, stretches=judging)
     declared = Model(measurement.campaign.design)
-    return Case(measurement, declared, adjusted(measurement, declared, jobs=2))
+    return Case(measurement, declared, calibrate(measurement, declared, jobs=2))
 
 
 def times(value: Any, factor: float) -> Any:
@@ -118,9 +118,9 @@ def test_a_damper_that_is_stronger_on_the_validating_run_is_found_with_its_value
 def test_with_its_own_value_the_validating_run_is_at_its_floor():
     stronger = case("a stronger damper")
     m, change = stronger.measurement, stronger.change()
-    least = floor(stronger.fit.model, m, m.validate, 5).nrmse
+    least = estimate_noise_floor(stronger.fit.model, m, m.validation, 5).nrmse
     assert change is not None and change.judged.nrmse < ADEQUATE * least
-    assert judge(stronger.fit.model, m, m.validate).nrmse > 1.1 * change.judged.nrmse
+    assert validate(stronger.fit.model, m, m.validation).nrmse > 1.1 * change.judged.nrmse
 
 
 def test_a_spring_that_is_not_adjusted_may_differ_as_well():
@@ -148,18 +148,18 @@ def test_each_of_two_validating_runs_has_a_value_of_its_own_to_either_side():
 def test_of_one_vehicle_nothing_differs_however_its_noise_is_coloured_or_what_pushes_it(name: str):
     one = case(name)
     if (change := one.change()) is not None:  # what is more than chance is far from what counts
-        alone = judge(one.fit.model, one.measurement, one.measurement.validate)
-        assert alone.gain_of(change.judged)[0] < 0.05
+        alone = validate(one.fit.model, one.measurement, one.measurement.validation)
+        assert alone.error_reduction(change.judged)[0] < 0.05
 
 
 @pytest.fixture(scope="module")
-def closed() -> tuple[Found, dict[str, Any]]:
+def closed() -> tuple[LoopResult, dict[str, Any]]:
     one = close_loop(case("a stronger damper").measurement, jobs=2)
     return one, loop_report(one)
 
 
 def test_the_verdict_is_outside_at_the_place_of_what_differs_and_the_sentence_tells_both_values(
-    closed: tuple[Found, dict[str, Any]],
+    closed: tuple[LoopResult, dict[str, Any]],
 ):
     one, report = closed
     assert (report["verdict"], report["outside"]["at"], report["effects"]) == ("outside", "secondary_lateral", [])
@@ -169,7 +169,7 @@ def test_the_verdict_is_outside_at_the_place_of_what_differs_and_the_sentence_te
     assert "not the same from run to run: secondary lateral" in page(one, report)
 
 
-def test_the_error_stays_that_of_the_vehicle_that_saw_only_its_own_runs(closed: tuple[Found, dict[str, Any]]):
+def test_the_error_stays_that_of_the_vehicle_that_saw_only_its_own_runs(closed: tuple[LoopResult, dict[str, Any]]):
     _, report = closed
     assert report["after"]["nrmse"] == report["before"]["nrmse"] > report["outside"]["nrmse"]
     assert report["unexplained"] > 1.1
@@ -177,11 +177,11 @@ def test_the_error_stays_that_of_the_vehicle_that_saw_only_its_own_runs(closed: 
 
 
 def test_what_differs_is_written_as_a_parameter_over_the_distance_of_the_run_that_asks_for_it(
-    closed: tuple[Found, dict[str, Any]],
+    closed: tuple[LoopResult, dict[str, Any]],
 ):
     one, report = closed
     outside = report["outside"]
-    (stretch,) = one.measurement.validate
+    (stretch,) = one.measurement.validation
     assert outside["against"] == "s" and outside["motion"] == stretch.columns["s"][[0, -1]].tolist()
     assert outside["force"] == 2 * [outside["runs"][1]["value"]] and outside["force_unit"] == "N*s/m"
     assert undocumented([report], rows_of("loop")) == []
@@ -194,7 +194,7 @@ def test_a_damper_that_fades_as_it_heats_is_told_as_outside_at_its_place(
 ):
     fading = effect("fading_damper", at, damping=damping, energy=60.0)
     write(campaign(Order(effects=(fading,), seed=seed)), tmp_path)
-    report = loop_report(close_loop(read(load_campaign(tmp_path)), jobs=2))
+    report = loop_report(close_loop(read_dataset(load_campaign(tmp_path)), jobs=2))
     assert (report["verdict"], report["outside"]["at"], report["effects"]) == ("outside", at, [])
     hot, cool = report["outside"]["runs"]
     assert hot["speed"] > cool["speed"] and hot["value"] < cool["value"]

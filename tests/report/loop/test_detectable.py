@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import Sighting
-from railui.identification.structure.score_test import POWER, Trace
+from railui.identification.structure.evidence import ScoreResult
+from railui.identification.structure.score_test import POWER, ScoreTestResult
 from railui.report.loop.detectable import _crossing, detectable, smallest_amount
 
 SPRING = Candidate("spring", "primary_lateral", None, ({"stiffness": 2e5}, {"stiffness": 8e5}))
@@ -20,13 +20,13 @@ MATERIAL = 0.1
 FREED = 1.0 / 0.9**2 - 1.0  # of the squared error, where the error falls by a tenth
 
 
-def seen(candidate: Candidate, shape: int = 0, norm: float = 1e6) -> Sighting:
+def seen(candidate: Candidate, shape: int = 0, norm: float = 1e6) -> ScoreResult:
     """A shape about which the blocks say 1 and -1 in turn: the spread of its score is 100."""
-    return Sighting(candidate, shape, 0.0, 0.0, np.tile([1.0, -1.0], BLOCKS // 2), norm)
+    return ScoreResult(candidate, shape, 0.0, 0.0, np.tile([1.0, -1.0], BLOCKS // 2), norm)
 
 
-def traced(*sightings: Sighting, rss: float) -> Trace:
-    return Trace(sightings, sightings, 0.5, 3.0, rss)
+def traced(*sightings: ScoreResult, rss: float) -> ScoreTestResult:
+    return ScoreTestResult(sightings, sightings, 0.5, 3.0, rss)
 
 
 def test_an_effect_must_pass_the_critical_score_with_ninety_per_cent_power() -> None:

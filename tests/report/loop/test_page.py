@@ -19,9 +19,9 @@ import pytest
 from railui import core
 from railui.campaign import dataset
 from railui.campaign.campaign import load_campaign
-from railui.identification.estimation.validation import Judgement
-from railui.identification.loop import Found, close_loop
-from railui.identification.unmodelled.locate import Outside
+from railui.identification.estimation.validation import Validation
+from railui.identification.loop import LoopResult, close_loop
+from railui.identification.unmodelled.locate import Discrepancy
 from railui.io.atomic import finite
 from railui.report.loop import driven, figures, laws
 from railui.report.loop.data import loop_report
@@ -50,14 +50,14 @@ def shortened(directory: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> Found:
+def found(tmp_path_factory: pytest.TempPathFactory) -> LoopResult:
     others = [r["kind"] for r in core.catalogue() if r["kind"] not in ("free_play", "cubic_stiffness", "sensor_gain")]
     campaign = load_campaign(shortened(tmp_path_factory.mktemp("campaign")))
-    return close_loop(dataset.read(campaign), without=others, jobs=2)
+    return close_loop(dataset.read_dataset(campaign), without=others, jobs=2)
 
 
 @pytest.fixture(scope="module")
-def report(found: Found) -> dict[str, Any]:
+def report(found: LoopResult) -> dict[str, Any]:
     return loop_report(found)
 
 
@@ -82,7 +82,7 @@ class Reader(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def text(found: Found, report: dict[str, Any]) -> str:
+def text(found: LoopResult, report: dict[str, Any]) -> str:
     return page(found, report)
 
 
@@ -132,38 +132,40 @@ def test_every_parameter_and_every_input_is_named(report: dict[str, Any], read: 
     assert all(effect["source"] in read.text for effect in map(core.record, {e["kind"] for e in report["effects"]}))
 
 
-def test_the_same_loop_gives_the_same_page(found: Found, report: dict[str, Any], text: str) -> None:
+def test_the_same_loop_gives_the_same_page(found: LoopResult, report: dict[str, Any], text: str) -> None:
     assert page(found, report) == text
 
 
-def test_a_page_is_written_whole(found: Found, report: dict[str, Any], text: str, tmp_path: Path) -> None:
+def test_a_page_is_written_whole(found: LoopResult, report: dict[str, Any], text: str, tmp_path: Path) -> None:
     assert write_page(found, report, tmp_path / "report.html").read_text(encoding="utf-8") == text
     assert [f.name for f in tmp_path.iterdir()] == ["report.html"]
 
 
-def diverged(found: Found) -> Judgement:
+def diverged(found: LoopResult) -> Validation:
     """The vehicle before, had it diverged on the validating run."""
-    return replace(found.judged["before"], nrmse=np.nan, channels=dict.fromkeys(CHANNELS, np.nan),
-                   series=tuple(np.full_like(x, np.nan) for x in found.judged["before"].series),
+    return replace(found.validations["before"], nrmse=np.nan, channels=dict.fromkeys(CHANNELS, np.nan),
+                   series=tuple(np.full_like(x, np.nan) for x in found.validations["before"].series),
                    diverged=(("run_b.csv.gz", 3.0),))  # fmt: skip
 
 
-def test_a_vehicle_that_diverges_has_no_riding_quality(found: Found) -> None:
-    told = loop_report(replace(found, judged=found.judged | {"before": diverged(found)}))["riding"]
+def test_a_vehicle_that_diverges_has_no_riding_quality(found: LoopResult) -> None:
+    told = loop_report(replace(found, judged=found.validations | {"before": diverged(found)}))["riding"]
     assert told["before"] == dict.fromkeys(told["after"]) and None not in told["after"].values()
 
 
-def test_a_vehicle_that_diverges_leaves_a_page(found: Found, report: dict[str, Any]) -> None:
+def test_a_vehicle_that_diverges_leaves_a_page(found: LoopResult, report: dict[str, Any]) -> None:
     lost = diverged(found)
     told = dict(report) | {"before": finite({"nrmse": lost.nrmse, "channels": lost.channels, "constrained": False,
                                              "diverged": {"file": "run_b.csv.gz", "at_s": 3.0}})}  # fmt: skip
-    text = page(replace(found, judged=found.judged | {"before": lost}), told)
+    text = page(replace(found, judged=found.validations | {"before": lost}), told)
     assert "before: the vehicle diverges on run_b.csv.gz at 3.00 s" in Reader(text).text
     assert "nan" not in Reader(text).text.lower().split()
 
 
-def test_a_campaign_with_nothing_missing_has_a_page(found: Found, report: dict[str, Any]) -> None:
-    bare = replace(found, after=found.before, judged=found.judged | {"after": found.judged["before"]}, verdict="none")
+def test_a_campaign_with_nothing_missing_has_a_page(found: LoopResult, report: dict[str, Any]) -> None:
+    bare = replace(
+        found, after=found.before, judged=found.validations | {"after": found.validations["before"]}, verdict="none"
+    )
     told = dict(report) | {"effects": [], "classes": [], "verdict": "none", "sentence": "Nothing is missing."}
     told |= {"after": report["before"], "detectable": [r | {"value": None} for r in report["detectable"]]}
     read = Reader(page(bare, told))
@@ -171,13 +173,13 @@ def test_a_campaign_with_nothing_missing_has_a_page(found: Found, report: dict[s
     assert "nothing was added" in read.text
 
 
-def test_a_curve_outside_the_catalogue_is_drawn_with_its_bars(found: Found, report: dict[str, Any]) -> None:
+def test_a_curve_outside_the_catalogue_is_drawn_with_its_bars(found: LoopResult, report: dict[str, Any]) -> None:
     motion, force = np.linspace(-2e-3, 2e-3, 5), -np.array([-900.0, -100.0, 0.0, 100.0, 900.0])
     curve = {"motion": tuple(map(float, motion)), "force": tuple(map(float, force))}
     placed = PlacedEffect("measured_force", "primary_lateral", 2, curve, "z")
     fit = replace(found.before, model=found.before.model.with_effect(placed))
-    told = Outside(
-        "primary_lateral", 2, "z", motion, force, np.full(5, 20.0), "m", "N", 0.9, fit, found.judged["after"]
+    told = Discrepancy(
+        "primary_lateral", 2, "z", motion, force, np.full(5, 20.0), "m", "N", 0.9, fit, found.validations["after"]
     )
     one = replace(found, after=fit, outside=told, verdict="outside")
     (law,) = laws.law_figures(one, loop_report(one), figures.telling(found))
@@ -208,7 +210,9 @@ def test_the_bench_returns_a_spring_and_a_damper() -> None:
 @pytest.mark.parametrize(
     "record", [r for r in core.catalogue() if r["kind"] not in core.CURVES], ids=lambda r: r["kind"]
 )
-def test_every_effect_of_the_catalogue_is_drawn(found: Found, report: dict[str, Any], record: dict[str, Any]) -> None:
+def test_every_effect_of_the_catalogue_is_drawn(
+    found: LoopResult, report: dict[str, Any], record: dict[str, Any]
+) -> None:
     model = found.before.model
     at = next((p for p in record["at"] if p != "rig"), record["at"][0])
     needed = [p for p in record["parameters"] if not p["optional"]]
