@@ -1,27 +1,37 @@
-"""Progress of long computations: messages, events, and how a watcher stops them."""
+"""Progress of long computations: messages and events to whoever started them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    pass
-
-
-Watch = Callable[[object], None]
-
-
-Report = Callable[[str], None]  # is told in lines how far the work is
 
 
 class Stopped(Exception):
-    """Raised by a watcher: the study ends here, and nothing of it is kept."""
+    """Stop requested by the receiver of progress: the computation ends and its result is discarded."""
+
+
+class Progress:
+    """Receiver of progress that ignores everything; subclasses override what they need.
+
+    A receiver stops the computation by raising `Stopped` in either method.
+    """
+
+    def message(self, text: str) -> None:
+        """Receive a line for the user."""
+
+    def event(self, event: object) -> None:
+        """Receive an intermediate result, for example a `FitIteration`."""
+
+
+SILENT = Progress()
+
+# until every computation takes a Progress
+Watch = Callable[[object], None]
+Report = Callable[[str], None]
 
 
 def silent(_: str) -> None:
-    """Reports nothing."""
+    """Ignore a message."""
 
 
 def unwatched(_: object) -> None:
-    """Watches nothing."""
+    """Ignore an event."""

@@ -33,7 +33,7 @@ def predict_validation_gain(
     if laid is None:
         return {}  # what hunts there is not of first order
     ready = truncate(laid.segments, measurement, LOOKED_AT)
-    here = replace(laid, targets=tuple(ready))
+    here = replace(laid, segments=tuple(ready))
     adjuster = GaussNewton(here.model, here.free, ready, block=1.0, stable=False, jobs=1)
     bases = [adjuster.sensitivities(t, here.x)[0][1:] for t in ready]
     rows = [[t.stretch.channels.index(c) for c in compared_channels(t.stretch)] for t in ready]

@@ -112,7 +112,7 @@ class ScoreTest:
     def __init__(self, fit: Fit, ready: Sequence[FitSegment]) -> None:
         self.adjuster = GaussNewton(fit.model, fit.free, ready, block=1.0, stable=False, jobs=1)
         self.adjuster.begin(fit.x)
-        self.fit = replace(fit, targets=tuple(self.adjuster.ready))
+        self.fit = replace(fit, segments=tuple(self.adjuster.ready))
         seconds = block_seconds(fit.model, [t.stretch for t in fit.segments])
         length = [samples_of(seconds, t) for t in ready]
         self.bases = [_base(self.adjuster, self.fit, i, length[i]) for i in range(len(ready))]

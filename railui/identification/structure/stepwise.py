@@ -92,7 +92,7 @@ class StepwiseSelection:
         m = self.measurement
         loaded = m.campaign.track == "loaded"
         found = list_candidates(fit.model, m.estimation, without=self.without, loaded=loaded)
-        part = replace(fit, targets=tuple(truncate(fit.segments, m, TRACED)))
+        part = replace(fit, segments=tuple(truncate(fit.segments, m, TRACED)))
         first = truncate(part.segments, m, GLIMPSED)
         seen = score_test(part, found, first=first, jobs=self.jobs, seed=self.seed, watch=self.watch)
         self.report(

@@ -88,7 +88,7 @@ def prepare_validation(fit: Fit, measurement: Dataset) -> Fit | None:
         return None
     for stretch in stretches:
         model = estimate_phases(model, stretch, measurement.noise)
-    return replace(fit, model=model, targets=tuple(prepare_segments(model, measurement, stretches)))
+    return replace(fit, model=model, segments=tuple(prepare_segments(model, measurement, stretches)))
 
 
 def test_run_dependence(

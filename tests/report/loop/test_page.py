@@ -149,7 +149,7 @@ def diverged(found: LoopResult) -> Validation:
 
 
 def test_a_vehicle_that_diverges_has_no_riding_quality(found: LoopResult) -> None:
-    told = loop_report(replace(found, judged=found.validations | {"before": diverged(found)}))["riding"]
+    told = loop_report(replace(found, validations=found.validations | {"before": diverged(found)}))["riding"]
     assert told["before"] == dict.fromkeys(told["after"]) and None not in told["after"].values()
 
 
@@ -157,7 +157,7 @@ def test_a_vehicle_that_diverges_leaves_a_page(found: LoopResult, report: dict[s
     lost = diverged(found)
     told = dict(report) | {"before": finite({"nrmse": lost.nrmse, "channels": lost.channels, "constrained": False,
                                              "diverged": {"file": "run_b.csv.gz", "at_s": 3.0}})}  # fmt: skip
-    text = page(replace(found, judged=found.validations | {"before": lost}), told)
+    text = page(replace(found, validations=found.validations | {"before": lost}), told)
     assert "before: the vehicle diverges on run_b.csv.gz at 3.00 s" in Reader(text).text
     assert "nan" not in Reader(text).text.lower().split()
 
