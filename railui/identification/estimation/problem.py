@@ -116,7 +116,7 @@ def estimate_window_start(model: Model, target: FitSegment) -> FitSegment:
     begun = InitialStateSensitivity(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
     start = target.start.copy()
     start[: len(scale)] += scale * begun.shift(target.y - series[0])
-    return replace(target, start=start, begun=begun)
+    return replace(target, start=start, initial_sensitivity=begun)
 
 
 def adapt_to_model(
