@@ -31,7 +31,7 @@ rust: rust-style
 	cargo test --release --workspace
 
 check: rust-style python-style .stamp-build
-	cargo test --release --workspace --quiet --test floors
+	cargo test --release --workspace --quiet --test layers
 
 python-style: .stamp-packages
 	$(BIN)/ruff check railui tests release docs

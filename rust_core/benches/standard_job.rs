@@ -2,13 +2,13 @@
 //! An item is one design and step, or one sample of one channel and vehicle where channels are filtered.
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use railui_core::compare::{Filter, filtered};
-use railui_core::course::Course;
+use railui_core::batch::{Many, Weighing, rates, score};
 use railui_core::effects::Law;
-use railui_core::kinds::VehicleKind;
-use railui_core::lanes::{LANES, Lanes, level};
-use railui_core::many::{Many, Weighing, rates, score};
-use railui_core::structure::{Placed, Structure};
+use railui_core::integrate::comparison::{Filter, filtered};
+use railui_core::rate::input_table::Course;
+use railui_core::simd::{LANES, Lanes, level};
+use railui_core::vehicle::kinds::VehicleKind;
+use railui_core::vehicle::structure::{Placed, Structure};
 use std::sync::atomic::AtomicBool;
 
 const DESIGNS: usize = 16;

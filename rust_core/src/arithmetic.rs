@@ -1,9 +1,9 @@
 //! The arithmetic of a step of a plain bogie, counted by the very rate and the very sums that the lanes run.
-use crate::course::Course;
-use crate::lanes::{Counted, Counts, Lanes, Part, counting};
-use crate::plain::PlainBogie;
-use crate::ride::{Growing, Sums};
-use crate::vehicle::{Group, STATES};
+use crate::integrate::ride_statistics::{Growing, Sums};
+use crate::rate::input_table::Course;
+use crate::simd::{Counted, Counts, Lanes, Part, counting};
+use crate::vehicle::group::{Group, STATES};
+use crate::vehicle::plain_bogie::PlainBogie;
 
 /// RK4 per degree of freedom: six products that join a sum on the way to the states of the slopes, three at the end, and
 /// four sums of slopes there.

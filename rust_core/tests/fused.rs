@@ -1,15 +1,15 @@
 //! The fused bogie and the fused vehicle of bodies and elements are the general ones, lane by lane.
-use railui_core::bodies::{Acts, Body, Joint, Layout, Number, Point, Way, Wheels};
-use railui_core::course::Course;
 use railui_core::effects::Law;
-use railui_core::fused::FusedVehicle;
-use railui_core::integrate::run;
-use railui_core::kinds::VehicleKind;
-use railui_core::lanes::{LANES, Portable};
-use railui_core::structure::{Placed, Single, Structure};
-use railui_core::suspension::{Laying, Suspension};
-use railui_core::vehicle::Group;
-use railui_core::watch::{Series, Watch};
+use railui_core::integrate::recorder::{Series, Watch};
+use railui_core::integrate::run::run;
+use railui_core::rate::fused::FusedVehicle;
+use railui_core::rate::input_table::Course;
+use railui_core::rate::suspension::{Laying, Suspension};
+use railui_core::simd::{LANES, Portable};
+use railui_core::vehicle::bodies::{Acts, Body, Joint, Layout, Number, Point, Way, Wheels};
+use railui_core::vehicle::group::Group;
+use railui_core::vehicle::kinds::VehicleKind;
+use railui_core::vehicle::structure::{Placed, Single, Structure};
 use std::sync::atomic::AtomicBool;
 
 const SAMPLES: usize = 1500;

@@ -1,10 +1,10 @@
 //! Every SIMD level gives the same ride: this processor's best against the same test run again without vectors.
-use railui_core::course::Course;
+use railui_core::batch::{Many, Weighing, score};
 use railui_core::effects::Law;
-use railui_core::kinds::VehicleKind;
-use railui_core::lanes::level;
-use railui_core::many::{Many, Weighing, score};
-use railui_core::structure::{Placed, Structure};
+use railui_core::rate::input_table::Course;
+use railui_core::simd::level;
+use railui_core::vehicle::kinds::VehicleKind;
+use railui_core::vehicle::structure::{Placed, Structure};
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 

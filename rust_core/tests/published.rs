@@ -1,6 +1,6 @@
 //! The linear vehicles against published and hand-worked values.
 use proptest::prelude::*;
-use railui_core::kinds::VehicleKind;
+use railui_core::vehicle::kinds::VehicleKind;
 
 /// The bogie of the model's check values, no secondary spring.
 fn check_bogie() -> Vec<f64> {

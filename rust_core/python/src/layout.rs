@@ -1,7 +1,7 @@
 //! The layout of a vehicle of bodies and elements as Python hands it over.
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use railui_core::bodies::{self, Acts, Layout, Number, Way};
+use railui_core::vehicle::bodies::{self, Acts, Layout, Number, Way};
 
 #[derive(FromPyObject)]
 struct Wheels {

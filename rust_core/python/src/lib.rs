@@ -7,17 +7,17 @@ use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUn
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use railui_core::assemble::LINKAGE;
-use railui_core::compare::Filter;
-use railui_core::course::Course;
+use railui_core::batch::{self, Many, Weighing};
 use railui_core::effects::effect::{Kind, Param, Role, Site, Supersedes};
 use railui_core::effects::{CATALOGUE, Law};
 use railui_core::error::Error;
-use railui_core::kinds::VehicleKind;
-use railui_core::lanes;
-use railui_core::many::{self, Many, Weighing};
-use railui_core::peak::{self, Links};
-use railui_core::structure::{Placed, Structure};
+use railui_core::integrate::comparison::Filter;
+use railui_core::rate::input_table::Course;
+
+use railui_core::simd::peak::{self, Links};
+use railui_core::vehicle::assembly::LINKAGE;
+use railui_core::vehicle::kinds::VehicleKind;
+use railui_core::vehicle::structure::{Placed, Structure};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::{BTreeMap, HashMap};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -187,7 +187,7 @@ fn parameters(kind: &str) -> PyResult<Vec<&'static str>> {
 /// The instructions that the lanes run on here.
 #[pyfunction]
 fn simd() -> &'static str {
-    lanes::level().name()
+    railui_core::simd::level().name()
 }
 
 /// Run so many rounds of chains of arithmetic in registers, fused products or square roots; returns how many operations
@@ -358,7 +358,7 @@ impl Vehicle {
         let course = self.course(&table, steps, dt)?;
         let filter = filter_parts.map(filter).transpose()?;
         let (series, lost) =
-            away(py, jobs, |cancel| many::simulate(&many, &course, &channels, filter.as_ref(), cancel))?;
+            away(py, jobs, |cancel| batch::simulate(&many, &course, &channels, filter.as_ref(), cancel))?;
         Ok((PyArray1::from_vec(py, series), lost.into_iter().map(|k| k.map_or(-1, |k| k as i64)).collect()))
     }
 
@@ -384,7 +384,7 @@ impl Vehicle {
         let many = rows.of(&self.structure);
         let course = self.course(&table, steps, dt)?;
         let weighing = weighing(many.count, channels, wheelsets, &clearance, &cascades, block)?;
-        let scores = away(py, jobs, |cancel| many::score(&many, &course, &weighing, cancel))?;
+        let scores = away(py, jobs, |cancel| batch::score(&many, &course, &weighing, cancel))?;
         let flat = |x: Vec<Vec<f64>>| PyArray1::from_vec(py, x.concat());
         Ok((
             PyArray1::from_vec(py, scores.displacement.iter().flatten().flatten().copied().collect()),
@@ -412,7 +412,7 @@ impl Vehicle {
         let many = rows.of(&self.structure);
         let course = self.course(&table, 1, dt)?;
         let weighing = weighing(many.count, channels, wheelsets, &clearance, &cascades, block)?;
-        let counts = many::arithmetic(&many, &course, &weighing).map_err(raised)?;
+        let counts = batch::arithmetic(&many, &course, &weighing).map_err(raised)?;
         Ok(counts.map(|c| [c.fused, c.products, c.sums, c.choices, c.roots, c.quotients]))
     }
 
@@ -470,7 +470,7 @@ impl Vehicle {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let rows = batch.rows()?;
         let many = rows.of(&self.structure);
-        Ok(PyArray1::from_vec(py, many::rates(&many, row.as_slice()?, states.as_slice()?).map_err(raised)?))
+        Ok(PyArray1::from_vec(py, batch::rates(&many, row.as_slice()?, states.as_slice()?).map_err(raised)?))
     }
 
     /// Names of the degrees of freedom: the first so many states, their rates the next.
@@ -503,7 +503,7 @@ impl Vehicle {
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
         let rows = batch.rows()?;
         let (forces, told) =
-            many::statics(&rows.of(&self.structure), offsets.as_slice()?, curvature.as_slice()?).map_err(raised)?;
+            batch::statics(&rows.of(&self.structure), offsets.as_slice()?, curvature.as_slice()?).map_err(raised)?;
         Ok((PyArray1::from_vec(py, forces), PyArray1::from_vec(py, told)))
     }
 
@@ -533,5 +533,5 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(chains, m)?)?;
     m.add_function(wrap_pyfunction!(sources, m)?)?;
     m.add("LINKAGE", LINKAGE)?;
-    m.add("LANES", lanes::LANES)
+    m.add("LANES", railui_core::simd::LANES)
 }

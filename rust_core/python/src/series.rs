@@ -3,8 +3,8 @@ use crate::{Matrix, raised};
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use railui_core::error::expect_len;
-use railui_core::sections::pass;
-use railui_core::spline;
+use railui_core::numeric::biquad::pass;
+use railui_core::numeric::spline;
 
 /// A not-a-knot cubic spline through y [sample, column] at the places x.
 #[pyclass(frozen)]

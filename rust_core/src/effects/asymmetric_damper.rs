@@ -1,6 +1,6 @@
 //! A damper that is stronger in one direction.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct AsymmetricDamper;
 

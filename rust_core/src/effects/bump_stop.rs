@@ -1,6 +1,6 @@
 //! A stop that the suspension meets beyond a gap.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct BumpStop;
 

@@ -1,6 +1,6 @@
 //! Saturation of the creep forces at the friction limit.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct CreepSaturation;
 

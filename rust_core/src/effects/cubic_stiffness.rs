@@ -1,6 +1,6 @@
 //! A spring that stiffens, or softens, with the cube of the deflection.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct CubicStiffness;
 

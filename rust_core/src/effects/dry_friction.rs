@@ -1,6 +1,6 @@
 //! Dry friction, smoothed over a slip speed.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct DryFriction;
 

@@ -1,5 +1,5 @@
 //! What an effect is: a physical law that the linear model lacks, at a place, with an amount.
-use crate::lanes::{Lanes, Part};
+use crate::simd::{Lanes, Part};
 
 /// One parameter of a law. `default`, `minimum` and `maximum` are multiples of `times`: a product of
 /// k, c (the vehicle's own linear terms at the place), z, v, F (its reference motion, 5 mm or 5 mrad, at

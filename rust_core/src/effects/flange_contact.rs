@@ -1,6 +1,6 @@
 //! Flange contact: a stiff spring beyond the clearance between flange and rail.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct FlangeContact;
 

@@ -1,6 +1,6 @@
 //! Free play: the declared spring acts beyond a clearance, nothing inside it.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct FreePlay;
 

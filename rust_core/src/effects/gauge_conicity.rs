@@ -1,6 +1,6 @@
 //! Conicity that follows the gauge.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct GaugeConicity;
 

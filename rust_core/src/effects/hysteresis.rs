@@ -1,6 +1,6 @@
 //! Hysteresis of a friction spring: the element of Bouc and Wen.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct Hysteresis;
 

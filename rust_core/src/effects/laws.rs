@@ -1,8 +1,8 @@
 //! What must hold of every effect, tested over the list.
 use super::effect::*;
 use super::*;
-use crate::lanes::{LANES, Lanes, Portable};
-use crate::profile::{ShapeLanes, steepest_angle};
+use crate::numeric::profile_table::{ShapeLanes, steepest_angle};
+use crate::simd::{LANES, Lanes, Portable};
 
 const SITE: Site = Site {
     stiffness: 6e6,

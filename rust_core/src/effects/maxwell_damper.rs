@@ -1,6 +1,6 @@
 //! A damper in series with its mounting spring, blowing off at a largest force.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct MaxwellDamper;
 

@@ -1,7 +1,7 @@
 //! A measured curve of force against motion or speed: what the verdict "outside" adds.
-use super::curve;
+use super::polyline;
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 use std::marker::PhantomData;
 
 /// F = f(z), f(v) or f(s): linear between the points of the curve, held beyond its ends
@@ -98,15 +98,15 @@ impl<X: Abscissa> Effect for CurveOf<X> {
     };
 
     fn counts(p: &[f64]) -> bool {
-        curve::counts(p)
+        polyline::counts(p)
     }
 
     fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
-        curve::prepare(p, 0.0)
+        polyline::prepare(p, 0.0)
     }
 
     fn stiffest(p: &[f64], _: &Site) -> Slopes {
-        let (x, f) = curve::points(p);
+        let (x, f) = polyline::points(p);
         let slope = (1..x.len()).map(|i| (f[i] - f[i - 1]).abs() / (x[i] - x[i - 1])).fold(0.0, f64::max);
         X::slopes(slope)
     }
@@ -117,6 +117,6 @@ impl<X: Abscissa> Force for CurveOf<X> {
 
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, v: P, s: f64, _x: P, _dx: &mut P) -> P {
-        curve::at(p, X::of(z, v, s))
+        polyline::at(p, X::of(z, v, s))
     }
 }

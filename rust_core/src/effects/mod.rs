@@ -1,11 +1,11 @@
 //! The catalogue: every effect on one line, under what it acts on.
-mod curve;
+mod polyline;
 pub mod effect;
 #[cfg(test)]
 mod laws;
 
 use crate::error::Error;
-use crate::lanes::{Lanes, Part, Portable};
+use crate::simd::{Lanes, Part, Portable};
 use effect::{Creep, Creeping, Effect, Force, Numbers, Record, Rolling, RollingRadius, Site, Slopes};
 
 macro_rules! catalogue {

@@ -1,6 +1,6 @@
 //! Conicity that grows, or falls, with the amplitude.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct NonlinearConicity;
 

@@ -1,6 +1,6 @@
 //! Creep forces of Polach: adhesion and slip reduced apart, friction that falls with the speed of slip.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct Polach;
 

@@ -1,6 +1,6 @@
 //! Shape of the measured profiles: rolling radii and contact angles against the displacement, as they are.
 use super::effect::*;
-use crate::profile;
+use crate::numeric::profile_table;
 
 /// (r_1 - r_2)/2 = lambda (S(e) + dS/dg(e) g), b (gamma_1 - gamma_2)/2 = epsilon T(e), from measured profiles
 pub struct ProfileShape;
@@ -33,7 +33,7 @@ impl Effect for ProfileShape {
     }
 
     fn stiffest(p: &[f64], site: &Site) -> Slopes {
-        let steepest = profile::steepest_angle(p);
+        let steepest = profile_table::steepest_angle(p);
         Slopes { stiffness: site.gravitational * (steepest - 1.0).max(0.0), ..Slopes::default() }
     }
 }

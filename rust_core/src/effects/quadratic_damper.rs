@@ -1,6 +1,6 @@
 //! A hydraulic damper whose force grows with the square of the speed.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct QuadraticDamper;
 

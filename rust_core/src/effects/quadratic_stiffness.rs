@@ -1,6 +1,6 @@
 //! A spring whose stiffness differs between the two sides.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct QuadraticStiffness;
 

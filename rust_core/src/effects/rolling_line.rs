@@ -1,7 +1,7 @@
 //! Rolling line that wanders: rails worn or laid to one side over a stretch of the track.
-use super::curve;
+use super::polyline;
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct RollingLine;
 
@@ -27,12 +27,12 @@ impl Effect for RollingLine {
     };
 
     fn counts(p: &[f64]) -> bool {
-        curve::counts(p)
+        polyline::counts(p)
     }
 
     // a wheelset that runs behind the first meets every place so much later
     fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
-        curve::prepare(p, site.behind)
+        polyline::prepare(p, site.behind)
     }
 }
 
@@ -40,6 +40,6 @@ impl Rolling for RollingLine {
     // (r_1 - r_2)/2 = lambda (e - e_0(s))
     #[inline(always)]
     fn roll<P: Part>(p: Numbers<'_>, alpha: P, _gauge: P, s: f64, to: &mut RollingRadius<P>) {
-        to.shift = alpha.mul_add(curve::at(p, P::splat(s)), to.shift);
+        to.shift = alpha.mul_add(polyline::at(p, P::splat(s)), to.shift);
     }
 }

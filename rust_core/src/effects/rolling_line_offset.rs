@@ -1,6 +1,6 @@
 //! Rolling line beside the middle: unequal diameters or rails worn on one side.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct RollingLineOffset;
 

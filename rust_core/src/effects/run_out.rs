@@ -1,6 +1,6 @@
 //! Run-out of a wheelset: a force once per turn.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct RunOut;
 

@@ -1,6 +1,6 @@
 //! Creep forces of Shen, Hedrick and Elkins: Kalker's coefficients with spin, cut down for the rail's surface.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct ShenHedrickElkins;
 

@@ -1,6 +1,6 @@
 //! A spring that the declaration forgot.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct Spring;
 

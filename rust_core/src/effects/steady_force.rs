@@ -1,6 +1,6 @@
 //! A constant force on the frame, such as wind.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct SteadyForce;
 

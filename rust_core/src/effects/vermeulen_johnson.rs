@@ -1,6 +1,6 @@
 //! Creep forces of Vermeulen and Johnson: an elliptical contact without spin.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct VermeulenJohnson;
 

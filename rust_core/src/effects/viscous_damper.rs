@@ -1,6 +1,6 @@
 //! A damper that the declaration forgot.
 use super::effect::*;
-use crate::lanes::Part;
+use crate::simd::Part;
 
 pub struct ViscousDamper;
 

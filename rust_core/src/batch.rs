@@ -1,0 +1,260 @@
+//! Groups over threads: designs, perturbed parameters, candidates.
+use crate::arithmetic::of_a_step;
+use crate::curving::{Stand, Statics};
+use crate::error::{Error, Result, expect_len};
+use crate::integrate::comparison::{Filter, filtered, sense};
+use crate::integrate::recorder::{Series, Watch};
+use crate::integrate::ride_statistics::{Sums, cascade};
+use crate::integrate::run::run;
+use crate::rate::input_table::Course;
+use crate::simd::{Counts, Job, LANES, Lanes, Part, Portable, dispatch, level};
+use crate::vehicle::group::{Group, STATES};
+use crate::vehicle::structure::{Single, Structure};
+use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
+
+/// Vehicles of one structure; every row is one vehicle.
+pub struct Many<'a> {
+    pub structure: &'a Structure,
+    pub count: usize,
+    pub numbers: &'a [f64],
+    pub effects: &'a [f64],
+    pub amounts: &'a [f64],
+    /// Empty: 1 for all.
+    pub speed_scale: &'a [f64],
+    /// [vehicle][state], empty: at rest.
+    pub initial: &'a [f64],
+}
+
+/// Vehicles that step together, sixteen or what is left: the first, and how many.
+#[derive(Clone, Copy)]
+struct Abreast {
+    from: usize,
+    live: usize,
+}
+
+impl Abreast {
+    /// The vehicle of a lane; lanes that are left over carry the first.
+    fn of(self, lane: usize) -> usize {
+        self.from + if lane < self.live { lane } else { 0 }
+    }
+}
+
+impl Many<'_> {
+    /// One of them.
+    pub fn single(&self, i: usize) -> Single<'_> {
+        let row = |x: &[f64]| i * (x.len() / self.count)..(i + 1) * (x.len() / self.count);
+        Single {
+            numbers: &self.numbers[row(self.numbers)],
+            effects: &self.effects[row(self.effects)],
+            amounts: &self.amounts[row(self.amounts)],
+            speed_scale: self.speed_scale.get(i).copied().unwrap_or(1.0),
+        }
+    }
+
+    fn initial(&self, some: Abreast) -> Vec<Lanes> {
+        let states = self.initial.len() / self.count;
+        (0..states).map(|s| Lanes::from_fn(|l| self.initial[some.of(l) * states + s])).collect()
+    }
+
+    fn abreast(&self) -> Vec<Abreast> {
+        let of = |from| Abreast { from, live: (self.count - from).min(LANES) };
+        (0..self.count).step_by(LANES).map(of).collect()
+    }
+
+    fn group(&self, some: Abreast, channels: &[String]) -> Result<Group> {
+        let singles: Vec<_> = (some.from..some.from + some.live).map(|i| self.single(i)).collect();
+        self.structure.group(&singles, channels)
+    }
+}
+
+/// All sixteen-lane series of one group after its sensor laws: [channel][sample], and where lanes diverged.
+fn series(
+    many: &Many<'_>,
+    course: &Course<'_>,
+    channels: &[String],
+    some: Abreast,
+    cancel: &AtomicBool,
+) -> Result<(Vec<Lanes>, [Option<usize>; LANES])> {
+    let group = many.group(some, channels)?;
+    let mut series = Series::new(&group, course.samples());
+    let diverged = run(&group, course, &many.initial(some), some.live, Watch::Series(&mut series), cancel)?;
+    sense(&group, &mut series.lanes, course.samples(), course.dt);
+    Ok((series.lanes, diverged))
+}
+
+/// Lanes to rows: out[vehicle][channel][sample] of one group.
+fn transpose(lanes: &[Lanes], live: usize, out: &mut [f64]) {
+    let n = lanes.len();
+    // blocks that stay in the first cache
+    for begin in (0..n).step_by(64) {
+        let end = (begin + 64).min(n);
+        for l in 0..live {
+            for (to, from) in out[l * n + begin..l * n + end].iter_mut().zip(&lanes[begin..end]) {
+                *to = from.0[l];
+            }
+        }
+    }
+}
+
+/// Series of every vehicle, [vehicle][channel][sample], filtered, cut and weighted where a filter is given.
+pub fn simulate(
+    many: &Many<'_>,
+    course: &Course<'_>,
+    channels: &[String],
+    filter: Option<&Filter>,
+    cancel: &AtomicBool,
+) -> Result<(Vec<f64>, Vec<Option<usize>>)> {
+    let samples = course.samples();
+    if let Some(filter) = filter {
+        filter.check(channels.len(), samples)?;
+    }
+    let row = channels.len() * filter.map_or(samples, |f| f.kept(samples));
+    let mut out = vec![0.0; many.count * row];
+    let mut diverged = vec![None; many.count];
+    out.par_chunks_mut((LANES * row).max(1)).zip(diverged.par_chunks_mut(LANES)).zip(many.abreast()).try_for_each(
+        |((out, lost), some)| {
+            let (mut lanes, found) = series(many, course, channels, some, cancel)?;
+            if let Some(filter) = filter {
+                lanes = filtered(&lanes, samples, filter);
+            }
+            transpose(&lanes, some.live, out);
+            lost.copy_from_slice(&found[..some.live]);
+            Ok::<(), Error>(())
+        },
+    )?;
+    Ok((out, diverged))
+}
+
+/// The rate of change of every vehicle in its own state, [vehicle][state], under one row of the input table.
+pub fn rates(many: &Many<'_>, row: &[f64], states: &[f64]) -> Result<Vec<f64>> {
+    expect_len("columns of the input row", row.len(), many.structure.columns())?;
+    let mut out = Vec::with_capacity(states.len());
+    for some in many.abreast() {
+        let group = many.group(some, &[])?;
+        expect_len("states", states.len(), many.count * group.states)?;
+        let mut x = [Lanes::ZERO; STATES];
+        for (s, x) in x.iter_mut().enumerate().take(group.states) {
+            *x = Lanes::from_fn(|l| states[some.of(l) * group.states + s]);
+        }
+        let dx = dispatch(level(), Rates { group: &group, row, x: &x });
+        out.extend((0..some.live).flat_map(|l| dx[..group.states].iter().map(move |d| d.0[l])));
+    }
+    Ok(out)
+}
+
+struct Rates<'a> {
+    group: &'a Group,
+    row: &'a [f64],
+    x: &'a [Lanes; STATES],
+}
+
+impl Job for Rates<'_> {
+    type Output = Vec<Lanes>;
+
+    #[inline(always)]
+    fn run<P: Part>(self) -> Vec<Lanes> {
+        let (n, mut out) = (self.group.dofs, vec![Lanes::ZERO; STATES]);
+        for at in (0..LANES).step_by(P::WIDTH) {
+            let x: [P; STATES] = std::array::from_fn(|i| P::load(&self.x[i], at));
+            let mut dx = [P::zero(); STATES];
+            self.group.rate(at, self.row, &x, &mut dx);
+            for i in 0..self.group.states {
+                (if i < n { x[n + i] } else { dx[i] }).store(&mut out[i], at);
+            }
+        }
+        out
+    }
+}
+
+/// Every vehicle standing in its curve at `initial`: forces [vehicle][dof and own state], what is told of wheelsets.
+pub fn statics(many: &Many<'_>, offsets: &[f64], curvature: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
+    let (mut forces, mut told) = (Vec::new(), Vec::new());
+    for some in many.abreast() {
+        let group = many.group(some, &[])?;
+        let rows = |of: &[f64], width: usize| -> Result<Vec<Lanes>> {
+            expect_len("numbers of a stand in the curve", of.len(), width * many.count)?;
+            Ok((0..width).map(|k| Lanes::from_fn(|l| of[some.of(l) * width + k])).collect())
+        };
+        let (states, offsets) = (rows(many.initial, group.states)?, rows(offsets, group.dofs)?);
+        let stand = Stand { states: &states, offsets: &offsets, curvature: rows(curvature, 1)?[0] };
+        // a few iterations: not worth compiling for each level
+        let found = Statics { group: &group, stand: &stand }.run::<Portable>();
+        for lane in 0..some.live {
+            forces.extend(found.residual.iter().map(|f| f.0[lane]));
+            told.extend(found.wheelsets.iter().flatten().map(|w| w.0[lane]));
+        }
+    }
+    Ok((forces, told))
+}
+
+/// The statistics of a ride of every vehicle.
+pub struct Scores {
+    /// Per vehicle: mean, standard deviation and share of flange contact of e_1, e_2, ...
+    pub displacement: Vec<Vec<[f64; 3]>>,
+    /// Per vehicle, per acceleration, per cascade: rms.
+    pub rms: Vec<Vec<f64>>,
+    /// Per vehicle, per acceleration: mean squares of the blocks.
+    pub blocks: Vec<Vec<f64>>,
+    pub diverged: Vec<Option<usize>>,
+}
+
+/// What is summed along the ride.
+pub struct Weighing<'a> {
+    /// e_1, e_2, ..., then accelerations.
+    pub channels: Vec<String>,
+    /// How many of them are displacements.
+    pub wheelsets: usize,
+    /// Per vehicle [m].
+    pub clearance: &'a [f64],
+    /// Per cascade: sections of every vehicle, [vehicle][section][6].
+    pub cascades: Vec<&'a [f64]>,
+    pub block: usize,
+}
+
+impl Weighing<'_> {
+    /// The sums of vehicles that step together.
+    fn sums(&self, many: &Many<'_>, some: Abreast, samples: usize) -> Result<Sums> {
+        expect_len("clearances", self.clearance.len(), many.count)?;
+        let clearance = Lanes::from_fn(|l| self.clearance[some.of(l)]);
+        let lanes = |all: &&[f64]| {
+            let n = all.len() / many.count;
+            cascade(&(some.from..some.from + some.live).map(|i| &all[i * n..(i + 1) * n]).collect::<Vec<_>>())
+        };
+        let cascades = self.cascades.iter().map(lanes).collect::<Result<_>>()?;
+        let wheelsets = self.wheelsets.min(self.channels.len());
+        Ok(Sums::new(samples, clearance, [wheelsets, self.channels.len() - wheelsets], cascades, self.block))
+    }
+}
+
+/// What a step of such a ride asks of every lane; None of vehicles that are no plain bogies.
+pub fn arithmetic(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>) -> Result<Option<Counts>> {
+    let first = Abreast { from: 0, live: many.count.min(LANES) };
+    let sums = weighing.sums(many, first, course.samples())?;
+    Ok(of_a_step(&many.group(first, &weighing.channels)?, course, &sums))
+}
+
+/// The statistics of every vehicle's ride along a course.
+pub fn score(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>, cancel: &AtomicBool) -> Result<Scores> {
+    let samples = course.samples();
+    let parts: Vec<_> = many
+        .abreast()
+        .into_par_iter()
+        .map(|some| {
+            let group = many.group(some, &weighing.channels)?;
+            let mut sums = weighing.sums(many, some, samples)?;
+            let lost = run(&group, course, &many.initial(some), some.live, Watch::Sums(&mut sums), cancel)?;
+            Ok::<_, Error>((sums, lost, some.live))
+        })
+        .collect::<Result<_>>()?;
+    let mut scores = Scores { displacement: Vec::new(), rms: Vec::new(), blocks: Vec::new(), diverged: Vec::new() };
+    for (sums, lost, live) in parts {
+        for (lane, lost) in lost.iter().enumerate().take(live) {
+            scores.displacement.push(sums.displacement(lane));
+            scores.rms.push((0..sums.squares.len()).map(|i| sums.rms(i, lane)).collect());
+            scores.blocks.push(sums.blocks.iter().map(|b| b.0[lane]).collect());
+            scores.diverged.push(*lost);
+        }
+    }
+    Ok(scores)
+}

@@ -1,0 +1,87 @@
+//! A vehicle that stands in a curve: forces on its bodies with accelerations and rates zero.
+use crate::simd::{Job, LANES, Lanes, Part};
+use crate::vehicle::group::Group;
+
+/// Where sixteen vehicles stand, in co-ordinates fixed to the track.
+pub struct Stand<'a> {
+    /// Per state; velocities are not looked at.
+    pub states: &'a [Lanes],
+    /// What a body's motion gains for the suspension: the curve under it against the middle of the vehicle.
+    pub offsets: &'a [Lanes],
+    /// 1/R, the centre at +y.
+    pub curvature: Lanes,
+}
+
+/// Numbers told of a wheelset: e, psi, Q_y, longitudinal creepage of wheel 2 (that of wheel 1 is opposite),
+/// T_x1, T_x2, T_y1, T_y2.
+pub const TOLD: usize = 8;
+
+/// Forces on the degrees of freedom, then what drives the own states of rails and effects; and what is told of the wheelsets.
+pub struct Forces {
+    pub residual: Vec<Lanes>,
+    pub wheelsets: Vec<[Lanes; TOLD]>,
+}
+
+/// Source: docs/theory.md, quasi-static curve: the suspension sees the offsets, the contact b/R and 1/R in its creepages.
+pub struct Statics<'a> {
+    pub group: &'a Group,
+    pub stand: &'a Stand<'a>,
+}
+
+impl Job for Statics<'_> {
+    type Output = Forces;
+
+    #[inline(always)]
+    fn run<P: Part>(self) -> Forces {
+        let Statics { group, stand } = self;
+        let n = group.dofs;
+        let mut out = Forces {
+            residual: vec![Lanes::ZERO; group.states - n],
+            wheelsets: vec![[Lanes::ZERO; TOLD]; group.wheelsets.len()],
+        };
+        let row = vec![0.0; group.columns];
+        for at in (0..LANES).step_by(P::WIDTH) {
+            let x = |i: usize| P::load(&stand.states[i], at);
+            let z = |i: usize| P::load(&stand.offsets[i], at) + x(i);
+            let mut force = vec![P::zero(); group.states - n];
+            for (i, j, a) in group.matrix.state().filter(|(_, j, _)| *j < n) {
+                force[i] = P::load(a, at).mul_add(z(j), force[i]);
+            }
+            let curvature = P::load(&stand.curvature, at);
+            for (wheelset, told) in group.wheelsets.iter().zip(&mut out.wheelsets) {
+                let rail = wheelset.rail.as_ref().map(|rail| rail.state);
+                let u = rail.map_or(P::zero(), x);
+                let found = wheelset.standing(at, &row, curvature, x(wheelset.y), x(wheelset.psi), u);
+                force[wheelset.y] = force[wheelset.y] + found.q_y;
+                force[wheelset.psi] = force[wheelset.psi] + found.q_psi;
+                if let Some(state) = rail {
+                    force[state - n] = found.rail;
+                }
+                let ([tx_1, tx_2], [ty_1, ty_2]) = (found.tx, found.ty);
+                let numbers = [found.e, x(wheelset.psi), found.q_y, found.creepage, tx_1, tx_2, ty_1, ty_2];
+                for (value, to) in numbers.into_iter().zip(told) {
+                    value.store(to, at);
+                }
+            }
+            for law in &group.forces {
+                let mut motion = P::zero();
+                for (i, a) in &law.row {
+                    motion = P::load(a, at).mul_add(z(*i), motion);
+                }
+                let own = if law.has_state { x(law.state) } else { P::zero() };
+                let mut rate = P::zero();
+                let f = law.law.force(law.numbers(at), motion, P::zero(), 0.0, own, &mut rate);
+                if law.has_state {
+                    force[law.state - n] = rate;
+                }
+                for (i, a) in &law.row {
+                    force[*i] = (P::load(a, at) * P::load(&law.alpha, at)).mul_add(f, force[*i]);
+                }
+            }
+            for (value, to) in force.into_iter().zip(&mut out.residual) {
+                value.store(to, at);
+            }
+        }
+        out
+    }
+}

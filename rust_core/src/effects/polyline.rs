@@ -1,0 +1,35 @@
+//! A curve through points: linear between them, held beyond its ends.
+use super::effect::Numbers;
+use crate::simd::Part;
+
+/// Do numbers describe a curve: the count n, n places that rise, n values?
+pub fn counts(p: &[f64]) -> bool {
+    p.len() > 2 && p.len() % 2 == 1 && p.len() / 2 == p[0] as usize
+}
+
+/// The places and the values.
+pub fn points(p: &[f64]) -> (&[f64], &[f64]) {
+    p[1..].split_at(p[0] as usize)
+}
+
+/// The first value, then per interval where it begins, its width and its slope; the whole curve further on by `shift`.
+pub fn prepare(p: &[f64], shift: f64) -> Vec<f64> {
+    let (x, y) = points(p);
+    let mut out = vec![y[0]];
+    for i in 1..x.len() {
+        let (begins, ends) = (x[i - 1] + shift, x[i] + shift);
+        out.extend([begins, ends - begins, (y[i] - y[i - 1]) / (ends - begins)]);
+    }
+    out
+}
+
+/// Its value at x, from the numbers of `prepare`.
+#[inline(always)]
+pub fn at<P: Part>(p: Numbers<'_>, x: P) -> P {
+    let mut y: P = p.get(0);
+    for i in (1..p.lanes.len()).step_by(3) {
+        let inside = (x - p.get(i)).max(P::zero()).min(p.get(i + 1));
+        y = inside.mul_add(p.get(i + 2), y);
+    }
+    y
+}

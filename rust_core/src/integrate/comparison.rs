@@ -1,0 +1,211 @@
+//! From simulated series to what is compared with a measurement: sensor laws, band-pass, cut, weight.
+use crate::effects::Law;
+use crate::error::{Error, Result, expect_len};
+use crate::simd::{Job, LANES, Lanes, Part, dispatch, level};
+use crate::vehicle::group::Group;
+
+/// Zero-phase band-pass as `scipy.signal.sosfiltfilt`, then `cut` samples off both ends, then a weight per channel.
+#[derive(Clone, Debug)]
+pub struct Filter {
+    /// Sections [b0, b1, b2, a0, a1, a2]; none: only the mean is removed.
+    pub sos: Vec<[f64; 6]>,
+    /// Steady state of each section for a unit input, `scipy.signal.sosfilt_zi`.
+    pub zi: Vec<[f64; 2]>,
+    /// Samples of odd extension at both ends.
+    pub pad: usize,
+    pub cut: usize,
+    /// One per channel.
+    pub weights: Vec<f64>,
+    /// Keep every n-th sample.
+    pub every: usize,
+}
+
+impl Filter {
+    /// Samples of a channel that are left of so many.
+    pub fn kept(&self, samples: usize) -> usize {
+        samples.saturating_sub(2 * self.cut).div_ceil(self.every)
+    }
+
+    /// Does the filter fit so many channels of so many samples?
+    pub fn check(&self, channels: usize, samples: usize) -> Result<()> {
+        expect_len("weights", self.weights.len(), channels)?;
+        expect_len("initial states of the filter", self.zi.len(), self.sos.len())?;
+        if self.every == 0 {
+            return Err(Error::Value {
+                what: "samples from one that is kept to the next".into(),
+                value: 0.0,
+                rule: "positive",
+            });
+        }
+        if samples <= self.pad || samples <= 2 * self.cut {
+            let what = "samples of a stretch".to_string();
+            return Err(Error::Shape { what, got: samples, expected: self.pad.max(2 * self.cut) + 1 });
+        }
+        Ok(())
+    }
+}
+
+/// Sensor laws on the simulated channels: x(t) -> gain x(t - delay) + offset.
+pub fn sense(group: &Group, series: &mut [Lanes], samples: usize, dt: f64) {
+    // in the order of the formula, however they are listed
+    for law in [Law::SensorDelay, Law::SensorGain, Law::SensorOffset] {
+        for (_, channel, number) in group.sensors.iter().filter(|(other, ..)| *other == law) {
+            let Some(c) = group.readings.iter().position(|r| r.name == *channel) else { continue };
+            let x = &mut series[c * samples..(c + 1) * samples];
+            match law {
+                Law::SensorGain => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] * number.0[l])),
+                Law::SensorOffset => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] + number.0[l])),
+                _ => (0..LANES).for_each(|l| delay(x, l, number.0[l] / dt)),
+            }
+        }
+    }
+}
+
+/// x(k) -> x(k - by), eight-point Lagrange interpolation, the ends held.
+fn delay(x: &mut [Lanes], lane: usize, by: f64) {
+    if by == 0.0 {
+        return;
+    }
+    let whole = by.floor();
+    let part = by - whole;
+    // nodes at -3 .. 4 from the sample before k - by, which lies 1 - part behind it
+    let weights: [f64; 8] = std::array::from_fn(|i| {
+        (0..8).filter(|j| *j != i).map(|j| ((1.0 - part) - (j as f64 - 3.0)) / (i as f64 - j as f64)).product()
+    });
+    let last = x.len() as i64 - 1;
+    let old: Vec<f64> = x.iter().map(|x| x.0[lane]).collect();
+    for (k, x) in x.iter_mut().enumerate() {
+        let base = k as i64 - whole as i64 - 1;
+        x.0[lane] = (0..8).map(|i| weights[i] * old[(base + i as i64 - 3).clamp(0, last) as usize]).sum();
+    }
+}
+
+/// Filtered, cut and weighted series, channel after channel, `kept` samples each.
+pub fn filtered(series: &[Lanes], samples: usize, filter: &Filter) -> Vec<Lanes> {
+    let channels = series.len() / samples;
+    let kept = filter.kept(samples);
+    let mut out = vec![Lanes::ZERO; channels * kept];
+    dispatch(level(), FiltFilt { series, samples, filter, out: &mut out, kept });
+    out
+}
+
+struct FiltFilt<'a> {
+    series: &'a [Lanes],
+    samples: usize,
+    filter: &'a Filter,
+    out: &'a mut [Lanes],
+    kept: usize,
+}
+
+impl Job for FiltFilt<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Part>(self) {
+        let FiltFilt { series, samples, filter, out, kept } = self;
+        let pad = if filter.sos.is_empty() { 0 } else { filter.pad };
+        let mut work = vec![Lanes::ZERO; samples + 2 * pad];
+        for (c, x) in series.chunks_exact(samples).enumerate() {
+            for at in (0..LANES).step_by(P::WIDTH) {
+                extend::<P>(x, &mut work, pad, at);
+                if filter.sos.is_empty() {
+                    centre::<P>(&mut work, at);
+                } else {
+                    let begins = P::load(&work[0], at);
+                    pass(&sections(filter, begins), &mut work, at, false);
+                    let ends = P::load(&work[work.len() - 1], at);
+                    pass(&sections(filter, ends), &mut work, at, true);
+                }
+                let weight = P::splat(filter.weights[c]);
+                for k in 0..kept {
+                    let from = &work[pad + filter.cut + k * filter.every];
+                    (P::load(from, at) * weight).store(&mut out[c * kept + k], at);
+                }
+            }
+        }
+    }
+}
+
+/// Odd extension at both ends: 2 x_0 - x_k.
+#[inline(always)]
+fn extend<P: Part>(x: &[Lanes], work: &mut [Lanes], pad: usize, at: usize) {
+    let n = x.len();
+    let (first, last) = (P::load(&x[0], at), P::load(&x[n - 1], at));
+    let two = P::splat(2.0);
+    for k in 0..pad {
+        (two * first - P::load(&x[pad - k], at)).store(&mut work[k], at);
+        (two * last - P::load(&x[n - 2 - k], at)).store(&mut work[pad + n + k], at);
+    }
+    for k in 0..n {
+        P::load(&x[k], at).store(&mut work[pad + k], at);
+    }
+}
+
+#[inline(always)]
+fn centre<P: Part>(work: &mut [Lanes], at: usize) {
+    let mut sum = P::zero();
+    for x in work.iter() {
+        sum = sum + P::load(x, at);
+    }
+    let mean = sum * P::splat(1.0 / work.len() as f64);
+    for x in work.iter_mut() {
+        (P::load(x, at) - mean).store(x, at);
+    }
+}
+
+/// A section of second order in the transposed form II, with what it remembers.
+#[derive(Clone, Copy)]
+struct Section<P> {
+    b: [P; 3],
+    a: [P; 2],
+    memory: [P; 2],
+}
+
+impl<P: Part> Section<P> {
+    #[inline(always)]
+    fn step(&mut self, x: P) -> P {
+        let ([b0, b1, b2], [a1, a2], [m0, m1]) = (self.b, self.a, self.memory);
+        let y = b0.mul_add(x, m0);
+        self.memory = [b1 * x - a1 * y + m1, b2 * x - a2 * y];
+        y
+    }
+}
+
+/// All sections in the steady state of a first value; zi of a later section holds the gain of those before it.
+#[inline(always)]
+fn sections<P: Part>(filter: &Filter, first: P) -> Vec<Section<P>> {
+    let mut found = Vec::with_capacity(filter.sos.len());
+    for ([b0, b1, b2, a0, a1, a2], zi) in filter.sos.iter().zip(&filter.zi) {
+        let get = |b: &f64| P::splat(b / a0);
+        let (b, a) = ([get(b0), get(b1), get(b2)], [get(a1), get(a2)]);
+        found.push(Section { b, a, memory: [P::splat(zi[0]) * first, P::splat(zi[1]) * first] });
+    }
+    found
+}
+
+/// Sections that a sample passes at once: while one waits for its last result the others have work.
+const AT_ONCE: usize = 4;
+
+/// All sections over the whole work, forwards or backwards.
+#[inline(always)]
+fn pass<P: Part>(sections: &[Section<P>], work: &mut [Lanes], at: usize, backwards: bool) {
+    for some in sections.chunks(AT_ONCE) {
+        match <[Section<P>; AT_ONCE]>::try_from(some) {
+            Ok(all) => along(all, work, at, backwards),
+            Err(_) => some.iter().for_each(|one| along([*one], work, at, backwards)),
+        }
+    }
+}
+
+#[inline(always)]
+fn along<P: Part, const N: usize>(mut sections: [Section<P>; N], work: &mut [Lanes], at: usize, backwards: bool) {
+    let n = work.len();
+    for k in 0..n {
+        let here = &mut work[if backwards { n - 1 - k } else { k }];
+        let mut x = P::load(here, at);
+        for section in &mut sections {
+            x = section.step(x);
+        }
+        x.store(here, at);
+    }
+}

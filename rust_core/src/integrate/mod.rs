@@ -1,0 +1,8 @@
+//! Integration over an input table: number of steps, RK4, recorded channels, ride statistics, comparison.
+//! Each module may use only those above it in this list.
+pub mod step_count;
+pub mod ride_statistics;
+pub mod recorder;
+pub mod rk4;
+pub mod run;
+pub mod comparison;

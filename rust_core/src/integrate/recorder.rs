@@ -1,0 +1,52 @@
+//! What a run leaves: every channel at every sample, or sums.
+use crate::integrate::ride_statistics::Sums;
+use crate::simd::Lanes;
+use crate::vehicle::group::Group;
+
+/// Samples between two looks at divergence and cancellation.
+pub const LOOK: usize = 64;
+
+/// No channel of a vehicle reaches this.
+const WILD: f64 = 1e12;
+
+/// What watches the steps. Not a type parameter: so the step loop is compiled once for both.
+pub enum Watch<'a> {
+    Series(&'a mut Series),
+    Sums(&'a mut Sums),
+}
+
+impl Watch<'_> {
+    /// A lane was found off the rails at a sample; what it did since the last look is not worth keeping.
+    pub fn lost(&mut self, lane: usize, k: usize) {
+        if let Watch::Series(series) = self {
+            series.lost(lane, k);
+        }
+    }
+}
+
+/// Keeps every channel at every sample.
+pub struct Series {
+    pub samples: usize,
+    /// Channel after channel, each with its samples.
+    pub lanes: Vec<Lanes>,
+}
+
+impl Series {
+    pub fn new(group: &Group, samples: usize) -> Self {
+        Series { samples, lanes: vec![Lanes::ZERO; group.readings.len() * samples] }
+    }
+
+    /// Zero from where the lane's channels leave every scale: what overflows here would be NaN behind a filter.
+    fn lost(&mut self, lane: usize, k: usize) {
+        let channels = self.lanes.len() / self.samples;
+        let mut gone = false;
+        for k in k.saturating_sub(LOOK)..=k {
+            let at = |c: usize| c * self.samples + k;
+            gone |= (0..channels).any(|c| self.lanes[at(c)].0[lane].abs().total_cmp(&WILD).is_gt());
+            for c in 0..if gone { channels } else { 0 } {
+                let at = at(c);
+                self.lanes[at].0[lane] = 0.0;
+            }
+        }
+    }
+}

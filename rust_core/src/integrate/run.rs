@@ -1,0 +1,193 @@
+//! RK4 steps of a group along an input table.
+use crate::error::{Error, Result};
+use crate::integrate::recorder::{LOOK, Watch};
+use crate::integrate::rk4::{Stages, Stepping};
+use crate::rate::coach;
+use crate::rate::forms::{Bogie, Form, Fused, General, Moving, Turns};
+use crate::rate::input_table::Course;
+use crate::simd::{Job, LANES, Lanes, Level, Part, dispatch, level};
+use crate::vehicle::group::Group;
+use crate::wheel_rail::contact::Contact;
+use std::marker::PhantomData;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Run sixteen vehicles (the first `live` count) from `initial` (one entry per state; none: at rest).
+/// Returns per lane the sample at which it was found diverged; its state is zero from there on.
+pub fn run(
+    group: &Group,
+    course: &Course<'_>,
+    initial: &[Lanes],
+    live: usize,
+    mut watch: Watch<'_>,
+    cancel: &AtomicBool,
+) -> Result<[Option<usize>; LANES]> {
+    course.check(group.columns)?;
+    if initial.len() > group.states {
+        return Err(Error::Shape { what: "initial states".into(), got: initial.len(), expected: group.states });
+    }
+    let mut diverged = [None; LANES];
+    Run { group, course, initial, live, watch: &mut watch, cancel, diverged: &mut diverged }.begin();
+    for (lane, k) in diverged.iter().enumerate() {
+        if let Some(k) = k {
+            watch.lost(lane, *k);
+        }
+    }
+    if cancel.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(diverged) }
+}
+
+struct Run<'a, 'w> {
+    group: &'a Group,
+    course: &'a Course<'a>,
+    initial: &'a [Lanes],
+    live: usize,
+    watch: &'a mut Watch<'w>,
+    cancel: &'a AtomicBool,
+    diverged: &'a mut [Option<usize>; LANES],
+}
+
+/// A run in one form.
+struct Along<'a, 'w, F>(Run<'a, 'w>, PhantomData<F>);
+
+impl<F: Form> Job for Along<'_, '_, F> {
+    type Output = ();
+    const PORTABLE: bool = F::PORTABLE;
+
+    #[inline(always)]
+    fn run<P: Part>(self) {
+        match F::TURNS {
+            Turns::None => self.0.abreast::<P, F>(P::WIDTH),
+            Turns::Eights if P::WIDTH == LANES => self.0.abreast::<P::Single, F>(LANES / 2),
+            Turns::Eights => self.0.abreast::<P, F>(LANES / 2),
+            Turns::Singles => self.0.abreast::<P::Single, F>(P::WIDTH),
+            // AVX-512 has registers enough for two of each number: both are worked on in the same lines
+            Turns::Straight if P::WIDTH == LANES && self.0.live > P::Single::WIDTH => self.0.abreast::<P, F>(LANES),
+            Turns::Straight => self.0.abreast::<P::Single, F>(P::WIDTH),
+        }
+    }
+}
+
+impl Run<'_, '_> {
+    /// In the form that fits the group.
+    fn begin(self) {
+        let group = self.group;
+        if level() == Level::Portable {
+            return self.within::<General>();
+        }
+        if let Some(bogie) = &group.plain {
+            return match (bogie.laws, bogie.spin || !self.course.level, group.bare().is_none()) {
+                (true, _, true) => self.within::<Bogie<true, true, true>>(),
+                (false, _, true) => self.within::<Bogie<false, true, true>>(),
+                (true, true, false) => self.within::<Bogie<true, true, false>>(),
+                (false, true, false) => self.within::<Bogie<false, true, false>>(),
+                (_, false, false) => self.within::<Bogie<true, false, false>>(),
+            };
+        }
+        let Some(contacts) = &group.contacts else { return self.within::<General>() };
+        match (group.touches(), coach::fits(group) && contacts.iter().all(Contact::whole)) {
+            (true, true) => self.within::<Fused<true, true>>(),
+            (true, false) => self.within::<Fused<true, false>>(),
+            (false, true) => self.within::<Fused<false, true>>(),
+            (false, false) => self.within::<Fused<false, false>>(),
+        }
+    }
+
+    fn within<F: Form>(self) {
+        dispatch(level().filled(self.live), Along::<F>(self, PhantomData));
+    }
+
+    /// So many lanes abreast, in parts of one register each.
+    #[inline(always)]
+    fn abreast<P: Part, F: Form>(mut self, lanes: usize) {
+        for from in (0..self.live).step_by(lanes) {
+            let ats = (from..(from + lanes).min(self.live)).step_by(P::WIDTH);
+            let part = |at: usize| {
+                let moving = F::part::<P>(self.group, self.course, at);
+                Stepping::new(self.group, self.initial, self.watch, at, moving)
+            };
+            let mut parts: Vec<_> = ats.map(part).collect();
+            self.along::<P, _, F>(&mut parts);
+        }
+    }
+
+    /// RK4 along the course for some parts of the lanes, in turns: while one waits for its square roots, the next goes on.
+    #[inline(always)]
+    fn along<P: Part, M: Moving<P>, F: Form>(&mut self, parts: &mut [Stepping<'_, P, M>]) {
+        let (group, course) = (self.group, self.course);
+        let (samples, steps) = (course.samples(), course.steps);
+        let mut h = Lanes::from_fn(|l| course.dt / steps as f64 * group.inv_speed_scale.0[l]);
+        for k in 0..samples {
+            let last = k + 1 == samples;
+            if k % LOOK == 0 || last {
+                if self.cancel.load(Ordering::Relaxed) {
+                    return;
+                }
+                for part in &mut *parts {
+                    part.look(group, k, course.row(2 * steps * k), &mut h, self.diverged);
+                }
+            }
+            for step in 0..if last { 1 } else { steps } {
+                let begin = 2 * (steps * k + step);
+                if let Turns::Straight = F::TURNS {
+                    self.straight(parts, begin, last, (step == 0).then_some(k));
+                    continue;
+                }
+                // one call of rate() in all: its code stays in the cache of decoded instructions
+                for turn in 0..if last { 1 } else { 4_usize } {
+                    let index = begin + turn.div_ceil(2);
+                    let row = course.row(index);
+                    for part in &mut *parts {
+                        part.rate(turn, index, row);
+                        match turn {
+                            0 => part.ahead::<0>(turn),
+                            1 => part.ahead::<1>(turn),
+                            2 => part.ahead::<2>(turn),
+                            _ => part.step(turn),
+                        }
+                        if turn == 0 && step == 0 {
+                            part.sample(k, row, self.watch);
+                        }
+                        if turn == 3 {
+                            part.settle(group);
+                        }
+                    }
+                }
+            }
+        }
+        for part in parts {
+            part.store(self.watch);
+        }
+    }
+
+    /// A step as straight code, of a part or of two in turns; beyond the last row of the input table nothing is asked of it.
+    #[inline(always)]
+    fn straight<P: Part, M: Moving<P>>(
+        &mut self,
+        parts: &mut [Stepping<'_, P, M>],
+        begin: usize,
+        last: bool,
+        sample: Option<usize>,
+    ) {
+        let rows = [0, 1, 2].map(|half| begin + if last { 0 } else { half }).map(|i| (i, self.course.row(i)));
+        let Some((one, others)) = parts.split_first_mut() else { return };
+        let mut stages = Stages::empty();
+        // there is never another of eight lanes: then all are in one
+        if P::WIDTH < LANES / 2
+            && let Some(other) = others.first_mut()
+        {
+            let mut others = Stages::empty();
+            one.first(rows[0], &mut stages, sample, self.watch);
+            other.first(rows[0], &mut others, sample, self.watch);
+            one.next::<1>(rows[1], &mut stages);
+            other.next::<1>(rows[1], &mut others);
+            one.next::<2>(rows[1], &mut stages);
+            other.next::<2>(rows[1], &mut others);
+            one.last(rows[2], &mut stages);
+            other.last(rows[2], &mut others);
+        } else {
+            one.first(rows[0], &mut stages, sample, self.watch);
+            one.next::<1>(rows[1], &mut stages);
+            one.next::<2>(rows[1], &mut stages);
+            one.last(rows[2], &mut stages);
+        }
+    }
+}

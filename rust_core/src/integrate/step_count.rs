@@ -1,0 +1,79 @@
+//! How finely a vehicle must be stepped.
+use crate::effects::Law;
+use crate::effects::effect::{Kind, Site, Slopes};
+use crate::error::{Error, Result};
+use crate::vehicle::assembly::{Assembly, Row, eigenvalues, radius_bound};
+use crate::vehicle::structure::{Single, Structure, contact_site};
+
+/// Where RK4 ends to be stable on the negative real axis, and the share of it that a step may take.
+const BOUND: f64 = 2.78;
+const SHARE: f64 = 0.7;
+
+impl Structure {
+    /// Smallest power of two of RK4 steps per sample: abs(lambda) h <= 1 for the linear vehicle (accuracy), and
+    /// 0.7 of RK4's bound 2.78 with every effect's steepest slopes added (stability).
+    pub fn steps(&self, one: &Single<'_>, slowest: f64, fastest: f64, dt: f64, limit: usize) -> Result<usize> {
+        let vehicle = self.assemble(one)?;
+        let steepest = self.steepest(&vehicle, one, slowest)?;
+        let more: Vec<_> = steepest.iter().map(|(row, s)| (row.as_slice(), s.stiffness, s.damping)).collect();
+        let radius = |values: &[(f64, f64)]| values.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
+        let mut needed: f64 = 1.0;
+        for speed in if slowest < fastest { vec![slowest, fastest] } else { vec![slowest] } {
+            for (more, share) in [(&[][..], 1.0), (&more[..], 1.0 / (SHARE * BOUND))] {
+                let matrix = vehicle.state_matrix(speed, more);
+                // a norm that bounds the eigenvalues is 20 times cheaper, and mostly enough for one step
+                if radius_bound(matrix.clone()) * dt * share > 1.0 {
+                    needed = needed.max(radius(&eigenvalues(matrix)) * dt * share);
+                }
+            }
+        }
+        let rate = steepest.iter().map(|(_, s)| s.rate).fold(0.0, f64::max);
+        needed = needed.max(rate * dt / (SHARE * BOUND)).ceil();
+        // what is far beyond the limit need not fit a whole number
+        let steps = if needed <= limit as f64 { (needed as usize).next_power_of_two() } else { usize::MAX };
+        if steps > limit {
+            let remedy = "raise the mass, soften the stiffest element or sample more often";
+            return Err(Error::Stiff { needed, dt, limit, remedy });
+        }
+        Ok(steps)
+    }
+
+    /// The steepest slopes of everything that the linear vehicle lacks, each with the row through which it acts.
+    fn steepest(&self, vehicle: &Assembly, one: &Single<'_>, slowest: f64) -> Result<Vec<(Row, Slopes)>> {
+        let mut found = Vec::new();
+        // a wheel that slides does not damp the rail
+        let slides = self.placed.iter().any(|placed| placed.law.record().kind == Kind::Creep);
+        for (i, placed, range) in self.acting() {
+            let amount = one.amounts[i];
+            let at = |site: &Site| {
+                let s = placed.law.stiffest(&one.effects[range.clone()], site);
+                Slopes { stiffness: s.stiffness * amount, damping: s.damping * amount, rate: s.rate }
+            };
+            match placed.law.record().kind {
+                Kind::Force if placed.at != "contact" => {
+                    for (row, _, site) in self.ports(vehicle, placed)? {
+                        found.push((row, at(&site)));
+                    }
+                }
+                Kind::Force | Kind::Profile | Kind::Rail => {
+                    for i in self.at_wheelsets(vehicle, placed)? {
+                        let w = &vehicle.wheelsets[i];
+                        let creep_damping = if slides { 0.0 } else { 2.0 * w.kappa_y * w.n / slowest };
+                        let site = Site { creep_damping, ..contact_site(vehicle, i) };
+                        found.push((vec![(w.y, 1.0)], at(&site)));
+                    }
+                }
+                Kind::Creep | Kind::Rolling | Kind::Body | Kind::Sensor => {}
+            }
+        }
+        for own in &vehicle.laws {
+            let mut slopes = own.law.stiffest(&own.numbers, &Site::default());
+            if own.law == Law::MaxwellDamper {
+                // its spring stands in the matrix, with its own state
+                slopes.stiffness = 0.0;
+            }
+            found.push((own.row.clone(), slopes));
+        }
+        Ok(found)
+    }
+}

@@ -1,0 +1,276 @@
+//! Any vehicle whose contacts saturate and touch at most: linear rows, contacts and laws as accelerations in one rate.
+//!
+//! The same forces as those of the general path in another order, made ready for one part of the lanes: every factor
+//! side by side with the next, divided by its mass; the springs that hold a wheelset itself joined with its gravitation;
+//! what the track alone does is summed once per row of the input table.
+use crate::effects::{Law, PlacedLaw};
+use crate::rate::blocks::Row;
+use crate::rate::packed::Place;
+use crate::rate::suspension::{Laying, Suspension};
+use crate::simd::{LANES, Lanes, Part};
+use crate::vehicle::group::{Group, STATES};
+use crate::wheel_rail::contact::{AtSpeed, Contact, under};
+use crate::wheel_rail::wheelset::Motion;
+
+/// A part of the lanes of a group.
+pub struct FusedVehicle<'a, P> {
+    group: &'a Group,
+    at: usize,
+    pub track: Laying<P>,
+    pub suspension: Suspension<P>,
+    wheelsets: Vec<Wheels<P>>,
+    /// Those that differ: less to keep in the first cache.
+    contacts: Vec<(Contact<P>, AtSpeed<P>)>,
+    stops: Vec<Stop<'a, P>>,
+    ports: Vec<Port<'a, P>>,
+    speed: f64,
+    /// The sums of `track` at this row of the table.
+    laid: [P; STATES],
+    laid_at: usize,
+}
+
+/// A wheelset in its suspension.
+struct Wheels<P> {
+    /// y, psi, y', psi'
+    places: [Place<P>; 4],
+    contact: usize,
+    /// Its acceleration per y' by dampers.
+    damping: P,
+    /// First of the columns of its track.
+    column: usize,
+    /// At the row of the table where `laid` is: y_w + r phi_w, and what the slopes of the track add to t_y.
+    line: P,
+    slopes: P,
+}
+
+/// A law at its port: its row, and the same over the masses.
+struct Port<'a, P> {
+    law: &'a PlacedLaw,
+    terms: Vec<(usize, P, P)>,
+    alpha: P,
+}
+
+/// A stop whose deflection stands in dx at its own number, and what its force accelerates. It is rarely met: only then
+/// anything is pushed.
+struct Stop<'a, P> {
+    law: &'a PlacedLaw,
+    gap: P,
+    alpha: P,
+    pushes: Vec<(usize, P)>,
+}
+
+/// What rounding leaves of equal and opposite springs is at most so much of the largest term of a row.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// The place of `laid` where nothing is laid.
+const NOWHERE: usize = STATES - 1;
+
+impl<'a, P: Part> FusedVehicle<'a, P> {
+    /// Of a group that has these fused contacts.
+    #[inline(always)]
+    pub fn new(group: &'a Group, contacts: &[Contact<Lanes>], at: usize) -> Self {
+        let n = group.dofs;
+        let (mut rows, mut track) = (Vec::new(), Vec::new());
+        for row in 0..n {
+            let per_mass = |(i, a): (usize, &Lanes)| (i, times(a, &group.inv_mass[row]));
+            rows.push(telling(group.matrix.state_of(row).map(per_mass)));
+            track.push(group.matrix.inputs_of(row).map(per_mass).collect::<Vec<_>>());
+        }
+        // what holds a wheelset itself goes with its contact
+        let mut held = Vec::new();
+        for (wheelset, contact) in group.wheelsets.iter().zip(contacts) {
+            let [lateral, yaw] = [wheelset.y, wheelset.psi].map(|dof| minus(&taken(&mut rows[dof], dof)));
+            held.push((contact.clone().held(&lateral, &yaw), lateral));
+        }
+        let (mut wheelsets, mut parts) = (Vec::new(), Vec::new());
+        for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&held).enumerate() {
+            let (y, psi, column) = (wheelset.y, wheelset.psi, wheelset.column);
+            // gravitation, and its springs were it to stand on the line
+            add(&mut track[y], column, &minus(lateral));
+            add(&mut track[y], column + 2, &contact.leaning(lateral));
+            let damping = P::load(&taken(&mut rows[y], n + y), at);
+            let which = held.iter().position(|(other, _)| other == contact).unwrap_or(i);
+            let places = [y, psi, n + y, n + psi].map(Place::new);
+            let none = P::zero();
+            wheelsets.push(Wheels { places, contact: which, damping, column, line: none, slopes: none });
+            let part = contact.part(at);
+            let at_speed = part.at_speed(none, none);
+            parts.push((part, at_speed));
+        }
+        let laid = track.into_iter().enumerate().filter(|(_, row)| !row.is_empty());
+        let track: Vec<Row> = laid.map(|(i, row)| ([i, i], row)).collect();
+        let rows = rows.into_iter().enumerate().map(|(i, row)| ([n + i, i], row));
+        let of_wheelset = |([_, i], _): &Row| group.wheelsets.iter().any(|w| w.y == *i || w.psi == *i);
+        let (wheel_rows, mut rows): (Vec<_>, Vec<_>) = rows.partition(of_wheelset);
+        let (stops, ports) = Self::laws(group, at, &mut rows);
+        FusedVehicle {
+            group,
+            at,
+            track: Laying::new(group, track, at),
+            suspension: Suspension::new(group, &wheel_rows, &rows, stops.len(), at),
+            wheelsets,
+            contacts: parts,
+            stops,
+            ports,
+            speed: f64::NAN,
+            laid: [P::zero(); STATES],
+            laid_at: usize::MAX,
+        }
+    }
+
+    /// The laws at the suspensions; the rows of the stops' deflections go to `rows`.
+    #[inline(always)]
+    fn laws(group: &'a Group, at: usize, rows: &mut Vec<Row>) -> (Vec<Stop<'a, P>>, Vec<Port<'a, P>>) {
+        let part = |a: &Lanes| P::load(a, at);
+        let (mut stops, mut ports) = (Vec::new(), Vec::new());
+        for law in &group.forces {
+            let alpha = part(&law.alpha);
+            if law.law == Law::BumpStop && law.inputs.is_empty() && stops.len() < group.dofs {
+                rows.push(([stops.len(), NOWHERE], law.row.clone()));
+                let pushes = law.pushes.iter().map(|(i, a)| (*i, part(a))).collect();
+                stops.push(Stop { law, gap: part(&law.lanes[0]), alpha, pushes });
+                continue;
+            }
+            let term = |((i, a), (_, push)): (&(usize, Lanes), &(usize, Lanes))| (*i, part(a), part(push));
+            let terms = law.row.iter().zip(&law.pushes).map(term).collect();
+            ports.push(Port { law, terms, alpha });
+        }
+        (stops, ports)
+    }
+
+    #[inline(always)]
+    fn lay(&mut self, index: usize, row: &[f64]) {
+        if row[1] != self.speed {
+            self.pace(row[1]);
+        }
+        self.laid_at = index;
+        self.track.lay(row, &mut self.laid);
+        for wheels in &mut self.wheelsets {
+            let (contact, _) = &self.contacts[wheels.contact];
+            let track = under(row, wheels.column);
+            (wheels.line, wheels.slopes) = (contact.line(&track), contact.by_slopes(&track));
+        }
+    }
+
+    #[inline(always)]
+    fn pace(&mut self, speed: f64) {
+        self.speed = speed;
+        self.track.pace(speed);
+        let v = P::splat(speed) * P::load(&self.group.speed_scale, self.at);
+        let per_v = P::splat(1.0 / speed) * P::load(&self.group.inv_speed_scale, self.at);
+        for (contact, at_speed) in &mut self.contacts {
+            *at_speed = contact.at_speed(v, per_v);
+        }
+    }
+
+    /// dx[n ..] = accelerations and rates of own states at a row of the input table; x has room behind its states.
+    #[inline(always)]
+    pub fn rate<const LAWS: bool, const WHOLE: bool>(
+        &mut self,
+        index: usize,
+        row: &[f64],
+        x: &mut [P; STATES],
+        dx: &mut [P; STATES],
+    ) {
+        if index != self.laid_at {
+            self.lay(index, row);
+        }
+        self.suspension.wheelsets(x, &self.laid, dx);
+        for wheels in &self.wheelsets {
+            self.touch::<LAWS, WHOLE>(wheels, x, dx);
+        }
+        // a contact is a long chain: these rows fill the time that its square roots take
+        self.suspension.bodies(x, &self.laid, dx);
+        for (i, stop) in self.stops.iter().enumerate() {
+            let z = dx[i & 63];
+            if z.abs().any_from(stop.gap) {
+                self.push(stop, z, row, dx);
+            }
+        }
+        for port in &self.ports {
+            self.act(port, row, x, dx);
+        }
+    }
+
+    /// What a wheelset does on the rails joins its suspension.
+    #[inline(always)]
+    fn touch<const LAWS: bool, const WHOLE: bool>(&self, wheels: &Wheels<P>, x: &[P; STATES], dx: &mut [P; STATES]) {
+        let Wheels { places: [y, psi, vy, vpsi], contact, damping, line, slopes, .. } = wheels;
+        let (contact, at_speed) = &self.contacts[*contact];
+        let motion = Motion { y: y.of(x) - *line, psi: psi.of(x), vy: vy.of(x), vpsi: vpsi.of(x) };
+        let slip = contact.slip::<true>(at_speed, &motion, *slopes);
+        let factors = contact.factors::<LAWS, WHOLE, true>(&slip);
+        let given = [damping.mul_add(motion.vy, vy.of(dx)), vpsi.of(dx)];
+        let [a_y, a_psi] = contact.touch::<LAWS, true>(at_speed, &motion, &slip, factors, given);
+        vy.put(dx, a_y);
+        vpsi.put(dx, a_psi);
+    }
+
+    #[cold]
+    #[inline(always)]
+    fn push(&self, stop: &Stop<'_, P>, z: P, row: &[f64], dx: &mut [P; STATES]) {
+        let (none, law) = (P::zero(), stop.law);
+        let force = stop.alpha * law.law.force(law.numbers(self.at), z, none, row[0], none, &mut P::zero());
+        for (i, push) in &stop.pushes {
+            let at = (self.group.dofs + i) & 63;
+            dx[at] = push.mul_add(force, dx[at]);
+        }
+    }
+
+    /// As `Group::act`.
+    #[inline(always)]
+    fn act(&self, Port { law, terms, alpha }: &Port<'_, P>, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+        let n = self.group.dofs;
+        let (mut z, mut v, mut own) = (P::zero(), P::zero(), P::zero());
+        for (i, a, _) in terms {
+            z = a.mul_add(x[i & 63], z);
+        }
+        if law.looks_at_speed {
+            for (i, a, _) in terms {
+                v = a.mul_add(x[(n + i) & 63], v);
+            }
+        }
+        self.group.follow(law, self.at, row, &mut z, &mut v);
+        let force = *alpha * law.law.force(law.numbers(self.at), z, v, row[0], x[law.state & 63], &mut own);
+        if law.has_state {
+            dx[law.state & 63] = own;
+        }
+        for (i, _, push) in terms {
+            dx[(n + i) & 63] = push.mul_add(force, dx[(n + i) & 63]);
+        }
+    }
+}
+
+/// The terms of a row that are more than what rounding leaves of equal and opposite springs, vehicle by vehicle.
+fn telling(terms: impl Iterator<Item = (usize, Lanes)>) -> Vec<(usize, Lanes)> {
+    let mut terms: Vec<_> = terms.collect();
+    for l in 0..LANES {
+        let least = ROUNDING * terms.iter().map(|(_, a)| a.0[l].abs()).fold(0.0, f64::max);
+        for (_, a) in &mut terms {
+            if a.0[l].abs() <= least {
+                a.0[l] = 0.0;
+            }
+        }
+    }
+    terms.retain(|(_, a)| !a.is_zero());
+    terms
+}
+
+/// The factor of a row at a place, which leaves the row.
+fn taken(row: &mut Vec<(usize, Lanes)>, place: usize) -> Lanes {
+    row.iter().position(|(i, _)| *i == place).map_or(Lanes::ZERO, |k| row.remove(k).1)
+}
+
+/// More of a factor at a place of a row.
+fn add(row: &mut Vec<(usize, Lanes)>, place: usize, more: &Lanes) {
+    let old = taken(row, place);
+    row.push((place, Lanes::from_fn(|l| old.0[l] + more.0[l])));
+}
+
+fn minus(a: &Lanes) -> Lanes {
+    Lanes(a.0.map(|a| -a))
+}
+
+fn times(a: &Lanes, b: &Lanes) -> Lanes {
+    Lanes::from_fn(|l| a.0[l] * b.0[l])
+}

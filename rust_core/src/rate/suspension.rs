@@ -1,0 +1,79 @@
+//! What track and suspension do to a fused vehicle: rows of any vehicle, or those of a coach in straight lines.
+use crate::rate::blocks::Row;
+use crate::rate::coach::{self, Coach, Under};
+use crate::rate::packed::{Packed, State, Table};
+use crate::simd::Part;
+use crate::vehicle::group::{Group, STATES};
+
+/// Accelerations by the input table.
+pub enum Laying<P> {
+    Any(Box<Packed<P, Table>>),
+    Coach(Box<Under<P>>),
+}
+
+impl<P: Part> Laying<P> {
+    /// The lanes from `at` on.
+    #[inline(always)]
+    pub fn new(group: &Group, rows: Vec<Row>, at: usize) -> Self {
+        let under = if coach::fits(group) { Under::new(rows.clone(), at) } else { None };
+        under.map_or_else(|| Laying::Any(Box::new(Packed::new(&rows, at))), |under| Laying::Coach(Box::new(under)))
+    }
+
+    /// At this speed [m/s], before [`Laying::lay`].
+    #[inline(always)]
+    pub fn pace(&mut self, speed: f64) {
+        match self {
+            Laying::Any(rows) => rows.pace(speed),
+            Laying::Coach(under) => under.pace(speed),
+        }
+    }
+
+    /// The sums over a row of the input table.
+    #[inline(always)]
+    pub fn lay(&self, row: &[f64], laid: &mut [P; STATES]) {
+        match self {
+            Laying::Any(rows) => rows.sums(row, None, laid),
+            Laying::Coach(under) => under.lay(row, laid),
+        }
+    }
+}
+
+/// Accelerations by the state: of the wheelsets; of all else, and where none stands in dx, deflections of the stops.
+pub enum Suspension<P> {
+    Any { wheelsets: Box<Packed<P, State>>, bodies: Box<Packed<P, State>> },
+    Coach(Box<Coach<P>>),
+}
+
+impl<P: Part> Suspension<P> {
+    /// The lanes from `at` on, with so many stops.
+    #[inline(always)]
+    pub fn new(group: &Group, wheelsets: &[Row], bodies: &[Row], stops: usize, at: usize) -> Self {
+        let all = || [bodies, wheelsets].concat();
+        let coach = if coach::fits(group) { Coach::new(all(), stops, at) } else { None };
+        let any = || Suspension::Any {
+            wheelsets: Box::new(Packed::new(wheelsets, at)),
+            bodies: Box::new(Packed::with_opposites(bodies, at, group.states)),
+        };
+        coach.map_or_else(any, |coach| Suspension::Coach(Box::new(coach)))
+    }
+
+    #[inline(always)]
+    pub fn wheelsets(&self, x: &[P; STATES], laid: &[P; STATES], dx: &mut [P; STATES]) {
+        match self {
+            Suspension::Any { wheelsets, .. } => wheelsets.sums(x, Some(laid), dx),
+            Suspension::Coach(coach) => coach.wheelsets(x, laid, dx),
+        }
+    }
+
+    /// x has room behind its states.
+    #[inline(always)]
+    pub fn bodies(&self, x: &mut [P; STATES], laid: &[P; STATES], dx: &mut [P; STATES]) {
+        match self {
+            Suspension::Any { bodies, .. } => {
+                bodies.oppose(x);
+                bodies.sums(x, Some(laid), dx);
+            }
+            Suspension::Coach(coach) => coach.bodies(x, laid, dx),
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! Bodies and elements to matrices, rows and ports.
+use crate::effects::Law;
+use crate::effects::effect::Site;
+use crate::error::{Error, Result};
+use crate::wheel_rail::wheelset::Wheelset;
+use nalgebra::DMatrix;
+
+/// A symmetric term at a port: its row, stiffness, damping.
+pub type Term<'a> = (&'a [(usize, f64)], f64, f64);
+
+/// A row of coefficients: z = sum of row x q, and a force returns through the same row.
+pub type Row = Vec<(usize, f64)>;
+
+/// Terms of the input table: (column, factor). The next column of a track quantity is its slope d/ds.
+pub type Inputs = Vec<(usize, f64)>;
+
+/// Forces of the input table: (degree of freedom, column, factor).
+pub type Driven = Vec<(usize, usize, f64)>;
+
+/// The number of the place between all wheelsets at once: the linkage.
+pub const LINKAGE: u8 = u8::MAX;
+
+/// A named place where effects may stand.
+#[derive(Clone, Debug)]
+pub struct Port {
+    pub at: String,
+    /// The place of the catalogue that it is one of.
+    pub class: &'static str,
+    /// 0: the place belongs to no single wheelset.
+    pub wheelset: u8,
+    pub row: Row,
+    pub inputs: Inputs,
+    pub site: Site,
+}
+
+/// A law that belongs to the vehicle itself: a stop, a spring and a damper in series.
+#[derive(Clone, Debug)]
+pub struct OwnLaw {
+    pub law: Law,
+    pub row: Row,
+    pub inputs: Inputs,
+    pub numbers: Vec<f64>,
+}
+
+/// What a channel shows of a row: position, velocity or acceleration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    Position,
+    Velocity,
+    Acceleration,
+}
+
+/// A measured or wanted signal: a row of the motion plus columns of the input table.
+#[derive(Clone, Debug)]
+pub struct Channel {
+    pub name: String,
+    pub order: Order,
+    pub row: Row,
+    /// Further terms of the motion.
+    pub also: Vec<(Order, Row)>,
+    pub inputs: Inputs,
+    /// Columns that the speed multiplies.
+    pub rates: Inputs,
+    /// The wheelset whose rail movement is taken off.
+    pub rail: Option<usize>,
+}
+
+/// One vehicle: M q'' + C q' + K q = E u(t), wheelsets, ports, channels. M is diagonal: bodies are
+/// described at their centres of mass.
+#[derive(Clone, Debug)]
+pub struct Assembly {
+    pub dofs: Vec<String>,
+    pub mass: Vec<f64>,
+    pub stiffness: DMatrix<f64>,
+    pub damping: DMatrix<f64>,
+    pub wheelsets: Vec<Wheelset>,
+    pub ports: Vec<Port>,
+    /// (degree of freedom, column, factor): forces of the input table, and those that the speed multiplies.
+    pub inputs: Driven,
+    pub rates: Driven,
+    pub laws: Vec<OwnLaw>,
+    pub channels: Vec<Channel>,
+    /// Beyond these the run counts as diverged: abs(e_i) and abs(psi_i), or abs(q) where there is no wheelset.
+    pub limit: f64,
+}
+
+impl Assembly {
+    /// Bodies alone, by name and mass: no springs, no ports yet.
+    pub fn of(masses: &[(&str, f64)]) -> Self {
+        let n = masses.len();
+        Assembly {
+            dofs: masses.iter().map(|b| b.0.to_string()).collect(),
+            mass: masses.iter().map(|b| b.1).collect(),
+            stiffness: DMatrix::zeros(n, n),
+            damping: DMatrix::zeros(n, n),
+            wheelsets: Vec::new(),
+            ports: Vec::new(),
+            inputs: Vec::new(),
+            rates: Vec::new(),
+            laws: Vec::new(),
+            channels: Vec::new(),
+            limit: 0.1,
+        }
+    }
+
+    /// matrix += row^T value row
+    fn element(matrix: &mut DMatrix<f64>, row: &[(usize, f64)], value: f64) {
+        for &(i, a) in row {
+            for &(j, b) in row {
+                matrix[(i, j)] += a * value * b;
+            }
+        }
+    }
+
+    /// Every body has a mass above zero, or the first that has not is named.
+    pub fn check_masses(&self) -> Result<()> {
+        let Some(i) = self.mass.iter().position(|m| m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater)) else {
+            return Ok(());
+        };
+        Err(Error::Value { what: format!("mass of {}", self.dofs[i]), value: self.mass[i], rule: "positive" })
+    }
+
+    /// A spring between the bodies of a row.
+    pub fn spring(&mut self, row: &[(usize, f64)], stiffness: f64) {
+        Self::element(&mut self.stiffness, row, stiffness);
+    }
+
+    /// A viscous damper between the bodies of a row.
+    pub fn damper(&mut self, row: &[(usize, f64)], damping: f64) {
+        Self::element(&mut self.damping, row, damping);
+    }
+
+    /// A port with the linear spring and damper that stand there already.
+    pub fn port(&mut self, at: &'static str, wheelset: u8, row: &[(usize, f64)], stiffness: f64, damping: f64) {
+        let site = Site::moving(stiffness, damping);
+        let (row, inputs) = (row.to_vec(), Inputs::new());
+        self.ports.push(Port { at: at.into(), class: at, wheelset, row, inputs, site });
+    }
+
+    /// A further signal of the motion of a row.
+    pub fn channel(&mut self, name: &str, order: Order, row: &[(usize, f64)]) -> &mut Channel {
+        let (also, inputs, rates) = (Vec::new(), Inputs::new(), Inputs::new());
+        self.channels.push(Channel { name: name.into(), order, row: row.to_vec(), also, inputs, rates, rail: None });
+        self.channels.last_mut().expect("just pushed")
+    }
+
+    /// The motion at every port as channels `z.PLACE.WHEELSET` and `v.PLACE.WHEELSET`.
+    pub fn port_channels(&mut self) {
+        for port in self.ports.clone() {
+            let number = if port.wheelset == LINKAGE { "linkage".into() } else { port.wheelset.to_string() };
+            let z = self.channel(&format!("z.{}.{number}", port.at), Order::Position, &port.row);
+            z.inputs = port.inputs.clone();
+            let v = self.channel(&format!("v.{}.{number}", port.at), Order::Velocity, &port.row);
+            v.rates = port.inputs.iter().map(|(column, factor)| (column + 1, *factor)).collect();
+        }
+    }
+
+    /// The ports of a place: of one wheelset, or with 0 of every wheelset.
+    pub fn places(&self, at: &str, wheelset: u8) -> Vec<&Port> {
+        self.ports
+            .iter()
+            .filter(|p| p.at == at && (p.wheelset == wheelset || (wheelset == 0 && p.wheelset != LINKAGE)))
+            .collect()
+    }
+
+    /// A coach of one lateral mode above the frame, in the place of the declared secondary lateral terms; with
+    /// amount alpha the frame feels alpha of it and (1 - alpha) of the declared terms.
+    pub fn add_coach(&mut self, alpha: f64, mass: f64, k: f64, c: f64) {
+        let Some(place) = self.ports.iter().position(|p| p.at == "secondary_lateral") else {
+            return;
+        };
+        let (y, site) = (self.ports[place].row[0].0, self.ports[place].site);
+        let coach = self.dofs.len();
+        self.dofs.push("y_c".into());
+        self.mass.push(mass);
+        for (matrix, declared, new) in [(&mut self.stiffness, site.stiffness, k), (&mut self.damping, site.damping, c)]
+        {
+            let mut grown = matrix.clone().resize(coach + 1, coach + 1, 0.0);
+            grown[(y, y)] += alpha * (new - declared);
+            grown[(y, coach)] -= alpha * new;
+            grown[(coach, y)] -= new;
+            grown[(coach, coach)] += new;
+            *matrix = grown;
+        }
+        self.ports[place].row.push((coach, -alpha));
+        for channel in self.channels.iter_mut().filter(|c| c.name.contains(".secondary_lateral.")) {
+            channel.row.push((coach, -alpha));
+        }
+    }
+
+    /// State matrix of x = [q, q', forces of springs and dampers in series] at a speed, with further symmetric terms at ports: (port row, k, c).
+    pub fn state_matrix(&self, speed: f64, more: &[Term<'_>]) -> DMatrix<f64> {
+        let n = self.dofs.len();
+        let (mut k, mut c) = (self.stiffness.clone(), self.damping.clone());
+        for w in &self.wheelsets {
+            let (kw, cw) = w.linear(speed);
+            for (a, i) in [w.y, w.psi].into_iter().enumerate() {
+                for (b, j) in [w.y, w.psi].into_iter().enumerate() {
+                    k[(i, j)] += kw[a][b];
+                    c[(i, j)] += cw[a][b];
+                }
+            }
+        }
+        for (row, stiffness, damping) in more {
+            Self::element(&mut k, row, *stiffness);
+            Self::element(&mut c, row, *damping);
+        }
+        let series: Vec<_> = self.laws.iter().filter(|own| own.law == Law::MaxwellDamper).collect();
+        let mut a = DMatrix::zeros(2 * n + series.len(), 2 * n + series.len());
+        for i in 0..n {
+            a[(i, n + i)] = 1.0;
+            for j in 0..n {
+                a[(n + i, j)] = -k[(i, j)] / self.mass[i];
+                a[(n + i, n + j)] = -c[(i, j)] / self.mass[i];
+            }
+        }
+        for (at, own) in series.iter().enumerate() {
+            // f' = k v - (k/c) f, F = -f
+            let (f, k, c) = (2 * n + at, own.numbers[0], own.numbers[1]);
+            for &(i, share) in &own.row {
+                a[(f, n + i)] += k * share;
+                a[(n + i, f)] -= share / self.mass[i];
+            }
+            a[(f, f)] = -k / c;
+        }
+        a
+    }
+
+    /// Eigenvalues of the linear vehicle at a speed, least damped first.
+    pub fn eigenvalues(&self, speed: f64) -> Vec<(f64, f64)> {
+        eigenvalues(self.state_matrix(speed, &[]))
+    }
+}
+
+/// Eigenvalues of a real matrix, largest real part first.
+pub fn eigenvalues(a: DMatrix<f64>) -> Vec<(f64, f64)> {
+    let Some(schur) = nalgebra::linalg::Schur::try_new(a, f64::EPSILON, 10_000) else {
+        return Vec::new();
+    };
+    let mut values: Vec<_> = schur.complex_eigenvalues().iter().map(|z| (z.re, z.im)).collect();
+    values.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1)));
+    values
+}
+
+/// What no eigenvalue of a real matrix exceeds in magnitude: the smaller of two norms of the balanced matrix.
+pub fn radius_bound(mut a: DMatrix<f64>) -> f64 {
+    nalgebra::linalg::balancing::balance_parlett_reinsch(&mut a);
+    let largest = |sums: Vec<f64>| sums.into_iter().fold(0.0, f64::max);
+    let rows = largest(a.row_iter().map(|row| row.iter().map(|x| x.abs()).sum()).collect());
+    let columns = largest(a.column_iter().map(|column| column.iter().map(|x| x.abs()).sum()).collect());
+    rows.min(columns)
+}

@@ -1,0 +1,264 @@
+//! The kinds of vehicles that need no list of bodies: the bogie, a wheelset on springs, one mass on a rig.
+use crate::error::{Error, Result, expect_len};
+use crate::vehicle::assembly::{Assembly, LINKAGE, Order};
+use crate::vehicle::bodies::Layout;
+use crate::wheel_rail::wheelset::Wheelset;
+
+/// The input u(t) of a rig.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RigInput {
+    #[default]
+    Force,
+    BaseDisplacement,
+    BaseAcceleration,
+}
+
+/// A kind of vehicle: one that the kernel knows, or one of bodies and elements.
+#[derive(Clone, Debug)]
+pub enum VehicleKind {
+    Bogie,
+    Wheelset,
+    Rig(RigInput),
+    Bodies(Layout),
+}
+
+impl VehicleKind {
+    /// The kind of a name; only a rig may be given an input, by default a force.
+    pub fn named(kind: &str, input: Option<&str>) -> Result<Self> {
+        match (kind, input) {
+            ("bogie", None) => Ok(VehicleKind::Bogie),
+            ("wheelset", None) => Ok(VehicleKind::Wheelset),
+            ("rig", None | Some("force")) => Ok(VehicleKind::Rig(RigInput::Force)),
+            ("rig", Some("base_displacement")) => Ok(VehicleKind::Rig(RigInput::BaseDisplacement)),
+            ("rig", Some("base_acceleration")) => Ok(VehicleKind::Rig(RigInput::BaseAcceleration)),
+            ("bogie" | "wheelset" | "rig", Some(word)) => Err(Error::Input { kind: kind.into(), word: word.into() }),
+            _ => Err(Error::Vehicle(kind.into())),
+        }
+    }
+
+    /// The numbers that a kind is assembled from, by their paths in a design; those of bodies have no paths here.
+    pub fn parameters(&self) -> &'static [&'static str] {
+        match self {
+            VehicleKind::Bogie => &BOGIE,
+            VehicleKind::Wheelset => &WHEELSET,
+            VehicleKind::Rig(_) => &RIG,
+            VehicleKind::Bodies(_) => &[],
+        }
+    }
+
+    /// Columns of the input table that a kind of vehicle reads.
+    pub fn columns(&self) -> usize {
+        match self {
+            VehicleKind::Bogie => 14,
+            VehicleKind::Wheelset => 7,
+            VehicleKind::Rig(_) => 5,
+            VehicleKind::Bodies(layout) => layout.columns(),
+        }
+    }
+
+    /// Bodies and elements, where the vehicle is described by these.
+    pub fn layout(&self) -> Option<&Layout> {
+        match self {
+            VehicleKind::Bodies(layout) => Some(layout),
+            _ => None,
+        }
+    }
+
+    /// Assemble one vehicle; `measured` names the forces of the coach that the input table holds (Qy, Qpsi).
+    pub fn assemble(&self, p: &[f64], measured: &[String]) -> Result<Assembly> {
+        let mut vehicle = match self {
+            VehicleKind::Bodies(layout) => return layout.assemble(p),
+            VehicleKind::Bogie => bogie(self.checked("bogie", p)?, measured),
+            VehicleKind::Wheelset => wheelset_on_springs(self.checked("wheelset", p)?),
+            VehicleKind::Rig(input) => rig(self.checked("rig", p)?, *input),
+        };
+        vehicle.check_masses()?;
+        vehicle.port_channels();
+        Ok(vehicle)
+    }
+
+    /// As many numbers as the kind has, all of them finite.
+    fn checked<'a>(&self, kind: &str, p: &'a [f64]) -> Result<&'a [f64]> {
+        let names = self.parameters();
+        expect_len(&format!("numbers of a {kind}"), p.len(), names.len())?;
+        match names.iter().zip(p).find(|(_, value)| !value.is_finite()) {
+            Some((name, value)) => Err(Error::Value { what: (*name).into(), value: *value, rule: "finite" }),
+            None => Ok(p),
+        }
+    }
+}
+
+pub const BOGIE: [&str; 30] = [
+    "vehicle.frame.mass",
+    "vehicle.frame.yaw_inertia",
+    "vehicle.wheelset.mass",
+    "vehicle.wheelset.yaw_inertia",
+    "vehicle.wheelset.spin_inertia",
+    "vehicle.geometry.half_wheelbase",
+    "vehicle.geometry.half_gauge",
+    "vehicle.geometry.half_spring_base",
+    "vehicle.geometry.rolling_radius",
+    "vehicle.wheel_load",
+    "vehicle.primary.lateral_stiffness",
+    "vehicle.primary.longitudinal_stiffness",
+    "vehicle.secondary.lateral_stiffness",
+    "vehicle.secondary.yaw_stiffness",
+    "vehicle.secondary.lateral_damping",
+    "vehicle.secondary.yaw_damping",
+    "contact.leading.conicity",
+    "contact.leading.longitudinal_creep",
+    "contact.leading.lateral_creep",
+    "contact.leading.gravitational_stiffness",
+    "contact.leading.contact_angle",
+    "contact.leading.roll",
+    "contact.trailing.conicity",
+    "contact.trailing.longitudinal_creep",
+    "contact.trailing.lateral_creep",
+    "contact.trailing.gravitational_stiffness",
+    "contact.trailing.contact_angle",
+    "contact.trailing.roll",
+    "contact.spin_creep",
+    "contact.flange_clearance",
+];
+
+/// The bogie of docs/theory.md: q = [y, psi, y1, psi1, y2, psi2], (3.1) and (3.10).
+fn bogie(p: &[f64], measured: &[String]) -> Assembly {
+    let [m_b, i_zb, m_a, i_za, i_ya, a, b, b_c, r, n] = p[..10].try_into().expect("ten numbers");
+    let [c_y, c_x, mut c_sy, mut c_spsi, mut k_y, mut k_psi] = p[10..16].try_into().expect("six numbers");
+    let (drives_y, drives_psi) = (measured.iter().any(|q| q == "Qy"), measured.iter().any(|q| q == "Qpsi"));
+    if drives_y {
+        (c_sy, k_y) = (0.0, 0.0);
+    }
+    if drives_psi {
+        (c_spsi, k_psi) = (0.0, 0.0);
+    }
+    let mut v = Assembly::of(&[("y", m_b), ("psi", i_zb), ("y1", m_a), ("psi1", i_za), ("y2", m_a), ("psi2", i_za)]);
+    let lateral = [[(2, 1.0), (0, -1.0), (1, -a)], [(4, 1.0), (0, -1.0), (1, a)]];
+    let yaw = [[(3, 1.0), (1, -1.0)], [(5, 1.0), (1, -1.0)]];
+    let yaw_stiffness = 2.0 * c_x * b_c * b_c;
+    v.spring(&[(0, 1.0)], c_sy);
+    v.damper(&[(0, 1.0)], k_y);
+    v.spring(&[(1, 1.0)], c_spsi);
+    v.damper(&[(1, 1.0)], k_psi);
+    v.port("secondary_lateral", 0, &[(0, 1.0)], c_sy, k_y);
+    v.port("secondary_yaw", 0, &[(1, 1.0)], c_spsi, k_psi);
+    for i in 0..2 {
+        let number = i as u8 + 1;
+        v.spring(&lateral[i], 2.0 * c_y);
+        v.spring(&yaw[i], yaw_stiffness);
+        v.port("primary_lateral", number, &lateral[i], 2.0 * c_y, 0.0);
+        v.port("primary_yaw", number, &yaw[i], yaw_stiffness, 0.0);
+        v.port("wheelset", number, &[(2 + 2 * i, 1.0)], 0.0, 0.0);
+        v.port("wheelset_yaw", number, &[(3 + 2 * i, 1.0)], 0.0, 0.0);
+        let c = &p[16 + 6 * i..22 + 6 * i];
+        v.wheelsets.push(Wheelset {
+            y: 2 + 2 * i,
+            psi: 3 + 2 * i,
+            column: 2 + 5 * i,
+            kappa_s: p[28],
+            n,
+            r,
+            b,
+            i_ya,
+            behind: 2.0 * a * i as f64,
+            ..Wheelset::with_contact(std::array::from_fn(|k| c[k]))
+        });
+    }
+    // the linkage between the two wheelsets
+    v.port("wheelset_yaw", LINKAGE, &[(3, 1.0), (5, 1.0)], 0.0, 0.0);
+    v.port("frame", 0, &[(0, 1.0)], 0.0, 0.0);
+    v.port("frame_yaw", 0, &[(1, 1.0)], 0.0, 0.0);
+    for (drives, dof) in [(drives_y, 0), (drives_psi, 1)] {
+        if drives {
+            v.inputs.push((dof, 12 + dof, 1.0));
+        }
+    }
+    for i in 0..2 {
+        let column = 2 + 5 * i;
+        let e = v.channel(&format!("e{}", i + 1), Order::Position, &[(2 + 2 * i, 1.0)]);
+        e.inputs = vec![(column, -1.0), (column + 2, -r)];
+        e.rail = Some(i);
+    }
+    v.channel("ay1", Order::Acceleration, &[(2, 1.0)]);
+    v.channel("ay2", Order::Acceleration, &[(4, 1.0)]);
+    v.channel("ayf", Order::Acceleration, &[(0, 1.0)]);
+    v.channel("rf", Order::Velocity, &[(1, 1.0)]);
+    v.channel("d1", Order::Position, &lateral[0]);
+    v.channel("d2", Order::Position, &lateral[1]);
+    v.channel("psi1", Order::Position, &[(3, 1.0)]);
+    v.channel("psi2", Order::Position, &[(5, 1.0)]);
+    v
+}
+
+pub const WHEELSET: [&str; 15] = [
+    "mass",
+    "yaw_inertia",
+    "spin_inertia",
+    "half_gauge",
+    "rolling_radius",
+    "wheel_load",
+    "lateral_stiffness",
+    "yaw_stiffness",
+    "conicity",
+    "longitudinal_creep",
+    "lateral_creep",
+    "gravitational_stiffness",
+    "contact_angle",
+    "roll",
+    "spin_creep",
+];
+
+/// One wheelset on springs to the ground.
+fn wheelset_on_springs(p: &[f64]) -> Assembly {
+    let [m, i_z, i_ya, b, r, n, s_y, s_psi] = p[..8].try_into().expect("eight numbers");
+    let c = &p[8..];
+    let mut v = Assembly::of(&[("y1", m), ("psi1", i_z)]);
+    v.spring(&[(0, 1.0)], s_y);
+    v.spring(&[(1, 1.0)], s_psi);
+    v.port("primary_lateral", 1, &[(0, 1.0)], s_y, 0.0);
+    v.port("primary_yaw", 1, &[(1, 1.0)], s_psi, 0.0);
+    v.wheelsets.push(Wheelset {
+        y: 0,
+        psi: 1,
+        column: 2,
+        kappa_s: c[6],
+        n,
+        r,
+        b,
+        i_ya,
+        ..Wheelset::with_contact(std::array::from_fn(|k| c[k]))
+    });
+    let e = v.channel("e1", Order::Position, &[(0, 1.0)]);
+    e.inputs = vec![(2, -1.0), (4, -r)];
+    e.rail = Some(0);
+    v.channel("ay1", Order::Acceleration, &[(0, 1.0)]);
+    v.channel("psi1", Order::Position, &[(1, 1.0)]);
+    v
+}
+
+pub const RIG: [&str; 4] = ["vehicle.rig.mass", "vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain"];
+
+/// One mass on a test bench: m z'' + c z' + k z + effects = gain u. With a moving base the co-ordinate is the deflection,
+/// which the suspension feels.
+fn rig(p: &[f64], input: RigInput) -> Assembly {
+    let [m, k, c, gain] = p.try_into().expect("four numbers");
+    let mut v = Assembly::of(&[("z", m)]);
+    v.spring(&[(0, 1.0)], k);
+    v.damper(&[(0, 1.0)], c);
+    v.port("rig", 0, &[(0, 1.0)], k, c);
+    // columns: 2 u, 3 u', 4 u''
+    v.inputs.push(match input {
+        RigInput::Force => (0, 2, gain),
+        RigInput::BaseDisplacement => (0, 4, -m * gain),
+        RigInput::BaseAcceleration => (0, 2, -m * gain),
+    });
+    for (name, order, column) in [("z", Order::Position, 2), ("vz", Order::Velocity, 3), ("az", Order::Acceleration, 4)]
+    {
+        let channel = v.channel(name, order, &[(0, 1.0)]);
+        if input == RigInput::BaseDisplacement {
+            channel.inputs = vec![(column, gain)];
+        }
+    }
+    v.limit = 1e12;
+    v
+}

@@ -1,0 +1,182 @@
+//! The plain bogie fused: suspension and both contacts in one rate, (3.1)-(3.10) of Broersen (1976).
+use crate::simd::{Lanes, Part};
+use crate::wheel_rail::contact::{AtSpeed, Contact, ContactNumbers, under};
+use crate::wheel_rail::wheelset::Motion;
+
+/// Sixteen bogies, or a part of them, whose effects are saturation and flange contact.
+#[derive(Clone, Debug)]
+pub struct PlainBogie<T> {
+    /// Does a creep force saturate or a flange touch anywhere?
+    pub laws: bool,
+    /// Has a wheelset roll, spin creep, a contact angle that matters or gyroscopic moments anywhere?
+    pub spin: bool,
+    /// Accelerations per deflection: of the wheelset and of the frame by the primary suspension.
+    pull: T,
+    frame_pull: T,
+    turn: T,
+    frame_turn: T,
+    frame_lever: T,
+    secondary: [T; 4],
+    /// Of the wheelsets per yaw of the frame, by the lever a.
+    pull_a: T,
+    contacts: [Contact<T>; 2],
+    speed_scale: T,
+    inv_speed_scale: T,
+}
+
+/// What depends on the speed [m/s] of the input table.
+#[derive(Clone, Copy)]
+pub struct BogieAtSpeed<P> {
+    speed: f64,
+    contacts: [AtSpeed<P>; 2],
+    laid_at: usize,
+    laid: [Laid<P>; 2],
+}
+
+/// What the track alone does to a wheelset.
+#[derive(Clone, Copy)]
+struct Laid<P> {
+    /// y_w + r phi_w
+    line: P,
+    /// What its slopes add to t_y.
+    slopes: P,
+    /// The acceleration by gravitation, and by the springs were it to stand on the line.
+    push: P,
+}
+
+/// First input column of each wheelset: y_w, dy_w/ds, phi_w, dphi_w/ds, g.
+const COLUMNS: [usize; 2] = [2, 7];
+/// Columns of a bogie's input table, and those with phi_w and dphi_w/ds of both wheelsets.
+pub const BOGIE_COLUMNS: usize = 14;
+pub const CROSS_LEVEL: [usize; 4] = [4, 5, 9, 10];
+
+impl PlainBogie<Lanes> {
+    /// From the numbers of sixteen bogies in the order of `kinds::BOGIE` and of their contacts.
+    pub fn new(numbers: &[&[f64]], contacts: &[Vec<ContactNumbers>], speed_scale: &Lanes, laws: bool) -> Self {
+        let lanes = |f: &dyn Fn(&[f64]) -> f64| Lanes::from_fn(|l| f(numbers[l]));
+        let yaw = |p: &[f64]| 2.0 * p[11] * p[7] * p[7];
+        let plane = |c: &ContactNumbers| [c.wheelset.sigma, c.wheelset.kappa_s, c.wheelset.delta] == [0.0; 3];
+        let (pull, turn) = (lanes(&|p| 2.0 * p[10] / p[2]), lanes(&|p| yaw(p) / p[3]));
+        PlainBogie {
+            laws,
+            spin: !contacts.iter().flatten().all(plane),
+            pull,
+            pull_a: lanes(&|p| 2.0 * p[10] / p[2] * p[5]),
+            frame_pull: lanes(&|p| 2.0 * p[10] / p[0]),
+            turn,
+            frame_turn: lanes(&|p| yaw(p) / p[1]),
+            frame_lever: lanes(&|p| 2.0 * p[10] * p[5] / p[1]),
+            secondary: [
+                lanes(&|p| (p[12] + 4.0 * p[10]) / p[0]),
+                lanes(&|p| p[14] / p[0]),
+                lanes(&|p| (p[13] + 2.0 * yaw(p) + 4.0 * p[10] * p[5] * p[5]) / p[1]),
+                lanes(&|p| p[15] / p[1]),
+            ],
+            contacts: [Contact::new(&contacts[0]).held(&pull, &turn), Contact::new(&contacts[1]).held(&pull, &turn)],
+            speed_scale: *speed_scale,
+            inv_speed_scale: Lanes::from_fn(|l| 1.0 / speed_scale.0[l]),
+        }
+    }
+
+    /// Does every saturation act in full?
+    pub fn whole(&self) -> bool {
+        self.contacts.iter().all(Contact::whole)
+    }
+
+    /// The lanes from `at` on, with the constants of a rate with or without `SPIN`.
+    #[inline(always)]
+    pub fn part<P: Part, const SPIN: bool>(&self, at: usize) -> PlainBogie<P> {
+        let g = |l: &Lanes| P::load(l, at);
+        let contact = |c: &Contact<Lanes>| if SPIN { c.part(at) } else { c.part(at).alike() };
+        let [c_y, k_y, c_psi, k_psi] = &self.secondary;
+        PlainBogie {
+            laws: self.laws,
+            spin: self.spin,
+            pull: g(&self.pull),
+            pull_a: g(&self.pull_a),
+            frame_pull: g(&self.frame_pull),
+            turn: g(&self.turn),
+            frame_turn: g(&self.frame_turn),
+            frame_lever: g(&self.frame_lever),
+            secondary: [g(c_y), g(k_y), g(c_psi), g(k_psi)],
+            contacts: [contact(&self.contacts[0]), contact(&self.contacts[1])],
+            speed_scale: g(&self.speed_scale),
+            inv_speed_scale: g(&self.inv_speed_scale),
+        }
+    }
+}
+
+impl<P: Part> PlainBogie<P> {
+    #[inline(always)]
+    pub fn at_speed(&self, speed: f64) -> BogieAtSpeed<P> {
+        let v = P::splat(speed) * self.speed_scale;
+        let per_v = P::splat(1.0 / speed) * self.inv_speed_scale;
+        let [leading, trailing] = &self.contacts;
+        let laid = [Laid { line: P::zero(), slopes: P::zero(), push: P::zero() }; 2];
+        BogieAtSpeed {
+            speed,
+            contacts: [leading.at_speed(v, per_v), trailing.at_speed(v, per_v)],
+            laid_at: usize::MAX,
+            laid,
+        }
+    }
+
+    /// Once per row of the input table: RK4 asks twice for most.
+    // adapters of the library need not be compiled for the level: a plain loop over indices is
+    #[allow(clippy::needless_range_loop)]
+    #[inline(always)]
+    fn lay<const SPIN: bool>(&self, index: usize, row: &[f64], at: &mut BogieAtSpeed<P>) {
+        if row[1] != at.speed {
+            *at = self.at_speed(row[1]);
+        }
+        at.laid_at = index;
+        for i in 0..2 {
+            let (w, track) = (&self.contacts[i], under(row, COLUMNS[i]));
+            let (mut line, mut push, mut slopes) = (track[0], P::zero(), P::zero());
+            if SPIN {
+                (line, push, slopes) = (w.line(&track), w.gravity * track[2], w.by_slopes(&track));
+            }
+            push = self.pull.neg_mul_add(line, push);
+            at.laid[i] = Laid { line, slopes, push };
+        }
+    }
+
+    /// dx[6 ..] = accelerations of y, psi, y1, psi1, y2, psi2; x holds positions, then velocities.
+    ///
+    /// Without `LAWS` nothing saturates or touches, with `WHOLE` saturations act in full; without `SPIN` both wheels creep
+    /// alike, on track without cross-level.
+    #[inline(always)]
+    pub fn rate<const LAWS: bool, const WHOLE: bool, const SPIN: bool>(
+        &self,
+        index: usize,
+        row: &[f64],
+        at: &mut BogieAtSpeed<P>,
+        x: &[P; 64],
+        dx: &mut [P; 64],
+    ) {
+        if index != at.laid_at {
+            self.lay::<SPIN>(index, row, at);
+        }
+        let [leading, trailing] = &self.contacts;
+        let [by_1, by_2] = &at.contacts;
+        let [laid_1, laid_2] = &at.laid;
+        let m_1 = Motion { y: x[2] - laid_1.line, psi: x[3], vy: x[8], vpsi: x[9] };
+        let m_2 = Motion { y: x[4] - laid_2.line, psi: x[5], vy: x[10], vpsi: x[11] };
+        let slip_1 = leading.slip::<SPIN>(by_1, &m_1, laid_1.slopes);
+        let slip_2 = trailing.slip::<SPIN>(by_2, &m_2, laid_2.slopes);
+        let factors_1 = leading.factors::<LAWS, WHOLE, SPIN>(&slip_1);
+        let factors_2 = trailing.factors::<LAWS, WHOLE, SPIN>(&slip_2);
+
+        let [c_y, k_y, c_psi, k_psi] = &self.secondary;
+        dx[6] = k_y.neg_mul_add(x[6], c_y.neg_mul_add(x[0], self.frame_pull * (x[2] + x[4])));
+        let turning = self.frame_lever.mul_add(x[2] - x[4], self.frame_turn * (x[3] + x[5]));
+        dx[7] = k_psi.neg_mul_add(x[7], c_psi.neg_mul_add(x[1], turning));
+
+        let pull = self.pull * x[0];
+        let turn = self.turn * x[1];
+        let a_y = self.pull_a.mul_add(x[1], pull) + laid_1.push;
+        [dx[8], dx[9]] = leading.touch::<LAWS, SPIN>(by_1, &m_1, &slip_1, factors_1, [a_y, turn]);
+        let a_y = self.pull_a.neg_mul_add(x[1], pull) + laid_2.push;
+        [dx[10], dx[11]] = trailing.touch::<LAWS, SPIN>(by_2, &m_2, &slip_2, factors_2, [a_y, turn]);
+    }
+}

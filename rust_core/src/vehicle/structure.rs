@@ -1,0 +1,149 @@
+//! What all vehicles of a group share, and the numbers of one of them.
+use crate::effects::Law;
+use crate::effects::effect::{Kind, Site};
+use crate::error::{Error, Result, expect_len};
+use crate::vehicle::assembly::{Assembly, Inputs, LINKAGE, Row};
+use crate::vehicle::kinds::VehicleKind;
+use std::ops::Range;
+
+/// An effect at a place; wheelset 0: both, or none in particular.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    pub law: Law,
+    pub at: String,
+    pub wheelset: u8,
+    /// How many numbers describe it.
+    pub count: usize,
+}
+
+/// What all vehicles of a group share.
+#[derive(Clone, Debug)]
+pub struct Structure {
+    pub kind: VehicleKind,
+    pub measured: Vec<String>,
+    pub placed: Vec<Placed>,
+}
+
+/// The numbers of one vehicle: of the kind, of its effects one after the other, their amounts, its share of the speed.
+#[derive(Clone, Copy, Debug)]
+pub struct Single<'a> {
+    pub numbers: &'a [f64],
+    pub effects: &'a [f64],
+    pub amounts: &'a [f64],
+    pub speed_scale: f64,
+}
+
+impl Structure {
+    /// Check the placed effects against the kind of vehicle.
+    pub fn check(&self) -> Result<()> {
+        let layout = self.kind.layout();
+        let known = layout.map_or(Ok(Vec::new()), |it| Ok(it.assemble(&vec![1.0; it.numbers])?.ports))?;
+        for (i, placed) in self.placed.iter().enumerate() {
+            let record = placed.law.record();
+            let class = known.iter().find(|p| p.at == placed.at).map_or(placed.at.as_str(), |p| p.class);
+            if !record.at.contains(&class) || (layout.is_some() && record.kind == Kind::Body) {
+                let known = record.at.join(", ");
+                return Err(Error::Place { kind: record.key.into(), at: placed.at.clone(), known });
+            }
+            for other in &self.placed[..i] {
+                let both = other.wheelset == 0 || placed.wheelset == 0 || other.wheelset == placed.wheelset;
+                let first = other.law.record();
+                if other.at == placed.at && both && first.supersedes.clashes(record.supersedes) {
+                    let (first, second) = (first.key.into(), record.key.into());
+                    return Err(Error::Superseded { first, second, at: placed.at.clone() });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Columns of the input table that these vehicles read.
+    pub fn columns(&self) -> usize {
+        self.kind.columns()
+    }
+
+    /// How many numbers all effects together have.
+    pub fn effect_numbers(&self) -> usize {
+        self.placed.iter().map(|p| p.count).sum()
+    }
+
+    /// Is this place driven by a measured force of the coach, so that nothing else acts there?
+    fn driven(&self, at: &str) -> bool {
+        (at == "secondary_lateral" && self.measured.iter().any(|q| q == "Qy"))
+            || (at == "secondary_yaw" && self.measured.iter().any(|q| q == "Qpsi"))
+    }
+
+    /// The effects that act in this run, with the range of their numbers.
+    pub fn acting(&self) -> impl Iterator<Item = (usize, &Placed, Range<usize>)> {
+        let mut begin = 0;
+        self.placed.iter().enumerate().filter_map(move |(i, placed)| {
+            let range = begin..begin + placed.count;
+            begin = range.end;
+            (!self.driven(&placed.at)).then_some((i, placed, range))
+        })
+    }
+
+    /// As many numbers for every effect as describe it, and none of a layout that is not a number.
+    fn check_numbers(&self, one: &Single<'_>) -> Result<()> {
+        let mut begin = 0;
+        for Placed { law, count, .. } in &self.placed {
+            if !law.counts(&one.effects[begin..begin + count]) {
+                return Err(Error::Numbers { kind: law.record().key.into(), got: *count });
+            }
+            begin += count;
+        }
+        match one.numbers.iter().position(|number| !number.is_finite()) {
+            Some(i) if self.kind.layout().is_some() => {
+                Err(Error::Value { what: format!("number {i} of the vehicle"), value: one.numbers[i], rule: "finite" })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// One vehicle with the bodies that its effects add.
+    pub fn assemble(&self, one: &Single<'_>) -> Result<Assembly> {
+        expect_len("numbers of the effects", one.effects.len(), self.effect_numbers())?;
+        expect_len("amounts", one.amounts.len(), self.placed.len())?;
+        self.check_numbers(one)?;
+        let mut vehicle = self.kind.assemble(one.numbers, &self.measured)?;
+        for (i, placed, range) in self.acting() {
+            if placed.law == Law::CoachMode {
+                let p = &one.effects[range];
+                vehicle.add_coach(one.amounts[i], p[0], p[1], p[2]);
+            }
+        }
+        Ok(vehicle)
+    }
+
+    /// Where a placed effect stands: rows, inputs and sites of its ports.
+    pub fn ports(&self, vehicle: &Assembly, placed: &Placed) -> Result<Vec<(Row, Inputs, Site)>> {
+        let linkage = placed.at == "wheelset_yaw" && placed.wheelset == 0;
+        let found = vehicle.places(&placed.at, if linkage { LINKAGE } else { placed.wheelset });
+        if found.is_empty() {
+            return Err(Error::Site { at: placed.at.clone(), wheelset: placed.wheelset });
+        }
+        Ok(found.iter().map(|p| (p.row.clone(), p.inputs.clone(), p.site)).collect())
+    }
+
+    /// The wheelsets at whose contact a placed effect acts.
+    pub fn at_wheelsets(&self, vehicle: &Assembly, placed: &Placed) -> Result<Vec<usize>> {
+        let chosen = |i: &usize| placed.wheelset == 0 || placed.wheelset as usize == i + 1;
+        let found: Vec<_> = (0..vehicle.wheelsets.len()).filter(chosen).collect();
+        if found.is_empty() {
+            return Err(Error::Site { at: placed.at.clone(), wheelset: placed.wheelset });
+        }
+        Ok(found)
+    }
+}
+
+/// The contact of a wheelset as its laws see it at any speed.
+pub fn contact_site(vehicle: &Assembly, i: usize) -> Site {
+    let w = &vehicle.wheelsets[i];
+    Site {
+        wheel_load: w.n,
+        creep_slopes: [w.kappa_x * w.n, w.kappa_y * w.n],
+        gravitational: 2.0 * w.n * w.epsilon / w.b,
+        behind: w.behind,
+        ..Site::moving(0.0, 0.0)
+    }
+}

@@ -1,0 +1,55 @@
+//! A module may use only those above it in the list that declares it: `lib.rs`, or the `mod.rs` of a folder.
+use std::path::{Path, PathBuf};
+
+/// Modules that a file declares, in its order.
+fn declared(file: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let module = |line: &str| line.strip_prefix("pub mod ").and_then(|l| l.strip_suffix(';')).map(String::from);
+    text.lines().filter_map(module).collect()
+}
+
+/// The Rust files of a module: its own, and those of its folder.
+fn files_of(folder: &Path, name: &str) -> Vec<PathBuf> {
+    let mut files = vec![folder.join(format!("{name}.rs"))];
+    if let Ok(entries) = std::fs::read_dir(folder.join(name)) {
+        for entry in entries.flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                files.extend(std::fs::read_dir(&path).into_iter().flatten().flatten().map(|f| f.path()));
+            } else {
+                files.push(path);
+            }
+        }
+    }
+    files.retain(|file| file.is_file());
+    files
+}
+
+/// Check that no module of a list uses one that stands below it; `prefix` is the path of the list, as `crate::rate`.
+fn check_order(folder: &Path, list: &str, prefix: &str) {
+    let order = declared(&folder.join(list));
+    for (position, name) in order.iter().enumerate() {
+        for file in files_of(folder, name) {
+            let text = std::fs::read_to_string(&file).expect("a source file");
+            let code = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+            for later in &order[position + 1..] {
+                let used = format!("{prefix}::{later}");
+                let uses = code
+                    .match_indices(&used)
+                    .any(|(at, _)| !code[at + used.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_'));
+                assert!(!uses, "{} uses {used}, which stands below it", file.display());
+            }
+        }
+        if folder.join(name).is_dir() {
+            check_order(&folder.join(name), "mod.rs", &format!("{prefix}::{name}"));
+        }
+    }
+}
+
+#[test]
+fn a_module_uses_only_those_above_it() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    assert!(declared(&src.join("lib.rs")).len() > 8);
+    assert!(declared(&src.join("rate/mod.rs")).len() > 5);
+    check_order(&src, "lib.rs", "crate");
+}
