@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.bench.standard_job import BOGIE
+from railui.bench.designs import BOGIE
 from railui.core import jobs_or_all
 from railui.execution.session import Session
 from railui.execution.threads import ThreadRunner

@@ -12,8 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.bench.standard_coach import COACH
-from railui.bench.standard_job import BOGIE
+from railui.bench.designs import BOGIE, COACH
 from railui.core import CURVES, catalogue
 from railui.ride_quality.evaluation import excitation_of
 from railui.track.excitation import Excitation

@@ -39,7 +39,7 @@ def command(repetitions: int, study: bool, precision: bool, keep: str | None, ca
 
 def _standard(repetitions: int, keep: str | None, call: Invocation) -> None:
     from railui.bench.costs import costs
-    from railui.bench.peak import peak
+    from railui.bench.roofline import peak
     from railui.bench.standard_job import bench
 
     call.progress("running the standard job")
@@ -115,7 +115,7 @@ def _rest(found: dict[str, Any]) -> str:
 
 
 def _kept(file: Path, found: dict[str, Any], call: Invocation) -> None:
-    from railui.bench.history import change, keep
+    from railui.bench.benchmark_log import change, keep
 
     numbers = {name: found[name]["ns_per_design_step"] for name in ("full", "reduced", "coach")}
     before = keep(file, "ns per design-step", numbers)

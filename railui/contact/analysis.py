@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.contact.conicity import AMPLITUDES, Conicity, NoCentre, equivalent_conicity
+from railui.contact.conicity import AMPLITUDES, Conicity, NoCentre, equivalent_conicity, klingel_wavelength
 from railui.contact.contact_points import search
 from railui.contact.creep import CreepCoefficients, creep_coefficients
 from railui.contact.geometry import Contacts
-from railui.contact.klingel import klingel_wavelength
-from railui.contact.linearise import Linearised, forms, harmonic, linearise
+from railui.contact.linearisation import Linearised, forms, harmonic, linearise
 from railui.contact.profile import ROUGH
-from railui.contact.smooth_table import conicity_per_gauge
+from railui.contact.profile_shape import conicity_per_gauge
 from railui.contact.wheelset_on_track import Pair
 
 EN_AMPLITUDE = 3e-3  # m, at which equivalent conicities are compared

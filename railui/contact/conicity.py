@@ -64,6 +64,15 @@ def equivalent_conicity(y: ArrayLike, delta_r: ArrayLike, amplitudes: ArrayLike 
     )
 
 
+def klingel_wavelength(half_gauge: float, rolling_radius: float, conicity: float) -> float | None:
+    """L = 2 pi sqrt(b r/lambda) [m] of a free wheelset's kinematic motion; None where the conicity is not positive.
+
+    >>> round(klingel_wavelength(0.75, 0.46, 0.1), 3)
+    11.67
+    """
+    return float(2 * np.pi * np.sqrt(half_gauge * rolling_radius / conicity)) if conicity > 0 else None
+
+
 class _Motion:
     """Motions round the centre of a table, linear between its points."""
 

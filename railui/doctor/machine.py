@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from railui.core import LANES, jobs_or_all, simd, sources
-from railui.doctor.checks import Check
+from railui.doctor.check import Check
 from railui.doctor.vehicles import check_bogie
 from railui.io.units import quantity
 from railui.ride_quality.evaluation import excitation_of

@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 from scipy import optimize
 
-from railui.contact.klingel import klingel_wavelength
+from railui.contact.conicity import klingel_wavelength
 from railui.core import Batch, Placement, Vehicles
 from railui.curving import curve
-from railui.doctor.checks import Check
+from railui.doctor.check import Check
 from railui.hunting.critical_speed import critical_speeds
 from railui.hunting.modes import modes_at
 from railui.vehicle.design_reader import Design, parse_design

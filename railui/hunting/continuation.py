@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.hunting.straight_track import SPACING, Motion, TangentTrackRuns, half_range
+from railui.hunting.tangent_track import SPACING, Motion, TangentTrackRuns, half_range
 from railui.track import Track
 from railui.track.excitation import Excitation, TrackSource
 from railui.vehicle.linear import STRAIGHT

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
-from railui.contact.klingel import klingel_wavelength
+from railui.contact.conicity import klingel_wavelength
 from railui.vehicle.linear import damping_ratio, eigenvalues
 from railui.vehicle.model import Model
 

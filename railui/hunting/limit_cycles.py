@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.hunting.continuation import Cycle, continue_branch
 from railui.hunting.critical_speed import SLOWEST
-from railui.hunting.straight_track import Motion, TangentTrackRuns
+from railui.hunting.tangent_track import Motion, TangentTrackRuns
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 

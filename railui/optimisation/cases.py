@@ -8,7 +8,7 @@ from itertools import product
 
 from railui.optimisation.scenarios import in_scenario
 from railui.optimisation.study import Study
-from railui.ride_quality.measures import FEWEST_BLOCKS
+from railui.ride_quality.comfort import FEWEST_BLOCKS
 from railui.ride_quality.statistics import BLOCK
 from railui.track import parse_spec
 from railui.track.excitation import Excitation, TrackSource, is_track_file, resolve_track

@@ -16,7 +16,7 @@ from railui.hunting.limit_cycles import nonlinear_critical_speeds
 from railui.hunting.summary import SPEEDS, practical_critical_speed
 from railui.optimisation.cases import Case
 from railui.optimisation.response_keys import RESULTS
-from railui.ride_quality.measures import n_mv, ride_value
+from railui.ride_quality.comfort import n_mv, ride_value
 from railui.ride_quality.score import score_many
 from railui.ride_quality.statistics import statistics_many
 from railui.track.excitation import Excitation

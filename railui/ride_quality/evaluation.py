@@ -10,8 +10,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.io.units import read_speed
-from railui.ride_quality.comfort import COACH, carbody_of, floor_points, reference
-from railui.ride_quality.measures import HOUR, comfort_time, ride_value
+from railui.ride_quality.comfort import COACH, HOUR, carbody_of, comfort_time, floor_points, reference, ride_value
 from railui.ride_quality.running_safety import running_safety
 from railui.ride_quality.score import FLOOR_OF_FRAME, riding_quality
 from railui.ride_quality.statistics import JUDGED_BY, SCORED, guided_by_force, statistics_many

@@ -8,7 +8,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.ride_quality.measures import (
+from railui.ride_quality.comfort import (
     DAY,
     FEWEST_BLOCKS,
     HOUR,
@@ -16,11 +16,10 @@ from railui.ride_quality.measures import (
     comfort_part,
     comfort_time,
     goods_part,
-    guidance_part,
-    log_flange_fraction_gaussian,
     n_mv,
     ride_value,
 )
+from railui.ride_quality.guidance import guidance_part, log_flange_fraction_gaussian
 
 CLASSES: Final = ("dangerous", "not admissible", "just admissible", "satisfactory", "good", "very good")
 THRESHOLDS: Final = (20.0, 40.0, 60.0, 80.0)  # score from which the classes above "not admissible" begin

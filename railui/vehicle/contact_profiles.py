@@ -71,7 +71,7 @@ class ContactProfiles:
         does not have are absent.
         """
         from railui.contact.creep import creep_coefficients
-        from railui.contact.linearise import linearise
+        from railui.contact.linearisation import linearise
 
         contacts = self.contacts()
         centre = contacts.centre
@@ -92,8 +92,8 @@ class ContactProfiles:
 
     def table(self) -> dict[str, Any]:
         """The pair as the effect profile_shape. ValueError where it has no conicity to be a multiple of."""
-        from railui.contact.linearise import linearise
-        from railui.contact.smooth_table import shape
+        from railui.contact.linearisation import linearise
+        from railui.contact.profile_shape import shape
 
         contacts = self.contacts()
         linear = linearise(contacts, self.given["sd"], contacts.centre)

@@ -16,7 +16,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from railui.bench.history import change, keep
+from railui.bench.benchmark_log import change, keep
 from railui.bench.standard_job import bogie, coach, coach_job, full_job, reduced_job, spread
 
 DESIGNS = 16

@@ -21,8 +21,8 @@ from typing import Any
 
 import numpy as np
 
+from railui.bench.benchmark_log import commit, machine
 from railui.bench.costs import effects, scaling
-from railui.bench.history import commit, machine
 from railui.bench.standard_job import SPEED, bogie, coach, spread
 from railui.core import simd
 from railui.ride_quality.evaluation import excitation_of

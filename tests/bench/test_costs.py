@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from railui.bench import costs
-from railui.bench.peak import ROUNDS, peak, share_of_peak
+from railui.bench.roofline import ROUNDS, peak, share_of_peak
 from railui.bench.standard_job import bogie, coach, road, rolling, rolling_reduced, spread
 from railui.bench.step_error import cases
 from railui.core import ARITHMETIC, chains, simd

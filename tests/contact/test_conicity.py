@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ellipk
 
-from railui.contact.conicity import NoCentre, equivalent_conicity
-from railui.contact.klingel import klingel_wavelength
+from railui.contact.conicity import NoCentre, equivalent_conicity, klingel_wavelength
 from tests.contact.shapes import reference
 
 Y = np.linspace(-7e-3, 7e-3, 141)

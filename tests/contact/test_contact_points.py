@@ -10,7 +10,7 @@ import pytest
 from railui.contact.conicity import equivalent_conicity
 from railui.contact.contact_points import search
 from railui.contact.geometry import Contacts
-from railui.contact.linearise import linearise
+from railui.contact.linearisation import linearise
 from railui.contact.profile import Profile, ProfileFault
 from railui.contact.profile_reader import read_profile
 from railui.contact.wheelset_on_track import Pair

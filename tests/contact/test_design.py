@@ -12,7 +12,7 @@ from jsonschema import Draft202012Validator
 
 import railui
 from railui.contact.contact_points import search
-from railui.contact.linearise import linearise
+from railui.contact.linearisation import linearise
 from railui.contact.profile import Profile
 from railui.desk.state.draft import Draft
 from railui.documents.check import check

@@ -43,8 +43,8 @@ def test_a_check_is_as_sharp_as_its_tolerance() -> None:
 
 
 def test_a_check_that_fails_is_told_and_exits_with_4(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("railui.doctor.lines.spectrum_sd", lambda *_: 1.0)
-    monkeypatch.setattr("railui.doctor.lines.comfort_time", lambda *_: 1 / 0)
+    monkeypatch.setattr("railui.doctor.track_and_comfort.spectrum_sd", lambda *_: 1.0)
+    monkeypatch.setattr("railui.doctor.track_and_comfort.comfort_time", lambda *_: 1 / 0)
     done = CliRunner().invoke(cli, ["doctor", "--json", "-", "-q"])
     assert done.exit_code == 4
     told = json.loads(done.stdout)

@@ -14,7 +14,7 @@ from railui.core import sosfilt
 from railui.dsp.discretise import _exponential, _held, _state_space, _zeros_from_one
 from railui.dsp.filters import butterworth, frequency_response, padlen, sosfilt_zi, sosfiltfilt
 from railui.dsp.spectra import csd, detrend, hann, periodogram, welch
-from railui.ride_quality.measures import log_normal
+from railui.ride_quality.guidance import log_normal
 from railui.ride_quality.weighting import SPERLING_B, W_1974, W_D, Analog, cascade, one_mass
 
 HOME = Path(__file__).parents[2]

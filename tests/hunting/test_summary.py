@@ -16,8 +16,8 @@ from railui.core import Batch, Vehicles
 from railui.hunting.critical_speed import critical_speeds, linear_many
 from railui.hunting.limit_cycles import find_limit_cycles, nonlinear_critical_speeds, with_flange
 from railui.hunting.modes import modes_at, shape_in_words
-from railui.hunting.straight_track import Motion, TangentTrackRuns
 from railui.hunting.summary import stability
+from railui.hunting.tangent_track import Motion, TangentTrackRuns
 from railui.ride_quality.evaluation import ride
 from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.effects import PlacedEffect

@@ -9,17 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from railui.ride_quality.measures import (
+from railui.ride_quality.comfort import (
     ISO_2631_1974,
     comfort_clipped,
     comfort_part,
     comfort_time,
     goods_part,
-    guidance_part,
-    log_flange_fraction_gaussian,
     n_mv,
     ride_value,
 )
+from railui.ride_quality.guidance import guidance_part, log_flange_fraction_gaussian
 from railui.ride_quality.score import CLASSES, SCORE_KEYS, riding_class, riding_quality, score_many
 
 CLEARANCE = 0.007

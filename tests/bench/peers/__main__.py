@@ -20,7 +20,7 @@ os.sched_setaffinity(0, {CORE})  # before any library counts the cores
 
 import numpy as np  # noqa: E402
 
-from railui.bench.history import commit, machine  # noqa: E402
+from railui.bench.benchmark_log import commit, machine  # noqa: E402
 from railui.core import simd  # noqa: E402
 from tests.bench.page import write_after  # noqa: E402
 from tests.bench.peers import diffrax_peer, exudyn_peer, jax_peer, numba_peer, scipy_peer  # noqa: E402

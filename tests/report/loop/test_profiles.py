@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from railui.contact.linearise import linearise
+from railui.contact.linearisation import linearise
 from railui.report.loop.page import parameters, profiled
 from railui.report.loop.profiles import of_profiles
 from railui.vehicle.contact_profiles import ContactProfiles

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from railui.doctor.checks import Check
+from railui.doctor.check import Check
 
 KALKER: Final = "Kalker 1990, table E.3, Poisson's ratio 0.25"
 EN_15302: Final = "EN 15302, nominal results"

@@ -3,47 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-Value = float | str | None | Sequence[float | None]
-
-
-@dataclass(frozen=True)
-class Check:
-    """A value that is known, what came out here, the tolerance (absolute; None: the very same), and its source."""
-
-    name: str
-    expected: Value
-    got: Value
-    source: str
-    tolerance: float | None = None
-
-    @property
-    def ok(self) -> bool:
-        """Is what came out what is known?"""
-        if isinstance(self.expected, str) or isinstance(self.got, str) or self.tolerance is None:
-            return self.expected == self.got
-        known, found = np.atleast_1d(np.array(self.expected, float)), np.atleast_1d(np.array(self.got, float))
-        if known.shape != found.shape:
-            return False
-        same = (np.abs(known - found) <= self.tolerance) | (np.isnan(known) & np.isnan(found))
-        return bool(np.all(same))
-
-    def as_dict(self) -> dict[str, Any]:
-        """The check as a row of the JSON."""
-        return {
-            "name": self.name,
-            "expected": self.expected,
-            "got": self.got,
-            "tolerance": self.tolerance,
-            "ok": self.ok,
-            "source": self.source,
-        }
+from railui.doctor.check import Check
 
 
 def doctor(reference: Path | None = None, jobs: int | None = None) -> dict[str, Any]:
@@ -52,13 +16,13 @@ def doctor(reference: Path | None = None, jobs: int | None = None) -> dict[str, 
     `reference`: a directory with the data of others (en15302, profiles), without which what needs it is skipped.
     A check that cannot even be computed fails with what was said.
     """
-    from railui.doctor import contacts, lines, machine, vehicles
+    from railui.doctor import contact, machine, track_and_comfort, vehicles
 
     began = time.perf_counter()
     checks, skipped = [], []
-    for group in (*vehicles.GROUPS, *contacts.GROUPS, *lines.GROUPS):
+    for group in (*vehicles.GROUPS, *contact.GROUPS, *track_and_comfort.GROUPS):
         checks += _tried(group)
-    for name, by_data in contacts.WITH_DATA.items():
+    for name, by_data in contact.WITH_DATA.items():
         if reference is not None:
             checks += _tried(lambda by_data=by_data: by_data(reference))  # type: ignore[misc]
         else:

@@ -8,7 +8,7 @@ from scipy.special import erf
 
 from railui.contact.contact_points import search
 from railui.contact.geometry import Contacts
-from railui.contact.linearise import forms, harmonic, linearise
+from railui.contact.linearisation import forms, harmonic, linearise
 from tests.contact.shapes import cones, conicity_of_cones
 
 

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from railui.doctor.checks import Check
-from railui.ride_quality.measures import comfort_time
+from railui.doctor.check import Check
+from railui.ride_quality.comfort import comfort_time
 from railui.ride_quality.weighting import W_D, W_K
 from railui.track import band_sd, spectrum_density, spectrum_sd, synthetic_track
 

@@ -9,7 +9,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.contact.contact_points import search
 from railui.contact.geometry import Contacts
-from railui.contact.linearise import Linearised, linearise
+from railui.contact.linearisation import Linearised, linearise
 from railui.contact.wheelset_on_track import Pair
 
 SPACING = 2.5e-4  # m between the knots of the spline
