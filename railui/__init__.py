@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from railui._version import __version__
+
 if TYPE_CHECKING:
     from railui.curving import curve
     from railui.documents.check import Anything
@@ -14,9 +16,8 @@ if TYPE_CHECKING:
     from railui.ride_quality.track_assessment import assess
     from railui.track import synthetic_track
 
-__version__ = "0.1.0"
-
 __all__ = [
+    "__version__",
     "assess",
     "curve",
     "load",

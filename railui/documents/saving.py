@@ -2,111 +2,141 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from railui.campaign.campaign import Campaign
 from railui.io.atomic import relative_path, write_text
 from railui.io.schema_line import schema_name
-from railui.io.yaml_scalars import flow, number_text, scalar_text
-from railui.vehicle.design import Design
-from railui.vehicle.effects import PlacedEffect
+from railui.io.yaml_writer import YamlWriter, number_text
+from railui.vehicle.design import Adjustment, Design
 from railui.vehicle.parameters import FORMS, PARAMETERS, nested
 
 
 def design_text(design: Design, directory: str | Path | None = None) -> str:
-    """A design as a complete file: every number in SI with all its digits, symbols and units in comments.
+    """Return a design as a complete YAML file.
 
-    Profiles are named as from `directory`, by their whole paths where none is given.
+    Every number is in SI with all its digits; comments give symbols and units.
+
+    Parameters
+    ----------
+    design : Design
+    directory : path, optional
+        Directory of the file, to which the paths of wheel and rail profiles are relative. Absolute paths by default.
     """
-    lines = [f"schema: {schema_name('design')}", f"name: {scalar_text(design.name)}"]
-    tree = nested(_vehicle(design) | dict(design.settings))
-    for top in ("vehicle", "contact", "riding"):
-        if top in tree:
-            lines.append(f"{top}:")
-            lines += [f"  {key}: {flow(value)}{_remark(f'{top}.{key}', value)}" for key, value in tree[top].items()]
-        if top == "contact" and design.profiles is not None:
-            home = None if directory is None else Path(directory)
-            lines.append(f"  profiles: {flow(design.profiles.entry(home, [e.kind for e in design.effects]))}")
-    lines += _loads(design)
-    lines += _entries("effects", design.effects)
+    writer = YamlWriter()
+    writer.entry("schema", schema_name("design"))
+    writer.entry("name", design.name)
+    _write_groups(writer, design, None if directory is None else Path(directory))
+    _write_load_states(writer, design)
+    if design.effects:
+        writer.items("effects", [effect.entry() for effect in design.effects])
     if design.adjustment is not None:
-        a = design.adjustment
-        lines += [
-            "adjustment:",
-            f"  campaign: {scalar_text(a.campaign)}",
-            f"  sha256: {scalar_text(a.sha256)}",
-            f"  names: {flow(list(a.names))}",
-            "  covariance:",
-        ]
-        lines += [f"    - {flow(list(row))}" for row in a.covariance]
-    return "\n".join(lines) + "\n"
+        _write_adjustment(writer, design.adjustment)
+    return writer.text()
 
 
-def _vehicle(design: Design) -> dict[str, Any]:
-    """The words and numbers of the vehicle by path, as they are without a state of loading."""
-    numbers: dict[str, Any]
+def _write_groups(writer: YamlWriter, design: Design, directory: Path | None) -> None:
+    groups = nested(_vehicle_values(design) | dict(design.settings))
+    for group in ("vehicle", "contact", "riding"):
+        profiles = design.profiles if group == "contact" else None
+        if group in groups:
+            with writer.block(group):
+                for key, value in groups[group].items():
+                    writer.entry(key, value, comment=_symbols_and_units(f"{group}.{key}", value))
+                if profiles is not None:
+                    writer.entry("profiles", profiles.entry(directory, [effect.kind for effect in design.effects]))
+
+
+def _vehicle_values(design: Design) -> dict[str, Any]:
+    """Return the words and numbers of the vehicle by path, without the changes of its load state."""
     if design.structure is None:
-        numbers = {p.path: design.values[p.path] for p in FORMS[design.kind]}
+        values: dict[str, Any] = {p.path: design.values[p.path] for p in FORMS[design.kind]}
     else:
-        words = design.structure.words().items()
-        named = {f"vehicle.{g}.{n}.{k}": w for g, parts in words for n, own in parts.items() for k, w in own.items()}
-        numbers = named | dict(design.values)
-    return numbers | _unloaded(design)
+        values = _structure_words(design) | dict(design.values)
+    return values | _numbers_without_load_state(design)
 
 
-def _unloaded(design: Design) -> dict[str, float]:
+def _structure_words(design: Design) -> dict[str, Any]:
+    assert design.structure is not None
+    return {
+        f"vehicle.{group}.{name}.{key}": word
+        for group, parts in design.structure.words().items()
+        for name, words in parts.items()
+        for key, word in words.items()
+    }
+
+
+def _numbers_without_load_state(design: Design) -> dict[str, float]:
     if design.load_state is None:
         return {}
     return {path: design.declared[path] for changes in design.loads.values() for path in changes}
 
 
-def _loads(design: Design) -> list[str]:
-    """The states of loading; the one that the design is in has its numbers as they are now."""
+def _write_load_states(writer: YamlWriter, design: Design) -> None:
+    """Write the load states; the active one with the design's present numbers."""
     if not design.loads:
-        return []
-    lines = ["load:"] if design.load_state is None else ["load:", f"  state: {design.load_state}"]
-    for name, changes in design.loads.items():
-        now = design.values if name == design.load_state else changes
-        lines.append(f"  {name}: {flow({path: now[path] for path in changes})}")
-    return lines
+        return
+    with writer.block("load"):
+        if design.load_state is not None:
+            writer.entry("state", design.load_state)
+        for name, changes in design.loads.items():
+            values = design.values if name == design.load_state else changes
+            writer.entry(name, {path: values[path] for path in changes})
+
+
+def _write_adjustment(writer: YamlWriter, adjustment: Adjustment) -> None:
+    with writer.block("adjustment"):
+        writer.entry("campaign", adjustment.campaign)
+        writer.entry("sha256", adjustment.sha256)
+        writer.entry("names", adjustment.names)
+        writer.items("covariance", adjustment.covariance)
+
+
+def _symbols_and_units(path: str, value: Any) -> str:
+    paths = [f"{path}.{key}" for key in value] if isinstance(value, Mapping) else [path]
+    parameters = [PARAMETERS[path] for path in paths if path in PARAMETERS]
+    return ", ".join(f"{p.symbol} [{p.unit}]" for p in parameters)
 
 
 def save_design(design: Design, path: str | Path) -> Path:
-    """Writes a design as a complete new file, whole or not at all. Returns the path."""
+    """Write a design as a complete new file, atomically; return the path."""
     return write_text(path, design_text(design, Path(path).parent))
 
 
 def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path | None = None) -> str:
-    """A campaign as a file to stand in `directory`; `vehicle` (a path) takes the declared one's place."""
-    declared = vehicle if vehicle is not None else campaign.design.source
-    lines = [f"schema: {schema_name('campaign')}", f"name: {scalar_text(campaign.name)}"]
-    if declared is not None:
-        lines.append(f"vehicle: {scalar_text(relative_path(declared, directory))}")
-    lines.append("runs:")
-    lines += [f"  - {flow({'file': relative_path(run.file, directory), 'role': run.role})}" for run in campaign.runs]
-    lines += [f"noise: {flow(dict(campaign.noise))}", f"noise_band: {number_text(campaign.noise_band)}"]
-    lines += [f"adjust: {flow(list(campaign.adjust))}"]
+    """Return a campaign as a complete YAML file.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    directory : path
+        Directory of the file, to which the paths in it are relative.
+    vehicle : path, optional
+        Design file to name in place of the nominal model's.
+    """
+    writer = YamlWriter()
+    writer.entry("schema", schema_name("campaign"))
+    writer.entry("name", campaign.name)
+    design_file = vehicle if vehicle is not None else campaign.design.source
+    if design_file is not None:
+        writer.entry("vehicle", relative_path(design_file, directory))
+    writer.items("runs", [{"file": relative_path(run.file, directory), "role": run.role} for run in campaign.runs])
+    writer.entry("noise", campaign.noise)
+    writer.entry("noise_band", campaign.noise_band)
+    writer.entry("adjust", campaign.adjust)
     if campaign.band is not None:
-        lines.append(f"band: {flow(list(campaign.band))}")
+        writer.entry("band", campaign.band)
     cut = f"{number_text(100 * campaign.cut_share)} %" if campaign.cut_share else campaign.cut
-    lines += [f"cut: {flow(cut)}", f"material: {number_text(campaign.material)}"]
-    lines += _entries("sensors", campaign.sensors)
-    return "\n".join([*lines, f"track: {campaign.track}"]) + "\n"
+    writer.entry("cut", cut)
+    writer.entry("material", campaign.material)
+    if campaign.sensors:
+        writer.items("sensors", [sensor.entry() for sensor in campaign.sensors])
+    writer.entry("track", campaign.track)
+    return writer.text()
 
 
 def save_campaign(campaign: Campaign, path: str | Path, vehicle: str | Path | None = None) -> Path:
-    """Writes a campaign as a complete new file; paths in it are relative to where it stands."""
+    """Write a campaign as a complete new file, atomically; paths in it are relative to its directory."""
     return write_text(path, campaign_text(campaign, Path(path).parent, vehicle))
-
-
-def _entries(key: str, effects: Iterable[PlacedEffect]) -> list[str]:
-    entries = [f"  - {flow(effect.entry())}" for effect in effects]
-    return [f"{key}:", *entries] if entries else []
-
-
-def _remark(path: str, value: Any) -> str:
-    names = [path] if not isinstance(value, Mapping) else [f"{path}.{key}" for key in value]
-    told = [PARAMETERS[name] for name in names if name in PARAMETERS]
-    return "  # " + ", ".join(f"{p.symbol} [{p.unit}]" for p in told) if told else ""

@@ -16,7 +16,7 @@ from railui.execution import cache, lock
 from railui.io.atomic import relative_path, write_text
 from railui.io.problems import one_problem
 from railui.io.schema_line import schema_name
-from railui.io.yaml_scalars import flow, scalar_text
+from railui.io.yaml_writer import flow, scalar_text
 from railui.optimisation.response_keys import RESULTS
 from railui.optimisation.study import Study
 from railui.track.excitation import is_track_file

@@ -10,7 +10,7 @@ from railui.io.atomic import write_text
 from railui.io.problems import FileProblems, Findings
 from railui.io.yaml_document import Document, parse, read_text
 from railui.io.yaml_nodes import Node
-from railui.io.yaml_scalars import like, scalar_text
+from railui.io.yaml_writer import like, scalar_text
 
 
 def edit_values(text: str, changes: Mapping[str, Any], file: str = "text") -> str:

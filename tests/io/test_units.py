@@ -12,7 +12,7 @@ from railui.io.number_format import display, suited
 from railui.io.units import UnitError, convert, parse_unit, quantity, split
 from railui.io.yaml_document import parse
 from railui.io.yaml_nodes import scalar
-from railui.io.yaml_scalars import like, number_text, scalar_text
+from railui.io.yaml_writer import like, number_text, scalar_text
 
 SI = [
     "m",

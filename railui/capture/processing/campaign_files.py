@@ -12,7 +12,7 @@ from railui.capture.processing.align import SAME_LINE, align
 from railui.capture.processing.measured_run import MeasuredRun, save_run
 from railui.io.atomic import relative_path, write_text
 from railui.io.schema_line import schema_name
-from railui.io.yaml_scalars import flow, scalar_text
+from railui.io.yaml_writer import flow, scalar_text
 
 DIGITS = 3
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from railui.capture.processing.map_model import TARGETS
 from railui.capture.processing.recording import Recording
 from railui.io.units import UnitError, convert
-from railui.io.yaml_scalars import scalar_text
+from railui.io.yaml_writer import scalar_text
 
 
 def draft_map(recording: Recording) -> str:

@@ -14,7 +14,7 @@ from railui.io.atomic import write_text
 from railui.io.number_format import display, unit_text
 from railui.io.problems import FileProblems
 from railui.io.units import quantity, read_speed
-from railui.io.yaml_scalars import flow
+from railui.io.yaml_writer import flow
 from railui.optimisation.response_keys import NUMBERS as KNOWN
 from railui.optimisation.response_keys import RESULTS
 from railui.optimisation.study import Study, load_study
