@@ -62,17 +62,6 @@ class Vehicle:
         jobs: int = 1,
         wheelsets: int = 2,
     ) -> tuple[Floats, Floats, Floats, list[int]]: ...
-    def arithmetic(
-        self,
-        batch: Any,
-        table: Floats,
-        dt: float,
-        channels: list[str],
-        clearance: Floats,
-        cascades: list[Floats],
-        block: int,
-        wheelsets: int,
-    ) -> list[int] | None: ...
     def steps(self, batch: Any, slowest: float, fastest: float, dt: float, limit: int) -> list[int]: ...
     def eigenvalues(self, batch: Any, speed: float) -> list[list[tuple[float, float]]]: ...
     def sites(self, batch: Any) -> dict[tuple[str, int], tuple[float, float]]: ...

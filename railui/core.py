@@ -19,7 +19,6 @@ Record = dict[str, Any]
 
 LANES: int = _core.LANES
 CURVES = ("measured_force", "profile_shape", "rolling_line")  # kinds whose parameters are lists
-ARITHMETIC = ("fused", "products", "sums", "choices", "roots", "quotients")
 LINKAGE: int = _core.LINKAGE  # the number of the place between both wheelsets of a bogie
 CHOOSING = "measured_force"  # the kind whose curve stands against z, v or s
 STEP_LIMIT = 64
@@ -401,26 +400,6 @@ class Vehicles:
         shape = (n, points, len(cascades))
         shares = e.reshape(n, min(wheelsets, len(channels)), 3)
         return Rides(shares, rms.reshape(shape), blocks.reshape(n, points, -1 if points else 0), np.array(lost))
-
-    def arithmetic(
-        self,
-        batch: Batch,
-        table: FloatArray,
-        dt: float,
-        channels: Sequence[str],
-        clearance: FloatArray,
-        cascades: Sequence[FloatArray] = (),
-        *,
-        block: int = 0,
-        wheelsets: int = 2,
-    ) -> dict[str, int] | None:
-        """What a step of such a score asks of a lane where no wheel slides, one per sample; None but for plain bogies.
-
-        Fused products, products, sums, choices (the lesser, the greater, comparisons), square roots, quotients; signs
-        and magnitudes do not count. The kernel's own rate and sums count themselves.
-        """
-        counts = self._core.arithmetic(batch, table, dt, list(channels), clearance, list(cascades), block, wheelsets)
-        return None if counts is None else dict(zip(ARITHMETIC, counts, strict=True))
 
     def steps(self, batch: Batch, slowest: float, fastest: float, dt: float) -> list[int]:
         """RK4 steps per sample that each vehicle needs between two speeds [m/s]; ValueError where too many."""

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from functools import partial
+import csv
+from functools import cache, partial
+from pathlib import Path
 from typing import Any, Final
 
-from railui.bench.standard_job import REPETITIONS, Rolling, bogie, quickest, road, rolling, rolling_reduced, spread
+from railui.bench.standard_job import REPETITIONS, quickest
 from railui.core import chains, simd
+
+TABLE: Final = Path(__file__).with_name("operations.csv")  # counted by a test of the kernel: rust_core/src/operations.rs
 
 ROUNDS: Final = {"operations_per_second": (False, 1_000_000), "roots_per_second": (True, 100_000)}  # of milliseconds
 
@@ -27,11 +31,21 @@ def peak(ns: dict[str, float], repetitions: int = REPETITIONS) -> dict[str, Any]
     if simd() == "portable":
         return None
     rates = peaks(repetitions)
-    jobs: dict[str, Rolling] = {
-        "full": rolling(bogie(), spread(bogie(), 1), road()),
-        "reduced": rolling_reduced(spread(bogie(reduced=True), 1)),
-    }
-    return rates | {name: share_of_peak(jobs[name].arithmetic() or {}, each, **rates) for name, each in ns.items()}
+    return rates | {job: share_of_peak(operations()[job], each, **rates) for job, each in ns.items()}
+
+
+@cache
+def operations() -> dict[str, dict[str, int]]:
+    """Return the operations of a design-step of each job of the plain bogie, where no wheel slides.
+
+    Fused products, products, sums, choices (minima, maxima, comparisons), square roots and quotients; signs and
+    magnitudes do not count.
+
+    >>> operations()["full"]["roots"]  # one per slope, wheelset and wheel
+    16
+    """
+    with TABLE.open(newline="", encoding="utf-8") as file:
+        return {row.pop("job"): {name: int(n) for name, n in row.items()} for row in csv.DictReader(file)}
 
 
 def peaks(repetitions: int = REPETITIONS) -> dict[str, float]:

@@ -87,13 +87,6 @@ class Rolling:
             block=self.block, jobs=jobs, wheelsets=self.wheelsets,
         )  # fmt: skip
 
-    def arithmetic(self) -> dict[str, int] | None:
-        """What a step asks of a lane: see `Vehicles.arithmetic`."""
-        return self.vehicles.arithmetic(
-            self.batch, self.table, self.dt, self.channels, self.clearance, list(self.sections.values()),
-            block=self.block, wheelsets=self.wheelsets,
-        )  # fmt: skip
-
 
 def rolling(model: Model, rows: FloatArray, way: Excitation, comfort: bool = True) -> Rolling:
     """Vehicles as a score needs them; without `comfort` the displacements of their wheelsets alone."""

@@ -1,5 +1,4 @@
 //! Groups over threads: designs, perturbed parameters, candidates.
-use crate::arithmetic::of_a_step;
 use crate::curving::{Stand, Statics};
 use crate::error::{Error, Result, expect_len};
 use crate::integrate::comparison::{Filter, filtered, sense};
@@ -7,7 +6,7 @@ use crate::integrate::recorder::{Series, Watch};
 use crate::integrate::ride_statistics::{Sums, cascade};
 use crate::integrate::run::run;
 use crate::rate::input_table::Course;
-use crate::simd::{Counts, Job, LANES, Lanes, Part, Portable, dispatch, level};
+use crate::simd::{Job, LANES, Lanes, Part, Portable, dispatch, level};
 use crate::vehicle::group::{Group, STATES};
 use crate::vehicle::structure::{Single, Structure};
 use rayon::prelude::*;
@@ -60,6 +59,13 @@ impl Many<'_> {
     fn abreast(&self) -> Vec<Abreast> {
         let of = |from| Abreast { from, live: (self.count - from).min(LANES) };
         (0..self.count).step_by(LANES).map(of).collect()
+    }
+
+    /// The first group and its sums, for counting operations.
+    #[cfg(test)]
+    pub fn first_group(&self, weighing: &Weighing<'_>, samples: usize) -> Result<(Group, Sums)> {
+        let first = Abreast { from: 0, live: self.count.min(LANES) };
+        Ok((self.group(first, &weighing.channels)?, weighing.sums(self, first, samples)?))
     }
 
     fn group(&self, some: Abreast, channels: &[String]) -> Result<Group> {
@@ -225,13 +231,6 @@ impl Weighing<'_> {
         let wheelsets = self.wheelsets.min(self.channels.len());
         Ok(Sums::new(samples, clearance, [wheelsets, self.channels.len() - wheelsets], cascades, self.block))
     }
-}
-
-/// What a step of such a ride asks of every lane; None of vehicles that are no plain bogies.
-pub fn arithmetic(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>) -> Result<Option<Counts>> {
-    let first = Abreast { from: 0, live: many.count.min(LANES) };
-    let sums = weighing.sums(many, first, course.samples())?;
-    Ok(of_a_step(&many.group(first, &weighing.channels)?, course, &sums))
 }
 
 /// The statistics of every vehicle's ride along a course.

@@ -8,8 +8,9 @@ pub mod vehicle;
 pub mod rate;
 pub mod integrate;
 pub mod curving;
-pub mod arithmetic;
 pub mod batch;
+#[cfg(test)]
+mod operations;
 
 /// Hash of the sources that this kernel was built from.
 pub const SOURCES: &str = env!("RAILUI_SOURCES");

@@ -9,40 +9,33 @@ import numpy as np
 import pytest
 
 from railui.bench import costs
-from railui.bench.roofline import ROUNDS, peak, share_of_peak
-from railui.bench.standard_job import bogie, coach, road, rolling, rolling_reduced, spread
+from railui.bench.roofline import ROUNDS, operations, peak, share_of_peak
+from railui.bench.standard_job import bogie, road, rolling, spread
 from railui.bench.step_error import cases
-from railui.core import ARITHMETIC, chains, simd
+from railui.core import chains, simd
 
 WAY = road(length=50.0)
 SLOPES, WHEELSETS, WHEELS = 4, 2, 2
 
 
-def arithmetic(comfort: bool = True) -> dict[str, int]:
-    found = rolling(bogie(), spread(bogie(), 1), WAY, comfort).arithmetic()
-    assert found is not None and tuple(found) == ARITHMETIC
-    return found
-
-
 def test_a_square_root_per_slope_and_wheel_and_one_per_wheelset_where_both_creep_alike() -> None:
-    reduced = rolling_reduced(spread(bogie(reduced=True), 1)).arithmetic()
-    assert arithmetic()["roots"] == SLOPES * WHEELSETS * WHEELS
-    assert reduced is not None and reduced["roots"] == SLOPES * WHEELSETS
-    assert sum(reduced.values()) < sum(arithmetic(comfort=False).values())
+    jobs = operations()
+    assert jobs["full"]["roots"] == SLOPES * WHEELSETS * WHEELS
+    assert jobs["reduced"]["roots"] == SLOPES * WHEELSETS
+    assert sum(jobs["reduced"].values()) < sum(jobs["without comfort"].values())
 
 
 def test_comfort_adds_five_operations_per_section_and_sample() -> None:
     whole = rolling(bogie(), spread(bogie(), 1), WAY)
     sections = [each.shape[1] for each in whole.sections.values()]
     points = len(whole.channels) - whole.wheelsets
-    added = sum(arithmetic().values()) - sum(arithmetic(comfort=False).values())
+    added = sum(operations()["full"].values()) - sum(operations()["without comfort"].values())
     # a section: three fused products, a product, a sum; a cascade: the sum of squares; the acceleration is one rate
     assert added == points * (5 * sum(sections) + len(sections) + 1)
 
 
-def test_nothing_slides_and_only_plain_bogies_are_counted() -> None:
-    assert arithmetic()["quotients"] == 0
-    assert rolling(coach(), spread(coach(), 1), WAY).arithmetic() is None
+def test_nothing_slides_where_operations_are_counted() -> None:
+    assert all(counts["quotients"] == 0 for counts in operations().values())
 
 
 def test_links_of_chains_are_counted_per_lane() -> None:
@@ -52,7 +45,7 @@ def test_links_of_chains_are_counted_per_lane() -> None:
 
 
 def test_a_share_is_the_time_at_the_peak_over_the_time_that_was_taken() -> None:
-    counts = dict.fromkeys(ARITHMETIC, 10)
+    counts = dict.fromkeys(operations()["full"], 10)
     found = share_of_peak(counts, 20.0, 6e9, 1e9)
     assert found == {"operations": counts, "share": pytest.approx(0.5), "roots_share": pytest.approx(0.5)}
     assert share_of_peak(counts, 40.0, 6e9, 1e9)["share"] == pytest.approx(0.25)

@@ -394,28 +394,6 @@ impl Vehicle {
         ))
     }
 
-    /// What a step of such a score asks of every lane: fused products, products, sums, choices, square roots, quotients;
-    /// None of vehicles that are no plain bogies.
-    #[allow(clippy::too_many_arguments)]
-    fn arithmetic(
-        &self,
-        batch: Batch<'_>,
-        table: Matrix<'_>,
-        dt: f64,
-        channels: Vec<String>,
-        clearance: PyReadonlyArray1<'_, f64>,
-        cascades: Vec<PyReadonlyArray3<'_, f64>>,
-        block: usize,
-        wheelsets: usize,
-    ) -> PyResult<Option<[u64; 6]>> {
-        let rows = batch.rows()?;
-        let many = rows.of(&self.structure);
-        let course = self.course(&table, 1, dt)?;
-        let weighing = weighing(many.count, channels, wheelsets, &clearance, &cascades, block)?;
-        let counts = batch::arithmetic(&many, &course, &weighing).map_err(raised)?;
-        Ok(counts.map(|c| [c.fused, c.products, c.sums, c.choices, c.roots, c.quotients]))
-    }
-
     /// RK4 steps per sample that each vehicle needs between two speeds.
     fn steps(
         &self,

@@ -1,6 +1,7 @@
 //! Sixteen numbers side by side: the only folder that knows SIMD.
 //!
 //! A law is written once, generic over a [`Part`]; [`dispatch`] compiles it for each level of the machine.
+#[cfg(test)]
 mod counted;
 mod intel;
 mod level;
@@ -8,6 +9,7 @@ mod pair;
 mod portable;
 pub mod peak;
 
+#[cfg(test)]
 pub use counted::{Counted, Counts, counting};
 pub use level::{Job, Level, dispatch, level};
 pub use portable::Portable;

@@ -1,0 +1,109 @@
+//! Operations of a step of a plain bogie, counted by running its rate and sums on a lane that counts. Compiled for tests
+//! only: they hold the table `railui/bench/operations.csv`, from which `railui bench` computes the share of the peak.
+use crate::batch::{Many, Weighing};
+use crate::effects::Law;
+use crate::integrate::ride_statistics::{Growing, Sums};
+use crate::rate::input_table::Course;
+use crate::simd::{Counted, Counts, Lanes, Part, counting};
+use crate::vehicle::group::{Group, STATES};
+use crate::vehicle::kinds::VehicleKind;
+use crate::vehicle::plain_bogie::PlainBogie;
+use crate::vehicle::structure::{Placed, Structure};
+
+/// RK4 per degree of freedom: six products that join a sum on the way to the states of the slopes, three at the end, and
+/// four sums of slopes there.
+const RK4: Counts = Counts { fused: 9, sums: 4, ..Counts::NONE };
+
+/// Rows of the input table at which the slopes of a step are evaluated.
+const SLOPES: [usize; 4] = [0, 1, 1, 2];
+
+/// Operations of a step and its sample per lane, at the beginning of an input table, from rest, where no wheel slides.
+/// None for vehicles whose rate is not that of a plain bogie.
+fn count_step(group: &Group, course: &Course<'_>, sums: &Sums) -> Option<Counts> {
+    let bogie = group.bare()?;
+    let counts = match (bogie.laws, bogie.spin || !course.level) {
+        (true, true) => rates_and_sample::<true, true>(bogie, group, course, sums),
+        (false, true) => rates_and_sample::<false, true>(bogie, group, course, sums),
+        (_, false) => rates_and_sample::<true, false>(bogie, group, course, sums),
+    };
+    Some(counts.and(group.dofs as u64, RK4))
+}
+
+/// Operations of the four rates of a step and of the sample at its beginning.
+fn rates_and_sample<const LAWS: bool, const SPIN: bool>(
+    bogie: &PlainBogie<Lanes>,
+    group: &Group,
+    course: &Course<'_>,
+    sums: &Sums,
+) -> Counts {
+    let part = bogie.part::<Counted, SPIN>(0);
+    let mut at = part.at_speed(course.row(0)[1]);
+    let mut growing = Growing::new(sums, group, 0);
+    let (x, mut dx) = ([Counted::zero(); STATES], [Counted::zero(); STATES]);
+    part.rate::<LAWS, true, SPIN>(0, course.row(0), &mut at, &x, &mut dx); // the previous step has prepared its row
+    counting(|| {
+        for index in SLOPES {
+            part.rate::<LAWS, true, SPIN>(index, course.row(index), &mut at, &x, &mut dx);
+        }
+        growing.sample(course.row(0), &x, &dx);
+    })
+}
+
+/// Operations of a step of a job of `railui bench`.
+fn count_job(effects: &[(Law, &[f64])], reduced: bool, channels: &[&str], comfort: bool) -> Counts {
+    let mut numbers =
+        vec![2900.0, 3300.0, 1850.0, 1050.0, 120.0, 1.28, 0.75, 1.0, 0.46, 55e3, 3e6, 8e6, 0.2e6, 0.2e6, 3e4, 3e4];
+    let (angle, roll, spin) = if reduced { (0.0, 0.0, 0.0) } else { (0.05, 0.05, 0.25) };
+    numbers[4] = if reduced { 0.0 } else { 120.0 };
+    for _ in 0..2 {
+        numbers.extend([0.18, 130.0, 120.0, 8.0, angle, roll]);
+    }
+    numbers.extend([spin, 7e-3]);
+    let placed = |(law, n): &(Law, &[f64])| Placed { law: *law, at: "contact".into(), wheelset: 0, count: n.len() };
+    let structure =
+        Structure { kind: VehicleKind::Bogie, measured: Vec::new(), placed: effects.iter().map(placed).collect() };
+    let values: Vec<f64> = effects.iter().flat_map(|(_, n)| n.iter().copied()).collect();
+    let amounts = vec![1.0; effects.len()];
+    let many = Many {
+        structure: &structure,
+        count: 1,
+        numbers: &numbers,
+        effects: &values,
+        amounts: &amounts,
+        speed_scale: &[],
+        initial: &[],
+    };
+    let section = [0.2, 0.3, 0.1, 1.0, -0.5, 0.2];
+    let cascades: Vec<Vec<f64>> = [4, 4, 3].iter().map(|n| section.repeat(*n)).collect();
+    let weighing = Weighing {
+        channels: channels.iter().map(|c| c.to_string()).collect(),
+        wheelsets: if reduced { 1 } else { 2 },
+        clearance: &[7e-3],
+        cascades: if comfort { cascades.iter().map(Vec::as_slice).collect() } else { Vec::new() },
+        block: if comfort { 2000 } else { 0 },
+    };
+    let cross_level = if reduced { 0.0 } else { 1e-3 };
+    let row =
+        [0.0, 40.0, 1e-3, 1e-3, cross_level, cross_level, 0.0, 1e-3, 1e-3, cross_level, cross_level, 0.0, 0.0, 0.0];
+    let table = row.repeat(5);
+    let course = Course::new(&table, 14, 1, 0.0025);
+    let (group, sums) = many.first_group(&weighing, course.samples()).expect("a group");
+    count_step(&group, &course, &sums).expect("a plain bogie")
+}
+
+#[test]
+fn the_table_of_operations_is_that_of_the_kernel() {
+    let saturation: (Law, &[f64]) = (Law::CreepSaturation, &[0.35]);
+    let flange: (Law, &[f64]) = (Law::FlangeContact, &[7e-3, 14.6e6]);
+    let jobs = [
+        ("full", count_job(&[saturation, flange], false, &["e1", "e2", "ayf"], true)),
+        ("without comfort", count_job(&[saturation, flange], false, &["e1", "e2"], false)),
+        ("reduced", count_job(&[saturation, flange], true, &["e1"], false)),
+    ];
+    let mut counted = String::from("job,fused,products,sums,choices,roots,quotients\n");
+    for (name, c) in jobs {
+        let columns = [c.fused, c.products, c.sums, c.choices, c.roots, c.quotients].map(|n| n.to_string());
+        counted += &format!("{name},{}\n", columns.join(","));
+    }
+    assert_eq!(include_str!("../../railui/bench/operations.csv"), counted);
+}
