@@ -6,7 +6,7 @@ from typing import Any
 
 from words import code, letters, plain, table
 
-from railui.capture.processing.map_model import TARGETS, MapModel
+from railui.capture.processing.map_schema import QUANTITIES, MapModel
 from railui.documents.schema import schema
 from railui.io.number_format import display
 from railui.optimisation.response_keys import RESULTS
@@ -106,7 +106,9 @@ def _runs() -> Iterator[str]:
 
 def _campaign() -> Iterator[str]:
     yield "\n## Campaign\n\n`campaign.yaml` beside its runs. `sensors` takes the sensor effects of the [catalogue](effects.md).\n\n"
-    yield table(KEYS, _keys(schema("campaign")))
+    keys = _keys(schema("campaign"))
+    yield table(KEYS, [row for row in keys if not row[0].startswith("`settings.")])
+    yield "\n`settings` takes the [thresholds of the loop](settings.md) by name.\n"
     for form, paths in DEFAULT_ADJUST.items():
         yield f"\n`adjust` of a {form} by default: {', '.join(map(code, paths))}.\n"
 
@@ -129,7 +131,7 @@ def _map() -> Iterator[str]:
     yield "\n## Map\n\nWhich channel of a recording is which sensor, how it is mounted, how the rails are reconstructed.\n\n"
     yield table(KEYS, _keys(MapModel.model_json_schema()))
     yield "\n`sensors.NAME` is one of:\n\n"
-    yield table(("sensor", "unit", "meaning"), [(code(n), code(t.unit), plain(t.caption)) for n, t in TARGETS.items()])
+    yield table(("sensor", "unit", "meaning"), [(code(n), code(t.unit), plain(t.caption)) for n, t in QUANTITIES.items()])
 
 
 def _results() -> Iterator[str]:

@@ -14,11 +14,13 @@ import effects  # noqa: E402
 import formats  # noqa: E402
 import front  # noqa: E402
 import house  # noqa: E402
+import settings  # noqa: E402
 import validation  # noqa: E402
 
 PAGES = {
     "index.md": front.page,
     "reference/files.md": formats.page,
+    "reference/settings.md": settings.page,
     "reference/commands.md": commands.page,
     "reference/effects.md": effects.page,
     "reference/api.md": api.page,

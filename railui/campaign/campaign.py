@@ -9,6 +9,7 @@ from typing import Any
 
 from railui.campaign.directory import campaign_file
 from railui.campaign.schema import ROLES, CampaignModel
+from railui.campaign.settings.loop_settings import LoopSettings
 from railui.io.atomic import sha256_file
 from railui.io.fields import check_group
 from railui.io.problems import FileProblems, Findings, Problem, nearest
@@ -63,6 +64,7 @@ class Campaign:
     source: Path
     sha256: str
     warnings: tuple[Problem, ...] = field(default=(), compare=False)
+    settings: LoopSettings = field(default_factory=LoopSettings)
 
     def cut_of(self, duration: float) -> float:
         """Seconds to leave out at each end of a stretch of so many seconds."""
@@ -107,6 +109,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
         source=source,
         sha256=sha256_file(source),
         warnings=(*findings.warnings(), *design.warnings),
+        settings=LoopSettings().with_values(model.model_dump()["settings"]),
     )
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, create_model
 
-from railui.io.fields import LISTED, PAIRED, Group, Objects, Reader, Text, measure, quantity_schema, word
+from railui.campaign.settings.declaration import Setting
+from railui.campaign.settings.loop_settings import SETTINGS
+from railui.io.fields import LISTED, PAIRED, Group, Objects, Reader, Text, measure, quantity_schema, whole, word
 from railui.io.units import UnitError, quantity
 
 ROLES = ("adjust", "validate")
@@ -37,6 +39,24 @@ NOISE = Reader(
     {"type": "object", "additionalProperties": quantity_schema("", title="standard deviation of a column")},
 )
 Frequency = Annotated[float, measure("Hz", 0.0, above=True)]
+
+
+def setting_field(setting: Setting) -> Any:
+    """Define the pydantic field of a setting: a count, or a quantity of its unit within its bounds."""
+    field = Field(default=setting.default, title=setting.meaning.rstrip("."))
+    if setting.is_whole:
+        return Annotated[int, whole(int(setting.minimum or 0))], field
+    return Annotated[float, measure(setting.unit, setting.minimum, maximum=setting.maximum)], field
+
+
+SettingsModel = create_model(
+    "SettingsModel", __base__=Group, **{name: setting_field(setting) for name, setting in SETTINGS.items()}
+)
+
+
+def read_settings(value: Any) -> Any:
+    """Replace an empty mapping, which YAML reads as null."""
+    return {} if value is None else value
 
 
 class CampaignModel(Group):
@@ -72,3 +92,6 @@ class CampaignModel(Group):
     )
     sensors: Objects = Field(default_factory=list)
     track: Annotated[str, word(("unloaded", "loaded"))] = "unloaded"
+    settings: Annotated[SettingsModel, Reader(read_settings)] = Field(  # type: ignore[valid-type]
+        default_factory=SettingsModel, title="thresholds of the loop"
+    )

@@ -134,6 +134,8 @@ def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path
     if campaign.sensors:
         writer.items("sensors", [sensor.entry() for sensor in campaign.sensors])
     writer.entry("track", campaign.track)
+    if changed := campaign.settings.changed():
+        writer.entry("settings", changed)
     return writer.text()
 
 

@@ -30,7 +30,7 @@ def test_every_command_and_part_of_it_has_an_example(name: str) -> None:
         assert f"railui {example.replace('_', ' ', 1)}" in (ROOT / "docs/examples" / f"{example}.md").read_text()
 
 
-@pytest.mark.parametrize("name", ["front", "formats", "commands", "effects", "api", "house", "validation"])
+@pytest.mark.parametrize("name", ["front", "formats", "settings", "commands", "effects", "api", "house", "validation"])
 def test_a_page_of_the_site_is_written_from_the_code(name: str) -> None:
     write = f"import sys; sys.path.insert(0, 'docs/from_code'); import {name}; print({name}.page())"
     done = subprocess.run([sys.executable, "-c", write], cwd=ROOT, capture_output=True, text=True, timeout=120)

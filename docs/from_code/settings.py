@@ -1,0 +1,39 @@
+"""The page of the loop's settings: every threshold with unit, value, meaning and provenance, from their declarations."""
+
+from words import code, plain, table
+
+from railui.campaign.settings.declaration import Setting
+from railui.campaign.settings.loop_settings import SETTINGS, LoopSettings
+
+INTRODUCTION = """# Settings of the loop
+
+Thresholds that steer the verdict of `railui loop`. A campaign changes them by name, as a number in the stated unit or with a unit;
+`loop.json` records the value of every one under `settings`.
+
+```yaml
+settings:
+  significance_level: 0.05
+  window_duration: 4 s
+```
+
+The provenance says how a value came about: *derived* from theory, *conventional* in statistics, or from a *trial* on simulated
+campaigns. Most are chosen by hand. The sensitivity trial varies each by 20 % to either side and lists the verdicts and effects that
+depend on it: `pytest -m slow tests/identification/test_settings_sensitivity.py`.
+"""
+
+
+def page() -> str:
+    """Return one table for each stage of the loop."""
+    groups: dict[str, list[Setting]] = {}
+    for setting in SETTINGS.values():
+        groups.setdefault(setting.group, []).append(setting)
+    return INTRODUCTION + "".join(_stage(group, settings) for group, settings in groups.items())
+
+
+def _stage(group: str, settings: list[Setting]) -> str:
+    summary = (type(getattr(LoopSettings(), group)).__doc__ or "").partition("\n")[0]
+    rows = [
+        (code(s.name), code(f"{s.default:g}"), code(s.unit), plain(s.meaning), plain(s.provenance)) for s in settings
+    ]
+    title = group.replace("_", " ").capitalize()
+    return f"\n## {title}\n\n{plain(summary)}\n\n{table(('name', 'value', 'unit', 'meaning', 'provenance'), rows)}"

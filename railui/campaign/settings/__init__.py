@@ -1,0 +1,1 @@
+"""Settings of the loop: the thresholds that steer its verdict."""

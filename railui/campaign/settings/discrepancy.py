@@ -1,0 +1,80 @@
+"""Settings of what no effect of the library explains: drifts, force curves and run-to-run variation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from railui.campaign.settings.declaration import setting
+
+
+@dataclass(frozen=True)
+class DriftSettings:
+    """Parameters that change along the track."""
+
+    blocks_per_knot: float = setting(1.3, minimum=1.0, meaning="Blocks of time that each knot of a drift needs.")
+    finer_drift_share: float = setting(
+        0.02,
+        maximum=1.0,
+        meaning="Share of the misfit that more knots must explain beyond fewer.",
+    )
+    max_drift: float = setting(
+        0.9, maximum=0.999, meaning="Share of its value that a positive parameter may lose along the track."
+    )
+    drift_draws: int = setting(
+        40, minimum=10, meaning="Random-sign draws behind the share of a drift that chance explains."
+    )
+
+
+@dataclass(frozen=True)
+class DiscrepancySettings:
+    """Localisation of a discrepancy that is not in the library."""
+
+    noise_floor_excess_share: float = setting(
+        1 / 3,
+        maximum=1.0,
+        meaning="Share of the excess over the noise floor up to which the estimation runs count as explained.",
+    )
+    min_drift_share: float = setting(
+        0.02, maximum=1.0, meaning="Share of the misfit from which a drift along the track is refined."
+    )
+    conclusive_drift_share: float = setting(
+        0.19,
+        maximum=1.0,
+        meaning="Share of the misfit from which a drift is reported without any gain.",
+    )
+    reliable_share: float = setting(
+        0.5,
+        maximum=1.0,
+        meaning="Share of the misfit from which a curve, drift or coupling locates reliably.",
+    )
+    force_location_tolerance: float = setting(
+        0.03, maximum=1.0, meaning="Share by which a location with fewer independent forces may explain less."
+    )
+    curve_span: float = setting(
+        2.5, minimum=0.5, meaning="Half-width of a force curve in standard deviations of the motion."
+    )
+    curve_points: int = setting(9, minimum=3, meaning="Points of a force curve.")
+    curve_smoothness: float = setting(3e-3, meaning="Penalty on the second differences of a force curve.")
+
+
+@dataclass(frozen=True)
+class RunDependenceSettings:
+    """Parameters that differ from run to run."""
+
+    run_dependence_level: float = setting(
+        0.01,
+        minimum=1e-4,
+        maximum=0.5,
+        meaning="Family-wise level of the test whether a parameter differs from run to run.",
+        provenance="conventional: 1 %, as the score test",
+    )
+
+
+@dataclass(frozen=True)
+class CoefficientSettings:
+    """Coefficients of the wheelset equations."""
+
+    contradiction_sd: float = setting(
+        4.0, meaning="Standard deviations from which a coefficient contradicts its derivation."
+    )
+    pulse_duration: float = setting(6.0, unit="s", minimum=1.0, meaning="Length of a pulse response.")

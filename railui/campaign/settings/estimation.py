@@ -1,0 +1,138 @@
+"""Settings of parameter estimation, noise floor and identifiability."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from railui.campaign.settings.declaration import setting
+
+
+@dataclass(frozen=True)
+class CalibrationSettings:
+    """Output-error fit: what a model may be, and how many independent samples its residual has."""
+
+    conicity_step: float = setting(
+        0.8,
+        maximum=0.99,
+        meaning="Factor by which the conicity is lowered repeatedly until the nominal model is stable.",
+    )
+    max_growth_rate: float = setting(
+        -0.02,
+        unit="1/s",
+        minimum=None,
+        maximum=0.0,
+        meaning="Largest growth rate of the least damped mode that a fit over whole runs may reach.",
+    )
+    max_steps_per_sample: int = setting(
+        16,
+        minimum=1,
+        meaning="Integration steps per sample above which a vehicle is too stiff for a fit.",
+    )
+    independent_sample_share: float = setting(
+        0.4,
+        maximum=1.0,
+        meaning="Share of the samples that counts as independent where the misfit is weighed against priors.",
+    )
+    curve_prior_sd: float = setting(
+        2.0,
+        meaning="Prior standard deviation of the points of a force curve, in its largest force.",
+    )
+    block_hunting_periods: float = setting(
+        3.0,
+        meaning="Hunting periods in a block of time; residuals in different blocks count as uncorrelated.",
+        provenance="conventional: a block several correlation lengths long (heteroscedasticity- and "
+        "autocorrelation-consistent covariance); the number 3 was chosen by hand",
+    )
+    min_block_duration: float = setting(1.0, unit="s", meaning="Shortest block of time.")
+    rig_block_count: float = setting(50.0, minimum=2.0, meaning="Blocks of time in a record of a rig.")
+    rig_samples_per_second: float = setting(
+        400.0,
+        minimum=1.0,
+        meaning="Samples of a rig's record that count as one second where the first seconds of a run are taken.",
+    )
+
+
+@dataclass(frozen=True)
+class InitialStateSettings:
+    """Initial-state estimation: the part of a run it uses and the prior spread of the state."""
+
+    initial_state_duration: float = setting(
+        4.0, unit="s", minimum=0.1, meaning="First part of a segment from which its initial state is estimated."
+    )
+    initial_displacement: float = setting(
+        5e-3, unit="m", minimum=1e-9, meaning="Usual initial lateral displacement of a body: the ridge of the estimate."
+    )
+    initial_yaw: float = setting(
+        3e-3, unit="rad", minimum=1e-9, meaning="Usual initial yaw of a body: the ridge of the estimate."
+    )
+    initial_velocity: float = setting(
+        0.05, unit="m/s", minimum=1e-9, meaning="Usual initial lateral velocity of a body: the ridge of the estimate."
+    )
+    initial_yaw_rate: float = setting(
+        0.03, unit="rad/s", minimum=1e-9, meaning="Usual initial yaw rate of a body: the ridge of the estimate."
+    )
+    min_channel_noise_share: float = setting(
+        0.02,
+        minimum=1e-6,
+        meaning="Smallest noise of a channel that the estimate counts with, as a share of its standard deviation.",
+    )
+
+
+@dataclass(frozen=True)
+class WindowSettings:
+    """Multiple shooting: vehicles near or beyond their hunting limit are fitted on short windows."""
+
+    window_duration: float = setting(3.0, unit="s", minimum=0.5, meaning="Length of a window of multiple shooting.")
+    windowed_growth_rate: float = setting(
+        -1.0,
+        unit="1/s",
+        minimum=None,
+        maximum=0.0,
+        meaning="Growth rate from which a segment is cut into windows: the vehicle is near its hunting limit there.",
+    )
+
+
+@dataclass(frozen=True)
+class ValidationSettings:
+    """Validation error and noise floor: blocks of squared error and the number of noise realisations."""
+
+    error_block_duration: float = setting(
+        2.0,
+        unit="s",
+        minimum=0.1,
+        meaning="Block of time over which squared validation errors are summed for the standard error of a gain.",
+    )
+    noise_floor_draws: int = setting(20, minimum=2, meaning="Noise realisations behind the noise floor.")
+    preliminary_floor_draws: int = setting(
+        5, minimum=2, meaning="Noise realisations behind the noise floor that only steers the selection."
+    )
+    noise_weight_draws: int = setting(3, minimum=1, meaning="Noise realisations behind the weights of the channels.")
+
+
+@dataclass(frozen=True)
+class IdentifiabilitySettings:
+    """Identifiability: from which spread a parameter counts as determined."""
+
+    determined_sd: float = setting(
+        0.10, meaning="Relative standard deviation up to which a parameter counts as determined."
+    )
+    roughly_determined_sd: float = setting(
+        0.5, meaning="Relative standard deviation up to which a parameter counts as roughly determined."
+    )
+    direction_part: float = setting(
+        0.3, maximum=1.0, meaning="Component of a direction from which its parameter is listed."
+    )
+    partner_correlation: float = setting(
+        0.7, maximum=1.0, meaning="Correlation from which two parameters are determined in combination only."
+    )
+    unseen_prior_share: float = setting(
+        0.9,
+        maximum=1.0,
+        meaning="Share of the prior's standard deviation that remains where the data do not determine a parameter.",
+    )
+    flagged_correlation: float = setting(
+        0.95, maximum=1.0, meaning="Correlation with another parameter from which an estimate is flagged as correlated."
+    )
+    min_section_blocks: int = setting(
+        5, minimum=2, meaning="Blocks of time that a track section needs for parameters of its own."
+    )
