@@ -2,10 +2,10 @@
 //! An item is one design and step, or one sample of one channel and vehicle where channels are filtered.
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use railui_core::batch::{Many, Weighing, rates, score};
+use railui_core::batch::{StatisticsRequest, VehicleBatch, rates, score};
 use railui_core::effects::Law;
 use railui_core::integrate::comparison::{Filter, filtered};
-use railui_core::rate::input_table::Course;
+use railui_core::rate::input_table::InputTable;
 use railui_core::simd::{LANES, Lanes, level};
 use railui_core::vehicle::kinds::VehicleKind;
 use railui_core::vehicle::structure::{Placed, Structure};
@@ -103,8 +103,8 @@ impl Vehicles {
         }
     }
 
-    fn many(&self) -> Many<'_> {
-        Many {
+    fn vehicles(&self) -> VehicleBatch<'_> {
+        VehicleBatch {
             structure: &self.structure,
             count: DESIGNS,
             numbers: &self.numbers,
@@ -124,19 +124,19 @@ fn ride(bencher: Bencher<'_, '_>, name: &str) {
     let section = [0.2, 0.3, 0.1, 1.0, -0.5, 0.2];
     let cascades: Vec<Vec<f64>> = [4, 4, 3].iter().map(|n| section.repeat(n * DESIGNS)).collect();
     let clearance = vec![7e-3; DESIGNS];
-    let weighing = Weighing {
+    let statistics_request = StatisticsRequest {
         wheelsets: 2,
         channels: job.channels.iter().map(|c| c.to_string()).collect(),
         clearance: &clearance,
         cascades: if job.comfort { cascades.iter().map(Vec::as_slice).collect() } else { Vec::new() },
         block: if job.comfort { 2000 } else { 0 },
     };
-    let course = Course::new(&table, 14, 1, 0.0025);
+    let inputs = InputTable::new(&table, 14, 1, 0.0025);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let cancel = AtomicBool::new(false);
     bencher
         .counter(ItemsCount::new(DESIGNS * SAMPLES))
-        .bench(|| pool.install(|| score(&vehicles.many(), &course, &weighing, &cancel)).expect("a ride"));
+        .bench(|| pool.install(|| score(&vehicles.vehicles(), &inputs, &statistics_request, &cancel)).expect("a ride"));
 }
 
 /// The rates of all designs at one moment, group and coefficients made anew: what one look from outside costs.
@@ -145,7 +145,7 @@ fn rates_once(bencher: Bencher<'_, '_>) {
     let vehicles = Vehicles::new(&job("full"));
     let states = vec![1e-3; 12 * DESIGNS];
     let row = table(0.3)[..14].to_vec();
-    bencher.counter(ItemsCount::new(DESIGNS)).bench(|| rates(&vehicles.many(), &row, &states).expect("rates"));
+    bencher.counter(ItemsCount::new(DESIGNS)).bench(|| rates(&vehicles.vehicles(), &row, &states).expect("rates"));
 }
 
 /// Channels of a comparison: forwards and backwards through four sections, every fourth sample kept.

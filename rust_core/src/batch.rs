@@ -1,11 +1,11 @@
 //! Groups over threads: designs, perturbed parameters, candidates.
-use crate::curving::{Stand, Statics};
+use crate::curving::{Equilibrium, EquilibriumForces};
 use crate::error::{Error, Result, expect_len};
-use crate::integrate::comparison::{Filter, filtered, sense};
-use crate::integrate::recorder::{Series, Watch};
-use crate::integrate::ride_statistics::{Sums, cascade};
+use crate::integrate::comparison::{Filter, apply_sensors, filtered};
+use crate::integrate::recorder::{Recorder, Series};
+use crate::integrate::ride_statistics::{RideSums, cascade};
 use crate::integrate::run::run;
-use crate::rate::input_table::Course;
+use crate::rate::input_table::InputTable;
 use crate::simd::{Job, LANES, Lanes, Part, Portable, dispatch, level};
 use crate::vehicle::group::{Group, STATES};
 use crate::vehicle::structure::{Single, Structure};
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
 /// Vehicles of one structure; every row is one vehicle.
-pub struct Many<'a> {
+pub struct VehicleBatch<'a> {
     pub structure: &'a Structure,
     pub count: usize,
     pub numbers: &'a [f64],
@@ -27,19 +27,19 @@ pub struct Many<'a> {
 
 /// Vehicles that step together, sixteen or what is left: the first, and how many.
 #[derive(Clone, Copy)]
-struct Abreast {
+struct LaneGroup {
     from: usize,
     live: usize,
 }
 
-impl Abreast {
+impl LaneGroup {
     /// The vehicle of a lane; lanes that are left over carry the first.
     fn of(self, lane: usize) -> usize {
         self.from + if lane < self.live { lane } else { 0 }
     }
 }
 
-impl Many<'_> {
+impl VehicleBatch<'_> {
     /// One of them.
     pub fn single(&self, i: usize) -> Single<'_> {
         let row = |x: &[f64]| i * (x.len() / self.count)..(i + 1) * (x.len() / self.count);
@@ -51,24 +51,24 @@ impl Many<'_> {
         }
     }
 
-    fn initial(&self, some: Abreast) -> Vec<Lanes> {
+    fn initial(&self, some: LaneGroup) -> Vec<Lanes> {
         let states = self.initial.len() / self.count;
         (0..states).map(|s| Lanes::from_fn(|l| self.initial[some.of(l) * states + s])).collect()
     }
 
-    fn abreast(&self) -> Vec<Abreast> {
-        let of = |from| Abreast { from, live: (self.count - from).min(LANES) };
+    fn lane_groups(&self) -> Vec<LaneGroup> {
+        let of = |from| LaneGroup { from, live: (self.count - from).min(LANES) };
         (0..self.count).step_by(LANES).map(of).collect()
     }
 
     /// The first group and its sums, for counting operations.
     #[cfg(test)]
-    pub fn first_group(&self, weighing: &Weighing<'_>, samples: usize) -> Result<(Group, Sums)> {
-        let first = Abreast { from: 0, live: self.count.min(LANES) };
-        Ok((self.group(first, &weighing.channels)?, weighing.sums(self, first, samples)?))
+    pub fn first_group(&self, statistics_request: &StatisticsRequest<'_>, samples: usize) -> Result<(Group, RideSums)> {
+        let first = LaneGroup { from: 0, live: self.count.min(LANES) };
+        Ok((self.group(first, &statistics_request.channels)?, statistics_request.sums(self, first, samples)?))
     }
 
-    fn group(&self, some: Abreast, channels: &[String]) -> Result<Group> {
+    fn group(&self, some: LaneGroup, channels: &[String]) -> Result<Group> {
         let singles: Vec<_> = (some.from..some.from + some.live).map(|i| self.single(i)).collect();
         self.structure.group(&singles, channels)
     }
@@ -76,16 +76,16 @@ impl Many<'_> {
 
 /// All sixteen-lane series of one group after its sensor laws: [channel][sample], and where lanes diverged.
 fn series(
-    many: &Many<'_>,
-    course: &Course<'_>,
+    vehicles: &VehicleBatch<'_>,
+    inputs: &InputTable<'_>,
     channels: &[String],
-    some: Abreast,
+    some: LaneGroup,
     cancel: &AtomicBool,
 ) -> Result<(Vec<Lanes>, [Option<usize>; LANES])> {
-    let group = many.group(some, channels)?;
-    let mut series = Series::new(&group, course.samples());
-    let diverged = run(&group, course, &many.initial(some), some.live, Watch::Series(&mut series), cancel)?;
-    sense(&group, &mut series.lanes, course.samples(), course.dt);
+    let group = vehicles.group(some, channels)?;
+    let mut series = Series::new(&group, inputs.samples());
+    let diverged = run(&group, inputs, &vehicles.initial(some), some.live, Recorder::Series(&mut series), cancel)?;
+    apply_sensors(&group, &mut series.lanes, inputs.samples(), inputs.dt);
     Ok((series.lanes, diverged))
 }
 
@@ -105,40 +105,41 @@ fn transpose(lanes: &[Lanes], live: usize, out: &mut [f64]) {
 
 /// Series of every vehicle, [vehicle][channel][sample], filtered, cut and weighted where a filter is given.
 pub fn simulate(
-    many: &Many<'_>,
-    course: &Course<'_>,
+    vehicles: &VehicleBatch<'_>,
+    inputs: &InputTable<'_>,
     channels: &[String],
     filter: Option<&Filter>,
     cancel: &AtomicBool,
 ) -> Result<(Vec<f64>, Vec<Option<usize>>)> {
-    let samples = course.samples();
+    let samples = inputs.samples();
     if let Some(filter) = filter {
         filter.check(channels.len(), samples)?;
     }
-    let row = channels.len() * filter.map_or(samples, |f| f.kept(samples));
-    let mut out = vec![0.0; many.count * row];
-    let mut diverged = vec![None; many.count];
-    out.par_chunks_mut((LANES * row).max(1)).zip(diverged.par_chunks_mut(LANES)).zip(many.abreast()).try_for_each(
-        |((out, lost), some)| {
-            let (mut lanes, found) = series(many, course, channels, some, cancel)?;
+    let row = channels.len() * filter.map_or(samples, |f| f.kept_samples(samples));
+    let mut out = vec![0.0; vehicles.count * row];
+    let mut diverged = vec![None; vehicles.count];
+    out.par_chunks_mut((LANES * row).max(1))
+        .zip(diverged.par_chunks_mut(LANES))
+        .zip(vehicles.lane_groups())
+        .try_for_each(|((out, diverged_at), some)| {
+            let (mut lanes, found) = series(vehicles, inputs, channels, some, cancel)?;
             if let Some(filter) = filter {
                 lanes = filtered(&lanes, samples, filter);
             }
             transpose(&lanes, some.live, out);
-            lost.copy_from_slice(&found[..some.live]);
+            diverged_at.copy_from_slice(&found[..some.live]);
             Ok::<(), Error>(())
-        },
-    )?;
+        })?;
     Ok((out, diverged))
 }
 
 /// The rate of change of every vehicle in its own state, [vehicle][state], under one row of the input table.
-pub fn rates(many: &Many<'_>, row: &[f64], states: &[f64]) -> Result<Vec<f64>> {
-    expect_len("columns of the input row", row.len(), many.structure.columns())?;
+pub fn rates(vehicles: &VehicleBatch<'_>, row: &[f64], states: &[f64]) -> Result<Vec<f64>> {
+    expect_len("columns of the input row", row.len(), vehicles.structure.columns())?;
     let mut out = Vec::with_capacity(states.len());
-    for some in many.abreast() {
-        let group = many.group(some, &[])?;
-        expect_len("states", states.len(), many.count * group.states)?;
+    for some in vehicles.lane_groups() {
+        let group = vehicles.group(some, &[])?;
+        expect_len("states", states.len(), vehicles.count * group.states)?;
         let mut x = [Lanes::ZERO; STATES];
         for (s, x) in x.iter_mut().enumerate().take(group.states) {
             *x = Lanes::from_fn(|l| states[some.of(l) * group.states + s]);
@@ -174,24 +175,24 @@ impl Job for Rates<'_> {
 }
 
 /// Every vehicle standing in its curve at `initial`: forces [vehicle][dof and own state], what is told of wheelsets.
-pub fn statics(many: &Many<'_>, offsets: &[f64], curvature: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
-    let (mut forces, mut told) = (Vec::new(), Vec::new());
-    for some in many.abreast() {
-        let group = many.group(some, &[])?;
+pub fn statics(vehicles: &VehicleBatch<'_>, offsets: &[f64], curvature: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
+    let (mut forces, mut results) = (Vec::new(), Vec::new());
+    for some in vehicles.lane_groups() {
+        let group = vehicles.group(some, &[])?;
         let rows = |of: &[f64], width: usize| -> Result<Vec<Lanes>> {
-            expect_len("numbers of a stand in the curve", of.len(), width * many.count)?;
+            expect_len("numbers of a stand in the curve", of.len(), width * vehicles.count)?;
             Ok((0..width).map(|k| Lanes::from_fn(|l| of[some.of(l) * width + k])).collect())
         };
-        let (states, offsets) = (rows(many.initial, group.states)?, rows(offsets, group.dofs)?);
-        let stand = Stand { states: &states, offsets: &offsets, curvature: rows(curvature, 1)?[0] };
+        let (states, offsets) = (rows(vehicles.initial, group.states)?, rows(offsets, group.dofs)?);
+        let stand = Equilibrium { states: &states, offsets: &offsets, curvature: rows(curvature, 1)?[0] };
         // a few iterations: not worth compiling for each level
-        let found = Statics { group: &group, stand: &stand }.run::<Portable>();
+        let found = EquilibriumForces { group: &group, stand: &stand }.run::<Portable>();
         for lane in 0..some.live {
             forces.extend(found.residual.iter().map(|f| f.0[lane]));
-            told.extend(found.wheelsets.iter().flatten().map(|w| w.0[lane]));
+            results.extend(found.wheelsets.iter().flatten().map(|w| w.0[lane]));
         }
     }
-    Ok((forces, told))
+    Ok((forces, results))
 }
 
 /// The statistics of a ride of every vehicle.
@@ -206,7 +207,7 @@ pub struct Scores {
 }
 
 /// What is summed along the ride.
-pub struct Weighing<'a> {
+pub struct StatisticsRequest<'a> {
     /// e_1, e_2, ..., then accelerations.
     pub channels: Vec<String>,
     /// How many of them are displacements.
@@ -218,41 +219,47 @@ pub struct Weighing<'a> {
     pub block: usize,
 }
 
-impl Weighing<'_> {
+impl StatisticsRequest<'_> {
     /// The sums of vehicles that step together.
-    fn sums(&self, many: &Many<'_>, some: Abreast, samples: usize) -> Result<Sums> {
-        expect_len("clearances", self.clearance.len(), many.count)?;
+    fn sums(&self, vehicles: &VehicleBatch<'_>, some: LaneGroup, samples: usize) -> Result<RideSums> {
+        expect_len("clearances", self.clearance.len(), vehicles.count)?;
         let clearance = Lanes::from_fn(|l| self.clearance[some.of(l)]);
         let lanes = |all: &&[f64]| {
-            let n = all.len() / many.count;
+            let n = all.len() / vehicles.count;
             cascade(&(some.from..some.from + some.live).map(|i| &all[i * n..(i + 1) * n]).collect::<Vec<_>>())
         };
         let cascades = self.cascades.iter().map(lanes).collect::<Result<_>>()?;
         let wheelsets = self.wheelsets.min(self.channels.len());
-        Ok(Sums::new(samples, clearance, [wheelsets, self.channels.len() - wheelsets], cascades, self.block))
+        Ok(RideSums::new(samples, clearance, [wheelsets, self.channels.len() - wheelsets], cascades, self.block))
     }
 }
 
 /// The statistics of every vehicle's ride along a course.
-pub fn score(many: &Many<'_>, course: &Course<'_>, weighing: &Weighing<'_>, cancel: &AtomicBool) -> Result<Scores> {
-    let samples = course.samples();
-    let parts: Vec<_> = many
-        .abreast()
+pub fn score(
+    vehicles: &VehicleBatch<'_>,
+    inputs: &InputTable<'_>,
+    statistics_request: &StatisticsRequest<'_>,
+    cancel: &AtomicBool,
+) -> Result<Scores> {
+    let samples = inputs.samples();
+    let parts: Vec<_> = vehicles
+        .lane_groups()
         .into_par_iter()
         .map(|some| {
-            let group = many.group(some, &weighing.channels)?;
-            let mut sums = weighing.sums(many, some, samples)?;
-            let lost = run(&group, course, &many.initial(some), some.live, Watch::Sums(&mut sums), cancel)?;
-            Ok::<_, Error>((sums, lost, some.live))
+            let group = vehicles.group(some, &statistics_request.channels)?;
+            let mut sums = statistics_request.sums(vehicles, some, samples)?;
+            let diverged_at =
+                run(&group, inputs, &vehicles.initial(some), some.live, Recorder::RideSums(&mut sums), cancel)?;
+            Ok::<_, Error>((sums, diverged_at, some.live))
         })
         .collect::<Result<_>>()?;
     let mut scores = Scores { displacement: Vec::new(), rms: Vec::new(), blocks: Vec::new(), diverged: Vec::new() };
-    for (sums, lost, live) in parts {
-        for (lane, lost) in lost.iter().enumerate().take(live) {
+    for (sums, diverged_at, live) in parts {
+        for (lane, diverged_at) in diverged_at.iter().enumerate().take(live) {
             scores.displacement.push(sums.displacement(lane));
             scores.rms.push((0..sums.squares.len()).map(|i| sums.rms(i, lane)).collect());
             scores.blocks.push(sums.blocks.iter().map(|b| b.0[lane]).collect());
-            scores.diverged.push(*lost);
+            scores.diverged.push(*diverged_at);
         }
     }
     Ok(scores)

@@ -3,7 +3,7 @@ use crate::simd::{Job, LANES, Lanes, Part};
 use crate::vehicle::group::Group;
 
 /// Where sixteen vehicles stand, in co-ordinates fixed to the track.
-pub struct Stand<'a> {
+pub struct Equilibrium<'a> {
     /// Per state; velocities are not looked at.
     pub states: &'a [Lanes],
     /// What a body's motion gains for the suspension: the curve under it against the middle of the vehicle.
@@ -14,30 +14,30 @@ pub struct Stand<'a> {
 
 /// Numbers told of a wheelset: e, psi, Q_y, longitudinal creepage of wheel 2 (that of wheel 1 is opposite),
 /// T_x1, T_x2, T_y1, T_y2.
-pub const TOLD: usize = 8;
+pub const WHEELSET_RESULTS: usize = 8;
 
 /// Forces on the degrees of freedom, then what drives the own states of rails and effects; and what is told of the wheelsets.
 pub struct Forces {
     pub residual: Vec<Lanes>,
-    pub wheelsets: Vec<[Lanes; TOLD]>,
+    pub wheelsets: Vec<[Lanes; WHEELSET_RESULTS]>,
 }
 
 /// Source: docs/theory.md, quasi-static curve: the suspension sees the offsets, the contact b/R and 1/R in its creepages.
-pub struct Statics<'a> {
+pub struct EquilibriumForces<'a> {
     pub group: &'a Group,
-    pub stand: &'a Stand<'a>,
+    pub stand: &'a Equilibrium<'a>,
 }
 
-impl Job for Statics<'_> {
+impl Job for EquilibriumForces<'_> {
     type Output = Forces;
 
     #[inline(always)]
     fn run<P: Part>(self) -> Forces {
-        let Statics { group, stand } = self;
+        let EquilibriumForces { group, stand } = self;
         let n = group.dofs;
         let mut out = Forces {
             residual: vec![Lanes::ZERO; group.states - n],
-            wheelsets: vec![[Lanes::ZERO; TOLD]; group.wheelsets.len()],
+            wheelsets: vec![[Lanes::ZERO; WHEELSET_RESULTS]; group.wheelsets.len()],
         };
         let row = vec![0.0; group.columns];
         for at in (0..LANES).step_by(P::WIDTH) {
@@ -48,7 +48,7 @@ impl Job for Statics<'_> {
                 force[i] = P::load(a, at).mul_add(z(j), force[i]);
             }
             let curvature = P::load(&stand.curvature, at);
-            for (wheelset, told) in group.wheelsets.iter().zip(&mut out.wheelsets) {
+            for (wheelset, results) in group.wheelsets.iter().zip(&mut out.wheelsets) {
                 let rail = wheelset.rail.as_ref().map(|rail| rail.state);
                 let u = rail.map_or(P::zero(), x);
                 let found = wheelset.standing(at, &row, curvature, x(wheelset.y), x(wheelset.psi), u);
@@ -59,7 +59,7 @@ impl Job for Statics<'_> {
                 }
                 let ([tx_1, tx_2], [ty_1, ty_2]) = (found.tx, found.ty);
                 let numbers = [found.e, x(wheelset.psi), found.q_y, found.creepage, tx_1, tx_2, ty_1, ty_2];
-                for (value, to) in numbers.into_iter().zip(told) {
+                for (value, to) in numbers.into_iter().zip(results) {
                     value.store(to, at);
                 }
             }

@@ -24,7 +24,7 @@ pub enum Error {
     #[error("{what}: {got} given, {expected} expected")]
     Shape { what: String, got: usize, expected: usize },
     #[error("{what}: {got}, at most {most} are stepped")]
-    Room { what: &'static str, got: usize, most: usize },
+    Rk4Workspace { what: &'static str, got: usize, most: usize },
     #[error("{kind} is not described by {got} numbers")]
     Numbers { kind: String, got: usize },
     #[error("{what} is {value}, it must be {rule}")]

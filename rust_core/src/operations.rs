@@ -1,9 +1,9 @@
 //! Operations of a step of a plain bogie, counted by running its rate and sums on a lane that counts. Compiled for tests
 //! only: they hold the table `railui/bench/operations.csv`, from which `railui bench` computes the share of the peak.
-use crate::batch::{Many, Weighing};
+use crate::batch::{StatisticsRequest, VehicleBatch};
 use crate::effects::Law;
-use crate::integrate::ride_statistics::{Growing, Sums};
-use crate::rate::input_table::Course;
+use crate::integrate::ride_statistics::{RideAccumulator, RideSums};
+use crate::rate::input_table::InputTable;
 use crate::simd::{Counted, Counts, Lanes, Part, counting};
 use crate::vehicle::group::{Group, STATES};
 use crate::vehicle::kinds::VehicleKind;
@@ -19,12 +19,12 @@ const SLOPES: [usize; 4] = [0, 1, 1, 2];
 
 /// Operations of a step and its sample per lane, at the beginning of an input table, from rest, where no wheel slides.
 /// None for vehicles whose rate is not that of a plain bogie.
-fn count_step(group: &Group, course: &Course<'_>, sums: &Sums) -> Option<Counts> {
-    let bogie = group.bare()?;
-    let counts = match (bogie.laws, bogie.spin || !course.level) {
-        (true, true) => rates_and_sample::<true, true>(bogie, group, course, sums),
-        (false, true) => rates_and_sample::<false, true>(bogie, group, course, sums),
-        (_, false) => rates_and_sample::<true, false>(bogie, group, course, sums),
+fn count_step(group: &Group, inputs: &InputTable<'_>, sums: &RideSums) -> Option<Counts> {
+    let bogie = group.fully_plain()?;
+    let counts = match (bogie.laws, bogie.spin || !inputs.level) {
+        (true, true) => rates_and_sample::<true, true>(bogie, group, inputs, sums),
+        (false, true) => rates_and_sample::<false, true>(bogie, group, inputs, sums),
+        (_, false) => rates_and_sample::<true, false>(bogie, group, inputs, sums),
     };
     Some(counts.and(group.dofs as u64, RK4))
 }
@@ -33,19 +33,19 @@ fn count_step(group: &Group, course: &Course<'_>, sums: &Sums) -> Option<Counts>
 fn rates_and_sample<const LAWS: bool, const SPIN: bool>(
     bogie: &PlainBogie<Lanes>,
     group: &Group,
-    course: &Course<'_>,
-    sums: &Sums,
+    inputs: &InputTable<'_>,
+    sums: &RideSums,
 ) -> Counts {
     let part = bogie.part::<Counted, SPIN>(0);
-    let mut at = part.at_speed(course.row(0)[1]);
-    let mut growing = Growing::new(sums, group, 0);
+    let mut at = part.at_speed(inputs.row(0)[1]);
+    let mut growing = RideAccumulator::new(sums, group, 0);
     let (x, mut dx) = ([Counted::zero(); STATES], [Counted::zero(); STATES]);
-    part.rate::<LAWS, true, SPIN>(0, course.row(0), &mut at, &x, &mut dx); // the previous step has prepared its row
+    part.rate::<LAWS, true, SPIN>(0, inputs.row(0), &mut at, &x, &mut dx); // the previous step has prepared its row
     counting(|| {
         for index in SLOPES {
-            part.rate::<LAWS, true, SPIN>(index, course.row(index), &mut at, &x, &mut dx);
+            part.rate::<LAWS, true, SPIN>(index, inputs.row(index), &mut at, &x, &mut dx);
         }
-        growing.sample(course.row(0), &x, &dx);
+        growing.sample(inputs.row(0), &x, &dx);
     })
 }
 
@@ -64,7 +64,7 @@ fn count_job(effects: &[(Law, &[f64])], reduced: bool, channels: &[&str], comfor
         Structure { kind: VehicleKind::Bogie, measured: Vec::new(), placed: effects.iter().map(placed).collect() };
     let values: Vec<f64> = effects.iter().flat_map(|(_, n)| n.iter().copied()).collect();
     let amounts = vec![1.0; effects.len()];
-    let many = Many {
+    let vehicles = VehicleBatch {
         structure: &structure,
         count: 1,
         numbers: &numbers,
@@ -75,7 +75,7 @@ fn count_job(effects: &[(Law, &[f64])], reduced: bool, channels: &[&str], comfor
     };
     let section = [0.2, 0.3, 0.1, 1.0, -0.5, 0.2];
     let cascades: Vec<Vec<f64>> = [4, 4, 3].iter().map(|n| section.repeat(*n)).collect();
-    let weighing = Weighing {
+    let statistics_request = StatisticsRequest {
         channels: channels.iter().map(|c| c.to_string()).collect(),
         wheelsets: if reduced { 1 } else { 2 },
         clearance: &[7e-3],
@@ -86,9 +86,9 @@ fn count_job(effects: &[(Law, &[f64])], reduced: bool, channels: &[&str], comfor
     let row =
         [0.0, 40.0, 1e-3, 1e-3, cross_level, cross_level, 0.0, 1e-3, 1e-3, cross_level, cross_level, 0.0, 0.0, 0.0];
     let table = row.repeat(5);
-    let course = Course::new(&table, 14, 1, 0.0025);
-    let (group, sums) = many.first_group(&weighing, course.samples()).expect("a group");
-    count_step(&group, &course, &sums).expect("a plain bogie")
+    let inputs = InputTable::new(&table, 14, 1, 0.0025);
+    let (group, sums) = vehicles.first_group(&statistics_request, inputs.samples()).expect("a group");
+    count_step(&group, &inputs, &sums).expect("a plain bogie")
 }
 
 #[test]

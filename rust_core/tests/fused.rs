@@ -1,10 +1,10 @@
 //! The fused bogie and the fused vehicle of bodies and elements are the general ones, lane by lane.
 use railui_core::effects::Law;
-use railui_core::integrate::recorder::{Series, Watch};
+use railui_core::integrate::recorder::{Recorder, Series};
 use railui_core::integrate::run::run;
 use railui_core::rate::fused::FusedVehicle;
-use railui_core::rate::input_table::Course;
-use railui_core::rate::suspension::{Laying, Suspension};
+use railui_core::rate::input_table::InputTable;
+use railui_core::rate::suspension::{Suspension, TrackRows};
 use railui_core::simd::{LANES, Portable};
 use railui_core::vehicle::bodies::{Acts, Body, Joint, Layout, Number, Point, Way, Wheels};
 use railui_core::vehicle::group::Group;
@@ -67,12 +67,13 @@ fn differences(placed: Vec<Placed>, effects: &[f64], varying: f64, scale: f64, r
 
 /// Largest difference of each channel over its largest value, along a table.
 fn apart(fused: &Group, general: &Group, table: &[f64]) -> Vec<f64> {
-    let course = Course::new(table, fused.columns, 1, 0.0025);
+    let inputs = InputTable::new(table, fused.columns, 1, 0.0025);
     let channels = &fused.readings;
     let [one, other] = [fused, general].map(|group| {
         let mut series = Series::new(group, SAMPLES);
-        let lost = run(group, &course, &[], LANES, Watch::Series(&mut series), &AtomicBool::new(false)).expect("a run");
-        assert!(lost.iter().all(Option::is_none), "{lost:?}");
+        let diverged_at =
+            run(group, &inputs, &[], LANES, Recorder::Series(&mut series), &AtomicBool::new(false)).expect("a run");
+        assert!(diverged_at.iter().all(Option::is_none), "{diverged_at:?}");
         series.lanes
     });
     let part = |c: usize| c * SAMPLES..(c + 1) * SAMPLES;
@@ -270,7 +271,8 @@ fn a_coach_is_the_general_vehicle_lane_by_lane_with_bogies_alike_or_not() {
         let channels = ["e1", "e4", "psi3", "ay2", "y.body_1", "psi.body_1", "phi.frame_2"];
         let [fused, general] = fused_and_general(&structure, &numbers, effects, &channels);
         let vehicle = FusedVehicle::<Portable>::new(&fused, fused.contacts.as_ref().expect("fused contacts"), 0);
-        let straight = [matches!(vehicle.suspension, Suspension::Coach(_)), matches!(vehicle.track, Laying::Coach(_))];
+        let straight =
+            [matches!(vehicle.suspension, Suspension::Coach(_)), matches!(vehicle.track, TrackRows::Coach(_))];
         assert_eq!(straight, [unlike == 0.0 && !damped, !damped], "{unlike} {damped}");
         let found = apart(&fused, &general, &table(&COACH, 8.0, 2e-3));
         assert!(found.iter().all(|d| *d < 1e-12), "{unlike} {damped} {effects:?}: {found:?}");

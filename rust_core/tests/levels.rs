@@ -1,7 +1,7 @@
 //! Every SIMD level gives the same ride: this processor's best against the same test run again without vectors.
-use railui_core::batch::{Many, Weighing, score};
+use railui_core::batch::{StatisticsRequest, VehicleBatch, score};
 use railui_core::effects::Law;
-use railui_core::rate::input_table::Course;
+use railui_core::rate::input_table::InputTable;
 use railui_core::simd::level;
 use railui_core::vehicle::kinds::VehicleKind;
 use railui_core::vehicle::structure::{Placed, Structure};
@@ -45,7 +45,7 @@ fn digits() -> Vec<f64> {
     };
     let numbers: Vec<f64> = (0..DESIGNS).flat_map(bogie).collect();
     let (effects, amounts) = ([0.2, 3e-3, 14.6e6].repeat(DESIGNS), [1.0; 2 * DESIGNS]);
-    let many = Many {
+    let vehicles = VehicleBatch {
         structure: &structure,
         count: DESIGNS,
         numbers: &numbers,
@@ -56,15 +56,15 @@ fn digits() -> Vec<f64> {
     };
     let table = table();
     let sections = [0.2, 0.3, 0.1, 1.0, -0.5, 0.2].repeat(3 * DESIGNS);
-    let weighing = Weighing {
+    let statistics_request = StatisticsRequest {
         channels: ["e1", "e2", "ayf"].map(String::from).to_vec(),
         wheelsets: 2,
         clearance: &[3e-3; DESIGNS],
         cascades: vec![&sections],
         block: 500,
     };
-    let course = Course::new(&table, 14, 1, 0.0025);
-    let found = score(&many, &course, &weighing, &AtomicBool::new(false)).expect("a ride");
+    let inputs = InputTable::new(&table, 14, 1, 0.0025);
+    let found = score(&vehicles, &inputs, &statistics_request, &AtomicBool::new(false)).expect("a ride");
     assert!(found.diverged.iter().all(Option::is_none));
     let sums = found.displacement.concat().concat();
     [sums, found.rms.concat(), found.blocks.concat()].concat()
@@ -82,8 +82,8 @@ fn the_best_level_rides_as_without_vectors() {
         .envs([("RAILUI_SIMD", "portable"), (ALONE, "1")])
         .output()
         .expect("the test once more");
-    let told = String::from_utf8(done.stdout).expect("text");
-    let line = told.lines().find_map(|line| line.strip_prefix(DIGITS)).expect("its digits");
+    let results = String::from_utf8(done.stdout).expect("text");
+    let line = results.lines().find_map(|line| line.strip_prefix(DIGITS)).expect("its digits");
     let there: Vec<f64> = line.trim_matches(['[', ']']).split(", ").map(|x| x.parse().expect("a number")).collect();
     assert_eq!(here.len(), there.len());
     for (a, b) in here.iter().zip(&there) {

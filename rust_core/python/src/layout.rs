@@ -119,7 +119,7 @@ impl Given {
                 .map(|f| bodies::Floor { name: f.name, body: f.body, point: f.point })
                 .collect(),
         };
-        layout.check().map_err(crate::raised)?;
+        layout.check().map_err(crate::to_py_error)?;
         Ok(layout)
     }
 }

@@ -7,12 +7,12 @@ use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUn
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use railui_core::batch::{self, Many, Weighing};
+use railui_core::batch::{self, StatisticsRequest, VehicleBatch};
 use railui_core::effects::effect::{Kind, Param, Role, Site, Supersedes};
 use railui_core::effects::{CATALOGUE, Law};
 use railui_core::error::Error;
 use railui_core::integrate::comparison::Filter;
-use railui_core::rate::input_table::Course;
+use railui_core::rate::input_table::InputTable;
 
 use railui_core::simd::peak::{self, Links};
 use railui_core::vehicle::assembly::LINKAGE;
@@ -26,7 +26,7 @@ use std::sync::{Mutex, mpsc};
 use std::time::Duration;
 
 /// What the kernel refuses, as Python's exception.
-fn raised(error: Error) -> PyErr {
+fn to_py_error(error: Error) -> PyErr {
     match error {
         Error::Interrupted => PyKeyboardInterrupt::new_err("interrupted"),
         other => PyValueError::new_err(other.to_string()),
@@ -41,16 +41,16 @@ fn with_threads<T>(jobs: usize, using: impl FnOnce(&ThreadPool) -> T) -> T {
     let jobs = jobs.min(MOST);
     static IDLE: Mutex<BTreeMap<usize, Vec<ThreadPool>>> = Mutex::new(BTreeMap::new());
     let idle = || IDLE.lock().unwrap_or_else(|e| e.into_inner());
-    let kept = idle().get_mut(&jobs).and_then(Vec::pop);
-    let pool =
-        kept.unwrap_or_else(|| ThreadPoolBuilder::new().num_threads(jobs).build().expect("threads can be started"));
+    let idle_pool = idle().get_mut(&jobs).and_then(Vec::pop);
+    let pool = idle_pool
+        .unwrap_or_else(|| ThreadPoolBuilder::new().num_threads(jobs).build().expect("threads can be started"));
     let out = using(&pool);
     idle().entry(jobs).or_default().push(pool);
     out
 }
 
 /// Work without the interpreter's lock; every 50 ms a look at its signals, so that ctrl-c stops it.
-fn away<T: Send>(
+fn without_gil<T: Send>(
     py: Python<'_>,
     jobs: usize,
     work: impl FnOnce(&AtomicBool) -> Result<T, Error> + Send,
@@ -80,7 +80,7 @@ fn away<T: Send>(
         return Err(error);
     }
     match done {
-        Ok(result) => result.map_err(raised),
+        Ok(result) => result.map_err(to_py_error),
         Err(panic) => {
             let what = panic
                 .downcast_ref::<String>()
@@ -181,7 +181,7 @@ fn creep_forces(
 /// Paths of the numbers that a kind of vehicle is assembled from, in their order.
 #[pyfunction]
 fn parameters(kind: &str) -> PyResult<Vec<&'static str>> {
-    Ok(VehicleKind::named(kind, None).map_err(raised)?.parameters().to_vec())
+    Ok(VehicleKind::named(kind, None).map_err(to_py_error)?.parameters().to_vec())
 }
 
 /// The instructions that the lanes run on here.
@@ -248,8 +248,8 @@ impl Batch<'_> {
 }
 
 impl<'a> Rows<'a> {
-    fn of(&self, structure: &'a Structure) -> Many<'a> {
-        Many {
+    fn of(&self, structure: &'a Structure) -> VehicleBatch<'a> {
+        VehicleBatch {
             structure,
             count: self.count,
             numbers: self.numbers,
@@ -277,20 +277,20 @@ fn filter(parts: FilterParts<'_>) -> PyResult<Filter> {
 }
 
 /// What is summed along the rides of so many vehicles.
-fn weighing<'a>(
+fn statistics_request<'a>(
     count: usize,
     channels: Vec<String>,
     wheelsets: usize,
     clearance: &'a PyReadonlyArray1<'_, f64>,
     cascades: &'a [PyReadonlyArray3<'_, f64>],
     block: usize,
-) -> PyResult<Weighing<'a>> {
+) -> PyResult<StatisticsRequest<'a>> {
     if let Some(odd) = cascades.iter().map(|c| c.shape()).find(|shape| shape[0] != count || shape[2] != 6) {
         let what = format!("a cascade is [vehicle, section, 6]: {odd:?} given for {count} vehicles");
         return Err(PyValueError::new_err(what));
     }
     let cascades = cascades.iter().map(|c| c.as_slice()).collect::<Result<_, _>>()?;
-    Ok(Weighing { channels, wheelsets, clearance: clearance.as_slice()?, cascades, block })
+    Ok(StatisticsRequest { channels, wheelsets, clearance: clearance.as_slice()?, cascades, block })
 }
 
 /// Vehicles of one structure: a kind, the effects placed on it, the measured forces of the coach.
@@ -301,10 +301,10 @@ struct Vehicle {
 
 impl Vehicle {
     /// The course that an input table is, where it fits the vehicle.
-    fn course<'a>(&self, table: &'a Matrix<'_>, steps: usize, dt: f64) -> PyResult<Course<'a>> {
-        let course = Course::new(table.as_slice()?, table.shape()[1], steps, dt);
-        course.check(self.structure.columns()).map_err(raised)?;
-        Ok(course)
+    fn inputs<'a>(&self, table: &'a Matrix<'_>, steps: usize, dt: f64) -> PyResult<InputTable<'a>> {
+        let inputs = InputTable::new(table.as_slice()?, table.shape()[1], steps, dt);
+        inputs.check(self.structure.columns()).map_err(to_py_error)?;
+        Ok(inputs)
     }
 }
 
@@ -323,7 +323,7 @@ impl Vehicle {
     ) -> PyResult<Self> {
         let kind = match layout {
             Some(given) => VehicleKind::Bodies(given.layout()?),
-            None => VehicleKind::named(kind, rig_input).map_err(raised)?,
+            None => VehicleKind::named(kind, rig_input).map_err(to_py_error)?,
         };
         let placed = placed
             .into_iter()
@@ -333,9 +333,9 @@ impl Vehicle {
                 Ok(Placed { law, at, wheelset, count })
             })
             .collect::<Result<Vec<_>, Error>>()
-            .map_err(raised)?;
+            .map_err(to_py_error)?;
         let structure = Structure { kind, measured, placed };
-        structure.check().map_err(raised)?;
+        structure.check().map_err(to_py_error)?;
         Ok(Vehicle { structure })
     }
 
@@ -354,12 +354,12 @@ impl Vehicle {
         jobs: usize,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Vec<i64>)> {
         let rows = batch.rows()?;
-        let many = rows.of(&self.structure);
-        let course = self.course(&table, steps, dt)?;
+        let vehicles = rows.of(&self.structure);
+        let inputs = self.inputs(&table, steps, dt)?;
         let filter = filter_parts.map(filter).transpose()?;
-        let (series, lost) =
-            away(py, jobs, |cancel| batch::simulate(&many, &course, &channels, filter.as_ref(), cancel))?;
-        Ok((PyArray1::from_vec(py, series), lost.into_iter().map(|k| k.map_or(-1, |k| k as i64)).collect()))
+        let (series, diverged_at) =
+            without_gil(py, jobs, |cancel| batch::simulate(&vehicles, &inputs, &channels, filter.as_ref(), cancel))?;
+        Ok((PyArray1::from_vec(py, series), diverged_at.into_iter().map(|k| k.map_or(-1, |k| k as i64)).collect()))
     }
 
     /// Statistics of a ride: (e [vehicle x wheelset x 3], rms [vehicle x acceleration x cascade], blocks
@@ -381,10 +381,10 @@ impl Vehicle {
         wheelsets: usize,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Vec<i64>)> {
         let rows = batch.rows()?;
-        let many = rows.of(&self.structure);
-        let course = self.course(&table, steps, dt)?;
-        let weighing = weighing(many.count, channels, wheelsets, &clearance, &cascades, block)?;
-        let scores = away(py, jobs, |cancel| batch::score(&many, &course, &weighing, cancel))?;
+        let vehicles = rows.of(&self.structure);
+        let inputs = self.inputs(&table, steps, dt)?;
+        let statistics_request = statistics_request(vehicles.count, channels, wheelsets, &clearance, &cascades, block)?;
+        let scores = without_gil(py, jobs, |cancel| batch::score(&vehicles, &inputs, &statistics_request, cancel))?;
         let flat = |x: Vec<Vec<f64>>| PyArray1::from_vec(py, x.concat());
         Ok((
             PyArray1::from_vec(py, scores.displacement.iter().flatten().flatten().copied().collect()),
@@ -405,34 +405,39 @@ impl Vehicle {
         limit: usize,
     ) -> PyResult<Vec<usize>> {
         let rows = batch.rows()?;
-        let (structure, many) = (&self.structure, rows.of(&self.structure));
-        let each = |i| structure.steps(&many.single(i), slowest, fastest, dt, limit);
-        let found: railui_core::error::Result<_> = py.detach(|| (0..many.count).map(each).collect());
-        found.map_err(raised)
+        let (structure, vehicles) = (&self.structure, rows.of(&self.structure));
+        let each = |i| structure.steps(&vehicles.single(i), slowest, fastest, dt, limit);
+        let found: railui_core::error::Result<_> = py.detach(|| (0..vehicles.count).map(each).collect());
+        found.map_err(to_py_error)
     }
 
     /// Eigenvalues (real, imaginary) of each linear vehicle, without its effects but with the coach's body, at a speed
     /// times its share.
     fn eigenvalues(&self, py: Python<'_>, batch: Batch<'_>, speed: f64) -> PyResult<Vec<Vec<(f64, f64)>>> {
         let rows = batch.rows()?;
-        let (structure, many) = (&self.structure, rows.of(&self.structure));
+        let (structure, vehicles) = (&self.structure, rows.of(&self.structure));
         let each = |i| {
-            let one = many.single(i);
+            let one = vehicles.single(i);
             Ok(structure.assemble(&one)?.eigenvalues(speed * one.speed_scale))
         };
-        let found: railui_core::error::Result<_> = py.detach(|| (0..many.count).map(each).collect());
-        found.map_err(raised)
+        let found: railui_core::error::Result<_> = py.detach(|| (0..vehicles.count).map(each).collect());
+        found.map_err(to_py_error)
     }
 
     /// State matrix [vehicle, states, states] of each linear vehicle at a speed, row after row.
     fn state_matrix<'py>(&self, py: Python<'py>, batch: Batch<'_>, speed: f64) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let rows = batch.rows()?;
-        let many = rows.of(&self.structure);
+        let vehicles = rows.of(&self.structure);
         let mut all = Vec::new();
-        for i in 0..many.count {
+        for i in 0..vehicles.count {
             // column by column in memory: its transpose is row by row
             all.extend(
-                self.structure.assemble(&many.single(i)).map_err(raised)?.state_matrix(speed, &[]).transpose().iter(),
+                self.structure
+                    .assemble(&vehicles.single(i))
+                    .map_err(to_py_error)?
+                    .state_matrix(speed, &[])
+                    .transpose()
+                    .iter(),
             );
         }
         Ok(PyArray1::from_vec(py, all))
@@ -447,25 +452,25 @@ impl Vehicle {
         states: Matrix<'py>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let rows = batch.rows()?;
-        let many = rows.of(&self.structure);
-        Ok(PyArray1::from_vec(py, batch::rates(&many, row.as_slice()?, states.as_slice()?).map_err(raised)?))
+        let vehicles = rows.of(&self.structure);
+        Ok(PyArray1::from_vec(py, batch::rates(&vehicles, row.as_slice()?, states.as_slice()?).map_err(to_py_error)?))
     }
 
     /// Names of the degrees of freedom: the first so many states, their rates the next.
     fn freedoms(&self, batch: Batch<'_>) -> PyResult<Vec<String>> {
-        Ok(self.structure.assemble(&batch.rows()?.of(&self.structure).single(0)).map_err(raised)?.dofs)
+        Ok(self.structure.assemble(&batch.rows()?.of(&self.structure).single(0)).map_err(to_py_error)?.dofs)
     }
 
     /// Names of the channels that the vehicle has.
     fn channels(&self, batch: Batch<'_>) -> PyResult<Vec<String>> {
-        let vehicle = self.structure.assemble(&batch.rows()?.of(&self.structure).single(0)).map_err(raised)?;
+        let vehicle = self.structure.assemble(&batch.rows()?.of(&self.structure).single(0)).map_err(to_py_error)?;
         Ok(vehicle.channels.into_iter().map(|c| c.name).collect())
     }
 
     /// Linear spring and damper, (stiffness, damping), at every port of the first vehicle: {(place, wheelset): ...}.
     fn sites(&self, batch: Batch<'_>) -> PyResult<HashMap<(String, u8), (f64, f64)>> {
         let rows = batch.rows()?;
-        let vehicle = self.structure.assemble(&rows.of(&self.structure).single(0)).map_err(raised)?;
+        let vehicle = self.structure.assemble(&rows.of(&self.structure).single(0)).map_err(to_py_error)?;
         Ok(vehicle.ports.iter().map(|p| ((p.at.to_string(), p.wheelset), (p.site.stiffness, p.site.damping))).collect())
     }
 
@@ -480,22 +485,22 @@ impl Vehicle {
         curvature: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
         let rows = batch.rows()?;
-        let (forces, told) =
-            batch::statics(&rows.of(&self.structure), offsets.as_slice()?, curvature.as_slice()?).map_err(raised)?;
-        Ok((PyArray1::from_vec(py, forces), PyArray1::from_vec(py, told)))
+        let (forces, results) = batch::statics(&rows.of(&self.structure), offsets.as_slice()?, curvature.as_slice()?)
+            .map_err(to_py_error)?;
+        Ok((PyArray1::from_vec(py, forces), PyArray1::from_vec(py, results)))
     }
 
     /// Names and masses of the degrees of freedom of the first vehicle.
     fn bodies(&self, batch: Batch<'_>) -> PyResult<Vec<(String, f64)>> {
         let rows = batch.rows()?;
-        let vehicle = self.structure.assemble(&rows.of(&self.structure).single(0)).map_err(raised)?;
+        let vehicle = self.structure.assemble(&rows.of(&self.structure).single(0)).map_err(to_py_error)?;
         Ok(vehicle.dofs.iter().map(|name| name.to_string()).zip(vehicle.mass.iter().copied()).collect())
     }
 
     /// How many states the vehicle has, those of its effects last.
     fn states(&self, batch: Batch<'_>) -> PyResult<usize> {
         let rows = batch.rows()?;
-        Ok(self.structure.group(&[rows.of(&self.structure).single(0)], &[]).map_err(raised)?.states)
+        Ok(self.structure.group(&[rows.of(&self.structure).single(0)], &[]).map_err(to_py_error)?.states)
     }
 }
 

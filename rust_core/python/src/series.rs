@@ -1,5 +1,5 @@
 //! Series from Python: splines through them, filters along them.
-use crate::{Matrix, raised};
+use crate::{Matrix, to_py_error};
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use railui_core::error::expect_len;
@@ -14,7 +14,7 @@ pub struct Spline(spline::Spline);
 impl Spline {
     #[new]
     fn new(x: PyReadonlyArray1<'_, f64>, y: Matrix<'_>) -> PyResult<Self> {
-        Ok(Spline(spline::Spline::new(x.as_slice()?, y.as_slice()?, y.shape()[1]).map_err(raised)?))
+        Ok(Spline(spline::Spline::new(x.as_slice()?, y.as_slice()?, y.shape()[1]).map_err(to_py_error)?))
     }
 
     /// Values, first or second derivatives, place after place.
@@ -43,7 +43,7 @@ pub fn passed<'py>(
     series: Matrix<'py>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let (sections, samples) = (sections.as_slice()?.as_chunks().0, series.shape()[1]);
-    expect_len("memory of sections", memory.len(), 2 * sections.len() * series.shape()[0]).map_err(raised)?;
+    expect_len("memory of sections", memory.len(), 2 * sections.len() * series.shape()[0]).map_err(to_py_error)?;
     let (mut memory, mut found) = (memory.as_slice()?.to_vec(), series.as_slice()?.to_vec());
     for (memory, x) in memory.chunks_mut(2 * sections.len().max(1)).zip(found.chunks_mut(samples.max(1))) {
         pass(sections, memory.as_chunks_mut().0, x);

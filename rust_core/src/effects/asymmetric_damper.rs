@@ -32,7 +32,7 @@ impl Effect for AsymmetricDamper {
         vec![p[0] * site.damping]
     }
 
-    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
         Slopes { damping: (p[0] * site.damping).max(0.0), ..Slopes::default() }
     }
 }

@@ -26,7 +26,7 @@ impl Effect for BumpStop {
         ],
     };
 
-    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
         Slopes { stiffness: p[1], ..Slopes::default() }
     }
 }

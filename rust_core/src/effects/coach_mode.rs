@@ -27,7 +27,7 @@ impl Effect for CoachMode {
         ],
     };
 
-    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
         Slopes { stiffness: p[1], damping: p[2], rate: (p[1] / p[0]).sqrt().max(p[2] / p[0]) }
     }
 }

@@ -28,7 +28,7 @@ impl Effect for CubicStiffness {
         shapes: &[&[0.3]],
     };
 
-    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
         Slopes { stiffness: (3.0 * p[0] * site.motion * site.motion).max(0.0), ..Slopes::default() }
     }
 }

@@ -35,7 +35,7 @@ impl Effect for DryFriction {
         vec![p[0], 1.0 / p[1]]
     }
 
-    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
         Slopes { damping: p[0] / p[1], ..Slopes::default() }
     }
 }

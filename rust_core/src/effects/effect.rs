@@ -135,7 +135,7 @@ pub trait Effect {
         p.to_vec()
     }
 
-    fn stiffest(_p: &[f64], _site: &Site) -> Slopes {
+    fn steepest_slopes(_p: &[f64], _site: &Site) -> Slopes {
         Slopes::default()
     }
 

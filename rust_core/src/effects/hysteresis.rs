@@ -30,7 +30,7 @@ impl Effect for Hysteresis {
         vec![p[0] / p[1], p[1]]
     }
 
-    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
         Slopes { stiffness: p[0], damping: 0.0, rate: 2.0 * p[0] / p[1] * site.speed }
     }
 }

@@ -138,7 +138,7 @@ fn no_energy_is_made_over_a_closed_cycle_by_a_law_that_dissipates() {
 #[test]
 fn the_steepest_slope_bounds_finite_differences() {
     for r in forces().iter().filter(|r| r.record.dissipates && r.record.supersedes == Supersedes::Nothing) {
-        let slopes = r.law.stiffest(&r.raw, &SITE);
+        let slopes = r.law.steepest_slopes(&r.raw, &SITE);
         let (mut dz, mut dv): (f64, f64) = (0.0, 0.0);
         for i in -20..=20 {
             for j in -20..=20 {
@@ -184,10 +184,10 @@ fn friction_saturates_at_its_force() {
 #[test]
 fn free_play_and_the_declared_spring_make_nothing_inside_and_a_spring_beyond() {
     let r = forces().into_iter().find(|r| r.record.key == "free_play").expect("in the list");
-    let whole = |z: f64| force(&r, z, 0.0, 0.0).0 - SITE.stiffness * z;
+    let net_force = |z: f64| force(&r, z, 0.0, 0.0).0 - SITE.stiffness * z;
     let h = r.raw[0];
-    assert!(whole(0.9 * h).abs() < 1e-9 * SITE.stiffness * h);
-    assert!((whole(3.0 * h) + SITE.stiffness * 2.0 * h).abs() < 1e-9 * SITE.stiffness * h);
+    assert!(net_force(0.9 * h).abs() < 1e-9 * SITE.stiffness * h);
+    assert!((net_force(3.0 * h) + SITE.stiffness * 2.0 * h).abs() < 1e-9 * SITE.stiffness * h);
 }
 
 #[test]

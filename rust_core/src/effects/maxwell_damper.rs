@@ -47,7 +47,7 @@ impl Effect for MaxwellDamper {
         vec![p[0], p[0] / p[1], p[2]]
     }
 
-    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
         Slopes { stiffness: p[0], damping: 0.0, rate: p[0] / p[1] }
     }
 

@@ -105,7 +105,7 @@ impl<X: Abscissa> Effect for CurveOf<X> {
         polyline::prepare(p, 0.0)
     }
 
-    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
         let (x, f) = polyline::points(p);
         let slope = (1..x.len()).map(|i| (f[i] - f[i - 1]).abs() / (x[i] - x[i - 1])).fold(0.0, f64::max);
         X::slopes(slope)

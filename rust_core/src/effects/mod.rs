@@ -52,12 +52,12 @@ macro_rules! catalogue {
             }
 
             /// Its steepest slopes at a place, for the step size.
-            pub fn stiffest(self, p: &[f64], site: &Site) -> Slopes {
+            pub fn steepest_slopes(self, p: &[f64], site: &Site) -> Slopes {
                 match self {
-                    $(Law::$force => <$f::$force as Effect>::stiffest(p, site), $(Law::$choice => <$f::$choice as Effect>::stiffest(p, site),)*)*
-                    $(Law::$creep => <$c::$creep as Effect>::stiffest(p, site),)*
-                    $(Law::$roll => <$r::$roll as Effect>::stiffest(p, site),)*
-                    $(Law::$other => <$o::$other as Effect>::stiffest(p, site),)*
+                    $(Law::$force => <$f::$force as Effect>::steepest_slopes(p, site), $(Law::$choice => <$f::$choice as Effect>::steepest_slopes(p, site),)*)*
+                    $(Law::$creep => <$c::$creep as Effect>::steepest_slopes(p, site),)*
+                    $(Law::$roll => <$r::$roll as Effect>::steepest_slopes(p, site),)*
+                    $(Law::$other => <$o::$other as Effect>::steepest_slopes(p, site),)*
                 }
             }
 
@@ -189,7 +189,7 @@ pub struct PlacedLaw {
     pub state: usize,
     pub has_state: bool,
     /// All amounts are one: nothing to blend.
-    pub whole: bool,
+    pub acts_fully: bool,
     pub looks_at_speed: bool,
 }
 
@@ -212,7 +212,7 @@ impl PlacedLaw {
             alpha,
             state,
             has_state: law.record().states > 0,
-            whole: alpha.0.iter().all(|a| *a == 1.0),
+            acts_fully: alpha.0.iter().all(|a| *a == 1.0),
             looks_at_speed: law.looks_at_speed(),
         }
     }

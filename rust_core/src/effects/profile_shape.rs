@@ -32,7 +32,7 @@ impl Effect for ProfileShape {
         p.len() > 8 && (p.len() - 3) as f64 == 3.0 * p[0] && p[2] > 0.0
     }
 
-    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
         let steepest = profile_table::steepest_angle(p);
         Slopes { stiffness: site.gravitational * (steepest - 1.0).max(0.0), ..Slopes::default() }
     }

@@ -28,7 +28,7 @@ impl Effect for QuadraticDamper {
         shapes: &[&[1.0]],
     };
 
-    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
         Slopes { damping: 2.0 * p[0] * site.speed, ..Slopes::default() }
     }
 }

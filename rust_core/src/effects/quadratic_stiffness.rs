@@ -28,7 +28,7 @@ impl Effect for QuadraticStiffness {
         shapes: &[&[0.3]],
     };
 
-    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
         Slopes { stiffness: 2.0 * p[0].abs() * site.motion, ..Slopes::default() }
     }
 }

@@ -26,7 +26,7 @@ impl Effect for RailFlexibility {
         ],
     };
 
-    fn stiffest(p: &[f64], site: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
         Slopes { rate: p[0] / (p[1] + site.creep_damping), ..Slopes::default() }
     }
 }

@@ -20,7 +20,7 @@ impl Effect for Spring {
         shapes: &[&[1.0]],
     };
 
-    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
         Slopes { stiffness: p[0], ..Slopes::default() }
     }
 }

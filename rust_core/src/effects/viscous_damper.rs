@@ -28,7 +28,7 @@ impl Effect for ViscousDamper {
         shapes: &[&[1.0]],
     };
 
-    fn stiffest(p: &[f64], _: &Site) -> Slopes {
+    fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
         Slopes { damping: p[0], ..Slopes::default() }
     }
 }

@@ -22,7 +22,7 @@ pub struct Filter {
 
 impl Filter {
     /// Samples of a channel that are left of so many.
-    pub fn kept(&self, samples: usize) -> usize {
+    pub fn kept_samples(&self, samples: usize) -> usize {
         samples.saturating_sub(2 * self.cut).div_ceil(self.every)
     }
 
@@ -46,7 +46,7 @@ impl Filter {
 }
 
 /// Sensor laws on the simulated channels: x(t) -> gain x(t - delay) + offset.
-pub fn sense(group: &Group, series: &mut [Lanes], samples: usize, dt: f64) {
+pub fn apply_sensors(group: &Group, series: &mut [Lanes], samples: usize, dt: f64) {
     // in the order of the formula, however they are listed
     for law in [Law::SensorDelay, Law::SensorGain, Law::SensorOffset] {
         for (_, channel, number) in group.sensors.iter().filter(|(other, ..)| *other == law) {
@@ -66,8 +66,8 @@ fn delay(x: &mut [Lanes], lane: usize, by: f64) {
     if by == 0.0 {
         return;
     }
-    let whole = by.floor();
-    let part = by - whole;
+    let whole_samples = by.floor();
+    let part = by - whole_samples;
     // nodes at -3 .. 4 from the sample before k - by, which lies 1 - part behind it
     let weights: [f64; 8] = std::array::from_fn(|i| {
         (0..8).filter(|j| *j != i).map(|j| ((1.0 - part) - (j as f64 - 3.0)) / (i as f64 - j as f64)).product()
@@ -75,17 +75,17 @@ fn delay(x: &mut [Lanes], lane: usize, by: f64) {
     let last = x.len() as i64 - 1;
     let old: Vec<f64> = x.iter().map(|x| x.0[lane]).collect();
     for (k, x) in x.iter_mut().enumerate() {
-        let base = k as i64 - whole as i64 - 1;
+        let base = k as i64 - whole_samples as i64 - 1;
         x.0[lane] = (0..8).map(|i| weights[i] * old[(base + i as i64 - 3).clamp(0, last) as usize]).sum();
     }
 }
 
-/// Filtered, cut and weighted series, channel after channel, `kept` samples each.
+/// Filtered, cut and weighted series, channel after channel, `kept_samples` samples each.
 pub fn filtered(series: &[Lanes], samples: usize, filter: &Filter) -> Vec<Lanes> {
     let channels = series.len() / samples;
-    let kept = filter.kept(samples);
-    let mut out = vec![Lanes::ZERO; channels * kept];
-    dispatch(level(), FiltFilt { series, samples, filter, out: &mut out, kept });
+    let kept_samples = filter.kept_samples(samples);
+    let mut out = vec![Lanes::ZERO; channels * kept_samples];
+    dispatch(level(), FiltFilt { series, samples, filter, out: &mut out, kept_samples });
     out
 }
 
@@ -94,7 +94,7 @@ struct FiltFilt<'a> {
     samples: usize,
     filter: &'a Filter,
     out: &'a mut [Lanes],
-    kept: usize,
+    kept_samples: usize,
 }
 
 impl Job for FiltFilt<'_> {
@@ -102,7 +102,7 @@ impl Job for FiltFilt<'_> {
 
     #[inline(always)]
     fn run<P: Part>(self) {
-        let FiltFilt { series, samples, filter, out, kept } = self;
+        let FiltFilt { series, samples, filter, out, kept_samples } = self;
         let pad = if filter.sos.is_empty() { 0 } else { filter.pad };
         let mut work = vec![Lanes::ZERO; samples + 2 * pad];
         for (c, x) in series.chunks_exact(samples).enumerate() {
@@ -117,9 +117,9 @@ impl Job for FiltFilt<'_> {
                     pass(&sections(filter, ends), &mut work, at, true);
                 }
                 let weight = P::splat(filter.weights[c]);
-                for k in 0..kept {
+                for k in 0..kept_samples {
                     let from = &work[pad + filter.cut + k * filter.every];
-                    (P::load(from, at) * weight).store(&mut out[c * kept + k], at);
+                    (P::load(from, at) * weight).store(&mut out[c * kept_samples + k], at);
                 }
             }
         }

@@ -1,25 +1,25 @@
 //! What a run leaves: every channel at every sample, or sums.
-use crate::integrate::ride_statistics::Sums;
+use crate::integrate::ride_statistics::RideSums;
 use crate::simd::Lanes;
 use crate::vehicle::group::Group;
 
 /// Samples between two looks at divergence and cancellation.
-pub const LOOK: usize = 64;
+pub const CHECK_INTERVAL: usize = 64;
 
 /// No channel of a vehicle reaches this.
-const WILD: f64 = 1e12;
+const OVERFLOW_LIMIT: f64 = 1e12;
 
 /// What watches the steps. Not a type parameter: so the step loop is compiled once for both.
-pub enum Watch<'a> {
+pub enum Recorder<'a> {
     Series(&'a mut Series),
-    Sums(&'a mut Sums),
+    RideSums(&'a mut RideSums),
 }
 
-impl Watch<'_> {
+impl Recorder<'_> {
     /// A lane was found off the rails at a sample; what it did since the last look is not worth keeping.
-    pub fn lost(&mut self, lane: usize, k: usize) {
-        if let Watch::Series(series) = self {
-            series.lost(lane, k);
+    pub fn diverged_at(&mut self, lane: usize, k: usize) {
+        if let Recorder::Series(series) = self {
+            series.diverged_at(lane, k);
         }
     }
 }
@@ -37,12 +37,12 @@ impl Series {
     }
 
     /// Zero from where the lane's channels leave every scale: what overflows here would be NaN behind a filter.
-    fn lost(&mut self, lane: usize, k: usize) {
+    fn diverged_at(&mut self, lane: usize, k: usize) {
         let channels = self.lanes.len() / self.samples;
         let mut gone = false;
-        for k in k.saturating_sub(LOOK)..=k {
+        for k in k.saturating_sub(CHECK_INTERVAL)..=k {
             let at = |c: usize| c * self.samples + k;
-            gone |= (0..channels).any(|c| self.lanes[at(c)].0[lane].abs().total_cmp(&WILD).is_gt());
+            gone |= (0..channels).any(|c| self.lanes[at(c)].0[lane].abs().total_cmp(&OVERFLOW_LIMIT).is_gt());
             for c in 0..if gone { channels } else { 0 } {
                 let at = at(c);
                 self.lanes[at].0[lane] = 0.0;

@@ -12,7 +12,7 @@ pub struct Cascade {
 
 /// Sums of the displacements and of the weighted accelerations: the first readings are e_1, e_2, ..., the others
 /// accelerations, each behind every cascade.
-pub struct Sums {
+pub struct RideSums {
     pub samples: usize,
     clearance: Lanes,
     wheelsets: usize,
@@ -27,7 +27,7 @@ pub struct Sums {
     pub blocks: Vec<Lanes>,
 }
 
-impl Sums {
+impl RideSums {
     /// `points`: how many accelerations there are beside the displacements of the wheelsets.
     pub fn new(
         samples: usize,
@@ -37,7 +37,7 @@ impl Sums {
         block: usize,
     ) -> Self {
         let blocks = samples.checked_div(block).unwrap_or(0);
-        Sums {
+        RideSums {
             samples,
             clearance,
             wheelsets,
@@ -68,7 +68,7 @@ impl Sums {
 }
 
 /// The sums of a part of the lanes as they grow: what a sample touches stands side by side in memory.
-pub struct Growing<'a, P> {
+pub struct RideAccumulator<'a, P> {
     clearance: P,
     displacements: Vec<(Signal<'a, P>, [P; 3])>,
     /// Accelerations, and behind them per cascade what each of them is weighted by.
@@ -81,7 +81,7 @@ pub struct Growing<'a, P> {
     left: usize,
     /// Block after block, per acceleration the mean square of cascade 0; their sums of squares where the block began.
     blocks: Vec<P>,
-    begun: Vec<P>,
+    block_start: Vec<P>,
 }
 
 /// A cascade: its sections, once for all accelerations, and behind it per acceleration the memories and the sum of squares.
@@ -108,10 +108,10 @@ impl<P: Part> Section<P> {
     }
 }
 
-impl<'a, P: Part> Growing<'a, P> {
+impl<'a, P: Part> RideAccumulator<'a, P> {
     /// The lanes of a group from `at` on.
     #[inline(always)]
-    pub fn new(sums: &Sums, group: &'a Group, at: usize) -> Self {
+    pub fn new(sums: &RideSums, group: &'a Group, at: usize) -> Self {
         let mut signals: Vec<_> = group.readings.iter().map(|reading| reading.part::<P>(at)).collect();
         let points = signals.split_off(sums.wheelsets);
         let section = |[b1, b2, a1, a2]: &[Lanes; 4]| {
@@ -123,10 +123,10 @@ impl<'a, P: Part> Growing<'a, P> {
             behind: vec![(vec![[P::zero(); 2]; sections.len()], P::zero()); points.len()],
         };
         let gain = sums.cascades.first().map_or(P::zero(), |cascade| P::load(&cascade.gain, at));
-        Growing {
+        RideAccumulator {
             clearance: P::load(&sums.clearance, at),
             displacements: signals.into_iter().map(|signal| (signal, [P::zero(); 3])).collect(),
-            begun: vec![P::zero(); points.len()],
+            block_start: vec![P::zero(); points.len()],
             cascades: sums.cascades.iter().map(weighting).collect(),
             points: points.into_iter().map(|signal| (signal, P::zero())).collect(),
             block: sums.block,
@@ -175,14 +175,14 @@ impl<'a, P: Part> Growing<'a, P> {
         self.left = self.block + 1;
         for point in 0..self.points.len() {
             let squares = self.squares(point, 0);
-            self.blocks.push((squares - self.begun[point]) * self.share);
-            self.begun[point] = squares;
+            self.blocks.push((squares - self.block_start[point]) * self.share);
+            self.block_start[point] = squares;
         }
     }
 
     /// What has grown, to its lanes.
     #[inline(always)]
-    pub fn store(&self, sums: &mut Sums, at: usize) {
+    pub fn store(&self, sums: &mut RideSums, at: usize) {
         for ((_, grown), e) in self.displacements.iter().zip(&mut sums.e) {
             for (grown, sum) in grown.iter().zip(e) {
                 grown.store(sum, at);

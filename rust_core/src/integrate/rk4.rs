@@ -1,79 +1,81 @@
 //! A part of the lanes on its way: the states and slopes of a step of RK4, and what watches them.
-use crate::integrate::recorder::Watch;
-use crate::integrate::ride_statistics::Growing;
-use crate::rate::forms::Moving;
+use crate::integrate::recorder::Recorder;
+use crate::integrate::ride_statistics::RideAccumulator;
+use crate::rate::forms::Rate;
 use crate::simd::{LANES, Lanes, Part};
 use crate::vehicle::channels::Signal;
 use crate::vehicle::group::{Group, STATES};
 
 /// The states of a step, set apart: at distances of 4096 bytes loads and stores would take each other for the same, and
 /// all would want the same few lines of the first cache.
-const APART: usize = 16;
+const CACHE_PADDING: usize = 16;
 
 /// x and the states x_2, x_3 at which the next slopes are taken, x_4 in the room of x_2; all four slopes k_1 .. k_4.
 #[repr(C)]
-struct Room<P> {
-    states: [([P; STATES], [P; APART]); 3],
-    slopes: [([P; STATES], [P; APART]); 4],
+struct Rk4Workspace<P> {
+    states: [([P; STATES], [P; CACHE_PADDING]); 3],
+    slopes: [([P; STATES], [P; CACHE_PADDING]); 4],
 }
 
-impl<P: Part> Room<P> {
+impl<P: Part> Rk4Workspace<P> {
     #[inline(always)]
     fn new() -> Self {
-        let all = ([P::zero(); STATES], [P::zero(); APART]);
-        Room { states: [all; 3], slopes: [all; 4] }
+        let all = ([P::zero(); STATES], [P::zero(); CACHE_PADDING]);
+        Rk4Workspace { states: [all; 3], slopes: [all; 4] }
     }
 }
 
 /// A part of the lanes on its way.
-pub struct Stepping<'a, P, M> {
+pub struct Rk4Part<'a, P, M> {
     at: usize,
     moving: M,
     /// How far the states k_2, k_3, k_4 are ahead, and h/6, h^2/6.
     ahead: [P; 3],
     sixth: [P; 2],
-    room: Room<P>,
-    watching: Watching<'a, P>,
+    room: Rk4Workspace<P>,
+    watching: PartRecorder<'a, P>,
 }
 
 /// The states at which the slopes k_2, k_3, k_4 of a step are taken, and these: in straight code what fits stays in
 /// registers.
-pub struct Stages<P> {
+pub struct Rk4Stages<P> {
     states: [[P; STATES]; 3],
     slopes: [[P; STATES]; 3],
 }
 
-impl<P: Part> Stages<P> {
+impl<P: Part> Rk4Stages<P> {
     #[inline(always)]
     pub fn empty() -> Self {
         let none = [P::zero(); STATES];
-        Stages { states: [none; 3], slopes: [none; 3] }
+        Rk4Stages { states: [none; 3], slopes: [none; 3] }
     }
 }
 
 /// What watches a part of the lanes.
-enum Watching<'a, P> {
+enum PartRecorder<'a, P> {
     /// Every channel.
     Series(Vec<Signal<'a, P>>),
-    Sums(Growing<'a, P>),
+    RideSums(RideAccumulator<'a, P>),
 }
 
-impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
+impl<'a, P: Part, M: Rate<P>> Rk4Part<'a, P, M> {
     #[inline(always)]
-    pub fn new(group: &'a Group, initial: &[Lanes], watch: &Watch<'_>, at: usize, moving: M) -> Self {
-        let mut room = Room::new();
+    pub fn new(group: &'a Group, initial: &[Lanes], recorder: &Recorder<'_>, at: usize, moving: M) -> Self {
+        let mut room = Rk4Workspace::new();
         for (x, start) in room.states[0].0.iter_mut().zip(initial) {
             *x = P::load(start, at);
         }
-        let watching = match watch {
-            Watch::Sums(sums) => Watching::Sums(Growing::new(sums, group, at)),
-            Watch::Series(_) => Watching::Series(group.readings.iter().map(|reading| reading.part(at)).collect()),
+        let watching = match recorder {
+            Recorder::RideSums(sums) => PartRecorder::RideSums(RideAccumulator::new(sums, group, at)),
+            Recorder::Series(_) => {
+                PartRecorder::Series(group.readings.iter().map(|reading| reading.part(at)).collect())
+            }
         };
-        Stepping { at, moving, ahead: [P::zero(); 3], sixth: [P::zero(); 2], room, watching }
+        Rk4Part { at, moving, ahead: [P::zero(); 3], sixth: [P::zero(); 2], room, watching }
     }
 
     #[inline(always)]
-    fn pace(&mut self, h: P) {
+    fn set_speed(&mut self, h: P) {
         let half = h * P::splat(0.5);
         let sixth = h * P::splat(1.0 / 6.0);
         (self.ahead, self.sixth) = ([half, half, h], [sixth, sixth * h]);
@@ -81,43 +83,50 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
 
     #[inline(always)]
     pub fn rate(&mut self, turn: usize, index: usize, row: &[f64]) {
-        let Room { states, slopes } = &mut self.room;
+        let Rk4Workspace { states, slopes } = &mut self.room;
         let state = if turn == 3 { 1 } else { turn };
         self.moving.rate(index, row, &mut states[state].0, &mut slopes[turn].0);
     }
 
     #[inline(always)]
-    pub fn sample(&mut self, k: usize, row: &[f64], watch: &mut Watch<'_>) {
+    pub fn sample(&mut self, k: usize, row: &[f64], recorder: &mut Recorder<'_>) {
         let (x, dx) = (&self.room.states[0].0, &self.room.slopes[0].0);
-        match (&mut self.watching, watch) {
-            (Watching::Sums(growing), _) => growing.sample(row, x, dx),
-            (Watching::Series(signals), Watch::Series(series)) => {
+        match (&mut self.watching, recorder) {
+            (PartRecorder::RideSums(growing), _) => growing.sample(row, x, dx),
+            (PartRecorder::Series(signals), Recorder::Series(series)) => {
                 for (c, signal) in signals.iter().enumerate() {
                     signal.read(row, x, dx).store(&mut series.lanes[c * series.samples + k], self.at);
                 }
             }
-            (Watching::Series(_), Watch::Sums(_)) => {}
+            (PartRecorder::Series(_), Recorder::RideSums(_)) => {}
         }
     }
 
     /// Hands over what has been summed.
     #[inline(always)]
-    pub fn store(&self, watch: &mut Watch<'_>) {
-        if let (Watch::Sums(sums), Watching::Sums(growing)) = (watch, &self.watching) {
+    pub fn store(&self, recorder: &mut Recorder<'_>) {
+        if let (Recorder::RideSums(sums), PartRecorder::RideSums(growing)) = (recorder, &self.watching) {
             growing.store(sums, self.at);
         }
     }
 
     /// Puts lanes that left the rails to rest at this sample, and takes the step h of all.
     #[inline(always)]
-    pub fn look(&mut self, group: &Group, k: usize, row: &[f64], h: &mut Lanes, lost: &mut [Option<usize>; LANES]) {
-        look(group, self.at, k, row, &mut self.room.states[0].0, h, lost);
-        self.pace(P::load(h, self.at));
+    pub fn check_divergence(
+        &mut self,
+        group: &Group,
+        k: usize,
+        row: &[f64],
+        h: &mut Lanes,
+        diverged_at: &mut [Option<usize>; LANES],
+    ) {
+        check_divergence(group, self.at, k, row, &mut self.room.states[0].0, h, diverged_at);
+        self.set_speed(P::load(h, self.at));
     }
 
     #[inline(always)]
-    pub fn settle(&mut self, group: &Group) {
-        group.settle(self.at, &mut self.room.states[0].0);
+    pub fn clamp_own_states(&mut self, group: &Group) {
+        group.clamp_own_states(self.at, &mut self.room.states[0].0);
     }
 
     /// To the velocities and own states where the next slope is taken, and to the positions where that after it is taken.
@@ -160,13 +169,13 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
         [self.ahead[2], self.sixth[0], self.sixth[1]]
     }
 
-    /// The step: x + h/6 (k_1 + 2 k_2 + 2 k_3 + k_4) of own states, positions and velocities as [`ended`].
+    /// The step: x + h/6 (k_1 + 2 k_2 + 2 k_3 + k_4) of own states, positions and velocities as [`finish_step`].
     #[inline(always)]
     pub fn step(&mut self, turn: usize) {
         let (n, states) = self.moving.size();
         let (n, states) = (n.min(STATES / 2), states.min(STATES));
         let lengths @ [_, sixth, _] = self.lengths();
-        let Room { states: [(x, _), ..], slopes } = &mut self.room;
+        let Rk4Workspace { states: [(x, _), ..], slopes } = &mut self.room;
         let (moving, own) = x[..states].split_at_mut(2 * n);
         let (q, v) = moving.split_at_mut(n);
         let (k_1, own_1) = slopes[0].0[n..states].split_at(n);
@@ -174,7 +183,7 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
         let (k_3, own_3) = slopes[2].0[n..states].split_at(n);
         let (k_4, own_4) = slopes[turn & 3].0[n..states].split_at(n);
         for i in 0..n {
-            [q[i], v[i]] = ended(lengths, q[i], v[i], [k_1[i], k_2[i], k_3[i], k_4[i]]);
+            [q[i], v[i]] = finish_step(lengths, q[i], v[i], [k_1[i], k_2[i], k_3[i], k_4[i]]);
         }
         for i in 0..states - 2 * n {
             let middle = own_2[i] + own_3[i];
@@ -186,20 +195,26 @@ impl<'a, P: Part, M: Moving<P>> Stepping<'a, P, M> {
 /// Position and velocity at the end of a step of RK4 by the slopes k of the velocity, h, h/6, h^2/6 given:
 /// q + h v + h^2/6 (k_1 + k_2 + k_3), v + h/6 (k_1 + 2 k_2 + 2 k_3 + k_4).
 #[inline(always)]
-fn ended<P: Part>([h, sixth, square]: [P; 3], q: P, v: P, [k_1, k_2, k_3, k_4]: [P; 4]) -> [P; 2] {
+fn finish_step<P: Part>([h, sixth, square]: [P; 3], q: P, v: P, [k_1, k_2, k_3, k_4]: [P; 4]) -> [P; 2] {
     let middle = k_2 + k_3;
     let sum = k_1 + middle;
     [square.mul_add(sum, h.mul_add(v, q)), sixth.mul_add(sum + (middle + k_4), v)]
 }
 
 /// A step of vehicles without states of their own, stage by stage, each at a row of the input table and its index.
-impl<P: Part, M: Moving<P>> Stepping<'_, P, M> {
+impl<P: Part, M: Rate<P>> Rk4Part<'_, P, M> {
     /// k_1 at x, which is sampled, and the state at which k_2 is taken.
     #[inline(always)]
-    pub fn first(&mut self, at: (usize, &[f64]), stages: &mut Stages<P>, sample: Option<usize>, watch: &mut Watch<'_>) {
+    pub fn first(
+        &mut self,
+        at: (usize, &[f64]),
+        stages: &mut Rk4Stages<P>,
+        sample: Option<usize>,
+        recorder: &mut Recorder<'_>,
+    ) {
         self.rate(0, at.0, at.1);
         if let Some(k) = sample {
-            self.sample(k, at.1, watch);
+            self.sample(k, at.1, recorder);
         }
         let n = self.moving.size().0.min(STATES / 2);
         let (half, x, k_1, next) =
@@ -212,10 +227,10 @@ impl<P: Part, M: Moving<P>> Stepping<'_, P, M> {
 
     /// k_2 or k_3, and the state at which the slope after it is taken.
     #[inline(always)]
-    pub fn next<const TURN: usize>(&mut self, at: (usize, &[f64]), stages: &mut Stages<P>) {
+    pub fn next<const TURN: usize>(&mut self, at: (usize, &[f64]), stages: &mut Rk4Stages<P>) {
         let n = self.moving.size().0.min(STATES / 2);
         let (to, x) = (self.ahead[TURN], &self.room.states[0].0);
-        let Stages { states, slopes } = stages;
+        let Rk4Stages { states, slopes } = stages;
         self.moving.rate(at.0, at.1, &mut states[TURN - 1], &mut slopes[TURN - 1]);
         for i in 0..n {
             states[TURN][i] = to.mul_add(states[TURN - 1][n + i], x[i]);
@@ -225,22 +240,22 @@ impl<P: Part, M: Moving<P>> Stepping<'_, P, M> {
 
     /// k_4 and the step.
     #[inline(always)]
-    pub fn last(&mut self, at: (usize, &[f64]), stages: &mut Stages<P>) {
+    pub fn last(&mut self, at: (usize, &[f64]), stages: &mut Rk4Stages<P>) {
         let n = self.moving.size().0.min(STATES / 2);
-        let Stages { states: [.., x_4], slopes: [k_2, k_3, k_4] } = stages;
+        let Rk4Stages { states: [.., x_4], slopes: [k_2, k_3, k_4] } = stages;
         self.moving.rate(at.0, at.1, x_4, k_4);
         let lengths = self.lengths();
-        let Room { states: [(x, _), ..], slopes: [(k_1, _), ..] } = &mut self.room;
+        let Rk4Workspace { states: [(x, _), ..], slopes: [(k_1, _), ..] } = &mut self.room;
         for i in 0..n {
             let v = n + i;
-            [x[i], x[v]] = ended(lengths, x[i], x[v], [k_1[v], k_2[v], k_3[v], k_4[v]]);
+            [x[i], x[v]] = finish_step(lengths, x[i], x[v], [k_1[v], k_2[v], k_3[v], k_4[v]]);
         }
     }
 }
 
 /// Is a lane still on the rails? abs(e_i) and abs(psi_i) within the limit, everything finite; else it is put to rest.
 #[inline(always)]
-fn look<P: Part>(
+fn check_divergence<P: Part>(
     group: &Group,
     at: usize,
     k: usize,
@@ -253,7 +268,7 @@ fn look<P: Part>(
     for i in 0..group.states {
         x[i].store(&mut values[i], at);
     }
-    let mut lost = false;
+    let mut diverged_at = false;
     for (lane, lost_at) in diverged.iter_mut().enumerate().skip(at).take(P::WIDTH) {
         let of = |i: usize| values[i].0[lane];
         let on_rails = if group.wheelsets.is_empty() {
@@ -270,10 +285,10 @@ fn look<P: Part>(
             for value in values[..group.states].iter_mut() {
                 value.0[lane] = 0.0;
             }
-            lost = true;
+            diverged_at = true;
         }
     }
-    if lost {
+    if diverged_at {
         for i in 0..group.states {
             x[i] = P::load(&values[i], at);
         }

@@ -1,10 +1,10 @@
 //! RK4 steps of a group along an input table.
 use crate::error::{Error, Result};
-use crate::integrate::recorder::{LOOK, Watch};
-use crate::integrate::rk4::{Stages, Stepping};
+use crate::integrate::recorder::{CHECK_INTERVAL, Recorder};
+use crate::integrate::rk4::{Rk4Part, Rk4Stages};
 use crate::rate::coach;
-use crate::rate::forms::{Bogie, Form, Fused, General, Moving, Turns};
-use crate::rate::input_table::Course;
+use crate::rate::forms::{Bogie, Form, Fused, General, Interleave, Rate};
+use crate::rate::input_table::InputTable;
 use crate::simd::{Job, LANES, Lanes, Level, Part, dispatch, level};
 use crate::vehicle::group::Group;
 use crate::wheel_rail::contact::Contact;
@@ -15,21 +15,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Returns per lane the sample at which it was found diverged; its state is zero from there on.
 pub fn run(
     group: &Group,
-    course: &Course<'_>,
+    inputs: &InputTable<'_>,
     initial: &[Lanes],
     live: usize,
-    mut watch: Watch<'_>,
+    mut recorder: Recorder<'_>,
     cancel: &AtomicBool,
 ) -> Result<[Option<usize>; LANES]> {
-    course.check(group.columns)?;
+    inputs.check(group.columns)?;
     if initial.len() > group.states {
         return Err(Error::Shape { what: "initial states".into(), got: initial.len(), expected: group.states });
     }
     let mut diverged = [None; LANES];
-    Run { group, course, initial, live, watch: &mut watch, cancel, diverged: &mut diverged }.begin();
+    Run { group, inputs, initial, live, recorder: &mut recorder, cancel, diverged: &mut diverged }.begin();
     for (lane, k) in diverged.iter().enumerate() {
         if let Some(k) = k {
-            watch.lost(lane, *k);
+            recorder.diverged_at(lane, *k);
         }
     }
     if cancel.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(diverged) }
@@ -37,10 +37,10 @@ pub fn run(
 
 struct Run<'a, 'w> {
     group: &'a Group,
-    course: &'a Course<'a>,
+    inputs: &'a InputTable<'a>,
     initial: &'a [Lanes],
     live: usize,
-    watch: &'a mut Watch<'w>,
+    recorder: &'a mut Recorder<'w>,
     cancel: &'a AtomicBool,
     diverged: &'a mut [Option<usize>; LANES],
 }
@@ -54,14 +54,16 @@ impl<F: Form> Job for Along<'_, '_, F> {
 
     #[inline(always)]
     fn run<P: Part>(self) {
-        match F::TURNS {
-            Turns::None => self.0.abreast::<P, F>(P::WIDTH),
-            Turns::Eights if P::WIDTH == LANES => self.0.abreast::<P::Single, F>(LANES / 2),
-            Turns::Eights => self.0.abreast::<P, F>(LANES / 2),
-            Turns::Singles => self.0.abreast::<P::Single, F>(P::WIDTH),
+        match F::INTERLEAVE {
+            Interleave::None => self.0.lane_groups::<P, F>(P::WIDTH),
+            Interleave::Eights if P::WIDTH == LANES => self.0.lane_groups::<P::Single, F>(LANES / 2),
+            Interleave::Eights => self.0.lane_groups::<P, F>(LANES / 2),
+            Interleave::Singles => self.0.lane_groups::<P::Single, F>(P::WIDTH),
             // AVX-512 has registers enough for two of each number: both are worked on in the same lines
-            Turns::Straight if P::WIDTH == LANES && self.0.live > P::Single::WIDTH => self.0.abreast::<P, F>(LANES),
-            Turns::Straight => self.0.abreast::<P::Single, F>(P::WIDTH),
+            Interleave::UnrolledRows if P::WIDTH == LANES && self.0.live > P::Single::WIDTH => {
+                self.0.lane_groups::<P, F>(LANES)
+            }
+            Interleave::UnrolledRows => self.0.lane_groups::<P::Single, F>(P::WIDTH),
         }
     }
 }
@@ -74,7 +76,7 @@ impl Run<'_, '_> {
             return self.within::<General>();
         }
         if let Some(bogie) = &group.plain {
-            return match (bogie.laws, bogie.spin || !self.course.level, group.bare().is_none()) {
+            return match (bogie.laws, bogie.spin || !self.inputs.level, group.fully_plain().is_none()) {
                 (true, _, true) => self.within::<Bogie<true, true, true>>(),
                 (false, _, true) => self.within::<Bogie<false, true, true>>(),
                 (true, true, false) => self.within::<Bogie<true, true, false>>(),
@@ -83,7 +85,7 @@ impl Run<'_, '_> {
             };
         }
         let Some(contacts) = &group.contacts else { return self.within::<General>() };
-        match (group.touches(), coach::fits(group) && contacts.iter().all(Contact::whole)) {
+        match (group.touches(), coach::has_coach_structure(group) && contacts.iter().all(Contact::acts_fully)) {
             (true, true) => self.within::<Fused<true, true>>(),
             (true, false) => self.within::<Fused<true, false>>(),
             (false, true) => self.within::<Fused<false, true>>(),
@@ -97,12 +99,12 @@ impl Run<'_, '_> {
 
     /// So many lanes abreast, in parts of one register each.
     #[inline(always)]
-    fn abreast<P: Part, F: Form>(mut self, lanes: usize) {
+    fn lane_groups<P: Part, F: Form>(mut self, lanes: usize) {
         for from in (0..self.live).step_by(lanes) {
             let ats = (from..(from + lanes).min(self.live)).step_by(P::WIDTH);
             let part = |at: usize| {
-                let moving = F::part::<P>(self.group, self.course, at);
-                Stepping::new(self.group, self.initial, self.watch, at, moving)
+                let moving = F::part::<P>(self.group, self.inputs, at);
+                Rk4Part::new(self.group, self.initial, self.recorder, at, moving)
             };
             let mut parts: Vec<_> = ats.map(part).collect();
             self.along::<P, _, F>(&mut parts);
@@ -111,30 +113,30 @@ impl Run<'_, '_> {
 
     /// RK4 along the course for some parts of the lanes, in turns: while one waits for its square roots, the next goes on.
     #[inline(always)]
-    fn along<P: Part, M: Moving<P>, F: Form>(&mut self, parts: &mut [Stepping<'_, P, M>]) {
-        let (group, course) = (self.group, self.course);
-        let (samples, steps) = (course.samples(), course.steps);
-        let mut h = Lanes::from_fn(|l| course.dt / steps as f64 * group.inv_speed_scale.0[l]);
+    fn along<P: Part, M: Rate<P>, F: Form>(&mut self, parts: &mut [Rk4Part<'_, P, M>]) {
+        let (group, inputs) = (self.group, self.inputs);
+        let (samples, steps) = (inputs.samples(), inputs.steps);
+        let mut h = Lanes::from_fn(|l| inputs.dt / steps as f64 * group.inv_speed_scale.0[l]);
         for k in 0..samples {
             let last = k + 1 == samples;
-            if k % LOOK == 0 || last {
+            if k % CHECK_INTERVAL == 0 || last {
                 if self.cancel.load(Ordering::Relaxed) {
                     return;
                 }
                 for part in &mut *parts {
-                    part.look(group, k, course.row(2 * steps * k), &mut h, self.diverged);
+                    part.check_divergence(group, k, inputs.row(2 * steps * k), &mut h, self.diverged);
                 }
             }
             for step in 0..if last { 1 } else { steps } {
                 let begin = 2 * (steps * k + step);
-                if let Turns::Straight = F::TURNS {
+                if let Interleave::UnrolledRows = F::INTERLEAVE {
                     self.straight(parts, begin, last, (step == 0).then_some(k));
                     continue;
                 }
                 // one call of rate() in all: its code stays in the cache of decoded instructions
                 for turn in 0..if last { 1 } else { 4_usize } {
                     let index = begin + turn.div_ceil(2);
-                    let row = course.row(index);
+                    let row = inputs.row(index);
                     for part in &mut *parts {
                         part.rate(turn, index, row);
                         match turn {
@@ -144,39 +146,39 @@ impl Run<'_, '_> {
                             _ => part.step(turn),
                         }
                         if turn == 0 && step == 0 {
-                            part.sample(k, row, self.watch);
+                            part.sample(k, row, self.recorder);
                         }
                         if turn == 3 {
-                            part.settle(group);
+                            part.clamp_own_states(group);
                         }
                     }
                 }
             }
         }
         for part in parts {
-            part.store(self.watch);
+            part.store(self.recorder);
         }
     }
 
     /// A step as straight code, of a part or of two in turns; beyond the last row of the input table nothing is asked of it.
     #[inline(always)]
-    fn straight<P: Part, M: Moving<P>>(
+    fn straight<P: Part, M: Rate<P>>(
         &mut self,
-        parts: &mut [Stepping<'_, P, M>],
+        parts: &mut [Rk4Part<'_, P, M>],
         begin: usize,
         last: bool,
         sample: Option<usize>,
     ) {
-        let rows = [0, 1, 2].map(|half| begin + if last { 0 } else { half }).map(|i| (i, self.course.row(i)));
+        let rows = [0, 1, 2].map(|half| begin + if last { 0 } else { half }).map(|i| (i, self.inputs.row(i)));
         let Some((one, others)) = parts.split_first_mut() else { return };
-        let mut stages = Stages::empty();
+        let mut stages = Rk4Stages::empty();
         // there is never another of eight lanes: then all are in one
         if P::WIDTH < LANES / 2
             && let Some(other) = others.first_mut()
         {
-            let mut others = Stages::empty();
-            one.first(rows[0], &mut stages, sample, self.watch);
-            other.first(rows[0], &mut others, sample, self.watch);
+            let mut others = Rk4Stages::empty();
+            one.first(rows[0], &mut stages, sample, self.recorder);
+            other.first(rows[0], &mut others, sample, self.recorder);
             one.next::<1>(rows[1], &mut stages);
             other.next::<1>(rows[1], &mut others);
             one.next::<2>(rows[1], &mut stages);
@@ -184,7 +186,7 @@ impl Run<'_, '_> {
             one.last(rows[2], &mut stages);
             other.last(rows[2], &mut others);
         } else {
-            one.first(rows[0], &mut stages, sample, self.watch);
+            one.first(rows[0], &mut stages, sample, self.recorder);
             one.next::<1>(rows[1], &mut stages);
             one.next::<2>(rows[1], &mut stages);
             one.last(rows[2], &mut stages);

@@ -46,7 +46,7 @@ impl Structure {
         for (i, placed, range) in self.acting() {
             let amount = one.amounts[i];
             let at = |site: &Site| {
-                let s = placed.law.stiffest(&one.effects[range.clone()], site);
+                let s = placed.law.steepest_slopes(&one.effects[range.clone()], site);
                 Slopes { stiffness: s.stiffness * amount, damping: s.damping * amount, rate: s.rate }
             };
             match placed.law.record().kind {
@@ -67,7 +67,7 @@ impl Structure {
             }
         }
         for own in &vehicle.laws {
-            let mut slopes = own.law.stiffest(&own.numbers, &Site::default());
+            let mut slopes = own.law.steepest_slopes(&own.numbers, &Site::default());
             if own.law == Law::MaxwellDamper {
                 // its spring stands in the matrix, with its own state
                 slopes.stiffness = 0.0;

@@ -109,16 +109,16 @@ fn pairs(rows: &[Row]) -> (Vec<Block<2, 1>>, Vec<Block<1, 1>>) {
 
 /// Blocks two by two where they have the same factors, and those that are left.
 fn alike<const N: usize>(blocks: Vec<Block<N, 1>>, opposites: &mut Opposites) -> (Vec<Block<N, 2>>, Vec<Block<N, 1>>) {
-    let (mut joined, mut alone): (Vec<_>, Vec<Block<N, 1>>) = (Vec::new(), Vec::new());
+    let (mut joined, mut single): (Vec<_>, Vec<Block<N, 1>>) = (Vec::new(), Vec::new());
     for block in blocks {
-        let found = alone.iter().enumerate().find_map(|(i, first)| Some((i, first.with(&block, opposites)?)));
+        let found = single.iter().enumerate().find_map(|(i, first)| Some((i, first.with(&block, opposites)?)));
         match found {
             Some((i, both)) => {
-                alone.remove(i);
+                single.remove(i);
                 joined.push(both);
             }
-            None => alone.push(block),
+            None => single.push(block),
         }
     }
-    (joined, alone)
+    (joined, single)
 }

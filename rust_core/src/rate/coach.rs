@@ -4,7 +4,7 @@
 //! stand behind. Terms are summed in the order of their places, as `packed` sums them: to the same digits.
 use crate::rate::blocks::Row;
 use crate::rate::packed::Table;
-use crate::rate::unrolled::{Signed, Straight};
+use crate::rate::unrolled::{Signed, UnrolledRows};
 use crate::simd::Part;
 use crate::vehicle::group::{Group, STATES};
 
@@ -82,7 +82,7 @@ const fn under_wheel(i: usize) -> [Signed; 4] {
 }
 
 /// Has a group the size of a coach, wheelsets last, and no states of its own beside positions and velocities?
-pub fn fits(group: &Group) -> bool {
+pub fn has_coach_structure(group: &Group) -> bool {
     let places = |i: usize| (WHEELS[0] as usize + 2 * i, WHEELS[0] as usize + 2 * i + 1, COLUMN[i]);
     (group.dofs, group.states, group.wheelsets.len()) == (DOFS, 2 * DOFS, COLUMN.len())
         && group.wheelsets.iter().enumerate().all(|(i, w)| (w.y, w.psi, w.column) == places(i))
@@ -95,15 +95,15 @@ fn spent(rows: &[Row]) -> bool {
 
 /// Accelerations by the state of a part of the lanes, and deflections of the stops.
 pub struct Coach<P> {
-    body_y_phi: Straight<P, 12, 2>,
-    body_psi: Straight<P, 14, 1>,
-    frames_y: Straight<P, 12, 1>,
-    frames_psi: Straight<P, 8, 1>,
-    frames_phi: Straight<P, 14, 1>,
-    leading_y: Straight<P, 4, 1>,
-    trailing_y: Straight<P, 4, 1>,
-    wheels_psi: Straight<P, 1, 1>,
-    stops: Option<Straight<P, 6, 1>>,
+    body_y_phi: UnrolledRows<P, 12, 2>,
+    body_psi: UnrolledRows<P, 14, 1>,
+    frames_y: UnrolledRows<P, 12, 1>,
+    frames_psi: UnrolledRows<P, 8, 1>,
+    frames_phi: UnrolledRows<P, 14, 1>,
+    leading_y: UnrolledRows<P, 4, 1>,
+    trailing_y: UnrolledRows<P, 4, 1>,
+    wheels_psi: UnrolledRows<P, 1, 1>,
+    stops: Option<UnrolledRows<P, 6, 1>>,
 }
 
 /// dx of a degree of freedom: its velocity's rate.
@@ -115,8 +115,8 @@ macro_rules! rate {
 
 /// What is laid at degrees of freedom, for a sum each to start from.
 macro_rules! from {
-    ($laid:ident, $($dof:expr),*) => {
-        [$([$laid[$dof as usize]]),*]
+    ($prepared:ident, $($dof:expr),*) => {
+        [$([$prepared[$dof as usize]]),*]
     };
 }
 
@@ -126,38 +126,38 @@ impl<P: Part> Coach<P> {
         let rows = &mut rows[..];
         let ([f, g], [w, z]) = (FRAMES.map(|f| V + f), WHEELS.map(|w| V + w));
         let coach = Coach {
-            body_y_phi: Straight::taken(rows, [[V, V + 2]], &BODY_Y_PHI, at)?,
-            body_psi: Straight::taken(rows, [[V + 1]], &BODY_PSI, at)?,
-            frames_y: Straight::taken(rows, [[f], [g]], &FRAMES_Y, at)?,
-            frames_psi: Straight::taken(rows, [[f + 1], [g + 1]], &FRAMES_PSI, at)?,
-            frames_phi: Straight::taken(rows, [[f + 2], [g + 2]], &FRAMES_PHI, at)?,
-            leading_y: Straight::taken(rows, [[w], [z]], &WHEELS_Y, at)?,
-            trailing_y: Straight::taken(rows, [[w + 2], [z + 2]], &WHEELS_Y, at)?,
-            wheels_psi: Straight::taken(rows, [[w + 1], [w + 3], [z + 1], [z + 3]], &WHEELS_PSI, at)?,
-            stops: if stops == 2 { Some(Straight::taken(rows, [[0], [1]], &STOPS, at)?) } else { None },
+            body_y_phi: UnrolledRows::taken(rows, [[V, V + 2]], &BODY_Y_PHI, at)?,
+            body_psi: UnrolledRows::taken(rows, [[V + 1]], &BODY_PSI, at)?,
+            frames_y: UnrolledRows::taken(rows, [[f], [g]], &FRAMES_Y, at)?,
+            frames_psi: UnrolledRows::taken(rows, [[f + 1], [g + 1]], &FRAMES_PSI, at)?,
+            frames_phi: UnrolledRows::taken(rows, [[f + 2], [g + 2]], &FRAMES_PHI, at)?,
+            leading_y: UnrolledRows::taken(rows, [[w], [z]], &WHEELS_Y, at)?,
+            trailing_y: UnrolledRows::taken(rows, [[w + 2], [z + 2]], &WHEELS_Y, at)?,
+            wheels_psi: UnrolledRows::taken(rows, [[w + 1], [w + 3], [z + 1], [z + 3]], &WHEELS_PSI, at)?,
+            stops: if stops == 2 { Some(UnrolledRows::taken(rows, [[0], [1]], &STOPS, at)?) } else { None },
         };
         spent(rows).then_some(coach)
     }
 
-    /// dx of the wheelsets, from `laid`.
+    /// dx of the wheelsets, from `prepared`.
     #[inline(always)]
-    pub fn wheelsets(&self, x: &[P; STATES], laid: &[P; STATES], dx: &mut [P; STATES]) {
+    pub fn wheelsets(&self, x: &[P; STATES], prepared: &[P; STATES], dx: &mut [P; STATES]) {
         let [w, z] = WHEELS;
-        [[rate!(dx, w)], [rate!(dx, z)]] = self.leading_y.sums(&WHEELS_Y, from!(laid, w, z), x);
-        [[rate!(dx, w + 2)], [rate!(dx, z + 2)]] = self.trailing_y.sums(&WHEELS_Y, from!(laid, w + 2, z + 2), x);
+        [[rate!(dx, w)], [rate!(dx, z)]] = self.leading_y.sums(&WHEELS_Y, from!(prepared, w, z), x);
+        [[rate!(dx, w + 2)], [rate!(dx, z + 2)]] = self.trailing_y.sums(&WHEELS_Y, from!(prepared, w + 2, z + 2), x);
         [[rate!(dx, w + 1)], [rate!(dx, w + 3)], [rate!(dx, z + 1)], [rate!(dx, z + 3)]] =
-            self.wheels_psi.sums(&WHEELS_PSI, from!(laid, w + 1, w + 3, z + 1, z + 3), x);
+            self.wheels_psi.sums(&WHEELS_PSI, from!(prepared, w + 1, w + 3, z + 1, z + 3), x);
     }
 
-    /// dx of body and frames, from `laid`, and the deflections of the stops.
+    /// dx of body and frames, from `prepared`, and the deflections of the stops.
     #[inline(always)]
-    pub fn bodies(&self, x: &[P; STATES], laid: &[P; STATES], dx: &mut [P; STATES]) {
+    pub fn bodies(&self, x: &[P; STATES], prepared: &[P; STATES], dx: &mut [P; STATES]) {
         let [f, g] = FRAMES;
-        [[rate!(dx, f)], [rate!(dx, g)]] = self.frames_y.sums(&FRAMES_Y, from!(laid, f, g), x);
-        [[rate!(dx, f + 2)], [rate!(dx, g + 2)]] = self.frames_phi.sums(&FRAMES_PHI, from!(laid, f + 2, g + 2), x);
-        [[rate!(dx, f + 1)], [rate!(dx, g + 1)]] = self.frames_psi.sums(&FRAMES_PSI, from!(laid, f + 1, g + 1), x);
-        [[rate!(dx, 0), rate!(dx, 2)]] = self.body_y_phi.sums(&BODY_Y_PHI, [[laid[0], laid[2]]], x);
-        [[rate!(dx, 1)]] = self.body_psi.sums(&BODY_PSI, from!(laid, 1), x);
+        [[rate!(dx, f)], [rate!(dx, g)]] = self.frames_y.sums(&FRAMES_Y, from!(prepared, f, g), x);
+        [[rate!(dx, f + 2)], [rate!(dx, g + 2)]] = self.frames_phi.sums(&FRAMES_PHI, from!(prepared, f + 2, g + 2), x);
+        [[rate!(dx, f + 1)], [rate!(dx, g + 1)]] = self.frames_psi.sums(&FRAMES_PSI, from!(prepared, f + 1, g + 1), x);
+        [[rate!(dx, 0), rate!(dx, 2)]] = self.body_y_phi.sums(&BODY_Y_PHI, [[prepared[0], prepared[2]]], x);
+        [[rate!(dx, 1)]] = self.body_psi.sums(&BODY_PSI, from!(prepared, 1), x);
         if let Some(stops) = &self.stops {
             [[dx[0]], [dx[1]]] = stops.sums(&STOPS, [[P::zero()]; 2], x);
         }
@@ -166,9 +166,9 @@ impl<P: Part> Coach<P> {
 
 /// Accelerations by the track of a part of the lanes.
 pub struct Under<P> {
-    frames_y_psi: Straight<P, 4, 2>,
-    frames_phi: Straight<P, 8, 1>,
-    wheels_y: Straight<P, 4, 1>,
+    frames_y_psi: UnrolledRows<P, 4, 2>,
+    frames_phi: UnrolledRows<P, 8, 1>,
+    wheels_y: UnrolledRows<P, 4, 1>,
     /// The factors of the slopes at 1 m/s, the last of `frames_phi` and of `wheels_y`.
     of_slopes: ([P; 4], [P; 2]),
 }
@@ -178,17 +178,17 @@ impl<P: Part> Under<P> {
     pub fn new(mut rows: Vec<Row>, at: usize) -> Option<Self> {
         let rows = &mut rows[..];
         let ([f, g], [w, z]) = (FRAMES, WHEELS);
-        let frames_y_psi = Straight::taken(rows, [[f, f + 1], [g, g + 1]], &UNDER_FRAMES, at)?;
-        let frames_phi = Straight::taken(rows, [[f + 2], [g + 2]], &UNDER_ROLLS, at)?;
-        let wheels_y = Straight::taken(rows, [[w], [w + 2], [z], [z + 2]], &UNDER_WHEELS, at)?;
+        let frames_y_psi = UnrolledRows::taken(rows, [[f, f + 1], [g, g + 1]], &UNDER_FRAMES, at)?;
+        let frames_phi = UnrolledRows::taken(rows, [[f + 2], [g + 2]], &UNDER_ROLLS, at)?;
+        let wheels_y = UnrolledRows::taken(rows, [[w], [w + 2], [z], [z + 2]], &UNDER_WHEELS, at)?;
         let [.., a, b, c, d] = frames_phi.0.map(|[factor]| factor);
         let [.., e, h] = wheels_y.0.map(|[factor]| factor);
         spent(rows).then_some(Under { frames_y_psi, frames_phi, wheels_y, of_slopes: ([a, b, c, d], [e, h]) })
     }
 
-    /// At this speed [m/s], before [`Under::lay`].
+    /// At this speed [m/s], before [`Under::prepare_row`].
     #[inline(always)]
-    pub fn pace(&mut self, speed: f64) {
+    pub fn set_speed(&mut self, speed: f64) {
         let (speed, ([a, b, c, d], [e, h])) = (P::splat(speed), self.of_slopes);
         let [.., to_a, to_b, to_c, to_d] = &mut self.frames_phi.0;
         (*to_a, *to_b, *to_c, *to_d) = ([speed * a], [speed * b], [speed * c], [speed * d]);
@@ -198,13 +198,14 @@ impl<P: Part> Under<P> {
 
     /// The sums over a row of the input table.
     #[inline(always)]
-    pub fn lay(&self, row: &[f64], laid: &mut [P; STATES]) {
+    pub fn prepare_row(&self, row: &[f64], prepared: &mut [P; STATES]) {
         let Some(row) = row.first_chunk::<READ>() else { return };
         let ([f, g], [w, z]) = (FRAMES.map(|f| f as usize), WHEELS.map(|w| w as usize));
         let none = [P::zero()];
-        [[laid[f], laid[f + 1]], [laid[g], laid[g + 1]]] =
+        [[prepared[f], prepared[f + 1]], [prepared[g], prepared[g + 1]]] =
             self.frames_y_psi.sums(&UNDER_FRAMES, [[P::zero(); 2]; 2], row);
-        [[laid[f + 2]], [laid[g + 2]]] = self.frames_phi.sums(&UNDER_ROLLS, [none; 2], row);
-        [[laid[w]], [laid[w + 2]], [laid[z]], [laid[z + 2]]] = self.wheels_y.sums(&UNDER_WHEELS, [none; 4], row);
+        [[prepared[f + 2]], [prepared[g + 2]]] = self.frames_phi.sums(&UNDER_ROLLS, [none; 2], row);
+        [[prepared[w]], [prepared[w + 2]], [prepared[z]], [prepared[z + 2]]] =
+            self.wheels_y.sums(&UNDER_WHEELS, [none; 4], row);
     }
 }

@@ -1,31 +1,31 @@
 //! The forms of the rate of change that are compiled on their own: any structure, the plain bogie, fused vehicles.
 use crate::rate::coach;
 use crate::rate::fused::FusedVehicle;
-use crate::rate::input_table::Course;
+use crate::rate::input_table::InputTable;
 use crate::simd::Part;
 use crate::vehicle::group::{Group, STATES};
 use crate::vehicle::plain_bogie::{BogieAtSpeed, PlainBogie};
 
 /// How parts of the lanes step: one after the other, eight lanes at a time where the first cache has no room for more;
 /// those of one register in turns, slope by slope; or so that a whole step is straight code, where a rate is short.
-pub enum Turns {
+pub enum Interleave {
     None,
     Eights,
     Singles,
-    Straight,
+    UnrolledRows,
 }
 
 /// A form of the rate of change that is compiled on its own, with its own step loop.
 pub trait Form {
     /// Only forms that every machine needs are compiled for those without AVX2: these are slow anyhow.
     const PORTABLE: bool;
-    const TURNS: Turns = Turns::None;
+    const INTERLEAVE: Interleave = Interleave::None;
     /// The lanes of a group from `at` on.
-    fn part<'a, P: Part>(group: &'a Group, course: &Course<'_>, at: usize) -> impl Moving<P> + 'a;
+    fn part<'a, P: Part>(group: &'a Group, inputs: &InputTable<'_>, at: usize) -> impl Rate<P> + 'a;
 }
 
 /// A group as the step loop sees it: its size, known when compiled or not, and its rate of change.
-pub trait Moving<P: Part> {
+pub trait Rate<P: Part> {
     /// Degrees of freedom and states.
     fn size(&self) -> (usize, usize);
     /// At a row of the input table, which stands at this index; what stands in x behind the states is free.
@@ -39,7 +39,7 @@ impl Form for General {
     const PORTABLE: bool = true;
 
     #[inline(always)]
-    fn part<'a, P: Part>(group: &'a Group, _: &Course<'_>, at: usize) -> impl Moving<P> + 'a {
+    fn part<'a, P: Part>(group: &'a Group, _: &InputTable<'_>, at: usize) -> impl Rate<P> + 'a {
         GeneralPart { group, at }
     }
 }
@@ -49,7 +49,7 @@ struct GeneralPart<'a> {
     at: usize,
 }
 
-impl<P: Part> Moving<P> for GeneralPart<'_> {
+impl<P: Part> Rate<P> for GeneralPart<'_> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
         (self.group.dofs, self.group.states)
@@ -67,12 +67,12 @@ pub struct Bogie<const LAWS: bool, const SPIN: bool, const PORTS: bool>;
 
 impl<const LAWS: bool, const SPIN: bool, const PORTS: bool> Form for Bogie<LAWS, SPIN, PORTS> {
     const PORTABLE: bool = false;
-    const TURNS: Turns = if PORTS { Turns::Singles } else { Turns::Straight };
+    const INTERLEAVE: Interleave = if PORTS { Interleave::Singles } else { Interleave::UnrolledRows };
 
     #[inline(always)]
-    fn part<'a, P: Part>(group: &'a Group, course: &Course<'_>, at: usize) -> impl Moving<P> + 'a {
+    fn part<'a, P: Part>(group: &'a Group, inputs: &InputTable<'_>, at: usize) -> impl Rate<P> + 'a {
         let bogie: PlainBogie<P> = group.plain.as_ref().expect("a plain bogie").part::<P, SPIN>(at);
-        let at_speed = bogie.at_speed(course.row(0)[1]);
+        let at_speed = bogie.at_speed(inputs.row(0)[1]);
         BogiePart::<P, LAWS, SPIN, PORTS> { group, bogie, at, at_speed }
     }
 }
@@ -84,7 +84,7 @@ struct BogiePart<'a, P, const LAWS: bool, const SPIN: bool, const PORTS: bool> {
     at_speed: BogieAtSpeed<P>,
 }
 
-impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Moving<P> for BogiePart<'_, P, LAWS, SPIN, PORTS> {
+impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Rate<P> for BogiePart<'_, P, LAWS, SPIN, PORTS> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
         (6, if PORTS { self.group.states } else { 12 })
@@ -107,10 +107,10 @@ pub struct Fused<const LAWS: bool, const COACH: bool>;
 
 impl<const LAWS: bool, const COACH: bool> Form for Fused<LAWS, COACH> {
     const PORTABLE: bool = false;
-    const TURNS: Turns = if COACH { Turns::Eights } else { Turns::None };
+    const INTERLEAVE: Interleave = if COACH { Interleave::Eights } else { Interleave::None };
 
     #[inline(always)]
-    fn part<'a, P: Part>(group: &'a Group, _: &Course<'_>, at: usize) -> impl Moving<P> + 'a {
+    fn part<'a, P: Part>(group: &'a Group, _: &InputTable<'_>, at: usize) -> impl Rate<P> + 'a {
         let contacts = group.contacts.as_ref().expect("fused contacts");
         FusedPart::<P, LAWS, COACH>(FusedVehicle::new(group, contacts, at), group)
     }
@@ -118,7 +118,7 @@ impl<const LAWS: bool, const COACH: bool> Form for Fused<LAWS, COACH> {
 
 struct FusedPart<'a, P, const LAWS: bool, const COACH: bool>(FusedVehicle<'a, P>, &'a Group);
 
-impl<P: Part, const LAWS: bool, const COACH: bool> Moving<P> for FusedPart<'_, P, LAWS, COACH> {
+impl<P: Part, const LAWS: bool, const COACH: bool> Rate<P> for FusedPart<'_, P, LAWS, COACH> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
         if COACH { (coach::DOFS, 2 * coach::DOFS) } else { (self.1.dofs, self.1.states) }

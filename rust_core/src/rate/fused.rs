@@ -6,7 +6,7 @@
 use crate::effects::{Law, PlacedLaw};
 use crate::rate::blocks::Row;
 use crate::rate::packed::Place;
-use crate::rate::suspension::{Laying, Suspension};
+use crate::rate::suspension::{Suspension, TrackRows};
 use crate::simd::{LANES, Lanes, Part};
 use crate::vehicle::group::{Group, STATES};
 use crate::wheel_rail::contact::{AtSpeed, Contact, under};
@@ -16,7 +16,7 @@ use crate::wheel_rail::wheelset::Motion;
 pub struct FusedVehicle<'a, P> {
     group: &'a Group,
     at: usize,
-    pub track: Laying<P>,
+    pub track: TrackRows<P>,
     pub suspension: Suspension<P>,
     wheelsets: Vec<Wheels<P>>,
     /// Those that differ: less to keep in the first cache.
@@ -25,8 +25,8 @@ pub struct FusedVehicle<'a, P> {
     ports: Vec<Port<'a, P>>,
     speed: f64,
     /// The sums of `track` at this row of the table.
-    laid: [P; STATES],
-    laid_at: usize,
+    prepared: [P; STATES],
+    prepared_at: usize,
 }
 
 /// A wheelset in its suspension.
@@ -38,7 +38,7 @@ struct Wheels<P> {
     damping: P,
     /// First of the columns of its track.
     column: usize,
-    /// At the row of the table where `laid` is: y_w + r phi_w, and what the slopes of the track add to t_y.
+    /// At the row of the table where `prepared` is: y_w + r phi_w, and what the slopes of the track add to t_y.
     line: P,
     slopes: P,
 }
@@ -62,8 +62,8 @@ struct Stop<'a, P> {
 /// What rounding leaves of equal and opposite springs is at most so much of the largest term of a row.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// The place of `laid` where nothing is laid.
-const NOWHERE: usize = STATES - 1;
+/// The place of `prepared` where nothing is laid.
+const UNUSED_INDEX: usize = STATES - 1;
 
 impl<'a, P: Part> FusedVehicle<'a, P> {
     /// Of a group that has these fused contacts.
@@ -73,23 +73,23 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         let (mut rows, mut track) = (Vec::new(), Vec::new());
         for row in 0..n {
             let per_mass = |(i, a): (usize, &Lanes)| (i, times(a, &group.inv_mass[row]));
-            rows.push(telling(group.matrix.state_of(row).map(per_mass)));
+            rows.push(drop_cancelled_terms(group.matrix.state_of(row).map(per_mass)));
             track.push(group.matrix.inputs_of(row).map(per_mass).collect::<Vec<_>>());
         }
         // what holds a wheelset itself goes with its contact
-        let mut held = Vec::new();
+        let mut clamped_states = Vec::new();
         for (wheelset, contact) in group.wheelsets.iter().zip(contacts) {
             let [lateral, yaw] = [wheelset.y, wheelset.psi].map(|dof| minus(&taken(&mut rows[dof], dof)));
-            held.push((contact.clone().held(&lateral, &yaw), lateral));
+            clamped_states.push((contact.clone().clamped_states(&lateral, &yaw), lateral));
         }
         let (mut wheelsets, mut parts) = (Vec::new(), Vec::new());
-        for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&held).enumerate() {
+        for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&clamped_states).enumerate() {
             let (y, psi, column) = (wheelset.y, wheelset.psi, wheelset.column);
             // gravitation, and its springs were it to stand on the line
             add(&mut track[y], column, &minus(lateral));
             add(&mut track[y], column + 2, &contact.leaning(lateral));
             let damping = P::load(&taken(&mut rows[y], n + y), at);
-            let which = held.iter().position(|(other, _)| other == contact).unwrap_or(i);
+            let which = clamped_states.iter().position(|(other, _)| other == contact).unwrap_or(i);
             let places = [y, psi, n + y, n + psi].map(Place::new);
             let none = P::zero();
             wheelsets.push(Wheels { places, contact: which, damping, column, line: none, slopes: none });
@@ -97,8 +97,8 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             let at_speed = part.at_speed(none, none);
             parts.push((part, at_speed));
         }
-        let laid = track.into_iter().enumerate().filter(|(_, row)| !row.is_empty());
-        let track: Vec<Row> = laid.map(|(i, row)| ([i, i], row)).collect();
+        let prepared = track.into_iter().enumerate().filter(|(_, row)| !row.is_empty());
+        let track: Vec<Row> = prepared.map(|(i, row)| ([i, i], row)).collect();
         let rows = rows.into_iter().enumerate().map(|(i, row)| ([n + i, i], row));
         let of_wheelset = |([_, i], _): &Row| group.wheelsets.iter().any(|w| w.y == *i || w.psi == *i);
         let (wheel_rows, mut rows): (Vec<_>, Vec<_>) = rows.partition(of_wheelset);
@@ -106,15 +106,15 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         FusedVehicle {
             group,
             at,
-            track: Laying::new(group, track, at),
+            track: TrackRows::new(group, track, at),
             suspension: Suspension::new(group, &wheel_rows, &rows, stops.len(), at),
             wheelsets,
             contacts: parts,
             stops,
             ports,
             speed: f64::NAN,
-            laid: [P::zero(); STATES],
-            laid_at: usize::MAX,
+            prepared: [P::zero(); STATES],
+            prepared_at: usize::MAX,
         }
     }
 
@@ -126,7 +126,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         for law in &group.forces {
             let alpha = part(&law.alpha);
             if law.law == Law::BumpStop && law.inputs.is_empty() && stops.len() < group.dofs {
-                rows.push(([stops.len(), NOWHERE], law.row.clone()));
+                rows.push(([stops.len(), UNUSED_INDEX], law.row.clone()));
                 let pushes = law.pushes.iter().map(|(i, a)| (*i, part(a))).collect();
                 stops.push(Stop { law, gap: part(&law.lanes[0]), alpha, pushes });
                 continue;
@@ -139,12 +139,12 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
     }
 
     #[inline(always)]
-    fn lay(&mut self, index: usize, row: &[f64]) {
+    fn prepare_row(&mut self, index: usize, row: &[f64]) {
         if row[1] != self.speed {
-            self.pace(row[1]);
+            self.set_speed(row[1]);
         }
-        self.laid_at = index;
-        self.track.lay(row, &mut self.laid);
+        self.prepared_at = index;
+        self.track.prepare_row(row, &mut self.prepared);
         for wheels in &mut self.wheelsets {
             let (contact, _) = &self.contacts[wheels.contact];
             let track = under(row, wheels.column);
@@ -153,9 +153,9 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
     }
 
     #[inline(always)]
-    fn pace(&mut self, speed: f64) {
+    fn set_speed(&mut self, speed: f64) {
         self.speed = speed;
-        self.track.pace(speed);
+        self.track.set_speed(speed);
         let v = P::splat(speed) * P::load(&self.group.speed_scale, self.at);
         let per_v = P::splat(1.0 / speed) * P::load(&self.group.inv_speed_scale, self.at);
         for (contact, at_speed) in &mut self.contacts {
@@ -172,15 +172,15 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         x: &mut [P; STATES],
         dx: &mut [P; STATES],
     ) {
-        if index != self.laid_at {
-            self.lay(index, row);
+        if index != self.prepared_at {
+            self.prepare_row(index, row);
         }
-        self.suspension.wheelsets(x, &self.laid, dx);
+        self.suspension.wheelsets(x, &self.prepared, dx);
         for wheels in &self.wheelsets {
             self.touch::<LAWS, WHOLE>(wheels, x, dx);
         }
         // a contact is a long chain: these rows fill the time that its square roots take
-        self.suspension.bodies(x, &self.laid, dx);
+        self.suspension.bodies(x, &self.prepared, dx);
         for (i, stop) in self.stops.iter().enumerate() {
             let z = dx[i & 63];
             if z.abs().any_from(stop.gap) {
@@ -242,7 +242,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
 }
 
 /// The terms of a row that are more than what rounding leaves of equal and opposite springs, vehicle by vehicle.
-fn telling(terms: impl Iterator<Item = (usize, Lanes)>) -> Vec<(usize, Lanes)> {
+fn drop_cancelled_terms(terms: impl Iterator<Item = (usize, Lanes)>) -> Vec<(usize, Lanes)> {
     let mut terms: Vec<_> = terms.collect();
     for l in 0..LANES {
         let least = ROUNDING * terms.iter().map(|(_, a)| a.0[l].abs()).fold(0.0, f64::max);

@@ -4,7 +4,7 @@ use crate::vehicle::plain_bogie::{BOGIE_COLUMNS, CROSS_LEVEL};
 
 /// One row per half step, so that RK4 finds t, t + h/2 and t + h; see `input_table` of the track.
 #[derive(Clone, Copy, Debug)]
-pub struct Course<'a> {
+pub struct InputTable<'a> {
     pub table: &'a [f64],
     pub columns: usize,
     /// RK4 steps per sample.
@@ -15,12 +15,12 @@ pub struct Course<'a> {
     pub level: bool,
 }
 
-impl<'a> Course<'a> {
+impl<'a> InputTable<'a> {
     /// A table of a bogie is searched for cross-level; of other vehicles nobody asks.
     pub fn new(table: &'a [f64], columns: usize, steps: usize, dt: f64) -> Self {
         let level = |row: &[f64]| CROSS_LEVEL.iter().all(|i| row[*i] == 0.0);
         let level = columns == BOGIE_COLUMNS && table.chunks_exact(columns).all(level);
-        Course { table, columns, steps, dt, level }
+        InputTable { table, columns, steps, dt, level }
     }
 
     pub fn samples(&self) -> usize {

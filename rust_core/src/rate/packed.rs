@@ -66,12 +66,12 @@ impl<P: Part> Packed<P, State> {
 impl<P: Part> Packed<P, Table> {
     /// At this speed [m/s], before [`Packed::sums`].
     #[inline(always)]
-    pub fn pace(&mut self, speed: f64) {
+    pub fn set_speed(&mut self, speed: f64) {
         let speed = P::splat(speed);
-        self.quads.pace(speed);
-        self.twins.pace(speed);
-        self.likes.pace(speed);
-        self.singles.pace(speed);
+        self.quads.set_speed(speed);
+        self.twins.set_speed(speed);
+        self.likes.set_speed(speed);
+        self.singles.set_speed(speed);
     }
 }
 
@@ -124,7 +124,7 @@ impl<P: Part, const N: usize, const M: usize> Strips<P, N, M> {
     }
 
     #[inline(always)]
-    fn pace(&mut self, speed: P) {
+    fn set_speed(&mut self, speed: P) {
         for (step, k, factors) in &self.moved {
             for (to, factor) in self.factors[*step][*k].iter_mut().zip(factors) {
                 *to = speed * *factor;
@@ -201,7 +201,7 @@ impl<P: Part> Places<P> for State {
 }
 
 /// A row of the input table. What the speed multiplies stands as far behind as a row is long at most: its factors carry
-/// the speed, see [`Packed::pace`].
+/// the speed, see [`Packed::set_speed`].
 #[derive(Clone, Debug)]
 pub struct Table;
 

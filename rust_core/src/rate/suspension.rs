@@ -6,34 +6,35 @@ use crate::simd::Part;
 use crate::vehicle::group::{Group, STATES};
 
 /// Accelerations by the input table.
-pub enum Laying<P> {
+pub enum TrackRows<P> {
     Any(Box<Packed<P, Table>>),
     Coach(Box<Under<P>>),
 }
 
-impl<P: Part> Laying<P> {
+impl<P: Part> TrackRows<P> {
     /// The lanes from `at` on.
     #[inline(always)]
     pub fn new(group: &Group, rows: Vec<Row>, at: usize) -> Self {
-        let under = if coach::fits(group) { Under::new(rows.clone(), at) } else { None };
-        under.map_or_else(|| Laying::Any(Box::new(Packed::new(&rows, at))), |under| Laying::Coach(Box::new(under)))
+        let under = if coach::has_coach_structure(group) { Under::new(rows.clone(), at) } else { None };
+        under
+            .map_or_else(|| TrackRows::Any(Box::new(Packed::new(&rows, at))), |under| TrackRows::Coach(Box::new(under)))
     }
 
-    /// At this speed [m/s], before [`Laying::lay`].
+    /// At this speed [m/s], before [`Laying::prepare_row`].
     #[inline(always)]
-    pub fn pace(&mut self, speed: f64) {
+    pub fn set_speed(&mut self, speed: f64) {
         match self {
-            Laying::Any(rows) => rows.pace(speed),
-            Laying::Coach(under) => under.pace(speed),
+            TrackRows::Any(rows) => rows.set_speed(speed),
+            TrackRows::Coach(under) => under.set_speed(speed),
         }
     }
 
     /// The sums over a row of the input table.
     #[inline(always)]
-    pub fn lay(&self, row: &[f64], laid: &mut [P; STATES]) {
+    pub fn prepare_row(&self, row: &[f64], prepared: &mut [P; STATES]) {
         match self {
-            Laying::Any(rows) => rows.sums(row, None, laid),
-            Laying::Coach(under) => under.lay(row, laid),
+            TrackRows::Any(rows) => rows.sums(row, None, prepared),
+            TrackRows::Coach(under) => under.prepare_row(row, prepared),
         }
     }
 }
@@ -49,7 +50,7 @@ impl<P: Part> Suspension<P> {
     #[inline(always)]
     pub fn new(group: &Group, wheelsets: &[Row], bodies: &[Row], stops: usize, at: usize) -> Self {
         let all = || [bodies, wheelsets].concat();
-        let coach = if coach::fits(group) { Coach::new(all(), stops, at) } else { None };
+        let coach = if coach::has_coach_structure(group) { Coach::new(all(), stops, at) } else { None };
         let any = || Suspension::Any {
             wheelsets: Box::new(Packed::new(wheelsets, at)),
             bodies: Box::new(Packed::with_opposites(bodies, at, group.states)),
@@ -58,22 +59,22 @@ impl<P: Part> Suspension<P> {
     }
 
     #[inline(always)]
-    pub fn wheelsets(&self, x: &[P; STATES], laid: &[P; STATES], dx: &mut [P; STATES]) {
+    pub fn wheelsets(&self, x: &[P; STATES], prepared: &[P; STATES], dx: &mut [P; STATES]) {
         match self {
-            Suspension::Any { wheelsets, .. } => wheelsets.sums(x, Some(laid), dx),
-            Suspension::Coach(coach) => coach.wheelsets(x, laid, dx),
+            Suspension::Any { wheelsets, .. } => wheelsets.sums(x, Some(prepared), dx),
+            Suspension::Coach(coach) => coach.wheelsets(x, prepared, dx),
         }
     }
 
     /// x has room behind its states.
     #[inline(always)]
-    pub fn bodies(&self, x: &mut [P; STATES], laid: &[P; STATES], dx: &mut [P; STATES]) {
+    pub fn bodies(&self, x: &mut [P; STATES], prepared: &[P; STATES], dx: &mut [P; STATES]) {
         match self {
             Suspension::Any { bodies, .. } => {
                 bodies.oppose(x);
-                bodies.sums(x, Some(laid), dx);
+                bodies.sums(x, Some(prepared), dx);
             }
-            Suspension::Coach(coach) => coach.bodies(x, laid, dx),
+            Suspension::Coach(coach) => coach.bodies(x, prepared, dx),
         }
     }
 }

@@ -13,9 +13,9 @@ const TERMS: usize = 14;
 
 /// N rows of K terms, the same over several sets of places.
 #[derive(Clone, Debug)]
-pub struct Straight<P, const K: usize, const N: usize>(pub [[P; N]; K]);
+pub struct UnrolledRows<P, const K: usize, const N: usize>(pub [[P; N]; K]);
 
-impl<P: Part, const K: usize, const N: usize> Straight<P, K, N> {
+impl<P: Part, const K: usize, const N: usize> UnrolledRows<P, K, N> {
     /// The lanes from `at` on. The terms at these places leave the rows that go to `to`; none where a row is not there, or
     /// where the rows of two sets differ.
     pub fn taken<const M: usize>(
@@ -37,7 +37,7 @@ impl<P: Part, const K: usize, const N: usize> Straight<P, K, N> {
                 *to_part = P::load(&first, at);
             }
         }
-        Some(Straight(factors))
+        Some(UnrolledRows(factors))
     }
 
     /// start + the sum of every row, term by term.

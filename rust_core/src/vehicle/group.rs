@@ -29,7 +29,7 @@ pub struct Group {
     /// Set where another structure has no more at its contacts than that.
     pub contacts: Option<Vec<Contact<Lanes>>>,
     /// Own states that are held within a largest magnitude at the end of every step.
-    pub held: Vec<(usize, Lanes)>,
+    pub clamped_states: Vec<(usize, Lanes)>,
     pub readings: Vec<Reading>,
     /// Sensor laws in order: the channel, which of delay, gain, offset, and its numbers times the amount.
     pub sensors: Vec<(Law, String, Lanes)>,
@@ -42,8 +42,8 @@ impl Group {
     }
 
     /// The plain bogie, where nothing acts beside its contacts and these act in full.
-    pub fn bare(&self) -> Option<&PlainBogie<Lanes>> {
-        self.plain.as_ref().filter(|bogie| bogie.whole() && self.forces.is_empty())
+    pub fn fully_plain(&self) -> Option<&PlainBogie<Lanes>> {
+        self.plain.as_ref().filter(|bogie| bogie.acts_fully() && self.forces.is_empty())
     }
 
     #[inline(always)]
@@ -53,8 +53,8 @@ impl Group {
 
     /// Hold own states within their largest magnitude.
     #[inline(always)]
-    pub fn settle<P: Part>(&self, at: usize, x: &mut [P; STATES]) {
-        for (i, limit) in &self.held {
+    pub fn clamp_own_states<P: Part>(&self, at: usize, x: &mut [P; STATES]) {
+        for (i, limit) in &self.clamped_states {
             x[i & 63] = x[i & 63].clamp(P::load(limit, at));
         }
     }

@@ -15,13 +15,13 @@ use crate::wheel_rail::contact::{Contact, ContactNumbers, NO_LIMIT};
 use crate::wheel_rail::wheelset::{RailLanes, WheelsetLanes};
 
 /// The vehicles of a group, one per lane, and their numbers.
-struct Sixteen<'a> {
+struct SixteenVehicles<'a> {
     vehicles: Vec<&'a Assembly>,
     ones: Vec<&'a Single<'a>>,
 }
 
 /// An effect on its way into a group: its numbers and its amount in every lane.
-struct Placing<'a> {
+struct PlacementSite<'a> {
     placed: &'a Placed,
     numbers: Vec<&'a [f64]>,
     alpha: Lanes,
@@ -33,22 +33,22 @@ impl Structure {
         self.check()?;
         let some: Vec<Assembly> = singles.iter().map(|one| self.assemble(one)).collect::<Result<_>>()?;
         let of = |i: usize| if i < some.len() { i } else { 0 };
-        let all = Sixteen {
+        let all = SixteenVehicles {
             vehicles: (0..LANES).map(|i| &some[of(i)]).collect(),
             ones: (0..LANES).map(|i| &singles[of(i)]).collect(),
         };
-        let mut group = all.alone(self.columns());
+        let mut group = all.single(self.columns());
         all.own_laws(&mut group);
         for (i, placed, range) in self.acting() {
             let numbers = all.ones.iter().map(|one| &one.effects[range.clone()]).collect();
             let alpha = Lanes::from_fn(|l| all.ones[l].amounts[i]);
-            self.place(&mut group, &all, &Placing { placed, numbers, alpha })?;
+            self.place(&mut group, &all, &PlacementSite { placed, numbers, alpha })?;
         }
         for (what, got, most) in
             [("states", group.states, STATES), ("columns of the input table", group.columns, COLUMNS)]
         {
             if got > most {
-                return Err(Error::Room { what, got, most });
+                return Err(Error::Rk4Workspace { what, got, most });
             }
         }
         for law in &mut group.forces {
@@ -61,7 +61,7 @@ impl Structure {
     }
 
     /// A rate of change in one piece, where the structure has one.
-    fn fuse(&self, group: &mut Group, all: &Sixteen<'_>) {
+    fn fuse(&self, group: &mut Group, all: &SixteenVehicles<'_>) {
         let Some(contacts) = all.plain_contacts(group) else { return };
         if matches!(self.kind, VehicleKind::Bogie) && group.dofs == 6 && !group.matrix.is_driven() {
             let numbers: Vec<_> = all.ones.iter().map(|one| one.numbers).collect();
@@ -72,8 +72,8 @@ impl Structure {
     }
 
     /// Put an effect where it acts.
-    fn place(&self, group: &mut Group, all: &Sixteen<'_>, placing: &Placing<'_>) -> Result<()> {
-        let Placing { placed, numbers, alpha } = placing;
+    fn place(&self, group: &mut Group, all: &SixteenVehicles<'_>, placing: &PlacementSite<'_>) -> Result<()> {
+        let PlacementSite { placed, numbers, alpha } = placing;
         let record = placed.law.record();
         match record.kind {
             Kind::Body => Ok(()),
@@ -98,7 +98,7 @@ impl Structure {
     }
 
     /// A force at every port of its place.
-    fn at_ports(&self, group: &mut Group, all: &Sixteen<'_>, placing: &Placing<'_>) -> Result<()> {
+    fn at_ports(&self, group: &mut Group, all: &SixteenVehicles<'_>, placing: &PlacementSite<'_>) -> Result<()> {
         let placed = placing.placed;
         let ports: Vec<_> = all.vehicles.iter().map(|v| self.ports(v, placed)).collect::<Result<_>>()?;
         for (k, _) in ports[0].iter().enumerate() {
@@ -112,14 +112,14 @@ impl Structure {
     }
 }
 
-impl Placing<'_> {
+impl PlacementSite<'_> {
     /// Its numbers made ready for where it stands.
     fn prepared(&self, site: impl Fn(usize) -> Site) -> Vec<Lanes> {
-        abreast(|l| self.placed.law.prepare(self.numbers[l], &site(l)))
+        lane_groups(|l| self.placed.law.prepare(self.numbers[l], &site(l)))
     }
 
     /// At the contact of a wheelset, or at the rail under it.
-    fn at_contact(&self, group: &mut Group, all: &Sixteen<'_>, i: usize) {
+    fn at_contact(&self, group: &mut Group, all: &SixteenVehicles<'_>, i: usize) {
         let (law, alpha, wheelset) = (self.placed.law, self.alpha, &mut group.wheelsets[i]);
         let lanes = || self.prepared(|l| contact_site(all.vehicles[l], i));
         let placed = || PlacedLaw::new(law, Vec::new(), Vec::new(), lanes(), alpha, 0);
@@ -138,9 +138,9 @@ impl Placing<'_> {
     }
 }
 
-impl Sixteen<'_> {
+impl SixteenVehicles<'_> {
     /// The linear vehicles, before any law.
-    fn alone(&self, columns: usize) -> Group {
+    fn single(&self, columns: usize) -> Group {
         let (first, n) = (self.vehicles[0], self.vehicles[0].dofs.len());
         let speed_scale = Lanes::from_fn(|l| self.ones[l].speed_scale);
         let wheelset = |i: usize| WheelsetLanes::new(&self.vehicles.iter().map(|v| v.wheelsets[i]).collect::<Vec<_>>());
@@ -157,7 +157,7 @@ impl Sixteen<'_> {
             limit: first.limit,
             plain: None,
             contacts: None,
-            held: Vec::new(),
+            clamped_states: Vec::new(),
             readings: Vec::new(),
             sensors: Vec::new(),
         }
@@ -190,7 +190,7 @@ impl Sixteen<'_> {
         for i in 0..self.vehicles[0].laws.len() {
             let of = |l: usize| -> &OwnLaw { &self.vehicles[l].laws[i] };
             let law = of(0).law;
-            let lanes = abreast(|l| law.prepare(&of(l).numbers, &Site::default()));
+            let lanes = lane_groups(|l| law.prepare(&of(l).numbers, &Site::default()));
             let (row, inputs) = (terms(|l| &of(l).row), terms(|l| &of(l).inputs));
             group.forces.push(PlacedLaw::new(law, row, inputs, lanes, Lanes::splat(1.0), group.states));
             hold(group, law, |l| &of(l).numbers);
@@ -200,15 +200,15 @@ impl Sixteen<'_> {
 
     /// The numbers of every contact, lane by lane, where at most one saturation and one flange act at it.
     fn plain_contacts(&self, group: &Group) -> Option<Vec<Vec<ContactNumbers>>> {
-        let alone = |laws: &[PlacedLaw], law: Law| laws.is_empty() || (laws.len() == 1 && laws[0].law == law);
-        let fits = |w: &WheelsetLanes| {
-            alone(&w.creeps, Law::CreepSaturation)
-                && alone(&w.laws, Law::FlangeContact)
+        let single = |laws: &[PlacedLaw], law: Law| laws.is_empty() || (laws.len() == 1 && laws[0].law == law);
+        let has_coach_structure = |w: &WheelsetLanes| {
+            single(&w.creeps, Law::CreepSaturation)
+                && single(&w.laws, Law::FlangeContact)
                 && w.rolls.is_empty()
                 && w.shape.is_none()
                 && w.rail.is_none()
         };
-        if !group.wheelsets.iter().all(fits) {
+        if !group.wheelsets.iter().all(has_coach_structure) {
             return None;
         }
         let contact = |i: usize, l: usize| {
@@ -284,12 +284,12 @@ fn guiding_reading(group: &Group, name: &str) -> Option<Reading> {
 /// Hold the own state that comes next within the law's largest magnitude, where it has one.
 fn hold<'a>(group: &mut Group, law: Law, of: impl Fn(usize) -> &'a [f64]) {
     if law.largest(of(0)).is_some() {
-        group.held.push((group.states, Lanes::from_fn(|l| law.largest(of(l)).unwrap_or(f64::MAX))));
+        group.clamped_states.push((group.states, Lanes::from_fn(|l| law.largest(of(l)).unwrap_or(f64::MAX))));
     }
 }
 
 /// Numbers of every vehicle, lane by lane.
-fn abreast(of: impl Fn(usize) -> Vec<f64>) -> Vec<Lanes> {
+fn lane_groups(of: impl Fn(usize) -> Vec<f64>) -> Vec<Lanes> {
     let all: Vec<_> = (0..LANES).map(of).collect();
     (0..all[0].len()).map(|k| Lanes::from_fn(|l| all[l][k])).collect()
 }

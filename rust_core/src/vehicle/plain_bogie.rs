@@ -29,13 +29,13 @@ pub struct PlainBogie<T> {
 pub struct BogieAtSpeed<P> {
     speed: f64,
     contacts: [AtSpeed<P>; 2],
-    laid_at: usize,
-    laid: [Laid<P>; 2],
+    prepared_at: usize,
+    prepared: [PreparedRow<P>; 2],
 }
 
 /// What the track alone does to a wheelset.
 #[derive(Clone, Copy)]
-struct Laid<P> {
+struct PreparedRow<P> {
     /// y_w + r phi_w
     line: P,
     /// What its slopes add to t_y.
@@ -72,15 +72,18 @@ impl PlainBogie<Lanes> {
                 lanes(&|p| (p[13] + 2.0 * yaw(p) + 4.0 * p[10] * p[5] * p[5]) / p[1]),
                 lanes(&|p| p[15] / p[1]),
             ],
-            contacts: [Contact::new(&contacts[0]).held(&pull, &turn), Contact::new(&contacts[1]).held(&pull, &turn)],
+            contacts: [
+                Contact::new(&contacts[0]).clamped_states(&pull, &turn),
+                Contact::new(&contacts[1]).clamped_states(&pull, &turn),
+            ],
             speed_scale: *speed_scale,
             inv_speed_scale: Lanes::from_fn(|l| 1.0 / speed_scale.0[l]),
         }
     }
 
     /// Does every saturation act in full?
-    pub fn whole(&self) -> bool {
-        self.contacts.iter().all(Contact::whole)
+    pub fn acts_fully(&self) -> bool {
+        self.contacts.iter().all(Contact::acts_fully)
     }
 
     /// The lanes from `at` on, with the constants of a rate with or without `SPIN`.
@@ -112,12 +115,12 @@ impl<P: Part> PlainBogie<P> {
         let v = P::splat(speed) * self.speed_scale;
         let per_v = P::splat(1.0 / speed) * self.inv_speed_scale;
         let [leading, trailing] = &self.contacts;
-        let laid = [Laid { line: P::zero(), slopes: P::zero(), push: P::zero() }; 2];
+        let prepared = [PreparedRow { line: P::zero(), slopes: P::zero(), push: P::zero() }; 2];
         BogieAtSpeed {
             speed,
             contacts: [leading.at_speed(v, per_v), trailing.at_speed(v, per_v)],
-            laid_at: usize::MAX,
-            laid,
+            prepared_at: usize::MAX,
+            prepared,
         }
     }
 
@@ -125,11 +128,11 @@ impl<P: Part> PlainBogie<P> {
     // adapters of the library need not be compiled for the level: a plain loop over indices is
     #[allow(clippy::needless_range_loop)]
     #[inline(always)]
-    fn lay<const SPIN: bool>(&self, index: usize, row: &[f64], at: &mut BogieAtSpeed<P>) {
+    fn prepare_row<const SPIN: bool>(&self, index: usize, row: &[f64], at: &mut BogieAtSpeed<P>) {
         if row[1] != at.speed {
             *at = self.at_speed(row[1]);
         }
-        at.laid_at = index;
+        at.prepared_at = index;
         for i in 0..2 {
             let (w, track) = (&self.contacts[i], under(row, COLUMNS[i]));
             let (mut line, mut push, mut slopes) = (track[0], P::zero(), P::zero());
@@ -137,7 +140,7 @@ impl<P: Part> PlainBogie<P> {
                 (line, push, slopes) = (w.line(&track), w.gravity * track[2], w.by_slopes(&track));
             }
             push = self.pull.neg_mul_add(line, push);
-            at.laid[i] = Laid { line, slopes, push };
+            at.prepared[i] = PreparedRow { line, slopes, push };
         }
     }
 
@@ -154,12 +157,12 @@ impl<P: Part> PlainBogie<P> {
         x: &[P; 64],
         dx: &mut [P; 64],
     ) {
-        if index != at.laid_at {
-            self.lay::<SPIN>(index, row, at);
+        if index != at.prepared_at {
+            self.prepare_row::<SPIN>(index, row, at);
         }
         let [leading, trailing] = &self.contacts;
         let [by_1, by_2] = &at.contacts;
-        let [laid_1, laid_2] = &at.laid;
+        let [laid_1, laid_2] = &at.prepared;
         let m_1 = Motion { y: x[2] - laid_1.line, psi: x[3], vy: x[8], vpsi: x[9] };
         let m_2 = Motion { y: x[4] - laid_2.line, psi: x[5], vy: x[10], vpsi: x[11] };
         let slip_1 = leading.slip::<SPIN>(by_1, &m_1, laid_1.slopes);

@@ -43,14 +43,14 @@ pub struct Contact<T> {
     share_third: T,
     clearance: T,
     minus_clearance: T,
-    /// Accelerations: per phi_w, e (by gravitation and what springs of [`Contact::held`] add), flange deflection, unit of
+    /// Accelerations: per phi_w, e (by gravitation and what springs of [`Contact::clamped_states`] add), flange deflection, unit of
     /// creep force, V psi'.
     pub gravity: T,
     gravity_e: T,
     flange: T,
     creep: T,
     gyro: T,
-    /// Angular accelerations: per unit of creep force, psi (by the contact angle, less what springs of [`Contact::held`]
+    /// Angular accelerations: per unit of creep force, psi (by the contact angle, less what springs of [`Contact::clamped_states`]
     /// take off), V y'.
     turn: T,
     turn_psi: T,
@@ -116,18 +116,18 @@ impl Contact<Lanes> {
     }
 
     /// Held by springs as well: accelerations per e and psi.
-    pub fn held(mut self, lateral: &Lanes, yaw: &Lanes) -> Self {
+    pub fn clamped_states(mut self, lateral: &Lanes, yaw: &Lanes) -> Self {
         self.gravity_e = Lanes::from_fn(|l| self.gravity_e.0[l] + lateral.0[l]);
         self.turn_psi = Lanes::from_fn(|l| self.turn_psi.0[l] - yaw.0[l]);
         self
     }
 
     /// Does the saturation act in full in every lane?
-    pub fn whole(&self) -> bool {
+    pub fn acts_fully(&self) -> bool {
         self.share == Lanes::splat(1.0)
     }
 
-    /// The acceleration per phi_w by gravitation, and by springs of [`Contact::held`] were it to stand on the line.
+    /// The acceleration per phi_w by gravitation, and by springs of [`Contact::clamped_states`] were it to stand on the line.
     pub fn leaning(&self, lateral: &Lanes) -> Lanes {
         Lanes::from_fn(|l| self.gravity.0[l] - lateral.0[l] * self.r.0[l])
     }

@@ -270,9 +270,9 @@ impl WheelsetLanes {
         // t_y = kappa_y N u_y + kappa_s N u_n, where phi' = phi_w' - sigma e'/b and y_w'/V = dy_w/ds
         let tx = g(&self.kx_r).mul_add(dr, g(&self.kx_b) * vpsi * inv_speed);
         let moving = g(&self.ky_roll).mul_add(vy, g(&self.ks) * vpsi);
-        let laid = g(&self.ky_sigma).mul_add(P::splat(track[1]), g(&self.ky_roll_r) * P::splat(track[3]));
+        let prepared = g(&self.ky_sigma).mul_add(P::splat(track[1]), g(&self.ky_roll_r) * P::splat(track[3]));
         let turned = g(&self.ks_tilt).mul_add(tilt - e, g(&self.ks_e) * e);
-        let ty = moving.mul_add(inv_speed, -(g(&self.ky).mul_add(psi, laid) + turned));
+        let ty = moving.mul_add(inv_speed, -(g(&self.ky).mul_add(psi, prepared) + turned));
         let ty_delta = g(&self.ks_delta);
         let gravity = g(&self.n2_e).neg_mul_add(tilt, g(&self.n2) * phi_w);
         let mut flange = P::zero();
@@ -385,17 +385,17 @@ impl WheelsetLanes {
             [Creeping { tx, ty: ty_1, spin: spin[0], speed }, Creeping { tx, ty: ty_2, spin: spin[1], speed }];
         for creep in &self.creeps {
             for wheel in &mut wheels {
-                let mut whole = creep.law.creep(creep.numbers(part), wheel);
-                if !creep.whole {
+                let mut acts_fully = creep.law.creep(creep.numbers(part), wheel);
+                if !creep.acts_fully {
                     let alpha = P::load(&creep.alpha, part);
                     // amount 1 has the same digits as where nobody blends
-                    let blend = |linear: P, whole: P| {
-                        let partly = alpha.mul_add(whole - linear, linear);
-                        alpha.if_less(one, partly, one.if_less(alpha, partly, whole))
+                    let blend = |linear: P, acts_fully: P| {
+                        let partly = alpha.mul_add(acts_fully - linear, linear);
+                        alpha.if_less(one, partly, one.if_less(alpha, partly, acts_fully))
                     };
-                    whole = [blend(wheel.tx, whole[0]), blend(wheel.ty, whole[1])];
+                    acts_fully = [blend(wheel.tx, acts_fully[0]), blend(wheel.ty, acts_fully[1])];
                 }
-                [wheel.tx, wheel.ty] = whole;
+                [wheel.tx, wheel.ty] = acts_fully;
             }
         }
         ([wheels[0].tx, wheels[0].ty], [wheels[1].tx, wheels[1].ty])

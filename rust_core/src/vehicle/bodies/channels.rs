@@ -15,16 +15,16 @@ impl Layout {
         let Wheelset { y, column, r, b, n, .. } = vehicle.wheelsets[i];
         let (share, mass) = (0.5 / b, vehicle.mass[y]);
         let displaced = Motion { row: vec![(y, 1.0)], inputs: vec![(column, -1.0), (column + 2, -r)] };
-        let held = transfer.held.times(share).plus(&displaced, n / b);
+        let clamped_states = transfer.clamped_states.times(share).plus(&displaced, n / b);
         let damped = transfer.damped.times(share);
-        let channel = vehicle.channel(&format!("dQ{}", i + 1), Order::Position, &held.row);
-        channel.inputs = held.inputs;
+        let channel = vehicle.channel(&format!("dQ{}", i + 1), Order::Position, &clamped_states.row);
+        channel.inputs = clamped_states.inputs;
         channel.rates = damped.slopes();
         channel.also = vec![(Order::Velocity, damped.row), (Order::Acceleration, vec![(y, -share * mass * r)])];
     }
 
     /// The channels: wheelsets, bodies, floor points.
-    pub(super) fn look(&self, vehicle: &mut Assembly, placed: &[Placed], value: &dyn Fn(&Number) -> f64) {
+    pub(super) fn check_divergence(&self, vehicle: &mut Assembly, placed: &[Placed], value: &dyn Fn(&Number) -> f64) {
         for (i, (at, ..)) in self.wheelsets().enumerate() {
             let (number, Wheelset { column, r, .. }) = (i + 1, vehicle.wheelsets[i]);
             let y = placed[at].y.row.clone();

@@ -11,7 +11,7 @@ const UNLIMITED: f64 = 1e9;
 /// The moment about the middle of the track that the suspension lays on a wheelset: of its motion, of its rates.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Transfer {
-    pub(super) held: Motion,
+    pub(super) clamped_states: Motion,
     pub(super) damped: Motion,
 }
 
@@ -87,7 +87,7 @@ impl Layout {
         for (way, acts) in &joint.terms {
             let motion = span.row(*way);
             let (port, arm) = span.port(*way);
-            let mut lay = |law: f64, of: fn(&mut Transfer) -> &mut Motion| {
+            let mut prepare_row = |law: f64, of: fn(&mut Transfer) -> &mut Motion| {
                 for (end, arm) in joint.bodies.iter().zip(span.arms(*way)) {
                     if let Some(i) = end.filter(|i| self.bodies[*i].wheels.is_some()) {
                         let moment = of(&mut transfers[i]);
@@ -98,14 +98,14 @@ impl Layout {
             match acts {
                 Acts::Spring(k) => {
                     let k = sides * value(k);
-                    lay(k, |transfer| &mut transfer.held);
+                    prepare_row(k, |transfer| &mut transfer.clamped_states);
                     vehicle.spring(&motion.row, k);
                     drive(&mut vehicle.inputs, &motion.row, &motion.inputs, k);
                     declared[port][0] += k * arm;
                 }
                 Acts::Damper(c) => {
                     let c = sides * value(c);
-                    lay(c, |transfer| &mut transfer.damped);
+                    prepare_row(c, |transfer| &mut transfer.damped);
                     vehicle.damper(&motion.row, c);
                     drive(&mut vehicle.rates, &motion.row, &motion.slopes(), c);
                     declared[port][1] += c * arm;
