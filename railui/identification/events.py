@@ -32,8 +32,8 @@ class FitIteration:
 class ModelValidated:
     """A model judged on the validating runs: `which` is declared, before or after."""
 
-    which: str
-    judgement: Validation
+    stage: str
+    validation: Validation
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,4 +42,4 @@ class ScoreTestProgress:
 
     done: int
     total: int
-    sightings: tuple[ScoreResult, ...]
+    results: tuple[ScoreResult, ...]

@@ -21,7 +21,7 @@ from railui.identification.estimation.multiple_shooting import (
 )
 from railui.identification.estimation.output_error import STABLE, Fit, fit_output_error
 from railui.identification.estimation.parallel_models import two_parallel_models
-from railui.identification.estimation.problem import prepare_again, prepare_segments
+from railui.identification.estimation.problem import reprepare_segments, prepare_segments
 from railui.identification.estimation.validation import NoiseFloor, Validation, estimate_noise_floor, validate
 from railui.identification.events import ModelValidated
 from railui.identification.structure.gain_forecast import PredictedGains, predict_validation_gain
@@ -58,32 +58,32 @@ NOTHING = ScoreTestResult((), (), 1.0, float("inf"), 0.0)  # nothing was traced
 class LoopResult:
     """All that the loop found; the report is made of it."""
 
-    measurement: Dataset
+    dataset: Dataset
     nominal: Model
     before: Fit
     after: Fit
     validations: dict[str, Validation]
-    floor: NoiseFloor
+    noise_floor: NoiseFloor
     steps: tuple[SelectionStep, ...]
-    last: ScoreTestResult
+    score_test: ScoreTestResult
     verdict: str
-    outside: Discrepancy | None
+    discrepancy: Discrepancy | None
     seconds: float
     seed: int
-    gate: tuple[Finding, ...] = ()
-    hunting: Fit | None = None  # without an effect on windows, where the vehicle hunts
-    foreseen: PredictedGains = field(default_factory=dict, repr=False)  # of the last trace, on the validating runs
+    findings: tuple[Finding, ...] = ()
+    windowed: Fit | None = None  # without an effect on windows, where the vehicle hunts
+    predicted_gains: PredictedGains = field(default_factory=dict, repr=False)  # of the last trace, on the validating runs
 
     @property
-    def unexplained(self) -> float:
+    def error_to_noise(self) -> float:
         """Error over floor."""
-        return self.validations["after"].nrmse / self.floor.nrmse
+        return self.validations["after"].nrmse / self.noise_floor.nrmse
 
-    def judge(self, stretches: Sequence[Segment]) -> Validation:
+    def validate(self, stretches: Sequence[Segment]) -> Validation:
         """The vehicle as found, on stretches."""
-        if self.outside is not None and self.outside.gains:
-            return self.outside.judged(self.measurement, stretches)
-        return validate(self.after.model, self.measurement, stretches)
+        if self.discrepancy is not None and self.discrepancy.gains:
+            return self.discrepancy.judged(self.dataset, stretches)
+        return validate(self.after.model, self.dataset, stretches)
 
 
 def nominal_model(measurement: Dataset) -> Model:
@@ -103,7 +103,7 @@ def calibrate(
     watch: Watch = unwatched,
 ) -> Fit:
     """The declared vehicle adjusted: once for weights and initial states, once with them renewed."""
-    paths = measurement.campaign.adjust
+    paths = measurement.campaign.estimated_parameters
     free = limits_hunting(declared)
     start = declared if free else with_stable_start(declared, measurement.estimation)
     if start is not declared:
@@ -116,7 +116,7 @@ def calibrate(
     report(f"adjusted {len(paths)} parameters in {fit.iterations} iterations, once more with the noise as it arrives")
     spent = fit.simulations
     for _ in range(RINGING if declared.design.kind == "rig" else 1):
-        ready = prepare_again(fit.model, fit.segments, measurement)
+        ready = reprepare_segments(fit.model, fit.segments, measurement)
         fit = fit_output_error(
             fit.model, measurement, paths, declared, ready=ready, stable=not free, jobs=jobs, watch=watch
         )
@@ -234,7 +234,7 @@ def find_acting_discrepancy(
         seen = locate_discrepancy(fit, measurement, declared, along, jobs=jobs, report=report)
     if seen is None:
         return None
-    gains = is_significant_gain(terms.judgement, seen.judgement, measurement.campaign.material)
+    gains = is_significant_gain(terms.judgement, seen.judgement, measurement.campaign.min_relative_gain)
     # three effects that leave something of a shape are not what is missing
     lost = ratio > UNEXPLAINED and (shaped or not terms.added)
     return replace(seen, gains=gains) if gains or is_conclusive(seen) or lost else None
@@ -278,7 +278,7 @@ def calibrate_only(
     else:
         start = with_stable_start(declared, measurement.estimation)
         ready = prepare_segments(start, measurement, measurement.estimation)
-        paths = measurement.campaign.adjust
+        paths = measurement.campaign.estimated_parameters
         before, _ = two_parallel_models(start, measurement, paths, declared, ready, jobs=jobs, report=report)
     judged = {
         "declared": validate(declared, measurement, measurement.validation),

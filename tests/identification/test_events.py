@@ -33,9 +33,9 @@ def watched(until: type) -> list[object]:
 def test_a_loop_shows_its_errors_its_steps_and_its_trace_and_stops_when_told() -> None:
     seen = watched(ScoreTestResult)
     turns = [e for e in seen if isinstance(e, FitIteration)]
-    before = next(e for e in seen if isinstance(e, ModelValidated) and e.which == "before")
-    declared = next(e for e in seen if isinstance(e, ModelValidated) and e.which == "declared")
-    assert before.judgement.nrmse < declared.judgement.nrmse
+    before = next(e for e in seen if isinstance(e, ModelValidated) and e.stage == "before")
+    declared = next(e for e in seen if isinstance(e, ModelValidated) and e.stage == "declared")
+    assert before.validation.nrmse < declared.validation.nrmse
     assert turns[-1].channels["e1"] < turns[0].channels["e1"]
     # at the optimum what remains is orthogonal to what the parameters can do
     assert max(abs(turns[-1].rho[:5])) < 0.01 < 0.1 < max(abs(turns[0].rho[:5]))

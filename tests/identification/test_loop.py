@@ -18,7 +18,7 @@ from railui.campaign.dataset import read_dataset
 from railui.identification.loop import LoopResult, close_loop
 from railui.report.loop.data import loop_report
 from railui.report.loop.files import write_simulated
-from tests.blind.made import made
+from tests.blind.made import simulated_campaign
 from tests.docs.results import rows_of, undocumented, unheard_of
 
 ROOT = Path(__file__).parents[2]
@@ -146,7 +146,7 @@ def test_the_adjusting_run_is_written_too(closed: Closed):
 
 
 def test_where_nothing_is_missing_nothing_is_named():
-    found = close_loop(made().measurement, jobs=2)
+    found = close_loop(simulated_campaign().dataset, jobs=2)
     report = loop_report(found)
     assert found.verdict == report["verdict"] == "none"
     assert report["effects"] == [] and report["outside"] is None and report["classes"] == []
@@ -157,9 +157,9 @@ def test_where_nothing_is_missing_nothing_is_named():
 
 @pytest.mark.slow
 def test_with_its_answers_taken_away_the_loop_does_not_name_another_cleanly():
-    found = close_loop(made(FREE_PLAY).measurement, without=("free_play", "bump_stop", "cubic_stiffness"), jobs=2)
-    outside = found.verdict == "outside" and found.outside is not None and found.outside.at == "primary_lateral"
-    assert outside or found.unexplained > 1.5
+    found = close_loop(simulated_campaign(FREE_PLAY).dataset, without=("free_play", "bump_stop", "cubic_stiffness"), jobs=2)
+    outside = found.verdict == "outside" and found.discrepancy is not None and found.discrepancy.at == "primary_lateral"
+    assert outside or found.error_to_noise > 1.5
     assert not any(e.kind in ("free_play", "bump_stop", "cubic_stiffness") for e in found.after.model.effects)
     assert undocumented([loop_report(found)], rows_of("loop")) == []
 
@@ -173,4 +173,4 @@ def test_the_campaigns_beside_the_repository_end_at_their_floor(name: str):
     found = close_loop(read_dataset(load_campaign(SHARED / name)), jobs=2)
     if name == "nothing_missing":
         assert found.verdict == "none"
-    assert found.validations["after"].nrmse <= 1.10 * found.floor.nrmse
+    assert found.validations["after"].nrmse <= 1.10 * found.noise_floor.nrmse

@@ -32,7 +32,7 @@ class FreeParameters:
     prior_sd: FloatArray
     ratio: NDArray[np.bool_]
 
-    def without(self, j: int) -> FreeParameters:
+    def without_parameter(self, j: int) -> FreeParameters:
         """The same, one number held."""
         low, high, size, prior, sd = (
             np.delete(x, j) for x in (self.low, self.high, self.size, self.prior, self.prior_sd)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.identification.estimation.output_error import Fit, GaussNewton, block_distances, variance_of
+from railui.identification.estimation.output_error import Fit, GaussNewton, block_distances, residual_variance
 from railui.progress import Report, silent
 
 SURE = 0.10  # relative standard deviation up to which a number is determined
@@ -36,17 +36,17 @@ class Identifiability:
     """Directions, the strongest first; per path the word, its relative sd from the data alone, and its partners."""
 
     directions: tuple[Direction, ...]
-    words: tuple[tuple[str, str, float, tuple[str, ...]], ...]
+    classes: tuple[tuple[str, str, float, tuple[str, ...]], ...]
 
     def sentences(self) -> list[str]:
         """The same in sentences."""
-        sure = [p for p, word, _, _ in self.words if word == DETERMINED]
+        sure = [p for p, word, _, _ in self.classes if word == DETERMINED]
         told = [f"determined to {100 * SURE:.0f} % or better: {', '.join(sure)}"] if sure else []
-        rough = [f"{p} ({100 * sd:.0f} %)" for p, word, sd, _ in self.words if word == ROUGH]
+        rough = [f"{p} ({100 * sd:.0f} %)" for p, word, sd, _ in self.classes if word == ROUGH]
         told += [f"determined roughly: {', '.join(rough)}"] if rough else []
-        pairs = {tuple(sorted({p, *partners})) for p, word, _, partners in self.words if word == COMBINED}
+        pairs = {tuple(sorted({p, *partners})) for p, word, _, partners in self.classes if word == COMBINED}
         told += [f"only this combination is determined: {', '.join(pair)}" for pair in sorted(pairs)]
-        lost = [p for p, word, _, _ in self.words if word == UNSEEN]
+        lost = [p for p, word, _, _ in self.classes if word == UNSEEN]
         return told + ([f"not seen by these sensors: {', '.join(lost)}"] if lost else [])
 
 
@@ -108,7 +108,7 @@ def profile_likelihood(fit: Fit, path: str, *, jobs: int | None = None) -> Profi
     """
     j = fit.free.paths.index(path)
     kept = [k for k in range(len(fit.x)) if k != j]
-    free = fit.free.without(j)
+    free = fit.free.without_parameter(j)
     sd = fit.sd[j]
     ridge = fit.covariance[kept, j] / fit.covariance[j, j]
     whole = GaussNewton(fit.model, fit.free, fit.segments, block=fit.block, stable=False, jobs=jobs)
@@ -159,14 +159,14 @@ def profile_likelihoods(
 
 
 @dataclass(frozen=True, eq=False)
-class PerStretch:
+class SectionEstimates:
     """Values [stretch, path] of the parameters on stretches of track [stretch, (from, to)] in m, with their sd.
 
     chi2 [path]: squared deviations from the common value over their variance, per stretch: about 1 where constant.
     """
 
     paths: tuple[str, ...]
-    between: FloatArray
+    sections: FloatArray
     values: FloatArray
     sd: FloatArray
 
@@ -178,7 +178,7 @@ class PerStretch:
         return np.asarray(np.sum(weight * (self.values - mean) ** 2, axis=0) / max(len(self.values) - 1, 1))
 
 
-def per_stretch(fit: Fit, length: float) -> PerStretch:
+def estimate_per_section(fit: Fit, length: float) -> SectionEstimates:
     """Every adjusted parameter on stretches of so many metres each: one step from the common values (linear).
 
     Priors hold on every stretch what it alone does not determine. Raises ValueError where no stretch has as many
@@ -198,7 +198,7 @@ def per_stretch(fit: Fit, length: float) -> PerStretch:
             continue
         part = gram[inside]
         total = part.sum(axis=0)
-        variance = variance_of(total[0, 0], max(fit.normal.samples * inside.mean(), 1.0))
+        variance = residual_variance(total[0, 0], max(fit.normal.samples * inside.mean(), 1.0))
         inverse = np.linalg.pinv(total[1:, 1:] + variance * np.diag(held), rcond=1e-12, hermitian=True)
         scores = part[:, 1:, 0] - part[:, 1:, 0].mean(axis=0)
         rows.append(fit.x + inverse @ total[1:, 0])
@@ -208,4 +208,4 @@ def per_stretch(fit: Fit, length: float) -> PerStretch:
         enough = (BLOCKS + 1) * float(np.median(np.diff(s)))
         least = f"give at least {enough:.0f} m" if enough > length else "measure longer runs"
         raise ValueError(f"stretches of {length:g} m are too short to estimate parameters on each, {least}")
-    return PerStretch(fit.free.paths, np.array(between), np.array(rows), np.array(sds))
+    return SectionEstimates(fit.free.paths, np.array(between), np.array(rows), np.array(sds))

@@ -51,7 +51,7 @@ class _Beginning:
         self.model, self.stretch, self.channels = model.on(*stretch.segment_key), stretch, stretch.channels
         self.vehicles = model.vehicles(stretch.coach_forces)
         self.states = self.vehicles.states(self.model.single())
-        self.scale = usual_motion(stretch, self.model)
+        self.scale = state_scale(stretch, self.model)
         self.steps = steps_for(self.model, stretch)
         self.samples = n = min(stretch.samples, max(round(START / stretch.dt), 8 * len(self.scale)))
         table = stretch.table(self.model.half_wheelbase(), self.steps)
@@ -118,7 +118,7 @@ def _further(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
     return tried, np.ones_like(tried)
 
 
-def usual_motion(stretch: Segment, model: Model) -> FloatArray:
+def state_scale(stretch: Segment, model: Model) -> FloatArray:
     """Usual displacements and rates [state] of what an initial state is estimated of."""
     return np.concatenate([_scales(stretch, model), _rates(stretch, model)])
 

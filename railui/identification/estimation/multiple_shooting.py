@@ -12,7 +12,7 @@ from dataclasses import replace
 from railui import core
 from railui.campaign.dataset import Dataset, Segment
 from railui.identification.estimation.output_error import STABLE, Fit, fit_output_error
-from railui.identification.estimation.problem import prepare_again, prepare_segments
+from railui.identification.estimation.problem import reprepare_segments, prepare_segments
 from railui.progress import Report, Watch, silent, unwatched
 from railui.vehicle.model import Model
 
@@ -28,14 +28,14 @@ def limits_hunting(model: Model) -> bool:
     return any(core.record(e.kind)["acts"] == "creep" or e.kind == "flange_contact" for e in model.effects)
 
 
-def growth(model: Model, stretch: Segment) -> float:
+def max_growth_rate(model: Model, stretch: Segment) -> float:
     """Growth [1/s] of the least damped small motion at the speeds of a stretch; negative: it dies."""
     return max(model.growth(v) for v in stretch.speeds)
 
 
 def unstable_segments(model: Model, stretches: Sequence[Segment], limit: float) -> set[Key]:
     """The stretches on which small motions of the vehicle grow faster than the limit [1/s]."""
-    return {(s.file, s.number) for s in stretches if growth(model, s) > limit}
+    return {(s.file, s.number) for s in stretches if max_growth_rate(model, s) > limit}
 
 
 def cut_into_windows(stretches: Sequence[Segment], cut: Collection[Key]) -> list[Segment]:
@@ -45,7 +45,7 @@ def cut_into_windows(stretches: Sequence[Segment], cut: Collection[Key]) -> list
 
 def windowed_files(fit: Fit) -> list[str]:
     """The runs of a fit that were cut in windows."""
-    return list(dict.fromkeys(t.stretch.file for t in fit.segments if t.stretch.whole is not None))
+    return list(dict.fromkeys(t.segment.file for t in fit.segments if t.segment.window_of is not None))
 
 
 def refit_hunting(
@@ -66,15 +66,15 @@ def refit_hunting(
         return before, None
     cut = unstable_segments(before.model, stretches, NEAR)
     if before.constrained:
-        worst = max(stretches, key=lambda s: growth(before.model, s))
+        worst = max(stretches, key=lambda s: max_growth_rate(before.model, s))
         cut.add((worst.file, worst.number))
     if not cut:
         return before, None
-    paths = measurement.campaign.adjust
+    paths = measurement.campaign.estimated_parameters
     model, spent = declared, 0
     for _ in range(ROUNDS):
         windows = cut_into_windows(stretches, cut)
-        count = sum(w.whole is not None for w in windows)
+        count = sum(w.window_of is not None for w in windows)
         report(f"near its hunting limit: adjusting on {count} windows of {WINDOW:g} s")
         ready = prepare_segments(model, measurement, windows)
         fit = fit_output_error(
@@ -86,7 +86,7 @@ def refit_hunting(
             break
         cut |= more
     fit = fit_output_error(
-        fit.model, measurement, paths, declared, ready=prepare_again(fit.model, fit.segments, measurement), stable=False,
+        fit.model, measurement, paths, declared, ready=reprepare_segments(fit.model, fit.segments, measurement), stable=False,
         jobs=jobs, watch=watch,
     )  # fmt: skip
     if unstable_segments(fit.model, stretches, STABLE):

@@ -11,7 +11,7 @@ from scipy import linalg, optimize
 
 from railui.arrays import FloatArray
 from railui.campaign.dataset import Dataset, Segment, simulate
-from railui.identification.estimation.block_products import block_gram, samples_of
+from railui.identification.estimation.block_products import block_gram, block_length
 from railui.identification.estimation.free_parameters import FreeParameters, free_parameters
 from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.problem import FitSegment, estimate_window_start, prepare_segments
@@ -30,7 +30,7 @@ UNSEEN = 0.9  # share of the prior's standard deviation that remains: the data d
 CORRELATED = 0.95
 
 
-def variance_of(rss: float, samples: float) -> float:
+def residual_variance(rss: float, samples: float) -> float:
     """Misfit per independent sample: times it, a precision 1/sd^2 is in the measure of the inner products.
 
     Neighbouring samples of a signal do not all tell new things, so that a prior weighs more than they are many.
@@ -58,7 +58,7 @@ class NormalEquations:
     @property
     def variance(self) -> float:
         """Misfit per independent sample."""
-        return variance_of(self.rss, self.samples)
+        return residual_variance(self.rss, self.samples)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class Fit:
 
     def block_samples(self, target: FitSegment) -> int:
         """Compared samples per block of the inner products."""
-        return samples_of(self.block, target)
+        return block_length(self.block, target)
 
     @property
     def error_to_noise(self) -> float:
@@ -118,7 +118,7 @@ class GaussNewton:
         self, model: Model, free: FreeParameters, ready: Sequence[FitSegment], *, block: float, stable: bool, jobs: int | None,
         watch: Watch = unwatched,
     ) -> None:  # fmt: skip
-        self.model, self.free, self.ready, self.watch = model, free, list(ready), watch
+        self.model, self.free, self.segments, self.watch = model, free, list(ready), watch
         self.block, self.stable, self.jobs = block, stable, jobs
         self.shared = [j for j, p in enumerate(free.paths) if "@" not in p]  # by all stretches
         self.columns = [model.columns[free.paths[j]] for j in self.shared]
@@ -126,7 +126,7 @@ class GaussNewton:
         self.simulations = 0
         self.constrained = False
         self.ringing: Mapping[str, float] | None = None  # noise, where initial states are estimated at every step
-        self.informed = INFORMED * sum(t.y.size for t in ready)
+        self.independent_samples = INFORMED * sum(t.measured.size for t in ready)
 
     def rows(self, x: FloatArray, stretch: Segment | None = None) -> FloatArray:
         """Rows [n, row] of the vehicle with the free numbers x [n, p], and the phases of a stretch."""
@@ -136,30 +136,30 @@ class GaussNewton:
             self.model.turn(rows, *stretch.segment_key, {p: x[:, j] for j, p in enumerate(self.free.paths) if "@" in p})
         return rows
 
-    def series(self, target: FitSegment, x: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+    def simulate(self, target: FitSegment, x: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
         """Compared series [n, channel, kept] of the vehicles with x [n, p] on a stretch, and where each diverged."""
         self.simulations += len(x)
         return simulate(
             self.model,
-            target.stretch,
-            target.stretch.channels,
-            batch=self.model.batch(self.rows(x, target.stretch)),
-            vehicles=self.model.vehicles(target.stretch.coach_forces),
+            target.segment,
+            target.segment.channels,
+            batch=self.model.batch(self.rows(x, target.segment)),
+            vehicles=self.model.vehicles(target.segment.coach_forces),
             steps=target.steps,
             filter=target.filter,
-            initial=target.start,
+            initial=target.initial_state,
             jobs=self.jobs,
         )
 
-    def residuals(self, x: FloatArray) -> FloatArray:
+    def misfit(self, x: FloatArray) -> FloatArray:
         """Sum of weighted squares of each row of x [n, p]; infinite where a vehicle diverges or may not go."""
         allowed = np.array([self._allowed(row) for row in x])
         out = np.where(allowed, 0.0, np.inf)
         if not allowed.any():
             return out
-        for target in self.ready:
-            series, lost = self.series(target, x[allowed])
-            squares = np.sum(target.without_initial_state(series - target.y) ** 2, axis=(1, 2))
+        for target in self.segments:
+            series, lost = self.simulate(target, x[allowed])
+            squares = np.sum(target.without_initial_state(series - target.measured) ** 2, axis=(1, 2))
             out[allowed] += np.where((lost < 0) & np.isfinite(squares), squares, np.inf)
         return out
 
@@ -170,7 +170,7 @@ class GaussNewton:
         if not self.stable or self.model.design.kind != "bogie":
             return True
         rows = self.rows(x[None])
-        speeds = {v for t in self.ready if t.stretch.whole is None for v in t.stretch.speeds}
+        speeds = {v for t in self.segments if t.segment.window_of is None for v in t.segment.speeds}
         worst = max((self.model.growth(v, rows) for v in speeds), default=-np.inf)
         if worst > STABLE:
             self.constrained = True
@@ -180,14 +180,14 @@ class GaussNewton:
         batch = self.model.batch(self.rows(x[None]))
         try:
             return all(
-                self.model.vehicles(t.stretch.coach_forces).steps(batch, *t.stretch.speeds, t.stretch.dt)[0]
-                <= max(STIFFEST, t.steps, t.needed)
-                for t in self.ready
+                self.model.vehicles(t.segment.coach_forces).steps(batch, *t.segment.speeds, t.segment.dt)[0]
+                <= max(STIFFEST, t.steps, t.required_steps)
+                for t in self.segments
             )
         except ValueError:
             return False
 
-    def steps(self, x: FloatArray) -> FloatArray:
+    def difference_steps(self, x: FloatArray) -> FloatArray:
         """Steps of the forward differences, 1e-5 relative, 1e-4 where effects stand; inwards at an upper bound.
 
         Over a run of a thousand turns a relative change of a radius is six thousand times as large an angle.
@@ -199,47 +199,47 @@ class GaussNewton:
 
     def sensitivities(self, target: FitSegment, x: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
         """The residual, then the sensitivity of each number [1 + p, channel, n], and where vehicles diverged."""
-        delta = self.steps(x)
+        delta = self.difference_steps(x)
         here = [
-            j for j, p in enumerate(self.free.paths) if "@" not in p or p.endswith(f"@{target.stretch.segment_key[0]}")
+            j for j, p in enumerate(self.free.paths) if "@" not in p or p.endswith(f"@{target.segment.segment_key[0]}")
         ]
-        series, lost = self.series(target, np.vstack([x, x + np.diag(delta)[here]]))
+        series, lost = self.simulate(target, np.vstack([x, x + np.diag(delta)[here]]))
         series[1:] -= series[0]
         series[1:] /= delta[here, None, None]
-        series[0] = target.y - series[0]
+        series[0] = target.measured - series[0]
         return _spread(target.without_initial_state(series), here, len(x)), lost
 
     def linearise(self, x: FloatArray) -> NormalEquations:
         """Residual and sensitivities at x as inner products per block."""
         grams, count = [], 0
-        self.begin(x)
-        for target in self.ready:
+        self.restart_windows(x)
+        for target in self.segments:
             series, lost = self.sensitivities(target, x)
             if np.any(lost >= 0):
-                raise ValueError(f"the vehicle diverges on {target.stretch.file} at a point of the fit")
+                raise ValueError(f"the vehicle diverges on {target.segment.file} at a point of the fit")
             grams.append(block_gram(series, self.block_samples(target)))
-            count += target.y.size
+            count += target.measured.size
         return NormalEquations(np.concatenate(grams), count)
 
-    def begin(self, x: FloatArray) -> None:
+    def restart_windows(self, x: FloatArray) -> None:
         """Windows begun anew with the vehicle at x; twice, so that what a beginning can do is that of the one kept."""
-        if any(t.stretch.whole is not None for t in self.ready):
+        if any(t.segment.window_of is not None for t in self.segments):
             model = self.model.with_row(self.free.paths, x)
 
             def anew(t: FitSegment) -> FitSegment:
-                return t if t.stretch.whole is None else estimate_window_start(model, estimate_window_start(model, t))
+                return t if t.segment.window_of is None else estimate_window_start(model, estimate_window_start(model, t))
 
-            self.ready = list(map_threads(anew, self.ready, self.jobs))
+            self.segments = list(map_threads(anew, self.segments, self.jobs))
 
     def block_samples(self, target: FitSegment) -> int:
         """Compared samples per block of the inner products."""
-        return samples_of(self.block, target)
+        return block_length(self.block, target)
 
     def cost(self, rss: FloatArray, x: FloatArray) -> FloatArray:
         """Deviance [n]: informed samples times the logarithm of the misfit, plus the priors."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(
-                self.informed * np.log(rss) + np.sum(((x - self.free.prior) / self.free.prior_sd) ** 2, axis=-1)
+                self.independent_samples * np.log(rss) + np.sum(((x - self.free.prior) / self.free.prior_sd) ** 2, axis=-1)
             )
 
     def fit(self, x: FloatArray, *, tolerance: float, most: int = 30) -> Fit:
@@ -254,12 +254,12 @@ class GaussNewton:
             a, g = self.equations(normal, x)
             tried = np.array([self._step(a, g, x, damping) for damping in DAMPINGS])
             tried = np.vstack([tried, x + 0.3 * (tried[0] - x), x + 0.5 * (tried[2] - x)])
-            costs = self.cost(self.residuals(tried), tried)
+            costs = self.cost(self.misfit(tried), tried)
             best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
             if not costs[best] < cost:
                 status = "converged"
                 break
-            gain = (cost - float(costs[best])) / self.informed
+            gain = (cost - float(costs[best])) / self.independent_samples
             x, cost = tried[best], float(costs[best])
             if self.ringing is not None:
                 cost = self._begun_anew(x, cost)
@@ -280,28 +280,28 @@ class GaussNewton:
             self.simulations,
             status,
             self.constrained,
-            tuple(self.ready),
+            tuple(self.segments),
             self.block,
         )
 
     def _turn(self, iteration: int, x: FloatArray, normal: NormalEquations) -> FitIteration:
         """What a watcher sees of a step."""
         total = normal.total
-        power = np.sum([np.sum(t.y**2, axis=1) for t in self.ready], axis=0)
+        power = np.sum([np.sum(t.measured**2, axis=1) for t in self.segments], axis=0)
         error = np.sqrt(normal.gram[:, :, 0, 0].sum(axis=0) / np.maximum(power, 1e-300))
         rho = total[1:, 0] / np.sqrt(np.maximum(total[0, 0] * np.diag(total)[1:], 1e-300))
-        channels = dict(zip(self.ready[0].stretch.channels, error.tolist(), strict=True))
+        channels = dict(zip(self.segments[0].segment.channels, error.tolist(), strict=True))
         return FitIteration(iteration, self.free.paths, x.copy(), channels, np.asarray(rho), self.simulations)
 
     def _begun_anew(self, x: FloatArray, cost: float) -> float:
         """Initial states estimated once more for a rig as it is now; the cost with them, kept where it is lower."""
-        before, model = self.ready, self.model.with_row(self.free.paths, x)
-        self.ready = [
-            replace(t, start=estimate_initial_state(model, t.stretch, self.ringing or {})) for t in self.ready
+        before, model = self.segments, self.model.with_row(self.free.paths, x)
+        self.segments = [
+            replace(t, initial_state=estimate_initial_state(model, t.segment, self.ringing or {})) for t in self.segments
         ]
-        anew = float(self.cost(self.residuals(x[None]), x[None])[0])
+        anew = float(self.cost(self.misfit(x[None]), x[None])[0])
         if not anew < cost:
-            self.ready = before
+            self.segments = before
         return min(anew, cost)
 
     def equations(self, normal: NormalEquations, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -384,7 +384,7 @@ def fit_output_error(
     if ready is None:
         ready = prepare_segments(model, measurement, measurement.estimation)
     free = free_parameters(model, paths, declared)
-    seconds = block_seconds(declared, [t.stretch for t in ready])
+    seconds = block_seconds(declared, [t.segment for t in ready])
     adjuster = GaussNewton(model, free, ready, block=seconds, stable=stable, jobs=jobs, watch=watch)
     if model.design.kind == "rig":
         adjuster.ringing = measurement.noise
@@ -396,7 +396,7 @@ def block_distances(fit: Fit) -> FloatArray:
     """Distance [m] in the middle of every block of the fit's inner products, stretch after stretch."""
     middles = []
     for target in fit.segments:
-        s = target.trim(target.stretch.columns["s"])
+        s = target.trim(target.segment.columns["s"])
         length = fit.block_samples(target)
         middles += [float(np.mean(s[k : k + length])) for k in range(0, len(s), length)]
     return np.array(middles)

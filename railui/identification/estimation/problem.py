@@ -18,7 +18,7 @@ from railui.campaign.dataset import (
     steps_for,
 )
 from railui.core import Filter
-from railui.identification.estimation.initial_state import estimate_initial_state, usual_motion
+from railui.identification.estimation.initial_state import estimate_initial_state, state_scale
 from railui.identification.estimation.validation import noise_weights
 from railui.vehicle.model import Model
 
@@ -34,30 +34,30 @@ class InitialStateSensitivity:
     rows: FloatArray
     inverse: FloatArray
 
-    def shift(self, series: FloatArray) -> FloatArray:
+    def estimate(self, series: FloatArray) -> FloatArray:
         """The initial states [..., state], in their usual sizes, that make most of series [..., channel, n]."""
         return np.asarray(np.tensordot(series, self.rows, ([-2, -1], [1, 2])) @ self.inverse)
 
-    def free_of(self, series: FloatArray) -> FloatArray:
+    def project_out(self, series: FloatArray) -> FloatArray:
         """Series [..., channel, n] less what the initial state can make of them."""
-        return np.asarray(series - np.tensordot(self.shift(series), self.rows, 1))
+        return np.asarray(series - np.tensordot(self.estimate(series), self.rows, 1))
 
 
 @dataclass(frozen=True, eq=False)
 class FitSegment:
     """A stretch made ready for the fit: measured channels filtered and weighted [channel, kept], start, steps."""
 
-    stretch: Segment
+    segment: Segment
     filter: Filter
-    y: FloatArray
-    start: FloatArray
+    measured: FloatArray
+    initial_state: FloatArray
     steps: int
     initial_sensitivity: InitialStateSensitivity | None = field(default=None, repr=False)
-    needed: int = 0  # steps that the vehicle asks for, where fewer are taken
+    required_steps: int = 0  # steps that the vehicle asks for, where fewer are taken
 
     def without_initial_state(self, series: FloatArray) -> FloatArray:
         """Series [..., channel, n] less what a window's own beginning can make of them."""
-        return series if self.initial_sensitivity is None else self.initial_sensitivity.free_of(series)
+        return series if self.initial_sensitivity is None else self.initial_sensitivity.project_out(series)
 
     def trim(self, x: FloatArray) -> FloatArray:
         """Samples [..., n] of the stretch as they are, where it is compared."""
@@ -89,11 +89,11 @@ def weights_of(
     model: Model, measurement: Dataset, stretch: Segment, of_whole: dict[tuple[str, int], FloatArray]
 ) -> FloatArray:
     """The weights of a stretch [channel]; windows share those of some of them."""
-    if stretch.whole is None:
+    if stretch.window_of is None:
         return noise_weights(model, measurement, stretch)
     key = (stretch.file, stretch.number)
     if key not in of_whole:
-        cut = stretch.whole.windows(stretch.samples * stretch.dt)
+        cut = stretch.window_of.windows(stretch.samples * stretch.dt)
         some = [noise_weights(model, measurement, w) for w in cut[:: max(len(cut) // WEIGHED, 1)]]
         of_whole[key] = 1.0 / np.sqrt(np.mean([1.0 / w**2 for w in some], axis=0))
     return of_whole[key]
@@ -101,9 +101,9 @@ def weights_of(
 
 def estimate_window_start(model: Model, target: FitSegment) -> FitSegment:
     """A window begun anew with a model: its initial state corrected by linear least squares, and what it can do."""
-    stretch = target.stretch
-    scale = usual_motion(stretch, model)
-    starts = np.tile(target.start, (len(scale) + 1, 1))
+    stretch = target.segment
+    scale = state_scale(stretch, model)
+    starts = np.tile(target.initial_state, (len(scale) + 1, 1))
     starts[1:, : len(scale)] += np.diag(NUDGE * scale)
     series, lost = simulate(
         model, stretch, stretch.channels, batch=model.batch(np.tile(model.on(*stretch.segment_key).row, (len(starts), 1))),
@@ -114,9 +114,9 @@ def estimate_window_start(model: Model, target: FitSegment) -> FitSegment:
     rows = (series[1:] - series[0]) / NUDGE
     gram = np.tensordot(rows, rows, ([1, 2], [1, 2])) + np.eye(len(rows))
     begun = InitialStateSensitivity(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
-    start = target.start.copy()
-    start[: len(scale)] += scale * begun.shift(target.y - series[0])
-    return replace(target, start=start, initial_sensitivity=begun)
+    start = target.initial_state.copy()
+    start[: len(scale)] += scale * begun.estimate(target.measured - series[0])
+    return replace(target, initial_state=start, initial_sensitivity=begun)
 
 
 def adapt_to_model(
@@ -128,11 +128,11 @@ def adapt_to_model(
     """
     out = []
     for t in ready:
-        grown = t.stretch.kind == "rig" or any(e.kind == "coach_mode" for e in model.effects)
-        start = estimate_initial_state(model, t.stretch, measurement.noise) if grown else t.start
-        needed = max(t.steps, steps_for(model, t.stretch))
+        grown = t.segment.kind == "rig" or any(e.kind == "coach_mode" for e in model.effects)
+        start = estimate_initial_state(model, t.segment, measurement.noise) if grown else t.initial_state
+        needed = max(t.steps, steps_for(model, t.segment))
         steps = needed if most is None else max(t.steps, min(needed, most))
-        out.append(replace(t, start=start, steps=steps, needed=needed))
+        out.append(replace(t, initial_state=start, steps=steps, required_steps=needed))
     return out
 
 
@@ -140,23 +140,23 @@ def truncate(ready: Sequence[FitSegment], measurement: Dataset, seconds: float) 
     """The first seconds of every stretch (of a rig's as many samples), enough to tell candidates apart."""
     out = []
     for t in ready:
-        if t.stretch.whole is not None:
-            if t.stretch.first * t.stretch.dt < seconds:
+        if t.segment.window_of is not None:
+            if t.segment.first_sample * t.segment.dt < seconds:
                 out.append(t)
             continue
-        rate = RIG_RATE if t.stretch.kind == "rig" else 1.0 / t.stretch.dt
+        rate = RIG_RATE if t.segment.kind == "rig" else 1.0 / t.segment.dt
         n = round(seconds * rate)
-        if n >= t.stretch.samples:
+        if n >= t.segment.samples:
             out.append(t)
             continue
-        stretch = t.stretch.truncated(n)
+        stretch = t.segment.truncated(n)
         weights, every = t.filter.weights, t.filter.every
         y = comparison_filter(measurement.campaign, stretch, stretch.measured(stretch.channels))[:, ::every]
         short = kernel_filter(measurement.campaign, stretch, weights, every)
-        out.append(replace(t, stretch=stretch, filter=short, y=y * weights[:, None]))
+        out.append(replace(t, segment=stretch, filter=short, measured=y * weights[:, None]))
     return out
 
 
-def prepare_again(model: Model, ready: Sequence[FitSegment], measurement: Dataset) -> list[FitSegment]:
+def reprepare_segments(model: Model, ready: Sequence[FitSegment], measurement: Dataset) -> list[FitSegment]:
     """The stretches of a fit with weights and initial states renewed for the adjusted model."""
-    return prepare_segments(model, measurement, [t.stretch for t in ready])
+    return prepare_segments(model, measurement, [t.segment for t in ready])

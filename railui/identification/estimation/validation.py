@@ -17,7 +17,7 @@ from railui.campaign.dataset import (
     cut_samples,
     kernel_filter,
     nrmse,
-    overall,
+    overall_nrmse,
     simulate,
     steps_for,
 )
@@ -96,7 +96,7 @@ def compute_validation(
             0, len(each), max(1, round(BLOCK / dt)) if len(each) * dt > 4 * BLOCK else len(each) // 20 + 1
         )
         squares.append(np.add.reduceat(each, edges))
-    return Validation(errors, overall(errors), tuple(series), tuple(lost), np.concatenate(squares))
+    return Validation(errors, overall_nrmse(errors), tuple(series), tuple(lost), np.concatenate(squares))
 
 
 @dataclass(frozen=True)
@@ -147,12 +147,12 @@ def estimate_noise_floor(
             per_seed[seed].append((scene.channels, measured, simulated))
             quiet[seed].append((scene.channels, measured, scene.clean))
     all_channels = [nrmse(pairs) for pairs in per_seed]
-    totals = [overall(c) for c in all_channels]
+    totals = [overall_nrmse(c) for c in all_channels]
     return NoiseFloor(
         float(np.mean(totals)),
         float(np.std(totals)),
         {c: float(np.mean([e[c] for e in all_channels])) for c in all_channels[0]},
-        float(np.mean([overall(nrmse(pairs)) for pairs in quiet])),
+        float(np.mean([overall_nrmse(nrmse(pairs)) for pairs in quiet])),
     )
 
 
@@ -161,7 +161,7 @@ def noise_weights(model: Model, measurement: Dataset, stretch: Segment, seeds: i
     channels, noise, campaign = stretch.channels, measurement.noise, measurement.campaign
     sd = np.array([noise.get(c, 0.0) for c in channels])
     flat = kernel_filter(campaign, stretch, np.ones(len(channels)))
-    rng = np.random.default_rng(np.random.SeedSequence([7, stretch.number, stretch.run]))
+    rng = np.random.default_rng(np.random.SeedSequence([7, stretch.number, stretch.run_index]))
     enough = min(stretch.samples, max(4000, 4 * cut_samples(campaign, stretch)))
     white = comparison_filter(campaign, stretch, rng.standard_normal((1, enough)))
     variance = (sd * white.std()) ** 2

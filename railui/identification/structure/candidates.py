@@ -11,7 +11,7 @@ from railui import core
 from railui.arrays import FloatArray
 from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment, simulate
 from railui.vehicle.design_reader import PlacedEffect
-from railui.vehicle.effect_records import PER_WHEELSET, times
+from railui.vehicle.effect_records import WHEELSET_LOCATIONS, evaluate_product
 from railui.vehicle.model import Model
 
 W = 10.0  # rad/s, the corner that dampers are measured by
@@ -82,7 +82,7 @@ def list_candidates(
             shapes = tuple(_shape(record, shape, sites.get(at, {})) for shape in record["shapes"])
             if any(p["role"] == "run" for p in record["parameters"]):
                 shapes = tuple(one for s in shapes for one in (s, s | {"phase": QUADRATURE}))
-            for wheelset in (None, 1, 2) if at in PER_WHEELSET else (None,):
+            for wheelset in (None, 1, 2) if at in WHEELSET_LOCATIONS else (None,):
                 candidate = Candidate(kind, at, wheelset, shapes)
                 if _compatible(model, candidate):
                     found.append(candidate)
@@ -148,7 +148,7 @@ def _shape(record: core.Record, shape: Sequence[float], site: Mapping[str, float
     for p, multiple in zip(record["parameters"], list(shape) + [None] * 9, strict=False):
         if p["role"] == "optional" or multiple is None:
             continue
-        values[p["key"]] = float(multiple) * float(times(str(p["times"]), site) or 1.0)
+        values[p["key"]] = float(multiple) * float(evaluate_product(str(p["times"]), site) or 1.0)
     return values
 
 

@@ -68,7 +68,7 @@ def tried() -> list[tuple[Pair, ...]]:
 
 def find_couplings(fit: Fit) -> list[Coupling]:
     """Symmetric couplings by the share of the residual that they explain beyond the adjustable parameters."""
-    if fit.model.design.kind != "bogie" or any(t.stretch.whole is not None for t in fit.segments):
+    if fit.model.design.kind != "bogie" or any(t.segment.window_of is not None for t in fit.segments):
         return []
     eye = ScoreTest(fit, fit.segments)
     what = tried()
@@ -93,14 +93,14 @@ def answered(fit: Fit, target: FitSegment, against: Sequence[tuple[tuple[Pair, .
     ports = sorted({p for pairs, _ in against for pair in pairs for p in pair}, key=str)
     answers = pulses(fit, target, ports, SEGMENT, target.filter.weights)
     channels = [f"{q}.{at}.{w or 0}" for q in ("z", "v") for at, w in ports]
-    motion = simulate(fit.model, target.stretch, channels, steps=target.steps, initial=target.start)[0][0]
+    motion = simulate(fit.model, target.segment, channels, steps=target.steps, initial=target.initial_state)[0][0]
     n = motion.shape[1]
     size = 1 << (n + next(iter(answers.values())).shape[1] - 1).bit_length()
     band = _passed(target.filter.sos, size)
     spectra = {p: np.fft.rfft(a, size, axis=1) for p, a in answers.items()}
     driving = {c: band * np.fft.rfft(x, size) for c, x in zip(channels, motion, strict=True)}
     kept = slice(DELAY + target.filter.cut, DELAY + n - target.filter.cut, target.filter.every)
-    out = np.zeros((len(against), *target.y.shape))
+    out = np.zeros((len(against), *target.measured.shape))
     for i, (pairs, q) in enumerate(against):
         total = np.zeros_like(next(iter(spectra.values())))
         for (a, u), (b, w) in pairs:

@@ -15,7 +15,7 @@ import numpy as np
 from railui import core
 from railui.arrays import FloatArray
 from railui.campaign.dataset import Dataset, Segment, comparison_filter, simulate, steps_for
-from railui.identification.estimation.block_products import inverse
+from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.output_error import Fit, block_distances
 from railui.identification.estimation.validation import Validation, compared_channels, compute_validation
@@ -117,8 +117,8 @@ def _course(
             [cross.T, u.T @ ((own @ c)[:, None] * u)],
         ]
     )
-    whole = inverse(inner, 1e-8)
-    flat = inverse(gram[:, 1:, 1:].sum(axis=0) + np.diag(prior), 1e-12)
+    whole = scaled_inverse(inner, 1e-8)
+    flat = scaled_inverse(gram[:, 1:, 1:].sum(axis=0) + np.diag(prior), 1e-12)
     rng = np.random.default_rng(np.random.SeedSequence([seed, 19, j]))
     signs = np.vstack([np.ones(len(s)), rng.choice([-1.0, 1.0], (DRAWS, len(s)))])  # as it is, then chance
     right = np.hstack([signs @ gram[:, others, 0], signs @ (own[:, :1] * u)])
@@ -141,10 +141,10 @@ def refine_drift(fit: Fit, drift: Drift) -> Drift:
         a, b, misfit = np.zeros((len(values), len(values))), np.zeros(len(values)), 0.0
         for target in fit.segments:
             z, slope = blend_series(
-                fit.model, course, target.stretch, target.stretch.channels, target.start, target.steps
+                fit.model, course, target.segment, target.segment.channels, target.initial_state, target.steps
             )
-            r = target.y - target.filter_and_weight(z)
-            u = hat_functions(target.stretch.columns["s"], drift.distance)
+            r = target.measured - target.filter_and_weight(z)
+            u = hat_functions(target.segment.columns["s"], drift.distance)
             d = np.stack([target.filter_and_weight(slope * u[:, k]).ravel() for k in range(len(values))])
             a += d @ d.T
             b += d @ r.ravel()

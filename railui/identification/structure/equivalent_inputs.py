@@ -75,10 +75,10 @@ def locate_forces(fit: Fit, measurement: Dataset) -> list[Origin]:
     adjuster = GaussNewton(fit.model, fit.free, fit.segments, block=1.0, stable=False, jobs=None)
     shares = np.zeros(len(SPOTS))
     # number of stretches with more channels than so many forces
-    able = {n: sum(len(t.y) > n for t in fit.segments) for n in {len(ports) for _, _, ports in SPOTS}}
+    able = {n: sum(len(t.measured) > n for t in fit.segments) for n in {len(ports) for _, _, ports in SPOTS}}
     for target in fit.segments:
-        series, _ = adjuster.series(target, fit.x[None])
-        residual = target.without_initial_state(target.y - series[0])
+        series, _ = adjuster.simulate(target, fit.x[None])
+        residual = target.without_initial_state(target.measured - series[0])
         spectra = _spectra(residual, target) - _noise(fit, target, measurement)
         answers = _answers(fit, target)
         total = float(np.real(np.trace(spectra, axis1=1, axis2=2)).sum())
@@ -112,22 +112,22 @@ def _spectra(residual: FloatArray, target: FitSegment) -> ComplexArray:
 
 def _length(target: FitSegment) -> int:
     """Compared samples of a segment; no more than there are."""
-    dt = target.stretch.dt * target.filter.every
-    return min(round(SEGMENT / dt), int(target.y.shape[1]))
+    dt = target.segment.dt * target.filter.every
+    return min(round(SEGMENT / dt), int(target.measured.shape[1]))
 
 
 def _noise(fit: Fit, target: FitSegment, measurement: Dataset) -> ComplexArray:
     """Cross spectra of what noise leaves, the mean of a few draws."""
-    noise, campaign, stretch = measurement.noise, measurement.campaign, target.stretch
+    noise, campaign, stretch = measurement.noise, measurement.campaign, target.segment
     model, channels = fit.model, stretch.channels
     sd = np.array([noise.get(c, 0.0) for c in channels])
-    clean, _ = simulate(model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.start)
+    clean, _ = simulate(model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.initial_state)
     total: ComplexArray = np.zeros((1, 1, 1), dtype=complex)
     for seed in range(DRAWS):
-        rng = np.random.default_rng(np.random.SeedSequence([seed, 17, stretch.number, stretch.run]))
+        rng = np.random.default_rng(np.random.SeedSequence([seed, 17, stretch.number, stretch.run_index]))
         table = stretch.noisy_table(noise, campaign.noise_band, rng, model.half_wheelbase(), target.steps)
         noisy, _ = simulate(
-            model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.start, table=table
+            model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.initial_state, table=table
         )
         white = comparison_filter(
             campaign, stretch, sd[:, None] * rng.standard_normal((len(channels), stretch.samples))
@@ -158,7 +158,7 @@ def pulses(
     A sample is `every` of the run's; the pulse peaks at sample `DELAY`, run at the mean speed of the stretch. What the
     vehicle does on even track without one is taken off: a wheelset that runs out is never quiet.
     """
-    stretch, dt, v = target.stretch, target.stretch.dt, target.stretch.mean_speed
+    stretch, dt, v = target.segment, target.segment.dt, target.segment.mean_speed
     n = round(seconds / (dt * every)) * every
     t = np.arange(n) * dt
     corners = [v * dt * every * (DELAY + k) for k, _ in pulse]

@@ -36,12 +36,12 @@ def predict_validation_gain(
     here = replace(laid, segments=tuple(ready))
     adjuster = GaussNewton(here.model, here.free, ready, block=1.0, stable=False, jobs=1)
     bases = [adjuster.sensitivities(t, here.x)[0][1:] for t in ready]
-    rows = [[t.stretch.channels.index(c) for c in compared_channels(t.stretch)] for t in ready]
+    rows = [[t.segment.channels.index(c) for c in compared_channels(t.segment)] for t in ready]
     power: dict[str, float] = {}
     for t, used in zip(ready, rows, strict=True):
         for i in used:
-            c = t.stretch.channels[i]
-            power[c] = power.get(c, 0.0) + float(np.sum((t.y[i] / t.filter.weights[i]) ** 2))
+            c = t.segment.channels[i]
+            power[c] = power.get(c, 0.0) + float(np.sum((t.measured[i] / t.filter.weights[i]) ** 2))
     absorbed = {(s.candidate, s.shape): s.absorbed for s in trace.results}
 
     def look(bundle: CandidateBatch) -> list[tuple[tuple[Candidate, int], float]]:
@@ -55,7 +55,7 @@ def predict_validation_gain(
                     continue
                 rest = series[lane] - np.tensordot(absorbed[key], base, 1)
                 for i in used:
-                    scale = power[t.stretch.channels[i]] * t.filter.weights[i] ** 2
+                    scale = power[t.segment.channels[i]] * t.filter.weights[i] ** 2
                     added[lane] += float(np.sum(rest[i] ** 2)) / max(scale, 1e-300)
         return [(key, a / len(power)) for key, a in zip(keys, added.tolist(), strict=True) if np.isfinite(a)]
 

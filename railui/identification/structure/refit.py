@@ -153,7 +153,7 @@ def refit_candidates(
         close = f.normal.rss <= near
         ready = adapt_to_model(f.model, fit.segments, measurement, None if close else rough.finest)
         if f.model.design.kind == "rig":  # whose initial state a rough fit knows best
-            ready = [replace(t, start=short.start) for t, short in zip(ready, f.segments, strict=True)]
+            ready = [replace(t, initial_state=short.initial_state) for t, short in zip(ready, f.segments, strict=True)]
         whole = _fitted(
             f.model, ready, measurement, declared,
             [*base, *f.model.effect_paths()], threads,
@@ -187,7 +187,7 @@ class ScreeningFits:
         self.short = truncate(fit.segments, measurement, PART)
         # steps hold for motions much wilder than those of a run; a rough fit takes fewer, and ends where it diverges
         self.finest = FINEST * max(t.steps for t in self.short)
-        self.wild = any(t.stretch.whole is not None for t in self.short)
+        self.wild = any(t.segment.window_of is not None for t in self.short)
         unseen = dict(zip(fit.free.paths, fit.sd / fit.free.prior_sd, strict=True))
         self.base = sorted(base, key=lambda p: unseen.get(p, 0.0))
         at_rest = fit_output_error(fit.model, measurement, base, declared, ready=self.short, most=0, jobs=jobs)
@@ -196,7 +196,7 @@ class ScreeningFits:
     @property
     def settled(self) -> bool:
         """Is little left beyond what noise leaves? The weights are such that it leaves one per sample."""
-        return self.least <= SETTLED**2 * sum(t.y.size for t in self.short) + ROUGHLY * self.before
+        return self.least <= SETTLED**2 * sum(t.measured.size for t in self.short) + ROUGHLY * self.before
 
     def absorbed(
         self, trace: ScoreTestResult, tried: Sequence[ScoreResult], report: Report
@@ -345,7 +345,7 @@ def cross_validation_errors(fit: Fit) -> FloatArray:
 def cross_validation_nrmse(refit: Refit) -> float:
     """nrmse of the adjusting runs, fitted on four fifths and judged on the other."""
     error = refit.held_out.sum(axis=0)
-    power = np.sum([np.sum(t.y**2, axis=1) for t in refit.fit.segments], axis=0)
+    power = np.sum([np.sum(t.measured**2, axis=1) for t in refit.fit.segments], axis=0)
     return float(np.sqrt(np.mean(error / power)))
 
 

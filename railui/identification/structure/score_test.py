@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.campaign.dataset import simulate
 from railui.core import Batch, Vehicles
-from railui.identification.estimation.block_products import in_blocks, samples_of
-from railui.identification.estimation.output_error import Fit, GaussNewton, block_seconds, variance_of
+from railui.identification.estimation.block_products import split_into_blocks, block_length
+from railui.identification.estimation.output_error import Fit, GaussNewton, block_seconds, residual_variance
 from railui.identification.estimation.problem import FitSegment
 from railui.identification.events import ScoreTestProgress
 from railui.identification.structure.candidates import LINEAR, QUADRATURE, Candidate, CandidateBatch, batch_candidates
@@ -73,14 +73,14 @@ def score_test(
     the others would have said there is forecast, for what could have been seen.
     """
     whole = ScoreTest(fit, fit.segments)
-    if not first or sum(t.y.size for t in first) >= 0.7 * sum(t.y.size for t in fit.segments):
+    if not first or sum(t.measured.size for t in first) >= 0.7 * sum(t.measured.size for t in fit.segments):
         sightings = near = whole.run(found, jobs, watch)
     else:
         glimpse = ScoreTest(fit, first)
         glimpsed = glimpse.run(found, jobs, watch)
         kept = {s.candidate for s in _ranked(glimpsed)[:KEPT]} | _hidden(found, glimpsed)
         near = whole.run([c for c in found if c in kept], jobs, watch)
-        ratio = sum(t.y.size for t in fit.segments) / sum(t.y.size for t in first)
+        ratio = sum(t.measured.size for t in fit.segments) / sum(t.measured.size for t in first)
         far = [s.forecast(ratio, whole.count) for s in glimpsed if s.candidate not in kept]
         sightings = (*near, *far)
     p, critical = family_wise_test(sightings, seed, near)
@@ -111,13 +111,13 @@ class ScoreTest:
 
     def __init__(self, fit: Fit, ready: Sequence[FitSegment]) -> None:
         self.adjuster = GaussNewton(fit.model, fit.free, ready, block=1.0, stable=False, jobs=1)
-        self.adjuster.begin(fit.x)
-        self.fit = replace(fit, segments=tuple(self.adjuster.ready))
-        seconds = block_seconds(fit.model, [t.stretch for t in fit.segments])
-        length = [samples_of(seconds, t) for t in ready]
+        self.adjuster.restart_windows(fit.x)
+        self.fit = replace(fit, segments=tuple(self.adjuster.segments))
+        seconds = block_seconds(fit.model, [t.segment for t in fit.segments])
+        length = [block_length(seconds, t) for t in ready]
         self.bases = [_base(self.adjuster, self.fit, i, length[i]) for i in range(len(ready))]
         inner = np.concatenate([b.blocks @ b.blocks.transpose(0, 2, 1) for b in self.bases])  # [block, 1 + p, 1 + p]
-        variance = variance_of(inner.sum(axis=0)[0, 0], sum(t.y.size for t in ready))
+        variance = residual_variance(inner.sum(axis=0)[0, 0], sum(t.measured.size for t in ready))
         self.solver = Projector(inner, np.diag(variance / fit.free.prior_sd**2))
         self.count = sum(len(b.blocks) for b in self.bases)
 
@@ -155,7 +155,7 @@ class ScoreTest:
         sound: NDArray[np.bool_],
     ) -> list[ScoreResult]:
         """Score what turns, each stretch with the phase of its own that explains most; series in sine and cosine."""
-        places = [t.stretch.segment_key for t in self.fit.segments]
+        places = [t.segment.segment_key for t in self.fit.segments]
         middles = dict(places)
         phases = self._phases(series)  # [lane, place], at distance 0
         index = [list(middles).index(where) for where, _ in places]
@@ -178,7 +178,7 @@ class ScoreTest:
 
     def _phases(self, series: Sequence[FloatArray]) -> FloatArray:
         """Phases [lane, place] of pairs in sine and cosine: all pairs of the places beside each other explain most."""
-        places = [t.stretch.segment_key[0] for t in self.fit.segments]
+        places = [t.segment.segment_key[0] for t in self.fit.segments]
         names, lanes, own = list(dict.fromkeys(places)), len(series[0]) // 2, len(self.solver.right)
         cross = np.zeros((lanes, len(names), 2, 1 + own))
         inner = np.zeros((lanes, len(names), 2, 2))
@@ -215,7 +215,7 @@ def _base(adjuster: GaussNewton, fit: Fit, index: int, length: int) -> _Base:
 
 def _rows_in_blocks(series: FloatArray, length: int) -> FloatArray:
     """Series [row, channel, n] as [block, row, channel x sample]."""
-    blocks = in_blocks(series, length).transpose(2, 0, 1, 3)
+    blocks = split_into_blocks(series, length).transpose(2, 0, 1, 3)
     return np.ascontiguousarray(blocks.reshape(len(blocks), len(series), -1))
 
 
@@ -223,24 +223,24 @@ def output_differences(fit: Fit, index: int, bundle: CandidateBatch) -> tuple[Fl
     """Output differences per amount [lane, channel, n] of a bundle on a stretch, and which lanes are sound."""
     amount = LITTLE if _linear(bundle) else AMOUNT
     target = fit.segments[index]
-    model = fit.model.on(*target.stretch.segment_key)
+    model = fit.model.on(*target.segment.segment_key)
     numbers, amounts = bundle.numbers(), bundle.amounts(amount)
     numbers = np.vstack([numbers[:1], numbers])
     amounts = np.vstack([np.zeros_like(amounts[:1]), amounts])
-    vehicles = model.vehicles(target.stretch.coach_forces, bundle.placements)
+    vehicles = model.vehicles(target.segment.coach_forces, bundle.placements)
     batch = model.batch(np.tile(model.row, (len(numbers), 1)), numbers, amounts)
     steps = _steps(vehicles, batch, target)
     sound = steps > 0
     sound[0] = True
     if not sound[1:].any():
-        return np.zeros((len(numbers) - 1, *target.y.shape)), np.zeros(len(numbers) - 1, dtype=bool)
+        return np.zeros((len(numbers) - 1, *target.measured.shape)), np.zeros(len(numbers) - 1, dtype=bool)
     # steps hold for motions much wilder than those here, and a little of an effect moves the vehicle little
     used = min(max(int(steps.max()), target.steps), FINEST * target.steps)
-    start = target.start if vehicles.states(batch.select([0])) >= len(target.start) and not _grows(bundle) else None
+    start = target.initial_state if vehicles.states(batch.select([0])) >= len(target.initial_state) and not _grows(bundle) else None
     series, lost = simulate(
         model,
-        target.stretch,
-        target.stretch.channels,
+        target.segment,
+        target.segment.channels,
         batch=batch.select(np.flatnonzero(sound)),
         vehicles=vehicles,
         steps=used,
@@ -267,7 +267,7 @@ def _grows(bundle: CandidateBatch) -> bool:
 def _steps(vehicles: Vehicles, batch: Batch, target: FitSegment) -> NDArray[np.int64]:
     """Steps per sample that each vehicle needs; -1 where too many."""
     try:
-        return np.array(vehicles.steps(batch, *target.stretch.speeds, target.stretch.dt))
+        return np.array(vehicles.steps(batch, *target.segment.speeds, target.segment.dt))
     except ValueError:
         if len(batch) == 1:
             return np.array([-1])

@@ -10,7 +10,7 @@ import numpy as np
 from railui.campaign.dataset import Dataset
 from railui.identification.estimation.multiple_shooting import limits_hunting
 from railui.identification.estimation.output_error import Fit, fit_output_error
-from railui.identification.estimation.problem import prepare_again, truncate
+from railui.identification.estimation.problem import reprepare_segments, truncate
 from railui.identification.estimation.validation import Validation, estimate_noise_floor, validate
 from railui.identification.events import ModelValidated
 from railui.identification.structure.candidates import Candidate, list_candidates
@@ -128,7 +128,7 @@ class StepwiseSelection:
                 break
             result = validate(trial.model, self.measurement, self.measurement.validation)
             self.report(f"  with {_words(chosen)}: nrmse {result.nrmse:.4f}")
-            gains = is_significant_gain(accepted, result, self.measurement.campaign.material)
+            gains = is_significant_gain(accepted, result, self.measurement.campaign.min_relative_gain)
             hopeful = chosen.rss <= (1.0 - PROMISING) * now.normal.rss and accepted.nrmse > ADEQUATE * noise.nrmse
             alone = len(steps) > kept  # one on trial already, and this one does not save it
             if not gains and (alone or not hopeful):
@@ -164,7 +164,7 @@ class StepwiseSelection:
                 seen,
                 m,
                 self.declared,
-                m.campaign.adjust,
+                m.campaign.estimated_parameters,
                 unsettled=unsettled,
                 jobs=self.jobs,
                 report=self.report,
@@ -191,7 +191,7 @@ class StepwiseSelection:
 
     def _final(self, fit: Fit) -> Fit:
         """Everything adjusted once more with weights and initial states of the model as found."""
-        ready = prepare_again(fit.model, fit.segments, self.measurement)
+        ready = reprepare_segments(fit.model, fit.segments, self.measurement)
         return fit_output_error(
             fit.model, self.measurement, fit.free.paths, self.declared, ready=ready, stable=not limits_hunting(fit.model),
             tolerance=1e-5, jobs=self.jobs, watch=self.watch,
@@ -218,7 +218,7 @@ class StepwiseSelection:
                         continue
                     trial, result = taken, validate(taken.model, self.measurement, self.measurement.validation)
                 self.report(f"  without {_words(refit)}: nrmse {result.nrmse:.4f}")
-                if not is_significant_gain(result, judged, self.measurement.campaign.material):
+                if not is_significant_gain(result, judged, self.measurement.campaign.min_relative_gain):
                     fit, judged, idle, one_less = trial, result, True, None
                     steps[i] = replace(steps[i], added=None)
                     break
@@ -232,7 +232,7 @@ class StepwiseSelection:
         model = fit.model.without(index)
         try:
             return fit_output_error(
-                model, self.measurement, [*self.measurement.campaign.adjust, *model.effect_paths()], self.declared,
+                model, self.measurement, [*self.measurement.campaign.estimated_parameters, *model.effect_paths()], self.declared,
                 ready=fit.segments, stable=not limits_hunting(model), tolerance=1e-4, jobs=self.jobs,
             )  # fmt: skip
         except ValueError:

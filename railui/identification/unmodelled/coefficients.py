@@ -13,7 +13,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.dataset import simulate
-from railui.identification.estimation.block_products import block_gram, inverse
+from railui.identification.estimation.block_products import block_gram, scaled_inverse
 from railui.identification.estimation.output_error import Fit, GaussNewton
 from railui.identification.estimation.problem import FitSegment
 from railui.identification.structure.equivalent_inputs import DELAY, pulses
@@ -79,7 +79,7 @@ def coefficients(fit: Fit) -> list[Coefficient]:
     prior = np.diag(fit.normal.variance / fit.free.prior_sd**2)
     names = [(w, at, term) for at, w in PORTS for term in TERMS]
     total = gram.sum(axis=0)
-    projector = inverse(total[1:own, 1:own] + prior, 1e-10)
+    projector = scaled_inverse(total[1:own, 1:own] + prior, 1e-10)
     out = []
     for k, (wheelset, at, term) in enumerate(names):
         i = own + k
@@ -98,9 +98,9 @@ def coefficients(fit: Fit) -> list[Coefficient]:
 
 def _answers(fit: Fit, target: FitSegment) -> FloatArray:
     """Weighted output per unit of each coefficient [16, channel, n]: the answer to minus the motion as a force."""
-    stretch, model = target.stretch, fit.model
+    stretch, model = target.segment, fit.model
     motions = [f"{q}.{at}.{w}" for w in (1, 2) for at in ("wheelset", "wheelset_yaw") for q in ("z", "v")]
-    series, _ = simulate(model, stretch, motions, steps=target.steps, initial=target.start)
+    series, _ = simulate(model, stretch, motions, steps=target.steps, initial=target.initial_state)
     by_wheelset: dict[int | None, FloatArray] = {1: series[0][:4], 2: series[0][4:]}  # y, y', psi, psi'
     rows, n = [], stretch.samples
     for (_, w), answer in pulses(fit, target, PORTS, MEMORY, np.ones(len(stretch.channels))).items():

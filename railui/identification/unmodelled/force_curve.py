@@ -15,7 +15,7 @@ from railui.identification.estimation.output_error import Fit, fit_output_error
 from railui.identification.estimation.problem import FitSegment, adapt_to_model
 from railui.identification.structure.candidates import driven_places
 from railui.vehicle.design_reader import PlacedEffect
-from railui.vehicle.effect_records import PER_WHEELSET
+from railui.vehicle.effect_records import WHEELSET_LOCATIONS
 from railui.vehicle.model import Model
 
 POINTS = 9  # of a measured curve
@@ -55,7 +55,7 @@ def fit_curve(
 
 def curve_locations(fit: Fit) -> list[CurveLocation]:
     """Places and what a curve there may stand against, with its grid of motion."""
-    model, stretches = fit.model, [t.stretch for t in fit.segments]
+    model, stretches = fit.model, [t.segment for t in fit.segments]
     linear = model.vehicles().sites(model.single())
     barred = driven_places(stretches)
     out = []
@@ -63,7 +63,7 @@ def curve_locations(fit: Fit) -> list[CurveLocation]:
         ports = [w for place, w in linear if place == at and w != core.LINKAGE]
         if not ports or at in barred:
             continue
-        for wheelset in (None, 1, 2) if at in PER_WHEELSET else (None,):
+        for wheelset in (None, 1, 2) if at in WHEELSET_LOCATIONS else (None,):
             if at in ("wheelset", "wheelset_yaw") and wheelset is None:
                 continue
             used = [w for w in ports if wheelset is None or w == wheelset]
@@ -77,7 +77,7 @@ def curve_locations(fit: Fit) -> list[CurveLocation]:
 
 def _motion(fit: Fit, at: str, wheelsets: Sequence[int], against: str) -> float:
     channels = [f"{against}.{at}.{w}" for w in wheelsets]
-    sds = [simulate(fit.model, t.stretch, channels, steps=t.steps, initial=t.start)[0][0].std() for t in fit.segments]
+    sds = [simulate(fit.model, t.segment, channels, steps=t.steps, initial=t.initial_state)[0][0].std() for t in fit.segments]
     return float(np.mean(sds)) or 1e-6
 
 
@@ -119,12 +119,12 @@ def _hats(fit: Fit, spot: CurveLocation, target: FitSegment) -> FloatArray | Non
     ]
     place = core.Placement("measured_force", spot.at, spot.wheelset, len(rows[0]), spot.against)
     try:
-        vehicles = fit.model.vehicles(target.stretch.coach_forces, [place])
-        here = fit.model.on(*target.stretch.segment_key)
+        vehicles = fit.model.vehicles(target.segment.coach_forces, [place])
+        here = fit.model.on(*target.segment.segment_key)
         batch = here.batch(np.tile(here.row, (n + 1, 1)), np.array(rows), np.ones((n + 1, 1)))
         series, lost = simulate(
-            fit.model, target.stretch, target.stretch.channels, batch=batch, vehicles=vehicles, steps=target.steps,
-            filter=target.filter, initial=target.start,
+            fit.model, target.segment, target.segment.channels, batch=batch, vehicles=vehicles, steps=target.steps,
+            filter=target.filter, initial=target.initial_state,
         )  # fmt: skip
     except ValueError:
         return None

@@ -168,13 +168,13 @@ def find_run_dependence(
     if change is None:
         return None
     report(f"  {change.path} of its own on every run: nrmse {change.judged.nrmse:.4f}, p {change.p:.4f}")
-    if not is_significant_gain(judged, change.judged, measurement.campaign.material):
+    if not is_significant_gain(judged, change.judged, measurement.campaign.min_relative_gain):
         return None
     share, _ = judged.error_reduction(change.judged)
     at, wheelset = place_of(change.path, change.ratios, fit.model)
     adjusted = fit.model.value(change.path)
     most = max((r for r in change.runs if r.role == "validate"), key=lambda r: abs(r.value - adjusted))
-    s = np.concatenate([s.columns["s"][[0, -1]] for s in measurement.validation if s.run == most.run])[[0, -1]]
+    s = np.concatenate([s.columns["s"][[0, -1]] for s in measurement.validation if s.run_index == most.run])[[0, -1]]
     values, sd, unit = np.full(2, most.value), np.full(2, most.sd), fit.model.design.unit(change.path)
     return Discrepancy(at, wheelset, "s", s, values, sd, "m", unit, share, fit, judged, change=change)
 

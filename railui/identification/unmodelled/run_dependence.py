@@ -19,7 +19,7 @@ from railui.identification.estimation.block_products import block_gram
 from railui.identification.estimation.free_parameters import free_parameters
 from railui.identification.estimation.initial_state import estimate_phases
 from railui.identification.estimation.multiple_shooting import unstable_segments
-from railui.identification.estimation.output_error import STABLE, Fit, GaussNewton, variance_of
+from railui.identification.estimation.output_error import STABLE, Fit, GaussNewton, residual_variance
 from railui.identification.estimation.problem import FitSegment, prepare_segments
 from railui.identification.estimation.validation import Validation, validate_each
 from railui.identification.structure.candidates import Candidate
@@ -100,7 +100,7 @@ def test_run_dependence(
     others would take up, had they been adjusted to every run, is projected out. Raises ValueError where the vehicle
     diverges beside its own numbers.
     """
-    if fit.model.design.kind != "bogie" or any(t.stretch.whole is not None for t in fit.segments):
+    if fit.model.design.kind != "bogie" or any(t.segment.window_of is not None for t in fit.segments):
         return None
     own = _Own(fit, here, declared, jobs)
     seen = own.seen()
@@ -118,11 +118,11 @@ def test_run_dependence(
     known = dict(zip(fit.free.paths, fit.sd.tolist(), strict=True))
     adjusted = (fit.model.value(path), known.get(path, 0.0))
     rows = []
-    for run in dict.fromkeys(s.run for s in measurement.stretches):
-        same = [s for s in measurement.stretches if s.run == run]
+    for run in dict.fromkeys(s.run_index for s in measurement.segments):
+        same = [s for s in measurement.segments if s.run_index == run]
         speed = float(np.mean([s.mean_speed for s in same]))
         rows.append(RunEstimate(run, same[0].file, same[0].role, speed, *asked.get(run, adjusted)))
-    models = [fit.model.with_row(names, asked[s.run][0] * proportions) for s in measurement.validation]
+    models = [fit.model.with_row(names, asked[s.run_index][0] * proportions) for s in measurement.validation]
     judged = validate_each(list(zip(models, measurement.validation, strict=True)), measurement)
     return RunDependence(path, dict(ratios), tuple(rows), p, judged)
 
@@ -145,7 +145,7 @@ class _Own:
         """Inner products [block, 1 + path, 1 + path] of a stretch."""
         series, lost = self.adjuster.sensitivities(target, self.x)
         if np.any(lost >= 0):
-            raise ValueError(f"the vehicle diverges on {target.stretch.file}")
+            raise ValueError(f"the vehicle diverges on {target.segment.file}")
         return np.asarray(block_gram(series, self.adjuster.block_samples(target)).sum(axis=1))
 
     def seen(self) -> list[tuple[ScoreResult, Shift]]:
@@ -157,20 +157,20 @@ class _Own:
             if path in self.paths:
                 into[1 + self.paths.index(path), 1 + j] = 1.0
         inner = np.concatenate([fit.normal.gram.sum(axis=1), *(into.T @ g @ into for g in self.grams)])
-        samples = fit.normal.samples + sum(t.y.size for t in self.ready)
-        variance = variance_of(inner.sum(axis=0)[0, 0], samples)
+        samples = fit.normal.samples + sum(t.measured.size for t in self.ready)
+        variance = residual_variance(inner.sum(axis=0)[0, 0], samples)
         projector = Projector(inner, np.diag(variance / fit.free.prior_sd**2))
         shifts = [
             Shift(path, "", None, ratios=tuple(ratios.items()), run=run)
             for path, ratios in self._tried()
-            for run in dict.fromkeys(t.stretch.run for t in self.ready)
+            for run in dict.fromkeys(t.segment.run_index for t in self.ready)
         ]
         mix = np.array([self._direction(dict(s.ratios)) for s in shifts])
         cross = np.zeros((len(inner), len(shifts), 1 + count))
         norms = np.zeros((len(inner), len(shifts)))
         first = len(fit.normal.gram)
         for t, gram in zip(self.ready, self.grams, strict=True):
-            on = np.array([s.run == t.stretch.run for s in shifts])
+            on = np.array([s.run == t.segment.run_index for s in shifts])
             part = slice(first, first + len(gram))
             cross[part] = np.where(on[:, None], mix @ gram @ into, 0.0)
             norms[part] = np.where(on, np.einsum("lp,bpq,lq->bl", mix, gram, mix), 0.0)
@@ -194,9 +194,9 @@ class _Own:
         c = self._direction(ratios)
         j, out = self.paths.index(next(iter(ratios))), {}
         low, high = self.adjuster.free.low[j], self.adjuster.free.high[j]
-        for run in dict.fromkeys(t.stretch.run for t in self.ready):
-            own = [t for t in self.ready if t.stretch.run == run]
-            gram = np.concatenate([g for t, g in zip(self.ready, self.grams, strict=True) if t.stretch.run == run])
+        for run in dict.fromkeys(t.segment.run_index for t in self.ready):
+            own = [t for t in self.ready if t.segment.run_index == run]
+            gram = np.concatenate([g for t, g in zip(self.ready, self.grams, strict=True) if t.segment.run_index == run])
             score, norm = gram[:, 0] @ c, np.einsum("p,bpq,q->b", c, gram, c)
             change = score.sum() / norm.sum()
             sd = float(np.linalg.norm(score - change * norm) / norm.sum())
@@ -209,8 +209,8 @@ class _Own:
         x = np.clip(self.x + tried[:, None] * direction, self.adjuster.free.low, self.adjuster.free.high)
         left = np.zeros(len(tried))
         for t in own:
-            series, lost = self.adjuster.series(t, x)
-            left += np.where(lost < 0, np.sum((series - t.y) ** 2, axis=(1, 2)), np.inf)
+            series, lost = self.adjuster.simulate(t, x)
+            left += np.where(lost < 0, np.sum((series - t.measured) ** 2, axis=(1, 2)), np.inf)
         k = int(np.clip(np.argmin(left), 1, len(left) - 2))
         a, b, c = left[k - 1 : k + 2]
         bend = a - 2 * b + c

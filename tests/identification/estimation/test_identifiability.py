@@ -11,11 +11,11 @@ from railui.identification.estimation.identifiability import (
     DETERMINED,
     UNSEEN,
     analyse_identifiability,
-    per_stretch,
+    estimate_per_section,
     profile_likelihood,
 )
 from railui.identification.estimation.output_error import Fit, block_distances
-from railui.identification.estimation.parallel_models import correlations, two_parallel_models
+from railui.identification.estimation.parallel_models import residual_correlations, two_parallel_models
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.structure.candidates import Candidate, CandidateBatch
 from railui.identification.structure.drift import find_drifts, hat_functions
@@ -23,7 +23,7 @@ from railui.identification.structure.score_test import output_differences
 from railui.identification.unmodelled import locate
 from railui.identification.unmodelled.coefficients import PORTS, TERMS, _answers, coefficients
 from railui.identification.unmodelled.locate import CLEAR, find_variation_along_track, locate_discrepancy
-from tests.blind.made import fitted, made
+from tests.blind.made import calibrated, simulated_campaign
 
 CONICITY = "contact.leading.conicity"
 
@@ -39,22 +39,22 @@ def changed(fit: Fit, path: str, by: np.ndarray) -> Fit:
 
 
 def test_conicity_is_determined_and_the_contact_angle_is_not_seen():
-    words = {path: word for path, word, _, _ in analyse_identifiability(fitted()).words}
+    words = {path: word for path, word, _, _ in analyse_identifiability(calibrated()).classes}
     assert words[CONICITY] == DETERMINED
     assert words["vehicle.primary.lateral_stiffness"] == DETERMINED
     assert words["contact.leading.contact_angle"] == UNSEEN
 
 
 def test_directions_are_sorted_and_their_deviation_is_one_over_the_singular_value():
-    found = analyse_identifiability(fitted()).directions
-    assert len(found) == len(fitted().free.paths)
+    found = analyse_identifiability(calibrated()).directions
+    assert len(found) == len(calibrated().free.paths)
     values = [d.singular_value for d in found]
     assert values == sorted(values, reverse=True)
     assert all(d.sd == pytest.approx(1.0 / d.singular_value) for d in found)
 
 
 def test_the_profile_of_a_determined_number_is_its_parabola():
-    fit = fitted()
+    fit = calibrated()
     j = fit.free.paths.index(CONICITY)
     found = profile_likelihood(fit, CONICITY, jobs=2)
     by_hand = ((found.values - fit.x[j]) / fit.sd[j]) ** 2
@@ -66,7 +66,7 @@ def test_the_profile_of_a_determined_number_is_its_parabola():
 
 def test_a_freed_coefficient_answers_as_the_kernel_does():
     # the yaw equation's coefficient of psi_1 is a spring between wheelset 1 and the ground
-    fit = fitted()
+    fit = calibrated()
     answers = _answers(fit, fit.segments[0])
     row = PORTS.index(("wheelset_yaw", 1)) * len(TERMS) + TERMS.index("psi")
     candidate = Candidate("spring", "wheelset_yaw", 1, ({"stiffness": 1e3},))
@@ -75,11 +75,11 @@ def test_a_freed_coefficient_answers_as_the_kernel_does():
 
 
 def test_no_coefficient_contradicts_its_derivation_where_nothing_is_missing():
-    assert not [c for c in coefficients(fitted()) if c.contradicts and c.share > 0.01]
+    assert not [c for c in coefficients(calibrated()) if c.contradicts and c.share > 0.01]
 
 
 def test_a_forgotten_linkage_contradicts_the_yaw_equations():
-    best = coefficients(fitted("spring at=wheelset_yaw stiffness=8e6"))[0]
+    best = coefficients(calibrated("spring at=wheelset_yaw stiffness=8e6"))[0]
     assert best.contradicts
     assert best.share > 0.02
 
@@ -90,48 +90,48 @@ def test_hats_sum_to_one_everywhere():
 
 
 def test_parameters_do_not_change_along_the_track_where_they_are_constant():
-    fit = fitted()
+    fit = calibrated()
     assert len(block_distances(fit)) == len(fit.normal.gram)
     assert find_drifts(fit)[0].share < 0.02
-    found = per_stretch(fit, 300.0)
-    assert found.values.shape == (len(found.between), len(found.paths))
+    found = estimate_per_section(fit, 300.0)
+    assert found.values.shape == (len(found.sections), len(found.paths))
     j = found.paths.index(CONICITY)
     assert np.ptp(found.values[:, j]) < 0.2 * fit.x[j]
 
 
 def test_what_lies_on_the_last_edge_belongs_to_the_last_stretch():
-    fit = fitted()
+    fit = calibrated()
     s = block_distances(fit)
     length = (s.max() - s.min()) / 2  # the last block stands on an edge
     louder = fit.normal.gram.copy()
     louder[-1, :, 1:, 0] += louder[-1, :, 1:, 1:].sum(axis=-1)
     plain, other = (
-        per_stretch(replace(fit, normal=replace(fit.normal, gram=g)), length) for g in (fit.normal.gram, louder)
+        estimate_per_section(replace(fit, normal=replace(fit.normal, gram=g)), length) for g in (fit.normal.gram, louder)
     )
-    assert len(plain.between) == 2
+    assert len(plain.sections) == 2
     np.testing.assert_array_equal(plain.values[0], other.values[0])
     assert np.any(plain.values[1] != other.values[1])
 
 
 def test_stretches_too_short_to_estimate_on_are_refused_with_a_length_that_works():
-    fit = fitted()
+    fit = calibrated()
     with pytest.raises(ValueError, match=r"too short to estimate parameters on each, give at least \d+ m") as refused:
-        per_stretch(fit, 2.0)
+        estimate_per_section(fit, 2.0)
     enough = float(str(refused.value).split()[-2])
-    assert per_stretch(fit, enough).values.shape[1] == len(fit.free.paths)
+    assert estimate_per_section(fit, enough).values.shape[1] == len(fit.free.paths)
 
 
 def test_a_parameter_that_is_higher_on_one_stretch_is_so_there_alone():
-    fit = fitted()
+    fit = calibrated()
     s, j, by = block_distances(fit), fit.free.paths.index(CONICITY), 0.05 * fit.x[fit.free.paths.index(CONICITY)]
     middle = 0.5 * (s.min() + s.max())
     higher = changed(fit, CONICITY, np.where(s >= middle, by, 0.0))
-    first, last = (per_stretch(higher, middle - s.min()).values - per_stretch(fit, middle - s.min()).values)[:, j]
+    first, last = (estimate_per_section(higher, middle - s.min()).values - estimate_per_section(fit, middle - s.min()).values)[:, j]
     assert abs(first) < 1e-3 * by and last == pytest.approx(by, rel=0.1)
 
 
 def test_a_course_is_the_value_along_the_track_of_what_changes():
-    fit = fitted()
+    fit = calibrated()
     s, x = block_distances(fit), fit.x[fit.free.paths.index(CONICITY)]
     along = (s - s.min()) / np.ptp(s)
     found = find_drifts(changed(fit, CONICITY, 0.3 * x * along))[0]
@@ -141,36 +141,36 @@ def test_a_course_is_the_value_along_the_track_of_what_changes():
 
 
 def test_a_conicity_that_grows_along_the_track_is_seen_at_the_contact():
-    found = find_drifts(fitted("conicity_drift at=contact per_km=0.4"))[0]
+    found = find_drifts(calibrated("conicity_drift at=contact per_km=0.4"))[0]
     assert found.path.startswith("contact.")
     assert found.share > 0.1
 
 
 def test_a_change_along_the_track_is_kept_where_no_curve_can_be_drawn(monkeypatch: pytest.MonkeyPatch):
-    fit, one = fitted("conicity_drift at=contact per_km=0.4"), made("conicity_drift at=contact per_km=0.4")
-    along = find_variation_along_track(fit, one.measurement)
+    fit, one = calibrated("conicity_drift at=contact per_km=0.4"), simulated_campaign("conicity_drift at=contact per_km=0.4")
+    along = find_variation_along_track(fit, one.dataset)
     assert along is not None
     weak = replace(along, explained=0.9 * CLEAR)
     monkeypatch.setattr(locate, "spots", lambda fit: [])
-    assert locate_discrepancy(fit, one.measurement, one.declared, weak) is weak
+    assert locate_discrepancy(fit, one.dataset, one.nominal, weak) is weak
 
 
 def test_two_parallel_models_come_nearer_one_difference_at_a_time():
-    one, fit = made(), fitted()
-    ready = prepare_segments(one.declared, one.measurement, one.measurement.estimation)
+    one, fit = simulated_campaign(), calibrated()
+    ready = prepare_segments(one.nominal, one.dataset, one.dataset.estimation)
     paths = [p for p in fit.free.paths if "conicity" in p or ("creep" in p and "spin" not in p)]
-    found, rho = two_parallel_models(one.declared, one.measurement, paths, one.declared, ready, jobs=2)
-    begun, _ = two_parallel_models(found.model, one.measurement, paths, one.declared, ready, jobs=2)
+    found, rho = two_parallel_models(one.nominal, one.dataset, paths, one.nominal, ready, jobs=2)
+    begun, _ = two_parallel_models(found.model, one.dataset, paths, one.nominal, ready, jobs=2)
     assert begun.normal.rss == pytest.approx(found.normal.rss, rel=0.05)
     assert found.simulations > 2 * len(paths)
     assert rho.rho.shape == (len(paths), len(rho.channels))
-    assert np.abs(correlations(found).steps).max() < 1.0
+    assert np.abs(residual_correlations(found).steps).max() < 1.0
 
 
 def test_the_difference_of_two_models_asks_a_parameter_back_to_where_it_was():
-    fit = fitted()
+    fit = calibrated()
     j, off = fit.free.paths.index(CONICITY), fit.x.copy()
     off[j] *= 0.98
-    rho = correlations(replace(fit, x=off))
+    rho = residual_correlations(replace(fit, x=off))
     assert rho.steps[j] == pytest.approx(0.02 * fit.x[j], rel=0.25)
     assert rho.rho[j].max() > 0.05 and np.abs(rho.rho).max() <= 1.0

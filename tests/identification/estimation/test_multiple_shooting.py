@@ -9,7 +9,7 @@ import pytest
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
-from railui.identification.estimation.multiple_shooting import cut_into_windows, growth, windowed_files
+from railui.identification.estimation.multiple_shooting import cut_into_windows, max_growth_rate, windowed_files
 from railui.identification.estimation.problem import estimate_window_start, prepare_segments
 from railui.identification.estimation.validation import validate
 from railui.identification.loop import calibrate, close_loop
@@ -44,7 +44,7 @@ def test_windows_lie_side_by_side_on_the_track_of_the_whole(hunting: Dataset):
     assert np.array_equal(np.concatenate([w.columns["e1"] for w in cut]), whole.columns["e1"])
     behind = Model(hunting.campaign.design).half_wheelbase()
     table = whole.table(behind, 2)
-    assert np.array_equal(cut[5].table(behind, 2)[0], table[4 * cut[5].first])
+    assert np.array_equal(cut[5].table(behind, 2)[0], table[4 * cut[5].first_sample])
     assert cut[5].table(behind, 2).shape[0] == 4 * (cut[5].samples - 1) + 1
 
 
@@ -63,7 +63,7 @@ def test_where_flanges_are_declared_a_hunting_vehicle_is_adjusted(hunting: Datas
     declared = with_flanges(hunting)
     low = [f"contact.{w}.conicity" for w in ("leading", "trailing")]
     fit = calibrate(hunting, declared.with_row(low, np.array([0.2, 0.2])))
-    assert growth(fit.model, hunting.estimation[0]) > 0.0
+    assert max_growth_rate(fit.model, hunting.estimation[0]) > 0.0
     assert not fit.constrained and windowed_files(fit) == ["run_a.csv.gz"]
     found = dict(zip(fit.free.paths, fit.x, strict=True))
     assert found[low[1]] == pytest.approx(0.20, rel=0.10)
@@ -76,5 +76,5 @@ def test_where_flanges_are_declared_a_hunting_vehicle_is_adjusted(hunting: Datas
 def test_flanges_that_nobody_declared_are_found(hunting: Dataset):
     found = close_loop(hunting)
     assert "flange_contact" in [e.kind for e in found.after.model.effects]
-    assert found.before.constrained and found.hunting is not None
+    assert found.before.constrained and found.windowed is not None
     assert found.validations["after"].nrmse < 0.1 < 0.5 < found.validations["before"].nrmse

@@ -11,7 +11,7 @@ from railui.identification.structure.couplings import answered, find_couplings, 
 from railui.identification.structure.equivalent_inputs import DELAY, pulses
 from railui.identification.structure.score_test import output_differences
 from railui.track import input_table
-from tests.blind.made import fitted
+from tests.blind.made import calibrated
 
 K = 6e6  # N/m
 
@@ -20,7 +20,7 @@ K = 6e6  # N/m
     ("kind", "strength", "against"), [("spring", "stiffness", "z"), ("viscous_damper", "damping", "v")]
 )
 def test_a_place_coupled_with_itself_is_twice_a_negative_spring_or_damper(kind: str, strength: str, against: str):
-    fit, place = fitted(), ("primary_lateral", 1)
+    fit, place = calibrated(), ("primary_lateral", 1)
     bundle = CandidateBatch((Candidate(kind, *place, ({strength: K},)),), ((0, 0),))
     spring, fine = output_differences(fit, 0, bundle)
     coupled = answered(fit, fit.segments[0], [(((place, place),), against)])
@@ -31,9 +31,9 @@ def test_a_place_coupled_with_itself_is_twice_a_negative_spring_or_damper(kind: 
 
 @pytest.mark.parametrize("hertz", [3.0, 12.0])
 def test_a_sum_of_pulses_answers_as_the_vehicle_does_to_the_force_itself(hertz: float):
-    fit, port = fitted(), ("wheelset", 1)
+    fit, port = calibrated(), ("wheelset", 1)
     target, seconds = fit.segments[0], 5.0
-    stretch, channels = target.stretch, target.stretch.channels
+    stretch, channels = target.segment, target.segment.channels
     dt, v, n = stretch.dt, stretch.mean_speed, round(seconds / stretch.dt)
     pulse = pulses(fit, target, [port], seconds, np.ones(len(channels)))[port]
     t, fine = np.arange(n) * dt, np.arange(8 * n) * dt / 8
@@ -49,7 +49,7 @@ def test_a_sum_of_pulses_answers_as_the_vehicle_does_to_the_force_itself(hertz: 
 
 
 def test_a_slanting_arm_is_seen_where_it_is_and_explains_most():
-    best = find_couplings(fitted("lateral_yaw_coupling at=primary_lateral stiffness=4e6"))[0]
+    best = find_couplings(calibrated("lateral_yaw_coupling at=primary_lateral stiffness=4e6"))[0]
     assert best.text == "primary_lateral with primary_yaw on both wheelsets"
     assert (best.at, best.wheelset, best.against) == ("primary_lateral", None, "z")
     assert best.share > 0.5
@@ -57,13 +57,13 @@ def test_a_slanting_arm_is_seen_where_it_is_and_explains_most():
 
 @pytest.mark.slow
 def test_crossed_damping_is_seen_between_the_wheelsets():
-    best = find_couplings(fitted("crossed_damping at=wheelset damping=2e4"))[0]
+    best = find_couplings(calibrated("crossed_damping at=wheelset damping=2e4"))[0]
     assert best.text == "wheelset_yaw 1 with wheelset 2" and best.against == "v"
     assert best.share > 0.25
 
 
 def test_where_nothing_is_missing_no_coupling_explains_a_fiftieth():
-    assert find_couplings(fitted())[0].share < 0.02
+    assert find_couplings(calibrated())[0].share < 0.02
 
 
 def test_every_pair_is_tried_once():

@@ -15,7 +15,7 @@ from railui.identification.structure.evidence import ScoreResult, family_wise_te
 from railui.identification.structure.refit import select_candidates
 from railui.identification.structure.score_test import ScoreTestResult, score_test
 from railui.identification.structure.stepwise import OBVIOUS, STRUCTURED, has_structure
-from tests.blind.made import fitted, made
+from tests.blind.made import calibrated, simulated_campaign
 from tests.truth.campaign import noisy
 from tests.truth.effects import effect, sense
 
@@ -32,14 +32,14 @@ def traced(fit, measurement):
 
 
 def test_with_nothing_missing_no_candidate_explains_two_hundredths():
-    assert traced(fitted(), made().measurement).rho2 < 0.02
+    assert traced(calibrated(), simulated_campaign().dataset).rho2 < 0.02
 
 
 @pytest.mark.parametrize("kind", PLANTED)
 def test_a_planted_effect_is_first(kind: str):
     more = {} if kind == "free_play" else {"seconds": BRIEF}
-    one, fit = made(PLANTED[kind], **more), fitted(PLANTED[kind], **more)
-    seen = traced(fit, one.measurement)
+    one, fit = simulated_campaign(PLANTED[kind], **more), calibrated(PLANTED[kind], **more)
+    seen = traced(fit, one.dataset)
     first = seen.best[0].candidate
     assert (first.kind, first.at, first.wheelset) == (kind, one.truth.order.effects[0].at, None)
     assert seen.rho2 > 0.05
@@ -58,7 +58,7 @@ def yaw_damper(model, stretches) -> Candidate:
 
 def test_adjusting_takes_a_damper_of_a_wheelsets_yaw_for_creep():
     # M_psi = -2 b^2 N kappa_x (psi' / V + lambda e / (b r)): kappa_x + V c / (2 b^2 N), lambda kappa_x as it was
-    fit, stretches = fitted(), made().measurement.estimation
+    fit, stretches = calibrated(), simulated_campaign().dataset.estimation
     one = yaw_damper(fit.model, stretches)
     [seen] = score_test(fit, [one], jobs=2).results
     absorbed = dict(zip(fit.free.paths, seen.absorbed, strict=True))
@@ -73,9 +73,9 @@ def test_adjusting_takes_a_damper_of_a_wheelsets_yaw_for_creep():
 
 
 def test_what_a_varying_speed_alone_tells_from_creep_is_first_with_the_amount_that_was_planted():
-    one, fit = made(DAMPER, seconds=MINUTE), fitted(DAMPER, seconds=MINUTE)
-    first = truncate(fit.segments, one.measurement, 12.0)  # as good as one speed
-    seen = score_test(fit, list_candidates(fit.model, one.measurement.estimation), first=first, jobs=2)
+    one, fit = simulated_campaign(DAMPER, seconds=MINUTE), calibrated(DAMPER, seconds=MINUTE)
+    first = truncate(fit.segments, one.dataset, 12.0)  # as good as one speed
+    seen = score_test(fit, list_candidates(fit.model, one.dataset.estimation), first=first, jobs=2)
     best = seen.best[0]
     assert (best.candidate.kind, best.candidate.at, best.candidate.wheelset) == ("viscous_damper", "wheelset_yaw", 2)
     assert best.amount * best.candidate.shapes[best.shape]["damping"] == pytest.approx(2e5, rel=0.3)
@@ -84,15 +84,15 @@ def test_what_a_varying_speed_alone_tells_from_creep_is_first_with_the_amount_th
 
 
 def test_a_late_sensor_is_first():
-    one = made()
+    one = simulated_campaign()
     order, clean = one.truth.order, one.truth.clean["a"]
     late = sense(clean, clean["t"], [effect("sensor_delay", "ay1", delay=0.01)])
     columns = noisy(late, order, np.random.default_rng(8))
     stretch = replace(
-        one.measurement.estimation[0], columns={**one.measurement.estimation[0].columns, **columns}, tables={}
+        one.dataset.estimation[0], columns={**one.dataset.estimation[0].columns, **columns}, tables={}
     )
-    measurement = replace(one.measurement, stretches=(stretch, *one.measurement.validation))
-    fit = calibrate(measurement, one.declared, jobs=2)
+    measurement = replace(one.dataset, segments=(stretch, *one.dataset.validation))
+    fit = calibrate(measurement, one.nominal, jobs=2)
     first = traced(fit, measurement).best[0]
     assert (first.candidate.kind, first.candidate.at) == ("sensor_delay", "ay1")
     # the amount counts in the delay of the candidate's own shape
@@ -143,7 +143,7 @@ def test_without_sightings_nothing_is_significant():
 
 
 def library(**more) -> list[Candidate]:
-    return list_candidates(fitted().model, made().measurement.estimation, **more)
+    return list_candidates(calibrated().model, simulated_campaign().dataset.estimation, **more)
 
 
 def test_bundles_hold_every_shape_of_every_candidate_once():
@@ -196,30 +196,30 @@ def test_a_track_measured_under_load_bars_the_rails():
 
 
 def test_without_a_gauge_there_is_no_gauge_conicity():
-    stretch = made().measurement.estimation[0]
+    stretch = simulated_campaign().dataset.estimation[0]
     bare = replace(stretch, columns={k: x for k, x in stretch.columns.items() if k != "gauge"}, tables={})
-    kinds = {c.kind for c in list_candidates(fitted().model, [bare])}
+    kinds = {c.kind for c in list_candidates(calibrated().model, [bare])}
     assert {c.kind for c in library()} - kinds == {"gauge_conicity"}
 
 
 def test_where_the_coach_is_measured_nothing_else_acts():
-    stretch = made().measurement.estimation[0]
+    stretch = simulated_campaign().dataset.estimation[0]
     driven = replace(stretch, columns={**stretch.columns, "Qy": np.zeros(stretch.samples)}, tables={})
-    places = {c.at for c in list_candidates(fitted().model, [driven])}
+    places = {c.at for c in list_candidates(calibrated().model, [driven])}
     assert "secondary_lateral" not in places
     assert "secondary_yaw" in places
 
 
 def test_an_effect_of_the_model_is_no_candidate_again():
     one = next(c for c in library() if (c.kind, c.at, c.wheelset) == ("free_play", "primary_lateral", None))
-    model = fitted().model.with_effect(one.placed(one.shapes[3]))
-    assert one not in list_candidates(model, made().measurement.estimation)
+    model = calibrated().model.with_effect(one.placed(one.shapes[3]))
+    assert one not in list_candidates(model, simulated_campaign().dataset.estimation)
 
 
 def test_only_measured_channels_have_sensors_to_blame():
-    stretch = made().measurement.estimation[0]
+    stretch = simulated_campaign().dataset.estimation[0]
     fewer = replace(stretch, columns={k: x for k, x in stretch.columns.items() if k != "d1"}, tables={})
-    at = {c.at for c in list_candidates(fitted().model, [fewer]) if c.kind == "sensor_delay"}
+    at = {c.at for c in list_candidates(calibrated().model, [fewer]) if c.kind == "sensor_delay"}
     assert at == {"e1", "e2", "ay1", "ay2", "ayf", "rf", "d2"}
 
 

@@ -91,8 +91,8 @@ def case(name: str) -> Case:
     with tempfile.TemporaryDirectory() as folder:
         write(driven("unmeasured" in DRAWN[name].more)[name], Path(folder))
         measurement = read_dataset(load_campaign(folder))
-    judging = tuple(replace(s, role="validate") if s.run else s for s in measurement.stretches)
-    measurement = replace(measurement, stretches=judging)
+    judging = tuple(replace(s, role="validate") if s.run_index else s for s in measurement.segments)
+    measurement = replace(measurement, segments=judging)
     declared = Model(measurement.campaign.design)
     return Case(measurement, declared, calibrate(measurement, declared, jobs=2))
 
@@ -181,7 +181,7 @@ def test_what_differs_is_written_as_a_parameter_over_the_distance_of_the_run_tha
 ):
     one, report = closed
     outside = report["outside"]
-    (stretch,) = one.measurement.validation
+    (stretch,) = one.dataset.validation
     assert outside["against"] == "s" and outside["motion"] == stretch.columns["s"][[0, -1]].tolist()
     assert outside["force"] == 2 * [outside["runs"][1]["value"]] and outside["force_unit"] == "N*s/m"
     assert undocumented([report], rows_of("loop")) == []

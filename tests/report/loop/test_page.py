@@ -181,8 +181,8 @@ def test_a_curve_outside_the_catalogue_is_drawn_with_its_bars(found: LoopResult,
     told = Discrepancy(
         "primary_lateral", 2, "z", motion, force, np.full(5, 20.0), "m", "N", 0.9, fit, found.validations["after"]
     )
-    one = replace(found, after=fit, outside=told, verdict="outside")
-    (law,) = laws.law_figures(one, loop_report(one), figures.telling(found))
+    one = replace(found, after=fit, discrepancy=told, verdict="outside")
+    (law,) = laws.effect_figures(one, loop_report(one), figures.most_informative_window(found))
     assert law.title == "identified force curve: primary lateral, wheelset 2"
     assert [p.name for p in law.pictures] == ["outside-whole", "outside"]
     read = Reader(page(one, loop_report(one)))
@@ -194,7 +194,7 @@ def test_the_bench_returns_the_law_of_a_free_play() -> None:
     z = 1e-3 * np.sin(7.0 * t) * np.cos(1.3 * t)
     expected = k * np.sign(z) * np.maximum(np.abs(z) - h, 0.0)
     effect = PlacedEffect("free_play", "primary_lateral", None, {"half_width": h})
-    force, speed = driven.resisted(z, 0.005, 2900.0, [effect], k, 0.0)
+    force, speed = driven.restoring_force(z, 0.005, 2900.0, [effect], k, 0.0)
     assert np.abs(force - expected).max() < 1e-4 * np.abs(expected).max()
     assert np.abs(speed - np.gradient(z, 0.005))[1:-1].max() < 0.01 * np.abs(speed).max()
 
@@ -202,7 +202,7 @@ def test_the_bench_returns_the_law_of_a_free_play() -> None:
 def test_the_bench_returns_a_spring_and_a_damper() -> None:
     t = np.arange(1000) * 0.005
     z, v = 1e-3 * np.sin(9.0 * t), 9e-3 * np.cos(9.0 * t)
-    force, _ = driven.resisted(z, 0.005, 2900.0, [], 2e5, 3e4)
+    force, _ = driven.restoring_force(z, 0.005, 2900.0, [], 2e5, 3e4)
     assert np.abs(force - (2e5 * z + 3e4 * v)).max() < 1e-3 * np.abs(force).max()
 
 
@@ -219,7 +219,7 @@ def test_every_effect_of_the_catalogue_is_drawn(
     values = {p["key"]: default_at(p, at, model.design.values) or min(1e3, p["maximum"] or 1e3) for p in needed}
     placed = model.with_effect(PlacedEffect(record["kind"], at, None, values))
     one = replace(found, after=replace(found.before, model=placed))
-    (law,) = laws.law_figures(one, report, figures.telling(found))
+    (law,) = laws.effect_figures(one, report, figures.most_informative_window(found))
     assert record["title"] in law.title
     assert law.pictures or "constant" in law.note
 
