@@ -61,7 +61,7 @@ def test_noise_on_the_input_of_a_rig_raises_the_floor(tmp_path: Path):
     quiet = measured(tmp_path, seed=1)
     model = nominal_model(quiet)
     u = quiet.validation[0].columns["u"]
-    noisy = Dataset(quiet.campaign, quiet.runs, quiet.stretches, {**quiet.noise, "u": 0.1 * float(u.std())})
+    noisy = Dataset(quiet.campaign, quiet.runs, quiet.segments, {**quiet.noise, "u": 0.1 * float(u.std())})
     low, high = (estimate_noise_floor(model, m, m.validation, seeds=4, jobs=1) for m in (quiet, noisy))
     assert low.nrmse == pytest.approx(low.sensors_only)
     assert high.nrmse > 1.5 * high.sensors_only

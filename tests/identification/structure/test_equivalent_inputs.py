@@ -12,34 +12,34 @@ from railui.campaign.dataset import Dataset, Segment
 from railui.identification.loop import calibrate, close_loop
 from railui.identification.structure.equivalent_inputs import locate_forces
 from railui.report.loop.data import loop_report
-from tests.blind.made import Made, made
+from tests.blind.made import SimulatedCampaign, simulated_campaign
 
 PLAY = "free_play at=primary_lateral half_width=4e-4"
 CLOCK = ("t", "s", "v", "yw")
 
 
-def few(one: Made, responses: tuple[str, ...]) -> Dataset:
+def few(one: SimulatedCampaign, responses: tuple[str, ...]) -> Dataset:
     """The campaign as if nothing had been measured but the track and some responses."""
 
     def less(stretch: Segment) -> Segment:
         columns = {name: x for name, x in stretch.columns.items() if name in (*CLOCK, *responses)}
         return replace(stretch, columns=columns, tables={})
 
-    return replace(one.measurement, stretches=tuple(less(s) for s in one.measurement.stretches))
+    return replace(one.dataset, segments=tuple(less(s) for s in one.dataset.segments))
 
 
 @pytest.mark.parametrize(("responses", "most"), [(("ayf", "rf"), 1), (("ay1", "ayf", "rf"), 2)])
 def test_a_place_has_fewer_forces_than_there_are_channels(responses: tuple[str, ...], most: int):
-    one = made(PLAY)
+    one = simulated_campaign(PLAY)
     measurement = few(one, responses)
-    found = locate_forces(calibrate(measurement, one.declared, jobs=2), measurement)
+    found = locate_forces(calibrate(measurement, one.nominal, jobs=2), measurement)
     assert max(o.forces for o in found) == most
     assert all(math.isfinite(o.share) and o.share < 1.0 for o in found)
 
 
 def test_a_loop_on_one_response_comes_to_a_verdict():
     barred = [r["kind"] for r in core.catalogue() if r["kind"] not in ("quadratic_damper", "sensor_gain")]
-    measurement = few(made(PLAY), ("ayf",))
+    measurement = few(simulated_campaign(PLAY), ("ayf",))
     lines: list[str] = []
     report = loop_report(close_loop(measurement, without=barred, jobs=2, report=lines.append))
     assert any("single channel" in line for line in lines)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from railui.core import eigenvalues_of
-from railui.hunting.critical_speed import linear_many
+from railui.hunting.critical_speed import linear_stability_many
 from railui.hunting.summary import stability
 from railui.identification.estimation.free_parameters import free_parameters
 from railui.identification.estimation.multiple_shooting import unstable_segments
@@ -17,8 +17,8 @@ from railui.identification.estimation.output_error import GaussNewton
 from railui.identification.estimation.problem import prepare_segments
 from railui.vehicle.linear import eigenvalues
 from railui.vehicle.model import Model
-from railui.vehicle.resolve import model_of
-from tests.blind.made import made
+from railui.vehicle.resolve import resolve_model
+from tests.blind.made import simulated_campaign
 
 BOGIE = Path(__file__).parents[2] / "designs" / "check_bogie.yaml"
 MASS = "vehicle.frame.mass"
@@ -34,12 +34,12 @@ def weightless(model: Model) -> np.ndarray:
 
 @pytest.mark.parametrize("scaled", [False, True])
 def test_a_vehicle_without_eigenvalues_leaves_the_others_of_its_batch_theirs(scaled: bool):
-    model = model_of(BOGIE)
+    model = resolve_model(BOGIE)
     rows = weightless(model)
     found = eigenvalues(model, rows, np.array([40.0, 40.0])) if scaled else model.eigenvalues(40.0, rows)
     np.testing.assert_array_equal(found[0], model.eigenvalues(40.0)[0])
     assert np.isnan(found[1]).all()
-    assert model.growth(40.0) < 0 and model.growth(40.0, rows) == np.inf
+    assert model.growth_rate(40.0) < 0 and model.growth_rate(40.0, rows) == np.inf
 
 
 class Unended:
@@ -56,9 +56,9 @@ class Unended:
 
 
 def test_where_the_iteration_of_the_kernel_does_not_end_lapack_answers():
-    model = model_of(BOGIE)
+    model = resolve_model(BOGIE)
     vehicles = model.vehicles()
-    batch = dataclasses.replace(model.single(), speed_scale=np.array([2.0]))
+    batch = dataclasses.replace(model.single_batch(), speed_scale=np.array([2.0]))
     expected = vehicles.eigenvalues(batch, 20.0)
     vehicles._core, core = Unended(vehicles._core), vehicles._core  # type: ignore[assignment]
     try:
@@ -74,27 +74,27 @@ def test_eigenvalues_of_a_matrix_are_sorted_by_their_real_part():
 
 
 def test_a_trial_model_without_eigenvalues_is_not_allowed_in_a_fit():
-    one = made("free_play at=primary_lateral half_width=4e-4")
-    model, stretches = one.declared, one.measurement.estimation
-    ready = prepare_segments(model, one.measurement, stretches)
+    one = simulated_campaign("free_play at=primary_lateral half_width=4e-4")
+    model, stretches = one.nominal, one.dataset.estimation
+    ready = prepare_segments(model, one.dataset, stretches)
     free = free_parameters(model, [MASS], model)
     adjuster = GaussNewton(model, free, ready, block=1.0, stable=True, jobs=1)
     x = np.array([[model.value(MASS)], [NEXT_TO_NOTHING]])
-    costs = adjuster.residuals(x)
+    costs = adjuster.misfit(x)
     assert np.isfinite(costs[0]) and costs[1] == np.inf and adjuster.constrained
-    light = model.with_row([MASS], np.array([NEXT_TO_NOTHING]))
+    light = model.with_path_values([MASS], np.array([NEXT_TO_NOTHING]))
     assert unstable_segments(light, stretches, 0.0) == {(s.file, s.number) for s in stretches}
 
 
 def test_a_search_counts_a_vehicle_without_eigenvalues_as_unstable():
-    model = model_of(BOGIE)
-    found = linear_many(model, weightless(model), [20.0])
-    whole = linear_many(model, model.row[None], [20.0])
+    model = resolve_model(BOGIE)
+    found = linear_stability_many(model, weightless(model), [20.0])
+    whole = linear_stability_many(model, model.row[None], [20.0])
     assert found["linear_damping"][0] == whole["linear_damping"][0] and np.isnan(found["linear_damping"][1])
     assert found["linear_critical_speed"].tolist() == [whole["linear_critical_speed"][0], 0.0]
 
 
 def test_stability_of_a_vehicle_without_eigenvalues_is_refused():
-    model = model_of(BOGIE)
+    model = resolve_model(BOGIE)
     with pytest.raises(ValueError, match=r"state matrix of this vehicle is not finite.*masses"):
-        stability(model.with_row([MASS], np.array([NEXT_TO_NOTHING])), [10.0, 20.0])
+        stability(model.with_path_values([MASS], np.array([NEXT_TO_NOTHING])), [10.0, 20.0])
