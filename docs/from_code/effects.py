@@ -10,12 +10,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 from words import code, letters, plain, table
 
-from railui.cli.effects import REFERENCE, resolved
-from railui.core import catalogue
-from railui.io.number_format import display
-from railui.report.loop.driven import resisted
+from railui.cli.effects import REFERENCE_BOGIE, resolve_parameter
+from railui.core import effect_catalogue
+from railui.io.number_format import format_quantity
+from railui.report.loop.force_evaluation import restoring_force
 from railui.vehicle.design_reader import PlacedEffect
-from railui.vehicle.effect_records import site
+from railui.vehicle.effect_records import site_quantities
 
 SOURCES = Path(__file__).parents[2] / "rust_core" / "src" / "effects"
 LAW = re.compile(r"((?: *//[^/!].*\n)+)(?: *#\[[^\n]*\n)* *fn (?:force|forces|roll)\b")
@@ -50,8 +50,8 @@ def formula(kind: str) -> str:
 
 def page() -> str:
     """One section for each record, in the order of the kernel."""
-    drawn = {record["kind"] for record in catalogue() if _is_drawn(record)}
-    return INTRODUCTION + "".join(_section(record, record["kind"] in drawn) for record in catalogue())
+    drawn = {record["kind"] for record in effect_catalogue() if _is_drawn(record)}
+    return INTRODUCTION + "".join(_section(record, record["kind"] in drawn) for record in effect_catalogue())
 
 
 def _section(record: dict[str, Any], drawn: bool) -> str:
@@ -66,7 +66,7 @@ def _section(record: dict[str, Any], drawn: bool) -> str:
     parts = [
         f"\n## {kind}\n\n{plain(title[0].upper() + title[1:])}; {'; '.join(words)}.\n\n```\n{formula(kind)}\n```\n\n"
     ]
-    rows = [_parameter(resolved(p, places)) for p in record["parameters"]]
+    rows = [_parameter(resolve_parameter(p, places)) for p in record["parameters"]]
     parts.append(table(("key", "letter", "unit", "default", "range", "origin of the default"), rows))
     if drawn:
         parts.append(f"\n![force against motion of {kind}](laws/{kind}.svg)\n")
@@ -75,7 +75,7 @@ def _section(record: dict[str, Any], drawn: bool) -> str:
 
 def _parameter(p: dict[str, Any]) -> tuple[str, ...]:
     def told(value: float | None) -> str:
-        return "" if value is None else plain(display(value, p["unit"]))
+        return "" if value is None else plain(format_quantity(value, p["unit"]))
 
     ends = f"{told(p['minimum'])} to {told(p['maximum'])}" if p["minimum"] is not None else ""
     return code(p["key"]), letters(p["symbol"]), code(p["unit"]), told(p["default"]), ends, plain(p["origin"])
@@ -91,22 +91,22 @@ def _is_drawn(record: dict[str, Any]) -> bool:
 
 def pictures() -> Iterator[tuple[str, bytes]]:
     """Force against motion of every law at a suspension, as SVG."""
-    for record in catalogue():
+    for record in effect_catalogue():
         if _is_drawn(record):
             yield str(record["kind"]), _picture(record)
 
 
 def _picture(record: dict[str, Any]) -> bytes:
     at = "primary_lateral"
-    here = site(at, REFERENCE)
-    values = {p["key"]: resolved(p, [at])["default"] for p in record["parameters"]}
+    here = site_quantities(at, REFERENCE_BOGIE)
+    values = {p["key"]: resolve_parameter(p, [at])["default"] for p in record["parameters"]}
     mass, k = here["m"], here["k"]
     effect = PlacedEffect(record["kind"], "rig", None, {key: x for key, x in values.items() if x is not None})
     t = np.linspace(0.0, 2.0 / FREQUENCY, 2000)
     figure, ax = plt.subplots(figsize=(4.6, 3.0), constrained_layout=True)
     for amplitude, shade in zip(AMPLITUDES, ("#9ecae1", "#4292c6", "#08519c"), strict=True):
         z = amplitude * np.sin(2 * np.pi * FREQUENCY * t)
-        force, _ = resisted(z, t[1], mass, [effect], k, 0.0)
+        force, _ = restoring_force(z, t[1], mass, [effect], k, 0.0)
         last = t >= 1.0 / FREQUENCY
         ax.plot(1e3 * z[last], 1e-3 * force[last], color=shade, lw=1.5)
     ax.plot(

@@ -7,15 +7,15 @@ from typing import Any
 from words import code, letters, plain, table
 
 from railui.capture.processing.map_schema import QUANTITIES, MapModel
-from railui.documents.schema import schema
-from railui.io.number_format import display
+from railui.documents.schema import json_schema
+from railui.io.number_format import format_quantity
 from railui.optimisation.response_keys import RESULTS
-from railui.runs.columns import COLUMNS, COMPARED, RIG_COLUMNS
+from railui.runs.columns import COLUMNS, COMPARED_CHANNELS, RIG_COLUMNS
 from railui.track.spectra import SPECTRA
 from railui.vehicle.contact_profiles import ProfilesModel
-from railui.vehicle.element_kinds import BODY, KINDS, PLACED, numbers_of
-from railui.vehicle.multibody_reader import words_of
-from railui.vehicle.parameters import BEYOND, BY_USE, CONTACT, DEFAULT_ADJUST, RIDING, RIG, SETTINGS, VEHICLE, Parameter
+from railui.vehicle.element_kinds import BODY, ELEMENT_KINDS, POSITION, parameters_of_kind
+from railui.vehicle.multibody_reader import word_keys
+from railui.vehicle.parameters import MAX_PLAUSIBLE, DEFAULTS_BY_USE, CONTACT, DEFAULT_ESTIMATED, RIDING, RIG, SETTINGS, VEHICLE, Parameter
 
 NUMBERS = ("key", "letter", "unit", "default", "allowed", "usual", "meaning")
 KEYS = ("key", "kind", "default", "meaning")
@@ -42,19 +42,19 @@ def _numbers(parameters: tuple[Parameter, ...]) -> str:
 
 
 def _number(p: Parameter) -> tuple[str, ...]:
-    low, high = p.minimum, p.maximum if p.maximum < BEYOND else math.inf
-    allowed = f"{'above' if p.above else 'from'} {_told(low, p.unit)}" if math.isfinite(low) else ""
+    low, high = p.minimum, p.maximum if p.maximum < MAX_PLAUSIBLE else math.inf
+    allowed = f"{'above' if p.exclusive_minimum else 'from'} {_told(low, p.unit)}" if math.isfinite(low) else ""
     allowed += f" to {_told(high, p.unit)}" if math.isfinite(high) else ""
-    first, last = p.usual
+    first, last = p.usual_range
     usual = f"{_told(first, p.unit)} to {_told(last, p.unit)}" if math.isfinite(first) and math.isfinite(last) else ""
     default = "may be left out" if p.optional else "required" if p.default is None else _told(p.default, p.unit)
     meaning = p.caption + (f" ({p.origin})" if p.origin else "")
-    meaning += f"; prior {_told(p.prior, p.unit)}" if p.prior else ""
+    meaning += f"; prior {_told(p.prior_sd, p.unit)}" if p.prior_sd else ""
     return code(p.path), letters(p.symbol), code(p.unit), default, allowed, usual, plain(meaning)
 
 
 def _told(value: float, unit: str) -> str:
-    return plain(display(value, unit))
+    return plain(format_quantity(value, unit))
 
 
 def _design() -> Iterator[str]:
@@ -69,19 +69,19 @@ def _design() -> Iterator[str]:
     yield "\n### Riding\n\n"
     yield _numbers(RIDING)
     yield f"\n`riding.use`: {_choices('riding.use')}. What is left out follows from it:\n\n"
-    rows = [(code(use), display(of["riding.journey"], "s"), of["riding.comfort_weight"]) for use, of in BY_USE.items()]
+    rows = [(code(use), format_quantity(of["riding.journey"], "s"), of["riding.comfort_weight"]) for use, of in DEFAULTS_BY_USE.items()]
     yield table(("use", "journey", "comfort weight"), rows)
     yield "\n### Effects\n\nA list; every kind with its keys stands in the [catalogue](effects.md).\n"
     yield "\n### Adjustment\n\nWhat `railui loop` and `railui adjust` leave behind: `adjustment: {campaign, sha256, names, "
     yield "covariance}`, the paths that were adjusted and the covariance of their values in SI.\n"
     yield "\n### Bodies and elements\n\n`vehicle.bodies`, `vehicle.elements` and `vehicle.floor` are maps of names; an element has a "
-    yield f"`kind`, one of {', '.join(map(code, KINDS))}. Keys are relative to `vehicle.bodies.NAME` and `vehicle.elements.NAME`.\n"
+    yield f"`kind`, one of {', '.join(map(code, ELEMENT_KINDS))}. Keys are relative to `vehicle.bodies.NAME` and `vehicle.elements.NAME`.\n"
     yield f"\n**body**\n\n{_numbers(BODY)}"
-    for kind in KINDS:
-        words = words_of(kind)
+    for kind in ELEMENT_KINDS:
+        words = word_keys(kind)
         told = f" Words: {', '.join(map(code, words))}." if words else ""
-        yield f"\n**{kind}**.{told}\n\n{_numbers(numbers_of(kind))}"
-    yield f"\n**floor** (`vehicle.floor.NAME`): a point where comfort is felt. Words: `body`.\n\n{_numbers(PLACED)}"
+        yield f"\n**{kind}**.{told}\n\n{_numbers(parameters_of_kind(kind))}"
+    yield f"\n**floor** (`vehicle.floor.NAME`): a point where comfort is felt. Words: `body`.\n\n{_numbers(POSITION)}"
     yield f"\n### Rig\n\nm z'' + c z' + k z + effects = gain u(t).\n\n{_numbers(RIG)}"
     yield f"\n`vehicle.rig.input`: {_choices('vehicle.rig.input')}. All numbers are in the run's own units.\n"
 
@@ -97,19 +97,19 @@ def _runs() -> Iterator[str]:
     yield "out of order, repeated time stamps and uneven intervals are errors with their line; so are speeds above 120 m/s and lateral "
     yield "motions of more than 0.2 m rms, which are km/h and mm by another name.\n\n"
     yield table(("column", "unit", "part", "meaning", "in nrmse"), [
-        (code(c.name), code(c.unit), c.part, plain(c.caption), "yes" if c.name in COMPARED else "") for c in COLUMNS.values()
+        (code(c.name), code(c.unit), c.role, plain(c.caption), "yes" if c.name in COMPARED_CHANNELS else "") for c in COLUMNS.values()
     ])  # fmt: skip
     yield "\nOf a rig, in any unit, which is kept as a label:\n\n"
     yield table(("column", "unit", "part", "meaning"),
-                [(code(c.name), code(c.unit) or "any", c.part, plain(c.caption)) for c in RIG_COLUMNS.values()])  # fmt: skip
+                [(code(c.name), code(c.unit) or "any", c.role, plain(c.caption)) for c in RIG_COLUMNS.values()])  # fmt: skip
 
 
 def _campaign() -> Iterator[str]:
     yield "\n## Campaign\n\n`campaign.yaml` beside its runs. `sensors` takes the sensor effects of the [catalogue](effects.md).\n\n"
-    keys = _keys(schema("campaign"))
+    keys = _keys(json_schema("campaign"))
     yield table(KEYS, [row for row in keys if not row[0].startswith("`settings.")])
     yield "\n`settings` takes the [thresholds of the loop](settings.md) by name.\n"
-    for form, paths in DEFAULT_ADJUST.items():
+    for form, paths in DEFAULT_ESTIMATED.items():
         yield f"\n`adjust` of a {form} by default: {', '.join(map(code, paths))}.\n"
 
 
@@ -124,7 +124,7 @@ def _track() -> Iterator[str]:
 def _study() -> Iterator[str]:
     yield "\n## Study\n\nCases are track x speed x seed x scenario (x draw from the covariance of the adjustment), aggregated over "
     yield "`mean`, `worst` or `p95`.\n\n"
-    yield table(KEYS, _keys(schema("study")))
+    yield table(KEYS, _keys(json_schema("study")))
 
 
 def _map() -> Iterator[str]:

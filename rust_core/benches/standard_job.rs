@@ -54,7 +54,7 @@ fn bogies(reduced: bool) -> Vec<f64> {
         .collect()
 }
 
-/// What a ride of the standard job is made of.
+/// Channels, effects and table of a ride of the standard job.
 struct Job {
     reduced: bool,
     effects: &'static [(Law, &'static str, &'static [f64])],
@@ -139,7 +139,7 @@ fn ride(bencher: Bencher<'_, '_>, name: &str) {
         .bench(|| pool.install(|| score(&vehicles.vehicles(), &inputs, &statistics_request, &cancel)).expect("a ride"));
 }
 
-/// The rates of all designs at one moment, group and coefficients made anew: what one look from outside costs.
+/// The rates of all designs at one moment, with group and coefficients built anew: the cost of a single evaluation.
 #[divan::bench]
 fn rates_once(bencher: Bencher<'_, '_>) {
     let vehicles = Vehicles::new(&job("full"));
@@ -148,7 +148,7 @@ fn rates_once(bencher: Bencher<'_, '_>) {
     bencher.counter(ItemsCount::new(DESIGNS)).bench(|| rates(&vehicles.vehicles(), &row, &states).expect("rates"));
 }
 
-/// Channels of a comparison: forwards and backwards through four sections, every fourth sample kept.
+/// Channels of a comparison: forwards and backwards through four sections, every fourth sample used.
 #[divan::bench]
 fn filter(bencher: Bencher<'_, '_>) {
     let series: Vec<Lanes> = (0..SAMPLES).map(|i| Lanes::from_fn(|l| (0.01 * (i * (l + 1)) as f64).sin())).collect();

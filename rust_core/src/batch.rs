@@ -174,7 +174,7 @@ impl Job for Rates<'_> {
     }
 }
 
-/// Every vehicle standing in its curve at `initial`: forces [vehicle][dof and own state], what is told of wheelsets.
+/// Equilibrium forces of every vehicle in its curve at `initial`: [vehicle][dof and own state], and wheelset results.
 pub fn statics(vehicles: &VehicleBatch<'_>, offsets: &[f64], curvature: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
     let (mut forces, mut results) = (Vec::new(), Vec::new());
     for some in vehicles.lane_groups() {
@@ -206,11 +206,11 @@ pub struct Scores {
     pub diverged: Vec<Option<usize>>,
 }
 
-/// What is summed along the ride.
+/// Request for the statistics of a ride.
 pub struct StatisticsRequest<'a> {
     /// e_1, e_2, ..., then accelerations.
     pub channels: Vec<String>,
-    /// How many of them are displacements.
+    /// Number of channels that are displacements.
     pub wheelsets: usize,
     /// Per vehicle [m].
     pub clearance: &'a [f64],

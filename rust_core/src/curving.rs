@@ -1,28 +1,28 @@
-//! A vehicle that stands in a curve: forces on its bodies with accelerations and rates zero.
+//! Quasi-static equilibrium of a vehicle in a curve: forces on its bodies with accelerations and rates zero.
 use crate::simd::{Job, LANES, Lanes, Part};
 use crate::vehicle::group::Group;
 
-/// Where sixteen vehicles stand, in co-ordinates fixed to the track.
+/// States of sixteen vehicles in a curve, in coordinates fixed to the track.
 pub struct Equilibrium<'a> {
-    /// Per state; velocities are not looked at.
+    /// Per state; velocities are not used.
     pub states: &'a [Lanes],
-    /// What a body's motion gains for the suspension: the curve under it against the middle of the vehicle.
+    /// Increment of a body's motion for the suspension: the curve under it against the middle of the vehicle.
     pub offsets: &'a [Lanes],
     /// 1/R, the centre at +y.
     pub curvature: Lanes,
 }
 
-/// Numbers told of a wheelset: e, psi, Q_y, longitudinal creepage of wheel 2 (that of wheel 1 is opposite),
+/// Results of a wheelset: e, psi, Q_y, longitudinal creepage of wheel 2 (that of wheel 1 is opposite),
 /// T_x1, T_x2, T_y1, T_y2.
 pub const WHEELSET_RESULTS: usize = 8;
 
-/// Forces on the degrees of freedom, then what drives the own states of rails and effects; and what is told of the wheelsets.
+/// Forces on the degrees of freedom, then the rates of own states of rails and effects; and the results of the wheelsets.
 pub struct Forces {
     pub residual: Vec<Lanes>,
     pub wheelsets: Vec<[Lanes; WHEELSET_RESULTS]>,
 }
 
-/// Source: docs/theory.md, quasi-static curve: the suspension sees the offsets, the contact b/R and 1/R in its creepages.
+/// Source: docs/theory.md, quasi-static curve: offsets act on the suspension, b/R and 1/R on the creepages.
 pub struct EquilibriumForces<'a> {
     pub group: &'a Group,
     pub stand: &'a Equilibrium<'a>,

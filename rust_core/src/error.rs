@@ -1,4 +1,4 @@
-//! What can go wrong, with numbers.
+//! Errors of the kernel, with their numbers.
 use thiserror::Error;
 
 #[derive(Debug, Error)]
@@ -35,10 +35,10 @@ pub enum Error {
     Interrupted,
 }
 
-/// What the kernel makes, or what is wrong with what it was given.
+/// Result of the kernel, or its error.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// A count as one says it: whole, or by its power of ten where nobody counts so far.
+/// A count as text: in full, or by its power of ten where it is large.
 fn count(n: f64) -> String {
     if n < 1e6 { format!("{n:.0}") } else { format!("{n:.0e}") }
 }

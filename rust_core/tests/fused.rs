@@ -14,7 +14,7 @@ use std::sync::atomic::AtomicBool;
 
 const SAMPLES: usize = 1500;
 
-/// How far the wheelsets of a bogie and of a coach run behind the first [m].
+/// Distances of the wheelsets of a bogie and of a coach behind the first [m].
 const BOGIE: [f64; 2] = [0.0, 2.56];
 const COACH: [f64; 4] = [0.0, 2.56, 19.0, 21.56];
 
@@ -43,7 +43,7 @@ fn bogie(lane: usize, reduced: bool) -> Vec<f64> {
     p.iter().enumerate().map(|(i, x)| x * (1.0 + 0.1 * ((lane * 31 + i * 17) as f64).sin())).collect()
 }
 
-/// How much of every effect acts, lane by lane: the whole, or none to the whole where lanes differ.
+/// Amounts of every effect, lane by lane: 1, or from 0 to 1 where lanes differ.
 fn amounts(effects: usize, scale: f64) -> Vec<Vec<f64>> {
     let amount = |lane: usize| if scale == 0.0 { 1.0 } else { lane as f64 / (LANES - 1) as f64 };
     (0..LANES).map(|lane| vec![amount(lane); effects]).collect()
@@ -143,7 +143,7 @@ fn built(lane: usize) -> (Layout, Vec<f64>) {
     };
     body("body", 0, [16e3, 5e5, 28e3, 0.1, 1.8], None);
     body("frame", 0, [2615.0, 3067.0, 1722.0, 0.05, 0.6], None);
-    // the numbers of both wheelsets are the same ones: theirs stand at the end
+    // both wheelsets have the same numbers: those at the end
     let at = |k: usize| -> Number { vec![(1.0, 100 + k)] };
     let wheels = || Wheels {
         spin_inertia: at(0),
@@ -183,7 +183,7 @@ fn built(lane: usize) -> (Layout, Vec<f64>) {
 }
 
 /// A body on two bogies with anti-roll bars, dampers and stops; lanes differ by 10 %, the second secondary spring from the
-/// first by `unlike`, and the primary suspension damps laterally where told to.
+/// first by `unlike`, and the primary suspension damps laterally if asked.
 fn carried(lane: usize, unlike: f64, damped: bool) -> (Layout, Vec<f64>) {
     let mut numbers = Vec::new();
     let mut next = |x: f64| -> Number {

@@ -25,7 +25,7 @@ fn files_of(folder: &Path, name: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Check that no module of a list uses one that stands below it; `prefix` is the path of the list, as `crate::rate`.
+/// Check that no module of a list uses one below it; `prefix` is the path of the list, as `crate::rate`.
 fn check_order(folder: &Path, list: &str, prefix: &str) {
     let order = declared(&folder.join(list));
     for (position, name) in order.iter().enumerate() {

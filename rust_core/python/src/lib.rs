@@ -25,7 +25,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, mpsc};
 use std::time::Duration;
 
-/// What the kernel refuses, as Python's exception.
+/// Error of the kernel as an exception of Python.
 fn to_py_error(error: Error) -> PyErr {
     match error {
         Error::Interrupted => PyKeyboardInterrupt::new_err("interrupted"),
@@ -33,9 +33,9 @@ fn to_py_error(error: Error) -> PyErr {
     }
 }
 
-/// Use so many threads that nobody else uses meanwhile: callers side by side do not wait for each other.
+/// Take a pool of threads that no other caller uses meanwhile: callers do not wait for each other.
 ///
-/// More threads than any machine has cores help nobody, and a hundred thousand of them would stop it.
+/// Limit of threads, above the cores of any machine: a hundred thousand would stop it.
 fn with_threads<T>(jobs: usize, using: impl FnOnce(&ThreadPool) -> T) -> T {
     const MOST: usize = 1024;
     let jobs = jobs.min(MOST);
@@ -49,7 +49,7 @@ fn with_threads<T>(jobs: usize, using: impl FnOnce(&ThreadPool) -> T) -> T {
     out
 }
 
-/// Work without the interpreter's lock; every 50 ms a look at its signals, so that ctrl-c stops it.
+/// Work without the interpreter's lock; check its signals every 50 ms, so that ctrl-c interrupts.
 fn without_gil<T: Send>(
     py: Python<'_>,
     jobs: usize,
@@ -276,7 +276,7 @@ fn filter(parts: FilterParts<'_>) -> PyResult<Filter> {
     })
 }
 
-/// What is summed along the rides of so many vehicles.
+/// Request for the statistics of the rides of so many vehicles.
 fn statistics_request<'a>(
     count: usize,
     channels: Vec<String>,
@@ -310,7 +310,7 @@ impl Vehicle {
 
 #[pymethods]
 impl Vehicle {
-    /// placed: (kind, place, number of the place or 0, count of numbers, what a curve stands against); layout: in the place
+    /// placed: (kind, location, number of the location or 0, count of numbers, abscissa of a curve); layout: in the place
     /// of the kind
     #[new]
     #[pyo3(signature = (kind, placed, measured, layout=None, rig_input=None))]
@@ -474,8 +474,8 @@ impl Vehicle {
         Ok(vehicle.ports.iter().map(|p| ((p.at.to_string(), p.wheelset), (p.site.stiffness, p.site.damping))).collect())
     }
 
-    /// Vehicles that stand in a curve at the states of `batch.initial`: (forces on the degrees of freedom and rates of
-    /// the effects' own states, what is told of the wheelsets).
+    /// Equilibrium of vehicles in a curve at the states of `batch.initial`: (forces on the degrees of freedom and rates of
+    /// the effects' own states, results of the wheelsets).
     #[allow(clippy::type_complexity)]
     fn statics<'py>(
         &self,
@@ -497,7 +497,7 @@ impl Vehicle {
         Ok(vehicle.dofs.iter().map(|name| name.to_string()).zip(vehicle.mass.iter().copied()).collect())
     }
 
-    /// How many states the vehicle has, those of its effects last.
+    /// Number of states of the vehicle, those of its effects last.
     fn states(&self, batch: Batch<'_>) -> PyResult<usize> {
         let rows = batch.rows()?;
         Ok(self.structure.group(&[rows.of(&self.structure).single(0)], &[]).map_err(to_py_error)?.states)

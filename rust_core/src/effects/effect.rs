@@ -1,4 +1,4 @@
-//! What an effect is: a physical law that the linear model lacks, at a place, with an amount.
+//! Effects: physical laws that the linear model lacks, at a location, with an amount.
 use crate::simd::{Lanes, Part};
 
 /// One parameter of a law. `default`, `minimum` and `maximum` are multiples of `times`: a product of
@@ -18,7 +18,7 @@ pub struct Param {
     pub role: Role,
 }
 
-/// How the search for what is missing treats a parameter.
+/// Treatment of a parameter in the search for an unmodelled effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// The force is proportional to it; of a law with memory that of fast (Maxwell) or of large motion (Bouc-Wen) alone.
@@ -31,7 +31,7 @@ pub enum Role {
     Run,
 }
 
-/// What of the linear model the law replaces.
+/// Part of the linear model that the law replaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Supersedes {
     Nothing,
@@ -53,7 +53,7 @@ impl Supersedes {
     }
 }
 
-/// What the law acts on.
+/// Quantity that the law acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Force,
@@ -81,14 +81,14 @@ pub struct Record {
     /// Over a closed cycle it takes energy out, or none. Not so the laws of the rolling radii: by these hunting lives on
     /// the speed of the train.
     pub dissipates: bool,
-    /// Does the trace look for it?
+    /// True if the score test includes it.
     pub candidate: bool,
     /// Starting shapes of a search: per parameter a multiple of its own unit made of the actual rms motion at
-    /// the place (z, v), the force k z, and k, c; 0 stands for the parameter's default.
+    /// the location (z, v), the force k z, and k, c; 0 means the parameter's default.
     pub shapes: &'static [&'static [f64]],
 }
 
-/// What the vehicle is like where the effect stands.
+/// Properties of the vehicle at the location of the effect.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Site {
     /// The linear spring and damper there, per unit of z and v.
@@ -103,7 +103,7 @@ pub struct Site {
     /// kappa_x N, kappa_y N [N] and 2 N epsilon/b [N/m].
     pub creep_slopes: [f64; 2],
     pub gravitational: f64,
-    /// How far the wheelset runs behind the first [m].
+    /// Distance of the wheelset behind the first [m].
     pub behind: f64,
 }
 
@@ -126,7 +126,7 @@ pub struct Slopes {
 pub trait Effect {
     const RECORD: Record;
 
-    /// Do as many numbers as these describe it? Curves tell their own count.
+    /// True if this many numbers describe it. Curves have their own count.
     fn counts(p: &[f64]) -> bool {
         p.len() == Self::RECORD.params.len()
     }
@@ -139,7 +139,7 @@ pub trait Effect {
         Slopes::default()
     }
 
-    /// Largest magnitude of the own state, where it has one: it is held there at the end of every step.
+    /// Largest magnitude of the own state, where it has one: it is clamped to it at the end of every step.
     fn largest(_p: &[f64]) -> Option<f64> {
         None
     }
@@ -161,13 +161,13 @@ impl Numbers<'_> {
 
 /// F(z, v, x) beyond the superseded linear term, and x' of an own state; s is the distance run.
 pub trait Force: Effect {
-    /// Does the law look at the speed v?
+    /// True if the law depends on the speed v.
     const SPEED: bool = true;
 
     fn force<P: Part>(p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P;
 }
 
-/// How one wheel creeps: the forces of the linear law, the part of t_y that is spin, the speed of the wheelset.
+/// Creep of one wheel: forces of the linear law, part of t_y that is spin, speed of the wheelset.
 #[derive(Clone, Copy)]
 pub struct Creeping<P> {
     pub tx: P,

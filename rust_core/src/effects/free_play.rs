@@ -28,7 +28,7 @@ impl Effect for FreePlay {
         shapes: &[&[0.08], &[0.15], &[0.25], &[0.4], &[0.6], &[0.85], &[1.2], &[1.7], &[2.4], &[3.3]],
     };
 
-    // the declared spring stands in K: the effect takes it back inside the clearance
+    // K contains the nominal spring: the effect removes it inside the clearance
     fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
         vec![site.stiffness, p[0]]
     }

@@ -1,4 +1,4 @@
-//! What must hold of every effect, tested over the list.
+//! Properties of every effect, tested over the catalogue.
 use super::effect::*;
 use super::*;
 use crate::numeric::profile_table::{ShapeLanes, steepest_angle};

@@ -4,10 +4,10 @@ use super::effect::*;
 use crate::simd::Part;
 use std::marker::PhantomData;
 
-/// F = f(z), f(v) or f(s): linear between the points of the curve, held beyond its ends
+/// F = f(z), f(v) or f(s): linear between the points of the curve, constant beyond its ends
 pub struct CurveOf<X>(PhantomData<X>);
 
-/// The laws of the catalogue's entry; by default the curve stands against z.
+/// Laws of the catalogue's entry; by default the curve is a function of z.
 pub type MeasuredForce = CurveOf<Displacement>;
 pub type MeasuredForceOfSpeed = CurveOf<Speed>;
 pub type MeasuredForceOfDistance = CurveOf<Distance>;
@@ -19,7 +19,7 @@ pub trait Abscissa {
 
     fn of<P: Part>(z: P, v: P, s: f64) -> P;
 
-    /// What the steepest slope of the curve is to the step size.
+    /// Largest slope of the curve, for the step size.
     fn slopes(steepest: f64) -> Slopes;
 }
 

@@ -21,7 +21,7 @@ macro_rules! catalogue {
         pub const CATALOGUE: &[Law] = &[$(Law::$force,)* $(Law::$creep,)* $(Law::$roll,)* $(Law::$other,)*];
 
         impl Law {
-            /// How the law describes itself.
+            /// Record of the law.
             pub fn record(self) -> &'static Record {
                 match self {
                     $(Law::$force => &<$f::$force as Effect>::RECORD, $(Law::$choice => &<$f::$choice as Effect>::RECORD,)*)*
@@ -61,7 +61,7 @@ macro_rules! catalogue {
                 }
             }
 
-            /// What the magnitude of its own state is held at, where it is.
+            /// Limit of the magnitude of its own state, where there is one.
             pub fn largest(self, p: &[f64]) -> Option<f64> {
                 match self {
                     $(Law::$force => <$f::$force as Effect>::largest(p), $(Law::$choice => <$f::$choice as Effect>::largest(p),)*)*
@@ -78,7 +78,7 @@ macro_rules! catalogue {
                 }
             }
 
-            /// Does the law look at the speed?
+            /// True if the law depends on the speed.
             pub fn looks_at_speed(self) -> bool {
                 match self {
                     $(Law::$force => <$f::$force as Force>::SPEED, $(Law::$choice => <$f::$choice as Force>::SPEED,)*)*
@@ -95,7 +95,7 @@ macro_rules! catalogue {
                 }
             }
 
-            /// What a law of the rolling radii adds to their difference.
+            /// Contribution of a law of the rolling radii to their difference.
             #[inline(always)]
             pub fn roll<P: Part>(self, p: Numbers<'_>, alpha: P, gauge: P, s: f64, to: &mut RollingRadius<P>) {
                 match self {
@@ -164,7 +164,7 @@ impl Law {
         CATALOGUE.iter().copied().find(|law| law.record().key == key)
     }
 
-    /// The same law with its curve against z, v or s; laws without such a curve stand against nothing.
+    /// The same law with its curve over z, v or s; None for laws without such a curve.
     pub fn against(self, word: &str) -> Result<Law, Error> {
         match (self, word) {
             (Law::MeasuredForce, "z") => Ok(Law::MeasuredForce),

@@ -63,7 +63,7 @@ impl Effect for Polach {
         states: 0,
         odd: true,
         dissipates: true,
-        // a saturation like creep_saturation, within 10 % of it: measured motions cannot tell them apart
+        // a saturation like creep_saturation, within 10 % of it: measured motions cannot separate them
         candidate: false,
         shapes: &[],
     };

@@ -1,4 +1,4 @@
-//! A curve through points: linear between them, held beyond its ends.
+//! A curve through points: linear between them, constant beyond its ends.
 use super::effect::Numbers;
 use crate::simd::Part;
 

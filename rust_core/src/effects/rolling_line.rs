@@ -1,4 +1,4 @@
-//! Rolling line that wanders: rails worn or laid to one side over a stretch of the track.
+//! Varying running line: rails worn or laid to one side over a section of the track.
 use super::polyline;
 use super::effect::*;
 use crate::simd::Part;
@@ -21,7 +21,7 @@ impl Effect for RollingLine {
         states: 0,
         odd: false,
         dissipates: false,
-        // belongs to a track, not to a vehicle: what is not declared is told as outside, over the distance
+        // a property of a track, not of a vehicle: an undeclared one is reported as a discrepancy over the distance
         candidate: false,
         shapes: &[],
     };

@@ -1,4 +1,4 @@
-//! Rolling line beside the middle: unequal diameters or rails worn on one side.
+//! Running line off the middle: unequal diameters or rails worn on one side.
 use super::effect::*;
 use crate::simd::Part;
 

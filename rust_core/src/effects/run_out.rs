@@ -21,7 +21,7 @@ impl Effect for RunOut {
         odd: false,
         dissipates: false,
         candidate: true,
-        // the turns of a whole run tell radii apart that differ by some 0.05 %
+        // the turns of a whole run separate radii that differ by some 0.05 %
         shapes: &[
             &[1000.0, 0.990, 0.0], &[1000.0, 0.991, 0.0], &[1000.0, 0.992, 0.0],
             &[1000.0, 0.993, 0.0], &[1000.0, 0.994, 0.0], &[1000.0, 0.995, 0.0],

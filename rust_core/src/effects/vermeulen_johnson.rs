@@ -44,7 +44,7 @@ impl Effect for VermeulenJohnson {
         states: 0,
         odd: true,
         dissipates: true,
-        // but for the spin part it is creep_saturation: measured motions cannot tell the two apart
+        // but for the spin part it is creep_saturation: measured motions cannot separate the two
         candidate: false,
         shapes: &[],
     };

@@ -61,7 +61,7 @@ pub fn apply_sensors(group: &Group, series: &mut [Lanes], samples: usize, dt: f6
     }
 }
 
-/// x(k) -> x(k - by), eight-point Lagrange interpolation, the ends held.
+/// x(k) -> x(k - by), eight-point Lagrange interpolation, constant beyond the ends.
 fn delay(x: &mut [Lanes], lane: usize, by: f64) {
     if by == 0.0 {
         return;

@@ -1,22 +1,22 @@
-//! What a run leaves: every channel at every sample, or sums.
+//! Output of a run: every channel at every sample, or sums.
 use crate::integrate::ride_statistics::RideSums;
 use crate::simd::Lanes;
 use crate::vehicle::group::Group;
 
-/// Samples between two looks at divergence and cancellation.
+/// Samples between two checks of divergence and cancellation.
 pub const CHECK_INTERVAL: usize = 64;
 
 /// No channel of a vehicle reaches this.
 const OVERFLOW_LIMIT: f64 = 1e12;
 
-/// What watches the steps. Not a type parameter: so the step loop is compiled once for both.
+/// Receiver of the steps. Not a type parameter, so that the step loop is compiled once for both.
 pub enum Recorder<'a> {
     Series(&'a mut Series),
     RideSums(&'a mut RideSums),
 }
 
 impl Recorder<'_> {
-    /// A lane was found off the rails at a sample; what it did since the last look is not worth keeping.
+    /// Discard the output of a diverged lane since the last check.
     pub fn diverged_at(&mut self, lane: usize, k: usize) {
         if let Recorder::Series(series) = self {
             series.diverged_at(lane, k);

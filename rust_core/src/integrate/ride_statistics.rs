@@ -28,7 +28,7 @@ pub struct RideSums {
 }
 
 impl RideSums {
-    /// `points`: how many accelerations there are beside the displacements of the wheelsets.
+    /// `points`: number of accelerations after the displacements of the wheelsets.
     pub fn new(
         samples: usize,
         clearance: Lanes,
@@ -67,7 +67,7 @@ impl RideSums {
     }
 }
 
-/// The sums of a part of the lanes as they grow: what a sample touches stands side by side in memory.
+/// Running sums of a part of the lanes, contiguous in memory for each sample.
 pub struct RideAccumulator<'a, P> {
     clearance: P,
     displacements: Vec<(Signal<'a, P>, [P; 3])>,
@@ -180,7 +180,7 @@ impl<'a, P: Part> RideAccumulator<'a, P> {
         }
     }
 
-    /// What has grown, to its lanes.
+    /// Add the sums to their lanes.
     #[inline(always)]
     pub fn store(&self, sums: &mut RideSums, at: usize) {
         for ((_, grown), e) in self.displacements.iter().zip(&mut sums.e) {

@@ -29,7 +29,7 @@ impl<P: Part> Rk4Workspace<P> {
 pub struct Rk4Part<'a, P, M> {
     at: usize,
     moving: M,
-    /// How far the states k_2, k_3, k_4 are ahead, and h/6, h^2/6.
+    /// Increments to the states of k_2, k_3, k_4, and h/6, h^2/6.
     ahead: [P; 3],
     sixth: [P; 2],
     room: Rk4Workspace<P>,
@@ -51,7 +51,7 @@ impl<P: Part> Rk4Stages<P> {
     }
 }
 
-/// What watches a part of the lanes.
+/// Receiver of a part of the lanes.
 enum PartRecorder<'a, P> {
     /// Every channel.
     Series(Vec<Signal<'a, P>>),

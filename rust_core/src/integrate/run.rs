@@ -97,7 +97,7 @@ impl Run<'_, '_> {
         dispatch(level().filled(self.live), Along::<F>(self, PhantomData));
     }
 
-    /// So many lanes abreast, in parts of one register each.
+    /// Step this many lanes at a time, in parts of one register each.
     #[inline(always)]
     fn lane_groups<P: Part, F: Form>(mut self, lanes: usize) {
         for from in (0..self.live).step_by(lanes) {

@@ -1,11 +1,11 @@
-//! How finely a vehicle must be stepped.
+//! Number of RK4 steps per sample.
 use crate::effects::Law;
 use crate::effects::effect::{Kind, Site, Slopes};
 use crate::error::{Error, Result};
 use crate::vehicle::assembly::{Assembly, Row, eigenvalues, radius_bound};
 use crate::vehicle::structure::{Single, Structure, contact_site};
 
-/// Where RK4 ends to be stable on the negative real axis, and the share of it that a step may take.
+/// Stability limit of RK4 on the negative real axis, and the share of it that a step may take.
 const BOUND: f64 = 2.78;
 const SHARE: f64 = 0.7;
 
@@ -69,7 +69,7 @@ impl Structure {
         for own in &vehicle.laws {
             let mut slopes = own.law.steepest_slopes(&own.numbers, &Site::default());
             if own.law == Law::MaxwellDamper {
-                // its spring stands in the matrix, with its own state
+                // its spring is in the matrix, with its own state
                 slopes.stiffness = 0.0;
             }
             found.push((own.row.clone(), slopes));

@@ -36,7 +36,7 @@ impl ShapeLanes {
         }
     }
 
-    /// What takes the place of d in the rolling radii, at a gauge deviation, and of e in the contact angles.
+    /// Quantities that replace d in the rolling radii, at a gauge deviation, and e in the contact angles.
     #[inline(always)]
     pub fn at<P: Part>(&self, part: usize, d: P, gauge: P, e: P) -> (P, P) {
         let (mut displaced, mut across, mut wide) = (Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
@@ -55,7 +55,7 @@ impl ShapeLanes {
         (alpha.mul_add(P::load(&s, part) - d, d), alpha.mul_add(P::load(&t, part) - e, e))
     }
 
-    /// Where x lies: the distance into its interval, and that interval's coefficients.
+    /// Interval of x: the distance into it, and its coefficients.
     #[inline(always)]
     fn interval<'a>(&self, table: &'a [Interval], l: usize, x: f64) -> (f64, &'a Interval) {
         let from = x - self.first.0[l];

@@ -1,7 +1,7 @@
 //! Sparse rows of sixteen vehicles: forces that are linear in the state and in the track.
 use crate::simd::{Lanes, Part};
 
-/// Columns of the input table; behind them stand those that the speed multiplies.
+/// Columns of the input table, then those multiplied by the speed.
 pub const COLUMNS: usize = 64;
 
 /// Terms of one kind, row after row.
@@ -9,7 +9,7 @@ pub const COLUMNS: usize = 64;
 struct Terms {
     places: Vec<u32>,
     factors: Vec<Lanes>,
-    /// Where each row ends.
+    /// End of each row.
     ends: Vec<usize>,
 }
 
@@ -93,7 +93,7 @@ impl Rows {
     }
 }
 
-/// What stands in a column of the input table, or its product with the speed.
+/// Value of a column of the input table, or its product with the speed.
 #[inline(always)]
 fn moving(table: &[f64], column: usize) -> f64 {
     table[column % COLUMNS] * if column < COLUMNS { 1.0 } else { table[1] }

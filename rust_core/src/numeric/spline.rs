@@ -62,7 +62,7 @@ impl Spline {
         &self.factors
     }
 
-    /// The interval of a place, looked for from where the last one lay.
+    /// The interval of x, searched for from that of the previous call.
     fn interval(&self, place: f64, near: usize) -> usize {
         let last = self.x.len() - 2;
         let within = |i: usize| (i == 0 || self.x[i] <= place) && (i == last || place < self.x[i + 1]);

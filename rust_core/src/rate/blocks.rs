@@ -7,7 +7,7 @@ pub type Row = ([usize; 2], Vec<(usize, Lanes)>);
 
 /// N rows over the places that any of them reads, M times: with the same factors over other places.
 pub struct Block<const N: usize, const M: usize> {
-    /// Where the sums go and where they start from.
+    /// Indices that the sums are written to, and those that they start from.
     pub ends: [[[usize; 2]; N]; M],
     pub places: [Vec<usize>; M],
     /// Place by place.
@@ -25,7 +25,7 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// From any rows; opposites stand in places that are free.
+    /// From any rows; opposites use free entries.
     pub fn of(rows: &[Row], free: Range<usize>) -> Self {
         let (twins, singles) = pairs(rows);
         let mut opposites = Opposites { free, found: Vec::new() };
@@ -62,7 +62,7 @@ impl<const N: usize> Block<N, 1> {
     }
 }
 
-/// Places of which the opposite is wanted, and where that stands.
+/// Indices of which the opposite is needed, and the index of the opposite.
 struct Opposites {
     free: Range<usize>,
     found: Vec<[usize; 2]>,

@@ -1,7 +1,7 @@
 //! A vehicle on two bogies that are alike: the terms that its rows usually have, at places that are known when compiled.
 //!
 //! Degrees of freedom: y, psi, phi of the body and of both frames, y, psi of four wheelsets, in this order; velocities
-//! stand behind. Terms are summed in the order of their places, as `packed` sums them: to the same digits.
+//! follow. Terms are summed in the order of their columns, as `packed` sums them: to the same digits.
 use crate::rate::blocks::Row;
 use crate::rate::packed::Table;
 use crate::rate::unrolled::{Signed, UnrolledRows};
@@ -10,7 +10,7 @@ use crate::vehicle::group::{Group, STATES};
 
 /// Degrees of freedom.
 pub const DOFS: usize = 17;
-/// Where the velocities begin; the first degree of freedom of each frame, and of the wheelsets under it.
+/// Index of the first velocity; the first degree of freedom of each frame, and of the wheelsets under it.
 const V: Signed = DOFS as Signed;
 const FRAMES: [Signed; 2] = [3, 6];
 const WHEELS: [Signed; 2] = [9, 13];
@@ -81,7 +81,7 @@ const fn under_wheel(i: usize) -> [Signed; 4] {
     [c as Signed, c as Signed + 2, Table::moved(c + 1) as Signed, Table::moved(c + 3) as Signed]
 }
 
-/// Has a group the size of a coach, wheelsets last, and no states of its own beside positions and velocities?
+/// True if a group has the size of a coach, wheelsets last, and no states of its own except positions and velocities.
 pub fn has_coach_structure(group: &Group) -> bool {
     let places = |i: usize| (WHEELS[0] as usize + 2 * i, WHEELS[0] as usize + 2 * i + 1, COLUMN[i]);
     (group.dofs, group.states, group.wheelsets.len()) == (DOFS, 2 * DOFS, COLUMN.len())
@@ -113,7 +113,7 @@ macro_rules! rate {
     };
 }
 
-/// What is laid at degrees of freedom, for a sum each to start from.
+/// Prepared values of degrees of freedom, from which the sums start.
 macro_rules! from {
     ($prepared:ident, $($dof:expr),*) => {
         [$([$prepared[$dof as usize]]),*]

@@ -6,7 +6,7 @@ use crate::simd::Part;
 use crate::vehicle::group::{Group, STATES};
 use crate::vehicle::plain_bogie::{BogieAtSpeed, PlainBogie};
 
-/// How parts of the lanes step: one after the other, eight lanes at a time where the first cache has no room for more;
+/// Interleaving of SIMD parts: one after the other, eight lanes at a time where the first cache has no room for more;
 /// those of one register in turns, slope by slope; or so that a whole step is straight code, where a rate is short.
 pub enum Interleave {
     None,
@@ -24,11 +24,11 @@ pub trait Form {
     fn part<'a, P: Part>(group: &'a Group, inputs: &InputTable<'_>, at: usize) -> impl Rate<P> + 'a;
 }
 
-/// A group as the step loop sees it: its size, known when compiled or not, and its rate of change.
+/// A group in the step loop: its size, known when compiled or not, and its rate of change.
 pub trait Rate<P: Part> {
     /// Degrees of freedom and states.
     fn size(&self) -> (usize, usize);
-    /// At a row of the input table, which stands at this index; what stands in x behind the states is free.
+    /// Rate at a row of the input table with this index; entries of x behind the states are free.
     fn rate(&mut self, index: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]);
 }
 

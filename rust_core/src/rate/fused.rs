@@ -50,7 +50,7 @@ struct Port<'a, P> {
     alpha: P,
 }
 
-/// A stop whose deflection stands in dx at its own number, and what its force accelerates. It is rarely met: only then
+/// A stop whose deflection is an entry of dx, and the accelerations by its force. Contact is rare: only then
 /// anything is pushed.
 struct Stop<'a, P> {
     law: &'a PlacedLaw,
@@ -59,10 +59,10 @@ struct Stop<'a, P> {
     pushes: Vec<(usize, P)>,
 }
 
-/// What rounding leaves of equal and opposite springs is at most so much of the largest term of a row.
+/// Rounding leaves at most this share of the largest term of a row where equal and opposite springs cancel.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// The place of `prepared` where nothing is laid.
+/// Entry of `prepared` that stays unused.
 const UNUSED_INDEX: usize = STATES - 1;
 
 impl<'a, P: Part> FusedVehicle<'a, P> {
@@ -85,7 +85,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         let (mut wheelsets, mut parts) = (Vec::new(), Vec::new());
         for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&clamped_states).enumerate() {
             let (y, psi, column) = (wheelset.y, wheelset.psi, wheelset.column);
-            // gravitation, and its springs were it to stand on the line
+            // gravitation, and the springs of a wheelset on the centre line
             add(&mut track[y], column, &minus(lateral));
             add(&mut track[y], column + 2, &contact.leaning(lateral));
             let damping = P::load(&taken(&mut rows[y], n + y), at);
@@ -192,7 +192,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         }
     }
 
-    /// What a wheelset does on the rails joins its suspension.
+    /// Add the contact forces of a wheelset to its suspension.
     #[inline(always)]
     fn touch<const LAWS: bool, const WHOLE: bool>(&self, wheels: &Wheels<P>, x: &[P; STATES], dx: &mut [P; STATES]) {
         let Wheels { places: [y, psi, vy, vpsi], contact, damping, line, slopes, .. } = wheels;

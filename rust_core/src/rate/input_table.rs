@@ -16,7 +16,7 @@ pub struct InputTable<'a> {
 }
 
 impl<'a> InputTable<'a> {
-    /// A table of a bogie is searched for cross-level; of other vehicles nobody asks.
+    /// Wrap a table; that of a bogie is searched for cross-level, which other vehicles do not need to know.
     pub fn new(table: &'a [f64], columns: usize, steps: usize, dt: f64) -> Self {
         let level = |row: &[f64]| CROSS_LEVEL.iter().all(|i| row[*i] == 0.0);
         let level = columns == BOGIE_COLUMNS && table.chunks_exact(columns).all(level);

@@ -7,8 +7,8 @@ use std::marker::PhantomData;
 use std::ops::Range;
 
 /// Rows over the places of a [`State`] or a [`Table`] in blocks: what a place holds is loaded once for all rows of a block
-/// that read it, a factor once for all that have it. Every factor stands beside the next in memory. Terms are summed one by
-/// one in the order of their places: so one that is zero moves no digit, whichever vehicle beside it needs it.
+/// that read it, a factor once for all that have it. Factors are contiguous in memory. Terms are summed one by
+/// one in the order of their columns: a zero term changes no digit, whichever other vehicle needs it.
 #[derive(Clone, Debug)]
 pub struct Packed<P, V> {
     quads: Strips<P, 2, 2>,
@@ -168,14 +168,14 @@ impl<P: Part, const N: usize, const M: usize> Strips<P, N, M> {
     }
 }
 
-/// What the places of a row are places of.
+/// Kind of vector that the columns of a row refer to.
 pub trait Places<P> {
     type Values: ?Sized;
     /// Bytes from one place to the next.
     const SIZE: usize;
-    /// How many places there are.
+    /// Number of columns.
     const COUNT: usize;
-    /// Where that stands which, times the speed, a place holds.
+    /// Index of the value that a column times the speed refers to.
     fn still(place: usize) -> usize {
         place
     }
@@ -200,7 +200,7 @@ impl<P: Part> Places<P> for State {
     }
 }
 
-/// A row of the input table. What the speed multiplies stands as far behind as a row is long at most: its factors carry
+/// A row of the input table. Products with the speed are one row length further on at most: their factors carry
 /// the speed, see [`Packed::set_speed`].
 #[derive(Clone, Debug)]
 pub struct Table;

@@ -1,4 +1,4 @@
-//! What track and suspension do to a fused vehicle: rows of any vehicle, or those of a coach in straight lines.
+//! Track and suspension terms of a fused vehicle: rows of any vehicle, or the unrolled rows of a coach.
 use crate::rate::blocks::Row;
 use crate::rate::coach::{self, Coach, Under};
 use crate::rate::packed::{Packed, State, Table};
@@ -39,7 +39,7 @@ impl<P: Part> TrackRows<P> {
     }
 }
 
-/// Accelerations by the state: of the wheelsets; of all else, and where none stands in dx, deflections of the stops.
+/// Accelerations by the state: of the wheelsets; of all else; in unused entries of dx the deflections of the stops.
 pub enum Suspension<P> {
     Any { wheelsets: Box<Packed<P, State>>, bodies: Box<Packed<P, State>> },
     Coach(Box<Coach<P>>),

@@ -1,11 +1,11 @@
-//! Rows at places that are known when compiled: straight lines of products, nothing looked up.
+//! Rows at columns that are known when compiled: products without index look-up.
 use crate::numeric::sparse_rows::COLUMNS;
 use crate::rate::blocks::Row;
 use crate::simd::{Lanes, Part};
 use crate::vehicle::group::STATES;
 
 /// A place of the state, or a column of the input table (see `packed::Table::moved`); below zero: the opposite of what
-/// stands there.
+/// is there.
 pub type Signed = isize;
 
 /// Most terms that a row has.
@@ -49,7 +49,7 @@ impl<P: Part, const K: usize, const N: usize> UnrolledRows<P, K, N> {
         values: &impl Values<P>,
     ) -> [[P; N]; M] {
         let mut sums = start;
-        // one by one, for a loop of many terms would be kept
+        // one by one: the compiler would not unroll a loop of many terms
         macro_rules! terms {
             ($($k:literal)*) => {
                 $(if $k < K {
@@ -79,7 +79,7 @@ fn factor(rows: &mut [Row], to: Signed, place: Signed) -> Option<Lanes> {
     Some(if place < 0 { Lanes(factor.0.map(|a| -a)) } else { factor })
 }
 
-/// What stands at the places.
+/// Values at the columns.
 pub trait Values<P> {
     fn at(&self, place: usize) -> P;
 }

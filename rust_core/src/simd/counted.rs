@@ -43,7 +43,7 @@ thread_local! {
     static SO_FAR: Cell<Counts> = const { Cell::new(Counts::NONE) };
 }
 
-/// What some work asks of [`Counted`] numbers on this thread.
+/// Count the operations of some work on [`Counted`] numbers on this thread.
 pub fn counting(work: impl FnOnce()) -> Counts {
     SO_FAR.set(Counts::NONE);
     work();

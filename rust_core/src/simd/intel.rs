@@ -56,7 +56,7 @@ macro_rules! intel {
             }
             #[inline(always)]
             fn load(from: &Lanes, at: usize) -> Self {
-                // the mask keeps the read inside: no check, no branch
+                // the mask bounds the index: no check, no branch
                 $name(unsafe { $load(from.0.as_ptr().add(at & (LANES - $width))) })
             }
             #[inline(always)]

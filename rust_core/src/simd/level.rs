@@ -5,7 +5,7 @@ use super::pair::Pair;
 use super::portable::Portable;
 use std::sync::OnceLock;
 
-/// What the processor offers; digits may differ in the last place between levels, never within one.
+/// SIMD level of the processor; digits may differ in the last place between levels, not within one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     Portable,

@@ -1,11 +1,11 @@
-//! What a core gives at most: chains of arithmetic that never leave its registers.
+//! Peak arithmetic of a core: chains of operations that never leave its registers.
 use crate::simd::{Job, Part, dispatch, level};
 use std::hint::black_box;
 
 /// Chains side by side: enough to cover the latency of one, few enough for the registers of AVX2.
 const ABREAST: usize = 12;
 
-/// What the chains are made of.
+/// Operation that the chains consist of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Links {
     Fused,

@@ -20,7 +20,7 @@ pub type Driven = Vec<(usize, usize, f64)>;
 /// The number of the place between all wheelsets at once: the linkage.
 pub const LINKAGE: u8 = u8::MAX;
 
-/// A named place where effects may stand.
+/// A named location of effects.
 #[derive(Clone, Debug)]
 pub struct Port {
     pub at: String,
@@ -42,7 +42,7 @@ pub struct OwnLaw {
     pub numbers: Vec<f64>,
 }
 
-/// What a channel shows of a row: position, velocity or acceleration.
+/// Derivative of a row that a channel shows: position, velocity or acceleration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     Position,
@@ -130,7 +130,7 @@ impl Assembly {
         Self::element(&mut self.damping, row, damping);
     }
 
-    /// A port with the linear spring and damper that stand there already.
+    /// A port with the linear spring and damper at the same location.
     pub fn port(&mut self, at: &'static str, wheelset: u8, row: &[(usize, f64)], stiffness: f64, damping: f64) {
         let site = Site::moving(stiffness, damping);
         let (row, inputs) = (row.to_vec(), Inputs::new());
@@ -242,7 +242,7 @@ pub fn eigenvalues(a: DMatrix<f64>) -> Vec<(f64, f64)> {
     values
 }
 
-/// What no eigenvalue of a real matrix exceeds in magnitude: the smaller of two norms of the balanced matrix.
+/// Upper bound of the magnitude of the eigenvalues of a real matrix: the smaller of two norms of the balanced matrix.
 pub fn radius_bound(mut a: DMatrix<f64>) -> f64 {
     nalgebra::linalg::balancing::balance_parlett_reinsch(&mut a);
     let largest = |sums: Vec<f64>| sums.into_iter().fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! What a vehicle is read by: channels as terms of its state and its input row, and the guiding forces of its wheels.
+//! Channels of a vehicle as terms of its state and its input row, and the guiding forces of its wheels.
 use crate::simd::{Lanes, Part};
 use crate::wheel_rail::wheelset::{Passing, WheelsetLanes};
 

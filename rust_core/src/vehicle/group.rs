@@ -10,7 +10,7 @@ use crate::wheel_rail::wheelset::{Passing, WheelsetLanes};
 /// Room for the state of one vehicle.
 pub const STATES: usize = 64;
 
-/// What the step loop needs: sixteen vehicles of one structure.
+/// Input of the step loop: sixteen vehicles of one structure.
 #[derive(Clone, Debug)]
 pub struct Group {
     pub dofs: usize,
@@ -28,7 +28,7 @@ pub struct Group {
     pub plain: Option<PlainBogie<Lanes>>,
     /// Set where another structure has no more at its contacts than that.
     pub contacts: Option<Vec<Contact<Lanes>>>,
-    /// Own states that are held within a largest magnitude at the end of every step.
+    /// Own states that are clamped to a largest magnitude at the end of every step.
     pub clamped_states: Vec<(usize, Lanes)>,
     pub readings: Vec<Reading>,
     /// Sensor laws in order: the channel, which of delay, gain, offset, and its numbers times the amount.
@@ -41,7 +41,7 @@ impl Group {
         self.wheelsets.iter().any(|w| !w.creeps.is_empty() || !w.laws.is_empty())
     }
 
-    /// The plain bogie, where nothing acts beside its contacts and these act in full.
+    /// The plain bogie, where nothing acts except its contacts and these act in full.
     pub fn fully_plain(&self) -> Option<&PlainBogie<Lanes>> {
         self.plain.as_ref().filter(|bogie| bogie.acts_fully() && self.forces.is_empty())
     }
@@ -59,7 +59,7 @@ impl Group {
         }
     }
 
-    /// dx[n ..] = rate of change of velocities and own states under the input row (that of the n positions stands in x),
+    /// dx[n ..] = rate of change of velocities and own states under the input row (that of the n positions is part of x),
     /// in one fixed order: K and C, inputs, wheelsets, laws, masses.
     #[inline(always)]
     pub fn rate<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
@@ -77,7 +77,7 @@ impl Group {
         }
     }
 
-    /// What the track moves of the place where a law stands.
+    /// Motion that the track imposes at the location of a law.
     #[inline(always)]
     pub fn follow<P: Part>(&self, law: &PlacedLaw, at: usize, row: &[f64], z: &mut P, v: &mut P) {
         for (column, a) in &law.inputs {

@@ -113,7 +113,7 @@ impl Structure {
 }
 
 impl PlacementSite<'_> {
-    /// Its numbers made ready for where it stands.
+    /// Its numbers prepared for its location.
     fn prepared(&self, site: impl Fn(usize) -> Site) -> Vec<Lanes> {
         lane_groups(|l| self.placed.law.prepare(self.numbers[l], &site(l)))
     }
@@ -223,7 +223,7 @@ impl SixteenVehicles<'_> {
         Some((0..group.wheelsets.len()).map(|i| (0..LANES).map(|l| contact(i, l)).collect()).collect())
     }
 
-    /// What a channel is read from.
+    /// Source of a channel.
     fn reading(&self, group: &Group, name: &str) -> Result<Reading> {
         if let Some(reading) = state_reading(group, name).or_else(|| guiding_reading(group, name)) {
             return Ok(reading);
@@ -263,7 +263,7 @@ fn state_reading(group: &Group, name: &str) -> Option<Reading> {
     let reading = Reading { name: name.into(), ..Reading::default() };
     match what {
         "state" => Some(Reading { state: one(i), ..reading }),
-        // the rate of a position stands among the velocities
+        // the rate of a position is one of the velocities
         "rate" if i < group.dofs => Some(Reading { state: one(i + group.dofs), ..reading }),
         "rate" => Some(Reading { rate: one(i), ..reading }),
         _ => None,
@@ -294,7 +294,7 @@ fn lane_groups(of: impl Fn(usize) -> Vec<f64>) -> Vec<Lanes> {
     (0..all[0].len()).map(|k| Lanes::from_fn(|l| all[l][k])).collect()
 }
 
-/// Terms that stand at the same places in every vehicle.
+/// Terms with the same columns in every vehicle.
 fn terms<'a>(of: impl Fn(usize) -> &'a Vec<(usize, f64)>) -> Vec<(usize, Lanes)> {
     of(0).iter().enumerate().map(|(k, (place, _))| (*place, Lanes::from_fn(|l| of(l)[k].1))).collect()
 }

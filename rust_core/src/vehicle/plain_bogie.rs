@@ -24,7 +24,7 @@ pub struct PlainBogie<T> {
     inv_speed_scale: T,
 }
 
-/// What depends on the speed [m/s] of the input table.
+/// Terms that depend on the speed [m/s] of the input table.
 #[derive(Clone, Copy)]
 pub struct BogieAtSpeed<P> {
     speed: f64,
@@ -33,14 +33,14 @@ pub struct BogieAtSpeed<P> {
     prepared: [PreparedRow<P>; 2],
 }
 
-/// What the track alone does to a wheelset.
+/// Forces on a wheelset by the track alone.
 #[derive(Clone, Copy)]
 struct PreparedRow<P> {
     /// y_w + r phi_w
     line: P,
-    /// What its slopes add to t_y.
+    /// Contribution of its slopes to t_y.
     slopes: P,
-    /// The acceleration by gravitation, and by the springs were it to stand on the line.
+    /// The acceleration by gravitation, and by the springs of a wheelset on the centre line.
     push: P,
 }
 

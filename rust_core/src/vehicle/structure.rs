@@ -1,4 +1,4 @@
-//! What all vehicles of a group share, and the numbers of one of them.
+//! Structure shared by all vehicles of a group, and the numbers of one vehicle.
 use crate::effects::Law;
 use crate::effects::effect::{Kind, Site};
 use crate::error::{Error, Result, expect_len};
@@ -12,11 +12,11 @@ pub struct Placed {
     pub law: Law,
     pub at: String,
     pub wheelset: u8,
-    /// How many numbers describe it.
+    /// Number of numbers that describe it.
     pub count: usize,
 }
 
-/// What all vehicles of a group share.
+/// Structure shared by all vehicles of a group.
 #[derive(Clone, Debug)]
 pub struct Structure {
     pub kind: VehicleKind,
@@ -62,7 +62,7 @@ impl Structure {
         self.kind.columns()
     }
 
-    /// How many numbers all effects together have.
+    /// Number of numbers of all effects together.
     pub fn effect_numbers(&self) -> usize {
         self.placed.iter().map(|p| p.count).sum()
     }
@@ -115,7 +115,7 @@ impl Structure {
         Ok(vehicle)
     }
 
-    /// Where a placed effect stands: rows, inputs and sites of its ports.
+    /// Ports of a placed effect: rows, inputs and sites.
     pub fn ports(&self, vehicle: &Assembly, placed: &Placed) -> Result<Vec<(Row, Inputs, Site)>> {
         let linkage = placed.at == "wheelset_yaw" && placed.wheelset == 0;
         let found = vehicle.places(&placed.at, if linkage { LINKAGE } else { placed.wheelset });

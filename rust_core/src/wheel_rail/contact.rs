@@ -19,7 +19,7 @@ pub struct ContactNumbers {
     pub flange: f64,
 }
 
-/// Where nothing saturates: so far above every creep force that the factor is one to the last digit.
+/// Limit where nothing saturates: so far above every creep force that the factor is one to the last digit.
 pub const NO_LIMIT: f64 = 1e40;
 
 /// The contact of one wheelset of sixteen vehicles, or of a part of them.
@@ -64,7 +64,7 @@ pub fn under<P: Part>(row: &[f64], column: usize) -> [P; 4] {
     [P::splat(track[0]), P::splat(track[1]), P::splat(track[2]), P::splat(track[3])]
 }
 
-/// What depends on the speed: t_x per psi', t_y per y' and psi', accelerations per psi' and y'.
+/// Terms that depend on the speed: t_x per psi', t_y per y' and psi', accelerations per psi' and y'.
 #[derive(Clone, Copy)]
 pub struct AtSpeed<P> {
     along: P,
@@ -127,7 +127,7 @@ impl Contact<Lanes> {
         self.share == Lanes::splat(1.0)
     }
 
-    /// The acceleration per phi_w by gravitation, and by springs of [`Contact::clamped_states`] were it to stand on the line.
+    /// The acceleration per phi_w by gravitation, and by springs of [`Contact::clamped_states`] on the centre line.
     pub fn leaning(&self, lateral: &Lanes) -> Lanes {
         Lanes::from_fn(|l| self.gravity.0[l] - lateral.0[l] * self.r.0[l])
     }
@@ -164,7 +164,7 @@ impl Contact<Lanes> {
 }
 
 impl<P: Part> Contact<P> {
-    /// Whose wheels creep alike, so that one stands for both.
+    /// True if both wheels creep alike, so that one is computed for both.
     #[inline(always)]
     pub fn alike(self) -> Self {
         Contact { creep: self.creep + self.creep, turn: self.turn + self.turn, ..self }
@@ -188,7 +188,7 @@ impl<P: Part> Contact<P> {
         self.r.mul_add(*phi, *y)
     }
 
-    /// What the slopes of the track add to t_y.
+    /// Contribution of the slopes of the track to t_y.
     #[inline(always)]
     pub fn by_slopes(&self, [_, dy, _, dphi]: &[P; 4]) -> P {
         self.across_line.neg_mul_add(*dy, -(self.across_roll * *dphi))
@@ -248,7 +248,7 @@ impl<P: Part> Contact<P> {
         // full sliding is rare: its divisions are made only where a lane slides
         if largest.any_from(one) {
             for i in 0..N {
-                // in full to the same digits as by a share of one, whichever stands beside it
+                // the same digits in full as by a share of one, whatever the other lanes do
                 let more = third / q[i].max(third) - one;
                 let sliding = if WHOLE { more + one } else { self.share.mul_add(more, one) };
                 factor[i] = square[i].if_less(one, factor[i], sliding);
@@ -257,7 +257,7 @@ impl<P: Part> Contact<P> {
         factor
     }
 
-    /// The accelerations of y and psi by all that touches, beside those given, at this motion and these factors of the
+    /// The accelerations of y and psi by all contact forces, added to those given, at this motion and these factors of the
     /// creep forces (3.4), (3.10). Without `LAWS` no flange touches; without `SPIN` of a contact [`Contact::alike`].
     #[inline(always)]
     pub fn touch<const LAWS: bool, const SPIN: bool>(

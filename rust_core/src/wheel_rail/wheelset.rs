@@ -6,7 +6,7 @@ use crate::effects::effect::{Creeping, RollingRadius};
 use crate::numeric::profile_table::ShapeLanes;
 use crate::simd::{Lanes, Part};
 
-/// The numbers of one wheelset: where it stands among the degrees of freedom, where its track is read.
+/// Indices of one wheelset: its degrees of freedom, and the columns of its track.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Wheelset {
     pub y: usize,
@@ -24,12 +24,12 @@ pub struct Wheelset {
     pub r: f64,
     pub b: f64,
     pub i_ya: f64,
-    /// How far it runs behind the first [m].
+    /// Distance behind the first wheelset [m].
     pub behind: f64,
 }
 
 impl Wheelset {
-    /// With the contact lambda, kappa_x, kappa_y, epsilon, delta, sigma; the rest is still to be told.
+    /// With the contact lambda, kappa_x, kappa_y, epsilon, delta, sigma; other numbers are set later.
     pub fn with_contact([lambda, kappa_x, kappa_y, epsilon, delta, sigma]: [f64; 6]) -> Self {
         Wheelset { lambda, kappa_x, kappa_y, epsilon, delta, sigma, ..Wheelset::default() }
     }
@@ -95,7 +95,7 @@ pub struct Passing<'a, P> {
 }
 
 impl<'a, P: Part> Passing<'a, P> {
-    /// At the lanes' shares of the speed that stands in the row, with their inverses.
+    /// At the lanes' multiples of the speed of the row, with their inverses.
     #[inline(always)]
     pub fn new(row: &'a [f64], share: P, inv_share: P) -> Self {
         Passing { row, speed: P::splat(row[1]) * share, inv_speed: P::splat(1.0 / row[1]) * inv_share }
@@ -111,7 +111,7 @@ pub struct Motion<P> {
     pub vpsi: P,
 }
 
-/// What both wheels of a wheelset creep with: t_x, the spin parts of t_y, the speed.
+/// Input of the creep laws of both wheels of a wheelset: t_x, the spin parts of t_y, the speed.
 #[derive(Clone, Copy)]
 struct Slipping<P> {
     tx: P,
@@ -119,7 +119,7 @@ struct Slipping<P> {
     speed: P,
 }
 
-/// What both wheels do on the rails: gravitation and flange, t_x of the linear law, t_x and t_y as the creep laws make
+/// Forces of both wheels on the rails: gravitation and flange, t_x of the linear law, t_x and t_y as the creep laws make
 /// them (T_x1 = -t_x1, T_x2 = t_x2), u' of the rail.
 #[derive(Clone, Copy)]
 struct Touch<P> {
@@ -132,7 +132,7 @@ struct Touch<P> {
     du: P,
 }
 
-/// A wheelset that stands still in a curve: e, Q_y, Q_psi, the longitudinal creepage of wheel 2, k_r u + Q_y of a rail
+/// Equilibrium of a wheelset in a curve: e, Q_y, Q_psi, the longitudinal creepage of wheel 2, k_r u + Q_y of a rail
 /// that yields, T_x and T_y of both wheels.
 #[derive(Clone, Copy)]
 pub struct Standing<P> {
@@ -186,7 +186,7 @@ impl WheelsetLanes {
         }
     }
 
-    /// How the wheelset moves, and u of the rail under it; x: n degrees of freedom, their rates, own states.
+    /// Motion of the wheelset, and u of the rail under it; x: n degrees of freedom, their rates, own states.
     #[inline(always)]
     fn motion<P: Part>(&self, n: usize, x: &[P; 64]) -> (Motion<P>, P) {
         let (y, psi) = (self.y, self.psi);
@@ -236,7 +236,7 @@ impl WheelsetLanes {
         [leaning + spread + ty_1 + right, leaning - spread + ty_2 + left]
     }
 
-    /// What the wheels do on the rails: creep forces, and what else acts laterally.
+    /// Forces of the wheels on the rails: creep forces, and other lateral forces.
     #[inline(always)]
     fn touch<P: Part>(&self, part: usize, track: &Passing<'_, P>, motion: &Motion<P>, u: P) -> Touch<P> {
         let Passing { row, speed, inv_speed } = *track;
@@ -312,7 +312,7 @@ impl WheelsetLanes {
         Touch { outer, flange, linear: tx, tx: [tx_1, tx_2], ty: [ty_1, ty_2], du }
     }
 
-    /// Where the rails hold a wheelset that stands still in a curve of curvature 1/R without irregularities: turning with
+    /// Equilibrium of a wheelset at rest in a curve of curvature 1/R without irregularities: turning with
     /// the curve it has the creepages that docs/theory.md adds, b/R and 1/R, and no gyroscopic moment.
     pub fn standing<P: Part>(&self, part: usize, row: &[f64], curvature: P, y: P, psi: P, u: P) -> Standing<P> {
         let g = |l: &Lanes| P::load(l, part);
@@ -331,7 +331,7 @@ impl WheelsetLanes {
     /// u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage.
     ///
     /// `still`: k_r u + Q_y without creep forces; `ty`: those at u' = 0. With saturation the sum's slope lies between
-    /// c_r and c_r + 2 share, which keeps Newton's steps in; a lane that has arrived stays, whatever its neighbours do.
+    /// c_r and c_r + 2 share, which bounds Newton's steps; a converged lane stays, whatever its neighbours do.
     #[inline(always)]
     fn yielding<P: Part>(
         &self,
@@ -388,7 +388,7 @@ impl WheelsetLanes {
                 let mut acts_fully = creep.law.creep(creep.numbers(part), wheel);
                 if !creep.acts_fully {
                     let alpha = P::load(&creep.alpha, part);
-                    // amount 1 has the same digits as where nobody blends
+                    // amount 1 has the same digits as without blending
                     let blend = |linear: P, acts_fully: P| {
                         let partly = alpha.mul_add(acts_fully - linear, linear);
                         alpha.if_less(one, partly, one.if_less(alpha, partly, acts_fully))

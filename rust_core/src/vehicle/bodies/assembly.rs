@@ -1,4 +1,4 @@
-//! A layout to a vehicle: bodies, then joints, then what is looked at.
+//! From a layout to a vehicle: bodies, then joints, then channels.
 use super::joining::Transfer;
 use super::motion::{Motion, Placed, less};
 use super::{Body, FIRST, Layout, Number, PER_WHEELSET, Point, Wheels};
@@ -8,10 +8,10 @@ use crate::vehicle::assembly::{Assembly, Port};
 use crate::wheel_rail::wheelset::Wheelset;
 
 impl Layout {
-    /// Assemble the vehicle of these numbers: bodies, then joints, then what is looked at.
+    /// Assemble the vehicle of these numbers: bodies, then joints, then channels.
     pub fn assemble(&self, p: &[f64]) -> Result<Assembly> {
         expect_len("numbers of a vehicle", p.len(), self.numbers)?;
-        // a place that no number has reads as not a number, which the masses then tell
+        // a missing number reads as NaN, which the check of the masses reports
         let at = |i: usize| p.get(i).copied().unwrap_or(f64::NAN);
         let value = |number: &Number| number.iter().map(|(factor, i)| factor * at(*i)).sum::<f64>();
         let mut masses = Vec::new();
@@ -58,7 +58,7 @@ impl Layout {
         Ok(vehicle)
     }
 
-    /// A point as it is seen from the centre of mass of its body; what both lie apart from leaves nothing, not even rounding.
+    /// A point relative to the centre of mass of its body; a common offset leaves nothing, not even rounding.
     pub(super) fn seen(&self, body: Option<usize>, [x, y, height]: &Point) -> Point {
         let Some(body) = body.map(|i| &self.bodies[i]) else { return [x.clone(), y.clone(), height.clone()] };
         [less(x, &body.x), y.clone(), less(height, &body.height)]

@@ -1,4 +1,4 @@
-//! What is looked at: displacements, accelerations, floor points, the load that a wheelset shifts.
+//! Channels: displacements, accelerations, floor points, load transfer of a wheelset.
 use super::joining::Transfer;
 use super::motion::{Motion, Placed};
 use super::{Layout, Number};
@@ -57,7 +57,7 @@ impl Layout {
         for floor in &self.floor {
             let body = &placed[floor.body];
             let [_, lateral, _] = body.point(self.seen(Some(floor.body), &floor.point).each_ref().map(value));
-            // what stands on the floor feels gravity through its lean
+            // a sensor on the floor measures gravity through roll
             let felt = vehicle.channel(&format!("floor.{}", floor.name), Order::Acceleration, &lateral.row);
             felt.also = vec![(Order::Position, body.phi.times(-GRAVITY).row)];
         }

@@ -1,4 +1,4 @@
-//! What a joint does between two bodies: springs, dampers and laws, the weight that it carries, its ports.
+//! Joints between two bodies: springs, dampers and laws, the weight that they carry, their ports.
 use super::motion::{Motion, Placed, drive};
 use super::{Acts, Joint, Layout, Number, Point, Way};
 use crate::effects::Law;
@@ -25,7 +25,7 @@ struct Span {
 }
 
 impl Span {
-    /// The motion that a term sees.
+    /// The motion that a term acts on.
     fn row(&self, way: Way) -> Motion {
         match way {
             Way::Longitudinal => self.between[0].clone(),

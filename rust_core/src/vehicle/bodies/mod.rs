@@ -12,10 +12,10 @@ use crate::error::{Error, Result};
 /// A number made of those of the design: the sum of factor times number; empty: 0.
 pub type Number = Vec<(f64, usize)>;
 
-/// Where a point lies: x, y, height above the rails.
+/// Position of a point: x, y, height above the rails.
 pub type Point = [Number; 3];
 
-/// What makes a body a wheelset; its roll is the track's and that of its own lateral displacement.
+/// Wheels of a body that is a wheelset; its roll is the track's and that of its own lateral displacement.
 #[derive(Clone, Debug)]
 pub struct Wheels {
     pub spin_inertia: Number,
@@ -64,7 +64,7 @@ pub enum Acts {
     Stop([Number; 2]),
 }
 
-/// What acts between two bodies, the motion being that of the first less that of the second (none: the ground).
+/// Element between two bodies, acting on the motion of the first less that of the second (none: the ground).
 #[derive(Clone, Debug)]
 pub struct Joint {
     pub name: String,
@@ -89,14 +89,14 @@ pub struct Floor {
 /// A vehicle as a list of bodies (wheelsets from the front to the rear) and what joins them.
 #[derive(Clone, Debug, Default)]
 pub struct Layout {
-    /// How many numbers describe it.
+    /// Number of numbers that describe it.
     pub numbers: usize,
     pub bodies: Vec<Body>,
     pub joints: Vec<Joint>,
     pub floor: Vec<Floor>,
 }
 
-/// Columns s and v, before those of the wheelsets; Qy and Qpsi stand behind them.
+/// Columns s and v, before those of the wheelsets; Qy and Qpsi follow them.
 const FIRST: usize = 2;
 const PER_WHEELSET: usize = 5;
 

@@ -67,7 +67,7 @@ impl Placed {
         Placed { y: still(), psi: still(), phi: still(), rolls: false, x: 0.0, height: 0.0 }
     }
 
-    /// u_x, u_y, u_z of a point, seen from the centre of mass.
+    /// u_x, u_y, u_z of a point relative to the centre of mass.
     pub(super) fn point(&self, [x, y, h]: [f64; 3]) -> [Motion; 3] {
         let lateral = self.y.plus(&self.psi, x).plus(&self.phi, h);
         [self.psi.times(-y), lateral, self.phi.times(y)]
