@@ -3,10 +3,10 @@
 import os
 import signal
 
-from railui.__main__ import ALONE
+from railui.__main__ import SINGLE_THREADED_BLAS
 from tests.file_fixtures import *  # noqa: F403
 
-for name, count in ALONE.items():
+for name, count in SINGLE_THREADED_BLAS.items():
     os.environ.setdefault(name, count)
 
 # a shell without a terminal starts what runs behind it deaf to ctrl-c, and the commands that tests stop inherit it

@@ -93,8 +93,8 @@ def shared() -> Path:
 
 
 @pytest.fixture
-def told() -> Callable[[Callable[[], object]], list[Problem]]:
-    """The problems with which a call is refused."""
+def problems_of() -> Callable[[Callable[[], object]], list[Problem]]:
+    """Collect the problems with which a call is refused."""
 
     def problems(call: Callable[[], object]) -> list[Problem]:
         with pytest.raises(FileProblems) as caught:
@@ -102,6 +102,14 @@ def told() -> Callable[[Callable[[], object]], list[Problem]]:
         return list(caught.value.problems)
 
     return problems
+
+
+@pytest.fixture
+def told(
+    problems_of: Callable[[Callable[[], object]], list[Problem]],
+) -> Callable[[Callable[[], object]], list[Problem]]:
+    """Old name of problems_of."""
+    return problems_of
 
 
 def run_rows(seconds: float = 20.0, rate: float = 50.0) -> dict[str, np.ndarray]:

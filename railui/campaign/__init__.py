@@ -1,1 +1,1 @@
-"""Measurement campaigns: runs with their roles, datasets, comparison, data checks."""
+"""Measurement campaigns: runs with their roles, datasets, data checks."""

@@ -1,54 +1,69 @@
-"""What of every channel a linear vehicle can follow: multiple coherence with the track under both wheelsets."""
+"""Multiple coherence of the channels with the track under both wheelsets: the limit of any linear model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from railui.arrays import FloatArray
-from railui.campaign.consistency import BAND, SEGMENT
+from railui.arrays import ComplexArray, FloatArray
+from railui.campaign.consistency import BAND, SPECTRUM_SECONDS
 from railui.campaign.dataset import COMPARED, Segment
 from railui.campaign.finding import Finding
 from railui.dsp.spectra import detrend, hann
 
-SLOWEST = 0.5  # Hz from which it is told
+MIN_FREQUENCY = 0.5  # Hz
+MIN_AVERAGES_PER_INPUT = 4
+MIN_WINDOWS = 10  # in the length of a segment, without overlap
 
 
-def coherence_limits(stretch: Segment, values: Mapping[str, float]) -> list[Finding]:
-    """What of every channel a linear vehicle explains from the track under both wheelsets: multiple coherence.
+def coherence_limits(segment: Segment, values: Mapping[str, float]) -> list[Finding]:
+    """Compute the lowest NRMSE of each channel that a linear vehicle can reach with the measured track as its input.
 
-    value: the nrmse that remains; nonlinear effects, unmeasured forces, noise and a speed that varies all add to it.
+    The limit is sqrt(1 - multiple coherence) over the band. Nonlinear effects, unmeasured forces, noise and a varying
+    speed raise it.
+
+    Parameters
+    ----------
+    segment
+        A segment of a run of a bogie.
+    values
+        Parameters of the bogie.
+
+    Returns
+    -------
+    list of Finding
+        One per compared channel, `value` its lowest NRMSE; empty if the segment is too short for the average.
     """
-    c, behind = stretch.columns, 2.0 * values["vehicle.geometry.half_wheelbase"]
-    inputs = [c[q] for q in ("yw", "phiw") if np.any(c.get(q, np.zeros(1)))]
-    inputs += [np.interp(c["s"] - behind, c["s"], x) for x in inputs]
-    n = min(round(2 * SEGMENT / stretch.dt), stretch.samples // 10)
-    out = []
-    f, x = _spectra(inputs, stretch.dt, n)
-    kept = (f >= SLOWEST) & (f <= BAND[1])
-    segments = x.shape[1]
-    if segments < 4 * len(inputs):
+    columns, wheelbase = segment.columns, 2.0 * values["vehicle.geometry.half_wheelbase"]
+    inputs = [columns[name] for name in ("yw", "phiw") if np.any(columns.get(name, np.zeros(1)))]
+    inputs += [np.interp(columns["s"] - wheelbase, columns["s"], x) for x in inputs]
+    length = min(round(2 * SPECTRUM_SECONDS / segment.dt), segment.samples // MIN_WINDOWS)
+    f, x = _transforms(inputs, segment.dt, length)
+    in_band = (f >= MIN_FREQUENCY) & (f <= BAND[1])
+    averages = x.shape[1]
+    if averages < MIN_AVERAGES_PER_INPUT * len(inputs):
         return []
-    sxx = np.einsum("isf,jsf->fij", x.conj(), x)[kept]
-    for name in stretch.channels:
+    sxx = np.einsum("isf,jsf->fij", x.conj(), x)[in_band]
+    findings = []
+    for name in segment.channels:
         if name not in COMPARED:
             continue
-        _, y = _spectra([c[name]], stretch.dt, n)
-        sxy = np.einsum("isf,sf->fi", x.conj(), y[0])[kept]
-        syy = np.sum(np.abs(y[0]) ** 2, axis=0)[kept]
-        explained = np.real(np.einsum("fi,fi->f", sxy.conj(), np.linalg.solve(sxx, sxy[..., None])[..., 0]))
-        free = np.clip((syy - explained) * segments / max(segments - len(inputs), 1), 0.0, None)
-        rest = float(np.sqrt(min(free.sum() / syy.sum(), 1.0)))
-        text = f"{name}: {rest:.2f} of it is not coherent with the track (nonlinear, unmeasured, noise, changing speed)"
-        out.append(Finding("ceiling", stretch.file, name, rest, "1", text))
-    return out
+        y = _transforms([columns[name]], segment.dt, length)[1][0]
+        sxy = np.einsum("isf,sf->fi", x.conj(), y)[in_band]
+        syy = np.sum(np.abs(y) ** 2, axis=0)[in_band]
+        coherent = np.real(np.einsum("fi,fi->f", sxy.conj(), np.linalg.solve(sxx, sxy[..., None])[..., 0]))
+        incoherent = np.clip((syy - coherent) * averages / max(averages - len(inputs), 1), 0.0, None)
+        limit = float(np.sqrt(min(incoherent.sum() / syy.sum(), 1.0)))
+        causes = "nonlinear, unmeasured, noise, varying speed"
+        text = f"{name}: a share of {limit:.2f} is not coherent with the track ({causes})"
+        findings.append(Finding("ceiling", segment.file, name, limit, "1", text))
+    return findings
 
 
-def _spectra(columns: Sequence[FloatArray], dt: float, n: int) -> tuple[FloatArray, NDArray[np.complex128]]:
-    """Windowed transforms [column, segment, frequency] of half-overlapping segments."""
-    window = hann(n)
-    starts = range(0, len(columns[0]) - n + 1, n // 2)
-    parts = [[np.fft.rfft(detrend(x[k : k + n]) * window) for k in starts] for x in columns]
-    return np.asarray(np.fft.rfftfreq(n, dt), dtype=np.float64), np.array(parts)
+def _transforms(columns: Sequence[FloatArray], dt: float, length: int) -> tuple[FloatArray, ComplexArray]:
+    """Frequencies [Hz] and windowed transforms [column, window, frequency] of half-overlapping windows."""
+    window = hann(length)
+    starts = range(0, len(columns[0]) - length + 1, length // 2)
+    parts = [[np.fft.rfft(detrend(x[k : k + length]) * window) for k in starts] for x in columns]
+    return np.asarray(np.fft.rfftfreq(length, dt), dtype=np.float64), np.array(parts)

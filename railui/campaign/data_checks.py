@@ -1,7 +1,6 @@
-"""The gate before an adjustment: what is wrong with the data themselves, each with its channel and a number.
+"""Data quality checks before any fit: gaps, constant and clipped channels, hunting, consistency and coherence.
 
-Rows that are not used, channels that stick, clip or hunt; what channels owe one another (`owed`), and what of them no
-linear vehicle can follow (`ceilings`). Data are never altered.
+The checks report; they never alter the data.
 """
 
 from __future__ import annotations
@@ -18,29 +17,35 @@ from railui.campaign.finding import Finding
 from railui.dsp.filters import butterworth, sosfiltfilt
 from railui.dsp.spectra import periodogram
 
-CLIPPED = 3  # samples in a row at the extreme
-STUCK = 1.0  # s at one value
-WINDOW, STEP, RISEN = 100.0, 10.0, 2.0  # m, m, times the median rms: a hunting stretch
-HUNTING = (0.8, 8.0)  # Hz
+MIN_CLIPPED_SAMPLES = 3  # in a row at the extreme
+MIN_SERIOUS_CLIPPED_PERCENT = 0.1
+MIN_STUCK_SECONDS = 1.0  # at one value
+HUNTING_BAND = (0.8, 8.0)  # Hz
+HUNTING_WINDOW = 100.0  # m, of the moving rms
+HUNTING_STEP = 10.0  # m
+MIN_HUNTING_POSITIONS = 10  # of the window
+MIN_HUNTING_RATIO = 2.0  # rms to its median
 
 
-def check_data(measurement: Dataset) -> list[Finding]:
-    """All findings of a measurement, the serious ones first."""
-    found: list[Finding] = []
-    for entry, run in zip(measurement.campaign.runs, measurement.runs, strict=True):
-        found += _gaps(entry.name, run.counts)
-        for name in (*run.responses, *run.coach):
-            found += _stuck(entry.name, name, run.columns[name], run.columns["t"], run.rate)
-    for stretch in measurement.stretches:
-        found += [f for c in stretch.channels for f in _clipping(stretch, c)]
-        if stretch.kind == "bogie":
-            found += kinematic_checks(stretch, measurement.campaign.design.values)
-            found += coherence_limits(stretch, measurement.campaign.design.values)
-            found += check_hunting(stretch)
-    return sorted(found, key=lambda f: not f.serious)
+def check_data(dataset: Dataset) -> list[Finding]:
+    """Run all data checks; serious findings come first."""
+    findings: list[Finding] = []
+    for entry, run in zip(dataset.campaign.runs, dataset.runs, strict=True):
+        findings += check_gaps(entry.name, run.counts)
+        for name in (*run.responses, *run.coach_forces):
+            findings += check_stuck(entry.name, name, run.columns[name], run.columns["t"], run.rate)
+    values = dataset.campaign.design.values
+    for segment in dataset.segments:
+        findings += [f for channel in segment.channels for f in check_clipping(segment, channel)]
+        if segment.kind == "bogie":
+            findings += kinematic_checks(segment, values)
+            findings += coherence_limits(segment, values)
+            findings += check_hunting(segment)
+    return sorted(findings, key=lambda f: not f.serious)
 
 
-def _gaps(file: str, counts: Mapping[str, int]) -> list[Finding]:
+def check_gaps(file: str, counts: Mapping[str, int]) -> list[Finding]:
+    """Report the rows of a run that are not used, from its counts of rows."""
     if not counts.get("gaps") and not counts.get("nan_rows"):
         return []
     share = 100.0 * counts["unused_rows"] / max(counts["rows"], 1)
@@ -48,57 +53,66 @@ def _gaps(file: str, counts: Mapping[str, int]) -> list[Finding]:
     return [Finding("gaps", file, None, counts["gaps"], "1", text)]
 
 
-def _stuck(file: str, name: str, x: FloatArray, t: FloatArray, rate: float) -> list[Finding]:
+def check_stuck(file: str, name: str, x: FloatArray, t: FloatArray, rate: float) -> list[Finding]:
+    """Report the longest time at one value of a channel [n], if it is long."""
     edges = np.concatenate(([0], np.flatnonzero(np.diff(x) != 0) + 1, [len(x)]))
     longest = int(np.argmax(np.diff(edges)))
     seconds = (edges[longest + 1] - edges[longest]) / rate
-    if seconds < STUCK or not np.any(x):
+    if seconds < MIN_STUCK_SECONDS or not np.any(x):
         return []
     start = float(t[edges[longest]])
-    text = f"{name} holds one value for {seconds:.1f} s from {start:.1f} s: not used there"
-    return [Finding("stuck", file, name, float(seconds), "s", text, False, start, start + float(seconds))]
+    text = f"{name} is constant for {seconds:.1f} s from {start:.1f} s on: this part is not used"
+    return [Finding("stuck", file, name, float(seconds), "s", text, start=start, end=start + float(seconds))]
 
 
-def _clipping(stretch: Segment, name: str) -> list[Finding]:
-    """Samples in a row at the very extreme of a channel."""
-    x = stretch.columns[name]
+def check_clipping(segment: Segment, name: str) -> list[Finding]:
+    """Report consecutive samples at an extreme of a channel."""
+    x = segment.columns[name]
     count = 0
     for extreme in (x.max(), x.min()):
-        at = np.concatenate(([0], (x == extreme).astype(int), [0]))
-        starts, ends = np.flatnonzero(np.diff(at) == 1), np.flatnonzero(np.diff(at) == -1)
-        long = (ends - starts)[ends - starts >= CLIPPED]
-        count += int(long.sum())
+        at_extreme = np.concatenate(([0], (x == extreme).astype(int), [0]))
+        starts, ends = np.flatnonzero(np.diff(at_extreme) == 1), np.flatnonzero(np.diff(at_extreme) == -1)
+        lengths = ends - starts
+        count += int(lengths[lengths >= MIN_CLIPPED_SAMPLES].sum())
     if not count:
         return []
-    share = 100.0 * count / len(x)
-    text = f"{name} is clipped: {count} samples ({share:.2f} %) stand in a row at its extreme"
-    return [Finding("clipping", stretch.file, name, share / 100.0, "1", text, serious=share > 0.1)]
+    percent = 100.0 * count / len(x)
+    text = f"{name} is clipped: {count} samples ({percent:.2f} %) in a row at its extreme"
+    is_serious = percent > MIN_SERIOUS_CLIPPED_PERCENT
+    return [Finding("clipping", segment.file, name, percent / 100.0, "1", text, serious=is_serious)]
 
 
-def check_hunting(stretch: Segment) -> list[Finding]:
-    """Stretches where a wheelset swings much more than along the rest, with frequency and wavelength."""
-    name = next((c for c in ("ay1", "ay2") if c in stretch.columns), None)
+def check_hunting(segment: Segment) -> list[Finding]:
+    """Report sections where a wheelset swings much more than elsewhere, with frequency and wavelength."""
+    name = next((c for c in ("ay1", "ay2") if c in segment.columns), None)
     if name is None:
         return []
-    s, t = stretch.columns["s"], stretch.columns["t"]
-    x = sosfiltfilt(butterworth(2, HUNTING, 1.0 / stretch.dt), stretch.columns[name])
-    starts = np.arange(s[0], s[-1] - WINDOW, STEP)
-    if len(starts) < 10:
+    s = segment.columns["s"]
+    x = sosfiltfilt(butterworth(2, HUNTING_BAND, 1.0 / segment.dt), segment.columns[name])
+    starts = np.arange(s[0], s[-1] - HUNTING_WINDOW, HUNTING_STEP)
+    if len(starts) < MIN_HUNTING_POSITIONS:
         return []
-    total = np.concatenate(([0.0], np.cumsum(x * x)))
-    first, last = np.searchsorted(s, starts), np.searchsorted(s, starts + WINDOW)
-    rms = np.sqrt((total[last] - total[first]) / np.maximum(last - first, 1))
-    risen = np.concatenate(([0], (rms > RISEN * np.median(rms)).astype(int), [0]))
-    out = []
-    for k, j in zip(np.flatnonzero(np.diff(risen) == 1), np.flatnonzero(np.diff(risen) == -1) - 1, strict=True):
-        a, b = int(first[k]), int(last[j]) - 1
-        f, power = periodogram(x[a:b], 1.0 / stretch.dt)
-        frequency = float(f[np.argmax(power)])
-        v = float(stretch.columns["v"][a:b].mean())
-        times = float(rms[k : j + 1].max() / np.median(rms))
-        text = (
-            f"hunting from {s[a]:.0f} to {s[b]:.0f} m: {name} swings {times:.1f} times its median "
-            f"at {frequency:.2f} Hz, wavelength {v / max(frequency, 1e-9):.1f} m"
-        )
-        out.append(Finding("hunting", stretch.file, name, frequency, "Hz", text, False, float(t[a]), float(t[b])))
-    return out
+    energy = np.concatenate(([0.0], np.cumsum(x * x)))
+    first, last = np.searchsorted(s, starts), np.searchsorted(s, starts + HUNTING_WINDOW)
+    rms = np.sqrt((energy[last] - energy[first]) / np.maximum(last - first, 1))
+    ratio = rms / np.median(rms)
+    is_high = np.concatenate(([0], (rms > MIN_HUNTING_RATIO * np.median(rms)).astype(int), [0]))
+    begins, ends = np.flatnonzero(np.diff(is_high) == 1), np.flatnonzero(np.diff(is_high) == -1) - 1
+    return [
+        _hunting_section(segment, name, x, slice(int(first[i]), int(last[j]) - 1), float(ratio[i : j + 1].max()))
+        for i, j in zip(begins, ends, strict=True)
+    ]
+
+
+def _hunting_section(segment: Segment, name: str, x: FloatArray, section: slice, ratio: float) -> Finding:
+    """Describe a section of hunting of the filtered acceleration x [n]."""
+    s, t = segment.columns["s"], segment.columns["t"]
+    f, power = periodogram(x[section], 1.0 / segment.dt)
+    frequency = float(f[np.argmax(power)])
+    wavelength = float(segment.columns["v"][section].mean()) / max(frequency, 1e-9)
+    text = (
+        f"hunting from {s[section.start]:.0f} to {s[section.stop]:.0f} m: {name} swings {ratio:.1f} times its median "
+        f"at {frequency:.2f} Hz, wavelength {wavelength:.1f} m"
+    )
+    start, end = float(t[section.start]), float(t[section.stop])
+    return Finding("hunting", segment.file, name, frequency, "Hz", text, start=start, end=end)

@@ -1,4 +1,4 @@
-"""Measured runs cut into unbroken stretches, and what is compared of them."""
+"""Dataset of a campaign: measured runs cut into unbroken segments, with their input tables and channels."""
 
 from __future__ import annotations
 
@@ -11,25 +11,43 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign
-from railui.core import Batch, Filter, Spline, Vehicles
+from railui.core import Batch, ZeroPhaseFilter, Spline, Vehicles
 from railui.dsp.filters import butterworth, padlen, sosfilt_zi, sosfiltfilt
 from railui.dsp.spectra import welch
 from railui.runs import columns as known
 from railui.runs.run import Run, load_run
-from railui.track import Behind, band_limited_noise, distance, run_table, with_track
+from railui.track import Wheelbase, add_track, band_limited_noise, distance_from_speed, run_table
 from railui.vehicle.model import Model
 
-COMPARED = known.COMPARED
-RESPONSES = known.named("bogie", "response")
-RIG_RESPONSES = known.named("rig", "response")
-COACH = known.named("bogie", "coach")
-TRACK = known.named("bogie", "track")
-SHARED = 2  # steps per sample up to which the whole has a table anyhow, of which a beginning takes its part
+COMPARED = known.COMPARED_CHANNELS
+RESPONSES = known.column_names("bogie", "response")
+RIG_RESPONSES = known.column_names("rig", "response")
+COACH_FORCES = known.column_names("bogie", "coach")
+TRACK_COLUMNS = known.column_names("bogie", "track")
+MAX_SHARED_STEPS = 2  # per sample, up to which a truncated segment takes its rows from the table of the full one
 
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """An unbroken piece of a measured run: columns [n] each, dt [s] between samples."""
+    """An unbroken part of a measured run.
+
+    Attributes
+    ----------
+    number
+        Index among the segments of its run.
+    columns
+        Measured columns [n] by name, in SI units.
+    dt
+        Time between samples [s].
+    tables
+        Cache of the input tables by half-wheelbase and number of steps.
+    window_of
+        The segment from which this window was cut, `first_sample` the index of its first sample there.
+    truncation_of
+        The segment of which this is the first part.
+    run_index
+        Index of the run in the campaign.
+    """
 
     file: str
     role: str
@@ -37,109 +55,114 @@ class Segment:
     columns: Mapping[str, FloatArray]
     dt: float
     kind: str = "bogie"
-    tables: dict[tuple[Behind, int], FloatArray] = field(default_factory=dict, repr=False)
-    whole: Segment | None = None  # what a window was cut from, and its first sample there
-    first: int = 0
-    longer: Segment | None = None  # of which this is the beginning
-    run: int = 0  # which of the campaign's
+    tables: dict[tuple[Wheelbase, int], FloatArray] = field(default_factory=dict, repr=False)
+    window_of: Segment | None = None
+    first_sample: int = 0
+    truncation_of: Segment | None = None
+    run_index: int = 0
 
     @property
     def samples(self) -> int:
-        """How many samples it has."""
+        """Number of samples."""
         return len(self.columns["t"])
 
     @property
     def channels(self) -> list[str]:
-        """The responses that were measured here."""
+        """Names of the measured responses."""
         responses = RIG_RESPONSES if self.kind == "rig" else RESPONSES
         return [c for c in responses if c in self.columns]
 
     @property
     def coach_forces(self) -> tuple[str, ...]:
-        """Measured forces of the coach, which drive the model."""
-        return tuple(q for q in COACH if q in self.columns)
+        """Names of the measured forces of the carbody, which are inputs of the model."""
+        return tuple(q for q in COACH_FORCES if q in self.columns)
 
     @property
     def speeds(self) -> tuple[float, float]:
-        """Slowest and fastest [m/s]."""
+        """Lowest and highest speed [m/s]; 1 on a rig."""
         if self.kind == "rig":
             return 1.0, 1.0
-        if self.whole is not None:
-            return self.whole.speeds
+        if self.window_of is not None:
+            return self.window_of.speeds
         return float(self.columns["v"].min()), float(self.columns["v"].max())
 
     @property
     def mean_speed(self) -> float:
-        """Mean of the speed [m/s]; 1 on a rig, which stands."""
+        """Mean speed [m/s]; 1 on a rig."""
         return 1.0 if self.kind == "rig" else float(self.columns["v"].mean())
 
     @property
     def segment_key(self) -> tuple[str, float]:
-        """Which run and which of its stretches this is (part of), and the distance [m] of that stretch's middle."""
-        cut_from = self.whole or self.longer
-        if cut_from is not None:
-            return cut_from.segment_key
+        """Run and number of the full segment as a key, and the distance [m] of its middle."""
+        source = self.window_of or self.truncation_of
+        if source is not None:
+            return source.segment_key
         s = self.columns.get("s")
-        return f"{self.run}.{self.number}", 0.0 if s is None else float(0.5 * (s[0] + s[-1]))
+        return f"{self.run_index}.{self.number}", 0.0 if s is None else float(0.5 * (s[0] + s[-1]))
 
-    def table(self, half_wheelbase: Behind, steps: int) -> FloatArray:
-        """The input table of this stretch, made once for each number of steps."""
+    def table(self, half_wheelbase: Wheelbase, steps: int) -> FloatArray:
+        """Return the input table of the segment for a number of RK4 steps per sample, cached."""
         key = (half_wheelbase, steps)
         if key not in self.tables:
-            cut_from = self.whole or (self.longer if steps <= SHARED else None)
+            source = self.window_of or (self.truncation_of if steps <= MAX_SHARED_STEPS else None)
             self.tables[key] = (
-                self._table(self.columns, half_wheelbase, steps)
-                if cut_from is None
-                else self._part(cut_from.table(half_wheelbase, steps), steps)
+                self._input_table(self.columns, half_wheelbase, steps)
+                if source is None
+                else self._window_rows(source.table(half_wheelbase, steps), steps)
             )
         return self.tables[key]
 
     def truncated(self, samples: int) -> Segment:
-        """The first samples of this stretch."""
+        """Return the segment cut after its first samples."""
         columns = {k: np.ascontiguousarray(x[:samples]) for k, x in self.columns.items()}
-        return replace(self, columns=columns, tables={}, longer=self)
+        return replace(self, columns=columns, tables={}, truncation_of=self)
 
     def windows(self, seconds: float) -> list[Segment]:
-        """This stretch cut into windows of at least so many seconds, on the track that the whole lies on."""
+        """Cut the segment into windows of at least a length [s] that share its track."""
         edges = np.linspace(0, self.samples, max(int(self.samples * self.dt / seconds), 1) + 1).astype(int)
         return [
             replace(
                 self,
                 columns={k: np.ascontiguousarray(x[a:b]) for k, x in self.columns.items()},
                 tables={},
-                whole=self,
-                first=int(a),
+                window_of=self,
+                first_sample=int(a),
             )
             for a, b in pairwise(edges)
         ]
 
-    def _part(self, table: FloatArray, steps: int) -> FloatArray:
-        """The rows of a table of the whole that belong to this window."""
-        return np.ascontiguousarray(table[2 * steps * self.first : 2 * steps * (self.first + self.samples - 1) + 1])
+    def _window_rows(self, table: FloatArray, steps: int) -> FloatArray:
+        """Select the rows of this window from a table of the full segment."""
+        start, last = self.first_sample, self.first_sample + self.samples - 1
+        return np.ascontiguousarray(table[2 * steps * start : 2 * steps * last + 1])
 
-    def _table(self, c: Mapping[str, FloatArray], half_wheelbase: Behind, steps: int) -> FloatArray:
+    def _input_table(self, c: Mapping[str, FloatArray], half_wheelbase: Wheelbase, steps: int) -> FloatArray:
         if self.kind == "rig":
             return _rig_table(c, self.dt, steps)
         return run_table(c, half_wheelbase, steps)[0]
 
     def noisy_table(
-        self, noise: Mapping[str, float], band: float, rng: np.random.Generator, half_wheelbase: Behind, steps: int
+        self, noise: Mapping[str, float], band: float, rng: np.random.Generator, half_wheelbase: Wheelbase, steps: int
     ) -> FloatArray:
-        """The table with noise of the declared standard deviations on its track columns, or on the input of a rig.
+        """Return the input table with random noise on its track columns, or on the input of a rig.
 
-        A rig has no track: noise on its input is white from sample to sample, as that of its sensors is.
+        noise: standard deviation per column; band: shortest wavelength of the track noise [m]. The noise of a rig's
+        input is white from sample to sample, as that of its sensors.
         """
-        if self.whole is not None:
-            return self._part(self.whole.noisy_table(noise, band, rng, half_wheelbase, steps), steps)
+        if self.window_of is not None:
+            return self._window_rows(self.window_of.noisy_table(noise, band, rng, half_wheelbase, steps), steps)
         if self.kind == "rig":
             return self._noisy_rig_table(noise.get("u", 0.0), rng, half_wheelbase, steps)
         s = self.columns["s"]
-        drawn = [
-            band_limited_noise(rng, s, noise[q], band) if noise.get(q) and q in self.columns else None for q in TRACK
+        realisations = [
+            band_limited_noise(rng, s, noise[name], band) if noise.get(name) and name in self.columns else None
+            for name in TRACK_COLUMNS
         ]
-        return with_track(self.table(half_wheelbase, steps), s, drawn, half_wheelbase)
+        return add_track(self.table(half_wheelbase, steps), s, realisations, half_wheelbase)
 
-    def _noisy_rig_table(self, sd: float, rng: np.random.Generator, half_wheelbase: Behind, steps: int) -> FloatArray:
+    def _noisy_rig_table(
+        self, sd: float, rng: np.random.Generator, half_wheelbase: Wheelbase, steps: int
+    ) -> FloatArray:
         u = self.columns.get("u")
         if u is None or not sd:
             return self.table(half_wheelbase, steps)
@@ -151,7 +174,7 @@ class Segment:
 
 
 def _rig_table(c: Mapping[str, FloatArray], dt: float, steps: int) -> FloatArray:
-    """Columns t, 1, u, u', u'' at half steps, u a cubic spline in time."""
+    """Tabulate t, 1, u, u', u'' at half steps, u a cubic spline in time."""
     n = len(c["t"])
     at = np.arange(2 * steps * (n - 1) + 1) * (dt / (2 * steps))
     table = np.zeros((len(at), 5))
@@ -163,56 +186,57 @@ def _rig_table(c: Mapping[str, FloatArray], dt: float, steps: int) -> FloatArray
 
 
 def segments_of_run(run: Run, name: str, role: str, kind: str = "bogie", index: int = 0) -> list[Segment]:
-    """The stretches of a run that are used, in their order; index: which of the campaign's runs it is."""
+    """Cut a run into its usable segments, in their order; index: that of the run in the campaign."""
     names = tuple(known.columns_of(kind))
-    found = []
-    for number, piece in enumerate(run.stretches):
-        columns = {k: np.ascontiguousarray(run.columns[k][piece]) for k in names if k in run.columns}
+    segments = []
+    for number, part in enumerate(run.segments):
+        columns = {k: np.ascontiguousarray(run.columns[k][part]) for k in names if k in run.columns}
         if kind != "rig" and "s" not in columns:
-            columns["s"] = distance(columns["t"], columns["v"])
+            columns["s"] = distance_from_speed(columns["t"], columns["v"])
         usable = {k: x for k, x in columns.items() if k not in RESPONSES or np.all(np.isfinite(x))}
-        found.append(Segment(name, role, number, usable, 1.0 / run.rate, kind, run=index))
-    return found
+        segments.append(Segment(name, role, number, usable, 1.0 / run.rate, kind, run_index=index))
+    return segments
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """A campaign with its runs read: stretches by role, noise of every column (declared, or estimated)."""
+    """A campaign with its runs: their segments, and the noise of every column, stated or estimated."""
 
     campaign: Campaign
     runs: tuple[Run, ...]
-    stretches: tuple[Segment, ...]
+    segments: tuple[Segment, ...]
     noise: Mapping[str, float]
 
     @property
     def estimation(self) -> list[Segment]:
-        """What is fitted."""
-        return [s for s in self.stretches if s.role == "adjust"]
+        """Segments of the estimation runs."""
+        return [s for s in self.segments if s.role == "adjust"]
 
     @property
     def validation(self) -> list[Segment]:
-        """What no fit sees, and judges."""
-        return [s for s in self.stretches if s.role == "validate"]
+        """Segments of the validation runs, which no fit uses."""
+        return [s for s in self.segments if s.role == "validate"]
 
 
 def read_dataset(campaign: Campaign) -> Dataset:
-    """Read the runs of a campaign. Raises FileProblems for a run that cannot be used."""
+    """Read the runs of a campaign; FileProblems for a run that cannot be used."""
     kind = campaign.design.kind
-    runs, found = [], []
+    runs: list[Run] = []
+    segments: list[Segment] = []
     for index, entry in enumerate(campaign.runs):
         run = load_run(entry.file, kind)
         runs.append(run)
-        found += segments_of_run(run, entry.name, entry.role, kind, index)
-    noise = dict(estimated_noise(found)) | dict(campaign.noise)
-    return Dataset(campaign, tuple(runs), tuple(found), noise)
+        segments += segments_of_run(run, entry.name, entry.role, kind, index)
+    noise = dict(estimate_noise(segments)) | dict(campaign.noise)
+    return Dataset(campaign, tuple(runs), tuple(segments), noise)
 
 
-def estimated_noise(found: Sequence[Segment]) -> dict[str, float]:
-    """White sensor noise of each response from the highest tenth of its spectrum; track columns: none."""
+def estimate_noise(segments: Sequence[Segment]) -> dict[str, float]:
+    """Estimate the white sensor noise of each response from the highest tenth of its spectrum."""
     noise: dict[str, list[float]] = {}
-    for s in found:
-        for c in s.channels:
-            _, power = welch(s.columns[c], 1.0, 1024)
+    for segment in segments:
+        for c in segment.channels:
+            _, power = welch(segment.columns[c], 1.0, 1024)
             top = power[-max(len(power) // 10, 1) : -1]
             noise.setdefault(c, []).append(float(np.sqrt(np.median(top) * 0.5)))
     return {c: float(np.median(values)) for c, values in noise.items()}
@@ -228,13 +252,13 @@ def band_pass(band: tuple[float, float] | None, rate: float) -> FloatArray:
 
 def cut_samples(campaign: Campaign, stretch: Segment) -> int:
     """Samples left out at both ends; a window, which begins anew, is compared up to its ends."""
-    return 0 if stretch.whole is not None else round(campaign.cut_of(stretch.samples * stretch.dt) / stretch.dt)
+    return 0 if stretch.window_of is not None else round(campaign.cut_length(stretch.samples * stretch.dt) / stretch.dt)
 
 
-def kernel_filter(campaign: Campaign, stretch: Segment, weights: FloatArray, every: int = 1) -> Filter:
+def kernel_filter(campaign: Campaign, stretch: Segment, weights: FloatArray, every: int = 1) -> ZeroPhaseFilter:
     """The comparison's filter of a stretch; weights [channel]."""
     sos = band_pass(campaign.band, 1.0 / stretch.dt)
-    return Filter(sos, sosfilt_zi(sos), padlen(sos), cut_samples(campaign, stretch), weights, every)
+    return ZeroPhaseFilter(sos, sosfilt_zi(sos), padlen(sos), cut_samples(campaign, stretch), weights, every)
 
 
 def comparison_filter(campaign: Campaign, stretch: Segment, x: FloatArray) -> FloatArray:
@@ -257,7 +281,7 @@ def simulate(
     vehicles: Vehicles | None = None,
     steps: int | None = None,
     table: FloatArray | None = None,
-    filter: Filter | None = None,
+    filter: ZeroPhaseFilter | None = None,
     initial: FloatArray | None = None,
     jobs: int | None = 1,
 ) -> tuple[FloatArray, NDArray[np.int64]]:
@@ -266,17 +290,17 @@ def simulate(
     The one vehicle of a model has the phases that are known of the stretch.
     """
     vehicles = vehicles or model.vehicles(stretch.coach_forces)
-    batch = model.on(*stretch.segment_key).single() if batch is None else batch
+    batch = model.on_segment(*stretch.segment_key).single_batch() if batch is None else batch
     if initial is not None:
-        batch = batch.with_initial(initial)
+        batch = batch.with_initial_states(initial)
     steps = steps or steps_for(model, stretch)
-    table = stretch.table(model.half_wheelbase(), steps) if table is None else table
+    table = stretch.table(model.wheelset_spacing(), steps) if table is None else table
     return vehicles.simulate(batch, table, stretch.dt, steps, channels, filter=filter, jobs=jobs)
 
 
 def steps_for(model: Model, stretch: Segment) -> int:
     """RK4 steps per sample that the vehicle needs on this stretch."""
-    return model.vehicles(stretch.coach_forces).steps(model.single(), *stretch.speeds, stretch.dt)[0]
+    return model.vehicles(stretch.coach_forces).required_steps(model.single_batch(), *stretch.speeds, stretch.dt)[0]
 
 
 def nrmse(pairs: Sequence[tuple[Sequence[str], FloatArray, FloatArray]]) -> dict[str, float]:
@@ -290,7 +314,7 @@ def nrmse(pairs: Sequence[tuple[Sequence[str], FloatArray, FloatArray]]) -> dict
     return {c: float(np.sqrt(error[c] / power[c])) if power[c] > 0 else float("nan") for c in error}
 
 
-def overall(channels: Mapping[str, float]) -> float:
+def overall_nrmse(channels: Mapping[str, float]) -> float:
     """Root of the mean of the squares over the compared channels."""
     used = [v for c, v in channels.items() if c in COMPARED or c in RIG_RESPONSES]
     return float(np.sqrt(np.mean(np.square(used)))) if used else float("nan")

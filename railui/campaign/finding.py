@@ -1,4 +1,4 @@
-"""One thing that is found about measured data, with its channel, a number and its place."""
+"""Findings of the data checks."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing about the data: check, run, channel, number with unit, and words; from and to [s] where it has a place.
+    """A finding of a data check: check, run, channel, number with unit, and sentence.
 
-    `serious`: the data are wrong there, and no model will fit them.
+    serious: the data are wrong, so that no model fits them. start, end: the affected time [s], if it is a part of the
+    run.
     """
 
     check: str

@@ -1,4 +1,4 @@
-"""The shape of a campaign file, for checking and for the JSON Schema."""
+"""Schema of a campaign file, for its check and for the JSON Schema."""
 
 from __future__ import annotations
 
@@ -8,14 +8,25 @@ from pydantic import Field, create_model
 
 from railui.campaign.settings.declaration import Setting
 from railui.campaign.settings.loop_settings import SETTINGS
-from railui.io.fields import LISTED, PAIRED, Group, Objects, Reader, Text, measure, quantity_schema, whole, word
+from railui.io.fields import (
+    LIST,
+    PAIR,
+    Group,
+    Objects,
+    ValueReader,
+    Text,
+    quantity_reader,
+    quantity_schema,
+    integer_reader,
+    choice_reader,
+)
 from railui.io.units import UnitError, quantity
 
 ROLES = ("adjust", "validate")
 
 
 def read_cut(value: Any) -> tuple[float, float]:
-    """What is left out at both ends: seconds, or a share of the stretch.
+    """Read the length to leave out at both ends of a segment: seconds, or a share of its length.
 
     >>> read_cut("2 s"), read_cut("2 %")
     ((2.0, 0.0), (0.0, 0.02))
@@ -28,25 +39,25 @@ def read_cut(value: Any) -> tuple[float, float]:
 
 
 class RunModel(Group):
-    """One run and what it is for."""
+    """Schema of a run: its file and its role."""
 
     file: Text = Field(json_schema_extra={"sample": "file: run_a.csv.gz"})
-    role: Annotated[str, word(ROLES)] = Field(json_schema_extra={"sample": "role: adjust"})
+    role: Annotated[str, choice_reader(ROLES)] = Field(json_schema_extra={"sample": "role: adjust"})
 
 
-NOISE = Reader(
+NOISE = ValueReader(
     lambda value: {} if value is None else value,
     {"type": "object", "additionalProperties": quantity_schema("", title="standard deviation of a column")},
 )
-Frequency = Annotated[float, measure("Hz", 0.0, above=True)]
+Frequency = Annotated[float, quantity_reader("Hz", 0.0, above=True)]
 
 
 def setting_field(setting: Setting) -> Any:
     """Define the pydantic field of a setting: a count, or a quantity of its unit within its bounds."""
     field = Field(default=setting.default, title=setting.meaning.rstrip("."))
     if setting.is_whole:
-        return Annotated[int, whole(int(setting.minimum or 0))], field
-    return Annotated[float, measure(setting.unit, setting.minimum, maximum=setting.maximum)], field
+        return Annotated[int, integer_reader(int(setting.minimum or 0))], field
+    return Annotated[float, quantity_reader(setting.unit, setting.minimum, maximum=setting.maximum)], field
 
 
 SettingsModel = create_model(
@@ -60,38 +71,38 @@ def read_settings(value: Any) -> Any:
 
 
 class CampaignModel(Group):
-    """The shape of campaign.yaml."""
+    """Schema of campaign.yaml."""
 
     schema_: Text = Field(default="railui.campaign/1", alias="schema")
     name: Text = ""
     vehicle: Text = Field(json_schema_extra={"sample": "vehicle: ../vehicle.yaml"})
-    runs: Annotated[list[RunModel], LISTED] = Field(
+    runs: Annotated[list[RunModel], LIST] = Field(
         json_schema_extra={"sample": "runs: [{file: run_a.csv.gz, role: adjust}]"}
     )
     noise: Annotated[dict[str, Any], NOISE] = Field(
         default_factory=dict, title="standard deviation of any column but t, s, v"
     )
-    noise_band: Annotated[float, measure("m", 0.0, above=True)] = Field(
+    noise_band: Annotated[float, quantity_reader("m", 0.0, above=True)] = Field(
         default=2.5, title="shortest wavelength of track noise"
     )
-    adjust: Annotated[list[Text], LISTED] | None = Field(default=None, title="paths of what is adjusted")
-    band: Annotated[tuple[Frequency, Frequency], PAIRED] | None = Field(
+    adjust: Annotated[list[Text], LIST] | None = Field(default=None, title="paths of the parameters to estimate")
+    band: Annotated[tuple[Frequency, Frequency], PAIR] | None = Field(
         default=None,
         title="band of the comparison",
-        description="0.3 to 40 Hz; on a rig nothing but the mean is removed",
+        description="0.3 to 40 Hz; on a rig only the mean is removed",
     )
     cut: Annotated[
         Any,
-        Reader(
+        ValueReader(
             read_cut,
-            quantity_schema("s", title="left out at both ends of a stretch", description="2 s; on a rig 2 %"),
+            quantity_schema("s", title="left out at both ends of a segment", description="2 s; on a rig 2 %"),
         ),
     ] = None
-    material: Annotated[float, measure("1", 0.0, maximum=1.0)] = Field(
-        default=0.10, title="share by which an effect must lower the error"
+    material: Annotated[float, quantity_reader("1", 0.0, maximum=1.0)] = Field(
+        default=0.10, title="share by which an effect must lower the validation error"
     )
     sensors: Objects = Field(default_factory=list)
-    track: Annotated[str, word(("unloaded", "loaded"))] = "unloaded"
-    settings: Annotated[SettingsModel, Reader(read_settings)] = Field(  # type: ignore[valid-type]
+    track: Annotated[str, choice_reader(("unloaded", "loaded"))] = "unloaded"
+    settings: Annotated[SettingsModel, ValueReader(read_settings)] = Field(  # type: ignore[valid-type]
         default_factory=SettingsModel, title="thresholds of the loop"
     )

@@ -10,7 +10,7 @@ from railui.campaign.campaign import load_campaign
 from railui.campaign.settings.declaration import Setting
 from railui.campaign.settings.loop_settings import SETTINGS, LoopSettings
 from railui.documents.saving import save_campaign
-from railui.documents.schema import schema
+from railui.documents.schema import json_schema
 from railui.io.problems import FileProblems
 from railui.io.units import quantity
 
@@ -75,7 +75,7 @@ def test_saving_a_campaign_keeps_its_settings(campaign_folder: Path) -> None:
 
 
 def test_the_json_schema_lists_every_setting() -> None:
-    properties = schema("campaign")["$defs"]["SettingsModel"]["properties"]
+    properties = json_schema("campaign")["$defs"]["SettingsModel"]["properties"]
     assert list(properties) == list(SETTINGS)
     assert properties["max_effects"] == {
         "default": 3,
