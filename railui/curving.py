@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.core import Batch, Vehicles
 from railui.vehicle.design_reader import Design
-from railui.vehicle.dofs import part_of
-from railui.vehicle.grouping import by_structure
-from railui.vehicle.linear import is_lateral
+from railui.vehicle.dofs import body_and_motion, is_lateral
+from railui.vehicle.grouping import group_by_structure
 from railui.vehicle.model import Model
 from railui.vehicle.multibody_reader import position_terms
-from railui.vehicle.resolve import model_of
+from railui.vehicle.resolve import resolve_model
 from railui.vehicle.wheel_loads import GRAVITY
 
 CLOSE: Final = 1e-10  # of the wheel load: forces that are left
@@ -67,9 +66,9 @@ def curve_many(
     designs: Sequence[Design | Model | str | Path], radius: float, cant_deficiency: float = 0.0
 ) -> list[dict[str, Any]]:
     """`curve` of many designs, in their order; those of one structure are solved side by side."""
-    models = [model_of(design) for design in designs]
+    models = [resolve_model(design) for design in designs]
     found: dict[int, dict[str, Any]] = {}
-    for members in by_structure(models):
+    for members in group_by_structure(models):
         first = models[members[0]]
         n = len(members)
         rows = np.stack([models[i].row for i in members])
@@ -82,7 +81,7 @@ def curves(
     design: Design | Model | str | Path, radii: Sequence[float], cant_deficiency: float = 0.0
 ) -> list[dict[str, Any]]:
     """`curve` of one design at many radii [m]."""
-    model = model_of(design)
+    model = resolve_model(design)
     rows = np.repeat(model.row[None], len(radii), axis=0)
     stands = solve_equilibria(model, rows, np.array(radii), np.full(len(radii), cant_deficiency))
     return [result_dict(model, stands, k, float(radius), cant_deficiency) for k, radius in enumerate(radii)]
@@ -120,7 +119,7 @@ def solve_equilibria(model: Model, rows: FloatArray, radius: FloatArray, cant_de
     if not np.all(np.isfinite(radius)) or np.any(radius == 0):
         raise ValueError(f"a radius must be a number other than 0: {radius[~(np.abs(radius) > 0)][0]:g} m")
     vehicles, batch = model.vehicles(), model.batch(rows)
-    states, dofs = vehicles.states(batch), vehicles.freedoms(batch)
+    states, dofs = vehicles.state_count(batch), vehicles.degrees_of_freedom(batch)
     curvature = 1.0 / radius
     ahead = positions(model, rows, dofs)
     loads = outward(model, rows, dofs, cant_deficiency, np.sign(radius))
@@ -163,7 +162,7 @@ def wheel_loads(model: Model, rows: FloatArray) -> FloatArray:
     structure = model.design.structure
     if structure is None:
         return np.repeat(rows[:, model.columns["vehicle.wheel_load"]][:, None], 2, axis=1)
-    return np.stack([rows[:, model.columns[w.part.at("wheel_load")]] for w in structure.wheelsets], axis=1)
+    return np.stack([rows[:, model.columns[w.part.number_path("wheel_load")]] for w in structure.wheelsets], axis=1)
 
 
 def outward(
@@ -175,12 +174,12 @@ def outward(
     """
     vehicles, found = model.vehicles(), np.zeros((len(rows), len(dofs)))
     lateral = [i for i, dof in enumerate(dofs) if is_lateral(dof)]
-    carrying = [k for k, i in enumerate(lateral) if "wheelset" not in part_of(dofs[i])[0]]
-    frames = [k for k in carrying if part_of(dofs[lateral[k]])[0].startswith("frame")] or carrying[:1]
+    carrying = [k for k, i in enumerate(lateral) if "wheelset" not in body_and_motion(dofs[i])[0]]
+    frames = [k for k in carrying if body_and_motion(dofs[lateral[k]])[0].startswith("frame")] or carrying[:1]
     gauges = [i for path, i in model.columns.items() if path.endswith(".half_gauge")]
     for k, row in enumerate(rows):
         if cant_deficiency[k]:
-            masses = np.array(list(vehicles.bodies(model.batch(row[None])).values()))[lateral]
+            masses = np.array(list(vehicles.inertias(model.batch(row[None])).values()))[lateral]
             beyond = 2 * wheel_loads(model, row[None]).sum() / GRAVITY - masses.sum()
             masses[frames] += max(0.0, float(beyond)) / len(frames)
             found[k, lateral] = -side[k] * masses * GRAVITY * cant_deficiency[k] / (2 * np.mean(row[gauges]))
@@ -212,7 +211,7 @@ class _Newton:
             shift[:, i] = along * curvature if dof.startswith("psi") else 0.5 * along**2 * curvature
             shift[:, i] *= is_lateral(dof) or dof.startswith("psi")
         states = np.concatenate([x[:, :n], np.zeros((len(x), n)), x[:, n:]], axis=1)
-        found, wheels = self.vehicles.statics(self.batch.with_initial(states), part * shift, part * curvature)
+        found, wheels = self.vehicles.static_forces(self.batch.with_initial_states(states), part * shift, part * curvature)
         found[:, :n] += part * self.loads
         return found / self.scale, wheels
 

@@ -10,20 +10,20 @@ from pathlib import Path
 from platform import processor, python_version
 from typing import Any
 
-from railui.core import simd, sources
+from railui.core import simd_level, source_hash
 
 HOME = Path(__file__).parents[2]
 CPUINFO = Path("/proc/cpuinfo")
 
 
-def machine() -> str:
+def processor_name() -> str:
     """The processor by its maker's name, as far as the system tells it."""
     text = CPUINFO.read_text("utf-8") if CPUINFO.exists() else ""
     names = [line.partition(":")[2].strip() for line in text.splitlines() if line.startswith("model name")]
     return names[0] if names else processor() or "unknown processor"
 
 
-def commit() -> str:
+def source_commit() -> str:
     """The commit that railui's sources stand at, "-dirty" where they were changed since; "" outside a repository."""
     if not (HOME / ".git").exists():
         return ""
@@ -34,7 +34,7 @@ def commit() -> str:
         return ""
 
 
-def keep(file: Path, what: str, numbers: Mapping[str, float]) -> dict[str, Any] | None:
+def append(file: Path, what: str, numbers: Mapping[str, float]) -> dict[str, Any] | None:
     """Append a dated line to `file`; returns the last line before it of the same bench, machine and SIMD level.
 
     Lines that are not whole are passed over: a bench was interrupted while it wrote.
@@ -46,8 +46,8 @@ def keep(file: Path, what: str, numbers: Mapping[str, float]) -> dict[str, Any] 
     (True, {'full': 40.0})
     """
     entry = {
-        "date": datetime.now(UTC).isoformat(timespec="seconds"), "what": what, "machine": machine(), "simd": simd(),
-        "python": python_version(), "commit": commit(), "kernel": sources()[:12], "numbers": dict(numbers),
+        "date": datetime.now(UTC).isoformat(timespec="seconds"), "what": what, "machine": processor_name(), "simd": simd_level(),
+        "python": python_version(), "commit": source_commit(), "kernel": source_hash()[:12], "numbers": dict(numbers),
     }  # fmt: skip
     same = [one for one in _lines(file) if all(one.get(key) == entry[key] for key in ("what", "machine", "simd"))]
     file.parent.mkdir(parents=True, exist_ok=True)
@@ -69,7 +69,7 @@ def _lines(file: Path) -> list[dict[str, Any]]:
     return found
 
 
-def change(numbers: Mapping[str, float], before: Mapping[str, Any]) -> list[str]:
+def describe_changes(numbers: Mapping[str, float], before: Mapping[str, Any]) -> list[str]:
     """One line per number that was there before: what it was, and by how many per cent it changed.
 
     >>> change({"full": 33.0, "new": 1.0}, {"date": "2026-01-01", "commit": "abc", "numbers": {"full": 30.0}})

@@ -11,20 +11,20 @@ from typing import Any, Final
 import numpy as np
 
 from railui.bench.standard_job import (
-    DESIGNS,
-    LENGTH,
+    DESIGN_COUNT,
+    TRACK_LENGTH,
     REPETITIONS,
-    bogie,
-    quickest,
+    bogie_model,
+    shortest_times,
     reduced_job,
-    road,
-    rolling,
-    scored,
-    spread,
+    standard_excitation,
+    ride_job,
+    score_job,
+    spread_designs,
 )
-from railui.bench.step_error import cases
-from railui.core import LANES, jobs_or_all
-from railui.ride_quality.statistics import SCORED
+from railui.bench.step_error import effect_cases
+from railui.core import LANES, resolve_thread_count
+from railui.ride_quality.statistics import SCORE_CHANNELS
 from railui.vehicle.model import Model
 
 KILOMETRE: Final = 1000.0  # m, for effects: what a design costs beside its steps is below 1 ns per step there
@@ -37,15 +37,15 @@ CALLS: Final = 10  # at a time, and so many times as often as all else: what is 
 def costs(jobs: int | None = None, repetitions: int = REPETITIONS) -> dict[str, Any]:
     """All of them, by the names of their functions where these return rows."""
     return {
-        "scaling": scaling(jobs_or_all(jobs), repetitions=repetitions),
-        "effects": effects(repetitions=repetitions),
-        "comfort_ns_per_design_step": comfort(repetitions=repetitions),
-        "alone": alone(repetitions=repetitions),
-        **call(repetitions),
+        "scaling": thread_scaling(resolve_thread_count(jobs), repetitions=repetitions),
+        "effects": effect_costs(repetitions=repetitions),
+        "comfort_ns_per_design_step": comfort_cost(repetitions=repetitions),
+        "alone": single_design_times(repetitions=repetitions),
+        **call_costs(repetitions),
     }
 
 
-def scaling(
+def thread_scaling(
     threads: int, designs: int | None = None, length: float = MIDDLE, repetitions: int = REPETITIONS
 ) -> list[dict[str, float]]:
     """Whole scores of bogies with every number of threads from one on: designs/s, and over those of one thread.
@@ -54,33 +54,33 @@ def scaling(
     [1, 2, 3]
     """
     designs = designs or GROUPS * LANES * threads
-    rows = spread(bogie(), designs)
-    seconds = quickest([scored(bogie(), rows, n, length) for n in range(1, threads + 1)], repetitions)
+    rows = spread_designs(bogie_model(), designs)
+    seconds = shortest_times([score_job(bogie_model(), rows, n, length) for n in range(1, threads + 1)], repetitions)
     return [
         {"threads": n, "designs_per_second": designs / each, "times_one": seconds[0] / each}
         for n, each in enumerate(seconds, start=1)
     ]
 
 
-def effects(designs: int = LANES, length: float = KILOMETRE, repetitions: int = REPETITIONS) -> list[dict[str, Any]]:
+def effect_costs(designs: int = LANES, length: float = KILOMETRE, repetitions: int = REPETITIONS) -> list[dict[str, Any]]:
     """The bogie without effects, with each alone and with its own: ns per design-step, and over those without any.
 
     Without comfort, on one thread, in turns, for their differences are small; processor time. Each takes the steps per
     sample that it needs.
     """
-    way, names, steps = road(length=length), [], []
+    way, names, steps = standard_excitation(length=length), [], []
     runs: list[Callable[[], object]] = []
-    for vehicle, kinds, design in cases():
+    for vehicle, kinds, design in effect_cases():
         if vehicle != "bogie":
             continue
         model = Model(design)
         batch = model.batch(np.tile(model.row, (designs, 1)))
-        taken = model.vehicles().steps(model.single(), way.speed, way.speed, way.dt)[0]
-        table = way.table(model.half_wheelbase(), taken)
-        runs.append(partial(model.vehicles().score, batch, table, way.dt, taken, SCORED, np.full(designs, 7e-3)))
+        taken = model.vehicles().required_steps(model.single_batch(), way.speed, way.speed, way.dt)[0]
+        table = way.table(model.wheelset_spacing(), taken)
+        runs.append(partial(model.vehicles().ride_statistics, batch, table, way.dt, taken, SCORE_CHANNELS, np.full(designs, 7e-3)))
         names.append(kinds)
         steps.append(taken)
-    seconds = quickest(runs, repetitions, time.process_time)
+    seconds = shortest_times(runs, repetitions, time.process_time)
     samples = designs * (len(way.track) - 1)
     ns = [1e9 * each / (samples * taken) for each, taken in zip(seconds, steps, strict=True)]
     return [
@@ -89,14 +89,14 @@ def effects(designs: int = LANES, length: float = KILOMETRE, repetitions: int = 
     ]
 
 
-def comfort(designs: int = DESIGNS, length: float = LENGTH, repetitions: int = REPETITIONS) -> float:
+def comfort_cost(designs: int = DESIGN_COUNT, length: float = TRACK_LENGTH, repetitions: int = REPETITIONS) -> float:
     """What the accelerations and their comfort filters add to a ride of the full job [ns per design-step]."""
-    rows, way = spread(bogie(), designs), road(length=length)
-    whole, bare = quickest([rolling(bogie(), rows, way, yes).ride for yes in (True, False)], repetitions)
+    rows, way = spread_designs(bogie_model(), designs), standard_excitation(length=length)
+    whole, bare = shortest_times([ride_job(bogie_model(), rows, way, yes).run for yes in (True, False)], repetitions)
     return 1e9 * (whole - bare) / (designs * (len(way.track) - 1))
 
 
-def alone(length: float = LENGTH, repetitions: int = REPETITIONS) -> dict[str, float]:
+def single_design_times(length: float = TRACK_LENGTH, repetitions: int = REPETITIONS) -> dict[str, float]:
     """One design by itself on 2 km: milliseconds of the full and of the reduced job, and how many times the full one
     takes a Jacobian by differences over fifteen parameters, all sixteen side by side; on one thread.
 
@@ -104,27 +104,27 @@ def alone(length: float = LENGTH, repetitions: int = REPETITIONS) -> dict[str, f
     """
 
     def full(designs: int) -> Callable[[], object]:
-        return scored(bogie(), spread(bogie(), designs), 1, length)
+        return score_job(bogie_model(), spread_designs(bogie_model(), designs), 1, length)
 
-    runs = full(1), reduced_job(spread(bogie(reduced=True), 1), 1), full(1 + PARAMETERS)
-    one, reduced, all_ = (quickest([run], CALLS * repetitions)[0] for run in runs)
+    runs = full(1), reduced_job(spread_designs(bogie_model(reduced=True), 1), 1), full(1 + PARAMETERS)
+    one, reduced, all_ = (shortest_times([run], CALLS * repetitions)[0] for run in runs)
     return {"full_ms": 1e3 * one, "reduced_ms": 1e3 * reduced, "jacobian_of_15": all_ / one}
 
 
-def call(repetitions: int = REPETITIONS) -> dict[str, float]:
+def call_costs(repetitions: int = REPETITIONS) -> dict[str, float]:
     """What a call of the kernel costs beside its steps, and what every design in it costs beside its steps [us].
 
-    Rides of one step of RK4, of one bogie and of a group of sixteen, on one thread. The line through both meets no
+    RideStatistics of one step of RK4, of one bogie and of a group of sixteen, on one thread. The line through both meets no
     designs at what is the crossing's own: arguments, a thread, results. Its slope is what makes a design ready: its
     matrices, coefficients, filters.
     """
-    model, way = bogie(), road(length=MIDDLE)
+    model, way = bogie_model(), standard_excitation(length=MIDDLE)
 
     def many(designs: int) -> Callable[[], object]:
-        rides = rolling(model, spread(model, designs), way)
+        rides = ride_job(model, spread_designs(model, designs), way)
         least = replace(rides, table=np.ascontiguousarray(rides.table[:3]))
-        return lambda: [least.ride() for _ in range(CALLS)]
+        return lambda: [least.run() for _ in range(CALLS)]
 
-    one, group = (1e6 * each / CALLS for each in quickest([many(1), many(LANES)], CALLS * repetitions))
+    one, group = (1e6 * each / CALLS for each in shortest_times([many(1), many(LANES)], CALLS * repetitions))
     each = (group - one) / (LANES - 1)
     return {"crossing_us_per_call": one - each, "setup_us_per_design": each}

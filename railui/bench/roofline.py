@@ -7,15 +7,15 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final
 
-from railui.bench.standard_job import REPETITIONS, quickest
-from railui.core import chains, simd
+from railui.bench.standard_job import REPETITIONS, shortest_times
+from railui.core import run_operation_chains, simd_level
 
-TABLE: Final = Path(__file__).with_name("operations.csv")  # counted by a test of the kernel: rust_core/src/operations.rs
+TABLE: Final = Path(__file__).with_name("operations.csv")  # counted by a test of the kernel (operations.rs)
 
-ROUNDS: Final = {"operations_per_second": (False, 1_000_000), "roots_per_second": (True, 100_000)}  # of milliseconds
+CHAIN_ROUNDS: Final = {"operations_per_second": (False, 1_000_000), "roots_per_second": (True, 100_000)}  # of milliseconds
 
 
-def peak(ns: dict[str, float], repetitions: int = REPETITIONS) -> dict[str, Any] | None:
+def roofline(ns: dict[str, float], repetitions: int = REPETITIONS) -> dict[str, Any] | None:
     """The core's peak, and of jobs (`full`, `reduced`) that take so many `ns` per design-step their share of it.
 
     Peak: fused products per second on one thread, counted per lane, in chains that never leave the registers; square
@@ -28,9 +28,9 @@ def peak(ns: dict[str, float], repetitions: int = REPETITIONS) -> dict[str, Any]
     >>> peak({}) is None or sorted(peak({}, 1))
     ['operations_per_second', 'roots_per_second']
     """
-    if simd() == "portable":
+    if simd_level() == "portable":
         return None
-    rates = peaks(repetitions)
+    rates = measure_peaks(repetitions)
     return rates | {job: share_of_peak(operations()[job], each, **rates) for job, each in ns.items()}
 
 
@@ -48,10 +48,10 @@ def operations() -> dict[str, dict[str, int]]:
         return {row.pop("job"): {name: int(n) for name, n in row.items()} for row in csv.DictReader(file)}
 
 
-def peaks(repetitions: int = REPETITIONS) -> dict[str, float]:
+def measure_peaks(repetitions: int = REPETITIONS) -> dict[str, float]:
     """Fused products and square roots per second, counted per lane, on one thread."""
-    seconds = quickest([partial(chains, *links) for links in ROUNDS.values()], repetitions)
-    return {name: chains(*ROUNDS[name]) / each for name, each in zip(ROUNDS, seconds, strict=True)}
+    seconds = shortest_times([partial(run_operation_chains, *links) for links in CHAIN_ROUNDS.values()], repetitions)
+    return {name: run_operation_chains(*CHAIN_ROUNDS[name]) / each for name, each in zip(CHAIN_ROUNDS, seconds, strict=True)}
 
 
 def share_of_peak(

@@ -12,19 +12,20 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.bench.designs import BOGIE
-from railui.core import jobs_or_all
+from railui.core import resolve_thread_count
 from railui.execution.session import Session
 from railui.execution.threads import ThreadRunner
 from railui.optimisation.cases import Case, cases_of
-from railui.optimisation.design_space import Ranges, first_generation
+from railui.optimisation.design_space import DesignSpace, initial_population
 from railui.optimisation.evaluation import ResponseTable
 from railui.optimisation.multi_objective import search_pymoo
 from railui.optimisation.objectives import assess
-from railui.optimisation.optimise import declared_values
-from railui.optimisation.responses import steppable
-from railui.optimisation.study import Study, load_study
+from railui.optimisation.search import baseline_values
+from railui.optimisation.responses import integrable_rows
+from railui.optimisation.study import Study
+from railui.optimisation.study_reader import load_study
 from railui.ride_quality.comfort import comfort_sections
-from railui.ride_quality.statistics import BLOCK, SCORED
+from railui.ride_quality.statistics import BLOCK_DURATION, SCORE_CHANNELS
 
 GENERATIONS: Final = 8
 STUDY: Final = """\
@@ -50,27 +51,27 @@ class _Kernel:
     def time(self, cases: Sequence[Case], rows: Sequence[FloatArray]) -> None:
         """Adds the seconds of the calls."""
         for case, some in zip(cases, rows, strict=True):
-            model, road = case.vehicle.model, case.road
-            able, steps = steppable(model, some, road)
+            model, road = case.vehicle.model, case.excitation
+            able, steps = integrable_rows(model, some, road)
             sections = [np.ascontiguousarray(one) for one in comfort_sections(model, some[able], road.dt).values()]
             vehicles, batch = model.vehicles(), model.batch(some[able])
             clearance = np.ascontiguousarray(some[able, model.columns["contact.flange_clearance"]])
-            block, channels = max(1, round(BLOCK / road.dt)), SCORED
+            block, channels = max(1, round(BLOCK_DURATION / road.dt)), SCORE_CHANNELS
             for n in np.unique(steps):
                 here = np.flatnonzero(steps == n)
-                course = (road.table(model.behind(), int(n)), road.dt, int(n))
+                course = (road.table(model.wheelset_distances(), int(n)), road.dt, int(n))
                 part, weights = batch.select(here), [np.ascontiguousarray(one[here]) for one in sections]
                 begun = time.perf_counter()
-                vehicles.score(part, *course, channels, clearance[here], weights, block=block, jobs=self.jobs)
+                vehicles.ride_statistics(part, *course, channels, clearance[here], weights, block=block, jobs=self.jobs)
                 self.seconds += time.perf_counter() - begun
 
 
-def overhead(jobs: int | None = None, generations: int = GENERATIONS) -> dict[str, Any]:
+def measure_search_overhead(jobs: int | None = None, generations: int = GENERATIONS) -> dict[str, Any]:
     """Seconds of a whole search, of the bare kernel for the same rides beside it, and their ratio.
 
     Both in turns, generation by generation, on the same threads: what disturbs the machine disturbs both.
     """
-    threads = jobs_or_all(jobs)
+    threads = resolve_thread_count(jobs)
     with tempfile.TemporaryDirectory() as home:
         study = _study(Path(home), generations)
         with Session(study, Path(home) / "out", ThreadRunner(threads)) as session:
@@ -80,8 +81,8 @@ def overhead(jobs: int | None = None, generations: int = GENERATIONS) -> dict[st
                 asked.append((cases, rows))
                 return session.evaluator(cases, rows, keys)
 
-            cases, declared, kernel, whole = cases_of(study), declared_values(study), _Kernel(threads), 0.0
-            first = first_generation(Ranges(study.variables), study.method.population, declared, study.method.seed)
+            cases, declared, kernel, whole = cases_of(study), baseline_values(study), _Kernel(threads), 0.0
+            first = initial_population(DesignSpace(study.variables), study.method.population, declared, study.method.seed)
             steps = search_pymoo(study, first, lambda x: assess(study, cases, x, evaluator))
             next(steps)  # to warm up: tables, pymoo
             asked.clear()

@@ -11,21 +11,21 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.bench.designs import BOGIE, COACH
-from railui.core import LANES, Batch, Rides, Vehicles, jobs_or_all, simd
+from railui.core import LANES, Batch, RideStatistics, Vehicles, resolve_thread_count, simd_level
 from railui.ride_quality.comfort import comfort_sections, felt_acceleration
 from railui.ride_quality.score import score_many
-from railui.ride_quality.statistics import BLOCK, SCORED, displacements
+from railui.ride_quality.statistics import BLOCK_DURATION, SCORE_CHANNELS, guidance_channels
 from railui.track import Track
 from railui.track.excitation import Excitation, TrackSource, resolve_track
 from railui.vehicle.design_reader import parse_design
 from railui.vehicle.model import Model
 
-DESIGNS: Final = 64
+DESIGN_COUNT: Final = 64
 SPREAD: Final = 0.10
 SEED: Final = 1
 REPETITIONS: Final = 5  # of which the quickest counts: the others were disturbed
 SPEED: Final = 40.0  # m/s
-LENGTH: Final = 2000.0  # m
+TRACK_LENGTH: Final = 2000.0  # m
 TRACK: Final = "erri_b176_high length={} seed=1"
 REDUCED_TO_ZERO: Final = (
     *("contact.leading.contact_angle", "contact.trailing.contact_angle", "contact.spin_creep"),
@@ -35,18 +35,18 @@ SPREAD_OVER: Final = ("vehicle.primary.", "vehicle.secondary.", "contact.leading
 SPREAD_OVER_COACH: Final = ("stiffness", "damping", "conicity", "longitudinal_creep", "lateral_creep", "spin_creep")
 
 
-def bogie(reduced: bool = False) -> Model:
+def bogie_model(reduced: bool = False) -> Model:
     """The bogie of the standard job; reduced: without contact angle, roll, spin creep and gyroscopic moments."""
     design = parse_design(BOGIE, "standard job")
     return Model(design.with_values(dict.fromkeys(REDUCED_TO_ZERO, 0.0)) if reduced else design)
 
 
-def coach() -> Model:
+def coach_model() -> Model:
     """The coach of 17 degrees of freedom whose step stands beside that of the bogie."""
     return Model(parse_design(COACH, "standard job, coach"))
 
 
-def spread(model: Model, count: int = DESIGNS) -> FloatArray:
+def spread_designs(model: Model, count: int = DESIGN_COUNT) -> FloatArray:
     """Rows [count, row]: suspension and contact parameters spread evenly by +/-10 %, seeded."""
     rng = np.random.default_rng(np.random.SeedSequence([SEED]))
     rows = np.tile(model.row, (count, 1))
@@ -58,7 +58,7 @@ def spread(model: Model, count: int = DESIGNS) -> FloatArray:
     return rows
 
 
-def road(reduced: bool = False, length: float = LENGTH) -> Excitation:
+def standard_excitation(reduced: bool = False, length: float = TRACK_LENGTH) -> Excitation:
     """The road of the standard job, its first `length` [m]; reduced: without cross-level."""
     laid = resolve_track(TRACK.format(f"{length:g}"))
     if reduced:
@@ -67,7 +67,7 @@ def road(reduced: bool = False, length: float = LENGTH) -> Excitation:
 
 
 @dataclass(frozen=True)
-class Rolling:
+class RideJob:
     """Vehicles on a road with one step of RK4 per sample, and what is summed along it."""
 
     vehicles: Vehicles
@@ -80,48 +80,48 @@ class Rolling:
     block: int
     wheelsets: int
 
-    def ride(self, jobs: int = 1) -> Rides:
+    def run(self, jobs: int = 1) -> RideStatistics:
         """Their statistics."""
-        return self.vehicles.score(
+        return self.vehicles.ride_statistics(
             self.batch, self.table, self.dt, 1, self.channels, self.clearance, list(self.sections.values()),
             block=self.block, jobs=jobs, wheelsets=self.wheelsets,
         )  # fmt: skip
 
 
-def rolling(model: Model, rows: FloatArray, way: Excitation, comfort: bool = True) -> Rolling:
+def ride_job(model: Model, rows: FloatArray, way: Excitation, comfort: bool = True) -> RideJob:
     """Vehicles as a score needs them; without `comfort` the displacements of their wheelsets alone."""
-    wheels, points = displacements(model), felt_acceleration(model) if comfort else ()
+    wheels, points = guidance_channels(model), felt_acceleration(model) if comfort else ()
     sections = comfort_sections(model, rows, way.dt) if comfort else {}
-    return Rolling(
-        model.vehicles(), model.batch(rows), way.table(model.half_wheelbase(), 1), way.dt, (*wheels, *points),
+    return RideJob(
+        model.vehicles(), model.batch(rows), way.table(model.wheelset_spacing(), 1), way.dt, (*wheels, *points),
         np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]]),
         {name: np.ascontiguousarray(each) for name, each in sections.items()},
-        block=round(BLOCK / way.dt) if comfort else 0, wheelsets=len(wheels),
+        block=round(BLOCK_DURATION / way.dt) if comfort else 0, wheelsets=len(wheels),
     )  # fmt: skip
 
 
-def rolling_reduced(rows: FloatArray) -> Rolling:
+def reduced_ride_job(rows: FloatArray) -> RideJob:
     """The bogies of the reduced job, with e_1 alone."""
-    bogies = rolling(bogie(reduced=True), rows, road(reduced=True), comfort=False)
-    return replace(bogies, channels=SCORED[:1], wheelsets=1)
+    bogies = ride_job(bogie_model(reduced=True), rows, standard_excitation(reduced=True), comfort=False)
+    return replace(bogies, channels=SCORE_CHANNELS[:1], wheelsets=1)
 
 
 def full_job(rows: FloatArray, jobs: int) -> Callable[[], FloatArray]:
     """The whole score [n] of bogies, comfort included, one step of RK4 per sample."""
-    return scored(bogie(), rows, jobs)
+    return score_job(bogie_model(), rows, jobs)
 
 
 def coach_job(rows: FloatArray, jobs: int) -> Callable[[], FloatArray]:
     """The same of coaches, comfort at three floor points."""
-    return scored(coach(), rows, jobs)
+    return score_job(coach_model(), rows, jobs)
 
 
-def scored(model: Model, rows: FloatArray, jobs: int, length: float = LENGTH) -> Callable[[], FloatArray]:
+def score_job(model: Model, rows: FloatArray, jobs: int, length: float = TRACK_LENGTH) -> Callable[[], FloatArray]:
     """The whole score [n] of vehicles on the road of the standard job, at their worst comfort point."""
-    vehicles, riding = rolling(model, rows, road(length=length)), model.design.riding
+    vehicles, riding = ride_job(model, rows, standard_excitation(length=length)), model.design.riding
 
     def run() -> FloatArray:
-        found = vehicles.ride(jobs)
+        found = vehicles.run(jobs)
         e = found.displacement
         statistics = {name: found.rms[:, :, i].max(axis=1) for i, name in enumerate(vehicles.sections)}
         statistics |= {"mean_e": e[..., 0], "sd_e": e[..., 1], "flange_fractions": e[..., 2]}
@@ -133,16 +133,16 @@ def scored(model: Model, rows: FloatArray, jobs: int, length: float = LENGTH) ->
 
 def reduced_job(rows: FloatArray, jobs: int) -> Callable[[], FloatArray]:
     """The rms [n] of e_1 alone."""
-    vehicles = rolling_reduced(rows)
+    vehicles = reduced_ride_job(rows)
 
     def run() -> FloatArray:
-        e = vehicles.ride(jobs).displacement[:, 0]
+        e = vehicles.run(jobs).displacement[:, 0]
         return np.hypot(e[:, 0], e[:, 1])
 
     return run
 
 
-def quickest(
+def shortest_times(
     runs: Sequence[Callable[[], object]],
     repetitions: int = REPETITIONS,
     clock: Callable[[], float] = time.perf_counter,
@@ -159,7 +159,7 @@ def quickest(
     return [min(each) for each in times]
 
 
-def bench(jobs: int | None = None, repetitions: int = REPETITIONS, designs: int = DESIGNS) -> dict[str, Any]:
+def run_standard_job(jobs: int | None = None, repetitions: int = REPETITIONS, designs: int = DESIGN_COUNT) -> dict[str, Any]:
     """The standard job, full, reduced and of the coach, on one thread and (`all_threads`) on all; lanes, simd, threads.
 
     `coach_to_bogie`: a step of the coach over one of the full job, on one thread.
@@ -167,14 +167,14 @@ def bench(jobs: int | None = None, repetitions: int = REPETITIONS, designs: int 
     >>> sorted(bench(jobs=1, repetitions=1, designs=16))
     ['coach', 'coach_to_bogie', 'designs', 'full', 'lanes', 'reduced', 'simd', 'threads']
     """
-    threads = jobs_or_all(jobs)
+    threads = resolve_thread_count(jobs)
     parts = {
-        "full": (full_job, spread(bogie(), designs)),
-        "reduced": (reduced_job, spread(bogie(reduced=True), designs)),
-        "coach": (coach_job, spread(coach(), designs)),
+        "full": (full_job, spread_designs(bogie_model(), designs)),
+        "reduced": (reduced_job, spread_designs(bogie_model(reduced=True), designs)),
+        "coach": (coach_job, spread_designs(coach_model(), designs)),
     }
-    seconds = {n: quickest([job(rows, n) for job, rows in parts.values()], repetitions) for n in {1, threads}}
-    steps = len(road().track) - 1
+    seconds = {n: shortest_times([job(rows, n) for job, rows in parts.values()], repetitions) for n in {1, threads}}
+    steps = len(standard_excitation().track) - 1
 
     def rate(time: float) -> dict[str, float]:
         return {"ns_per_design_step": 1e9 * time / (designs * steps), "designs_per_second": designs / time}
@@ -184,7 +184,7 @@ def bench(jobs: int | None = None, repetitions: int = REPETITIONS, designs: int 
         for name, alone, together in zip(parts, seconds[1], seconds[threads], strict=True)
     }
     found["coach_to_bogie"] = found["coach"]["ns_per_design_step"] / found["full"]["ns_per_design_step"]
-    return found | {"designs": designs, "lanes": LANES, "simd": simd(), "threads": threads}
+    return found | {"designs": designs, "lanes": LANES, "simd": simd_level(), "threads": threads}
 
 
 def as_rows(found: dict[str, Any]) -> Sequence[tuple[str, str, str, str]]:

@@ -13,14 +13,14 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.bench.designs import BOGIE, COACH
-from railui.core import CURVES, catalogue
+from railui.core import CURVE_KINDS, effect_catalogue
 from railui.ride_quality.evaluation import excitation_of
 from railui.track.excitation import Excitation
 from railui.vehicle.design_reader import Design, parse_design
 from railui.vehicle.model import Model
 from railui.vehicle.simulate import simulate_series
 
-STEPS: Final = (1, 2, 4, 8)  # per sample
+STEP_COUNTS: Final = (1, 2, 4, 8)  # per sample
 TRUTH: Final = 64
 TRACK: Final = "erri_b176_high length=200 seed=1"
 SPEED: Final = 40.0  # m/s
@@ -31,7 +31,7 @@ SPRINGS: Final = "lateral_stiffness: 0.2e6, yaw_stiffness: 0.2e6"  # what the de
 AT: Final = "primary_lateral"  # where an effect stands that can stand there, else at its first place
 
 
-def cases() -> Iterator[tuple[str, str, Design]]:
+def effect_cases() -> Iterator[tuple[str, str, Design]]:
     """Vehicle, effect, design: the bogie of the standard job with each kind alone, then its own effects, the coach too.
 
     Left out are sensors, which act after the run, curves that measurements give, and what is constant.
@@ -39,8 +39,8 @@ def cases() -> Iterator[tuple[str, str, Design]]:
     bogie, coach = parse_design(BOGIE, "bogie"), parse_design(COACH, "coach")
     bare = BOGIE.partition("effects:")[0].replace("secondary: {", f"secondary: {{{SPRINGS}, ")
     yield "bogie", WITHOUT, parse_design(bare, "bogie")
-    for record in catalogue():
-        if record["acts"] in ("sensor", "profile") or record["kind"] in (*CURVES, CONSTANT):
+    for record in effect_catalogue():
+        if record["acts"] in ("sensor", "profile") or record["kind"] in (*CURVE_KINDS, CONSTANT):
             continue
         at = AT if AT in record["at"] else record["at"][0]
         yield "bogie", record["kind"], parse_design(f"{bare}effects: [{{kind: {record['kind']}, at: {at}}}]\n", "bogie")
@@ -60,14 +60,14 @@ def step_errors() -> dict[str, Any]:
     """
     road = excitation_of(TRACK, SPEED)
     return {
-        "track": road.laid.name,
+        "track": road.source.name,
         "speed": SPEED,
         "channel": CHANNEL,
-        "steps": list(STEPS),
+        "steps": list(STEP_COUNTS),
         "truth": TRUTH,
         "rows": [
             {"vehicle": vehicle, "effects": effects, **errors(Model(design), road)}
-            for vehicle, effects, design in cases()
+            for vehicle, effects, design in effect_cases()
         ],
     }
 
@@ -76,8 +76,8 @@ def errors(model: Model, road: Excitation) -> dict[str, Any]:
     """The steps that the kernel takes, and the errors [count of steps] of a vehicle on a road."""
     exact = _ridden(model, road, TRUTH)
     size = float(np.sqrt(np.mean(exact**2)))
-    found = [float(np.sqrt(np.mean((_ridden(model, road, n) - exact) ** 2))) / size for n in STEPS]
-    taken = model.vehicles().steps(model.single(), road.speed, road.speed, road.dt)[0]
+    found = [float(np.sqrt(np.mean((_ridden(model, road, n) - exact) ** 2))) / size for n in STEP_COUNTS]
+    taken = model.vehicles().required_steps(model.single_batch(), road.speed, road.speed, road.dt)[0]
     return {"taken": taken, "errors": [error if np.isfinite(error) else None for error in found]}
 
 

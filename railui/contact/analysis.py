@@ -8,40 +8,40 @@ from typing import Any
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.contact.conicity import AMPLITUDES, Conicity, NoCentre, equivalent_conicity, klingel_wavelength
-from railui.contact.contact_points import search
+from railui.contact.conicity import AMPLITUDES, ConicityCurve, NoCentreError, equivalent_conicity, klingel_wavelength
+from railui.contact.contact_points import find_contacts
 from railui.contact.creep import CreepCoefficients, creep_coefficients
-from railui.contact.geometry import Contacts
-from railui.contact.linearisation import Linearised, forms, harmonic, linearise
-from railui.contact.profile import ROUGH
+from railui.contact.geometry import ContactGeometry
+from railui.contact.linearisation import LinearContact, fit_forms, linearise_harmonically, linearise
+from railui.contact.profile import MAX_ROUGHNESS
 from railui.contact.profile_shape import conicity_per_gauge
-from railui.contact.wheelset_on_track import Pair
+from railui.contact.wheelset_on_track import WheelRailPair
 
-EN_AMPLITUDE = 3e-3  # m, at which equivalent conicities are compared
-DEVIATION = 2e-3  # m, of a wheelset on ordinary track
-LOAD, SURFACE = 55e3, 0.6  # N; share of Kalker's coefficients on rails as they are (Hobbs 1967)
+COMPARISON_AMPLITUDE = 3e-3  # m, at which equivalent conicities are compared
+DEFAULT_STANDARD_DEVIATION = 2e-3  # m, of a wheelset on ordinary track
+DEFAULT_WHEEL_LOAD, DEFAULT_SURFACE_FACTOR = 55e3, 0.6  # N; share of Kalker's coefficients on rails as they are (Hobbs 1967)
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class ContactAnalysis:
     """The contact of a pair: geometry, equivalent conicity, creep coefficients; None with a note where it has none."""
 
-    contacts: Contacts
-    conicity: Conicity | None
+    contacts: ContactGeometry
+    conicity: ConicityCurve | None
     creep: CreepCoefficients | None
     notes: tuple[str, ...]
 
 
-def contact(pair: Pair, load: float = LOAD, surface: float = SURFACE) -> Found:
+def analyse_contact(pair: WheelRailPair, load: float = DEFAULT_WHEEL_LOAD, surface: float = DEFAULT_SURFACE_FACTOR) -> ContactAnalysis:
     """Rigid contact of a pair, its equivalent conicity and its creep coefficients under a wheel load [N].
 
     Raises ProfileFault where the pair has no contact in the middle of the track.
     """
-    contacts = search(pair)
+    contacts = find_contacts(pair)
     notes = [*contacts.notes]
     for profile in (pair.wheel, pair.rail):
         notes += [f"{profile.kind}: {note}" for note in profile.notes]
-        if profile.roughness() > ROUGH:
+        if profile.roughness() > MAX_ROUGHNESS:
             notes.append(
                 f"{profile.kind}: noise of {profile.roughness() * 1e6:.2g} um from point to point makes contacts leap; "
                 "smooth it, such as --smooth '4 mm'"
@@ -50,19 +50,19 @@ def contact(pair: Pair, load: float = LOAD, surface: float = SURFACE) -> Found:
     try:
         conicity = equivalent_conicity(contacts.displacement, contacts.delta_r)
         notes += _left_out(conicity)
-    except NoCentre as fault:
+    except NoCentreError as fault:
         notes.append(f"no equivalent conicity: {fault}")
     try:
         creep = creep_coefficients(contacts, load, conicity.centre if conicity else 0.0, surface)
     except ValueError as fault:
         notes.append(f"no creep coefficients: {fault}")
-    return Found(contacts, conicity, creep, tuple(notes))
+    return ContactAnalysis(contacts, conicity, creep, tuple(notes))
 
 
-def _left_out(conicity: Conicity) -> list[str]:
+def _left_out(conicity: ConicityCurve) -> list[str]:
     notes = []
-    if len(conicity.left_out):
-        first, last = conicity.left_out[[0, -1]] * 1e3
+    if len(conicity.omitted_amplitudes):
+        first, last = conicity.omitted_amplitudes[[0, -1]] * 1e3
         notes.append(f"the amplitudes {first:.1f} to {last:.1f} mm reach beyond the table: left out")
     if np.isnan(conicity.tan_gamma).any():
         none = conicity.amplitude[np.isnan(conicity.tan_gamma)] * 1e3
@@ -70,15 +70,15 @@ def _left_out(conicity: Conicity) -> list[str]:
     return notes
 
 
-def described(found: Found, deviation: float = DEVIATION) -> dict[str, Any]:
+def result_dict(found: ContactAnalysis, deviation: float = DEFAULT_STANDARD_DEVIATION) -> dict[str, Any]:
     """The answer as data, SI; `deviation` [m] of e is what the parameters are linearised over."""
     contacts, pair = found.contacts, found.contacts.pair
     centre = found.conicity.centre if found.conicity else 0.0
     linear = linearise(contacts, deviation, centre)
-    at_3 = found.conicity.at(EN_AMPLITUDE) if found.conicity else float("nan")
-    left, right = contacts.flange
-    shapes = forms(contacts, deviation)
-    swung = harmonic(contacts, EN_AMPLITUDE, centre)
+    at_3 = found.conicity.at(COMPARISON_AMPLITUDE) if found.conicity else float("nan")
+    left, right = contacts.flange_displacements
+    shapes = fit_forms(contacts, deviation)
+    swung = linearise_harmonically(contacts, COMPARISON_AMPLITUDE, centre)
     return {
         "gauge": pair.gauge,
         "back_to_back": pair.back_to_back,
@@ -92,8 +92,8 @@ def described(found: Found, deviation: float = DEVIATION) -> dict[str, Any]:
         "conicity_3mm": at_3,
         "klingel_wavelength": klingel_wavelength(pair.half_distance, pair.radius, at_3),
         "standard_deviation": deviation,
-        "conicity_parameters": parameters(linear),
-        "harmonic_parameters": {"amplitude": EN_AMPLITUDE, **parameters(swung)},
+        "conicity_parameters": contact_parameters(linear),
+        "harmonic_parameters": {"amplitude": COMPARISON_AMPLITUDE, **contact_parameters(swung)},
         "gauge_conicity": conicity_per_gauge(pair, deviation),
         "forms": vars(shapes),
         "flange_contact": {"left": left, "right": right},
@@ -112,9 +112,9 @@ def described(found: Found, deviation: float = DEVIATION) -> dict[str, Any]:
     }
 
 
-def _out_of_reach(contacts: Contacts, linear: Linearised, swung: Linearised) -> list[str]:
+def _out_of_reach(contacts: ContactGeometry, linear: LinearContact, swung: LinearContact) -> list[str]:
     """Why parameters are null."""
-    ends = " to ".join(f"{end * 1e3:.1f}" for end in contacts.treads)
+    ends = " to ".join(f"{end * 1e3:.1f}" for end in contacts.tread_range)
     motions = (("standard deviation", linear), ("amplitude", swung))
     return [
         f"no parameters over the {word} of {one.motion * 1e3:g} mm: it reaches beyond the treads, {ends} mm"
@@ -123,7 +123,7 @@ def _out_of_reach(contacts: Contacts, linear: Linearised, swung: Linearised) -> 
     ]
 
 
-def parameters(linear: Linearised) -> dict[str, float]:
+def contact_parameters(linear: LinearContact) -> dict[str, float]:
     """lambda, epsilon, delta and sigma by their names in a design."""
     return {k: getattr(linear, k) for k in ("conicity", "gravitational_stiffness", "contact_angle", "roll")}
 
@@ -151,9 +151,9 @@ def _creep(creep: CreepCoefficients | None) -> dict[str, Any] | None:
     }
 
 
-def described_table(
-    y: FloatArray, delta_r: FloatArray, deviation: float = DEVIATION
-) -> tuple[Conicity, dict[str, Any]]:
+def analyse_radius_table(
+    y: FloatArray, delta_r: FloatArray, deviation: float = DEFAULT_STANDARD_DEVIATION
+) -> tuple[ConicityCurve, dict[str, Any]]:
     """Equivalent conicity of a table of r_1 - r_2, and the answer as data. NoCentre where there is no centre."""
     found = equivalent_conicity(y, delta_r, AMPLITUDES)
     even = np.linspace(y[0], y[-1], 4 * len(y))
@@ -168,7 +168,7 @@ def described_table(
         notes.append(f"the table does not reach as far as a standard deviation of {deviation * 1e3:g} mm asks")
     return found, {
         "conicity": {"amplitude": found.amplitude, "tan_gamma": found.tan_gamma, "centre": found.centre},
-        "conicity_3mm": found.at(EN_AMPLITUDE),
+        "conicity_3mm": found.at(COMPARISON_AMPLITUDE),
         "standard_deviation": deviation,
         "conicity_parameters": {
             "conicity": slope, "gravitational_stiffness": None, "contact_angle": None, "roll": None

@@ -14,12 +14,12 @@ POINTS = 4000  # of the integral over a quarter of a motion
 HALVINGS = 60
 
 
-class NoCentre(ValueError):
+class NoCentreError(ValueError):
     """The rolling radius difference has no zero: there is nothing round which a wheelset could run."""
 
 
 @dataclass(frozen=True, eq=False)
-class Conicity:
+class ConicityCurve:
     """tan gamma_e [n] against amplitude [m]; NaN where no motion goes round the centre; `centre` [m] of the motion.
 
     Amplitudes beyond the table are left out: `left_out` holds them.
@@ -28,7 +28,7 @@ class Conicity:
     amplitude: FloatArray
     tan_gamma: FloatArray
     centre: float
-    left_out: FloatArray
+    omitted_amplitudes: FloatArray
 
     def at(self, amplitude: float) -> float:
         """tan gamma_e at an amplitude [m] of the list; NaN where it is not there."""
@@ -36,7 +36,7 @@ class Conicity:
         return float(self.tan_gamma[near[0]]) if len(near) else float("nan")
 
 
-def equivalent_conicity(y: ArrayLike, delta_r: ArrayLike, amplitudes: ArrayLike = AMPLITUDES) -> Conicity:
+def equivalent_conicity(y: ArrayLike, delta_r: ArrayLike, amplitudes: ArrayLike = AMPLITUDES) -> ConicityCurve:
     """Equivalent conicity from r_1 - r_2 [m] at displacements y [m], which rise; amplitudes [m] are half the width.
 
     The undamped wheelset y'' = -delta_r(y)/(2 b r) is followed through one turn: psi^2/2 = C - S(y), S the integral of
@@ -56,7 +56,7 @@ def equivalent_conicity(y: ArrayLike, delta_r: ArrayLike, amplitudes: ArrayLike 
     asked = np.asarray(amplitudes, dtype=float)
     found = {float(a): motion.conicity(float(a)) for a in asked}
     kept = [a for a, value in found.items() if value is not None]
-    return Conicity(
+    return ConicityCurve(
         np.array(kept),
         np.array([found[a] for a in kept], dtype=float),
         motion.centre,
@@ -162,12 +162,12 @@ def _centre(y: FloatArray, table: FloatArray) -> float:
     zeros = [_zero(y, table, int(some[i]), int(some[i + 1])) for i in turn]
     if not zeros:
         sign = "zero" if not len(some) else "positive" if table[some[0]] > 0 else "negative"
-        raise NoCentre(
+        raise NoCentreError(
             f"the rolling radius difference is {sign} from {y[0] * 1e3:g} to {y[-1] * 1e3:g} mm: "
             "the wheelset has no centre in this table"
         )
     if table[some[turn[0]]] > 0.0:
-        raise NoCentre(
+        raise NoCentreError(
             f"the rolling radius difference falls through zero at {zeros[0] * 1e3:.3g} mm: the wheelset runs away from "
             "it; r_1 - r_2 must be positive where the wheelset stands to the right"
         )

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.contact.geometry import STEEP, Contacts
-from railui.contact.profile import FINE, ProfileFault
-from railui.contact.wheelset_on_track import Curve, Pair
+from railui.contact.geometry import FLANGE_ANGLE, ContactGeometry
+from railui.contact.profile import RESAMPLING_STEP, ProfileError
+from railui.contact.wheelset_on_track import ProfileCurve, WheelRailPair
 
 RANGE, STEP = 0.015, 1e-4  # m: displacements looked at
 END = 3e-4  # m: a contact this near the end of a profile is none
@@ -17,7 +17,7 @@ TURNS = 25
 WITHIN = 2e-9  # m of height between both wheels
 
 
-def search(pair: Pair, reach: float = RANGE, step: float = STEP) -> Contacts:
+def find_contacts(pair: WheelRailPair, reach: float = RANGE, step: float = STEP) -> ContactGeometry:
     """Rigid contact with roll at displacements -reach..reach [m]: the wheelset lies on both rails at once.
 
     ProfileFault where it cannot run on this track at all. Where a contact leaves a profile, the search ends and a note
@@ -51,7 +51,7 @@ def search(pair: Pair, reach: float = RANGE, step: float = STEP) -> Contacts:
 
     delta = 0.25 * pair.diameter_difference
     radius = -take("height") - pair.radius + np.array([[delta], [-delta]])
-    return Contacts(
+    return ContactGeometry(
         pair, np.asarray(grid[order], dtype=np.float64), radius, np.arctan(take("slope")), take("wheel"), take("rail"),
         np.array([spots[i][0] for i in order]), tuple(notes),
     )  # fmt: skip
@@ -80,8 +80,8 @@ class _Side:
     slope: FloatArray
 
     @classmethod
-    def of(cls, pair: Pair, wheel: Curve, rail: Curve) -> _Side:
-        x = np.arange(rail.y[0], rail.y[-1], FINE)
+    def of(cls, pair: WheelRailPair, wheel: ProfileCurve, rail: ProfileCurve) -> _Side:
+        x = np.arange(rail.y[0], rail.y[-1], RESAMPLING_STEP)
         h = np.interp(x, rail.y, rail.h)
         return cls(wheel.y, wheel.h - pair.radius, x, h, np.gradient(h, x))
 
@@ -104,7 +104,7 @@ class _Side:
             if bend > 0.0:
                 shift = 0.5 * (gap[k - 1] - gap[k + 1]) / bend
                 low -= 0.125 * (gap[k - 1] - gap[k + 1]) ** 2 / bend
-        at = x[k] + shift * FINE
+        at = x[k] + shift * RESAMPLING_STEP
         ended = ""
         if at - x[0] < END and begin > 0:  # below its gauge face the rail goes on
             ended = "wheel profile"
@@ -117,7 +117,7 @@ class _Side:
         )  # fmt: skip
 
 
-def _settle(side: _Side, pair: Pair, displacement: float, roll: float) -> tuple[float, _Spot, _Spot]:
+def _settle(side: _Side, pair: WheelRailPair, displacement: float, roll: float) -> tuple[float, _Spot, _Spot]:
     """Roll at which both wheels touch, and where they do."""
     larger = 0.25 * pair.diameter_difference
     low, high = -np.inf, np.inf
@@ -139,25 +139,25 @@ def _settle(side: _Side, pair: Pair, displacement: float, roll: float) -> tuple[
     return roll, right, left
 
 
-def _check_centre(pair: Pair, centre: tuple[float, _Spot, _Spot]) -> None:
+def _check_centre(pair: WheelRailPair, centre: tuple[float, _Spot, _Spot]) -> None:
     """Raises where the wheelset does not run on its treads in the middle of the track."""
     for name, spot in (("right", centre[1]), ("left", centre[2])):
         place = f"y {(spot.rail - 0.5 * pair.gauge) * 1e3:.4g} mm of the rail (from its gauge face)"
         at = f"at gauge {pair.gauge * 1e3:.5g} mm and back to back {pair.back_to_back * 1e3:.5g} mm"
         if not np.isfinite(spot.gap) or spot.end:
             where = f"beyond the end of a profile ({spot.end}, {place})" if np.isfinite(spot.gap) else "nowhere"
-            raise ProfileFault(
+            raise ProfileError(
                 f"no contact {at}: in the middle of the track the {name} wheel touches {where}",
                 "check gauge, back to back distance and units, or measure the profiles further out",
             )
-        if abs(np.arctan(spot.slope)) >= STEEP:
-            raise ProfileFault(
+        if abs(np.arctan(spot.slope)) >= FLANGE_ANGLE:
+            raise ProfileError(
                 f"no running contact {at}: in the middle of the track the {name} wheel stands on its flange "
                 f"({np.degrees(np.arctan(spot.slope)):.0f} degrees, {place})",
                 "widen the gauge, or check which side of the profiles is the inside",
             )
         if spot.wheel - pair.half_distance < -0.045:
-            raise ProfileFault(
+            raise ProfileError(
                 f"the rail lies above the tread {at}: the {name} wheel stands on the tip of its flange, {place}",
                 "check the gauge and the heights of both profiles",
             )

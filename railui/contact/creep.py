@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from railui.contact.geometry import Contacts
-from railui.contact.hertz import POISSON, STEEL, Ellipse, hertz
-from railui.contact.kalker import EllipseFactors, Kalker, ellipse_factors, kalker
+from railui.contact.geometry import ContactGeometry
+from railui.contact.hertz import POISSON_STEEL, YOUNG_STEEL, ContactEllipse, hertz
+from railui.contact.kalker import VermeulenJohnsonFactors, KalkerCoefficients, vermeulen_johnson_factors, kalker_coefficients
 
 
 @dataclass(frozen=True)
@@ -24,9 +24,9 @@ class CreepCoefficients:
     along: float
     wheel_across: float
     rail_across: float
-    ellipse: Ellipse
-    kalker: Kalker
-    factors: EllipseFactors
+    ellipse: ContactEllipse
+    kalker: KalkerCoefficients
+    factors: VermeulenJohnsonFactors
     surface: float
     longitudinal_creep: float
     lateral_creep: float
@@ -40,30 +40,30 @@ class CreepCoefficients:
 
 
 def creep_coefficients(
-    contacts: Contacts,
+    contacts: ContactGeometry,
     load: float,
     displacement: float = 0.0,
     surface: float = 1.0,
-    young: float = STEEL,
-    poisson: float = POISSON,
+    young: float = YOUNG_STEEL,
+    poisson: float = POISSON_STEEL,
 ) -> CreepCoefficients:
     """Hertz's ellipse and Kalker's coefficients of the right wheel at a displacement [m] under a load [N].
 
     `surface` is the share of Kalker's coefficients that rails as they are leave (Hobbs 1967: 0.5 to 0.7; 1: clean).
     ValueError where the contact conforms, or is so long or wide that the table has no row for it.
     """
-    pair, i = contacts.pair, contacts.at(displacement)
+    pair, i = contacts.pair, contacts.index_at(displacement)
     along = float(np.cos(contacts.angle[0, i]) / (pair.radius + contacts.radius[0, i]))
     # heights: hollow is positive, for both; a convex wheel is hollow seen from the rail
     wheel = pair.wheel_curve.curvature(float(contacts.wheel[0, i]))
     rail = -pair.rail_curve.curvature(float(contacts.rail[0, i]))
     ellipse = hertz(load, along, wheel + rail, young, poisson)
     ratio = ellipse.a / ellipse.b
-    c = kalker(ratio, poisson)
+    c = kalker_coefficients(ratio, poisson)
     shear = young / (2.0 * (1.0 + poisson)) * surface
     area = ellipse.a * ellipse.b
     return CreepCoefficients(
-        float(contacts.displacement[i]), load, along, wheel, rail, ellipse, c, ellipse_factors(ratio, poisson), surface,
+        float(contacts.displacement[i]), load, along, wheel, rail, ellipse, c, vermeulen_johnson_factors(ratio, poisson), surface,
         shear * area * c.c11 / load, shear * area * c.c22 / load, shear * area**1.5 * c.c23 / load,
         float(np.sin(contacts.angle[0, i])) / (pair.radius + float(contacts.radius[0, i])),
     )  # fmt: skip

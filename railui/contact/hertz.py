@@ -8,13 +8,13 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-STEEL = 210e9  # N/m^2, Young's modulus
-POISSON = 0.28
+YOUNG_STEEL = 210e9  # N/m^2, Young's modulus
+POISSON_STEEL = 0.28
 THINNEST = 1e-3  # ratio of the axes at which the search ends
 
 
 @dataclass(frozen=True)
-class Ellipse:
+class ContactEllipse:
     """Semi-axes a along the rail and b across it [m], greatest pressure [N/m^2], approach of the bodies [m]."""
 
     a: float
@@ -23,7 +23,7 @@ class Ellipse:
     approach: float
 
 
-def hertz(load: float, along: float, across: float, young: float = STEEL, poisson: float = POISSON) -> Ellipse:
+def hertz(load: float, along: float, across: float, young: float = YOUNG_STEEL, poisson: float = POISSON_STEEL) -> ContactEllipse:
     """The ellipse under a load [N] of two bodies of one material with relative curvatures along and across [1/m].
 
     `along` is 1/R of the wheel, `across` the sum of the curvatures of wheel and rail across the rail (convex positive).
@@ -49,7 +49,7 @@ def hertz(load: float, along: float, across: float, young: float = STEEL, poisso
     approach = 3.0 * load * float(ellipk(k2)) / (2.0 * np.pi * major * modulus)
     # the longer axis lies where the curvature is less
     a, b = (major, minor) if along <= across else (minor, major)
-    return Ellipse(a, b, pressure, approach)
+    return ContactEllipse(a, b, pressure, approach)
 
 
 def _axes(curvatures: float) -> float:

@@ -36,7 +36,7 @@ RATIOS = np.concatenate([np.arange(1, 11) / 10.0, 10.0 / np.arange(9, 0, -1)])
 THINNEST, THICKEST = float(RATIOS[0]), float(RATIOS[-1])
 
 
-class Kalker(NamedTuple):
+class KalkerCoefficients(NamedTuple):
     """C11 (longitudinal), C22 (lateral), C23 (lateral by spin)."""
 
     c11: float
@@ -44,7 +44,7 @@ class Kalker(NamedTuple):
     c23: float
 
 
-def kalker(ratio: float, poisson: float = 0.25) -> Kalker:
+def kalker_coefficients(ratio: float, poisson: float = 0.25) -> KalkerCoefficients:
     """Kalker's linear creep coefficients for a/b (a along the rail) and Poisson's ratio; exact at the table's points.
 
     Between them monotone cubics in log(a/b), parabolas in Poisson's ratio of 1/C (which is nearly a straight line).
@@ -60,17 +60,17 @@ def kalker(ratio: float, poisson: float = 0.25) -> Kalker:
     softness = 1.0 / np.exp(row).reshape(3, 3)
     v = poisson
     weight = np.array([8.0 * (v - 0.25) * (v - 0.5), -16.0 * v * (v - 0.5), 8.0 * v * (v - 0.25)])
-    return Kalker(*(round(float(1.0 / (row @ weight)), 12) for row in softness))
+    return KalkerCoefficients(*(round(float(1.0 / (row @ weight)), 12) for row in softness))
 
 
-class EllipseFactors(NamedTuple):
+class VermeulenJohnsonFactors(NamedTuple):
     """phi (longitudinal) and psi (lateral) of Vermeulen and Johnson; G pi a b/phi is the slope of their law."""
 
     phi: float
     psi: float
 
 
-def ellipse_factors(ratio: float, poisson: float = 0.25) -> EllipseFactors:
+def vermeulen_johnson_factors(ratio: float, poisson: float = 0.25) -> VermeulenJohnsonFactors:
     """Factors of Vermeulen and Johnson for a/b (a along the rail) and Poisson's ratio. ValueError: a/b not positive.
 
     B, C, D: complete elliptic integrals of Jahnke and Emde. a < b: phi = B - nu (D - C), psi = B - nu (a/b)^2 C;
@@ -92,5 +92,5 @@ def ellipse_factors(ratio: float, poisson: float = 0.25) -> EllipseFactors:
         B = K - D
         C = (D - B) / k2
     if ratio <= 1.0:
-        return EllipseFactors(float(B - poisson * (D - C)), float(B - poisson * thin * thin * C))
-    return EllipseFactors(float(thin * (D - poisson * (D - C))), float(thin * (D - poisson * C)))
+        return VermeulenJohnsonFactors(float(B - poisson * (D - C)), float(B - poisson * thin * thin * C))
+    return VermeulenJohnsonFactors(float(thin * (D - poisson * (D - C))), float(thin * (D - poisson * C)))

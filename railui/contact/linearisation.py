@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ndtr
 
 from railui.arrays import FloatArray
-from railui.contact.geometry import Contacts
+from railui.contact.geometry import ContactGeometry
 
 BEYOND = 0.02  # share of a normal distribution that may lie beyond the table
 ANGLES = 720
@@ -17,7 +17,7 @@ NOTHING = (float("nan"),) * 4
 
 
 @dataclass(frozen=True)
-class Linearised:
+class LinearContact:
     """lambda, epsilon, delta, sigma of (3.8) for a motion; NaN where the contact geometry does not reach so far.
 
     `motion` is the standard deviation or the amplitude [m], `beyond` the share of the motion beyond the treads.
@@ -32,7 +32,7 @@ class Linearised:
 
 
 @dataclass(frozen=True)
-class Forms:
+class FittedForms:
     """Two forms of (r_1 - r_2)/2 against e, fitted with the weight of a normal distribution of e.
 
     polynomial: lambda e (1 + l3 e^2) (the effect nonlinear_conicity); broken line: slope lambda within +/- knee and
@@ -48,7 +48,7 @@ class Forms:
     broken_line_error: float
 
 
-def linearise(contacts: Contacts, deviation: float, mean: float = 0.0) -> Linearised:
+def linearise(contacts: ContactGeometry, deviation: float, mean: float = 0.0) -> LinearContact:
     """Statistical linearisation over a normal distribution of e of a standard deviation [m] about a mean [m].
 
     The slope of a curve f is E[(e - mean) f]/E[(e - mean)^2], delta is E[(tan gamma_1 + tan gamma_2)/2]; forces follow
@@ -58,22 +58,22 @@ def linearise(contacts: Contacts, deviation: float, mean: float = 0.0) -> Linear
     """
     e = contacts.displacement
     step = e[1] - e[0]
-    (first, last), free = contacts.treads, contacts.flange
+    (first, last), free = contacts.tread_range, contacts.flange_displacements
     reach = [(first - 0.5 * step - mean) / deviation, (last + 0.5 * step - mean) / deviation]
     lost = [float(ndtr(reach[0])), float(ndtr(-reach[1]))]
     made_up = sum(share for share, flange in zip(lost, free, strict=True) if flange is None)
     if not deviation > 2.0 * step or made_up > BEYOND:
-        return Linearised(deviation, *NOTHING, sum(lost))
+        return LinearContact(deviation, *NOTHING, sum(lost))
     weight = np.where((e >= first) & (e <= last), np.exp(-0.5 * ((e - mean) / deviation) ** 2), 0.0)
     return _slopes(contacts, e - mean, weight / weight.sum(), deviation, sum(lost))
 
 
-def harmonic(contacts: Contacts, amplitude: float, mean: float = 0.0) -> Linearised:
+def linearise_harmonically(contacts: ContactGeometry, amplitude: float, mean: float = 0.0) -> LinearContact:
     """Harmonic linearisation: the describing function over e = mean + amplitude cos(theta). NaN beyond the treads."""
     e = contacts.displacement
-    first, last = contacts.treads
+    first, last = contacts.tread_range
     if mean + amplitude > last or mean - amplitude < first:
-        return Linearised(amplitude, *NOTHING, 1.0)
+        return LinearContact(amplitude, *NOTHING, 1.0)
     swing = amplitude * np.cos(2.0 * np.pi * (np.arange(ANGLES) + 0.5) / ANGLES)
     # each angle's weight shared by the two points of the geometry around it
     step = e[1] - e[0]
@@ -85,7 +85,7 @@ def harmonic(contacts: Contacts, amplitude: float, mean: float = 0.0) -> Lineari
     return _slopes(contacts, e - mean, weight, amplitude)
 
 
-def _slopes(contacts: Contacts, d: FloatArray, weight: FloatArray, motion: float, beyond: float = 0.0) -> Linearised:
+def _slopes(contacts: ContactGeometry, d: FloatArray, weight: FloatArray, motion: float, beyond: float = 0.0) -> LinearContact:
     b = contacts.pair.half_distance
     steep = np.tan(contacts.angle)
     d = d - weight @ d
@@ -94,7 +94,7 @@ def _slopes(contacts: Contacts, d: FloatArray, weight: FloatArray, motion: float
     def slope(curve: FloatArray) -> float:
         return float(weight @ (d * curve) / variance)
 
-    return Linearised(
+    return LinearContact(
         motion,
         slope(0.5 * contacts.delta_r),
         b * slope(0.5 * (steep[0] - steep[1])),
@@ -104,9 +104,9 @@ def _slopes(contacts: Contacts, d: FloatArray, weight: FloatArray, motion: float
     )
 
 
-def forms(contacts: Contacts, deviation: float) -> Forms:
+def fit_forms(contacts: ContactGeometry, deviation: float) -> FittedForms:
     """Polynomial and broken-line form of (r_1 - r_2)/2 (thesis 5.5), on the treads within three standard deviations."""
-    first, last = (np.clip(end, -3.0 * deviation, 3.0 * deviation) for end in contacts.treads)
+    first, last = (np.clip(end, -3.0 * deviation, 3.0 * deviation) for end in contacts.tread_range)
     near = (contacts.displacement >= first) & (contacts.displacement <= last)
     e, f = contacts.displacement[near], 0.5 * contacts.delta_r[near]
     weight = np.exp(-0.5 * (e / deviation) ** 2)
@@ -127,4 +127,4 @@ def forms(contacts: Contacts, deviation: float) -> Forms:
     ends = knees[max(best - 1, 0)], knees[min(best + 1, len(knees) - 1)]
     knee = float(minimize_scalar(lambda k: broken(k)[1], bounds=ends, method="bounded").x)
     (inner, outer), error = broken(knee)
-    return Forms(float(c1), float(c3 / c1), rest, float(inner), float(outer), knee, error)
+    return FittedForms(float(c1), float(c3 / c1), rest, float(inner), float(outer), knee, error)

@@ -13,17 +13,17 @@ from railui.arrays import FloatArray
 
 Kind = Literal["wheel", "rail"]
 
-FINE = 5e-5  # m between the points of a resampled profile
+RESAMPLING_STEP = 5e-5  # m between the points of a resampled profile
 FEWEST, MOST = 8, 20_000  # points
 SIZE = {"wheel": (0.05, 0.25), "rail": (0.03, 0.25)}  # m across: a worn tread to a whole wheel, a head to a foot
 ALPHA = float(np.sqrt(np.log(2.0) / np.pi))  # of the Gaussian filter of ISO 16610-21: half is left at the wavelength
-INNER_FACE = 0.070  # m from the inner face of a wheel to its tape line (EN 13715)
-ROUGH = 3e-6  # m of noise from point to point that a contact search feels
+INNER_FACE_TO_TAPE_LINE = 0.070  # m from the inner face of a wheel to its tape line (EN 13715)
+MAX_ROUGHNESS = 3e-6  # m of noise from point to point that a contact search feels
 DROP = 8e-3  # m: further than a wheel's outer end lies below its tread
 REPEAT = 1e-9  # m: two points this near are one
 
 
-class ProfileFault(ValueError):
+class ProfileError(ValueError):
     """What is wrong with a profile, what to do, and at which of the points given (counted from 0), if at one."""
 
     def __init__(self, message: str, remedy: str, point: int | None = None) -> None:
@@ -51,7 +51,7 @@ class Profile:
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, kind: Kind, y: ArrayLike, h: ArrayLike, name: str = "") -> Profile:
+    def from_points(cls, kind: Kind, y: ArrayLike, h: ArrayLike, name: str = "") -> Profile:
         """A profile from points in either order, upside down or not; ProfileFault names what is wrong with it.
 
         A wheel is turned so that its flange is inside and below. A rail is turned so that its head is above; its
@@ -82,7 +82,7 @@ class Profile:
         """The profile with inside and outside exchanged: a rail whose y pointed inwards."""
         return replace(self, y=-self.y[::-1], h=self.h[::-1], notes=(*self.notes, "mirrored"))
 
-    def turned(self, angle: float) -> Profile:
+    def rotated(self, angle: float) -> Profile:
         """The profile turned inwards by an angle [rad]: the inclination of a rail."""
         c, s = np.cos(angle), np.sin(angle)
         return replace(self, y=c * self.y - s * self.h, h=s * self.y + c * self.h)
@@ -93,8 +93,8 @@ class Profile:
         Gaussian filter of ISO 16610-21 over the arc length; beyond the ends the profile is continued by its point
         reflection.
         """
-        if not 4 * FINE <= wavelength <= 0.03:
-            raise ProfileFault(
+        if not 4 * RESAMPLING_STEP <= wavelength <= 0.03:
+            raise ProfileError(
                 f"a smoothing wavelength of {wavelength * 1e3:g} mm is no use", "take 0.2 to 30 mm, such as 4 mm"
             )
         s, y, h = self.resampled()
@@ -104,7 +104,7 @@ class Profile:
         weight = np.exp(-np.pi * x * x)
         weight /= weight.sum()
         if len(s) <= reach + 1:
-            raise ProfileFault(f"the profile is shorter than a smoothing of {wavelength * 1e3:g} mm", "smooth less")
+            raise ProfileError(f"the profile is shorter than a smoothing of {wavelength * 1e3:g} mm", "smooth less")
         smooth = []
         for z in (y, h):
             wide = np.concatenate([2 * z[0] - z[reach:0:-1], z, 2 * z[-1] - z[-2 : -reach - 2 : -1]])
@@ -112,7 +112,7 @@ class Profile:
         note = f"smoothed at {wavelength * 1e3:g} mm (Gaussian, half left)"
         return replace(self, y=smooth[0], h=smooth[1], notes=(*self.notes, note))
 
-    def resampled(self, step: float = FINE) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def resampled(self, step: float = RESAMPLING_STEP) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Arc length, y and h at points about `step` apart, through the points by Akima's curve [m]."""
         s = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(self.y), np.diff(self.h)))])
         fine = np.linspace(0.0, s[-1], max(int(s[-1] / step) + 1, 2))
@@ -131,18 +131,18 @@ class Profile:
 
 def _whole(kind: Kind, y: FloatArray, h: FloatArray) -> None:
     if len(y) != len(h) or len(y) < FEWEST:
-        raise ProfileFault(f"the profile has {len(y)} points", f"give {FEWEST} or more")
+        raise ProfileError(f"the profile has {len(y)} points", f"give {FEWEST} or more")
     if len(y) > MOST:
-        raise ProfileFault(f"the profile has {len(y)} points", f"give {MOST} at most: one every 0.02 mm is plenty")
+        raise ProfileError(f"the profile has {len(y)} points", f"give {MOST} at most: one every 0.02 mm is plenty")
     bad = np.flatnonzero(~(np.isfinite(y) & np.isfinite(h)))
     if len(bad):
-        raise ProfileFault("a point is not finite", "give numbers", int(bad[0]))
+        raise ProfileError("a point is not finite", "give numbers", int(bad[0]))
     low, high = SIZE[kind]
     span = float(np.ptp(y))
     if not low <= span <= high:
         size = f"{span:.4g} m" if span > 1 else f"{span * 1e3:.4g} mm"
         short = "too short, or" if 0.1 * low < span < low else "probably"
-        raise ProfileFault(
+        raise ProfileError(
             f"the {kind} profile is {size} wide: {short} in another unit",
             f"a {kind} is {low * 1e3:g} to {high * 1e3:g} mm wide: give the unit in the header, `y [mm], z [mm]`",
         )
@@ -163,7 +163,7 @@ def _crossing(y: FloatArray, h: FloatArray, points: NDArray[np.intp]) -> None:
         if len(hit):
             j = i + 2 + int(hit[0])
             x, z = p[i] + t[hit[0]] * d[i]
-            raise ProfileFault(
+            raise ProfileError(
                 f"the profile crosses itself at y {x * 1e3:.3f} mm, z {z * 1e3:.3f} mm, between points "
                 f"{points[i] + 1} and {points[i] + 2} and between {points[j] + 1} and {points[j] + 2}",
                 "order the points along the profile and leave out those measured twice",
@@ -184,9 +184,9 @@ def _of_its_kind(kind: Kind, y: FloatArray, h: FloatArray) -> None:
     falls = float(h.max() - h[outer].min())
     if kind == "wheel" and falls > DROP:
         told = f"the wheel profile falls by {falls * 1e3:.3g} mm to its outer end: that is a rail"
-        raise ProfileFault(told, "give the wheel first, then the rail")
+        raise ProfileError(told, "give the wheel first, then the rail")
     if kind == "rail" and outer[np.argmax(h)] and h.max() - h[0] > DROP and falls < 0.5 * DROP:
-        raise ProfileFault(
+        raise ProfileError(
             "the rail profile is highest at its outer end: that is a wheel, or a rail whose y points to the gauge side",
             "give the wheel first, then the rail; mirror a rail whose y points to the gauge side",
         )
@@ -201,10 +201,10 @@ def _on_the_tape_line(y: FloatArray, h: FloatArray) -> tuple[FloatArray, FloatAr
     """A wheel with y and h counted from the tape line; where y counts from the inner face it is moved by 70 mm."""
     notes = []
     if y[0] > -0.02:
-        y = y - INNER_FACE
+        y = y - INNER_FACE_TO_TAPE_LINE
         notes.append("y counts from the inner face: tape line at 70 mm")
     if not y[0] < 0.0 < y[-1]:
-        raise ProfileFault(
+        raise ProfileError(
             f"the wheel profile reaches from y {y[0] * 1e3:.4g} to {y[-1] * 1e3:.4g} mm: the tape line is not in it",
             "count y from the tape line or from the inner face of the wheel",
         )

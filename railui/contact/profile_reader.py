@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.io.problems import Findings, one_problem
+from railui.io.problems import Findings, file_problem
 from railui.io.units import UnitError, parse_unit, quantity
 from railui.io.yaml_document import read_text
 
 if TYPE_CHECKING:
     from railui.contact.profile import Kind, Profile
 
-SIMPACK: dict[str, Kind] = {".prw": "wheel", ".prr": "rail"}
+SIMPACK_KINDS: dict[str, Kind] = {".prw": "wheel", ".prr": "rail"}
 TYPES = {0.0: "rail", 1.0: "wheel"}
 SETTING = re.compile(r"\s*([A-Za-z][\w.]*)\s*=\s*('[^']*'|\S+)")
 HEADED = re.compile(r"\s*([A-Za-z]\w*)\s*(?:\[([^\]]*)\])?\s*\Z")
@@ -42,21 +42,21 @@ def read_profile(path: str | Path, kind: Kind, *, mirror: bool = False, smoothin
     A rail's y points outwards, away from the gauge face; a wheel's to either side; z up or down. Without units, mm or m
     are told by the width. FileProblems names file, line and remedy.
     """
-    from railui.contact.profile import Profile, ProfileFault
+    from railui.contact.profile import Profile, ProfileError
 
     path = Path(path)
     text = read_text(path)
-    simpack = path.suffix.lower() in SIMPACK or "point.begin" in text
+    simpack = path.suffix.lower() in SIMPACK_KINDS or "point.begin" in text
     points = (_simpack if simpack else _text)(text, str(path), kind)
     try:
-        profile = Profile.of(kind, points.y, points.z, path.name)
+        profile = Profile.from_points(kind, points.y, points.z, path.name)
         if kind == "rail" and mirror:
             profile = profile.mirrored()
         if smoothing:
             profile = profile.smoothed(smoothing)
-    except ProfileFault as fault:
+    except ProfileError as fault:
         line = points.lines[fault.point] if fault.point is not None else 0
-        raise one_problem(path, fault.message, fault.remedy, place=(line, 1 if line else 0)) from None
+        raise file_problem(path, fault.message, fault.remedy, position=(line, 1 if line else 0)) from None
     return Profile(profile.kind, profile.y, profile.h, profile.name, (*points.notes, *profile.notes))
 
 
@@ -76,27 +76,27 @@ def _simpack(text: str, file: str, kind: str) -> _Points:
         elif not inside and (found := SETTING.match(bare)):
             # the header's type stands first; that of the original data file comes later and is another number
             settings.setdefault(found[1], (found[2].strip("'"), number))
-    findings.stop()
+    findings.raise_errors()
     told: dict[str, float] = {}
     for key, (word, number) in settings.items():
         if key.split(".")[0] in ("units", "mirror", "shift", "bound", "rotate", "inversion", "type"):
             read = _numbers([word], findings, number)
             if read is not None:
                 told[key] = read[0]
-    findings.stop()
+    findings.raise_errors()
     _of_kind(told, settings, kind, findings)
     if not rows:
-        findings.add("", "has no points", "list them between point.begin and point.end", place=(1, 1))
-    findings.stop()
+        findings.add("", "has no points", "list them between point.begin and point.end", position=(1, 1))
+    findings.raise_errors()
     return _transformed(np.array(rows), tuple(lines), told, findings)
 
 
 def _of_kind(told: dict[str, float], settings: dict[str, tuple[str, int]], kind: str, findings: Findings) -> None:
-    name = SIMPACK.get(Path(findings.file).suffix.lower()) or TYPES.get(told.get("type", -1.0))
+    name = SIMPACK_KINDS.get(Path(findings.file).suffix.lower()) or TYPES.get(told.get("type", -1.0))
     if name is not None and name != kind:
         line = settings.get("type", ("", 1))[1]
         findings.add("", f"is a {name} profile where a {kind} belongs", "give the wheel first, then the rail",
-                     place=(line, 1))  # fmt: skip
+                     position=(line, 1))  # fmt: skip
 
 
 def _transformed(p: FloatArray, lines: tuple[int, ...], told: dict[str, float], findings: Findings) -> _Points:
@@ -121,7 +121,7 @@ def _transformed(p: FloatArray, lines: tuple[int, ...], told: dict[str, float], 
     factor = get("units.len.f", 1.0)
     if not factor > 0.0:
         findings.add("units.len.f", f"{factor:g} is no unit factor", "give lengths per metre: 1000 for mm")
-    findings.stop()
+    findings.raise_errors()
     return _Points(y / factor, z / factor, tuple(numbers), tuple(notes))
 
 
@@ -140,13 +140,13 @@ def _text(text: str, file: str, kind: str) -> _Points:
             continue
         read = _numbers(cells, findings, number)
         if read is not None and len(read) < 2:
-            findings.add("", f"{bare[:30]!r} is one number", "write y and z of a point", place=(number, 1))
+            findings.add("", f"{bare[:30]!r} is one number", "write y and z of a point", position=(number, 1))
         elif read is not None:
             rows.append(read[:2])
             lines.append(number)
     if not rows and not findings.problems:
-        findings.add("", "has no points", "write y and z of a point on each line", place=(1, 1))
-    findings.stop()
+        findings.add("", "has no points", "write y and z of a point on each line", position=(1, 1))
+    findings.raise_errors()
     p = np.array(rows)
     if factors[0] is None or factors[1] is None:
         factors = [_guessed(float(np.ptp(p[:, 0])), kind, findings)] * 2
@@ -168,7 +168,7 @@ def _numbers(cells: list[str], findings: Findings, line: int) -> list[float] | N
         try:
             out.append(float(cell.replace("D", "E").replace("d", "e")))
         except ValueError:
-            findings.add("", f"{cell!r} is no number", "write y and z of a point", place=(line, 1))
+            findings.add("", f"{cell!r} is no number", "write y and z of a point", position=(line, 1))
             return None
     return out
 
@@ -182,7 +182,7 @@ def _factor(cell: str, findings: Findings, line: int) -> float | None:
         if unit.dimension != parse_unit("m").dimension:
             raise UnitError(f"{found[2]} is no length", "write y [mm], z [mm]")
     except UnitError as error:
-        findings.add("", error.message, error.remedy, place=(line, 1))
+        findings.add("", error.message, error.remedy, position=(line, 1))
         return None
     return unit.factor
 
@@ -194,8 +194,8 @@ def _guessed(width: float, kind: str, findings: Findings) -> float:
     if METRES[0] <= width <= METRES[1]:
         return 1.0
     told = f"the {kind} profile is {width:.4g} wide: neither mm nor m"
-    findings.add("", told, "give the unit in the header, `y [mm], z [mm]`", place=(1, 1))
-    findings.stop()
+    findings.add("", told, "give the unit in the header, `y [mm], z [mm]`", position=(1, 1))
+    findings.raise_errors()
     return 1.0
 
 

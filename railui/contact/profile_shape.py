@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.contact.contact_points import search
-from railui.contact.geometry import Contacts
-from railui.contact.linearisation import Linearised, linearise
-from railui.contact.wheelset_on_track import Pair
+from railui.contact.contact_points import find_contacts
+from railui.contact.geometry import ContactGeometry
+from railui.contact.linearisation import LinearContact, linearise
+from railui.contact.wheelset_on_track import WheelRailPair
 
 SPACING = 2.5e-4  # m between the knots of the spline
 BLUR = 2e-4  # m, standard deviation of the Gaussian that rounds jumps off: a contact patch is some mm wide
@@ -19,7 +19,7 @@ LONGEST = 0.012  # m
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class ProfileShape:
     """Curves over equally spaced displacements [m], all lists of one length (the effect profile_shape).
 
     (r_1 - r_2)/2 = lambda (radius + radius_per_gauge g), tan gamma_1 - tan gamma_2 = 2 epsilon angle/b.
@@ -35,7 +35,7 @@ class Shape:
         return {key: tuple(float(f"{x:.9g}") for x in getattr(self, key)) for key in self.__dataclass_fields__}
 
 
-def shape(contacts: Contacts, linear: Linearised) -> Shape:
+def compute_profile_shape(contacts: ContactGeometry, linear: LinearContact) -> ProfileShape:
     """Curves of a pair over the play between its flanges, so that lambda and epsilon of `linear` give them back.
 
     They end where a flange begins to touch: beyond, they go on straight and flange_contact has its say.
@@ -47,7 +47,7 @@ def shape(contacts: Contacts, linear: Linearised) -> Shape:
             f"{linear.gravitational_stiffness:.3g} over a standard deviation of {linear.motion * 1e3:.3g} mm: "
             "no multiple of these is the shape of the profiles"
         )
-    first, last = (float(np.clip(end, -LONGEST, LONGEST)) for end in contacts.treads)
+    first, last = (float(np.clip(end, -LONGEST, LONGEST)) for end in contacts.tread_range)
     count = max(int((last - first) / SPACING), 8)
     grid = np.linspace(first, last, count + 1)
     b = contacts.pair.half_distance
@@ -55,24 +55,24 @@ def shape(contacts: Contacts, linear: Linearised) -> Shape:
     narrow, wide = (_curves(_at_gauge(contacts.pair, sign * GAUGE_STEP), grid)[0] for sign in (-1, 1))
     per_gauge = (wide - narrow) / (2.0 * GAUGE_STEP)
     radius = half / linear.conicity
-    return Shape(grid, radius, per_gauge / linear.conicity, b * tilt / linear.gravitational_stiffness)
+    return ProfileShape(grid, radius, per_gauge / linear.conicity, b * tilt / linear.gravitational_stiffness)
 
 
-def conicity_per_gauge(pair: Pair, deviation: float) -> float:
+def conicity_per_gauge(pair: WheelRailPair, deviation: float) -> float:
     """d lambda/dg [1/m], lambda statistically linearised over a standard deviation [m]: the gauge term (thesis 5.5)."""
     narrow, wide = (linearise(_at_gauge(pair, s * GAUGE_STEP), deviation).conicity for s in (-1, 1))
     return (wide - narrow) / (2.0 * GAUGE_STEP)
 
 
-def _at_gauge(pair: Pair, wider: float) -> Contacts:
-    return search(replace(pair, gauge=pair.gauge + wider))
+def _at_gauge(pair: WheelRailPair, wider: float) -> ContactGeometry:
+    return find_contacts(replace(pair, gauge=pair.gauge + wider))
 
 
-def _curves(contacts: Contacts, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _curves(contacts: ContactGeometry, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(r_1 - r_2)/2 and (tan gamma_1 - tan gamma_2)/2 at displacements, jumps rounded off, flanks cut at 45 degrees."""
     e = contacts.displacement
     steep = np.clip(np.tan(contacts.angle), -1.0, 1.0)
-    inside = np.clip(e, *contacts.treads)
+    inside = np.clip(e, *contacts.tread_range)
     out = []
     for curve in (0.5 * contacts.delta_r, 0.5 * (steep[0] - steep[1])):
         held = np.interp(inside, e, curve)

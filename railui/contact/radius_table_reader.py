@@ -14,36 +14,36 @@ from railui.io.table import read_table
 from railui.io.units import UnitError, parse_unit
 
 
-def read_delta_r(path: str | Path) -> tuple[FloatArray, FloatArray]:
+def read_radius_table(path: str | Path) -> tuple[FloatArray, FloatArray]:
     """Displacements and r_1 - r_2 [m] of a table `y [mm],delta_r [mm]`, sorted by y. FileProblems with the line."""
     table = read_table(path)
     findings = Findings(str(path))
     for name in ("y", "delta_r"):
         if name not in table.names:
             told = f"has no column {name}, only {', '.join(table.names)}"
-            findings.add(name, told, "write the header `y [mm],delta_r [mm]`", place=table.header)
-    findings.stop()
+            findings.add(name, told, "write the header `y [mm],delta_r [mm]`", position=table.header_position)
+    findings.raise_errors()
     columns = []
     for name in ("y", "delta_r"):
         unit = table.units[table.names.index(name)]
         if unit is None:
-            findings.add(name, "has no unit", f"write `{name} [mm]`", place=table.header)
+            findings.add(name, "has no unit", f"write `{name} [mm]`", position=table.header_position)
             continue
         try:
             columns.append(table.column(name) * _length(unit))
         except UnitError as error:
-            findings.add(name, error.message, error.remedy, place=table.header)
-    findings.stop()
+            findings.add(name, error.message, error.remedy, position=table.header_position)
+    findings.raise_errors()
     y, delta = columns
-    _checked(y, findings, table.place, lambda v: ~np.isfinite(v), "is not a number")
-    _checked(delta, findings, table.place, lambda v: ~np.isfinite(v), "is not a number")
+    _checked(y, findings, table.cell_position, lambda v: ~np.isfinite(v), "is not a number")
+    _checked(delta, findings, table.cell_position, lambda v: ~np.isfinite(v), "is not a number")
     if len(y) > 1 and y[0] > y[-1]:
         y, delta = y[::-1], delta[::-1]
     else:
-        _checked(y[1:], findings, lambda i, n: table.place(i + 1, n), lambda v: np.diff(y) <= 0, "does not rise")
+        _checked(y[1:], findings, lambda i, n: table.cell_position(i + 1, n), lambda v: np.diff(y) <= 0, "does not rise")
     if len(y) < 5:
-        findings.add("y", f"has {len(y)} rows", "give five or more", place=table.header)
-    findings.stop()
+        findings.add("y", f"has {len(y)} rows", "give five or more", position=table.header_position)
+    findings.raise_errors()
     return y, delta
 
 
@@ -57,7 +57,7 @@ def _checked(
     found = np.flatnonzero(bad(values))
     if len(found):
         i = int(found[0])
-        findings.add("y", f"{values[i] * 1e3:.4g} mm {what}", "sort the table by y, one row each", place=place(i, "y"))
+        findings.add("y", f"{values[i] * 1e3:.4g} mm {what}", "sort the table by y, one row each", position=place(i, "y"))
 
 
 def _length(unit: str) -> float:

@@ -8,13 +8,13 @@ from functools import cached_property
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.contact.profile import FINE, INNER_FACE, Profile, ProfileFault
+from railui.contact.profile import RESAMPLING_STEP, INNER_FACE_TO_TAPE_LINE, Profile, ProfileError
 
 BELOW = 0.014  # m below the rail top within which the gauge is measured (EN 13848-1)
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class ProfileCurve:
     """A profile as a function: h at points y that rise [m], shape [n]."""
 
     y: FloatArray
@@ -31,7 +31,7 @@ class Curve:
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
+class WheelRailPair:
     """Profiles of the right-hand side and how they stand (both sides alike, but for the diameters). SI.
 
     gauge: distance of the rails, measured `below` the rail top; back_to_back: distance of the wheels' inner faces;
@@ -50,13 +50,13 @@ class Pair:
 
     def __post_init__(self) -> None:
         if self.wheel.kind != "wheel" or self.rail.kind != "rail":
-            raise ProfileFault(
+            raise ProfileError(
                 f"a {self.wheel.kind} profile stands where the wheel belongs, a {self.rail.kind} where the rail does",
                 "give the wheel first, then the rail",
             )
         room = self.gauge - self.back_to_back
         if not 0.02 < room < 0.3:
-            raise ProfileFault(
+            raise ProfileError(
                 f"the gauge {self.gauge * 1e3:.4g} mm leaves {room * 1e3:.4g} mm to the back to back distance "
                 f"{self.back_to_back * 1e3:.4g} mm",
                 "give both in one unit, such as --gauge '1435 mm' --back-to-back '1360 mm'",
@@ -65,20 +65,20 @@ class Pair:
     @cached_property
     def half_distance(self) -> float:
         """Half the distance of the tape lines [m]: b of the model."""
-        return 0.5 * self.back_to_back + INNER_FACE
+        return 0.5 * self.back_to_back + INNER_FACE_TO_TAPE_LINE
 
     @cached_property
-    def wheel_curve(self) -> Curve:
+    def wheel_curve(self) -> ProfileCurve:
         """The right wheel from the tip of its flange outwards: y from the track's middle, h from the tape line."""
         _, y, h = self.wheel.resampled()
         tip = int(np.argmin(h))
         curve = _rising(y[tip:], h[tip:], self.wheel)
-        return Curve(curve.y + self.half_distance, curve.h)
+        return ProfileCurve(curve.y + self.half_distance, curve.h)
 
     @cached_property
-    def rail_curve(self) -> Curve:
+    def rail_curve(self) -> ProfileCurve:
         """The right rail from its gauge face outwards: y from the track's middle, h from its top."""
-        _, y, h = self.rail.turned(self.inclination).resampled()
+        _, y, h = self.rail.rotated(self.inclination).resampled()
         top = float(h.max())
         inside = np.flatnonzero(h >= top - self.below)
         crown = int(np.argmax(h))
@@ -86,7 +86,7 @@ class Pair:
         while begin > 0 and h[begin - 1] >= top - self.below:
             begin -= 1
         if begin == 0 and h[0] > top - self.below + 1e-4 and h[0] - top > -0.9 * self.below:
-            raise ProfileFault(
+            raise ProfileError(
                 f"the rail profile ends {(top - h[0]) * 1e3:.3g} mm below its top on the gauge side (y "
                 f"{y[0] * 1e3:.4g} mm), the gauge is measured {self.below * 1e3:g} mm below it",
                 "measure the gauge face too, or mirror the profile if this is its outer side",
@@ -95,19 +95,19 @@ class Pair:
         start = int(begin + np.argmin(y[begin : crown + 1]))
         end = crown + int(np.argmax(y[crown:]))
         curve = _rising(y[start : end + 1], h[start : end + 1], self.rail)
-        return Curve(curve.y - face + 0.5 * self.gauge, curve.h - top)
+        return ProfileCurve(curve.y - face + 0.5 * self.gauge, curve.h - top)
 
 
-def _rising(y: FloatArray, h: FloatArray, profile: Profile) -> Curve:
+def _rising(y: FloatArray, h: FloatArray, profile: Profile) -> ProfileCurve:
     """The points whose y rises; a profile that goes back by more than noise has no single height."""
     reached = np.maximum.accumulate(y)
     back = reached - y
     if back.max() > 1e-3:
         at = int(np.argmax(back))
-        raise ProfileFault(
+        raise ProfileError(
             f"the {profile.kind} profile turns back by {back.max() * 1e3:.3g} mm at y {y[at] * 1e3:.4g} mm, "
             f"z {h[at] * 1e3:.4g} mm",
             "leave out points that are not on its running surface",
         )
-    kept = np.concatenate([[True], y[1:] > reached[:-1] + 0.02 * FINE])
-    return Curve(y[kept], h[kept])
+    kept = np.concatenate([[True], y[1:] > reached[:-1] + 0.02 * RESAMPLING_STEP])
+    return ProfileCurve(y[kept], h[kept])

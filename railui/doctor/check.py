@@ -17,16 +17,16 @@ class Check:
 
     name: str
     expected: Value
-    got: Value
+    computed: Value
     source: str
     tolerance: float | None = None
 
     @property
-    def ok(self) -> bool:
+    def is_ok(self) -> bool:
         """Is what came out what is known?"""
-        if isinstance(self.expected, str) or isinstance(self.got, str) or self.tolerance is None:
-            return self.expected == self.got
-        known, found = np.atleast_1d(np.array(self.expected, float)), np.atleast_1d(np.array(self.got, float))
+        if isinstance(self.expected, str) or isinstance(self.computed, str) or self.tolerance is None:
+            return self.expected == self.computed
+        known, found = np.atleast_1d(np.array(self.expected, float)), np.atleast_1d(np.array(self.computed, float))
         if known.shape != found.shape:
             return False
         same = (np.abs(known - found) <= self.tolerance) | (np.isnan(known) & np.isnan(found))
@@ -37,8 +37,8 @@ class Check:
         return {
             "name": self.name,
             "expected": self.expected,
-            "got": self.got,
+            "got": self.computed,
             "tolerance": self.tolerance,
-            "ok": self.ok,
+            "ok": self.is_ok,
             "source": self.source,
         }

@@ -33,10 +33,10 @@ S1002: Final = {1.435: 0.181, 1.437: 0.148, 1.432: 0.225}  # gauge [m]: tan gamm
 
 def kalkers_coefficients() -> Iterator[Check]:
     """All of table E.3 for steel's neighbour, Poisson's ratio 0.25."""
-    from railui.contact.kalker import kalker
+    from railui.contact.kalker import kalker_coefficients
 
     for name, column in (("C11", 1), ("C22", 2), ("C23", 3)):
-        got = [float(kalker(row[0])[column - 1]) for row in COEFFICIENTS]
+        got = [float(kalker_coefficients(row[0])[column - 1]) for row in COEFFICIENTS]
         told = f"{name} at a/b 0.1 to 1 and b/a 0.9 to 0.1"
         yield Check(told, [row[column] for row in COEFFICIENTS], got, KALKER, 1e-6)
 
@@ -67,13 +67,13 @@ def conicity_of_the_standard(reference: Path) -> Iterator[Check]:
 def conicity_of_profiles(reference: Path) -> Iterator[Check]:
     """S1002 on UIC60, rigid contact with roll: within 0.02 of what was worked out twice."""
     from railui.contact.conicity import equivalent_conicity
-    from railui.contact.contact_points import search
+    from railui.contact.contact_points import find_contacts
     from railui.contact.profile_reader import read_profile
-    from railui.contact.wheelset_on_track import Pair
+    from railui.contact.wheelset_on_track import WheelRailPair
 
     wheel = read_profile(reference / "profiles" / "S1002.prw", "wheel")
     rail = read_profile(reference / "profiles" / "UIC60.prr", "rail")
-    found = [search(Pair(wheel, rail, gauge=gauge)) for gauge in S1002]
+    found = [find_contacts(WheelRailPair(wheel, rail, gauge=gauge)) for gauge in S1002]
     got = [equivalent_conicity(one.displacement, one.delta_r).at(3e-3) for one in found]
     told = "S1002 on UIC60, tan gamma_e at 3 mm, gauge 1435, 1437, 1432 mm"
     yield Check(told, list(S1002.values()), got, "worked out twice, rigid contact with roll", 0.02)

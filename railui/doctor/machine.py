@@ -13,12 +13,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from railui.core import LANES, jobs_or_all, simd, sources
+from railui.core import LANES, resolve_thread_count, simd_level, source_hash
 from railui.doctor.check import Check
 from railui.doctor.vehicles import check_bogie
 from railui.io.units import quantity
 from railui.ride_quality.evaluation import excitation_of
-from railui.ride_quality.statistics import statistics_many
+from railui.ride_quality.statistics import ride_statistics
 from railui.vehicle.model import Model
 
 KNOWN: Final = ("v4", "v3", "portable")
@@ -32,10 +32,10 @@ def lanes_and_threads(jobs: int | None) -> Iterator[Check]:
     road = excitation_of("erri_b176_low length=300 seed=1", 40.0)
     rows = np.repeat(model.row[None], 2 * LANES + 1, axis=0)
     rows[:, model.columns["vehicle.primary.lateral_stiffness"]] *= np.linspace(0.8, 1.2, len(rows))
-    many = statistics_many(model, rows, road, jobs=1)["sd_e"]
-    alone = np.concatenate([statistics_many(model, row[None], road, jobs=1)["sd_e"] for row in rows])
-    threads = max(2, jobs_or_all(jobs))
-    spread = statistics_many(model, rows, road, jobs=threads)["sd_e"]
+    many = ride_statistics(model, rows, road, jobs=1)["sd_e"]
+    alone = np.concatenate([ride_statistics(model, row[None], road, jobs=1)["sd_e"] for row in rows])
+    threads = max(2, resolve_thread_count(jobs))
+    spread = ride_statistics(model, rows, road, jobs=threads)["sd_e"]
     yield Check("one lane and sixteen agree", "to the last digit", _agree(many, alone), HERE)
     yield Check(f"1 and {threads} threads agree", "to the last digit", _agree(many, spread), HERE)
 
@@ -49,7 +49,7 @@ def _agree(one: Any, other: Any) -> str:
 def the_kernel(jobs: int | None) -> Iterator[Check]:
     """The SIMD level is one of ours, and the one that was asked for."""
     asked = os.environ.get("RAILUI_SIMD")
-    yield Check("SIMD level", asked or simd(), simd() if simd() in KNOWN else f"unknown {simd()}", HERE)
+    yield Check("SIMD level", asked or simd_level(), simd_level() if simd_level() in KNOWN else f"unknown {simd_level()}", HERE)
 
 
 def the_locale(jobs: int | None) -> Iterator[Check]:
@@ -75,13 +75,13 @@ def the_ports(jobs: int | None) -> Iterator[Check]:
 def told(jobs: int | None) -> dict[str, Any]:
     """What the machine is."""
     return {
-        "simd": simd(),
+        "simd": simd_level(),
         "lanes": LANES,
-        "threads": jobs_or_all(jobs),
+        "threads": resolve_thread_count(jobs),
         "python": platform.python_version(),
         "numpy": np.__version__,
         "platform": platform.platform(),
-        "kernel_sources": sources(),
+        "kernel_sources": source_hash(),
     }
 
 

@@ -85,7 +85,7 @@ def one_wheelset() -> Iterator[Check]:
     """One wheelset on springs, exact."""
     f11, f22, b, r = 6.563e6 / 0.60252, 6.563e6 / 0.54219, 0.7163, 0.4572
     numbers = np.array([[1022.0, 678.0, 0.0, b, r, 1.0, 1.823e5, 768800.0, 0.05, f11, f22, 0.0, 0.0, 0.0, 0.0]])
-    vehicles, batch = Vehicles("wheelset"), Batch.of(numbers)
+    vehicles, batch = Vehicles("wheelset"), Batch.from_arrays(numbers)
     v = optimize.brentq(lambda v: vehicles.eigenvalues(batch, v)[0, 0].real, 50.0, 90.0, xtol=1e-12, rtol=1e-14)
     w = abs(vehicles.eigenvalues(batch, v)[0, 0].imag)
     yield Check("wheelset on springs, critical speed [m/s]", 69.83360931998, float(v), OWN, 1e-8)
@@ -131,10 +131,10 @@ def creep_of_vermeulen_and_johnson() -> Iterator[Check]:
     states = np.zeros((len(u), 4))
     states[:, 1] = u * mu / kappa
     placed = [Placement("creep_saturation", "contact")]
-    effects, amounts = np.full((len(u), placed[0].count), mu), np.ones((len(u), 1))
-    batch = Batch.of(np.tile(numbers, (len(u), 1)), effects, amounts)
+    effects, amounts = np.full((len(u), placed[0].parameter_count), mu), np.ones((len(u), 1))
+    batch = Batch.from_arrays(np.tile(numbers, (len(u), 1)), effects, amounts)
     row = np.array([0.0, 20.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    pushed = Vehicles("wheelset", placed).rates(batch, row, states)[:, 2] * m
+    pushed = Vehicles("wheelset", placed).state_derivatives(batch, row, states)[:, 2] * m
     expected = np.where(u < 3, u - u**2 / 3 + u**3 / 27, 1.0)
     got = (pushed / (2 * mu * n)).tolist()
     yield Check(

@@ -1,27 +1,33 @@
-"""Power of series over frequency, as scipy.signal has it, which takes half a second to read."""
+"""Spectral densities by Welch's method, correlation and coherence of series.
+
+The functions have the names and conventions of scipy.signal, whose import takes half a second.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Literal, TypeVar
 
 import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
 
+Trend = Literal["mean", "line"]
+Lines = TypeVar("Lines", FloatArray, ComplexArray)
+
 
 def detrend(x: FloatArray) -> FloatArray:
-    """Series [..., n] less their lines of best fit.
+    """Subtract from series [..., n] their straight lines of best fit.
 
-    >>> levelled(np.array([1.0, 3.0, 5.0])).tolist()
+    >>> detrend(np.array([1.0, 3.0, 5.0])).tolist()
     [0.0, 0.0, 0.0]
     """
-    along = np.linspace(-1.0, 1.0, x.shape[-1])
-    level = x - x.mean(axis=-1, keepdims=True)
-    return np.asarray(level - (level @ along)[..., None] * along / (along @ along))
+    ramp = np.linspace(-1.0, 1.0, x.shape[-1])
+    mean_free = x - x.mean(axis=-1, keepdims=True)
+    return np.asarray(mean_free - (mean_free @ ramp)[..., None] * ramp / (ramp @ ramp))
 
 
 def hann(n: int) -> FloatArray:
-    """Hann's window [n] of one period, as transforms of segments want it.
+    """Return the periodic Hann window [n].
 
     >>> hann(4).round(12).tolist()
     [0.0, 0.5, 1.0, 0.5]
@@ -29,41 +35,98 @@ def hann(n: int) -> FloatArray:
     return np.asarray(0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(n) / n))
 
 
-def csd(x: FloatArray, y: FloatArray, rate: float, n: int) -> tuple[FloatArray, ComplexArray]:
-    """Frequencies [Hz] and the one-sided cross spectral density of two series sampled at `rate` [Hz].
+def tukey(n: int, share: float) -> FloatArray:
+    """Return the symmetric Tukey window [n], of which a `share` is tapered by half cosines, half of it at each end.
 
-    The mean of conj(X) Y over segments of n samples, half overlapped, less their means, behind Hann's window; one
-    segment where the series are shorter. Source: Welch, IEEE Trans. Audio Electroacoust. 15 (1967).
+    >>> tukey(5, 1.0).round(12).tolist(), tukey(3, 0.0).tolist()
+    ([0.0, 0.5, 1.0, 0.5, 0.0], [1.0, 1.0, 1.0])
+    """
+    if n < 2 or share <= 0.0:
+        return np.ones(n)
+    from_end = np.minimum(np.arange(n), np.arange(n)[::-1]) / (n - 1)
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.minimum(2.0 * from_end / share, 1.0)))
+
+
+def csd(x: FloatArray, y: FloatArray, rate: float, n: int, trend: Trend = "mean") -> tuple[FloatArray, ComplexArray]:
+    """Estimate the one-sided cross spectral density of two series by Welch's method.
+
+    The mean of conj(X) Y over segments of n samples that overlap by half, with a Hann window; one segment if the
+    series are shorter.
+
+    Parameters
+    ----------
+    x, y : FloatArray
+        Series of one length.
+    rate : float
+        Sampling rate [Hz]; 1/m for series along a track.
+    n : int
+        Samples of a segment.
+    trend : {"mean", "line"}
+        Trend that is subtracted from each segment: its mean or its straight line of best fit.
+
+    Returns
+    -------
+    tuple of FloatArray, ComplexArray
+        Frequencies in the unit of `rate`, and the density per that unit.
+
+    References
+    ----------
+    Welch, IEEE Trans. Audio Electroacoust. 15 (1967).
     """
     n = min(n, len(x))
     window = hann(n)
 
-    def lines(z: FloatArray) -> ComplexArray:
+    def transforms(z: FloatArray) -> ComplexArray:
         segments = np.lib.stride_tricks.sliding_window_view(z, n)[:: n - n // 2]
-        return np.asarray(np.fft.rfft((segments - segments.mean(axis=1, keepdims=True)) * window))
+        level = segments - segments.mean(axis=1, keepdims=True) if trend == "mean" else detrend(segments)
+        return np.asarray(np.fft.rfft(level * window))
 
-    first = lines(x)
-    found = np.mean(first.conj() * (first if y is x else lines(y)), axis=0) / (rate * (window @ window))
-    return np.asarray(np.fft.rfftfreq(n, 1.0 / rate)), _one_sided(found, n)
+    first = transforms(x)
+    second = first if y is x else transforms(y)
+    density = np.mean(first.conj() * second, axis=0) / (rate * (window @ window))
+    return np.asarray(np.fft.rfftfreq(n, 1.0 / rate)), _one_sided(density, n)
 
 
-def welch(x: FloatArray, rate: float, n: int) -> tuple[FloatArray, FloatArray]:
-    """Frequencies [Hz] and the one-sided power density of a series sampled at `rate` [Hz], as `cross` has it."""
-    f, found = csd(x, x, rate, n)
-    return f, found.real
+def welch(x: FloatArray, rate: float, n: int, trend: Trend = "mean") -> tuple[FloatArray, FloatArray]:
+    """Estimate the one-sided power spectral density of a series by Welch's method; parameters as in `csd`."""
+    f, density = csd(x, x, rate, n, trend)
+    return f, density.real
+
+
+def coherence(x: FloatArray, y: FloatArray, rate: float, n: int) -> tuple[FloatArray, FloatArray]:
+    """Estimate the magnitude-squared coherence of two series; parameters as in `csd`.
+
+    >>> x = np.sin(np.arange(400.0) ** 1.5)
+    >>> coherence(x, -2.0 * x, 1.0, 100)[1].round(9).min().item()
+    1.0
+    """
+    f, cross = csd(x, y, rate, n)
+    return f, np.abs(cross) ** 2 / welch(x, rate, n)[1] / welch(y, rate, n)[1]
 
 
 def periodogram(x: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
-    """Frequencies [Hz] and the one-sided power density of a whole series less its mean, without a window.
+    """Return frequencies [Hz] and the one-sided power density of a whole series less its mean, without a window.
 
     >>> f, power = periodogram(np.sin(2 * np.pi * 3.0 * np.arange(100) / 100.0), 100.0)
     >>> float(f[np.argmax(power)]), round(float(power.sum() * f[1]), 12)  # the mean square of a sine is half
     (3.0, 0.5)
     """
-    found = np.abs(np.fft.rfft(x - x.mean())) ** 2 / (rate * len(x))
-    return np.asarray(np.fft.rfftfreq(len(x), 1.0 / rate)), _one_sided(found, len(x))
+    density = np.abs(np.fft.rfft(x - x.mean())) ** 2 / (rate * len(x))
+    return np.asarray(np.fft.rfftfreq(len(x), 1.0 / rate)), _one_sided(density, len(x))
 
 
-def _one_sided(found: Any, n: int) -> Any:
-    found[1 : len(found) - (n % 2 == 0)] *= 2.0
-    return found
+def correlate(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the sums of x[i + lag] y[i] for all lags from 1 - len(y) to len(x) - 1, by the Fourier transform.
+
+    >>> correlate(np.array([1.0, 2.0, 3.0]), np.array([0.0, 1.0])).round(12).tolist()
+    [1.0, 2.0, 3.0, 0.0]
+    """
+    size = 1 << (len(x) + len(y) - 1).bit_length()
+    sums = np.fft.irfft(np.fft.rfft(x, size) * np.fft.rfft(y, size).conj(), size)
+    return np.concatenate([sums[size - len(y) + 1 :], sums[: len(x)]])
+
+
+def _one_sided(density: Lines, n: int) -> Lines:
+    """Double all lines but those at frequency 0 and at half the sampling rate."""
+    density[1 : len(density) - (n % 2 == 0)] *= 2.0
+    return density

@@ -1,8 +1,8 @@
-"""Hunting: limit cycles with flange contact followed by speed, the fold where they die, and what starts them."""
+"""Limit cycles with flange contact over speed, the nonlinear critical speed, and the disturbances that start them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -11,27 +11,29 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.hunting.continuation import Cycle, continue_branch
-from railui.hunting.critical_speed import SLOWEST
+from railui.hunting.critical_speed import MIN_SPEED
 from railui.hunting.tangent_track import Motion, TangentTrackRuns
+from railui.progress import SILENT, Progress
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 
-LANES: Final = 16  # speeds looked at side by side
-CLOSE: Final = 0.01  # m/s of the fold
-LARGE: Final = 0.5  # of the clearance: with less a vehicle does not hunt from flange to flange
-GONE: Final = 1e-3  # of the clearance: no motion any more
-PUT_ASIDE: Final = 1.5  # of the clearance: what starts hunting where anything does
-NUDGED: Final = 0.02  # of the clearance: a disturbance that every track has
-PATIENT: Final = 100e3  # m along which a small disturbance may grow
-WATCHED: Final = 8  # pieces of track in which it falls all the time, if it dies slowly
-DWINDLES: Final = 0.7  # of the fold, to which hunting that dwindles is shown
-START: Final = 3  # of the speeds near the fold, where shooting begins
-SMALLEST: Final = 0.03  # of the clearance, to which the unstable cycle is followed
-NEAR: Final = (0.0, 0.02, 0.1, 0.3, 0.7, 1.5)  # m/s above the fold where the branch is steep
+SPEEDS_PER_SEARCH: Final = 16  # one SIMD batch
+SPEED_TOLERANCE: Final = 0.01  # m/s of the nonlinear critical speed
+# amplitudes as shares of the flange clearance
+HUNTING_AMPLITUDE: Final = 0.5  # from which a motion counts as hunting between the flanges
+DECAYED_AMPLITUDE: Final = 1e-3  # below which a motion has decayed
+LARGE_OFFSET: Final = 1.5  # initial lateral offset that starts hunting wherever it is possible
+SMALL_OFFSET: Final = 0.02  # initial lateral offset of a disturbance that occurs on every track
+MIN_BRANCH_AMPLITUDE: Final = 0.03  # down to which the unstable cycle is continued
+MAX_GROWTH_DISTANCE: Final = 100e3  # m along which a small disturbance may grow
+DECAY_SEGMENTS: Final = 8  # consecutive segments of track with falling amplitude of a slowly decaying motion
+MIN_SHOWN_SPEED: Final = 0.7  # of the critical speed, down to which decreasing hunting is shown
+START_INDEX: Final = 3  # of the speeds above the critical speed, where shooting begins
+DENSE_OFFSETS: Final = (0.0, 0.02, 0.1, 0.3, 0.7, 1.5)  # m/s above the critical speed, where the branch is steep
 
 
 def with_flange(model: Model) -> tuple[Model, list[str]]:
-    """The vehicle with flange contact, added where its design has none, and notes on what it lacks."""
+    """Return the vehicle with flange contact, added if its design has none, and notes on missing effects."""
     kinds = {effect.kind for effect in model.design.effects}
     notes = []
     if "flange_contact" not in kinds:
@@ -47,27 +49,37 @@ def with_flange(model: Model) -> tuple[Model, list[str]]:
 class LimitCycles:
     """Hunting of one vehicle on straight track.
 
-    fold [m/s]: below it hunting dies, None where none was found. hard: it jumps there to something small or to
-    rest; else it dwindles, and the fold is where it no longer reaches the flanges.
-    from_above: steady motion at the speeds above the fold; from_below: what a small disturbance becomes;
-    branch: the cycle followed round the fold by shooting, stable above it, then unstable.
+    Attributes
+    ----------
+    critical_speed : float or None
+        Nonlinear critical speed [m/s], below which hunting decays; None without hunting.
+    is_subcritical : bool
+        True if hunting collapses there (saddle-node of limit cycles); else its amplitude decreases gradually, and the
+        critical speed is where it no longer reaches the flanges.
+    from_above : Motion
+        Steady motion at the speeds above the critical speed.
+    from_below : Motion
+        Steady motion that follows from a small disturbance.
+    clearance : float
+        Flange clearance [m].
+    branch : tuple of Cycle
+        Cycles continued by shooting, first stable, then unstable.
     """
 
-    fold: float | None
-    hard: bool
+    critical_speed: float | None
+    is_subcritical: bool
     from_above: Motion
     from_below: Motion
     clearance: float
     branch: tuple[Cycle, ...] = ()
 
     def rows(self) -> list[dict[str, Any]]:
-        """One row per speed: amplitude from_above and from_below [m] and the frequency of hunting [Hz]."""
-        above = _by_speed(self.from_above)
-        below = _by_speed(self.from_below)
-        found = []
+        """Return one row per speed: amplitude from_above and from_below [m] and the frequency of hunting [Hz]."""
+        above, below = _by_speed(self.from_above), _by_speed(self.from_below)
+        rows = []
         for v in sorted({*above, *below}):
             large, small = above.get(v), below.get(v)
-            found.append(
+            rows.append(
                 {
                     "speed": v,
                     "from_above": None if large is None else large[0],
@@ -75,10 +87,11 @@ class LimitCycles:
                     "frequency": None if large is None else large[1],
                 }
             )
-        return found
+        return rows
 
 
 def _by_speed(motion: Motion) -> dict[float, tuple[float, float]]:
+    """Return amplitude [m] and frequency [Hz] by speed [m/s]."""
     rows = zip(motion.speeds, motion.amplitudes, motion.frequencies, strict=True)
     return {float(v): (float(a), float(f)) for v, a, f in rows}
 
@@ -89,98 +102,131 @@ def find_limit_cycles(
     *,
     diagram: bool = True,
     jobs: int | None = None,
-    told: Callable[[str], None] = lambda _: None,
+    progress: Progress = SILENT,
 ) -> LimitCycles:
-    """Hunting of a vehicle (with flange contact, see `with_flange`) between the least and the largest speed [m/s].
+    """Compute the hunting of a vehicle over speed.
 
-    The vehicle is put aside at all speeds; where it goes on hunting from flange to flange, that motion is taken
-    to lower speeds, sixteen at a time, until it dies within 0.01 m/s. Below the range hunting is looked for
-    down to 1 m/s. `diagram` False: the fold alone.
+    The vehicle starts with a large lateral offset at all speeds. Where it keeps hunting between the flanges, that
+    motion is continued to lower speeds, sixteen at a time, until it decays, to within 0.01 m/s; below the given range
+    down to 1 m/s.
+
+    Parameters
+    ----------
+    model : Model
+        Vehicle with flange contact, see `with_flange`.
+    speeds : sequence of float
+        Speeds [m/s].
+    diagram : bool
+        Also compute motions from small disturbances and the unstable branch; else the critical speed alone.
+    jobs : int, optional
+        Threads; by default all.
+    progress : Progress
+        Receiver of messages.
     """
-    track = TangentTrackRuns(model, jobs)
+    runs = TangentTrackRuns(model, jobs)
     clearance = model.design.value("contact.flange_clearance")
+    hunting = HUNTING_AMPLITUDE * clearance
     grid = np.array(sorted(speeds))
-    empty = track.let_go(np.zeros(0), np.zeros((0, track.states)))
-    told("putting the vehicle aside at all speeds")
-    first = track.settled(track.let_go(grid, track.aside(PUT_ASIDE * clearance)), LARGE * clearance)
-    alive = _alive(first, LARGE * clearance)
-    fold, hard, above = None, True, empty
-    if alive.any():
-        lowest = first.select([int(np.flatnonzero(alive)[0])])
-        under = grid[grid < lowest.speeds[0]]
-        told("following hunting to lower speeds")
-        end = _followed(track, lowest, float(under[-1]) if under.size else None, LARGE * clearance)
-        hard = _jumps(track, end, LARGE * clearance)
-        touching = np.flatnonzero(first.amplitudes[alive] >= clearance)
-        if not hard and touching.size:
-            last = first.select(alive).select([int(touching[0])])
-            end = _followed(track, last, float(end.speeds[0]), clearance)
-        fold = float(end.speeds[0]) if hard or touching.size else None
-        lowest_shown = end.speeds[0] if hard else DWINDLES * end.speeds[0]
-        near = end.speeds[0] + np.concatenate([NEAR, [] if hard else -np.array(NEAR[1:])])
-        shown = np.array([*near[near <= grid[-1]], *grid[grid > lowest_shown]])
-        start = _nearest(first.select(alive & (first.speeds > end.speeds[0])), end, shown)
-        above = track.settled(start, LARGE * clearance if hard else GONE * clearance)
+    nothing = runs.start(np.zeros(0), np.zeros((0, runs.states)))
+    progress.message("starting with a large lateral offset at all speeds")
+    first = runs.settle(runs.start(grid, runs.displaced_state(LARGE_OFFSET * clearance)), hunting)
+    is_hunting = _is_hunting(first, hunting)
+    critical, is_subcritical, above = None, True, nothing
+    if is_hunting.any():
+        progress.message("following hunting to lower speeds")
+        critical, is_subcritical, end = _nonlinear_critical_speed(runs, first, is_hunting, clearance)
+        shown = _shown_speeds(grid, float(end.speeds[0]), is_subcritical)
+        start = _nearest_motions(first.select(is_hunting & (first.speeds > end.speeds[0])), end, shown)
+        above = runs.settle(start, hunting if is_subcritical else DECAYED_AMPLITUDE * clearance)
     if not diagram:
-        return LimitCycles(fold, hard, above, empty, clearance)
-    told("what a small disturbance becomes")
-    all_speeds = np.unique([*grid, *above.speeds])
-    below = _from_below(track, all_speeds, clearance)
-    cycles: list[Cycle] = []
-    if hard and len(above) > START:
-        told("shooting at the unstable cycle")
-        cycles = continue_branch(track, above.select([START]), SMALLEST * clearance, float(grid[-1]))
-    return LimitCycles(fold, hard, above, below, clearance, tuple(cycles))
+        return LimitCycles(critical, is_subcritical, above, nothing, clearance)
+    progress.message("simulating small disturbances")
+    below = _motions_from_small_offset(runs, np.unique([*grid, *above.speeds]), clearance)
+    branch: list[Cycle] = []
+    if is_subcritical and len(above) > START_INDEX:
+        progress.message("continuing the unstable limit cycle")
+        start = above.select([START_INDEX])
+        branch = continue_branch(runs, start, MIN_BRANCH_AMPLITUDE * clearance, float(grid[-1]))
+    return LimitCycles(critical, is_subcritical, above, below, clearance, tuple(branch))
 
 
 def nonlinear_critical_speeds(models: Sequence[Model], speeds: Sequence[float], jobs: int | None = None) -> FloatArray:
-    """The fold [m/s] of each of many vehicles, NaN where none hunts; for searches."""
-    found = (find_limit_cycles(with_flange(m)[0], speeds, diagram=False, jobs=jobs).fold for m in models)
-    return np.array([np.nan if fold is None else fold for fold in found])
+    """Return the nonlinear critical speed [m/s] of each of many vehicles, NaN without hunting."""
+    cycles = (find_limit_cycles(with_flange(m)[0], speeds, diagram=False, jobs=jobs) for m in models)
+    return np.array([np.nan if c.critical_speed is None else c.critical_speed for c in cycles])
 
 
-def _from_below(track: TangentTrackRuns, speeds: FloatArray, clearance: float) -> Motion:
-    """What becomes of a small disturbance: nothing (amplitude 0), or a steady motion."""
-    below = track.settled(track.let_go(speeds, track.aside(NUDGED * clearance)), GONE * clearance, PATIENT)
-    dying, now = ~below.steady, below
-    for _ in range(WATCHED):  # what only wanders about does not fall for so long
-        before, now = now.amplitudes, track.piece(now)
-        dying &= now.amplitudes < before
-    below.amplitudes[dying | (below.amplitudes < GONE * clearance)] = 0.0
+def _nonlinear_critical_speed(
+    runs: TangentTrackRuns, first: Motion, is_hunting: NDArray[np.bool_], clearance: float
+) -> tuple[float | None, bool, Motion]:
+    """Return the critical speed, whether hunting collapses there, and the slowest hunting motion."""
+    hunting = HUNTING_AMPLITUDE * clearance
+    slowest = first.select([int(np.flatnonzero(is_hunting)[0])])
+    slower = first.speeds[first.speeds < slowest.speeds[0]]
+    end = _slowest_hunting(runs, slowest, float(slower[-1]) if slower.size else None, hunting)
+    if _collapses(runs, end, hunting):
+        return float(end.speeds[0]), True, end
+    touching = np.flatnonzero(first.amplitudes[is_hunting] >= clearance)
+    if not touching.size:
+        return None, False, end
+    slowest = first.select(is_hunting).select([int(touching[0])])
+    end = _slowest_hunting(runs, slowest, float(end.speeds[0]), clearance)
+    return float(end.speeds[0]), False, end
+
+
+def _shown_speeds(grid: FloatArray, end: float, is_subcritical: bool) -> FloatArray:
+    """Return the speeds at which hunting is shown: the grid above the lowest, and dense speeds near `end` [m/s]."""
+    lowest = end if is_subcritical else MIN_SHOWN_SPEED * end
+    dense = end + np.concatenate([DENSE_OFFSETS, [] if is_subcritical else -np.array(DENSE_OFFSETS[1:])])
+    return np.array([*dense[dense <= grid[-1]], *grid[grid > lowest]])
+
+
+def _motions_from_small_offset(runs: TangentTrackRuns, speeds: FloatArray, clearance: float) -> Motion:
+    """Return the motions that follow from a small disturbance: decayed (amplitude 0), or steady."""
+    decayed = DECAYED_AMPLITUDE * clearance
+    start = runs.start(speeds, runs.displaced_state(SMALL_OFFSET * clearance))
+    below = runs.settle(start, decayed, MAX_GROWTH_DISTANCE)
+    is_decaying, now = ~below.is_steady, below
+    for _ in range(DECAY_SEGMENTS):  # the amplitude of a chaotic motion does not fall for so long
+        before, now = now.amplitudes, runs.advance(now)
+        is_decaying &= now.amplitudes < before
+    below.amplitudes[is_decaying | (below.amplitudes < decayed)] = 0.0
     return below
 
 
-def _alive(motion: Motion, large: float) -> NDArray[np.bool_]:
-    return np.isfinite(motion.amplitudes) & (motion.amplitudes >= large)
+def _is_hunting(motion: Motion, amplitude: float) -> NDArray[np.bool_]:
+    return np.isfinite(motion.amplitudes) & (motion.amplitudes >= amplitude)
 
 
-def _followed(track: TangentTrackRuns, hunts: Motion, under: float | None, large: float) -> Motion:
-    """The steady motion at the lowest speed at which a vehicle that hunts goes on; at `under` it is thought not to."""
-    dead = max(SLOWEST, 0.8 * float(hunts.speeds[0])) if under is None else under
-    while hunts.speeds[0] > SLOWEST:
-        width = float(hunts.speeds[0]) - dead
-        # at last the dead end is asked again, from hunting as near to it as can be
-        speeds = np.linspace(dead, hunts.speeds[0], LANES + 1)[:-1] if width > CLOSE else np.array([dead])
-        found = track.settled(track.let_go(speeds, hunts.states[0]), large)
-        alive = np.flatnonzero(_alive(found, large))
-        if not alive.size and width <= CLOSE:
+def _slowest_hunting(runs: TangentTrackRuns, motion: Motion, below: float | None, amplitude: float) -> Motion:
+    """Return the steady motion at the lowest speed of hunting; at `below` [m/s] it is assumed to decay."""
+    lower = max(MIN_SPEED, 0.8 * float(motion.speeds[0])) if below is None else below
+    while motion.speeds[0] > MIN_SPEED:
+        width = float(motion.speeds[0]) - lower
+        # at the end the lower speed is tried again, from hunting as near to it as possible
+        is_narrow = width <= SPEED_TOLERANCE
+        count = SPEEDS_PER_SEARCH + 1
+        speeds = np.array([lower]) if is_narrow else np.linspace(lower, motion.speeds[0], count)[:-1]
+        motions = runs.settle(runs.start(speeds, motion.states[0]), amplitude)
+        hunting = np.flatnonzero(_is_hunting(motions, amplitude))
+        if not hunting.size and is_narrow:
             break
-        if alive.size:
-            hunts = found.select([int(alive[0])])
-        below = speeds[speeds < hunts.speeds[0]]
-        dead = float(below[-1]) if below.size else max(SLOWEST, dead - 2 * max(width, CLOSE))
-    return hunts
+        if hunting.size:
+            motion = motions.select([int(hunting[0])])
+        slower = speeds[speeds < motion.speeds[0]]
+        lower = float(slower[-1]) if slower.size else max(MIN_SPEED, lower - 2 * max(width, SPEED_TOLERANCE))
+    return motion
 
 
-def _jumps(track: TangentTrackRuns, end: Motion, large: float) -> bool:
-    """Does hunting collapse just below the fold, or does it only dwindle from there on?"""
-    below = track.settled(track.let_go(end.speeds - 5 * CLOSE, end.states), 0.9 * large)
-    return not bool(np.isfinite(below.amplitudes[0]) and below.amplitudes[0] >= 0.9 * large)
+def _collapses(runs: TangentTrackRuns, end: Motion, amplitude: float) -> bool:
+    """Return True if hunting collapses just below its lowest speed instead of decreasing gradually."""
+    below = runs.settle(runs.start(end.speeds - 5 * SPEED_TOLERANCE, end.states), 0.9 * amplitude)
+    return not bool(_is_hunting(below, 0.9 * amplitude)[0])
 
 
-def _nearest(some: Motion, end: Motion, speeds: FloatArray) -> Motion:
-    """A start for each speed: the steady motion known at the nearest speed."""
-    known, states = np.append(some.speeds, end.speeds), np.vstack([some.states, end.states])
+def _nearest_motions(motions: Motion, end: Motion, speeds: FloatArray) -> Motion:
+    """Return an initial state for each speed: the steady motion at the nearest known speed."""
+    known, states = np.append(motions.speeds, end.speeds), np.vstack([motions.states, end.states])
     speeds = np.unique(speeds)
     pick = np.argmin(np.abs(known[None] - speeds[:, None]), axis=1)
     return Motion(speeds, np.ascontiguousarray(states[pick]))

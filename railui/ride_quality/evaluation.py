@@ -1,4 +1,4 @@
-"""Riding quality of vehicles on a track at a speed: what is asked of `railui ride`."""
+"""Ride quality of vehicles on a track at a speed, as `railui ride` computes it."""
 
 from __future__ import annotations
 
@@ -10,171 +10,263 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.io.units import read_speed
-from railui.ride_quality.comfort import COACH, HOUR, carbody_of, comfort_time, floor_points, reference, ride_value
+from railui.ride_quality.comfort import (
+    CARBODY_CENTRE,
+    HOUR,
+    carbody_effect,
+    comfort_time,
+    floor_points,
+    reference_accelerations,
+    sperling_wz,
+)
 from railui.ride_quality.running_safety import running_safety
-from railui.ride_quality.score import FLOOR_OF_FRAME, riding_quality
-from railui.ride_quality.statistics import JUDGED_BY, SCORED, guided_by_force, statistics_many
+from railui.ride_quality.score import FRAME_FLOOR, evaluate_ride
+from railui.ride_quality.statistics import DECISIVE_STATISTIC, SCORE_CHANNELS, is_guided_by_force, ride_statistics
 from railui.track import Track
 from railui.track.excitation import Excitation, TrackSource, resolve_track
-from railui.vehicle.grouping import by_structure
+from railui.vehicle.grouping import group_by_structure
 from railui.vehicle.model import Model
-from railui.vehicle.resolve import Given, model_of
+from railui.vehicle.resolve import ModelSource, resolve_model
 from railui.vehicle.simulate import simulate_series
 
-TrackGiven = Track | TrackSource | str | Path
+TrackLike = Track | TrackSource | str | Path
 
-CHANNELS: Final = (*SCORED, "ay1", "ay2", "rf", "d1", "d2", "psi1", "psi2")
-WEIGHTED: Final = ("weighted_acceleration", JUDGED_BY, "wz")
-RESOLVED: Final = 1e-4  # change by halved steps below which a ride is taken as exact
-LOOKED_AT: Final = 16  # steps per sample up to which that is looked at: where more are taken a motion is smooth in them
+DEFAULT_CHANNELS: Final = (*SCORE_CHANNELS, "ay1", "ay2", "rf", "d1", "d2", "psi1", "psi2")
+WEIGHTED_STATISTICS: Final = ("weighted_acceleration", DECISIVE_STATISTIC, "wz")
+STEP_ERROR_TOLERANCE: Final = 1e-4  # relative change by halved steps up to which a ride is taken as exact
+MAX_CHECKED_STEPS: Final = 16  # steps per sample up to which halved steps are tried: more resolve any motion smoothly
 
 
-def excitation_of(track: TrackGiven, speed: float | str, seed: int | None = None) -> Excitation:
-    """A track at a speed: m/s, or a quantity such as "144 km/h"; ValueError where either cannot be."""
+def excitation_of(track: TrackLike, speed: float | str, seed: int | None = None) -> Excitation:
+    """Return a track at a speed, in m/s or a quantity such as "144 km/h"; ValueError for an invalid one of either."""
     return Excitation(resolve_track(track, seed), read_speed(speed) if isinstance(speed, str) else float(speed))
 
 
 def simulate(
-    design: Given, track: TrackGiven, speed: float | str, channels: Sequence[str] = CHANNELS
+    design: ModelSource, track: TrackLike, speed: float | str, channels: Sequence[str] = DEFAULT_CHANNELS
 ) -> dict[str, FloatArray]:
-    """Arrays by channel name [samples], SI, with t [s] and s [m]; the vehicle starts at rest.
+    """Simulate a vehicle on a track; it starts at rest.
 
-    A vehicle that diverges is NaN from there on. Raises ValueError for an unknown channel, and as `ride`.
+    Parameters
+    ----------
+    design : Design, Model or path
+        Vehicle.
+    track : Track, TrackSource, spec or path
+        Track.
+    speed : float or str
+        Speed [m/s], or a quantity such as "144 km/h".
+    channels : sequence of str
+        Names of channels.
 
-    >>> found = simulate("designs/test_bogie.yaml", "erri_b176_low length=200", 40.0, ["e1"])
-    >>> found["e1"].shape, float(found["t"][1])
+    Returns
+    -------
+    dict of FloatArray
+        Arrays [sample] by channel, SI, with t [s] and s [m]; NaN from the sample at which the vehicle diverges.
+
+    Raises
+    ------
+    ValueError
+        For an unknown channel, and as `ride`.
+
+    Examples
+    --------
+    >>> series = simulate("designs/test_bogie.yaml", "erri_b176_low length=200", 40.0, ["e1"])
+    >>> series["e1"].shape, float(series["t"][1])
     ((2000,), 0.0025)
     """
-    road = excitation_of(track, speed)
-    series = _series(model_of(design), road, channels)
-    t = road.dt * np.arange(len(road.track))
-    return {"t": t, "s": road.track.s.copy()} | dict(zip(channels, series, strict=True))
+    excitation = excitation_of(track, speed)
+    series = _series(resolve_model(design), excitation, channels)
+    t = excitation.dt * np.arange(len(excitation.track))
+    return {"t": t, "s": excitation.track.s.copy()} | dict(zip(channels, series, strict=True))
 
 
-def _series(model: Model, road: Excitation, channels: Sequence[str]) -> FloatArray:
-    """Series [channel, sample] of one vehicle, NaN from where it diverges."""
-    series, lost = simulate_series(model, road, channels)
-    if lost is not None:
-        series[:, lost:] = np.nan
+def _series(model: Model, excitation: Excitation, channels: Sequence[str]) -> FloatArray:
+    """Return series [channel, sample] of one vehicle, NaN from the sample at which it diverges."""
+    series, diverged_at = simulate_series(model, excitation, channels)
+    if diverged_at is not None:
+        series[:, diverged_at:] = np.nan
     return series
 
 
-def _unresolved(model: Model, road: Excitation, coarse: dict[str, FloatArray], jobs: int | None) -> list[str]:
-    """A note where halved steps change rms displacements or weighted accelerations of a ride by more than `RESOLVED`.
+def _step_notes(model: Model, excitation: Excitation, statistics: dict[str, FloatArray], jobs: int | None) -> list[str]:
+    """Return a note if halved steps change rms displacements or weighted accelerations by more than the tolerance.
 
-    coarse: its statistics as `statistics_many` gives them.
+    statistics: of the ride with its own steps, as `ride_statistics` returns them.
     """
-    steps = int(coarse["steps"][0])
-    if steps > LOOKED_AT:
+    steps = int(statistics["steps"][0])
+    if steps > MAX_CHECKED_STEPS:
         return []
-    fine = statistics_many(model, model.row[None], road, steps=np.array([2 * steps]), jobs=jobs)
-    if np.any(coarse["diverged"]) or np.any(fine["diverged"]):
+    halved = ride_statistics(model, model.row[None], excitation, steps=np.array([2 * steps]), jobs=jobs)
+    if np.any(statistics["diverged"]) or np.any(halved["diverged"]):
         return []
-    changes = {"rms of e": _change(*(np.hypot(one["mean_e"], one["sd_e"]) for one in (coarse, fine)))}
-    changes |= {name: _change(coarse[name], fine[name]) for name in WEIGHTED[:2]}
+    changes = {"rms of e": _relative_change(*(np.hypot(each["mean_e"], each["sd_e"]) for each in (statistics, halved)))}
+    changes |= {name: _relative_change(statistics[name], halved[name]) for name in WEIGHTED_STATISTICS[:2]}
     worst = max(changes, key=lambda name: changes[name])
-    if changes[worst] <= RESOLVED:
+    if changes[worst] <= STEP_ERROR_TOLERANCE:
         return []
-    told = f"steps: {2 * steps} per sample instead of {steps} change {worst} by {100 * changes[worst]:.2g} %"
-    return [f"{told}: what is hard there (stops, play, friction) needs a finer track, or moves too wildly for any"]
+    change = f"steps: {2 * steps} per sample instead of {steps} change {worst} by {100 * changes[worst]:.2g} %"
+    return [f"{change}: stops, clearances or friction need a finer track, or the motion is chaotic"]
 
 
-def _change(coarse: FloatArray, fine: FloatArray) -> float:
-    """The greatest relative change."""
+def _relative_change(coarse: FloatArray, fine: FloatArray) -> float:
     return float(np.max(np.abs(coarse - fine) / np.maximum(np.abs(fine), np.finfo(float).tiny)))
 
 
-def simulate_rides(models: Sequence[Model], road: Excitation, jobs: int | None = None) -> list[dict[str, Any]]:
-    """The riding quality of models on a road, in their order; those of one structure side by side."""
-    found: dict[int, dict[str, Any]] = {}
-    for members in by_structure(models):
+def simulate_rides(models: Sequence[Model], excitation: Excitation, jobs: int | None = None) -> list[dict[str, Any]]:
+    """Return the ride quality of models on one track, in their order; those of one structure share SIMD batches."""
+    results: dict[int, dict[str, Any]] = {}
+    for members in group_by_structure(models):
         rows = np.stack([models[i].row for i in members])
-        statistics = statistics_many(models[members[0]], rows, road, jobs=jobs)
-        found |= {i: quality_of(models[i], statistics, k, road) for k, i in enumerate(members)}
-    return [found[i] for i in range(len(models))]
+        statistics = ride_statistics(models[members[0]], rows, excitation, jobs=jobs)
+        results |= {i: ride_result(models[i], statistics, k, excitation) for k, i in enumerate(members)}
+    return [results[i] for i in range(len(models))]
 
 
-def quality_of(model: Model, statistics: dict[str, FloatArray], i: int, road: Excitation) -> dict[str, Any]:
-    """The riding quality of one of many rides and what it rests on; notes say why a value is None."""
-    one: dict[str, Any] = {name: values[i] for name, values in statistics.items()}
-    names = floor_points(model)
-    point = int(one["point"]) if "point" in one else 0
-    one["comfort_point"] = f"floor {names[point]}" if names else FLOOR_OF_FRAME if carbody_of(model) is None else COACH
-    clearance, notes = float(one["clearance"]), list(road.laid.notes)
-    if guided_by_force(model):
-        notes.append(
-            f"guidance: flange_* count the sum of guiding forces against {clearance:.5g} N, not flange contact"
-        )
+def ride_result(model: Model, statistics: dict[str, FloatArray], number: int, excitation: Excitation) -> dict[str, Any]:
+    """Return the ride quality of one of many rides, its statistics, and notes on values that are None."""
+    own: dict[str, Any] = {name: values[number] for name, values in statistics.items()}
+    floors = floor_points(model)
+    own["comfort_point"] = _comfort_point(model, floors, own)
+    clearance, notes = _clearance(model, float(own["clearance"]), excitation)
+    result = evaluate_ride(own, model.design.riding, clearance)
+    result["notes"] = [*excitation.source.notes, *notes, *result["notes"]]
+    diverged = bool(own["diverged"])
+    if floors:
+        result["floor"] = None if diverged else _floor_results(floors, own)
+    result["diverged"] = {"at_s": float(own["lost_at"])} if diverged else None
+    displacement = {} if diverged else {name: [float(x) for x in own[name]] for name in ("mean_e", "sd_e")}
+    result["statistics"] = displacement | {"samples": len(excitation.track), "duration": excitation.duration}
+    result["steps"] = int(own["steps"])
+    source = excitation.source
+    return result | {"speed": excitation.speed, "seed": source.seed, "track": source.name}
+
+
+def _comfort_point(model: Model, floors: Sequence[str], statistics: dict[str, Any]) -> str:
+    """Return the name of the comfort point, of several floor points the worst."""
+    if floors:
+        return f"floor {floors[int(statistics.get('point', 0))]}"
+    return FRAME_FLOOR if carbody_effect(model) is None else CARBODY_CENTRE
+
+
+def _clearance(model: Model, limit: float, excitation: Excitation) -> tuple[float, list[str]]:
+    """Return the limit of guidance, widened by half the mean gauge deviation if the design asks for it, and notes."""
+    notes = []
+    if is_guided_by_force(model):
+        notes.append(f"guidance: flange_* count the sum of guiding forces against {limit:.5g} N, not flange contact")
     elif model.design.gauge_widens_clearance:
-        clearance += float(road.track.gauge.mean()) / 2
+        limit += float(excitation.track.gauge.mean()) / 2
         notes.append("clearance: widened by half the gauge, of which flange_margin takes mean and spread")
-    if carbody_of(model) is not None and sum(e.at == "secondary_lateral" for e in model.design.effects) > 1:
+    if carbody_effect(model) is not None and sum(e.at == "secondary_lateral" for e in model.design.effects) > 1:
         notes.append("comfort: what other effects at secondary_lateral do to the coach itself is left out")
-    found = riding_quality(one, model.design.riding, clearance)
-    found["notes"] += notes
-    lost = bool(one["diverged"])
-    if names:
-        found["floor"] = None if lost else floor_of_points(names, one)
-    found["diverged"] = {"at_s": float(one["lost_at"])} if lost else None
-    spread = {} if lost else {name: [float(x) for x in one[name]] for name in ("mean_e", "sd_e")}
-    found["statistics"] = spread | {"samples": len(road.track), "duration": road.duration}
-    found["steps"] = int(one["steps"])
-    return found | {"speed": road.speed, "seed": road.laid.seed, "track": road.laid.name}
+    return limit, notes
 
 
-def floor_of_points(names: Sequence[str], one: dict[str, Any]) -> dict[str, dict[str, float]]:
-    """What each floor point feels: weighted accelerations, comfort hours and Wz."""
-    found = {}
-    for i, name in enumerate(names):
-        felt = {key: float(one[f"{key}_points"][i] if len(names) > 1 else one[key]) for key in WEIGHTED}
-        found[name] = {
-            "weighted_acceleration": felt["weighted_acceleration"],
-            "weighted_acceleration_1974": felt[JUDGED_BY],
-            "comfort_hours": float(comfort_time(felt[JUDGED_BY])) / HOUR,
-            "wz": float(ride_value(felt["wz"])),
+def _floor_results(floors: Sequence[str], statistics: dict[str, Any]) -> dict[str, dict[str, float]]:
+    """Return weighted accelerations, comfort hours and Wz of each floor point."""
+    results = {}
+    for i, name in enumerate(floors):
+        rms = {
+            key: float(statistics[f"{key}_points"][i] if len(floors) > 1 else statistics[key])
+            for key in WEIGHTED_STATISTICS
         }
-    return found
+        results[name] = {
+            "weighted_acceleration": rms["weighted_acceleration"],
+            "weighted_acceleration_1974": rms[DECISIVE_STATISTIC],
+            "comfort_hours": float(comfort_time(rms[DECISIVE_STATISTIC])) / HOUR,
+            "wz": float(sperling_wz(rms["wz"])),
+        }
+    return results
 
 
 def ride_many(
-    designs: Iterable[Given], track: TrackGiven, speed: float | str, jobs: int | None = None
+    designs: Iterable[ModelSource], track: TrackLike, speed: float | str, jobs: int | None = None
 ) -> list[dict[str, Any]]:
-    """The riding quality of many designs on one track at one speed [m/s], in the order given.
+    """Compute the ride quality of many designs on one track at one speed, in the order given.
 
-    Designs of one structure ride side by side; each result is the same to the last digit as alone, on any
-    number of threads `jobs`. Keys as `riding_quality`, and `diverged` (None, or where), `statistics`,
-    `steps` per sample, `speed`, `seed`, `track`. Raises FileProblems, ValueError as `ride`.
+    Designs of one structure share SIMD batches; each result is bit-identical to that of the design alone, on any
+    number of threads `jobs`.
 
-    >>> found = ride_many(["designs/test_bogie.yaml", "designs/check_bogie.yaml"], "erri_b176_low", 40.0)
-    >>> [one["steps"] for one in found]
+    Parameters
+    ----------
+    designs : iterable of Design, Model or path
+        Vehicles.
+    track : Track, TrackSource, spec or path
+        Track.
+    speed : float or str
+        Speed [m/s], or a quantity such as "144 km/h".
+    jobs : int, optional
+        Threads; by default all.
+
+    Returns
+    -------
+    list of dict
+        Keys as `evaluate_ride`, and `diverged` (None, or the location), `statistics`, `steps` per sample, `speed`,
+        `seed`, `track`.
+
+    Raises
+    ------
+    FileProblems, ValueError
+        As `ride`.
+
+    Examples
+    --------
+    >>> results = ride_many(["designs/test_bogie.yaml", "designs/check_bogie.yaml"], "erri_b176_low", 40.0)
+    >>> [result["steps"] for result in results]
     [1, 1]
     """
-    return simulate_rides([model_of(design) for design in designs], excitation_of(track, speed), jobs)
+    return simulate_rides([resolve_model(design) for design in designs], excitation_of(track, speed), jobs)
 
 
 def ride(
-    design: Given, track: TrackGiven, speed: float | str, *, seed: int | None = None, jobs: int | None = None
+    design: ModelSource, track: TrackLike, speed: float | str, *, seed: int | None = None, jobs: int | None = None
 ) -> dict[str, Any]:
-    """The riding quality of a design (or its file) on a track (or its spec or file) at a speed [m/s].
+    """Compute the ride quality of a design on a track at a speed.
 
-    As `ride_many`, and `reference`: the weighted accelerations in the frequency domain, with the brick wall
-    of the 1970s, beside which the streaming forms of the result stand. `seed` takes the place of the
-    spec's. A note tells where halved steps change what the score rests on by more than 1e-4: hard stops, or a
-    motion that no step can follow. `forces`: guiding forces and Y/Q by the names of EN 14363, see
-    `railui.ride_quality.running_safety`. Raises FileProblems for faulty files, ValueError for a faulty spec or
-    speed, or a vehicle too stiff to be stepped. Source: Broersen 1976, chapter 2.
+    Parameters
+    ----------
+    design : Design, Model or path
+        Vehicle.
+    track : Track, TrackSource, spec or path
+        Track.
+    speed : float or str
+        Speed [m/s], or a quantity such as "144 km/h".
+    seed : int, optional
+        Seed that replaces that of the spec.
+    jobs : int, optional
+        Threads; by default all.
 
+    Returns
+    -------
+    dict
+        Keys as `ride_many`; `reference`: the weighted accelerations computed in the frequency domain, with the brick
+        wall of the 1970s, to verify the streaming filters; `forces`: guiding forces and Y/Q by the names of EN 14363,
+        see `railui.ride_quality.running_safety`. A note reports if halved steps change the statistics of the score by
+        more than 1e-4, because of hard stops or a motion that no step resolves.
+
+    Raises
+    ------
+    FileProblems
+        For faulty files.
+    ValueError
+        For a faulty spec or speed, or a vehicle too stiff to be integrated.
+
+    References
+    ----------
+    Broersen 1976, chapter 2.
+
+    Examples
+    --------
     >>> ride("designs/test_bogie.yaml", "erri_b176_low length=500", "144 km/h")["decided_by"]
     'reduced comfort after 2.21 h, within the journey of 4 h'
     """
-    model, road = model_of(design), excitation_of(track, speed, seed)
-    statistics = statistics_many(model, model.row[None], road, jobs=jobs)
-    found = quality_of(model, statistics, 0, road)
-    found["notes"] += _unresolved(model, road, statistics, jobs)
-    if found["diverged"] is None:
-        names = floor_points(model)
-        channel = found["comfort_point"].replace("floor ", "floor.", 1) if names else "ayf"
-        acceleration = _series(model, road, [channel])[0]
-        told = running_safety(model, road)
-        return found | {"reference": reference(model, acceleration, road.dt), "forces": told}
-    return found | {"reference": None, "forces": None}
+    model, excitation = resolve_model(design), excitation_of(track, speed, seed)
+    statistics = ride_statistics(model, model.row[None], excitation, jobs=jobs)
+    result = ride_result(model, statistics, 0, excitation)
+    result["notes"] += _step_notes(model, excitation, statistics, jobs)
+    if result["diverged"] is not None:
+        return result | {"reference": None, "forces": None}
+    has_floor = bool(floor_points(model))
+    channel = result["comfort_point"].replace("floor ", "floor.", 1) if has_floor else "ayf"
+    acceleration = _series(model, excitation, [channel])[0]
+    reference = reference_accelerations(model, acceleration, excitation.dt)
+    return result | {"reference": reference, "forces": running_safety(model, excitation)}

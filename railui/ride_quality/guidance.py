@@ -1,4 +1,4 @@
-"""Guidance: share of flange contact of a Gaussian displacement, and its part of the score."""
+"""Guidance: share of flange contact of a Gaussian displacement, and the guidance index of the score."""
 
 from __future__ import annotations
 
@@ -10,65 +10,93 @@ from numpy.typing import ArrayLike
 
 from railui.arrays import FloatArray
 
-LEAST_SHARE: Final = 1e-6  # of flange contact: better than this earns nothing
-FAR_OUT: Final = -30.0  # standard deviations: erfc is 0 from -38 on
+MIN_FLANGE_FRACTION: Final = 1e-6  # share of flange contact below which guidance does not improve any more
+ASYMPTOTIC_BELOW: Final = -30.0  # standard deviations below which the asymptotic series is used; erfc is 0 below -38
 
 
-def log_normal(x: ArrayLike) -> FloatArray:
-    """ln Phi(x), the logarithm of the normal distribution, to its last digits however far out.
+def log_ndtr(x: ArrayLike) -> FloatArray:
+    """Return ln Phi(x), the logarithm of the normal distribution, accurate far out in its lower tail.
 
-    By erfc; where that would be too small, below -30, by the asymptotic series of Mills' ratio. As log_ndtr of
-    scipy.special, which would take a quarter of a second to read. Source: Abramowitz, Stegun, 26.2.12.
+    By erfc, and below -30 by the asymptotic series of Mills' ratio. The same as scipy.special.log_ndtr, whose import
+    would take a quarter of a second of every ride. Source: Abramowitz, Stegun, 26.2.12.
 
-    >>> log_normal([-100.0, 0.0, 8.0]).round(6).tolist()
+    >>> log_ndtr([-100.0, 0.0, 8.0]).round(6).tolist()
     [-5005.524209, -0.693147, -0.0]
     """
     z = np.asarray(x, dtype=np.float64)
-    far = z < FAR_OUT
-    share = _erfc(np.abs(np.where(far, 0.0, z)) / np.sqrt(2.0)) / 2.0
+    in_tail = z < ASYMPTOTIC_BELOW
+    share = _erfc(np.abs(np.where(in_tail, 0.0, z)) / np.sqrt(2.0)) / 2.0
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-        near = np.where(z > 0, np.log1p(-share), np.log(share))
-        out = -np.where(far, z, FAR_OUT)
-        squared = out**2
-        series = 1.0 - (1.0 - (3.0 - (15.0 - (105.0 - 945.0 / squared) / squared) / squared) / squared) / squared
-        beyond = -0.5 * squared - np.log(out) - 0.5 * np.log(2.0 * np.pi) + np.log(series)
-    return np.asarray(np.where(far, beyond, near), dtype=np.float64)
+        by_erfc = np.where(z > 0, np.log1p(-share), np.log(share))
+        u = -np.where(in_tail, z, ASYMPTOTIC_BELOW)
+        u2 = u**2
+        series = 1.0 - (1.0 - (3.0 - (15.0 - (105.0 - 945.0 / u2) / u2) / u2) / u2) / u2
+        asymptotic = -0.5 * u2 - np.log(u) - 0.5 * np.log(2.0 * np.pi) + np.log(series)
+    return np.asarray(np.where(in_tail, asymptotic, by_erfc), dtype=np.float64)
 
 
 _erfc: Final = np.vectorize(math.erfc, otypes=[np.float64])
 
 
 def log_flange_fraction_gaussian(mean: ArrayLike, sd: ArrayLike, clearance: float) -> FloatArray:
-    """ln phi_G, the share of time with abs(e) >= clearance [m] of a Gaussian e, exact far out in the tails.
+    """Return ln phi_G, the logarithm of the share of time with abs(e) >= clearance of a Gaussian displacement e.
 
-    phi_G = 1/2 erfc((c - m)/(sqrt2 sd)) + 1/2 erfc((c + m)/(sqrt2 sd)); -inf where sd is 0 inside the
-    clearance. Source: Broersen 1974.
+    phi_G = 1/2 erfc((c - m)/(sqrt2 sd)) + 1/2 erfc((c + m)/(sqrt2 sd)), accurate far out in the tails; -inf if sd is
+    0 and the mean lies inside the clearance.
 
+    Parameters
+    ----------
+    mean, sd : array_like
+        Mean and standard deviation of the displacement [m].
+    clearance : float
+        Flange clearance [m].
+
+    References
+    ----------
+    Broersen 1974.
+
+    Examples
+    --------
     >>> round(float(log_flange_fraction_gaussian(0.0, 1e-4, 7e-3)), 1)
     -2454.5
     """
     m, s = np.broadcast_arrays(np.asarray(mean, dtype=np.float64), np.asarray(sd, dtype=np.float64))
-    still = s == 0
+    is_constant = s == 0
     with np.errstate(over="ignore"):
-        right = (m - clearance) / np.where(still, 1.0, s)
-        left = (-m - clearance) / np.where(still, 1.0, s)
-        right = np.where(still, np.where(m > clearance, np.inf, -np.inf), right)
-        left = np.where(still, np.where(-m > clearance, np.inf, -np.inf), left)
+        right = (m - clearance) / np.where(is_constant, 1.0, s)
+        left = (-m - clearance) / np.where(is_constant, 1.0, s)
+        right = np.where(is_constant, np.where(m > clearance, np.inf, -np.inf), right)
+        left = np.where(is_constant, np.where(-m > clearance, np.inf, -np.inf), left)
     with np.errstate(invalid="ignore"):
-        found = np.logaddexp(log_normal(right), log_normal(left))
-    return np.minimum(np.where(still & (np.abs(m) == clearance), np.log(0.5), found), 0.0)
+        log_fraction = np.logaddexp(log_ndtr(right), log_ndtr(left))
+    return np.minimum(np.where(is_constant & (np.abs(m) == clearance), np.log(0.5), log_fraction), 0.0)
 
 
-def guidance_part(log_fraction: ArrayLike, admissible: float) -> FloatArray:
-    """Guidance from 0 (phi_G is `admissible`) to 1 (1e-6), even in the logarithm ln phi_G.
+def guidance_index(log_fraction: ArrayLike, admissible: float) -> FloatArray:
+    """Return the guidance index: 0 at phi_G = `admissible`, 1 at phi_G = 1e-6, linear in ln phi_G and clipped.
 
-    Raises ValueError for an admissible share that is not above 1e-6 and at most 1.
+    Parameters
+    ----------
+    log_fraction : array_like
+        ln phi_G, see `log_flange_fraction_gaussian`.
+    admissible : float
+        Admissible share of flange contact.
 
+    Raises
+    ------
+    ValueError
+        For an admissible share that is not above 1e-6 and at most 1.
+
+    Examples
+    --------
     >>> import math
-    >>> round(float(guidance_part(math.log(0.0455), 0.05)), 5)
+    >>> round(float(guidance_index(math.log(0.0455), 0.05)), 5)
     0.00872
     """
-    if not LEAST_SHARE < admissible <= 1:
-        raise ValueError(f"admissible_flange_fraction must be above {LEAST_SHARE:g} and at most 1: {admissible:g}")
-    decades = np.log(admissible) - np.asarray(log_fraction, dtype=np.float64)
-    return np.asarray(np.clip(decades / np.log(admissible / LEAST_SHARE), 0.0, 1.0), dtype=np.float64)
+    if not MIN_FLANGE_FRACTION < admissible <= 1:
+        raise ValueError(
+            f"admissible_flange_fraction must be above {MIN_FLANGE_FRACTION:g} and at most 1: {admissible:g}"
+        )
+    distance = np.log(admissible) - np.asarray(log_fraction, dtype=np.float64)
+    index = np.clip(distance / np.log(admissible / MIN_FLANGE_FRACTION), 0.0, 1.0)
+    return np.asarray(index, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Riding quality: score and class of a ride from its statistics, and what decided them."""
+"""Score and class of a ride from its statistics, with the reason for the class."""
 
 from __future__ import annotations
 
@@ -6,26 +6,30 @@ from collections.abc import Mapping
 from typing import Any, Final, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.ride_quality.comfort import (
     DAY,
-    FEWEST_BLOCKS,
     HOUR,
-    comfort_clipped,
-    comfort_part,
+    MIN_BLOCKS,
+    comfort_index,
     comfort_time,
-    goods_part,
+    goods_index,
+    is_comfort_time_clipped,
     n_mv,
-    ride_value,
+    sperling_wz,
 )
-from railui.ride_quality.guidance import guidance_part, log_flange_fraction_gaussian
+from railui.ride_quality.guidance import guidance_index, log_flange_fraction_gaussian
 
 CLASSES: Final = ("dangerous", "not admissible", "just admissible", "satisfactory", "good", "very good")
-THRESHOLDS: Final = (20.0, 40.0, 60.0, 80.0)  # score from which the classes above "not admissible" begin
-DANGEROUS_SHARE: Final = 0.5  # of the time with flange contact
-DANGEROUS_QUOTIENT: Final = 0.8  # Y/Q over 2 m
-FLOOR_OF_FRAME: Final = "frame centre through the floor transfer"
+CLASS_THRESHOLDS: Final = (20.0, 40.0, 60.0, 80.0)  # lowest scores of the classes above "not admissible"
+SATISFACTORY: Final = CLASSES.index("satisfactory")
+NOT_ADMISSIBLE: Final = CLASSES.index("not admissible")
+DANGEROUS: Final = CLASSES.index("dangerous")
+DANGEROUS_FLANGE_FRACTION: Final = 0.5  # share of the time with flange contact
+DANGEROUS_QUOTIENT: Final = 0.8  # Y/Q as mean over 2 m
+FRAME_FLOOR: Final = "frame centre through the floor transfer"
 SCORE_KEYS: Final = (
     *("score", "class", "decided_by", "comfort_hours", "comfort_clipped", "comfort_point"),
     *("weighted_acceleration", "weighted_acceleration_1974", "flange_fraction", "flange_fractions"),
@@ -33,8 +37,8 @@ SCORE_KEYS: Final = (
 )
 
 
-class Riding(Protocol):
-    """The use of the train: what a score weighs. `journey` [s].
+class ScoreSettings(Protocol):
+    """Use of the train, which sets the weights and limits of a score; `journey` [s].
 
     A goods train also has `rms_limit` and may have `peak_limit` [m/s^2], neither of which has a default.
     """
@@ -49,21 +53,39 @@ class Riding(Protocol):
     def admissible_flange_fraction(self) -> float: ...
 
 
-def score_many(statistics: Mapping[str, Any], riding: Riding, clearance: float) -> dict[str, FloatArray]:
-    """The smooth measures of n rides at once, arrays [n] for a search; `clearance` [m] of the flange.
+def score_many(statistics: Mapping[str, Any], riding: ScoreSettings, clearance: float) -> dict[str, FloatArray]:
+    """Compute the smooth measures of n rides at once, as a search needs them.
 
-    statistics: `mean_e`, `sd_e` [n, 2] in m, `flange_fractions` [n, 2], `weighted_acceleration` and
-    `weighted_acceleration_1974` [n] in m/s^2; for goods `acceleration` and, with a peak limit,
-    `acceleration_peak` [n] in m/s^2; `diverged` [n], where absent none. A ride that diverged, or with a
-    value that is not finite, has score 0, comfort 1 min, acceleration inf, margin -inf, fractions 1. Raises
-    ValueError for settings out of range.
+    Parameters
+    ----------
+    statistics : mapping
+        `mean_e`, `sd_e` [n, wheelset] in m, `flange_fractions` [n, wheelset], `weighted_acceleration` and
+        `weighted_acceleration_1974` [n] in m/s^2; for goods `acceleration` and, with a peak limit,
+        `acceleration_peak` [n] in m/s^2; `diverged` [n], by default none.
+    riding : ScoreSettings
+        Use of the train.
+    clearance : float
+        Flange clearance [m].
 
+    Returns
+    -------
+    dict of FloatArray
+        Arrays [n]. A ride that diverged or has a value that is not finite has score 0, comfort time 1 min,
+        acceleration inf, margin -inf, fractions 1.
+
+    Raises
+    ------
+    ValueError
+        For settings out of range.
+
+    Examples
+    --------
     >>> from types import SimpleNamespace
     >>> use = dict(use="local", journey=3600.0, comfort_weight=0.4, admissible_flange_fraction=0.05)
     >>> ride = dict(mean_e=[[0, 0]], sd_e=[[0.002, 0.001]], flange_fractions=[[0.001, 0.0]],
     ...             weighted_acceleration=[0.15], weighted_acceleration_1974=[0.2])
-    >>> found = score_many(ride, SimpleNamespace(**use), 0.007)
-    >>> [round(float(found[key][0]), 4) for key in ("score", "comfort", "guidance", "flange_margin")]
+    >>> measures = score_many(ride, SimpleNamespace(**use), 0.007)
+    >>> [round(float(measures[key][0]), 4) for key in ("score", "comfort", "guidance", "flange_margin")]
     [51.3015, 0.6341, 0.4323, 3.5]
     """
     if not 0 <= riding.comfort_weight <= 1:
@@ -71,164 +93,212 @@ def score_many(statistics: Mapping[str, Any], riding: Riding, clearance: float) 
     if not clearance > 0:
         raise ValueError(f"the flange clearance must be positive: {clearance:g} m")
     wheelsets = {name: np.asarray(statistics[name], np.float64) for name in ("mean_e", "sd_e", "flange_fractions")}
-    scalars = {name: np.asarray(statistics[name], np.float64) for name in _single(statistics)}
-    lost = np.asarray(statistics.get("diverged", False), dtype=bool)
-    for pair in wheelsets.values():
-        lost = lost | ~np.all(np.isfinite(pair), axis=-1)
-    for single in scalars.values():
-        lost = lost | ~np.isfinite(single)
+    scalars = {name: np.asarray(statistics[name], np.float64) for name in _scalar_statistics(statistics)}
+    diverged = _diverged(statistics, wheelsets, scalars)
 
-    def kept(values: FloatArray, otherwise: float) -> FloatArray:
-        return np.where(lost, otherwise, values)
+    def valid(values: FloatArray, otherwise: float) -> FloatArray:
+        return np.where(diverged, otherwise, values)
 
     with np.errstate(invalid="ignore", divide="ignore"):
         m, sd = np.abs(wheelsets["mean_e"]), wheelsets["sd_e"]
-        room = clearance - m
-        sure = np.where(room == 0, 0.0, np.copysign(np.inf, room))
-        margin = np.min(np.where(sd > 0, room / np.where(sd > 0, sd, 1.0), sure), axis=-1)
-        log_fraction = kept(np.max(log_flange_fraction_gaussian(m, sd, clearance), axis=-1), 0.0)
-        rms = kept(scalars["weighted_acceleration_1974"], np.inf)
+        margin = _flange_margin(m, sd, clearance)
+        log_fraction = valid(np.max(log_flange_fraction_gaussian(m, sd, clearance), axis=-1), 0.0)
+        rms = valid(scalars["weighted_acceleration_1974"], np.inf)
         time = comfort_time(rms)
-        comfort = comfort_part(time) if riding.use != "goods" else _goods(scalars, riding)
-        comfort = kept(comfort, 0.0)
-    guidance = guidance_part(log_fraction, riding.admissible_flange_fraction)
+        comfort = comfort_index(time) if riding.use != "goods" else _goods_index(scalars, riding)
+        comfort = valid(comfort, 0.0)
+    guidance = guidance_index(log_fraction, riding.admissible_flange_fraction)
     weight = riding.comfort_weight
     return {
-        "score": kept(100 * (weight * comfort + (1 - weight) * guidance), 0.0),
+        "score": valid(100 * (weight * comfort + (1 - weight) * guidance), 0.0),
         "comfort": comfort,
-        "guidance": kept(guidance, 0.0),
+        "guidance": valid(guidance, 0.0),
         "comfort_hours": time / HOUR,
-        "weighted_acceleration": kept(scalars["weighted_acceleration"], np.inf),
+        "weighted_acceleration": valid(scalars["weighted_acceleration"], np.inf),
         "weighted_acceleration_1974": rms,
-        "flange_fraction": kept(np.max(wheelsets["flange_fractions"], axis=-1), 1.0),
+        "flange_fraction": valid(np.max(wheelsets["flange_fractions"], axis=-1), 1.0),
         "flange_fraction_gaussian": np.exp(log_fraction),
-        "flange_margin": kept(margin, -np.inf),
-        "diverged": lost.astype(np.float64),
+        "flange_margin": valid(margin, -np.inf),
+        "diverged": diverged.astype(np.float64),
     }
 
 
-def _single(statistics: Mapping[str, Any]) -> list[str]:
-    """The scalar statistics on which a score rests, those of goods where they are there."""
+def _scalar_statistics(statistics: Mapping[str, Any]) -> list[str]:
+    """Return the names of the scalar statistics of a score, with those of goods if they are given."""
     goods = [name for name in ("acceleration", "acceleration_peak") if statistics.get(name) is not None]
     return ["weighted_acceleration", "weighted_acceleration_1974", *goods]
 
 
-def _goods(scalars: Mapping[str, FloatArray], riding: Riding) -> FloatArray:
+def _diverged(
+    statistics: Mapping[str, Any], wheelsets: Mapping[str, FloatArray], scalars: Mapping[str, FloatArray]
+) -> NDArray[np.bool_]:
+    """Return True for rides that diverged or have a value that is not finite."""
+    diverged = np.asarray(statistics.get("diverged", False), dtype=bool)
+    for values in wheelsets.values():
+        diverged = diverged | ~np.all(np.isfinite(values), axis=-1)
+    for values in scalars.values():
+        diverged = diverged | ~np.isfinite(values)
+    return diverged
+
+
+def _flange_margin(mean: FloatArray, sd: FloatArray, clearance: float) -> FloatArray:
+    """Return the least distance of abs(mean) from the clearance in standard deviations; infinite where sd is 0."""
+    distance = clearance - mean
+    if_constant = np.where(distance == 0, 0.0, np.copysign(np.inf, distance))
+    return np.asarray(np.min(np.where(sd > 0, distance / np.where(sd > 0, sd, 1.0), if_constant), axis=-1))
+
+
+def _goods_index(scalars: Mapping[str, FloatArray], riding: ScoreSettings) -> FloatArray:
     limit = getattr(riding, "rms_limit", None)
     if limit is None or "acceleration" not in scalars:
         raise ValueError("use: goods needs riding.rms_limit [m/s^2], which has no default, and the rms acceleration")
     peak_limit = getattr(riding, "peak_limit", None)
-    return goods_part(scalars["acceleration"], scalars.get("acceleration_peak"), limit, peak_limit)
+    return goods_index(scalars["acceleration"], scalars.get("acceleration_peak"), limit, peak_limit)
 
 
-def riding_class(
+def classify(
     score: float,
     time: float,
     fraction: float,
-    riding: Riding,
+    riding: ScoreSettings,
     derailment_quotient: float | None = None,
     parts: tuple[float, float] | None = None,
 ) -> tuple[str, str]:
-    """The class of a ride and a sentence that names what decided it.
+    """Return the class of a ride and a sentence with the reason for it.
 
-    From the score (0 to 100), comfort time [s] and share of flange contact; `derailment_quotient` is the
-    greatest Y/Q over 2 m where load transfer is modelled, `parts` comfort and guidance. A limit decides
-    only where it lowers the class that the score gives.
+    A limit decides only if it lowers the class that follows from the score.
 
+    Parameters
+    ----------
+    score : float
+        Score, 0 to 100.
+    time : float
+        Comfort time [s].
+    fraction : float
+        Share of flange contact.
+    riding : ScoreSettings
+        Use of the train.
+    derailment_quotient : float, optional
+        Largest Y/Q as mean over 2 m, if load transfer is modelled.
+    parts : tuple of float, optional
+        Comfort and guidance index, for the reason.
+
+    Examples
+    --------
     >>> from types import SimpleNamespace
     >>> use = dict(use="local", journey=3600.0, comfort_weight=0.4, admissible_flange_fraction=0.05)
-    >>> riding_class(85.0, 1800.0, 0.0, SimpleNamespace(**use))
+    >>> classify(85.0, 1800.0, 0.0, SimpleNamespace(**use))
     ('satisfactory', 'reduced comfort after 0.5 h, within the journey of 1 h')
     """
-    goods = riding.use == "goods"
-    found = [(1 + sum(score >= threshold for threshold in THRESHOLDS), _by_score(score, parts, goods))]
-    if not goods and time < riding.journey:
+    is_goods = riding.use == "goods"
+    above = sum(score >= threshold for threshold in CLASS_THRESHOLDS)
+    reasons = [(NOT_ADMISSIBLE + above, _score_reason(score, parts, is_goods))]
+    if not is_goods and time < riding.journey:
         after = f"reduced comfort after {time / HOUR:.3g} h, within"
-        found.append((3, f"{after} the journey of {riding.journey / HOUR:.3g} h"))
+        reasons.append((SATISFACTORY, f"{after} the journey of {riding.journey / HOUR:.3g} h"))
         if time < riding.journey / 10:
-            found.append((1, f"{after} a tenth of the journey of {riding.journey / HOUR:.3g} h"))
-    touching = f"flange contact for {100 * fraction:.3g} % of the time, more than"
+            reasons.append((NOT_ADMISSIBLE, f"{after} a tenth of the journey of {riding.journey / HOUR:.3g} h"))
+    contact = f"flange contact for {100 * fraction:.3g} % of the time, more than"
     if fraction > riding.admissible_flange_fraction:
-        found.append((1, f"{touching} the admissible {100 * riding.admissible_flange_fraction:.3g} %"))
-    if fraction > DANGEROUS_SHARE:
-        found.append((0, f"{touching} half"))
+        reasons.append((NOT_ADMISSIBLE, f"{contact} the admissible {100 * riding.admissible_flange_fraction:.3g} %"))
+    if fraction > DANGEROUS_FLANGE_FRACTION:
+        reasons.append((DANGEROUS, f"{contact} half"))
     if derailment_quotient is not None and derailment_quotient > DANGEROUS_QUOTIENT:
-        found.append((0, f"Y/Q {derailment_quotient:.3g} over 2 m, more than {DANGEROUS_QUOTIENT:g}"))
-    rank, reason = min(found, key=lambda one: one[0])  # the first of equals: the score before a limit
+        reasons.append((DANGEROUS, f"Y/Q {derailment_quotient:.3g} over 2 m, more than {DANGEROUS_QUOTIENT:g}"))
+    rank, reason = min(reasons, key=lambda each: each[0])  # the first of equals: the score before a limit
     return CLASSES[rank], reason
 
 
-def _by_score(score: float, parts: tuple[float, float] | None, goods: bool) -> str:
+def _score_reason(score: float, parts: tuple[float, float] | None, is_goods: bool) -> str:
     if parts is None:
         return f"score {score:.1f}"
-    first = "load" if goods else "comfort"
+    first = "load" if is_goods else "comfort"
     both = f"{first} {parts[0]:.2f}, guidance {parts[1]:.2f}"
     weaker = first if parts[0] < parts[1] else "guidance"
-    return f"score {score:.1f}: {both}" + ("" if score >= THRESHOLDS[-1] else f", the weaker is {weaker}")
+    return f"score {score:.1f}: {both}" + ("" if score >= CLASS_THRESHOLDS[-1] else f", the weaker is {weaker}")
 
 
-def riding_quality(statistics: Mapping[str, Any], riding: Riding, clearance: float) -> dict[str, Any]:
-    """The riding quality of one ride: floats, strings, lists, or None where a value is undefined (never NaN).
+def evaluate_ride(statistics: Mapping[str, Any], riding: ScoreSettings, clearance: float) -> dict[str, Any]:
+    """Evaluate one ride: floats, strings, lists, or None where a value is undefined (never NaN).
 
-    statistics as for `score_many` with one ride ([2] and scalars), and `wz` (the rms [m/s^2] of the
-    acceleration weighted with B), `block_rms` [blocks] (W_d rms of consecutive 5 s), `comfort_point` (its
-    name), `derailment_quotient` (greatest Y/Q over 2 m, only where load transfer is modelled): each may be
-    absent. `clearance` [m] of the flange. A ride that diverged is dangerous, with score 0 and None for the
-    rest. `notes` says why a value is None or clipped. Raises ValueError for settings out of range.
+    Parameters
+    ----------
+    statistics : mapping
+        As for `score_many` with one ride ([wheelset] and scalars). May also contain `wz` (rms [m/s^2] of the
+        acceleration weighted with B), `block_rms` [block] (W_d rms of consecutive 5 s), `comfort_point` (its name),
+        and `derailment_quotient` (largest Y/Q as mean over 2 m, only if load transfer is modelled).
+    riding : ScoreSettings
+        Use of the train.
+    clearance : float
+        Flange clearance [m].
 
+    Returns
+    -------
+    dict
+        `SCORE_KEYS` and `notes`, the reasons for values that are None or clipped. A ride that diverged is dangerous,
+        with score 0 and None for the other values.
+
+    Raises
+    ------
+    ValueError
+        For settings out of range.
+
+    Examples
+    --------
     >>> from types import SimpleNamespace
     >>> use = dict(use="local", journey=3600.0, comfort_weight=0.4, admissible_flange_fraction=0.05)
     >>> ride = dict(mean_e=[0, 0], sd_e=[0.002, 0.001], flange_fractions=[0.001, 0.0], wz=0.2,
     ...             weighted_acceleration=0.15, weighted_acceleration_1974=0.2)
-    >>> found = riding_quality(ride, SimpleNamespace(**use), 0.007)
-    >>> found["class"], found["decided_by"]
+    >>> result = evaluate_ride(ride, SimpleNamespace(**use), 0.007)
+    >>> result["class"], result["decided_by"]
     ('satisfactory', 'score 51.3: comfort 0.63, guidance 0.43, the weaker is guidance')
     """
-    one = {name: float(value) for name, value in score_many(statistics, riding, clearance).items()}
-    point = str(statistics.get("comfort_point", FLOOR_OF_FRAME))
-    if one["diverged"]:
-        return {
-            **dict.fromkeys(SCORE_KEYS),
-            **{
-                "score": 0.0,
-                "class": CLASSES[0],
-                "decided_by": "the vehicle left the track: motion beyond any bound",
-            },
-            **{"comfort_point": point, "notes": ["no statistics: the ride diverged"]},
+    measures = {name: float(value) for name, value in score_many(statistics, riding, clearance).items()}
+    point = str(statistics.get("comfort_point", FRAME_FLOOR))
+    if measures["diverged"]:
+        return dict.fromkeys(SCORE_KEYS) | {
+            "score": 0.0,
+            "class": CLASSES[DANGEROUS],
+            "decided_by": "the vehicle left the track: motion beyond any bound",
+            "comfort_point": point,
+            "notes": ["no statistics: the ride diverged"],
         }
-    rms, time = one["weighted_acceleration_1974"], one["comfort_hours"] * HOUR
+    rms, time = measures["weighted_acceleration_1974"], measures["comfort_hours"] * HOUR
     blocks = np.asarray(statistics.get("block_rms", ()), dtype=np.float64)
-    sperling = statistics.get("wz")
+    rms_sperling = statistics.get("wz")
+    parts = (measures["comfort"], measures["guidance"])
     quotient = statistics.get("derailment_quotient")
-    clipped = bool(comfort_clipped(rms))
-    found: dict[str, Any] = {
-        "score": one["score"],
-        "comfort_hours": one["comfort_hours"],
-        "comfort_clipped": clipped,
+    name, reason = classify(measures["score"], time, measures["flange_fraction"], riding, quotient, parts)
+    result: dict[str, Any] = {
+        "score": measures["score"],
+        "class": name,
+        "decided_by": reason,
+        "comfort_hours": measures["comfort_hours"],
+        "comfort_clipped": bool(is_comfort_time_clipped(rms)),
         "comfort_point": point,
-        "weighted_acceleration": one["weighted_acceleration"],
+        "weighted_acceleration": measures["weighted_acceleration"],
         "weighted_acceleration_1974": rms,
-        "flange_fraction": one["flange_fraction"],
+        "flange_fraction": measures["flange_fraction"],
         "flange_fractions": [float(share) for share in np.asarray(statistics["flange_fractions"])],
-        "flange_fraction_gaussian": one["flange_fraction_gaussian"],
-        "flange_margin": _finite(one["flange_margin"]),
+        "flange_fraction_gaussian": measures["flange_fraction_gaussian"],
+        "flange_margin": _finite(measures["flange_margin"]),
         "n_mv": n_mv(blocks),
-        "wz": None if sperling is None else _finite(float(ride_value(sperling))),
+        "wz": None if rms_sperling is None else _finite(float(sperling_wz(rms_sperling))),
     }
+    return result | {"notes": _notes(result, time, blocks.size)}
+
+
+def _notes(result: Mapping[str, Any], time: float, blocks: int) -> list[str]:
+    """Return the reasons for values that are None, clipped or partial."""
+    end = "24 h" if time >= DAY / 2 else "1 min"
     notes = [
-        (
-            clipped,
-            f"comfort_hours: clipped to {'24 h' if time >= DAY / 2 else '1 min'}, the end of the table",
-        ),
-        (found["flange_margin"] is None, "flange_margin: null, a wheelset does not move against the rails"),
-        (found["n_mv"] is None, f"n_mv: null, {blocks.size} blocks of 5 s are fewer than {FEWEST_BLOCKS}"),
-        (found["n_mv"] is not None, "n_mv: the lateral part only, EN 12299 adds the other axes"),
-        (found["wz"] is None, "wz: null, no acceleration weighted with B"),
+        (result["comfort_clipped"], f"comfort_hours: clipped to {end}, the end of the table"),
+        (result["flange_margin"] is None, "flange_margin: null, a wheelset does not move against the rails"),
+        (result["n_mv"] is None, f"n_mv: null, {blocks} blocks of 5 s are fewer than {MIN_BLOCKS}"),
+        (result["n_mv"] is not None, "n_mv: the lateral part only, EN 12299 adds the other axes"),
+        (result["wz"] is None, "wz: null, no acceleration weighted with B"),
     ]
-    parts = (one["comfort"], one["guidance"])
-    name, reason = riding_class(one["score"], time, one["flange_fraction"], riding, quotient, parts)
-    found |= {"class": name, "decided_by": reason, "notes": [text for holds, text in notes if holds]}
-    return {key: found[key] for key in (*SCORE_KEYS, "notes")}
+    return [text for applies, text in notes if applies]
 
 
 def _finite(value: float) -> float | None:

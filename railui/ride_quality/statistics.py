@@ -1,4 +1,4 @@
-"""Statistics of vehicles on a road, streamed with the steps, sixteen side by side."""
+"""Statistics of rides of many vehicles, accumulated by the kernel during the simulation."""
 
 from __future__ import annotations
 
@@ -10,132 +10,169 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.core import Batch, Vehicles, sosfilt
 from railui.ride_quality.comfort import comfort_sections, felt_acceleration
-from railui.ride_quality.running_safety import force_limit, load_paths
+from railui.ride_quality.running_safety import force_limit, wheel_load_paths
 from railui.track.excitation import Excitation
-from railui.track.input_table import LEADING, PER_WHEELSET
+from railui.track.input_table import COLUMNS_PER_WHEELSET, FIRST_WHEELSET_COLUMN
 from railui.vehicle.model import Model
 
-SCORED: Final = ("e1", "e2", "ayf")
-BLOCK: Final = 5.0  # s, of the running rms of EN 12299
-GAUGE: Final = 4  # column of the gauge among those of a wheelset
-JUDGED_BY: Final = "weighted_acceleration_1974"  # of several floor points: that which feels most of it decides
+SCORE_CHANNELS: Final = ("e1", "e2", "ayf")
+BLOCK_DURATION: Final = 5.0  # s, of the running rms of EN 12299
+GAUGE_COLUMN: Final = 4  # among the columns of a wheelset
+DECISIVE_STATISTIC: Final = "weighted_acceleration_1974"  # selects the worst of several floor points
 
 
-def guided_by_force(model: Model) -> bool:
-    """Do guiding forces stand for flange contact in the score (`riding.guidance: lateral_force`)?"""
+def is_guided_by_force(model: Model) -> bool:
+    """Return True if guiding forces replace flange contact in the score (`riding.guidance: lateral_force`)."""
     return model.design.setting("riding.guidance") == "lateral_force"
 
 
-def displacements(model: Model) -> tuple[str, ...]:
-    """The channels that guidance is judged by: e1, e2, ..., or the sums of guiding forces Y1, Y2, ..."""
-    letter = "Y" if guided_by_force(model) else "e"
-    return tuple(f"{letter}{i + 1}" for i in range(len(model.behind())))
+def guidance_channels(model: Model) -> tuple[str, ...]:
+    """Return the channels of the guidance index: e1, e2, ..., or the sums of guiding forces Y1, Y2, ..."""
+    letter = "Y" if is_guided_by_force(model) else "e"
+    return tuple(f"{letter}{i + 1}" for i in range(len(model.wheelset_distances())))
 
 
-def admissible(model: Model, rows: FloatArray) -> FloatArray:
-    """What guidance must stay within [n]: the clearance [m], or 10 kN + 2 Q_0/3 of the lightest wheelset [N]."""
-    if not guided_by_force(model):
+def guidance_limits(model: Model, rows: FloatArray) -> FloatArray:
+    """Return the limit of guidance [n]: the clearance [m], or 10 kN + 2 Q_0/3 of the lightest wheelset [N]."""
+    if not is_guided_by_force(model):
         return np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]])
-    loads = np.stack([rows[:, model.columns[path]] for path in load_paths(model)])
+    loads = np.stack([rows[:, model.columns[path]] for path in wheel_load_paths(model)])
     return np.asarray(force_limit(loads.min(axis=0)))
 
 
-def half_gauges(table: FloatArray, steps: int, wheelsets: int) -> FloatArray:
-    """Half the gauge deviation [wheelset, sample] in m under each wheelset, of an input table of so many steps."""
-    columns = [LEADING + PER_WHEELSET * i + GAUGE for i in range(wheelsets)]
+def half_gauge_deviations(table: FloatArray, steps: int, wheelsets: int) -> FloatArray:
+    """Return half the gauge deviation [wheelset, sample] in m under each wheelset from an input table."""
+    columns = [FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * i + GAUGE_COLUMN for i in range(wheelsets)]
     return np.asarray(0.5 * table[:: 2 * steps, columns].T)
 
 
-def with_gauge(sd_e: FloatArray, half: FloatArray) -> FloatArray:
-    """Spread [..., wheelset] of e against flanges that half a gauge deviation [wheelset, sample] moves, in m.
+def sd_with_gauge(sd_e: FloatArray, half_gauge: FloatArray) -> FloatArray:
+    """Return the standard deviation [..., wheelset] in m of e relative to flanges that move with the gauge.
 
-    At the two flanges e and g/2 covary with opposite signs: in the mean of both nothing of it is left.
+    `half_gauge`: half the gauge deviation [wheelset, sample] in m. The covariance of e and g/2 has opposite signs at
+    the two flanges and cancels in the mean of both.
     """
-    return np.asarray(np.hypot(sd_e, half.std(axis=-1)))
+    return np.asarray(np.hypot(sd_e, half_gauge.std(axis=-1)))
 
 
-def statistics_many(
+def ride_statistics(
     model: Model,
     rows: FloatArray,
-    road: Excitation,
+    excitation: Excitation,
     *,
     steps: NDArray[np.int64] | None = None,
     jobs: int | None = None,
 ) -> dict[str, FloatArray]:
-    """Statistics of n vehicles of one structure and use, rows [n, row] of `Model`, streamed with the steps.
+    """Compute the statistics of n vehicles of one structure and use on one track.
 
-    As `score_many` takes them: mean_e, sd_e, flange_fractions [n, 2], accelerations [n], wz [n] (the rms
-    weighted with B), diverged [n]; and block_rms [n, blocks of 5 s], lost_at [n] (s [m] where a vehicle was
-    found diverged, else NaN), steps [n] per sample (as given, or as `Vehicles.steps` says), clearance [n]
-    [m]. A vehicle's digits depend on nothing but itself. Raises ValueError where a vehicle is too stiff to be stepped.
+    Parameters
+    ----------
+    model : Model
+        Structure and settings of the vehicles.
+    rows : FloatArray
+        Parameters [n, row].
+    excitation : Excitation
+        Track at a speed.
+    steps : NDArray, optional
+        RK4 steps per sample [n]; by default those of `Vehicles.steps`.
+    jobs : int, optional
+        Threads; by default all.
+
+    Returns
+    -------
+    dict of FloatArray
+        As `score_many` takes them: mean_e, sd_e, flange_fractions [n, wheelset], weighted accelerations [n], wz [n]
+        (the rms weighted with B), diverged [n]; and block_rms [n, block of 5 s], lost_at [n] (s [m] at divergence,
+        else NaN), steps [n] per sample, clearance [n] [m]. The result of a vehicle depends on nothing but itself.
+
+    Raises
+    ------
+    ValueError
+        For a vehicle that is too stiff to be integrated.
     """
     vehicles, batch = model.vehicles(), model.batch(rows)
     if steps is None:
-        steps = np.array(vehicles.steps(batch, road.speed, road.speed, road.dt))
-    wheelbases = model.wheelbases(rows)
-    clearance = admissible(model, rows)
-    sections = comfort_sections(model, rows, road.dt)
-    found: dict[str, FloatArray] = {"steps": steps.astype(float), "clearance": clearance}
-    lost = np.full(len(rows), -1)
-    kinds = list(zip(wheelbases, steps.tolist(), strict=True))
-    for a, n in sorted(set(kinds)):
-        here = np.array([i for i, kind in enumerate(kinds) if kind == (a, n)])
-        group = _Group(model, vehicles, batch.select(here), road, road.table(a, n), n, clearance[here], jobs)
-        parts, lost[here] = group.statistics({name: each[here] for name, each in sections.items()})
-        widens = model.design.gauge_widens_clearance and not guided_by_force(model)
-        if widens and np.any(road.track.gauge):
-            parts |= group.widened(parts["sd_e"])
+        steps = np.array(vehicles.required_steps(batch, excitation.speed, excitation.speed, excitation.dt))
+    limits = guidance_limits(model, rows)
+    sections = comfort_sections(model, rows, excitation.dt)
+    statistics: dict[str, FloatArray] = {"steps": steps.astype(float), "clearance": limits}
+    diverged_at = np.full(len(rows), -1)
+    groups = list(zip(model.wheelset_spacings(rows), steps.tolist(), strict=True))
+    for wheelbase, n in sorted(set(groups)):
+        members = np.array([i for i, group in enumerate(groups) if group == (wheelbase, n)])
+        table = excitation.table(wheelbase, n)
+        group = _Group(model, vehicles, batch.select(members), excitation.dt, table, n, limits[members], jobs)
+        parts, diverged_at[members] = group.statistics({name: each[members] for name, each in sections.items()})
+        gauge_widens = model.design.gauge_widens_clearance and not is_guided_by_force(model)
+        if gauge_widens and np.any(excitation.track.gauge):
+            parts |= group.gauge_statistics(parts["sd_e"])
         if model.design.riding.peak_limit is not None and "acceleration" in sections:
-            parts["acceleration_peak"] = group.peaks(sections["acceleration"][here])
+            parts["acceleration_peak"] = group.peaks(sections["acceleration"][members])
         for name, values in parts.items():
-            found.setdefault(name, np.zeros((len(rows), *values.shape[1:])))[here] = values
-    found["diverged"] = (lost >= 0).astype(float)
-    found["lost_at"] = np.where(lost >= 0, road.track.s[np.maximum(lost, 0)], np.nan)
-    return found
+            statistics.setdefault(name, np.zeros((len(rows), *values.shape[1:])))[members] = values
+    statistics["diverged"] = (diverged_at >= 0).astype(float)
+    statistics["lost_at"] = np.where(diverged_at >= 0, excitation.track.s[np.maximum(diverged_at, 0)], np.nan)
+    return statistics
 
 
 class _Group:
-    """Vehicles of one structure, wheelbase and step count on a road."""
+    """Vehicles of one structure, wheelbase and number of steps on one track."""
 
     def __init__(
-        self, model: Model, vehicles: Vehicles, batch: Batch, road: Excitation, table: FloatArray, steps: int,
-        clearance: FloatArray, jobs: int | None,
-    ) -> None:  # fmt: skip
-        self.vehicles, self.batch, self.clearance, self.jobs = vehicles, batch, clearance, jobs
-        self.course = (table, road.dt, steps)
-        self.wheels, self.points = displacements(model), felt_acceleration(model)
+        self,
+        model: Model,
+        vehicles: Vehicles,
+        batch: Batch,
+        dt: float,
+        table: FloatArray,
+        steps: int,
+        limits: FloatArray,
+        jobs: int | None,
+    ) -> None:
+        self.vehicles = vehicles
+        self.batch = batch
+        self.limits = limits
+        self.jobs = jobs
+        self.input = (table, dt, steps)
+        self.wheelset_channels = guidance_channels(model)
+        self.acceleration_channels = felt_acceleration(model)
 
     def statistics(self, sections: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], NDArray[np.int64]]:
-        """What streams with the steps, and the sample at which each vehicle was lost (-1: never).
+        """Return the accumulated statistics and the sample at which each vehicle diverged (-1: never).
 
-        Of several floor points the accelerations are those of the worst, `point`; `NAME_points` has them all.
+        Of several floor points the accelerations are those of the worst, `point`; `NAME_points` contains all of them.
         """
-        weights = [np.ascontiguousarray(each) for each in sections.values()]
-        block = max(1, round(BLOCK / self.course[1]))
-        rides = self.vehicles.score(
-            self.batch, *self.course, (*self.wheels, *self.points), self.clearance, weights, block=block,
-            jobs=self.jobs, wheelsets=len(self.wheels),
-        )  # fmt: skip
+        rides = self.vehicles.ride_statistics(
+            self.batch,
+            *self.input,
+            (*self.wheelset_channels, *self.acceleration_channels),
+            self.limits,
+            [np.ascontiguousarray(each) for each in sections.values()],
+            block=max(1, round(BLOCK_DURATION / self.input[1])),
+            jobs=self.jobs,
+            wheelsets=len(self.wheelset_channels),
+        )
         e, names = rides.displacement, list(sections)
         parts = {"mean_e": e[:, :, 0], "sd_e": e[:, :, 1], "flange_fractions": e[:, :, 2]}
-        worst, row = np.argmax(rides.rms[:, :, names.index(JUDGED_BY)], axis=1), np.arange(len(self.batch))
-        parts["block_rms"] = np.sqrt(rides.blocks[row, worst])
+        worst = np.argmax(rides.rms[:, :, names.index(DECISIVE_STATISTIC)], axis=1)
+        row = np.arange(len(self.batch))
+        parts["block_rms"] = np.sqrt(rides.block_rms[row, worst])
         parts |= {name: rides.rms[row, worst, i] for i, name in enumerate(names)}
-        if len(self.points) > 1:
+        if len(self.acceleration_channels) > 1:
             parts["point"] = worst.astype(float)
             parts |= {f"{name}_points": rides.rms[:, :, i] for i, name in enumerate(names)}
         return parts, rides.diverged
 
-    def widened(self, sd_e: FloatArray) -> dict[str, FloatArray]:
-        """Shares of contact against c + g/2, counted on the series, and the spread against it."""
-        series, _ = self.vehicles.simulate(self.batch, *self.course, self.wheels, jobs=self.jobs)
-        table, _, steps = self.course
-        half = half_gauges(table, steps, len(self.wheels))
-        touching = np.abs(series) >= self.clearance[:, None, None] + half
-        return {"flange_fractions": touching.mean(axis=2), "sd_e": with_gauge(sd_e, half)}
+    def gauge_statistics(self, sd_e: FloatArray) -> dict[str, FloatArray]:
+        """Return shares of contact against c + g/2, counted on the series, and the standard deviation against it."""
+        series, _ = self.vehicles.simulate(self.batch, *self.input, self.wheelset_channels, jobs=self.jobs)
+        table, _, steps = self.input
+        half_gauge = half_gauge_deviations(table, steps, len(self.wheelset_channels))
+        touching = np.abs(series) >= self.limits[:, None, None] + half_gauge
+        return {"flange_fractions": touching.mean(axis=2), "sd_e": sd_with_gauge(sd_e, half_gauge)}
 
     def peaks(self, sections: FloatArray) -> FloatArray:
-        """The greatest acceleration [n] at any comfort point."""
-        series, _ = self.vehicles.simulate(self.batch, *self.course, self.points, jobs=self.jobs)
-        found = [sosfilt(w, x) for w, x in zip(sections, series, strict=True)]
-        return np.asarray(np.abs(found).max(axis=(1, 2)))
+        """Return the largest acceleration [n] at any comfort point."""
+        series, _ = self.vehicles.simulate(self.batch, *self.input, self.acceleration_channels, jobs=self.jobs)
+        filtered = [sosfilt(w, x) for w, x in zip(sections, series, strict=True)]
+        return np.asarray(np.abs(filtered).max(axis=(1, 2)))

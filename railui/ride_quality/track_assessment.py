@@ -1,4 +1,4 @@
-"""A track judged by what a standard vehicle does on it: stretch by stretch, worst first."""
+"""Assessment of a track by the ride of a reference vehicle: track sections ranked by ride quality, worst first."""
 
 from __future__ import annotations
 
@@ -6,195 +6,241 @@ import re
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from railui.arrays import FloatArray
 from railui.core import sosfilt
 from railui.dsp.spectra import detrend
-from railui.ride_quality.comfort import COACH, carbody_of, comfort_sections
-from railui.ride_quality.evaluation import TrackGiven, excitation_of
+from railui.ride_quality.comfort import CARBODY_CENTRE, carbody_effect, comfort_sections
+from railui.ride_quality.evaluation import TrackLike, excitation_of
 from railui.ride_quality.running_safety import (
+    MEAN_LENGTH,
     QUOTIENT_LIMIT,
-    SLIDING,
-    UNLOADED,
-    Guided,
-    force_channels,
+    UNLOADED_NOTE,
+    GuidingForces,
     force_limit,
-    load_note,
-    load_paths,
+    guiding_force_channels,
+    wheel_load_note,
+    wheel_load_paths,
 )
-from railui.ride_quality.score import CLASSES, FLOOR_OF_FRAME, riding_quality
-from railui.ride_quality.statistics import half_gauges, with_gauge
+from railui.ride_quality.score import CLASSES, FRAME_FLOOR, evaluate_ride
+from railui.ride_quality.statistics import half_gauge_deviations, sd_with_gauge
 from railui.track import Track
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
-from railui.vehicle.resolve import Given, model_of
+from railui.vehicle.resolve import ModelSource, resolve_model
 from railui.vehicle.simulate import simulate_series
 
-STRETCH: Final = 200.0  # m, as the quality of a line is usually told
-GEOMETRY: Final = (3.0, 25.0)  # m, wavelength range D1 of EN 13848, by which maintenance is ordered today
-KEPT: Final = (
+SECTION_LENGTH: Final = 200.0  # m, the usual length for the quality of a line
+GEOMETRY_BAND: Final = (3.0, 25.0)  # m, wavelength range D1 of EN 13848, by which maintenance is usually ordered
+MIN_SAMPLES: Final = 10.0  # of a section
+RIDE_KEYS: Final = (
     *("score", "class", "decided_by", "comfort_hours", "weighted_acceleration", "weighted_acceleration_1974", "wz"),
     *("flange_fraction", "flange_fractions", "flange_fraction_gaussian", "flange_margin"),
 )
+FORCE_KEYS: Final = ("sum_of_guiding_forces", "share_above_limit", "derailment_quotient")
 
-PRESSED: Final = ("sum_of_guiding_forces", "share_above_limit", "derailment_quotient")
+Severity = tuple[float, float, float]
 
 
 def assess(
-    track: TrackGiven,
-    design: Given,
+    track: TrackLike,
+    design: ModelSource,
     speed: float | str,
     *,
-    stretch: float = STRETCH,
+    section_length: float = SECTION_LENGTH,
     seed: int | None = None,
     jobs: int | None = 1,
 ) -> dict[str, Any]:
-    """A track (or its spec or file) judged by the ride of a standard vehicle at a speed [m/s], worst stretch first.
+    """Assess a track by the ride of a reference vehicle over it.
 
-    stretches: from, to [m], the keys of a ride in it (score, class, decided_by, comfort, flange contact), the
-    largest displacement `largest_e` [m]; by the names of EN 14363 (see
-    `railui.ride_quality.running_safety`), of the wheelset that has most,
-    `sum_of_guiding_forces` [N], its `share_above_limit` and `derailment_quotient` (None where a wheel was
-    wholly unloaded); and the geometry beside them, `sd_yw` [m] of waves of 3 to 25 m with its
-    place `rank_geometry` among the stretches, 1 the worst. `agreement`: Spearman's rank correlation between the
-    order by geometry and the order by ride, 1 where they are one. The vehicle rides the whole track; a stretch
-    begins with the motion that the one before it left. A last piece shorter than half a stretch belongs to the one
-    before. Raises ValueError for a stretch that is shorter than 4 m or not shorter than the track, and as `ride`.
-    Source: Broersen 1976, 2.4.
+    The vehicle runs over the whole track: a section begins with the motion that the one before it left. A last piece
+    shorter than half a section belongs to the section before.
 
-    >>> found = assess("erri_b176_high length=1000", "designs/test_bogie.yaml", 40.0)
-    >>> len(found["stretches"]), found["stretches"][0]["score"] <= found["stretches"][-1]["score"]
+    Parameters
+    ----------
+    track : Track, TrackSource, spec or path
+        Track.
+    design : Design, Model or path
+        Reference vehicle.
+    speed : float or str
+        Speed [m/s], or a quantity such as "144 km/h".
+    section_length : float
+        Length of a track section [m].
+    seed : int, optional
+        Seed that replaces that of the spec.
+    jobs : int, optional
+        Threads.
+
+    Returns
+    -------
+    dict
+        `stretches`: the sections, worst first, each with from, to [m], the keys of a ride in it (score, class,
+        decided_by, comfort, flange contact), the largest displacement `largest_e` [m]; by the names of EN 14363 (see
+        `railui.ride_quality.running_safety`), of the worst wheelset, `sum_of_guiding_forces` [N], its
+        `share_above_limit` and `derailment_quotient` (None if a wheel was wholly unloaded); and the geometry, `sd_yw`
+        [m] of wavelengths of 3 to 25 m with its rank among the sections `rank_geometry`, 1 the worst. `agreement`:
+        Spearman's rank correlation between the order by geometry and the order by ride, 1 if both are the same.
+
+    Raises
+    ------
+    ValueError
+        For a section that is shorter than 4 m or not shorter than the track, and as `ride`.
+
+    References
+    ----------
+    Broersen 1976, 2.4.
+
+    Examples
+    --------
+    >>> result = assess("erri_b176_high length=1000", "designs/test_bogie.yaml", 40.0)
+    >>> len(result["stretches"]), result["stretches"][0]["score"] <= result["stretches"][-1]["score"]
     (5, True)
     """
-    model, road = model_of(design), excitation_of(track, speed, seed)
-    cuts = _cuts(road.track, stretch)
-    ride = _Ride(model, road, jobs)
-    geometry = in_band(road.track, *GEOMETRY)
-    sd = np.array([float(geometry[a:b].std()) for a, b in cuts])
-    found = [ride.stretch(a, b) | {"sd_yw": float(g)} for (a, b), g in zip(cuts, sd, strict=True)]
-    for one, (rank, _) in zip(found, _places(-sd), strict=True):
-        one["rank_geometry"] = rank
-    badness = [_badness(one) for one in found]
-    agreement = _agreement(sd, badness)
-    order = sorted(range(len(found)), key=lambda i: badness[i], reverse=True)
-    notes = list(road.laid.notes)
-    if ride.lost_at is not None:
-        notes.append(f"the vehicle left the track at s = {ride.lost_at:.5g} m: no statistics from there on")
-    if ride.guided is not None:
-        notes += [load_note(model), *([UNLOADED] if ride.guided.quotient is None else [])]
+    model, excitation = resolve_model(design), excitation_of(track, speed, seed)
+    sections = _cut_sections(excitation.track, section_length)
+    ride = _TrackRide(model, excitation, jobs)
+    geometry = band_pass(excitation.track, *GEOMETRY_BAND)
+    sd = np.array([float(geometry[a:b].std()) for a, b in sections])
+    results = [ride.section(a, b) | {"sd_yw": float(x)} for (a, b), x in zip(sections, sd, strict=True)]
+    for result, (rank, _) in zip(results, ranks(-sd), strict=True):
+        result["rank_geometry"] = rank
+    severities = [severity(result) for result in results]
+    order = sorted(range(len(results)), key=lambda i: severities[i], reverse=True)
     return {
-        "track": road.laid.name,
-        "speed": road.speed,
-        "seed": road.laid.seed,
-        "stretch": stretch,
-        "comfort_point": ride.point,
-        "sum_of_guiding_forces_limit": float(ride.limit.min()),
+        "track": excitation.source.name,
+        "speed": excitation.speed,
+        "seed": excitation.source.seed,
+        "stretch": section_length,
+        "comfort_point": ride.comfort_point,
+        "sum_of_guiding_forces_limit": float(ride.force_limits.min()),
         "derailment_quotient_limit": QUOTIENT_LIMIT,
-        "stretches": [found[i] for i in order],
-        "agreement": agreement,
-        "notes": notes,
+        "stretches": [results[i] for i in order],
+        "agreement": rank_correlation(sd, severities),
+        "notes": [*excitation.source.notes, *ride.notes()],
     }
 
 
-def in_band(track: Track, shortest: float, longest: float) -> FloatArray:
-    """Lateral deviation [m] of a track [samples], only its waves between two wavelengths [m]."""
+def band_pass(track: Track, shortest: float, longest: float) -> FloatArray:
+    """Return the lateral deviation [m] of a track [sample] in a band of wavelengths [m]."""
     n = len(track)
-    line = np.fft.rfft(detrend(track.yw))
+    spectrum = np.fft.rfft(detrend(track.yw))
     with np.errstate(divide="ignore"):
-        wavelength = np.where(np.arange(len(line)) > 0, n * track.spacing / np.arange(len(line)), np.inf)
-    line[(wavelength < shortest) | (wavelength >= longest)] = 0.0
-    return np.asarray(np.fft.irfft(line, n))
+        wavelength = np.where(np.arange(len(spectrum)) > 0, n * track.spacing / np.arange(len(spectrum)), np.inf)
+    spectrum[(wavelength < shortest) | (wavelength >= longest)] = 0.0
+    return np.asarray(np.fft.irfft(spectrum, n))
 
 
-def check_stretch(track: Track, stretch: float) -> None:
-    """Raises ValueError for a stretch [m] that is too short or not shorter than the track.
+def check_section_length(track: Track, length: float) -> None:
+    """Raise ValueError for a section length [m] that is too short or not shorter than the track.
 
-    Guiding forces are compared as means over 2 m, of which even a last piece of half a stretch must hold one.
+    Guiding forces are compared as means over 2 m, of which even a last piece of half a section must contain one.
     """
-    shortest = max(10.0 * track.spacing, 2.0 * SLIDING)
-    if not shortest <= stretch < track.length or round(stretch / track.spacing) >= len(track):
-        told = f"between {shortest:g} m and the length of the track, {track.length:g} m"
-        raise ValueError(f"a stretch of {stretch:g} m cannot be assessed: give one {told}")
+    shortest = max(MIN_SAMPLES * track.spacing, 2.0 * MEAN_LENGTH)
+    if not shortest <= length < track.length or round(length / track.spacing) >= len(track):
+        bounds = f"between {shortest:g} m and the length of the track, {track.length:g} m"
+        raise ValueError(f"a section of {length:g} m cannot be assessed: give a length {bounds}")
 
 
-def _cuts(track: Track, stretch: float) -> list[tuple[int, int]]:
-    """First and past-the-last sample of every stretch."""
-    check_stretch(track, stretch)
-    each = round(stretch / track.spacing)
-    edges = list(range(0, len(track) - each // 2, each))
+def _cut_sections(track: Track, length: float) -> list[tuple[int, int]]:
+    """Return the first sample of every section and the sample after its last."""
+    check_section_length(track, length)
+    samples = round(length / track.spacing)
+    edges = list(range(0, len(track) - samples // 2, samples))
     return list(zip(edges, [*edges[1:], len(track)], strict=True))
 
 
-def _badness(one: dict[str, Any]) -> tuple[float, float, float]:
-    """What orders stretches, the largest first: class, score, flange share."""
-    return (-float(CLASSES.index(one["class"])), -float(one["score"]), float(one["flange_fraction"] or 0.0))
+def severity(result: dict[str, Any]) -> Severity:
+    """Return the sort key of a section, the worst the largest: class, score, flange share."""
+    return (-float(CLASSES.index(result["class"])), -float(result["score"]), float(result["flange_fraction"] or 0.0))
 
 
-def _agreement(sd: FloatArray, badness: list[tuple[float, float, float]]) -> float | None:
-    """Spearman's correlation of two orders; None for fewer than three stretches or where nothing differs."""
-    ranks = [sorted(badness).index(b) for b in badness]
-    if len(ranks) < 3 or len(set(ranks)) < 2 or len(set(sd.tolist())) < 2:
+def rank_correlation(sd: FloatArray, severities: list[Severity]) -> float | None:
+    """Return Spearman's correlation of two orders; None for fewer than three sections or if all are equal."""
+    positions = [sorted(severities).index(each) for each in severities]
+    if len(positions) < 3 or len(set(positions)) < 2 or len(set(sd.tolist())) < 2:
         return None
-    return float(np.corrcoef(*(np.mean(_places(x), axis=1) for x in (sd, np.array(ranks))))[0, 1])
+    mean_ranks = [np.mean(ranks(x), axis=1) for x in (sd, np.array(positions))]
+    return float(np.corrcoef(*mean_ranks)[0, 1])
 
 
-def _places(x: NDArray[Any]) -> list[tuple[int, int]]:
-    """First and last place of every value in their order, from 1 on; they differ where values are equal."""
+def ranks(x: ArrayLike) -> list[tuple[int, int]]:
+    """Return the lowest and the highest rank of every value, from 1 on; they differ for equal values.
+
+    >>> ranks([0.3, 0.1, 0.3])
+    [(2, 3), (1, 1), (2, 3)]
+    """
     ordered = np.sort(x)
     first, last = np.searchsorted(ordered, x, "left") + 1, np.searchsorted(ordered, x, "right")
     return list(zip(first.tolist(), last.tolist(), strict=True))
 
 
-class _Ride:
-    """One ride over the whole track: displacements and weighted accelerations as series."""
+class _TrackRide:
+    """One ride over the whole track: displacements, weighted accelerations and guiding forces as series."""
 
-    def __init__(self, model: Model, road: Excitation, jobs: int | None) -> None:
-        self.model, self.road = model, road
-        known = model.vehicles().channels(model.single())
-        wheels = [c for c in known if re.fullmatch(r"e\d+", c)]
-        floors = [c for c in known if c.startswith("floor.")]
-        pressed = force_channels(model)
-        channels = [*wheels, *(floors or ["ayf"]), *pressed]
-        series, lost = simulate_series(model, road, channels, jobs=jobs)
-        self.lost = len(road.track) if lost is None else lost
-        self.lost_at = None if lost is None else road.place(lost)
-        self.e, floor, y = np.split(series, [len(wheels), len(channels) - len(pressed)])
-        self.limit = force_limit(np.array([model.design.values[path] for path in load_paths(model)]))
-        self.guided: Guided | None = None
-        if road.track.spacing * self.lost > 2 * SLIDING:
-            self.guided = Guided.of(model, y[:, : self.lost], 1.0 / road.dt, road.track.spacing)
-        sections = comfort_sections(model, model.row[None], road.dt)
-        self.weighted = {name: sosfilt(sos[0], floor) for name, sos in sections.items()}
-        self.point = FLOOR_OF_FRAME if carbody_of(model) is None else COACH
+    def __init__(self, model: Model, excitation: Excitation, jobs: int | None) -> None:
+        self.model = model
+        self.excitation = excitation
+        available = model.vehicles().channel_names(model.single_batch())
+        wheelsets = [c for c in available if re.fullmatch(r"e\d+", c)]
+        floors = [c for c in available if c.startswith("floor.")]
+        forces = guiding_force_channels(model)
+        channels = [*wheelsets, *(floors or ["ayf"]), *forces]
+        series, diverged_at = simulate_series(model, excitation, channels, jobs=jobs)
+        self.diverged_at = diverged_at
+        self.valid_samples = len(excitation.track) if diverged_at is None else diverged_at
+        self.e, accelerations, y = np.split(series, [len(wheelsets), len(channels) - len(forces)])
+        self.force_limits = force_limit(np.array([model.design.values[path] for path in wheel_load_paths(model)]))
+        self.forces = self._guiding_forces(y)
+        sections = comfort_sections(model, model.row[None], excitation.dt)
+        self.weighted = {name: sosfilt(sos[0], accelerations) for name, sos in sections.items()}
+        self.comfort_point = FRAME_FLOOR if carbody_effect(model) is None else CARBODY_CENTRE
         if floors:
-            self.point = f"the worst of {', '.join(floors)}"
+            self.comfort_point = f"the worst of {', '.join(floors)}"
         self.clearance = model.design.value("contact.flange_clearance")
-        self.half_gauge = np.zeros((len(wheels), len(road.track)))
+        self.half_gauge = np.zeros((len(wheelsets), len(excitation.track)))
         if model.design.gauge_widens_clearance:
-            self.half_gauge = half_gauges(road.table(model.half_wheelbase(), 1), 1, len(wheels))
+            table = excitation.table(model.wheelset_spacing(), 1)
+            self.half_gauge = half_gauge_deviations(table, 1, len(wheelsets))
 
-    def stretch(self, a: int, b: int) -> dict[str, Any]:
-        """What the vehicle does between two samples."""
-        place = {"from": self.road.place(a), "to": self.road.place(b - 1)}
-        if self.lost < b:
-            lost: dict[str, Any] = dict.fromkeys((*KEPT, *PRESSED))
-            return place | lost | {
-                "score": 0.0, "class": CLASSES[0], "decided_by": "the vehicle left the track", "largest_e": None
-            }  # fmt: skip
-        e, half = self.e[:, a:b], self.half_gauge[:, a:b]
-        room = self.clearance + half
-        one = {
+    def _guiding_forces(self, series: FloatArray) -> GuidingForces | None:
+        """Return the guiding forces up to divergence; None if the vehicle diverges within 4 m."""
+        spacing, n = self.excitation.track.spacing, self.valid_samples
+        if spacing * n <= 2 * MEAN_LENGTH:
+            return None
+        return GuidingForces.from_series(self.model, series[:, :n], 1.0 / self.excitation.dt, spacing)
+
+    def notes(self) -> list[str]:
+        """Return notes on divergence and on the wheel loads of Y/Q."""
+        notes = []
+        if self.diverged_at is not None:
+            location = self.excitation.distance_at(self.diverged_at)
+            notes.append(f"the vehicle left the track at s = {location:.5g} m: no statistics from there on")
+        if self.forces is not None:
+            notes.append(wheel_load_note(self.model))
+            notes += [UNLOADED_NOTE] if self.forces.quotient is None else []
+        return notes
+
+    def section(self, first: int, stop: int) -> dict[str, Any]:
+        """Return the ride quality and guiding forces from sample `first` to before `stop`."""
+        location = {"from": self.excitation.distance_at(first), "to": self.excitation.distance_at(stop - 1)}
+        if self.valid_samples < stop:
+            undefined: dict[str, Any] = dict.fromkeys((*RIDE_KEYS, *FORCE_KEYS))
+            reason = {"score": 0.0, "class": CLASSES[0], "decided_by": "the vehicle left the track", "largest_e": None}
+            return location | undefined | reason
+        e, half_gauge = self.e[:, first:stop], self.half_gauge[:, first:stop]
+        clearance = self.clearance + half_gauge
+        statistics = {
             "mean_e": e.mean(axis=1),
-            "sd_e": with_gauge(e.std(axis=1), half),
-            "flange_fractions": (np.abs(e) >= room).mean(axis=1),
-            "comfort_point": self.point,
+            "sd_e": sd_with_gauge(e.std(axis=1), half_gauge),
+            "flange_fractions": (np.abs(e) >= clearance).mean(axis=1),
+            "comfort_point": self.comfort_point,
         }
         for name, x in self.weighted.items():
-            one[name] = float(np.sqrt(np.mean(x[:, a:b] ** 2, axis=1)).max())
+            statistics[name] = float(np.sqrt(np.mean(x[:, first:stop] ** 2, axis=1)).max())
         if "acceleration" in self.weighted:
-            one["acceleration_peak"] = float(np.abs(self.weighted["acceleration"][:, a:b]).max())
-        quality = riding_quality(one, self.model.design.riding, float(room.mean()))
-        kept = {key: quality[key] for key in KEPT} | {"largest_e": float(np.abs(e).max())}
-        pressed = dict.fromkeys(PRESSED) if self.guided is None else self.guided.between(a, b)
-        return place | kept | pressed
+            statistics["acceleration_peak"] = float(np.abs(self.weighted["acceleration"][:, first:stop]).max())
+        quality = evaluate_ride(statistics, self.model.design.riding, float(clearance.mean()))
+        result = {key: quality[key] for key in RIDE_KEYS} | {"largest_e": float(np.abs(e).max())}
+        forces = dict.fromkeys(FORCE_KEYS) if self.forces is None else self.forces.section_maxima(first, stop)
+        return location | result | forces

@@ -2,13 +2,13 @@
 
 from railui.track.input_table import (
     COLUMNS,
-    Behind,
-    distance,
-    distances_behind,
+    Wheelbase,
+    distance_from_speed,
+    wheelset_distances,
     input_table,
     run_table,
     track_table,
-    with_track,
+    add_track,
 )
 from railui.track.line import Track, equally_spaced
 from railui.track.metrics import BANDS, NearestSpectrum, TrackSpectrum, band_sd, nearest_spectrum, psd
@@ -20,7 +20,7 @@ __all__ = [
     "COLUMNS",
     "QUANTITIES",
     "SPECTRA",
-    "Behind",
+    "Wheelbase",
     "NearestSpectrum",
     "Quantity",
     "Spectrum",
@@ -29,8 +29,8 @@ __all__ = [
     "TrackSpectrum",
     "band_limited_noise",
     "band_sd",
-    "distance",
-    "distances_behind",
+    "distance_from_speed",
+    "wheelset_distances",
     "equally_spaced",
     "input_table",
     "nearest_spectrum",
@@ -42,5 +42,5 @@ __all__ = [
     "spectrum_sd",
     "synthetic_track",
     "track_table",
-    "with_track",
+    "add_track",
 ]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.track import Behind, Track, equally_spaced, parse_spec, track_table
+from railui.track import Wheelbase, Track, equally_spaced, parse_spec, track_table
 
 FILE = re.compile(r"\.(csv|txt)(\.gz)?\Z", re.IGNORECASE)
 MOST_TABLES = 8  # of one road; a search over the wheelbase needs one per design
@@ -68,14 +68,14 @@ def _named(track: Track | TrackSource | str | Path) -> str:
 
 
 def _from_file(path: Path) -> TrackSource:
-    from railui.track.reader import COARSEST, FINEST, load_track
+    from railui.track.reader import MAX_SPACING, MIN_SPACING, load_track
 
     columns = load_track(path)
     lines = (columns.yw, columns.phiw, columns.gauge)
     if not columns.from_run:
         track = Track(columns.s, *lines, columns.conventions)
         return TrackSource(track, path.name, path, columns.sha256)
-    spacing = float(np.clip(round(float(np.median(np.diff(columns.s))), 3), FINEST, COARSEST))
+    spacing = float(np.clip(round(float(np.median(np.diff(columns.s))), 3), MIN_SPACING, MAX_SPACING))
     track = equally_spaced(columns.s, *lines, spacing=spacing, conventions=columns.conventions)
     stretch = f"its longest stretch, {track.length:.6g} m, laid anew every {spacing:g} m"
     return TrackSource(track, path.name, path, columns.sha256, notes=(f"track of the run {path.name}: {stretch}",))
@@ -85,9 +85,9 @@ def _from_file(path: Path) -> TrackSource:
 class Excitation:
     """A track at a speed [m/s]; its input tables are made once per wheelbase and step count."""
 
-    laid: TrackSource
+    source: TrackSource
     speed: float
-    _tables: dict[tuple[Behind, int], FloatArray] = field(default_factory=dict, repr=False)
+    _tables: dict[tuple[Wheelbase, int], FloatArray] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         if not 0 < self.speed < np.inf:
@@ -96,7 +96,7 @@ class Excitation:
     @property
     def track(self) -> Track:
         """What the wheelsets meet."""
-        return self.laid.track
+        return self.source.track
 
     @property
     def dt(self) -> float:
@@ -108,7 +108,7 @@ class Excitation:
         """Time from the first to the last sample [s]."""
         return self.track.length / self.speed
 
-    def table(self, half_wheelbase: Behind, steps: int) -> FloatArray:
+    def table(self, half_wheelbase: Wheelbase, steps: int) -> FloatArray:
         """The input table, see `track_table`, for half a wheelbase [m] or distances behind the first wheelset."""
         behind = float(half_wheelbase) if isinstance(half_wheelbase, int | float) else tuple(half_wheelbase)
         key = (behind, int(steps))
@@ -120,6 +120,6 @@ class Excitation:
             self._tables[key] = table
         return table
 
-    def place(self, sample: int) -> float:
+    def distance_at(self, sample: int) -> float:
         """Distance s [m] at a sample."""
         return float(self.track.s[sample])

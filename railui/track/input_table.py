@@ -18,12 +18,12 @@ COLUMNS: Final = (
     *("yw2", "dyw2", "phiw2", "dphiw2", "gauge2"),  # trailing wheelset, at s - 2 a
     *("Qy", "Qpsi"),
 )
-LEADING: Final = 2  # column where the leading wheelset's five begin
-PER_WHEELSET: Final = 5
-Behind = float | tuple[float, ...]
+FIRST_WHEELSET_COLUMN: Final = 2  # column where the leading wheelset's five begin
+COLUMNS_PER_WHEELSET: Final = 5
+Wheelbase = float | tuple[float, ...]
 
 
-def distances_behind(wheelbase: Behind) -> tuple[float, ...]:
+def wheelset_distances(wheelbase: Wheelbase) -> tuple[float, ...]:
     """How far each wheelset runs behind the first [m], of half the wheelbase of a bogie or of those distances.
 
     >>> distances_behind(1.25), distances_behind((0.0, 2.5, 19.0, 21.5))
@@ -42,7 +42,7 @@ def input_table(
     yw: ArrayLike,
     phiw: ArrayLike | None,
     gauge: ArrayLike | None,
-    half_wheelbase: Behind,
+    half_wheelbase: Wheelbase,
     steps: int,
     qy: ArrayLike | None = None,
     qpsi: ArrayLike | None = None,
@@ -73,12 +73,12 @@ def input_table(
         raise ValueError(f"a table needs 4 samples for its splines, here are {n}")
     if steps < 1 or steps & (steps - 1):
         raise ValueError(f"steps per sample must be a power of two: {steps}")
-    behind = distances_behind(half_wheelbase)
+    behind = wheelset_distances(half_wheelbase)
     if np.any(np.diff(time) <= 0):
         raise ValueError(f"time must increase: it does not after sample {int(np.argmin(np.diff(time)))}")
     check_increasing(place)
 
-    coach = LEADING + PER_WHEELSET * len(behind)
+    coach = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * len(behind)
     table = np.zeros((2 * steps * (n - 1) + 1, coach + 2))
     run_on = place[0] + speed[0] * (time - time[0])
     rounding = 1e-12 * max(abs(place[0]), abs(place[-1]), 1.0)
@@ -102,7 +102,7 @@ def _lay_track(table: FloatArray, place: FloatArray, track: list[FloatArray], be
         return
     spline = Spline(place, np.stack([track[i] for i in moving], axis=1))
     for number, distance in enumerate(behind):
-        base, at = LEADING + PER_WHEELSET * number, table[:, 0] - distance
+        base, at = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, table[:, 0] - distance
         before = at < place[0] - 1e-9  # a nanometre: rounding of s - 2 a decides nothing
         held = np.maximum(at, place[0]) if distance else at
         value, slope = spline(held), spline(held, 1)
@@ -112,8 +112,8 @@ def _lay_track(table: FloatArray, place: FloatArray, track: list[FloatArray], be
                 table[:, base + 2 * i + 1] = np.where(before & (distance > 0), 0.0, slope[:, j])
 
 
-def with_track(
-    table: FloatArray, s: FloatArray, more: Sequence[FloatArray | None], half_wheelbase: Behind
+def add_track(
+    table: FloatArray, s: FloatArray, more: Sequence[FloatArray | None], half_wheelbase: Wheelbase
 ) -> FloatArray:
     """A table with more track under every wheelset: yw, phiw, gauge [n] at the places s [m] (None: nothing).
 
@@ -123,9 +123,9 @@ def with_track(
     moving = [i for i in range(3) if more[i] is not None]
     if not moving:
         return out
-    splines = Spline(s, np.stack([x for x in more if x is not None], axis=1)).factors
-    for number, distance in enumerate(distances_behind(half_wheelbase)):
-        base, at = LEADING + PER_WHEELSET * number, table[:, 0] - distance
+    splines = Spline(s, np.stack([x for x in more if x is not None], axis=1)).coefficients
+    for number, distance in enumerate(wheelset_distances(half_wheelbase)):
+        base, at = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, table[:, 0] - distance
         held = np.maximum(at, s[0]) if distance else at
         interval = np.clip(np.searchsorted(s, held, side="right") - 1, 0, len(s) - 2)
         x = held - s[interval]
@@ -164,7 +164,7 @@ def _in_time(time: FloatArray, values: FloatArray, steps: int) -> FloatArray:
     return found
 
 
-def distance(t: ArrayLike, v: ArrayLike) -> FloatArray:
+def distance_from_speed(t: ArrayLike, v: ArrayLike) -> FloatArray:
     """Distance [m] from the first sample: the integral of the cubic spline of v [m/s] over t [s].
 
     >>> [round(float(x), 9) for x in distance([0.0, 1.0, 2.0, 3.0], [0.0, 2.0, 4.0, 6.0])]
@@ -172,11 +172,11 @@ def distance(t: ArrayLike, v: ArrayLike) -> FloatArray:
     """
     time = _column("t", t)
     powers = np.diff(time) ** np.arange(4, 0, -1)[:, None] / np.arange(4, 0, -1)[:, None]
-    factors = Spline(time, _column("v", v, time.size)).factors[0]
+    factors = Spline(time, _column("v", v, time.size)).coefficients[0]
     return np.cumsum([0.0, *np.sum(factors * powers, axis=0)])
 
 
-def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: Behind, steps: int) -> tuple[FloatArray, float]:
+def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: Wheelbase, steps: int) -> tuple[FloatArray, float]:
     """The table of one unbroken stretch of a measured run, and the interval dt [s] of its samples.
 
     `columns` by their names in the run file: t, v, yw, and s, phiw, gauge, Qy, Qpsi where measured (s
@@ -193,14 +193,14 @@ def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: Behind, steps: i
     if missing:
         raise ValueError(f"a run needs the columns t, v and yw: {', '.join(missing)} missing")
     t = _column("t", columns["t"])
-    s = columns["s"] if "s" in columns else distance(t, columns["v"])
+    s = columns["s"] if "s" in columns else distance_from_speed(t, columns["v"])
     track = (columns["yw"], columns.get("phiw"), columns.get("gauge"))
     coach = (columns.get("Qy"), columns.get("Qpsi"))
     table = input_table(t, s, columns["v"], *track, half_wheelbase, steps, *coach)
     return table, float((t[-1] - t[0]) / (t.size - 1))
 
 
-def track_table(track: Track, speed: float, half_wheelbase: Behind, steps: int) -> tuple[FloatArray, float]:
+def track_table(track: Track, speed: float, half_wheelbase: Wheelbase, steps: int) -> tuple[FloatArray, float]:
     """The table of a track at constant speed [m/s], one sample per track sample, and dt = spacing/speed [s].
 
     Raises ValueError as `input_table`, and for a speed that is not positive.

@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 
 from railui.arrays import FloatArray
 from railui.io.atomic import sha256_file, write_text
-from railui.io.problems import Findings, nearest, one_problem
+from railui.io.problems import Findings, suggest_name, file_problem
 from railui.io.table import Table, read_header, read_table, table_text
 from railui.runs.columns import COLUMNS
 from railui.runs.run import load_run
-from railui.runs.units import refuse_long, to_si
+from railui.runs.units import check_magnitudes, columns_in_si
 
-FINEST, COARSEST = 0.05, 1.0  # m
+MIN_SPACING, MAX_SPACING = 0.05, 1.0  # m
 UNEVEN = 0.01
 NAMES = ("s", "yw", "phiw", "gauge")
 
@@ -42,7 +42,7 @@ def load_track(path: str | Path) -> TrackColumns:
     """Reads a track, or a run as a track; FileProblems with every fault."""
     if Path(path).suffix.lower() in (".yaml", ".yml"):
         remedy = "give a track or a run as CSV, or a spec such as 'erri_b176_low length=2000'"
-        raise one_problem(path, "is no table of a track", remedy)
+        raise file_problem(path, "is no table of a track", remedy)
     if "t" in read_header(path).names:
         return _of_run(path)
     table = read_table(path)
@@ -50,11 +50,11 @@ def load_track(path: str | Path) -> TrackColumns:
     known = {name: COLUMNS[name] for name in NAMES}
     for name in ("s", "yw"):
         if name not in table.names:
-            told = nearest(name, [n for n in table.names if n not in known])
+            told = suggest_name(name, [n for n in table.names if n not in known])
             hint = told if told.startswith("did you mean") else f"add `{name} [m]`, the {known[name].caption}"
-            findings.add(name, "this column is missing", hint, place=table.header)
-    columns, _ = to_si(table, known, findings)
-    findings.stop()
+            findings.add(name, "this column is missing", hint, position=table.header_position)
+    columns, _ = columns_in_si(table, known, findings)
+    findings.raise_errors()
     for name, column in columns.items():
         lacking = np.flatnonzero(~np.isfinite(column))
         if lacking.size:
@@ -62,11 +62,11 @@ def load_track(path: str | Path) -> TrackColumns:
                 name,
                 f"{lacking.size} places have no value",
                 "fill them, or cut the track there",
-                place=table.place(int(lacking[0]), name),
+                position=table.cell_position(int(lacking[0]), name),
             )
     _spacing(table, columns["s"], findings)
-    refuse_long(table, columns, known, findings)
-    findings.stop()
+    check_magnitudes(table, columns, known, findings)
+    findings.raise_errors()
     zero = np.zeros_like(columns["s"])
     columns = {"phiw": zero, "gauge": zero} | columns
     s, yw, phiw, gauge = (columns[name] for name in NAMES)
@@ -100,7 +100,7 @@ def track_text(
 
 def _of_run(path: str | Path) -> TrackColumns:
     run = load_run(path, "bogie", responses=False)
-    longest = max(run.stretches, key=lambda part: part.stop - part.start)
+    longest = max(run.segments, key=lambda part: part.stop - part.start)
     s, yw, phiw, gauge = (run.columns[name][longest] for name in NAMES)
     told = (f"measured: {run.file.name}",)
     return TrackColumns(run.file, run.sha256, s, yw, phiw, gauge, told, from_run=True)
@@ -110,7 +110,7 @@ def _spacing(table: Table, s: FloatArray, findings: Findings) -> None:
     steps = np.diff(s)
     if steps.size < 3 or not np.all(np.isfinite(steps)):
         if steps.size < 3:
-            findings.add("s", f"the track has {s.size} places", "give 4 at least", place=table.header)
+            findings.add("s", f"the track has {s.size} places", "give 4 at least", position=table.header_position)
         return
     spacing = float((s[-1] - s[0]) / steps.size)
     middle = float(np.median(steps))
@@ -121,12 +121,12 @@ def _spacing(table: Table, s: FloatArray, findings: Findings) -> None:
             "s",
             f"{steps[row]:.6g} m from {s[row]:.6g} m to the next place, {middle:.6g} m elsewhere",
             "space the places equally",
-            place=table.place(row + 1, "s"),
+            position=table.cell_position(row + 1, "s"),
         )
-    elif not FINEST * (1 - UNEVEN) <= spacing <= COARSEST * (1 + UNEVEN):
+    elif not MIN_SPACING * (1 - UNEVEN) <= spacing <= MAX_SPACING * (1 + UNEVEN):
         findings.add(
             "s",
             f"the places are {spacing:.6g} m apart",
-            f"space them {FINEST:g} to {COARSEST:g} m apart",
-            place=table.header,
+            f"space them {MIN_SPACING:g} to {MAX_SPACING:g} m apart",
+            position=table.header_position,
         )

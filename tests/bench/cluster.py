@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.execution.dask_cluster import SECONDS, DaskRunner, TaskBundle, _Run
-from railui.execution.tasks import Hashes, Task, TaskResult
+from railui.execution.dask_cluster import BUNDLE_SECONDS, DaskRunner, TaskBundle, BundleRun
+from railui.execution.tasks import ContentHashes, Task, TaskResult
 from railui.optimisation.cases import cases_of
-from railui.optimisation.evaluation import rows_of
-from railui.optimisation.study import load_study
+from railui.optimisation.evaluation import kernel_rows
+from railui.optimisation.study_reader import load_study
 from tests.execution.cluster import Machines
 from tests.execution.small import write_study
 
@@ -29,22 +29,22 @@ def main() -> None:
         machines.workers(2)
         cluster = DaskRunner(machines.address)
         while cluster.workers < 2:
-            cluster.look()
+            cluster.update_workers()
             time.sleep(0.2)
         study = load_study(write_study(home, length=50))
         case = cases_of(study)[0]
         x = np.array([[v.lowest for v in study.variables]]) * np.linspace(1, 2, PIECES)[:, None]
-        rows = rows_of([case], x)[0]
-        whole = Task(case, rows, ("score",), Hashes().of(case, rows, ("score",)))
+        rows = kernel_rows([case], x)[0]
+        whole = Task(case, rows, ("score",), ContentHashes().hash_rows(case, rows, ("score",)))
         done: list[TaskResult] = []
-        _Run(cluster, done.append).all([TaskBundle([whole.part(slice(0, 1))])])
+        BundleRun(cluster, done.append).run([TaskBundle([whole.select(slice(0, 1))])])
         begun = time.perf_counter()
-        _Run(cluster, done.append).all(TaskBundle([whole.part(slice(i, i + 1))]) for i in range(PIECES))
+        BundleRun(cluster, done.append).run(TaskBundle([whole.select(slice(i, i + 1))]) for i in range(PIECES))
         seconds = time.perf_counter() - begun
         rides = sum(one.seconds for one in done[1:]) / 2
         each = (seconds - rides) / PIECES
         print(f"{PIECES} pieces in {seconds:.2f} s, {rides:.2f} s of it rides: {1e3 * each:.2f} ms a piece")
-        print(f"a scheduler and its client keep {SECONDS / each:.0f} workers busy with pieces of {SECONDS:g} s")
+        print(f"a scheduler and its client keep {BUNDLE_SECONDS / each:.0f} workers busy with pieces of {BUNDLE_SECONDS:g} s")
         cluster.close()
         machines.stop()
 

@@ -16,18 +16,18 @@ import sys
 import tempfile
 from pathlib import Path
 
-from railui.bench.benchmark_log import change, keep
-from railui.bench.standard_job import bogie, coach, coach_job, full_job, reduced_job, spread
+from railui.bench.benchmark_log import describe_changes, append
+from railui.bench.standard_job import bogie_model, coach_model, coach_job, full_job, reduced_job, spread_designs
 
 DESIGNS = 16
 STEPS = 20_000 - 1
-JOBS = {"full": (full_job, bogie), "reduced": (reduced_job, lambda: bogie(reduced=True)), "coach": (coach_job, coach)}
+JOBS = {"full": (full_job, bogie_model), "reduced": (reduced_job, lambda: bogie_model(reduced=True)), "coach": (coach_job, coach_model)}
 
 
 def ride(twice: str) -> None:
     """Every job once, one of them once more."""
     for name, (job, vehicle) in JOBS.items():
-        run = job(spread(vehicle(), DESIGNS), 1)
+        run = job(spread_designs(vehicle(), DESIGNS), 1)
         run()
         if name == twice:
             run()
@@ -61,8 +61,8 @@ def main() -> None:
     numbers = {name: (counted(name) - once) / (DESIGNS * STEPS) for name in JOBS}
     for name, number in numbers.items():
         print(f"{name:8s} {number:7.1f} instructions per design-step")
-    if told.keep and (before := keep(told.keep, "instructions per design-step", numbers)):
-        print(f"since {before['date'][:10]}, {before['commit']}:", *change(numbers, before), sep="\n  ")
+    if told.keep and (before := append(told.keep, "instructions per design-step", numbers)):
+        print(f"since {before['date'][:10]}, {before['commit']}:", *describe_changes(numbers, before), sep="\n  ")
 
 
 if __name__ == "__main__":

@@ -21,12 +21,12 @@ from typing import Any
 
 import numpy as np
 
-from railui.bench.benchmark_log import commit, machine
-from railui.bench.costs import effects, scaling
-from railui.bench.standard_job import SPEED, bogie, coach, spread
-from railui.core import simd
+from railui.bench.benchmark_log import source_commit, processor_name
+from railui.bench.costs import effect_costs, thread_scaling
+from railui.bench.standard_job import SPEED, bogie_model, coach_model, spread_designs
+from railui.core import simd_level
 from railui.ride_quality.evaluation import excitation_of
-from railui.ride_quality.statistics import statistics_many
+from railui.ride_quality.statistics import ride_statistics
 from railui.vehicle.design_reader import Design, load_design, parse_design
 from railui.vehicle.model import Model
 from tests.bench.page import write_after
@@ -54,12 +54,12 @@ def ridden(model: Model, count: int, length: float) -> dict[str, Any]:
     """Whole scores of `count` vehicles over `length` [m], as a search rides them."""
     begun = time.process_time()
     road = excitation_of(TRACK.format(f"{length:g}"), SPEED)
-    rows = spread(model, count)
-    steps = model.vehicles().steps(model.single(), SPEED, SPEED, road.dt)[0]
-    road.table(model.half_wheelbase(), steps)
+    rows = spread_designs(model, count)
+    steps = model.vehicles().required_steps(model.single_batch(), SPEED, SPEED, road.dt)[0]
+    road.table(model.wheelset_spacing(), steps)
     laid = time.process_time() - begun
     given = np.full(count, steps)
-    run = partial(statistics_many, model, rows, road, steps=given, jobs=1)
+    run = partial(ride_statistics, model, rows, road, steps=given, jobs=1)
     seconds = timed(run, 1 if count > 20_000 else 3)
     return {
         "ns": 1e9 * seconds / (count * (len(road.track) - 1) * steps),
@@ -83,16 +83,16 @@ def rig(count: int) -> dict[str, Any]:
 def measure(what: str, value: Any) -> dict[str, Any]:
     """One row, in this process."""
     if what == "length":
-        return ridden(bogie(), 64, 1000 * value)
+        return ridden(bogie_model(), 64, 1000 * value)
     if what == "designs":
-        return ridden(bogie(), value, 200)
+        return ridden(bogie_model(), value, 200)
     if what == "threads":
-        return {"rows": scaling(value, 256, 2000.0, 3)}
+        return {"rows": thread_scaling(value, 256, 2000.0, 3)}
     if what == "effects":
-        return {"rows": effects(256, 500.0, 7)}
+        return {"rows": effect_costs(256, 500.0, 7)}
     if value == 1:
         return rig(64)
-    models = {6: bogie, 17: coach} | {n: partial(_bundled, name) for n, name in VEHICLES.items()}
+    models = {6: bogie_model, 17: coach_model} | {n: partial(_bundled, name) for n, name in VEHICLES.items()}
     return ridden(models[value](), 64, 1000)
 
 
@@ -176,7 +176,7 @@ def main() -> None:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000
         print(json.dumps(found | {"memory": peak}))
         return
-    head = f"{datetime.now(UTC):%Y-%m-%d}, railui at {commit()}, {machine()}, SIMD {simd()}."
+    head = f"{datetime.now(UTC):%Y-%m-%d}, railui at {source_commit()}, {processor_name()}, SIMD {simd_level()}."
     text = "\n\n".join([head, *tables()]) + "\n"
     print(text)
     if told.write:

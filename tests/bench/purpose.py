@@ -19,8 +19,10 @@ from railui.execution.session import Session
 from railui.execution.threads import ThreadRunner
 from railui.optimisation.cases import cases_of
 from railui.optimisation.evaluation import evaluate_in_process
-from railui.optimisation.optimise import declared_values, fresh_objectives, optimise, quality
-from railui.optimisation.study import Study, load_study
+from railui.optimisation.optimise import fresh_objectives, optimise, ride_quality
+from railui.optimisation.search import baseline_values
+from railui.optimisation.study import Study
+from railui.optimisation.study_reader import load_study
 from railui.vehicle.design import Design
 from railui.vehicle.design_reader import load_design
 
@@ -42,7 +44,7 @@ def searched(study: Study, design: Design, out: Path) -> dict[str, Any]:
     """The study searched with a vehicle, its evaluations kept."""
     own = replace(study, design=design, name=f"{study.name}, {out.name}")
     with Session(own, out, ThreadRunner()) as session:
-        return optimise(own, evaluator=session.evaluator, watch=session.watch)
+        return optimise(own, evaluator=session.evaluator, progress=session.progress())
 
 
 def main() -> None:
@@ -59,8 +61,8 @@ def main() -> None:
     study = study_of(told.output)
     found = {name: searched(study, design, told.output / name) for name, design in vehicles.items()}
     knees = {name: one["pareto"][one["knee"]] for name, one in found.items() if one["knee"] is not None}
-    x = np.array([declared_values(study), *(list(knee["variables"].values()) for knee in knees.values())])
-    ridden = quality(cases_of(study), x)
+    x = np.array([baseline_values(study), *(list(knee["variables"].values()) for knee in knees.values())])
+    ridden = ride_quality(cases_of(study), x)
     fresh = fresh_objectives(study, x, evaluate_in_process())
     names = ["vehicle as identified", *(f"optimum of the {name} model" for name in knees)]
     print(f"Ridden with the adjusted vehicle, means over {len(cases_of(study))} cases; aims on 8 sets of fresh seeds\n")

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from railui.bench import costs
-from railui.bench.roofline import ROUNDS, operations, peak, share_of_peak
-from railui.bench.standard_job import bogie, road, rolling, spread
-from railui.bench.step_error import cases
-from railui.core import chains, simd
+from railui.bench.roofline import CHAIN_ROUNDS, operations, roofline, share_of_peak
+from railui.bench.standard_job import bogie_model, standard_excitation, ride_job, spread_designs
+from railui.bench.step_error import effect_cases
+from railui.core import run_operation_chains, simd_level
 
-WAY = road(length=50.0)
+WAY = standard_excitation(length=50.0)
 SLOPES, WHEELSETS, WHEELS = 4, 2, 2
 
 
@@ -26,7 +26,7 @@ def test_a_square_root_per_slope_and_wheel_and_one_per_wheelset_where_both_creep
 
 
 def test_comfort_adds_five_operations_per_section_and_sample() -> None:
-    whole = rolling(bogie(), spread(bogie(), 1), WAY)
+    whole = ride_job(bogie_model(), spread_designs(bogie_model(), 1), WAY)
     sections = [each.shape[1] for each in whole.sections.values()]
     points = len(whole.channels) - whole.wheelsets
     added = sum(operations()["full"].values()) - sum(operations()["without comfort"].values())
@@ -39,9 +39,9 @@ def test_nothing_slides_where_operations_are_counted() -> None:
 
 
 def test_links_of_chains_are_counted_per_lane() -> None:
-    each = {rounds: chains(roots=False, rounds=rounds) for rounds in (10, 30)}
-    assert each[30] == 3 * each[10] == 3 * chains(roots=True, rounds=10)
-    assert each[10] % (10 * {"portable": 4, "v3": 4, "v4": 8}[simd()]) == 0
+    each = {rounds: run_operation_chains(roots=False, rounds=rounds) for rounds in (10, 30)}
+    assert each[30] == 3 * each[10] == 3 * run_operation_chains(roots=True, rounds=10)
+    assert each[10] % (10 * {"portable": 4, "v3": 4, "v4": 8}[simd_level()]) == 0
 
 
 def test_a_share_is_the_time_at_the_peak_over_the_time_that_was_taken() -> None:
@@ -51,17 +51,17 @@ def test_a_share_is_the_time_at_the_peak_over_the_time_that_was_taken() -> None:
     assert share_of_peak(counts, 40.0, 6e9, 1e9)["share"] == pytest.approx(0.25)
 
 
-@pytest.mark.skipif(simd() == "portable", reason="the plain form is not compiled for it")
+@pytest.mark.skipif(simd_level() == "portable", reason="the plain form is not compiled for it")
 def test_no_job_is_beyond_the_peak() -> None:
-    found: Any = peak({"full": 1e3, "reduced": 1e3}, 1)
-    assert all(found[rate] > 0 for rate in ROUNDS)
+    found: Any = roofline({"full": 1e3, "reduced": 1e3}, 1)
+    assert all(found[rate] > 0 for rate in CHAIN_ROUNDS)
     for job in ("full", "reduced"):
         assert 0 < found[job]["share"] < 1 and 0 < found[job]["roots_share"] < 1
 
 
 def test_scaling_has_every_number_of_threads() -> None:
     threads = (os.cpu_count() or 1) + 1
-    found = costs.scaling(threads, 16, 50.0, 1)
+    found = costs.thread_scaling(threads, 16, 50.0, 1)
     assert [row["threads"] for row in found] == list(range(1, threads + 1))
     assert found[0]["times_one"] == 1.0
     for row in found:
@@ -69,8 +69,8 @@ def test_scaling_has_every_number_of_threads() -> None:
 
 
 def test_every_kind_of_effect_is_timed_against_none() -> None:
-    found = costs.effects(1, 20.0, 1)
-    assert [row["effects"] for row in found] == [kinds for vehicle, kinds, _ in cases() if vehicle == "bogie"]
+    found = costs.effect_costs(1, 20.0, 1)
+    assert [row["effects"] for row in found] == [kinds for vehicle, kinds, _ in effect_cases() if vehicle == "bogie"]
     assert found[0]["effects"] == "none" and found[0]["over_none"] == 0.0
     assert np.allclose([r["ns_per_design_step"] - r["over_none"] for r in found], found[0]["ns_per_design_step"])
 
@@ -79,4 +79,4 @@ def test_a_call_is_what_is_left_where_there_are_no_designs(monkeypatch: pytest.M
     a_call, a_design = 50e-6, 9e-6  # s
     times = [costs.CALLS * (a_call + n * a_design) for n in (1, 16)]
     monkeypatch.setattr(costs, "quickest", lambda runs, repetitions: times)
-    assert costs.call() == pytest.approx({"crossing_us_per_call": 50.0, "setup_us_per_design": 9.0})
+    assert costs.call_costs() == pytest.approx({"crossing_us_per_call": 50.0, "setup_us_per_design": 9.0})

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from railui.bench.step_error import STEPS, step_errors
-from railui.core import catalogue
+from railui.bench.step_error import STEP_COUNTS, step_errors
+from railui.core import effect_catalogue
 
 Rows = list[dict[str, Any]]
 
@@ -19,9 +19,9 @@ def rows() -> Rows:
 
 
 def test_the_steps_that_are_taken_are_right_to_a_ten_thousandth(rows: Rows) -> None:
-    known = [row for row in rows if row["taken"] in STEPS and row["errors"][0] is not None]
+    known = [row for row in rows if row["taken"] in STEP_COUNTS and row["errors"][0] is not None]
     assert len(known) > 20
-    assert [row for row in known if not row["errors"][STEPS.index(row["taken"])] < 1e-4] == []
+    assert [row for row in known if not row["errors"][STEP_COUNTS.index(row["taken"])] < 1e-4] == []
 
 
 def test_errors_fall_with_the_step(rows: Rows) -> None:
@@ -29,5 +29,5 @@ def test_errors_fall_with_the_step(rows: Rows) -> None:
 
 
 def test_every_kind_of_law_is_among_them(rows: Rows) -> None:
-    laws = {record["kind"] for record in catalogue() if record["acts"] not in ("sensor", "profile")}
+    laws = {record["kind"] for record in effect_catalogue() if record["acts"] not in ("sensor", "profile")}
     assert laws - {row["effects"] for row in rows} == {"measured_force", "rolling_line", "steady_force"}

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ellipk
 
-from railui.contact.conicity import NoCentre, equivalent_conicity, klingel_wavelength
+from railui.contact.conicity import NoCentreError, equivalent_conicity, klingel_wavelength
 from tests.contact.shapes import reference
 
 Y = np.linspace(-7e-3, 7e-3, 141)
@@ -41,7 +41,7 @@ def test_unequal_diameters_shift_the_centre_and_leave_a_cone_its_conicity(shift:
 def test_beyond_the_table_nothing_is_made_up() -> None:
     found = equivalent_conicity(Y, 0.1 * Y)
     assert found.amplitude[-1] == pytest.approx(7e-3)
-    assert found.left_out[0] == pytest.approx(7.1e-3)
+    assert found.omitted_amplitudes[0] == pytest.approx(7.1e-3)
     shifted = equivalent_conicity(Y, 0.1 * (Y - 1.5e-3))
     assert shifted.amplitude[-1] == pytest.approx(5.5e-3)
 
@@ -56,9 +56,9 @@ def test_two_wells_have_no_motion_round_their_middle_until_it_goes_round_both() 
 
 
 def test_a_table_without_a_centre_is_refused() -> None:
-    with pytest.raises(NoCentre, match="no centre"):
+    with pytest.raises(NoCentreError, match="no centre"):
         equivalent_conicity(Y, 0.1 * Y + 2e-3)
-    with pytest.raises(NoCentre, match="falls through zero"):
+    with pytest.raises(NoCentreError, match="falls through zero"):
         equivalent_conicity(Y, -0.1 * Y)
     with pytest.raises(ValueError, match="must rise"):
         equivalent_conicity(Y[::-1], 0.1 * Y)

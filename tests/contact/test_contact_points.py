@@ -8,23 +8,23 @@ import numpy as np
 import pytest
 
 from railui.contact.conicity import equivalent_conicity
-from railui.contact.contact_points import search
-from railui.contact.geometry import Contacts
+from railui.contact.contact_points import find_contacts
+from railui.contact.geometry import ContactGeometry
 from railui.contact.linearisation import linearise
-from railui.contact.profile import Profile, ProfileFault
+from railui.contact.profile import Profile, ProfileError
 from railui.contact.profile_reader import read_profile
-from railui.contact.wheelset_on_track import Pair
+from railui.contact.wheelset_on_track import WheelRailPair
 from tests.contact.shapes import coned_wheel, cones, conicity_of_cones, hollow_wheel, reference, round_rail
 
 
-def near(contacts: Contacts, reach: float) -> slice:
+def near(contacts: ContactGeometry, reach: float) -> slice:
     at = np.flatnonzero(np.abs(contacts.displacement) < reach + 1e-9)
     return slice(at[0], at[-1] + 1)
 
 
 def test_cones_have_a_rolling_radius_difference_of_twice_the_conicity() -> None:
     # and of a twentieth more, since the axle rolls
-    contacts = search(cones(0.05))
+    contacts = find_contacts(cones(0.05))
     n, expected = near(contacts, 4e-3), conicity_of_cones(0.05, contacts)
     assert contacts.delta_r[n] == pytest.approx(2 * expected * contacts.displacement[n], rel=1e-3, abs=2e-8)
     assert equivalent_conicity(contacts.displacement, contacts.delta_r).at(3e-3) == pytest.approx(expected, rel=1e-3)
@@ -33,10 +33,10 @@ def test_cones_have_a_rolling_radius_difference_of_twice_the_conicity() -> None:
 def test_cones_roll_about_the_point_where_their_normals_meet() -> None:
     # phi = -sigma e/b: the axle rises by gamma e on one side and sinks on the other over the distance of the contacts,
     # and its centre lies r above them: sigma = b gamma/(b' - r gamma), b' where they touch
-    contacts = search(cones(0.05))
+    contacts = find_contacts(cones(0.05))
     found = linearise(contacts, 1e-3)
     pair = contacts.pair
-    touching = float(contacts.rail[0, contacts.at(0.0)])
+    touching = float(contacts.rail[0, contacts.index_at(0.0)])
     expected = pair.half_distance * 0.05 / (touching - 0.46 * 0.05)
     assert found.roll == pytest.approx(expected, rel=2e-3)
     assert found.contact_angle == pytest.approx(0.05, rel=1e-3)
@@ -46,9 +46,9 @@ def test_two_arcs_have_the_conicity_of_wickens() -> None:
     # lambda = gamma R_w/(R_w - R_r) (b + R_r gamma)/(b - r gamma), b the half distance of the contacts
     # epsilon/b = 1/(R_w - R_r) (b + R_r gamma)/(b - r gamma) ... of both wheels and of the roll
     wheel_radius, rail_radius, r = 0.5, 0.3, 0.46
-    pair = Pair(hollow_wheel(wheel_radius), round_rail(rail_radius), radius=r)
-    contacts = search(pair)
-    i = contacts.at(0.0)
+    pair = WheelRailPair(hollow_wheel(wheel_radius), round_rail(rail_radius), radius=r)
+    contacts = find_contacts(pair)
+    i = contacts.index_at(0.0)
     b, angle = float(contacts.rail[0, i]), float(contacts.angle[0, i])
     expected = angle * wheel_radius / (wheel_radius - rail_radius) * (b + rail_radius * angle) / (b - r * angle)
     assert linearise(contacts, 4e-4).conicity == pytest.approx(expected, rel=0.01)
@@ -56,7 +56,7 @@ def test_two_arcs_have_the_conicity_of_wickens() -> None:
 
 
 def test_both_sides_change_places_with_the_sign_of_the_displacement() -> None:
-    contacts = search(cones(0.05))
+    contacts = find_contacts(cones(0.05))
     assert contacts.delta_r == pytest.approx(-contacts.delta_r[::-1], abs=1e-8)
     assert contacts.angle[0] == pytest.approx(contacts.angle[1, ::-1], abs=1e-5)
     assert contacts.roll == pytest.approx(-contacts.roll[::-1], abs=1e-8)
@@ -64,7 +64,7 @@ def test_both_sides_change_places_with_the_sign_of_the_displacement() -> None:
 
 def test_unequal_diameters_shift_the_centre_by_what_the_cone_makes_up_for() -> None:
     # r_1 - r_2 = 2 gamma e + (d_1 - d_2)/2, and of a twentieth less as the axle rolls
-    contacts = search(cones(0.05, diameter_difference=4e-4))
+    contacts = find_contacts(cones(0.05, diameter_difference=4e-4))
     found = equivalent_conicity(contacts.displacement, contacts.delta_r)
     assert found.centre == pytest.approx(-4e-4 / (4 * 0.05), rel=0.01)
     assert found.at(2e-3) == pytest.approx(conicity_of_cones(0.05, contacts), rel=0.01)
@@ -72,27 +72,27 @@ def test_unequal_diameters_shift_the_centre_by_what_the_cone_makes_up_for() -> N
 
 def test_the_inclination_of_the_rail_moves_the_contact_of_a_cone_across_the_head() -> None:
     # the crown of an arc of 0.3 m moves by 0.3/40 with the rail, the contact stays where the slope is that of the cone
-    upright, canted = (search(cones(0.05, inclination=a)) for a in (0.0, np.arctan(1 / 40)))
-    assert canted.angle[0, canted.at(0.0)] == pytest.approx(upright.angle[0, upright.at(0.0)], abs=1e-4)
+    upright, canted = (find_contacts(cones(0.05, inclination=a)) for a in (0.0, np.arctan(1 / 40)))
+    assert canted.angle[0, canted.index_at(0.0)] == pytest.approx(upright.angle[0, upright.index_at(0.0)], abs=1e-4)
 
 
 def test_flange_contact_begins_where_the_play_is_used_up() -> None:
-    contacts = search(cones(0.05))
-    left, right = contacts.flange
+    contacts = find_contacts(cones(0.05))
+    left, right = contacts.flange_displacements
     assert left is not None and right is not None
     assert left == pytest.approx(-right, abs=2e-5)
     assert contacts.jumps and contacts.jumps[0].wheel in (1, 2)
     assert any(max(jump.angle) > np.pi / 4 and jump.displacement == pytest.approx(right, abs=1.5e-4)
                for jump in contacts.jumps if jump.wheel == 1)  # fmt: skip
-    wider = search(cones(0.05, gauge=1.439))
-    assert wider.flange[1] == pytest.approx(right + 2e-3, abs=1.5e-4)
+    wider = find_contacts(cones(0.05, gauge=1.439))
+    assert wider.flange_displacements[1] == pytest.approx(right + 2e-3, abs=1.5e-4)
 
 
 @pytest.mark.parametrize(("gauge", "conicity"), [(1.432, 0.225), (1.435, 0.181), (1.437, 0.148)])
 def test_s1002_on_uic60_has_the_published_conicity(gauge: float, conicity: float) -> None:
     wheel = read_profile(reference("profiles/S1002.prw"), "wheel")
     rail = read_profile(reference("profiles/UIC60.prr"), "rail")
-    contacts = search(Pair(wheel, rail, gauge=gauge))
+    contacts = find_contacts(WheelRailPair(wheel, rail, gauge=gauge))
     found = equivalent_conicity(contacts.displacement, contacts.delta_r)
     assert found.at(3e-3) == pytest.approx(conicity, abs=0.01)
 
@@ -105,7 +105,7 @@ def test_noise_is_smoothed_away() -> None:
     # the end of a head of 300 mm radius feels every wave: a tenth of the noise's effect is left
     errors = []
     for wheel in (rough, smooth):
-        contacts = search(replace(pair, wheel=wheel))
+        contacts = find_contacts(replace(pair, wheel=wheel))
         n = near(contacts, 4e-3)
         errors.append(np.abs(contacts.delta_r[n] - 0.1 * contacts.displacement[n]).max())
     assert errors[1] < 0.4 * errors[0]
@@ -116,22 +116,22 @@ def test_noise_is_smoothed_away() -> None:
 
 
 def test_a_gauge_too_narrow_for_the_flanges_is_named() -> None:
-    with pytest.raises(ProfileFault, match=r"1405 mm.*flange"):
-        search(cones(0.05, gauge=1.405))
+    with pytest.raises(ProfileError, match=r"1405 mm.*flange"):
+        find_contacts(cones(0.05, gauge=1.405))
 
 
 def test_a_gauge_so_wide_that_the_wheel_falls_off_is_named() -> None:
-    with pytest.raises(ProfileFault, match=r"no contact at gauge 1630 mm"):
-        search(cones(0.05, gauge=1.63))
+    with pytest.raises(ProfileError, match=r"no contact at gauge 1630 mm"):
+        find_contacts(cones(0.05, gauge=1.63))
 
 
 def test_wheel_and_rail_in_each_other_s_place_are_named() -> None:
-    with pytest.raises(ProfileFault, match="a rail profile stands where the wheel belongs"):
-        Pair(round_rail(), coned_wheel(0.05))
+    with pytest.raises(ProfileError, match="a rail profile stands where the wheel belongs"):
+        WheelRailPair(round_rail(), coned_wheel(0.05))
 
 
 def test_a_gauge_in_another_unit_is_named() -> None:
-    with pytest.raises(ProfileFault, match="in one unit"):
+    with pytest.raises(ProfileError, match="in one unit"):
         cones(0.05, gauge=1435.0)
 
 
@@ -139,13 +139,13 @@ def test_a_rail_without_its_gauge_face_is_named() -> None:
     rail = round_rail()
     kept = rail.h > -0.008
     short = replace(rail, y=rail.y[kept], h=rail.h[kept])
-    with pytest.raises(ProfileFault, match="below its top on the gauge side"):
-        search(Pair(coned_wheel(0.05), short))
+    with pytest.raises(ProfileError, match="below its top on the gauge side"):
+        find_contacts(WheelRailPair(coned_wheel(0.05), short))
 
 
 def test_a_rail_is_no_wheel_and_a_wheel_no_rail() -> None:
     wheel, rail = coned_wheel(0.05), round_rail()
-    with pytest.raises(ProfileFault, match="that is a rail"):
-        Profile.of("wheel", rail.y, rail.h)
-    with pytest.raises(ProfileFault, match="that is a wheel"):
-        Profile.of("rail", wheel.y, wheel.h)
+    with pytest.raises(ProfileError, match="that is a rail"):
+        Profile.from_points("wheel", rail.y, rail.h)
+    with pytest.raises(ProfileError, match="that is a wheel"):
+        Profile.from_points("rail", wheel.y, wheel.h)

@@ -10,10 +10,10 @@ from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
 from railui import core
-from railui.contact.contact_points import search
+from railui.contact.contact_points import find_contacts
 from railui.contact.creep import creep_coefficients
 from railui.contact.hertz import hertz
-from railui.contact.kalker import ellipse_factors, kalker
+from railui.contact.kalker import vermeulen_johnson_factors, kalker_coefficients
 from tests.contact.shapes import cones
 
 
@@ -51,34 +51,34 @@ PUBLISHED = {0.1: (3.31, 2.52, 0.473), 0.6: (3.72, 3.14, 1.03), 1.0: (4.12, 3.67
 
 @pytest.mark.parametrize("ratio", PUBLISHED)
 def test_kalker_s_table_at_its_own_points(ratio: float) -> None:
-    assert kalker(ratio) == pytest.approx(PUBLISHED[ratio], rel=1e-9)
+    assert kalker_coefficients(ratio) == pytest.approx(PUBLISHED[ratio], rel=1e-9)
 
 
 def test_kalker_s_coefficients_lie_between_their_neighbours() -> None:
-    assert kalker(1.0, 0.0) == pytest.approx((3.40, 3.40, 1.33))
-    assert kalker(1.0, 0.5) == pytest.approx((5.20, 3.98, 1.63))
-    assert 3.62 < kalker(0.55).c11 < 3.72
-    assert 4.12 < kalker(1.0, 0.28).c11 < 5.20
+    assert kalker_coefficients(1.0, 0.0) == pytest.approx((3.40, 3.40, 1.33))
+    assert kalker_coefficients(1.0, 0.5) == pytest.approx((5.20, 3.98, 1.63))
+    assert 3.62 < kalker_coefficients(0.55).c11 < 3.72
+    assert 4.12 < kalker_coefficients(1.0, 0.28).c11 < 5.20
     with pytest.raises(ValueError, match="the table is for"):
-        kalker(0.05)
+        kalker_coefficients(0.05)
 
 
 def test_the_factors_of_kaas_petersen_s_bogie_are_those_of_one_ellipse_across_and_along() -> None:
     # he divides the longitudinal creepage by 0.60252, the lateral one by 0.54219: of steel, the other way round
-    ratio = brentq(lambda x: ellipse_factors(x, 0.3).psi - 0.60252, 1.0, 3.0)
+    ratio = brentq(lambda x: vermeulen_johnson_factors(x, 0.3).psi - 0.60252, 1.0, 3.0)
     assert ratio == pytest.approx(1.672, abs=1e-3)
-    assert ellipse_factors(ratio, 0.3).phi == pytest.approx(0.54219, rel=5e-4)
+    assert vermeulen_johnson_factors(ratio, 0.3).phi == pytest.approx(0.54219, rel=5e-4)
 
 
 @given(st.floats(0.15, 7.0))
 def test_vermeulen_and_johnson_are_8_to_27_percent_steeper_than_kalker(ratio: float) -> None:
-    c, f = kalker(ratio), ellipse_factors(ratio)
+    c, f = kalker_coefficients(ratio), vermeulen_johnson_factors(ratio)
     assert 1.05 < np.pi / (f.phi * c.c11) < 1.3
     assert 1.05 < np.pi / (f.psi * c.c22) < 1.3
 
 
 def test_the_coefficients_of_the_model_are_kalker_s_over_the_load() -> None:
-    contacts = search(cones(0.05))
+    contacts = find_contacts(cones(0.05))
     clean, worn = (creep_coefficients(contacts, 55e3, surface=s) for s in (1.0, 0.5))
     # the wheel is straight across, the rail 0.3 m round
     assert clean.wheel_across == pytest.approx(0.0, abs=0.05)

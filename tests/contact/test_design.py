@@ -11,13 +11,13 @@ import yaml
 from jsonschema import Draft202012Validator
 
 import railui
-from railui.contact.contact_points import search
+from railui.contact.contact_points import find_contacts
 from railui.contact.linearisation import linearise
 from railui.contact.profile import Profile
 from railui.desk.state.draft import Draft
 from railui.documents.check import check
 from railui.documents.saving import save_design
-from railui.documents.schema import schema
+from railui.documents.schema import json_schema
 from railui.io.problems import FileProblems
 from railui.vehicle.design_reader import Design, load_design
 from tests.contact.shapes import coned_wheel, cones, round_rail, worn_wheel
@@ -52,7 +52,7 @@ PAIR = "  profiles: {wheel: wheel.txt, rail: rail.txt, gauge: 1435 mm, sd: 1.5 m
 
 def test_the_parameters_of_cones_stand_where_the_design_names_none(home: Path) -> None:
     found = load_design(design(home, f"{PAIR}}}")).values
-    expected = linearise(search(cones(0.05)), 1.5e-3)
+    expected = linearise(find_contacts(cones(0.05)), 1.5e-3)
     for where in ("leading", "trailing"):
         assert found[f"contact.{where}.conicity"] == pytest.approx(expected.conicity, rel=1e-6)
         assert found[f"contact.{where}.gravitational_stiffness"] == pytest.approx(
@@ -144,7 +144,7 @@ def test_what_is_wrong_is_named_at_its_key(home: Path, words: str, told: str) ->
 
 
 def test_the_schema_knows_profiles_and_what_may_then_be_left_out(home: Path) -> None:
-    known = Draft202012Validator(schema("design"))
+    known = Draft202012Validator(json_schema("design"))
     for bodies in (False, True):
         data = yaml.safe_load(design(home, f"{PAIR}}}\n  leading: {{roll: 0.04}}", bodies=bodies).read_text())
         assert list(known.iter_errors(data)) == []
@@ -172,7 +172,7 @@ def test_a_draft_on_profiles_is_saved_elsewhere_without_losing_them(home: Path) 
 
 def test_a_draft_whose_table_was_taken_out_is_linearised(home: Path) -> None:
     draft = Draft.load(design(home, f"{PAIR}}}"))
-    draft.without_effect(0)
+    draft.remove_effect(0)
     assert load_design(draft.save()).effects == ()
     again = save_design(draft.design, home / "again.yaml")
     assert load_design(again).effects == ()

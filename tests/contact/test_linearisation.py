@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from railui.contact.contact_points import search
-from railui.contact.geometry import Contacts
-from railui.contact.linearisation import forms, harmonic, linearise
+from railui.contact.contact_points import find_contacts
+from railui.contact.geometry import ContactGeometry
+from railui.contact.linearisation import fit_forms, linearise_harmonically, linearise
 from tests.contact.shapes import cones, conicity_of_cones
 
 
-def bent(curve: np.ndarray, e: np.ndarray) -> Contacts:
+def bent(curve: np.ndarray, e: np.ndarray) -> ContactGeometry:
     """A geometry whose (r_1 - r_2)/2 is a given curve."""
     zero = np.zeros_like(e)
-    return Contacts(cones(0.05), e, np.array([curve, -curve]), np.array([zero + 0.05] * 2), np.array([zero] * 2),
+    return ContactGeometry(cones(0.05), e, np.array([curve, -curve]), np.array([zero + 0.05] * 2), np.array([zero] * 2),
                     np.array([zero] * 2), zero)  # fmt: skip
 
 
@@ -30,7 +30,7 @@ def test_a_cubic_has_the_statistical_slope_lambda_plus_three_cubic_variances(sd:
 
 
 def test_a_cubic_has_the_harmonic_slope_lambda_plus_three_quarters() -> None:
-    found = harmonic(bent(0.1 * E * (1 + 2e4 * E**2), E), 4e-3)
+    found = linearise_harmonically(bent(0.1 * E * (1 + 2e4 * E**2), E), 4e-3)
     assert found.conicity == pytest.approx(0.1 * (1 + 0.75 * 2e4 * 16e-6), rel=1e-3)
 
 
@@ -45,20 +45,20 @@ def test_a_motion_that_the_geometry_does_not_hold_has_no_parameters() -> None:
     narrow = np.linspace(-4e-3, 4e-3, 801)
     found = linearise(bent(0.1 * narrow, narrow), 3e-3)
     assert np.isnan(found.conicity) and found.beyond > 0.1
-    assert np.isnan(harmonic(bent(0.1 * narrow, narrow), 5e-3).conicity)
+    assert np.isnan(linearise_harmonically(bent(0.1 * narrow, narrow), 5e-3).conicity)
 
 
 def test_the_forms_find_the_curves_they_are_the_forms_of() -> None:
-    cubic = forms(bent(0.1 * E * (1 + 2e4 * E**2), E), 2e-3)
+    cubic = fit_forms(bent(0.1 * E * (1 + 2e4 * E**2), E), 2e-3)
     assert (cubic.polynomial_conicity, cubic.cubic) == pytest.approx((0.1, 2e4), rel=1e-6)
-    line = forms(bent(0.1 * E + 0.4 * (E - np.clip(E, -3e-3, 3e-3)), E), 2e-3)
+    line = fit_forms(bent(0.1 * E + 0.4 * (E - np.clip(E, -3e-3, 3e-3)), E), 2e-3)
     assert (line.inner_conicity, line.outer_conicity) == pytest.approx((0.1, 0.5), rel=0.02)
     assert line.knee == pytest.approx(3e-3, rel=0.02)
     assert line.broken_line_error < 1e-3 < line.polynomial_error
 
 
 def test_a_cone_is_linear_whatever_the_motion() -> None:
-    contacts = search(cones(0.05))
+    contacts = find_contacts(cones(0.05))
     found = [linearise(contacts, s).conicity for s in (5e-4, 1e-3, 2e-3)]
     assert found == pytest.approx([conicity_of_cones(0.05, contacts)] * 3, rel=2e-3)
-    assert harmonic(contacts, 3e-3).conicity == pytest.approx(found[0], rel=2e-3)
+    assert linearise_harmonically(contacts, 3e-3).conicity == pytest.approx(found[0], rel=2e-3)

@@ -9,7 +9,7 @@ import pytest
 
 from railui.contact.profile import Profile
 from railui.contact.profile_reader import read_profile
-from railui.contact.radius_table_reader import read_delta_r
+from railui.contact.radius_table_reader import read_radius_table
 from railui.io.problems import FileProblems, Problem
 from tests.contact.shapes import coned_wheel, reference, round_rail
 
@@ -96,7 +96,7 @@ def test_a_profile_is_smoothed_to_half_of_a_wave_of_the_wavelength(tmp_path: Pat
     y = np.linspace(-0.03, 0.06, 2000)
     wave = 20e-6 * np.sin(2 * np.pi * y / 4e-3)
     flange = np.linspace(-0.06, -0.0301, 50)
-    smooth = Profile.of(
+    smooth = Profile.from_points(
         "wheel", np.concatenate([flange, y]), np.concatenate([-0.02 + (flange + 0.0301) * 0.4, 0 * y + wave])
     ).smoothed(4e-3)
     inside = (smooth.y > -0.01) & (smooth.y < 0.05)
@@ -178,7 +178,7 @@ def test_a_table_of_rolling_radii_is_read_either_way_up_and_its_faults_have_line
     rows = [f"{y},{0.1 * y:.2f}" for y in range(-6, 7)]
     for order in (1, -1):
         path.write_text("y [mm],delta_r [mm]\n" + "\n".join(rows[::order]))
-        y, delta_r = read_delta_r(path)
+        y, delta_r = read_radius_table(path)
         assert y == pytest.approx(1e-3 * np.arange(-6, 7)) and delta_r == pytest.approx(1e-4 * np.arange(-6, 7))
     for text, line, words in (
         ("y [mm],delta_r [mm]\n0,0\n1,1\n1,2\n3,3\n4,4\n", 4, "does not rise"),
@@ -188,5 +188,5 @@ def test_a_table_of_rolling_radii_is_read_either_way_up_and_its_faults_have_line
     ):
         path.write_text(text)
         with pytest.raises(FileProblems) as error:
-            read_delta_r(path)
+            read_radius_table(path)
         assert words in str(error.value) and error.value.problems[0].line == line

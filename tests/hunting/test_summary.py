@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from railui.cli import cli
 from railui.core import Batch, Vehicles
-from railui.hunting.critical_speed import critical_speeds, linear_many
+from railui.hunting.critical_speed import critical_speeds, linear_stability_many
 from railui.hunting.limit_cycles import find_limit_cycles, nonlinear_critical_speeds, with_flange
-from railui.hunting.modes import modes_at, shape_in_words
+from railui.hunting.modes import modes_at, describe_shape
 from railui.hunting.summary import stability
 from railui.hunting.tangent_track import Motion, TangentTrackRuns
 from railui.ride_quality.evaluation import ride
@@ -46,7 +46,7 @@ def wheelset_on_springs(
 def roots_of_wheelset(v: float, m: float, i: float, f11: float, f22: float, b: float, lam: float, r: float,
                       s_y: float, s_psi: float) -> np.ndarray:  # fmt: skip
     numbers = [m, i, 0.0, b, r, 1.0, s_y, s_psi, lam, f11, f22, 0.0, 0.0, 0.0, 0.0]
-    return Vehicles("wheelset").eigenvalues(Batch.of(np.array([numbers])), v)[0]
+    return Vehicles("wheelset").eigenvalues(Batch.from_arrays(np.array([numbers])), v)[0]
 
 
 PUBLISHED = (1022.0, 678.0, 6.563e6 / 0.60252, 6.563e6 / 0.54219, 0.7163, 0.05, 0.4572, 1.823e5, 768800.0)
@@ -101,9 +101,9 @@ def test_many_designs_have_the_numbers_that_each_has_alone() -> None:
     model = Model(CHECK)
     rows = np.repeat(model.row[None], 5, axis=0)
     rows[:, model.columns["vehicle.primary.longitudinal_stiffness"]] *= np.linspace(0.5, 1.5, 5)
-    together = linear_many(model, rows, [30.0, 90.0])
+    together = linear_stability_many(model, rows, [30.0, 90.0])
     for i, row in enumerate(rows):
-        alone = linear_many(model, row[None], [30.0, 90.0])
+        alone = linear_stability_many(model, row[None], [30.0, 90.0])
         for key, values in together.items():
             assert values[i] == alone[key][0], key
     assert np.all(np.diff(together["linear_critical_speed"]) > 0)  # a stiffer primary hunts later
@@ -111,11 +111,11 @@ def test_many_designs_have_the_numbers_that_each_has_alone() -> None:
 
 def test_the_decrement_is_that_of_the_free_vibration() -> None:
     track = TangentTrackRuns(Model(CHECK))
-    motion = track.let_go(np.array([60.0]), track.aside(1e-3))
+    motion = track.start(np.array([60.0]), track.displaced_state(1e-3))
     for _ in range(2):  # the other modes die first
-        motion = track.piece(motion)
+        motion = track.advance(motion)
     first = motion.amplitudes[0]
-    motion = track.piece(motion)
+    motion = track.advance(motion)
     turns = 250.0 / 60.0 * 30.17447 / (2 * np.pi)
     assert np.log(first / motion.amplitudes[0]) / turns == pytest.approx(0.07248, rel=0.01)
     assert motion.frequencies[0] == pytest.approx(30.17447 / (2 * np.pi), rel=1e-3)
@@ -166,7 +166,7 @@ def test_the_state_matrix_has_the_kernels_eigenvalues() -> None:
 
 def test_a_shape_is_told_in_words() -> None:
     dofs = ["y", "psi", "y1", "psi1", "y2", "psi2"]
-    assert shape_in_words(dofs, np.array([0, 1, 1.28, 0, -1.28, 0]), 1.28) == (
+    assert describe_shape(dofs, np.array([0, 1, 1.28, 0, -1.28, 0]), 1.28) == (
         "frame yaw; wheelset 1 lateral; wheelset 2 lateral opposed"
     )
 
@@ -177,12 +177,12 @@ def test_a_shape_is_told_in_words() -> None:
 def test_hunting_dies_at_the_fold_and_not_above() -> None:
     model = with_effects(SLIPPERY, FLANGE)
     found = find_limit_cycles(model, [50.0, 60.0, 70.0])
-    assert found.hard and found.fold is not None
-    assert 58.0 < found.fold < 61.0  # below the linear critical speed: a hard loss
+    assert found.is_subcritical and found.critical_speed is not None
+    assert 58.0 < found.critical_speed < 61.0  # below the linear critical speed: a hard loss
     track = TangentTrackRuns(model)
     at_fold = found.from_above.states[0]
-    speeds = np.array([found.fold - 0.05, found.fold + 0.05])
-    late = track.settled(track.let_go(speeds, at_fold), 1e-4)
+    speeds = np.array([found.critical_speed - 0.05, found.critical_speed + 0.05])
+    late = track.settle(track.start(speeds, at_fold), 1e-4)
     assert late.amplitudes[0] < 1e-4 < 7e-3 < late.amplitudes[1]
 
 
@@ -191,15 +191,15 @@ def test_the_unstable_cycle_is_where_disturbances_part() -> None:
     found = find_limit_cycles(model, [55.0, 62.0])
     cycles = list(found.branch)
     turn = int(np.argmin([c.speed for c in cycles[: len(cycles) // 2]]))
-    assert cycles[turn].speed == pytest.approx(found.fold, abs=0.05)  # shooting and simulation agree on the fold
+    assert cycles[turn].speed == pytest.approx(found.critical_speed, abs=0.05)  # shooting and simulation agree on the fold
     assert all(c.multiplier < 1 for c in cycles[:turn]) and cycles[turn + 2].multiplier > 1
     # hunting scaled down to just below and above the unstable amplitude, at a speed between
-    unstable = next(c for c in cycles[turn + 2 :] if c.speed > found.fold + 0.4)
+    unstable = next(c for c in cycles[turn + 2 :] if c.speed > found.critical_speed + 0.4)
     track = TangentTrackRuns(model)
-    hunts = track.settled(Motion(np.array([unstable.speed]), found.from_above.states[:1]), 1e-3)
+    hunts = track.settle(Motion(np.array([unstable.speed]), found.from_above.states[:1]), 1e-3)
     shares = np.array([0.9, 1.1]) * unstable.amplitude / hunts.amplitudes[0]
     speeds = np.full(2, unstable.speed)
-    late = track.settled(Motion(speeds, np.ascontiguousarray(shares[:, None] * hunts.states)), 1e-3)
+    late = track.settle(Motion(speeds, np.ascontiguousarray(shares[:, None] * hunts.states)), 1e-3)
     assert late.amplitudes[0] < 2e-3 and late.amplitudes[1] == pytest.approx(hunts.amplitudes[0], rel=0.02)
 
 
@@ -216,7 +216,7 @@ def test_cooperriders_bogie_loses_stability_hard() -> None:
 
 def test_the_fold_does_not_depend_on_where_it_was_looked_for_from() -> None:
     model = with_effects(SLIPPERY, FLANGE)
-    folds = [find_limit_cycles(model, speeds, diagram=False).fold for speeds in ([62.0], [40.0, 64.0, 90.0])]
+    folds = [find_limit_cycles(model, speeds, diagram=False).critical_speed for speeds in ([62.0], [40.0, 64.0, 90.0])]
     assert np.ptp(np.array(folds, dtype=float)) < 0.05
 
 
@@ -244,7 +244,7 @@ def test_folds_of_many_are_those_of_each() -> None:
     model = with_effects(SLIPPERY, FLANGE)
     stiff = Model(model.design.with_values({"vehicle.primary.lateral_stiffness": 4e6}))
     both = nonlinear_critical_speeds([model, stiff], [50.0, 70.0])
-    assert both[1] == find_limit_cycles(stiff, [50.0, 70.0], diagram=False).fold
+    assert both[1] == find_limit_cycles(stiff, [50.0, 70.0], diagram=False).critical_speed
 
 
 # practice

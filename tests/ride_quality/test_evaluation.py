@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from railui.bench.standard_job import bogie
+from railui.bench.standard_job import bogie_model
 from railui.dsp.discretise import discretise
 from railui.io.problems import FileProblems
-from railui.ride_quality.comfort import before
+from railui.ride_quality.comfort import comfort_point_transfer
 from railui.ride_quality.evaluation import excitation_of, ride, ride_many, simulate, simulate_rides
-from railui.ride_quality.statistics import statistics_many
+from railui.ride_quality.statistics import ride_statistics
 from railui.ride_quality.weighting import W_D, comfort_cascades, weighted_rms
 from railui.track import Track
 from railui.track.excitation import Excitation, resolve_track
@@ -64,7 +64,7 @@ def test_weighted_accelerations_are_those_of_the_filtered_series() -> None:
 
 def test_the_reference_weighs_in_the_frequency_domain() -> None:
     x = simulate(BOGIE, LOW, 40.0, ["ayf"])["ayf"]
-    point = before(BOGIE.riding)
+    point = comfort_point_transfer(BOGIE.riding)
     found = ride(BOGIE, LOW, 40.0)["reference"]
     wd = weighted_rms(x, 0.0025, lambda f: point.modulus(f) * W_D.modulus(f))
     assert found["weighted_acceleration"] == pytest.approx(wd, rel=1e-12)
@@ -141,9 +141,9 @@ def test_a_note_tells_where_no_step_can_follow_a_motion() -> None:
 
 @pytest.mark.parametrize("speed", [5.0, 20.0, 60.0, 90.0, 120.0])
 def test_what_a_score_rests_on_is_right_to_a_ten_thousandth_at_any_speed(speed: float) -> None:
-    model, road = bogie(), excitation_of("erri_b176_high length=300 seed=1", speed)
-    taken = model.vehicles().steps(model.single(), speed, speed, road.dt)[0]
-    found, exact = (statistics_many(model, model.row[None], road, steps=np.array([n])) for n in (taken, 16 * taken))
+    model, road = bogie_model(), excitation_of("erri_b176_high length=300 seed=1", speed)
+    taken = model.vehicles().required_steps(model.single_batch(), speed, speed, road.dt)[0]
+    found, exact = (ride_statistics(model, model.row[None], road, steps=np.array([n])) for n in (taken, 16 * taken))
     for key in ("mean_e", "sd_e", "weighted_acceleration", "weighted_acceleration_1974"):
         scale = np.hypot(exact["mean_e"], exact["sd_e"]) if key.endswith("_e") else exact[key]
         assert np.max(np.abs(found[key] - exact[key]) / scale) < 1e-4
@@ -202,9 +202,9 @@ def test_goods_are_judged_by_rms_and_peak_of_the_load() -> None:
     limits = {"riding.use": "goods", "riding.rms_limit": 1.0, "riding.peak_limit": 5.0}
     goods = BOGIE.with_values(limits)
     x = simulate(goods, LOW, 40.0, ["ayf"])["ayf"]
-    felt = signal.sosfilt(discretise(before(goods.riding), 0.0025), x)
+    felt = signal.sosfilt(discretise(comfort_point_transfer(goods.riding), 0.0025), x)
     model = Model(goods)
-    found = statistics_many(model, model.row[None], excitation_of(LOW, 40.0))
+    found = ride_statistics(model, model.row[None], excitation_of(LOW, 40.0))
     assert found["acceleration"][0] == pytest.approx(np.sqrt(np.mean(felt**2)), rel=1e-9)
     assert found["acceleration_peak"][0] == pytest.approx(np.abs(felt).max(), rel=1e-9)
     assert ride(goods, LOW, 40.0)["decided_by"].startswith("score")

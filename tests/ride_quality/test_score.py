@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 
 from railui.ride_quality.comfort import (
     ISO_2631_1974,
-    comfort_clipped,
-    comfort_part,
+    is_comfort_time_clipped,
+    comfort_index,
     comfort_time,
-    goods_part,
+    goods_index,
     n_mv,
-    ride_value,
+    sperling_wz,
 )
-from railui.ride_quality.guidance import guidance_part, log_flange_fraction_gaussian
-from railui.ride_quality.score import CLASSES, SCORE_KEYS, riding_class, riding_quality, score_many
+from railui.ride_quality.guidance import guidance_index, log_flange_fraction_gaussian
+from railui.ride_quality.score import CLASSES, SCORE_KEYS, classify, evaluate_ride, score_many
 
 CLEARANCE = 0.007
 LONG = SimpleNamespace(use="long_distance", journey=4 * 3600.0, comfort_weight=0.6, admissible_flange_fraction=0.05)
@@ -75,7 +75,7 @@ def test_outside_the_table_the_time_is_clipped_and_says_so():
     assert float(comfort_time(0.0)) == pytest.approx(24 * 3600)
     assert float(comfort_time(0.02)) == pytest.approx(24 * 3600)
     assert float(comfort_time(5.0)) == pytest.approx(60)
-    assert comfort_clipped([0.0, 0.02, 0.1, 0.6, 0.64]).tolist() == [True, True, False, False, True]
+    assert is_comfort_time_clipped([0.0, 0.02, 0.1, 0.6, 0.64]).tolist() == [True, True, False, False, True]
 
 
 @given(st.floats(0, 10), st.floats(0, 10))
@@ -85,12 +85,12 @@ def test_more_acceleration_never_gives_more_time(one, other):
 
 
 def test_comfort_is_even_in_the_logarithm_of_time():
-    assert comfort_part([60.0, 86400.0, math.sqrt(60 * 86400), 1.0]) == pytest.approx([0, 1, 0.5, 0])
+    assert comfort_index([60.0, 86400.0, math.sqrt(60 * 86400), 1.0]) == pytest.approx([0, 1, 0.5, 0])
 
 
 def test_sperlings_wz_is_442_times_the_rms_to_the_power_03():
-    assert float(ride_value(0.3)) == pytest.approx(4.42 * math.exp(0.3 * math.log(0.3)), rel=1e-12)
-    assert float(ride_value(0.0)) == 0.0
+    assert float(sperling_wz(0.3)) == pytest.approx(4.42 * math.exp(0.3 * math.log(0.3)), rel=1e-12)
+    assert float(sperling_wz(0.0)) == 0.0
 
 
 def test_n_mv_is_six_times_the_95th_percentile_of_blocks_and_absent_under_60():
@@ -133,13 +133,13 @@ def test_shares_lie_between_0_and_1_and_grow_with_the_standard_deviation(mean, o
 
 def test_guidance_is_0_at_the_admissible_share_and_1_at_a_millionth():
     shares = np.log([0.05, 1e-6, math.sqrt(0.05e-6), 0.2, 1e-9])
-    assert guidance_part(shares, 0.05) == pytest.approx([0, 1, 0.5, 0, 1], abs=1e-12)
-    assert float(guidance_part(-np.inf, 0.05)) == 1.0
+    assert guidance_index(shares, 0.05) == pytest.approx([0, 1, 0.5, 0, 1], abs=1e-12)
+    assert float(guidance_index(-np.inf, 0.05)) == 1.0
 
 
 def test_an_admissible_share_of_a_millionth_or_less_is_refused():
     with pytest.raises(ValueError, match="admissible_flange_fraction"):
-        guidance_part(-5.0, 1e-6)
+        guidance_index(-5.0, 1e-6)
 
 
 # --- score and class
@@ -153,7 +153,7 @@ def test_the_score_is_the_weighted_sum_of_both_parts():
     slope = math.log(8 / 4) / math.log(0.224 / 0.355)  # 0.1 * 3.15 lies between 8 h and 4 h
     hours = 4 * math.exp(slope * math.log(0.315 / 0.355))
     comfort = math.log(60 * hours) / math.log(1440)
-    found = riding_quality(ride(), LONG, CLEARANCE)
+    found = evaluate_ride(ride(), LONG, CLEARANCE)
     assert found["comfort_hours"] == pytest.approx(hours, rel=1e-12)
     assert found["flange_fraction_gaussian"] == pytest.approx(max(tails), rel=1e-12)
     assert found["flange_margin"] == pytest.approx(3.45, rel=1e-12)
@@ -164,7 +164,7 @@ def test_the_score_is_the_weighted_sum_of_both_parts():
 
 
 def test_a_result_has_the_keys_of_the_command_and_goes_into_json():
-    found = riding_quality(ride(block_rms=[]), LONG, CLEARANCE)
+    found = evaluate_ride(ride(block_rms=[]), LONG, CLEARANCE)
     assert list(found) == [*SCORE_KEYS, "notes"]
     assert found["n_mv"] is None and any("n_mv" in note for note in found["notes"])
     json.loads(json.dumps(found, allow_nan=False))
@@ -172,7 +172,7 @@ def test_a_result_has_the_keys_of_the_command_and_goes_into_json():
 
 def test_classes_begin_at_20_40_60_80():
     scores = [0, 19.99, 20, 39.99, 40, 59.99, 60, 79.99, 80, 100]
-    names = [riding_class(score, 86400.0, 0.0, LONG)[0] for score in scores]
+    names = [classify(score, 86400.0, 0.0, LONG)[0] for score in scores]
     assert [CLASSES.index(name) for name in names] == [1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
 
 
@@ -190,20 +190,20 @@ def test_classes_begin_at_20_40_60_80():
     ],
 )
 def test_a_limit_that_lowers_the_class_is_named(time, share, quotient, expected, why):
-    name, reason = riding_class(90.0, time, share, LONG, quotient)
+    name, reason = classify(90.0, time, share, LONG, quotient)
     assert name == expected
     assert why in reason
 
 
 def test_a_limit_that_lowers_nothing_is_not_named():
-    name, reason = riding_class(45.0, 3 * 3600, 0.0, LONG, parts=(0.2, 0.8))
+    name, reason = classify(45.0, 3 * 3600, 0.0, LONG, parts=(0.2, 0.8))
     assert name == "satisfactory"
     assert reason == "score 45.0: comfort 0.20, guidance 0.80, the weaker is comfort"
 
 
 def test_a_vehicle_that_diverged_is_dangerous_and_has_no_numbers():
     for lost in (ride(diverged=True), ride(sd_e=[np.nan, 1.0]), ride(weighted_acceleration=np.inf)):
-        found = riding_quality(lost, LONG, CLEARANCE)
+        found = evaluate_ride(lost, LONG, CLEARANCE)
         assert (found["score"], found["class"]) == (0.0, "dangerous")
         assert found["comfort_hours"] is None and found["flange_margin"] is None
         assert set(found) == {*SCORE_KEYS, "notes"}
@@ -212,26 +212,26 @@ def test_a_vehicle_that_diverged_is_dangerous_and_has_no_numbers():
 
 def test_a_vehicle_that_does_not_move_has_full_marks_and_no_margin():
     still = ride(mean_e=[0.0, 0.0], sd_e=[0.0, 0.0], flange_fractions=[0.0, 0.0], wz=0.0)
-    found = riding_quality(still | {"weighted_acceleration_1974": 0.0}, LONG, CLEARANCE)
+    found = evaluate_ride(still | {"weighted_acceleration_1974": 0.0}, LONG, CLEARANCE)
     assert found["score"] == pytest.approx(100) and found["class"] == "very good"
     assert found["comfort_clipped"] is True and found["flange_margin"] is None
     assert any("24 h" in note for note in found["notes"])
 
 
 def test_goods_are_judged_by_rms_and_peak_against_their_limits():
-    assert float(goods_part(0.5, None, 2.0, None)) == pytest.approx(1 - 0.5 / 2)
-    assert float(goods_part(0.5, 3.0, 2.0, 4.0)) == pytest.approx(1 - 3 / 4)
-    assert float(goods_part(3.0, None, 2.0, None)) == 0.0
+    assert float(goods_index(0.5, None, 2.0, None)) == pytest.approx(1 - 0.5 / 2)
+    assert float(goods_index(0.5, 3.0, 2.0, 4.0)) == pytest.approx(1 - 3 / 4)
+    assert float(goods_index(3.0, None, 2.0, None)) == 0.0
     goods = SimpleNamespace(**(vars(LOCAL) | {"use": "goods", "journey": 0.0, "rms_limit": 2.0, "peak_limit": None}))
-    passengers = riding_quality(ride(), LOCAL, CLEARANCE)
-    load = riding_quality(ride(acceleration=0.5), goods, CLEARANCE)
+    passengers = evaluate_ride(ride(), LOCAL, CLEARANCE)
+    load = evaluate_ride(ride(acceleration=0.5), goods, CLEARANCE)
     comfort = math.log(60 * passengers["comfort_hours"]) / math.log(1440)
     assert load["score"] - passengers["score"] == pytest.approx(100 * 0.4 * (0.75 - comfort))
 
 
 def test_goods_without_a_limit_are_refused():
     with pytest.raises(ValueError, match="rms_limit"):
-        riding_quality(ride(acceleration=0.5), SimpleNamespace(**(vars(LOCAL) | {"use": "goods"})), CLEARANCE)
+        evaluate_ride(ride(acceleration=0.5), SimpleNamespace(**(vars(LOCAL) | {"use": "goods"})), CLEARANCE)
 
 
 def test_many_rides_at_once_are_the_same_as_one_after_the_other():
@@ -247,7 +247,7 @@ def test_many_rides_at_once_are_the_same_as_one_after_the_other():
     found = score_many(many, LONG, CLEARANCE)
     assert all(not np.any(np.isnan(values)) for values in found.values())
     for i in range(20):
-        alone = riding_quality({name: values[i] for name, values in many.items()}, LONG, CLEARANCE)
+        alone = evaluate_ride({name: values[i] for name, values in many.items()}, LONG, CLEARANCE)
         assert found["score"][i] == alone["score"]
         if i != 7:
             assert found["flange_margin"][i] == alone["flange_margin"]
@@ -261,7 +261,7 @@ def test_less_acceleration_and_less_motion_never_lower_the_score(rms, other_rms,
 
     def score(acceleration, deviation):
         statistics = ride(sd_e=[deviation, 1e-5], mean_e=[0, 0], weighted_acceleration_1974=acceleration)
-        return riding_quality(statistics, use, CLEARANCE)["score"]
+        return evaluate_ride(statistics, use, CLEARANCE)["score"]
 
     better, worse = (
         score(min(rms, other_rms), min(sd, other_sd)),
@@ -272,7 +272,7 @@ def test_less_acceleration_and_less_motion_never_lower_the_score(rms, other_rms,
 
 @given(st.floats(1e-4, 1e-2), st.floats(1e-4, 1e-2), st.floats(-5e-3, 5e-3), st.floats(-5e-3, 5e-3))
 def test_it_does_not_matter_which_wheelset_is_the_worse(sd1, sd2, m1, m2):
-    forward = riding_quality(ride(mean_e=[m1, m2], sd_e=[sd1, sd2]), LONG, CLEARANCE)
-    backward = riding_quality(ride(mean_e=[-m2, -m1], sd_e=[sd2, sd1]), LONG, CLEARANCE)
+    forward = evaluate_ride(ride(mean_e=[m1, m2], sd_e=[sd1, sd2]), LONG, CLEARANCE)
+    backward = evaluate_ride(ride(mean_e=[-m2, -m1], sd_e=[sd2, sd1]), LONG, CLEARANCE)
     for key in ("score", "flange_margin", "flange_fraction_gaussian"):
         assert forward[key] == backward[key]

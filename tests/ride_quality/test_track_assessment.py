@@ -13,12 +13,12 @@ from scipy import signal, stats
 
 from railui.cli import cli
 from railui.ride_quality.evaluation import excitation_of, ride, simulate
-from railui.ride_quality.running_safety import largest, running_safety
-from railui.ride_quality.track_assessment import _agreement, _badness, _places, assess, in_band
+from railui.ride_quality.running_safety import characteristic_values, running_safety
+from railui.ride_quality.track_assessment import rank_correlation, severity, ranks, assess, band_pass
 from railui.track import Track, band_sd, synthetic_track
 from railui.track.reader import save_track
 from railui.vehicle.design_reader import load_design
-from railui.vehicle.resolve import model_of
+from railui.vehicle.resolve import resolve_model
 
 HOME = Path(__file__).parents[2]
 BOGIE = HOME / "designs/test_bogie.yaml"
@@ -37,8 +37,8 @@ def faulty_line(*faults: tuple[float, float, float, float]) -> Track:
 @pytest.mark.parametrize("design", [BOGIE, HOME / "designs/manchester_coach.yaml"])
 def test_the_guiding_forces_of_stretches_are_those_of_the_ride(design: Path) -> None:
     line = synthetic_track("erri_b176_high", length=1000.0, seed=3)
-    found = assess(line, design, 40.0, stretch=250.0)
-    whole = running_safety(model_of(design), excitation_of(line, 40.0))
+    found = assess(line, design, 40.0, section_length=250.0)
+    whole = running_safety(resolve_model(design), excitation_of(line, 40.0))
     assert whole is not None
     sums = [one["sum_of_guiding_forces"] for one in found["stretches"]]
     of_wheelsets = max(one["sum_of_guiding_forces"] for one in whole["wheelsets"])
@@ -52,7 +52,7 @@ def test_the_guiding_forces_of_stretches_are_those_of_the_ride(design: Path) -> 
 
 def test_a_stretch_has_what_the_whole_ride_does_in_it() -> None:
     line = synthetic_track("erri_b176_high", length=1000.0, seed=3)
-    found = assess(line, BOGIE, 40.0, stretch=250.0)
+    found = assess(line, BOGIE, 40.0, section_length=250.0)
     e = np.array([simulate(BOGIE, line, 40.0, [c])[c] for c in ("e1", "e2")])
     for one in found["stretches"]:
         a, b = np.searchsorted(line.s, [one["from"] - 0.01, one["to"] + 0.01])
@@ -71,7 +71,7 @@ def test_where_the_gauge_widens_the_clearance_a_stretch_has_room_as_wide_as_unde
     half_gauges = [0.5 * np.interp(line.s - back, line.s, line.gauge) for back in (0.0, behind)]
     ridden = simulate(design, line, 40.0, ["e1", "e2"])
     wheels = list(zip((ridden["e1"], ridden["e2"]), half_gauges, strict=True))
-    for one in assess(line, design, 40.0, stretch=250.0)["stretches"]:
+    for one in assess(line, design, 40.0, section_length=250.0)["stretches"]:
         a, b = np.searchsorted(line.s, [one["from"] - 0.01, one["to"] + 0.01])
         shares = [float((np.abs(e[a:b]) >= 2e-3 + half[a:b]).mean()) for e, half in wheels]
         assert one["flange_fractions"] == pytest.approx(shares, abs=2e-3) and max(shares) > 0.01
@@ -82,8 +82,8 @@ def test_where_the_gauge_widens_the_clearance_a_stretch_has_room_as_wide_as_unde
 
 def test_of_two_stretches_alike_in_class_and_score_the_one_that_touches_more_is_worse() -> None:
     more, less, none = ({"class": "dangerous", "score": 0.0, "flange_fraction": x} for x in (0.8, 0.6, None))
-    assert _badness(more) > _badness(less) > _badness(none)
-    assert _badness(less) > _badness(more | {"score": 10.0}) > _badness(more | {"class": "good"})
+    assert severity(more) > severity(less) > severity(none)
+    assert severity(less) > severity(more | {"score": 10.0}) > severity(more | {"class": "good"})
 
 
 def test_the_worst_geometry_is_not_the_worst_ride() -> None:
@@ -97,7 +97,7 @@ def test_the_worst_geometry_is_not_the_worst_ride() -> None:
 
 
 def test_stretches_cover_the_track_once_and_come_worst_first() -> None:
-    found = assess(synthetic_track("fra_4", length=930.0, seed=2), BOGIE, 40.0, stretch=200.0)["stretches"]
+    found = assess(synthetic_track("fra_4", length=930.0, seed=2), BOGIE, 40.0, section_length=200.0)["stretches"]
     along = sorted((one["from"], one["to"]) for one in found)
     assert [round(a) for a, _ in along] == [0, 200, 400, 600, 800]
     assert all(b + 0.1 == pytest.approx(a) for (_, b), (a, _) in pairwise(along))
@@ -108,8 +108,8 @@ def test_stretches_cover_the_track_once_and_come_worst_first() -> None:
 
 @pytest.mark.parametrize("stretch", [1.0, 2.0, 3.9, float("nan"), 400.0])
 def test_a_stretch_too_short_or_too_long_is_refused_with_its_range(stretch: float) -> None:
-    with pytest.raises(ValueError, match=r"stretch of .* cannot be assessed: give one between 4 m and the length"):
-        assess("erri_b176_low length=400", BOGIE, 60.0, stretch=stretch)
+    with pytest.raises(ValueError, match=r"section of .* cannot be assessed: give a length between 4 m and the length"):
+        assess("erri_b176_low length=400", BOGIE, 60.0, section_length=stretch)
     done = CliRunner().invoke(
         cli, ["assess", "erri_b176_low length=400", str(BOGIE), "--speed", "60", "--stretch", "2"]
     )
@@ -118,17 +118,17 @@ def test_a_stretch_too_short_or_too_long_is_refused_with_its_range(stretch: floa
 
 def test_the_shortest_stretches_are_assessed_whatever_the_last_piece_is() -> None:
     for length in np.arange(40.0, 44.0, 0.5):
-        found = assess(f"erri_b176_low length={length}", BOGIE, 60.0, stretch=4.0)
+        found = assess(f"erri_b176_low length={length}", BOGIE, 60.0, section_length=4.0)
         assert all(np.isfinite(one["sum_of_guiding_forces"]) for one in found["stretches"])
 
 
 def test_the_percentile_of_a_single_mean_is_that_mean() -> None:
-    assert largest(np.array([[3.0], [4.0]])).tolist() == [3.0, 4.0]
+    assert characteristic_values(np.array([[3.0], [4.0]])).tolist() == [3.0, 4.0]
 
 
 def test_waves_of_a_band_have_its_standard_deviation() -> None:
     line = synthetic_track("erri_b176_high", length=3000.0, seed=1)
-    assert in_band(line, 3.0, 25.0).std() == pytest.approx(band_sd(line, [(3.0, 25.0)])[0], rel=0.02)
+    assert band_pass(line, 3.0, 25.0).std() == pytest.approx(band_sd(line, [(3.0, 25.0)])[0], rel=0.02)
 
 
 def test_a_vehicle_that_leaves_the_track_is_dangerous_from_there_on() -> None:
@@ -153,9 +153,9 @@ def test_the_command_tells_stretches_draws_and_is_strict(tmp_path: Path) -> None
 def test_places_in_an_order_and_agreement_of_two_are_those_of_scipy() -> None:
     sd = np.array([0.3, 0.1, 0.3, 0.7, 0.2, 0.1, 0.1])
     badness = [(-1.0, -float(score), 0.0) for score in (40, 60, 40, 20, 50, 55, 70)]
-    assert [first for first, _ in _places(-sd)] == stats.rankdata(-sd, method="min").tolist()
+    assert [first for first, _ in ranks(-sd)] == stats.rankdata(-sd, method="min").tolist()
     ranks = [sorted(badness).index(b) for b in badness]
-    assert _agreement(sd, badness) == pytest.approx(stats.spearmanr(sd, ranks).statistic, rel=1e-12)
+    assert rank_correlation(sd, badness) == pytest.approx(stats.spearmanr(sd, ranks).statistic, rel=1e-12)
 
 
 def test_a_line_in_a_band_is_level_as_detrend_has_it() -> None:
@@ -163,4 +163,4 @@ def test_a_line_in_a_band_is_level_as_detrend_has_it() -> None:
     line = np.fft.rfft(signal.detrend(track.yw))
     wavelength = 99.7 / np.maximum(np.arange(len(line)), 1e-9)
     line[(wavelength < 3.0) | (wavelength >= 25.0)] = 0.0
-    assert in_band(track, 3.0, 25.0) == pytest.approx(np.fft.irfft(line, 997), abs=1e-15)
+    assert band_pass(track, 3.0, 25.0) == pytest.approx(np.fft.irfft(line, 997), abs=1e-15)

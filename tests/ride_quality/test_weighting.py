@@ -15,25 +15,25 @@ from railui.ride_quality.weighting import (
     W_1974,
     W_D,
     W_K,
-    Analog,
+    AnalogFilter,
     brick_wall_1974,
     cascade,
     comfort_cascades,
-    one_mass,
+    transmissibility,
     sperling_b,
     weighted_rms,
 )
 
-FLOOR = one_mass(1.2, 0.2)
+FLOOR = transmissibility(1.2, 0.2)
 
 
-def held_response(weight: Analog, frequency: np.ndarray, dt: float) -> np.ndarray:
+def held_response(weight: AnalogFilter, frequency: np.ndarray, dt: float) -> np.ndarray:
     """What sampling does to a response if the input is linear between samples: aliases under a sinc^2."""
     aliases = frequency[:, None] + np.arange(-20000, 20001) / dt
     return np.sum(weight.response(aliases) * np.sinc(aliases * dt) ** 2, axis=1)
 
 
-def decibels(weight: Analog, frequency: float, dt: float) -> float:
+def decibels(weight: AnalogFilter, frequency: float, dt: float) -> float:
     """How far the streaming form of a weighting is off at one frequency [Hz]."""
     response = signal.freqz_sos(discretise(weight, dt), [2 * np.pi * frequency * dt])[1]
     return float(20 * np.log10(np.abs(response[0]) / weight.modulus(frequency)))
@@ -132,7 +132,7 @@ def test_the_whole_cascade_is_exact_for_input_linear_between_samples(name, dt):
 )
 def test_sections_are_exact_for_any_floor_and_cushion_even_where_both_are_alike(floor, cushion, alike, dt, name):
     cushion = floor if alike else cushion
-    weight = cascade(one_mass(*floor), one_mass(*cushion), COMFORT_WEIGHTS[name])
+    weight = cascade(transmissibility(*floor), transmissibility(*cushion), COMFORT_WEIGHTS[name])
     frequency = np.array([0.5, 1.0, 3.0, 10.0])
     response = signal.freqz_sos(discretise(weight, dt), 2 * np.pi * frequency * dt)[1]
     expected = held_response(weight, frequency, dt)
@@ -207,7 +207,7 @@ def test_the_comfort_point_stands_behind_floor_and_cushion():
     seat = comfort_cascades(riding(cushion_frequency=4.0, cushion_damping=0.3), dt)["weighted_acceleration"]
     at = [abs(signal.freqz_sos(sos, 2 * np.pi * frequency * dt)[1]) for sos in (plain, floor, seat)]
     assert at[1] / at[0] == pytest.approx(float(FLOOR.modulus(frequency)), rel=1e-3)
-    assert at[2] / at[1] == pytest.approx(float(one_mass(4.0, 0.3).modulus(frequency)), rel=1e-3)
+    assert at[2] / at[1] == pytest.approx(float(transmissibility(4.0, 0.3).modulus(frequency)), rel=1e-3)
 
 
 def test_sections_are_worked_out_once_and_cannot_be_written_over():

@@ -72,4 +72,4 @@ def test_a_table_reads_back_what_was_written(tmp_path: Path) -> None:
     read = read_table(path)
     assert (read.names, read.units, read.comments) == (("a", "b"), ("m", None), ("note",))
     np.testing.assert_array_equal(read.rows, np.column_stack(list(rows.values())))
-    assert read.place(2, "b") == (5, 8)
+    assert read.cell_position(2, "b") == (5, 8)

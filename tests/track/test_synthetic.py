@@ -14,7 +14,7 @@ from railui.track import (
     TrackSpec,
     band_limited_noise,
     band_sd,
-    distance,
+    distance_from_speed,
     equally_spaced,
     input_table,
     nearest_spectrum,
@@ -25,7 +25,7 @@ from railui.track import (
     spectrum_sd,
     synthetic_track,
     track_table,
-    with_track,
+    add_track,
 )
 
 # --- spectra
@@ -351,9 +351,9 @@ def test_a_run_of_changing_speed_reads_the_track_where_the_wheelset_is():
 def test_distance_left_out_is_the_integral_of_the_speed():
     t = np.arange(1001) / 100
     v = 20 + 5 * np.sin(t)
-    np.testing.assert_allclose(distance(t, v), 20 * t + 5 * (1 - np.cos(t)), atol=1e-8)
+    np.testing.assert_allclose(distance_from_speed(t, v), 20 * t + 5 * (1 - np.cos(t)), atol=1e-8)
     bare, _ = run_table({"t": t, "v": v, "yw": 1e-3 * np.sin(t)}, 1.28, 1)
-    full, _ = run_table({"t": t, "v": v, "s": distance(t, v), "yw": 1e-3 * np.sin(t)}, 1.28, 1)
+    full, _ = run_table({"t": t, "v": v, "s": distance_from_speed(t, v), "yw": 1e-3 * np.sin(t)}, 1.28, 1)
     np.testing.assert_array_equal(bare, full)
 
 
@@ -421,7 +421,7 @@ def test_noise_laid_upon_a_table_is_the_table_of_the_sum():
     s = 30.0 * t + 1.0 - np.cos(t)
     track, noise = rng.standard_normal((2, 3, 60))
     both = input_table(t, s, v, *(track + noise), 1.25, 2)
-    laid = with_track(input_table(t, s, v, *track, 1.25, 2), s, list(noise), 1.25)
+    laid = add_track(input_table(t, s, v, *track, 1.25, 2), s, list(noise), 1.25)
     assert np.allclose(laid, both, rtol=1e-9, atol=1e-9)
 
 
@@ -433,7 +433,7 @@ def test_a_spline_through_even_places_has_scipys_digits() -> None:
     for found in (at, np.sort(at), x):
         assert np.array_equal(ours(found), theirs(found))
         assert np.array_equal(ours(found, 1), theirs(found, 1))
-    assert np.array_equal(ours.factors, theirs.c.transpose(2, 0, 1))
+    assert np.array_equal(ours.coefficients, theirs.c.transpose(2, 0, 1))
 
 
 def test_a_spline_through_uneven_places_is_scipys_to_rounding() -> None:
@@ -448,7 +448,7 @@ def test_a_spline_through_uneven_places_is_scipys_to_rounding() -> None:
 def test_a_distance_is_the_integral_of_the_spline_of_speed() -> None:
     t = np.cumsum(np.random.default_rng(4).uniform(0.01, 0.02, 4000))
     v = 40.0 + 3.0 * np.sin(t)
-    assert distance(t, v) == pytest.approx(CubicSpline(t, v).antiderivative()(t), rel=1e-13, abs=1e-9)
+    assert distance_from_speed(t, v) == pytest.approx(CubicSpline(t, v).antiderivative()(t), rel=1e-13, abs=1e-9)
 
 
 def test_a_spline_tells_what_it_cannot_pass_through() -> None:

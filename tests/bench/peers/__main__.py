@@ -20,8 +20,8 @@ os.sched_setaffinity(0, {CORE})  # before any library counts the cores
 
 import numpy as np  # noqa: E402
 
-from railui.bench.benchmark_log import commit, machine  # noqa: E402
-from railui.core import simd  # noqa: E402
+from railui.bench.benchmark_log import source_commit, processor_name  # noqa: E402
+from railui.core import simd_level  # noqa: E402
 from tests.bench.page import write_after  # noqa: E402
 from tests.bench.peers import diffrax_peer, exudyn_peer, jax_peer, numba_peer, scipy_peer  # noqa: E402
 from tests.bench.peers.job import Answers, Job, difference, jobs  # noqa: E402
@@ -42,7 +42,7 @@ class Peer:
 
 
 PEERS = (
-    Peer("railui", f"SIMD {simd()}", Job.kernel),
+    Peer("railui", f"SIMD {simd_level()}", Job.kernel),
     Peer("numba, 16 designs side by side", numba_peer.VERSION, lambda job: numba_peer.prepare(job, 16)),
     Peer("numba, design by design", numba_peer.VERSION, lambda job: numba_peer.prepare(job, 1), 16),
     Peer("JAX, scan and vmap", jax_peer.VERSION, jax_peer.prepare),
@@ -103,7 +103,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--write", type=Path, help="a page whose results are written anew")
     told = parser.parse_args()
-    where = f"{datetime.now(UTC):%Y-%m-%d}, railui at {commit()}, one core of {machine()}"
+    where = f"{datetime.now(UTC):%Y-%m-%d}, railui at {source_commit()}, one core of {processor_name()}"
     head = f"{where}, numpy {np.__version__}; the median of {told.rounds} rounds in turns."
     text = "\n\n".join([head, *(table(job, measure(job, told.rounds)) for job in jobs())]) + "\n"
     print(text)

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import sosfilt
 
-from railui.bench.standard_job import bogie, road, spread
+from railui.bench.standard_job import bogie_model, standard_excitation, spread_designs
 from railui.ride_quality.comfort import comfort_sections
 from railui.ride_quality.score import score_many
-from railui.ride_quality.statistics import BLOCK, SCORED
-from railui.vehicle.design import Riding
+from railui.ride_quality.statistics import BLOCK_DURATION, SCORE_CHANNELS
+from railui.vehicle.design import RidingSettings
 from tests.bench.peers.bogie import coefficients
 
 Floats = NDArray[np.float64]
@@ -40,11 +40,11 @@ class Job:
 
     @cached_property
     def model(self) -> Any:
-        return bogie(reduced=not self.full)
+        return bogie_model(reduced=not self.full)
 
     @cached_property
     def way(self) -> Any:
-        return road(reduced=not self.full)
+        return standard_excitation(reduced=not self.full)
 
     @property
     def dt(self) -> float:
@@ -82,7 +82,7 @@ class Job:
         return {name: each[0] for name, each in made.items()}
 
     @property
-    def riding(self) -> Riding:
+    def riding(self) -> RidingSettings:
         return self.model.design.riding
 
     @cached_property
@@ -96,10 +96,10 @@ class Job:
         cascades = [
             np.ascontiguousarray(np.broadcast_to(s, (len(self.rows), *s.shape))) for s in self.named_sections.values()
         ]
-        block = round(BLOCK / self.dt) if self.full else 0
+        block = round(BLOCK_DURATION / self.dt) if self.full else 0
 
         def run() -> Answers:
-            channels = SCORED if self.full else SCORED[:1]
+            channels = SCORE_CHANNELS if self.full else SCORE_CHANNELS[:1]
             found = vehicles.score(batch, self.table, self.dt, 1, channels, clearance, cascades, block=block, jobs=1)
             return self.answers(found.displacement, found.rms[:, 0].T if self.full else None)
 
@@ -134,7 +134,7 @@ class Job:
 
 def jobs() -> list[Job]:
     """The full and the reduced job, as `railui bench` runs them."""
-    return [Job(full, spread(bogie(reduced=not full)), 20_000) for full in (True, False)]
+    return [Job(full, spread_designs(bogie_model(reduced=not full)), 20_000) for full in (True, False)]
 
 
 def difference(found: Answers, wanted: Answers) -> float:
