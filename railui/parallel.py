@@ -1,4 +1,4 @@
-"""Work that stands alone, side by side on threads: the kernel computes without the interpreter's lock."""
+"""Ordered map over threads; the kernel releases the global interpreter lock."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-from railui.core import jobs_or_all
+from railui.core import resolve_thread_count
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -15,14 +15,23 @@ T = TypeVar("T")
 
 
 def map_threads(work: Callable[[T], R], items: Sequence[T], jobs: int | None = None) -> Iterator[R]:
-    """What work makes of every item, in their order, on so many threads (None: all that the machine has).
+    """Apply a function to items on several threads and yield the results in order.
 
-    Whoever stops taking results does not wait for those that have not begun.
+    Closing the iterator cancels the calls that have not started.
 
-    >>> list(beside(lambda x: x * x, [3, 1, 2], jobs=2))
+    Parameters
+    ----------
+    work : callable
+    items : sequence
+    jobs : int or None
+        Number of threads; None for all of the machine.
+
+    Examples
+    --------
+    >>> list(map_threads(lambda x: x * x, [3, 1, 2], jobs=2))
     [9, 1, 4]
     """
-    threads = min(jobs_or_all(jobs), len(items))
+    threads = min(resolve_thread_count(jobs), len(items))
     if threads <= 1:
         yield from map(work, items)
         return
@@ -34,12 +43,12 @@ def map_threads(work: Callable[[T], R], items: Sequence[T], jobs: int | None = N
 
 
 def run_both(first: Callable[[], A], second: Callable[[], B], jobs: int | None = None) -> tuple[A, B]:
-    """What two pieces of work make, beside each other where there is more than one thread; one's error is raised.
+    """Call two functions, on two threads unless `jobs` is 1, and return both results.
 
-    >>> both(lambda: 2 + 2, lambda: "four")
+    >>> run_both(lambda: 2 + 2, lambda: "four")
     (4, 'four')
     """
-    if jobs_or_all(jobs) == 1:
+    if resolve_thread_count(jobs) == 1:
         return first(), second()
     with ThreadPoolExecutor(1) as pool:
         other = pool.submit(second)

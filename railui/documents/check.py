@@ -1,4 +1,4 @@
-"""Checking and loading any of our files."""
+"""Checking and loading files of every kind."""
 
 from __future__ import annotations
 
@@ -8,45 +8,46 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign, load_campaign
-from railui.contact.profile_reader import SIMPACK, read_profile
-from railui.contact.radius_table_reader import read_delta_r
+from railui.contact.profile_reader import SIMPACK_KINDS, read_profile
+from railui.contact.radius_table_reader import read_radius_table
 from railui.documents.recognise import recognise
 from railui.io.problems import FileProblems, Problem
-from railui.io.yaml_document import load as load_yaml
-from railui.optimisation.study import Study, load_study
+from railui.io.yaml_document import load_yaml as load_yaml
+from railui.optimisation.study import Study
+from railui.optimisation.study_reader import load_study
 from railui.runs.run import Run, load_run
 from railui.track.reader import TrackColumns, load_track
 from railui.vehicle.design_reader import Design, load_design
-from railui.vehicle.effect_records import Catalogue
+from railui.vehicle.effects import Catalogue
 
 if TYPE_CHECKING:
     from railui.contact.profile import Profile
 
 
-Anything: TypeAlias = "Design | Campaign | Study | Run | TrackColumns | Profile | tuple[FloatArray, FloatArray]"
+LoadedFile: TypeAlias = "Design | Campaign | Study | Run | TrackColumns | Profile | tuple[FloatArray, FloatArray]"
 
 
 def load(
     path: str | Path, catalogue: Catalogue | None = None, check_track: Callable[[str], object] | None = None
-) -> Anything:
-    """Loads any of our files; FileProblems with every fault."""
+) -> LoadedFile:
+    """Load a file of any kind; FileProblems with every problem."""
     kind = recognise(path)
-    loaders: dict[str, Callable[[], Anything]] = {
+    loaders: dict[str, Callable[[], LoadedFile]] = {
         "design": lambda: load_design(Path(path), catalogue),
         "campaign": lambda: load_campaign(path, catalogue),
         "study": lambda: load_study(path, catalogue, check_track),
         "run": lambda: load_run(path),
         "track": lambda: load_track(path),
         "profile": lambda: _profile(Path(path)),
-        "delta_r": lambda: read_delta_r(path),
+        "delta_r": lambda: read_radius_table(path),
     }
     return loaders[kind]()
 
 
 def _profile(path: Path) -> Profile:
-    """A profile of a wheel or of a rail: what its name or its shape says."""
-    if path.suffix.lower() in SIMPACK:
-        return read_profile(path, SIMPACK[path.suffix.lower()])
+    """Read a profile of a wheel or of a rail, according to its name or its shape."""
+    if path.suffix.lower() in SIMPACK_KINDS:
+        return read_profile(path, SIMPACK_KINDS[path.suffix.lower()])
     try:
         return read_profile(path, "wheel")
     except FileProblems as as_wheel:
@@ -61,7 +62,7 @@ def check(
     catalogue: Catalogue | None = None,
     check_track: Callable[[str], object] | None = None,
 ) -> list[Problem]:
-    """Every problem of some files, and of the runs that a campaign names; warnings carry that severity."""
+    """Return all problems and warnings of files, including the runs that a campaign names."""
     found = [problem for path in paths for problem in _problems(path, catalogue, check_track)]
     return list(dict.fromkeys(found))
 
@@ -80,7 +81,7 @@ def _problems(
 
 
 def _runs(campaign: Campaign) -> list[Problem]:
-    """The problems of the runs, and noise of columns that no run has."""
+    """Return the problems of a campaign's runs; warn of noise of columns that no run has."""
     found: list[Problem] = []
     measured: set[str] = set()
     for entry in campaign.runs:

@@ -1,4 +1,4 @@
-"""What differs between two of our files of one kind: every number and word by its path."""
+"""Differences between two files of one kind, by path."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from railui.io.atomic import sha256
-from railui.io.problems import FileProblems, one_problem
-from railui.io.schema_line import kind_of
-from railui.io.yaml_document import load
+from railui.io.problems import FileProblems, file_problem
+from railui.io.schema_line import document_kind
+from railui.io.yaml_document import load_yaml
 from railui.vehicle.design import Design
 from railui.vehicle.design_reader import load_design
 
@@ -17,18 +17,27 @@ ABSENT = None
 
 
 def differences(a: str | Path, b: str | Path) -> list[dict[str, Any]]:
-    """Rows of path, unit, a, b (SI; None where absent), relative (b/a - 1), in the order of the files.
+    """Return the differences of two files.
 
-    Designs are compared with their defaults, other files as written. FileProblems for faulty files or two of
-    different kinds.
+    Designs are compared with their defaults, other files as written.
+
+    Returns
+    -------
+    list of dict
+        Keys path, unit, a, b (SI; None if absent) and relative (b/a - 1), in the order of the files.
+
+    Raises
+    ------
+    FileProblems
+        For faulty files, and for two files of different kinds.
     """
-    documents = [load(path).value for path in (a, b)]
-    kinds = [kind_of(document) or "design" for document in documents]
+    documents = [load_yaml(path).value for path in (a, b)]
+    kinds = [document_kind(document) or "design" for document in documents]
     if kinds[0] != kinds[1]:
-        what = f"is a {kinds[1]}, {a} a {kinds[0]}"
-        raise one_problem(b, what, "compare two files of one kind")
+        what = f"is a {kinds[1]}, but {a} is a {kinds[0]}"
+        raise file_problem(b, what, "compare two files of one kind")
     if kinds[0] != "design":
-        one, other = (dict(leaves(document)) for document in documents)
+        one, other = (dict(iter_leaves(document)) for document in documents)
         return _rows(one, other, {})
     designs = [load_design(Path(path)) for path in (a, b)]
     one, other = map(_numbers, designs)
@@ -37,14 +46,14 @@ def differences(a: str | Path, b: str | Path) -> list[dict[str, Any]]:
 
 def _numbers(design: Design) -> dict[str, Any]:
     """All that decides what a design does, by path."""
-    resolved = design.resolved()
+    resolved = design.content()
     riding = {f"riding.{key}": value for key, value in (resolved["riding"] or {}).items()}
-    effects = dict(leaves({"effects": [_curves_short(effect) for effect in resolved["effects"]]}))
+    effects = dict(iter_leaves({"effects": [_curves_short(effect) for effect in resolved["effects"]]}))
     return {"name": design.name, **resolved["values"], **resolved["settings"], **effects, **riding}
 
 
 def _curves_short(effect: Mapping[str, Any]) -> dict[str, Any]:
-    """An effect whose curves are told by their length and content hash: nobody reads a table point by point."""
+    """Return an effect with its curves replaced by length and content hash."""
     told = {key: f"{len(x)} values ({sha256(repr(x))[:8]})" for key, x in effect.items() if isinstance(x, list)}
     return {**effect, **told}
 
@@ -70,10 +79,10 @@ def _rows(one: Mapping[str, Any], other: Mapping[str, Any], units: Mapping[str, 
     return rows
 
 
-def leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    """The numbers and words of nested data, each with its dotted name.
+def iter_leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the numbers and words of nested data with their dotted paths.
 
-    >>> dict(leaves({"a": [1, {"b": "c"}]}))
+    >>> dict(iter_leaves({"a": [1, {"b": "c"}]}))
     {'a.0': 1, 'a.1.b': 'c'}
     """
     inner = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list) else None
@@ -81,4 +90,4 @@ def leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
         yield name, value
         return
     for key, item in inner:
-        yield from leaves(item, f"{name}.{key}" if name else str(key))
+        yield from iter_leaves(item, f"{name}.{key}" if name else str(key))

@@ -1,18 +1,18 @@
-"""What a file is, by its schema line, its keys or its name: apart from its reading, which takes longer to import."""
+"""Recognition of the kind of a file by its schema line, keys or name, without importing its reader."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from railui.campaign.directory import campaign_file
-from railui.contact.profile_reader import SIMPACK
-from railui.io.problems import FileProblems, Findings, one_problem
-from railui.io.schema_line import kind_of
+from railui.contact.profile_reader import SIMPACK_KINDS
+from railui.io.problems import FileProblems, Findings, file_problem
+from railui.io.schema_line import document_kind
 from railui.io.table import read_header
-from railui.io.yaml_document import load as load_yaml
+from railui.io.yaml_document import load_yaml as load_yaml
 
-# what takes a file of each kind
-TAKEN_BY = {
+# commands that read a file of each kind
+USES_BY_KIND = {
     "design": "railui ride, stability and curve take it",
     "campaign": "railui loop and adjust take it",
     "study": "railui optimise takes it",
@@ -24,12 +24,17 @@ TAKEN_BY = {
 
 
 def recognise(path: str | Path) -> str:
-    """What a file is: design, campaign, study, run, track, profile or delta_r; FileProblems where it is none of ours.
+    """Return the kind of a file: design, campaign, study, run, track, profile or delta_r.
 
-    A directory is the campaign in it. The schema line decides, else the keys, else the columns of a table.
+    A directory stands for the campaign in it. The schema line decides, else the keys, else the columns of a table.
+
+    Raises
+    ------
+    FileProblems
+        If railui does not read files of this kind.
     """
     path = campaign_file(path)
-    if path.suffix.lower() in SIMPACK:
+    if path.suffix.lower() in SIMPACK_KINDS:
         return "profile"
     if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".gz")):
         names = set(read_header(path).names)
@@ -38,24 +43,24 @@ def recognise(path: str | Path) -> str:
             kind = "delta_r" if "delta_r" in names else "profile"
         remedy = "give a run with a column t [s], or a track with s [m], yw [m]"
     else:
-        kind = kind_of(load_yaml(path).value)
+        kind = document_kind(load_yaml(path).value)
         remedy = "write `schema: railui.design/1`, or the keys of a design, a campaign or a study"
-    if kind not in TAKEN_BY:
+    if kind not in USES_BY_KIND:
         findings = Findings(str(path))
         findings.add(
             "",
-            "is no file of railui" if kind is None else f"is a {kind}: railui writes it, but does not read it",
+            "is not a file of railui" if kind is None else f"is a {kind}, which railui writes but does not read",
             remedy,
         )
-        findings.stop()
+        findings.raise_errors()
     return str(kind)
 
 
-def expect(path: str | Path, kind: str) -> None:
-    """FileProblems where a file is one of ours but of another kind: one line, not a fault for every key."""
+def expect_kind(path: str | Path, kind: str) -> None:
+    """Raise FileProblems with one line if a file is of another kind, instead of a problem for every key."""
     try:
         found = recognise(path)
     except FileProblems:
-        return  # the reader of the kind that was asked for tells it better
+        return  # the reader of the expected kind reports it better
     if found != kind:
-        raise one_problem(path, f"is a {found}, where a {kind} belongs", TAKEN_BY[found])
+        raise file_problem(path, f"is a {found}, where a {kind} belongs", USES_BY_KIND[found])

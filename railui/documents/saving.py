@@ -11,7 +11,7 @@ from railui.io.atomic import relative_path, write_text
 from railui.io.schema_line import schema_name
 from railui.io.yaml_writer import YamlWriter, number_text
 from railui.vehicle.design import Adjustment, Design
-from railui.vehicle.parameters import FORMS, PARAMETERS, nested
+from railui.vehicle.parameters import FORMS, PARAMETERS, nest
 
 
 def design_text(design: Design, directory: str | Path | None = None) -> str:
@@ -38,7 +38,7 @@ def design_text(design: Design, directory: str | Path | None = None) -> str:
 
 
 def _write_groups(writer: YamlWriter, design: Design, directory: Path | None) -> None:
-    groups = nested(_vehicle_values(design) | dict(design.settings))
+    groups = nest(_vehicle_values(design) | dict(design.settings))
     for group in ("vehicle", "contact", "riding"):
         profiles = design.profiles if group == "contact" else None
         if group in groups:
@@ -71,17 +71,17 @@ def _structure_words(design: Design) -> dict[str, Any]:
 def _numbers_without_load_state(design: Design) -> dict[str, float]:
     if design.load_state is None:
         return {}
-    return {path: design.declared[path] for changes in design.loads.values() for path in changes}
+    return {path: design.unloaded_values[path] for changes in design.load_states.values() for path in changes}
 
 
 def _write_load_states(writer: YamlWriter, design: Design) -> None:
     """Write the load states; the active one with the design's present numbers."""
-    if not design.loads:
+    if not design.load_states:
         return
     with writer.block("load"):
         if design.load_state is not None:
             writer.entry("state", design.load_state)
-        for name, changes in design.loads.items():
+        for name, changes in design.load_states.items():
             values = design.values if name == design.load_state else changes
             writer.entry(name, {path: values[path] for path in changes})
 
@@ -125,12 +125,12 @@ def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path
     writer.items("runs", [{"file": relative_path(run.file, directory), "role": run.role} for run in campaign.runs])
     writer.entry("noise", campaign.noise)
     writer.entry("noise_band", campaign.noise_band)
-    writer.entry("adjust", campaign.adjust)
+    writer.entry("adjust", campaign.estimated_parameters)
     if campaign.band is not None:
         writer.entry("band", campaign.band)
     cut = f"{number_text(100 * campaign.cut_share)} %" if campaign.cut_share else campaign.cut
     writer.entry("cut", cut)
-    writer.entry("material", campaign.material)
+    writer.entry("material", campaign.min_relative_gain)
     if campaign.sensors:
         writer.items("sensors", [sensor.entry() for sensor in campaign.sensors])
     writer.entry("track", campaign.track)

@@ -1,4 +1,4 @@
-"""JSON Schema of our YAML files, for editors: made from the same models that check them."""
+"""JSON Schema of YAML files, for editors, from the models that validate them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from railui.io.schema_line import schema_name
 from railui.optimisation.study_schema import StudyModel
 from railui.vehicle.contact_profiles import ProfilesModel
 from railui.vehicle.design_schema import design_model
-from railui.vehicle.effect_reader import AGAINST
-from railui.vehicle.effect_records import (
-    PER_WHEELSET,
+from railui.vehicle.effect_reader import ABSCISSAE
+from railui.vehicle.effects import (
+    WHEELSET_LOCATIONS,
     Catalogue,
     Record,
-    is_against,
+    has_abscissa,
     is_curve,
     is_sensor,
     kernel_catalogue,
@@ -24,10 +24,10 @@ from railui.vehicle.effect_records import (
 KINDS = ("design", "campaign", "study")
 
 
-def schema(kind: str, catalogue: Catalogue | None = None) -> dict[str, Any]:
-    """The JSON Schema of a design, a campaign or a study; ValueError for another kind.
+def json_schema(kind: str, catalogue: Catalogue | None = None) -> dict[str, Any]:
+    """Return the JSON Schema of a design, a campaign or a study; ValueError for another kind.
 
-    >>> schema("study")["$id"]
+    >>> json_schema("study")["$id"]
     'railui.study/1'
     """
     known = kernel_catalogue() if catalogue is None and kind != "study" else catalogue or ()
@@ -39,7 +39,7 @@ def schema(kind: str, catalogue: Catalogue | None = None) -> dict[str, Any]:
     elif kind == "study":
         made = StudyModel.model_json_schema()
     else:
-        raise ValueError(f"no schema of {kind!r}: there are those of {', '.join(KINDS)}")
+        raise ValueError(f"no schema of {kind!r}; known are {', '.join(KINDS)}")
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "$id": schema_name(kind),
@@ -62,7 +62,7 @@ def _design(catalogue: Catalogue) -> dict[str, Any]:
 
 
 def _measured(contact: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
-    """A contact that must have all its numbers, unless its profiles give what it leaves out."""
+    """Return the schema of a contact that requires all numbers unless profiles provide them."""
     properties, each = contact["properties"], contact.get("additionalProperties")
     needed: dict[str, Any] = {"required": contact.get("required", []), "properties": {}}
     for key, value in properties.items():
@@ -89,12 +89,12 @@ def _effect(record: Record) -> dict[str, Any]:
     places = list(record["at"])
     value: dict[str, Any] = {"type": ["number", "string"]}
     properties: dict[str, Any] = {"kind": {"const": record["kind"]}, "at": {"enum": places}}
-    if any(at in PER_WHEELSET for at in places):
+    if any(at in WHEELSET_LOCATIONS for at in places):
         properties["wheelset"] = {"enum": [1, 2, None], "description": "1 leads, 2 trails, both where absent"}
     if is_curve(record):
         value = {"type": "array", "items": value}
-    if is_against(record):
-        properties["against"] = {"enum": list(AGAINST), "default": "z"}
+    if has_abscissa(record):
+        properties["against"] = {"enum": list(ABSCISSAE), "default": "z"}
     for p in record["parameters"]:
         told = f"{p['symbol']} [{p['unit']}]; {p.get('origin', '')}"
         properties[str(p["key"])] = {**value, "description": told}
@@ -110,7 +110,7 @@ def _effect(record: Record) -> dict[str, Any]:
 
 
 def _without_samples(value: Any) -> Any:
-    """Samples serve our own remedies, editors know no such word."""
+    """Remove the key `sample`, which serves remedies only and is not JSON Schema."""
     if isinstance(value, dict):
         return {k: _without_samples(v) for k, v in value.items() if not (k == "sample" and isinstance(v, str))}
     return [_without_samples(v) for v in value] if isinstance(value, list) else value

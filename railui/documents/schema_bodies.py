@@ -1,15 +1,23 @@
-"""JSON Schema of vehicles of bodies and elements: what each kind may hold."""
+"""JSON Schema of multibody vehicles."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from railui.vehicle.design_schema import design_model, number_group
-from railui.vehicle.element_kinds import BODY, DIRECTED, GROUND, KINDS, PLACED, WAYS, numbers_of
-from railui.vehicle.multibody_reader import SIDES, group_model, words_of
+from railui.vehicle.element_kinds import (
+    BODY,
+    DIRECTED_KINDS,
+    DIRECTIONS,
+    ELEMENT_KINDS,
+    GROUND,
+    POSITION,
+    parameters_of_kind,
+)
+from railui.vehicle.multibody_reader import SIDES, group_model, word_keys
 from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT
 
-# states of loading: which paths change to which values, and the state that the file stands in
+# load states: changed values by path, and the active state
 LOADS = {
     "type": "object",
     "title": "states of loading",
@@ -20,7 +28,7 @@ NAME = {"pattern": "^[A-Za-z_][A-Za-z0-9_]*$"}
 
 
 def bodies_schema(effects: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The schema of a design of bodies and elements, with that of one effect, and the definitions it needs."""
+    """Return the schema of a multibody design and its definitions, given the schema of an effect."""
     made = design_model("vehicle").model_json_schema()
     definitions: dict[str, Any] = made.pop("$defs", {})
     made["properties"]["vehicle"] = {
@@ -28,8 +36,8 @@ def bodies_schema(effects: dict[str, Any]) -> tuple[dict[str, Any], dict[str, An
         "title": "bodies and elements",
         "properties": {
             "bodies": _named(_numbers("body", BODY)),
-            "elements": _named({"oneOf": [_element(kind) for kind in KINDS]}),
-            "floor": _named(_numbers("floor", PLACED)),
+            "elements": _named({"oneOf": [_element(kind) for kind in ELEMENT_KINDS]}),
+            "floor": _named(_numbers("floor", POSITION)),
         },
         "required": ["elements"],
         "additionalProperties": False,
@@ -46,15 +54,15 @@ def _named(one: dict[str, Any]) -> dict[str, Any]:
 
 
 def _numbers(kind: str, known: tuple[Any, ...]) -> dict[str, Any]:
-    """The numbers and words of one kind of part."""
+    """Return the schema of the numbers and words of a kind of part."""
     made: dict[str, Any] = group_model(kind, known).model_json_schema()
-    made["properties"] |= {key: {"type": "string"} for key in words_of(kind)}
+    made["properties"] |= {key: {"type": "string"} for key in word_keys(kind)}
     made["title"] = kind.replace("_", " ")
     return made
 
 
 def _element(kind: str) -> dict[str, Any]:
-    made = _numbers(kind, numbers_of(kind))
+    made = _numbers(kind, parameters_of_kind(kind))
     words = made["properties"]
     words["kind"] = {"const": kind}
     if "between" in words:
@@ -68,14 +76,14 @@ def _element(kind: str) -> dict[str, Any]:
         }
     if "side" in words:
         words["side"] = {"enum": list(SIDES)}
-    if kind in DIRECTED:
-        words["direction"] = {"enum": list(WAYS)}
+    if kind in DIRECTED_KINDS:
+        words["direction"] = {"enum": list(DIRECTIONS)}
     made["required"] = ["kind", *made.get("required", []), *(["between"] if "between" in words else [])]
     return made
 
 
 def _contact() -> dict[str, Any]:
-    """One contact per name, or the same for all, and what all wheels share."""
+    """Return the schema of the contact groups and of the numbers common to all wheelsets."""
     one: dict[str, Any] = number_group("contact_of_wheels", WHEELSET_CONTACT).model_json_schema()
     shared = [p.path.removeprefix("contact.") for p in CONTACT if p.path.count(".") == 1]
     value = {"type": ["number", "string"]}
@@ -84,7 +92,7 @@ def _contact() -> dict[str, Any]:
 
 
 def _anywhere(effects: dict[str, Any]) -> dict[str, Any]:
-    """One effect whose places are those of the vehicle's own elements."""
+    """Return the schema of an effect at any element of the vehicle."""
     found = []
     for one in effects["oneOf"]:
         properties = one["properties"] | {"at": {"type": "string"}, "wheelset": {"type": ["integer", "null"]}}

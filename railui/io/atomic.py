@@ -1,4 +1,4 @@
-"""Written files appear whole or not at all; canonical JSON and content hashes."""
+"""Atomic writing of files, canonical JSON and content hashes."""
 
 from __future__ import annotations
 
@@ -14,20 +14,24 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-ELSEWHERE: Final = ", name a place that you may write"
+ELSEWHERE: Final = ", name a directory that you may write to"
 REMEDIES: Final = {
     **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT, errno.ENOTDIR, errno.EEXIST), ELSEWHERE),
     errno.ENOSPC: ", make room there, or name another disk",
     errno.EISDIR: ", name a file",
 }
-STREAMS: Final = (Path("/dev"), Path("/dev/fd"), Path("/proc/self/fd"))  # names of what is open already, devices
+STREAM_DIRECTORIES: Final = (Path("/dev"), Path("/dev/fd"), Path("/proc/self/fd"))  # devices and open streams
 
 
 def write_bytes(path: str | Path, data: bytes) -> Path:
-    """Writes beside the file, then renames; a file that stood there is replaced whole. Returns the path.
+    """Write a file atomically: into a temporary file in the same directory, which then replaces the target.
 
-    A link stays one, rights stay as they were; a device or a pipe is written to, never replaced.
-    OSError, with the number that the system gave and the path that was asked for.
+    A symbolic link remains one, and permissions are kept. A device or a pipe is written to directly.
+
+    Raises
+    ------
+    OSError
+        With the system's error number and the given path.
     """
     path = Path(path)
     try:
@@ -36,13 +40,13 @@ def write_bytes(path: str | Path, data: bytes) -> Path:
         else:
             _replace(Path(os.path.realpath(path)), data)
     except OSError as error:
-        raise unwritten(error, path) from error
+        raise write_error(error, path) from error
     return path
 
 
 def _flows(path: Path) -> bool:
-    """Is a path a device, a pipe or a stream that is open already?"""
-    return path.absolute().parent in STREAMS or (path.exists() and not path.is_file() and not path.is_dir())
+    """True if a path is a device, a pipe or an open stream."""
+    return path.absolute().parent in STREAM_DIRECTORIES or (path.exists() and not path.is_file() and not path.is_dir())
 
 
 def _no_directory(path: Path) -> None:
@@ -66,19 +70,19 @@ def _replace(path: Path, data: bytes) -> None:
         beside.unlink(missing_ok=True)
 
 
-def check_file(path: str | Path) -> None:
-    """Raises OSError where `write_bytes` could not write a file; leaves nothing."""
+def check_file_writable(path: str | Path) -> None:
+    """Raise OSError if `write_bytes` could not write a file; leave nothing behind."""
     path = Path(path)
     try:
         _no_directory(path)
     except OSError as error:
-        raise unwritten(error, path) from None
+        raise write_error(error, path) from None
     if not _flows(path):
-        check_writable(Path(os.path.realpath(path)).parent)
+        check_directory_writable(Path(os.path.realpath(path)).parent)
 
 
-def check_writable(directory: str | Path) -> None:
-    """Raises OSError where nothing could be written into a directory, there or still to be made; leaves nothing."""
+def check_directory_writable(directory: str | Path) -> None:
+    """Raise OSError if a directory, existing or not, could not be written to; leave nothing behind."""
     there = Path(directory).absolute()
     while not there.exists():
         there = there.parent
@@ -86,20 +90,20 @@ def check_writable(directory: str | Path) -> None:
     try:
         probe.touch(exist_ok=False)
     except OSError as error:
-        raise unwritten(error, directory) from error
+        raise write_error(error, directory) from error
     finally:
         with contextlib.suppress(OSError):
             probe.unlink()
 
 
-def unwritten(error: OSError, path: str | Path) -> OSError:
-    """The same error with the path that was asked for and what to do."""
+def write_error(error: OSError, path: str | Path) -> OSError:
+    """Return an error with the given path and a remedy."""
     remedy = REMEDIES.get(error.errno or 0, "")
     return OSError(error.errno, f"cannot be written ({error.strerror or error}){remedy}", str(path))
 
 
 def write_text(path: str | Path, text: str) -> Path:
-    """As write_bytes, in UTF-8; compressed (and always to the same bytes) where the name ends in .gz."""
+    """Write a text atomically in UTF-8; compress it, reproducibly, if the name ends in .gz."""
     data = text.encode("utf-8")
     if str(path).endswith(".gz"):
         data = gzip.compress(data, compresslevel=6, mtime=0)
@@ -107,16 +111,16 @@ def write_text(path: str | Path, text: str) -> Path:
 
 
 def relative_path(path: str | Path, home: str | Path) -> str:
-    """A path as a file that stands in the directory `home` names it.
+    """Return a path relative to the directory `home`.
 
-    >>> beside("designs/coach.yaml", "designs/studies")
+    >>> relative_path("designs/coach.yaml", "designs/studies")
     '../coach.yaml'
     """
     return Path(os.path.relpath(Path(path).resolve(), Path(home).resolve())).as_posix()
 
 
 def canonical_json(value: object) -> str:
-    """JSON of which there is one form only: keys sorted, no spaces, shortest digits; NaN is a ValueError.
+    """Return canonical JSON: sorted keys, no spaces, shortest digits; raise ValueError for NaN.
 
     >>> canonical_json({"b": 1.5, "a": [True, None]})
     '{"a":[true,null],"b":1.5}'
@@ -125,28 +129,28 @@ def canonical_json(value: object) -> str:
 
 
 def sha256(data: bytes | str) -> str:
-    """The content hash of bytes or text, in hexadecimal."""
+    """Return the SHA-256 of bytes or text, in hexadecimal."""
     return hashlib.sha256(data.encode("utf-8") if isinstance(data, str) else data).hexdigest()
 
 
 def sha256_file(path: str | Path) -> str:
-    """The content hash of a file as it lies on the disk."""
+    """Return the SHA-256 of a file's bytes, in hexadecimal."""
     with Path(path).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def finite(value: Any) -> Any:
-    """A value as JSON may hold it: arrays as lists, numbers that are not finite as None.
+def to_json_value(value: Any) -> Any:
+    """Convert a value for JSON: arrays to lists, non-finite numbers to None, paths to text.
 
-    >>> finite({"a": (1, float("nan")), "b": True})
+    >>> to_json_value({"a": (1, float("nan")), "b": True})
     {'a': [1, None], 'b': True}
     """
     if isinstance(value, Mapping):
-        return {str(key): finite(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):  # arrays and numbers of numpy
+        return {str(key): to_json_value(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):  # numpy arrays and scalars
         value = value.tolist()
     if isinstance(value, list | tuple):
-        return [finite(item) for item in value]
+        return [to_json_value(item) for item in value]
     if isinstance(value, Path):
         return str(value)
     if isinstance(value, float) and not (-1.8e308 < value < 1.8e308):

@@ -1,4 +1,4 @@
-"""Kinds of values in our YAML files as pydantic types, and their faults told with marks."""
+"""Pydantic types of values in YAML files, and their validation errors with positions."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from typing import Annotated, Any, TypeVar, get_args
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from railui.io.problems import Findings, nearest
-from railui.io.units import UnitError, example, own_quantity, quantity
+from railui.io.problems import Findings, suggest_name
+from railui.io.units import UnitError, example_quantity, quantity, quantity_in_any_unit
 
 Model = TypeVar("Model", bound=BaseModel)
 
 
 class Group(BaseModel):
-    """A group of keys: no key beside the known ones."""
+    """Group of keys that rejects unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
 
 
-def fault(message: str, remedy: str) -> PydanticCustomError:
-    """What a validator raises: what is wrong, and what to write instead."""
+def value_fault(message: str, remedy: str) -> PydanticCustomError:
+    """Return an error for a validator to raise: problem and remedy."""
     return PydanticCustomError("fault", "{what}", {"what": message, "remedy": remedy})
 
 
 @dataclass(frozen=True, eq=False)
-class Reader:
-    """Metadata of a field: reads the value as the file has it, and says what the JSON Schema tells."""
+class ValueReader:
+    """Metadata of a field: function that reads the value in the file, and JSON Schema."""
 
     read: Callable[[Any], Any]
     schema: Mapping[str, Any] | None = None
@@ -40,24 +40,26 @@ class Reader:
         return handler(core) if self.schema is None else dict(self.schema)
 
     def validate(self, value: Any) -> Any:
-        """The value as read; a UnitError as the fault that pydantic gathers."""
+        """Read a value; raise a UnitError as a pydantic error."""
         try:
             return self.read(value)
         except UnitError as error:
-            raise fault(error.message, error.remedy) from None
+            raise value_fault(error.message, error.remedy) from None
 
 
 def quantity_schema(unit: str, /, **more: Any) -> dict[str, Any]:
-    """A number in SI, or a string with a unit."""
-    text = f"a quantity such as '{example(unit)}'" if unit else "a number, or a quantity"
+    """Return the JSON Schema of a number in SI or a string with a unit."""
+    text = f"a quantity such as '{example_quantity(unit)}'" if unit else "a number, or a quantity"
     return {"anyOf": [{"type": "number"}, {"type": "string", "description": text}], **more}
 
 
-def measure(unit: str, minimum: float | None = None, *, above: bool = False, maximum: float | None = None) -> Reader:
-    """A quantity of a unit ("" for any) with bounds."""
+def quantity_reader(
+    unit: str, minimum: float | None = None, *, above: bool = False, maximum: float | None = None
+) -> ValueReader:
+    """Return a reader of quantities with a unit ("" for any) and bounds; `above` excludes the minimum."""
 
     def read(value: Any) -> float:
-        number = quantity(value, unit) if unit else own_quantity(value)
+        number = quantity(value, unit) if unit else quantity_in_any_unit(value)
         if minimum is not None and (number < minimum or (above and number == minimum)):
             raise UnitError(
                 f"{value!r} is too small",
@@ -67,18 +69,18 @@ def measure(unit: str, minimum: float | None = None, *, above: bool = False, max
             raise UnitError(f"{value!r} is too large", f"give at most {maximum:g} {unit}".strip())
         return number
 
-    return Reader(read, quantity_schema(unit, unit=unit or "any"))
+    return ValueReader(read, quantity_schema(unit, unit=unit or "any"))
 
 
-def word(choices: tuple[str, ...]) -> Reader:
-    """One of some words."""
+def choice_reader(choices: tuple[str, ...]) -> ValueReader:
+    """Return a reader of one of several words."""
 
     def read(value: Any) -> str:
         if not isinstance(value, str) or value not in choices:
-            raise UnitError(f"{value!r} is not known here", nearest(str(value), choices))
+            raise UnitError(f"{value!r} is not known here", suggest_name(str(value), choices))
         return value
 
-    return Reader(read, {"type": "string", "enum": list(choices)})
+    return ValueReader(read, {"type": "string", "enum": list(choices)})
 
 
 def _text(value: Any) -> str:
@@ -115,8 +117,8 @@ def _list_or_one(value: Any) -> Any:
     return value if isinstance(value, list) else [value]
 
 
-def whole(minimum: int = 0) -> Reader:
-    """A whole number from `minimum` on."""
+def integer_reader(minimum: int = 0) -> ValueReader:
+    """Return a reader of integers from `minimum` on."""
 
     def read(value: Any) -> int:
         number = int(value) if isinstance(value, float) and value.is_integer() else value
@@ -124,22 +126,37 @@ def whole(minimum: int = 0) -> Reader:
             raise UnitError(f"{value!r} is no whole number from {minimum} on", f"write for example {max(minimum, 1)}")
         return number
 
-    return Reader(read, {"type": "integer", "minimum": minimum})
+    return ValueReader(read, {"type": "integer", "minimum": minimum})
 
 
-Text = Annotated[str, Reader(_text, {"type": "string"})]
-Switch = Annotated[bool, Reader(_switch, {"type": "boolean"})]
-LISTED, LISTED_OR_ONE, PAIRED = Reader(_list), Reader(_list_or_one), Reader(_pair)
+Text = Annotated[str, ValueReader(_text, {"type": "string"})]
+Switch = Annotated[bool, ValueReader(_switch, {"type": "boolean"})]
+LIST, LIST_OR_SCALAR, PAIR = ValueReader(_list), ValueReader(_list_or_one), ValueReader(_pair)
 OBJECT: dict[str, Any] = {"type": "object"}
-Objects = Annotated[list[Any], Reader(_list, {"type": "array", "items": OBJECT})]
+Objects = Annotated[list[Any], ValueReader(_list, {"type": "array", "items": OBJECT})]
 
 
 def check_group(
     model: type[Model], value: Any, findings: Findings, path: str = "", extra: Iterable[str] = ()
 ) -> Model | None:
-    """The group as a model; None, with every fault told at its mark, where it does not fit.
+    """Validate a group of keys.
 
-    `extra` are full paths that an unknown key may be meant for.
+    Parameters
+    ----------
+    model : type of BaseModel
+    value : object
+        Data of the file.
+    findings : Findings
+        Receives every validation error with its position.
+    path : str
+        Path of the group in the file.
+    extra : iterable of str
+        Full paths to suggest for unknown keys.
+
+    Returns
+    -------
+    BaseModel or None
+        None if the data do not fit.
     """
     try:
         return model.model_validate(value)
@@ -169,7 +186,7 @@ def _meant(name: str, known: dict[str, Any], extra: list[str]) -> str:
     if name == "<<":
         return "YAML 1.2 has no merge keys: write the group out, or the whole of it as *alias"
     elsewhere = [path for path in extra if path.rpartition(".")[2] == name]
-    told = nearest(name, known)
+    told = suggest_name(name, known)
     if elsewhere and not told.startswith("did you mean"):
         return f"it belongs at {' or '.join(elsewhere[:2])}"
     return told

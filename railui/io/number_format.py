@@ -1,4 +1,4 @@
-"""Values with a unit that suits their size, for reports and screens."""
+"""Formatting of values with SI prefixes, for reports and screens."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from railui.io.units import parse_unit
 
 STEPS = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
-# what takes a prefix where it stands first, and which ones are usual with it
+# usual prefixes of units that may take one as the first factor of a product
 PREFIXED = {
     "N": "GMk",
     "Pa": "GMk",
@@ -20,15 +20,15 @@ PREFIXED = {
     "m": "kmµ",
 }
 ALONE = ("m",)
-LONG = 1e6  # from which on a power of ten is easier to read
+LONG = 1e6  # from here on a power of ten is easier to read
 
 
-def suited(value: float, unit: str) -> tuple[float, str]:
-    """The value and its unit with the prefix that brings it to 1 .. 1000.
+def scale_to_prefix(value: float, unit: str) -> tuple[float, str]:
+    """Scale a value to 1 .. 1000; return it and its unit with the prefix.
 
-    >>> suited(3.0e6, "N/m")
+    >>> scale_to_prefix(3.0e6, "N/m")
     (3.0, 'MN/m')
-    >>> suited(14400.0, "s")
+    >>> scale_to_prefix(14400.0, "s")
     (4.0, 'h')
     """
     if unit == "s":
@@ -44,35 +44,37 @@ def suited(value: float, unit: str) -> tuple[float, str]:
     return _divided(value, prefix + first), prefix + unit
 
 
-def display(value: float, unit: str, digits: int = 4) -> str:
-    """A value as one would write it by hand.
+def format_quantity(value: float, unit: str, digits: int = 4) -> str:
+    """Format a value with a suitable prefix.
 
-    >>> display(0.007, "m"), display(30e3, "N*s/m"), display(0.15, "1"), display(14500.0, "kg")
-    ('7 mm', '30 kN*s/m', '0.15', '14500 kg')
+    >>> format_quantity(0.007, "m"), format_quantity(30e3, "N*s/m"), format_quantity(0.15, "1")
+    ('7 mm', '30 kN*s/m', '0.15')
+    >>> format_quantity(14500.0, "kg")
+    '14500 kg'
     """
-    number, name = suited(value, unit)
+    number, name = scale_to_prefix(value, unit)
     text = f"{number:.{digits}g}"
     if "e" in text and 1 <= abs(number) < LONG:
         text = f"{float(text):.0f}"
     return text if name in ("1", "") else f"{text} {name}"
 
 
-def pretty(text: str) -> str:
-    """A quantity as it is printed.
+def typeset(text: str) -> str:
+    """Typeset a quantity with middle dots and superscripts.
 
-    >>> pretty("30 kN*m*s/rad"), pretty("3300 kg*m^2")
+    >>> typeset("30 kN*m*s/rad"), typeset("3300 kg*m^2")
     ('30 kN·m·s/rad', '3300 kg·m²')
     """
     return text.replace("*", "·").replace("^2", "²").replace("^3", "³")
 
 
-def unit_text(unit: str) -> str:
-    """A unit as it is printed; of a pure number nothing.
+def typeset_unit(unit: str) -> str:
+    """Typeset a unit; a pure number has none.
 
-    >>> unit_text("kN*s^2/m^2"), unit_text("1")
+    >>> typeset_unit("kN*s^2/m^2"), typeset_unit("1")
     ('kN·s²/m²', '')
     """
-    return "" if unit == "1" else pretty(unit)
+    return "" if unit == "1" else typeset(unit)
 
 
 def _time(value: float) -> tuple[float, str]:

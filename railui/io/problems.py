@@ -1,4 +1,4 @@
-"""What is wrong in a file, where, and what to write instead: all of it at once."""
+"""Problems of input files with position and remedy, reported all at once."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-Place = tuple[int, int]
-NOWHERE: Place = (0, 0)
-MANY = 16  # more names than one reads in a line
+Position = tuple[int, int]
+NO_POSITION: Position = (0, 0)
+MAX_LISTED_NAMES = 16  # names in one line of a message
 
 
 @dataclass(frozen=True, order=True)
 class Problem:
-    """One finding: file, line and column (1-based, 0 where there is none), dotted key, what, remedy.
+    """Problem of a file: line and column (from 1, or 0 for none), dotted key, message, remedy.
 
     >>> print(Problem("a.yaml", 3, 5, "vehicle.frame.mas", "unknown key", "did you mean 'mass'?"))
     a.yaml:3:5: vehicle.frame.mas: unknown key, did you mean 'mass'?
@@ -34,7 +34,7 @@ class Problem:
         return ": ".join([p for p in parts if p] + [", ".join(t for t in (self.message, self.remedy) if t)])
 
     def as_dict(self) -> dict[str, str | int]:
-        """The keys of `railui check --json`."""
+        """Return the keys of `railui check --json`."""
         return {
             "file": self.file,
             "line": self.line,
@@ -47,7 +47,7 @@ class Problem:
 
 
 class FileProblems(ValueError):
-    """Everything that is wrong, one line each; `problems` holds the records."""
+    """All problems of input files, one per line of the message; `problems` contains the records."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = tuple(sorted(problems, key=lambda p: (p.file, p.line, p.column)))
@@ -57,75 +57,79 @@ class FileProblems(ValueError):
         return FileProblems, (self.problems,)
 
 
-def one_problem(file: str | Path, message: str, remedy: str, key: str = "", *, place: Place = NOWHERE) -> FileProblems:
-    """What to raise where one thing is wrong with a file: what, what to write instead, at which dotted key and place.
+def file_problem(
+    file: str | Path, message: str, remedy: str, key: str = "", *, position: Position = NO_POSITION
+) -> FileProblems:
+    """Return the exception for a single problem of a file.
 
-    >>> print(one_problem("a.yaml", "is empty", "write `key: value` lines"))
+    >>> print(file_problem("a.yaml", "is empty", "write `key: value` lines"))
     a.yaml: is empty, write `key: value` lines
     """
-    return FileProblems([Problem(str(file), *place, key, message, remedy)])
+    return FileProblems([Problem(str(file), *position, key, message, remedy)])
 
 
-def unread(file: str | Path, error: OSError) -> FileProblems:
-    """What to raise where the system does not give a file away.
+def unreadable_file(file: str | Path, error: OSError) -> FileProblems:
+    """Return the exception for a file that the system cannot read.
 
-    >>> print(unread("a.yaml", FileNotFoundError(2, "No such file or directory")))
+    >>> print(unreadable_file("a.yaml", FileNotFoundError(2, "No such file or directory")))
     a.yaml: cannot be read (No such file or directory), give the path of a file
     """
-    remedy = "let yourself read it" if isinstance(error, PermissionError) else "give the path of a file"
-    return one_problem(file, f"cannot be read ({error.strerror})", remedy)
+    remedy = "change its permissions" if isinstance(error, PermissionError) else "give the path of a file"
+    return file_problem(file, f"cannot be read ({error.strerror})", remedy)
 
 
-class LaterError(RuntimeError):
-    """Something outside stands in the way and may work later: a port, a scheduler, a directory in use."""
+class TemporaryError(RuntimeError):
+    """External condition that may pass: a port, a scheduler or a directory in use."""
 
 
 class Findings:
-    """Gathers the problems of one file; knows where each dotted path stands."""
+    """Collector of the problems of one file, with the position of each dotted path."""
 
     def __init__(
-        self, file: str, marks: Mapping[str, Place] | None = None, keys: Mapping[str, Place] | None = None
+        self, file: str, marks: Mapping[str, Position] | None = None, keys: Mapping[str, Position] | None = None
     ) -> None:
-        self.file, self.marks, self.keys = file, marks or {}, keys or {}
+        self.file, self.positions, self.key_positions = file, marks or {}, keys or {}
         self.problems: list[Problem] = []
 
-    def place(self, path: str, key: bool = False) -> Place:
-        """Where the value (or the key) stands; of the nearest group around it where it is absent."""
-        places = self.keys if key else self.marks
+    def position(self, path: str, key: bool = False) -> Position:
+        """Return the position of a value (or key); of the nearest enclosing group if it is absent."""
+        places = self.key_positions if key else self.positions
         while path and path not in places:
             path = path.rpartition(".")[0]
-        return places.get(path, self.marks.get(path, (1, 1) if self.marks else NOWHERE))
+        return places.get(path, self.positions.get(path, (1, 1) if self.positions else NO_POSITION))
 
-    def add(self, path: str, message: str, remedy: str = "", *, key: bool = False, place: Place | None = None) -> None:
-        """An error at a path."""
-        line, column = self.place(path, key) if place is None else place
+    def add(
+        self, path: str, message: str, remedy: str = "", *, key: bool = False, position: Position | None = None
+    ) -> None:
+        """Add an error at a path."""
+        line, column = self.position(path, key) if position is None else position
         self.problems.append(Problem(self.file, line, column, path, message, remedy))
 
     def warn(self, path: str, message: str, remedy: str = "") -> None:
-        """A warning at a path."""
+        """Add a warning at a path."""
         self.add(path, message, remedy)
         self.problems[-1] = replace(self.problems[-1], severity="warning")
 
     def errors(self) -> list[Problem]:
-        """The problems without the warnings."""
+        """Return the problems that are not warnings."""
         return [p for p in self.problems if p.severity == "error"]
 
     def warnings(self) -> tuple[Problem, ...]:
-        """The warnings alone."""
+        """Return the warnings."""
         return tuple(p for p in self.problems if p.severity == "warning")
 
-    def stop(self) -> None:
-        """Raises FileProblems where there is an error."""
+    def raise_errors(self) -> None:
+        """Raise FileProblems if there is an error."""
         if self.errors():
             raise FileProblems(self.errors())
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """The remedy for an unknown name: the nearest known one, or all of them where none is near.
+def suggest_name(name: str, known: Iterable[str]) -> str:
+    """Return the remedy for an unknown name: the nearest known one, or all of them if none is near.
 
-    >>> nearest("mas", ["mass", "yaw_inertia"])
+    >>> suggest_name("mas", ["mass", "yaw_inertia"])
     "did you mean 'mass'?"
-    >>> nearest("15", ["conicity"])  # {conicity: 0,15}
+    >>> suggest_name("15", ["conicity"])  # {conicity: 0,15}
     "is it behind a decimal comma? write a point: '0.15', not '0,15'"
     """
     if name[:1].isdigit():
@@ -135,6 +139,6 @@ def nearest(name: str, known: Iterable[str]) -> str:
     close = same or get_close_matches(name, names, n=1, cutoff=0.6)
     if close:
         return f"did you mean {close[0]!r}?"
-    if len(names) > MANY:
+    if len(names) > MAX_LISTED_NAMES:
         return f"the nearest is {get_close_matches(name, names, n=1, cutoff=0.0)[0]!r}"
     return f"known are {', '.join(names)}" if names else "leave it out"

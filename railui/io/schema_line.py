@@ -1,4 +1,4 @@
-"""The first line of files that railui writes: `schema: railui.KIND/1`."""
+"""Schema line of YAML files, `schema: railui.KIND/1`."""
 
 from __future__ import annotations
 
@@ -8,50 +8,56 @@ from typing import Any
 
 from railui.io.problems import Findings
 
-VERSION = 1
-KEYS = {
+SCHEMA_VERSION = 1
+KEYS_BY_KIND = {
     "study": ("variables", "objectives", "cases"),
     "campaign": ("runs", "adjust", "noise"),
     "design": ("vehicle", "contact"),
-}  # that tell a file without a schema line
-LINE = re.compile(r"railui\.([a-z]+)/(\d{1,6})\Z")
+}  # that identify a file without a schema line
+SCHEMA_NAME = re.compile(r"railui\.([a-z]+)/(\d{1,6})\Z")
 
 
 def schema_name(kind: str) -> str:
-    """The value of the schema line.
+    """Return the value of the schema line.
 
     >>> schema_name("design")
     'railui.design/1'
     """
-    return f"railui.{kind}/{VERSION}"
+    return f"railui.{kind}/{SCHEMA_VERSION}"
 
 
-def kind_of(data: Any) -> str | None:
-    """The kind of a document: what its schema line names, else what its keys tell; None where nothing does.
+def document_kind(data: Any) -> str | None:
+    """Return the kind of a document from its schema line, else from its keys; None if unknown.
 
-    >>> kind_of({"schema": "railui.loop/1"}), kind_of({"vehicle": "a.yaml", "runs": []}), kind_of([])
-    ('loop', 'campaign', None)
+    >>> document_kind({"schema": "railui.loop/1"}), document_kind({"vehicle": "a.yaml", "runs": []})
+    ('loop', 'campaign')
+    >>> document_kind([])
+
     """
     if not isinstance(data, Mapping):
         return None
-    match = LINE.match(str(data.get("schema", "")))
-    return match[1] if match else next((kind for kind, keys in KEYS.items() if any(key in data for key in keys)), None)
+    match = SCHEMA_NAME.match(str(data.get("schema", "")))
+    return (
+        match[1]
+        if match
+        else next((kind for kind, keys in KEYS_BY_KIND.items() if any(key in data for key in keys)), None)
+    )
 
 
 def check_schema(data: Mapping[str, Any], kind: str, findings: Findings) -> None:
-    """No schema line is well; another kind or a newer version is a problem."""
+    """Report a schema line of another kind or of a newer version; a missing one is accepted."""
     if "schema" not in data:
         return
-    match = LINE.match(str(data["schema"]))
+    match = SCHEMA_NAME.match(str(data["schema"]))
     if match is None or match[1] != kind:
         findings.add(
             "schema",
-            f"{data['schema']!r} is no {kind}",
+            f"{data['schema']!r} is not the schema of a {kind}",
             f"write `schema: {schema_name(kind)}`, or leave the line out",
         )
-    elif int(match[2]) > VERSION:
+    elif int(match[2]) > SCHEMA_VERSION:
         findings.add(
             "schema",
-            f"version {match[2]} is newer than the {VERSION} that this railui reads",
-            "take a newer railui",
+            f"version {match[2]} is newer than version {SCHEMA_VERSION}, the newest that this railui reads",
+            "install a newer railui",
         )

@@ -1,4 +1,4 @@
-"""Tables of numbers: CSV, plain or gzipped, with comments and a header `name [unit]`, read and written."""
+"""Reading and writing tables of numbers: CSV, plain or gzipped, with comments and a header `name [unit]`."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from numpy.typing import ArrayLike
 
 from railui.arrays import FloatArray
 from railui.io.atomic import write_text
-from railui.io.problems import FileProblems, Findings, Place, unread
-from railui.io.table_cells import MOST_TOLD, Header, numbers_of
+from railui.io.problems import FileProblems, Findings, Position, unreadable_file
+from railui.io.table_cells import MAX_REPORTED_CELLS, Header, parse_block
 
-MOST_ROWS = 20_000_000
-MOST_NUMBERS = 300_000_000  # in memory, 8 bytes each
-MOST_BYTES = 2_000_000_000  # uncompressed
-MOST_COMMENTS = 1 << 20  # bytes in which the header must come
-BLOCK = 1 << 24  # bytes read at a time
-LONGEST = 1 << 20  # bytes of a line: forty thousand columns
-NAMED = re.compile(r"\s*(.*?)\s*(?:\[([^\]]*)\])?\s*\Z")
-MARKS = {
+MAX_ROWS = 20_000_000
+MAX_VALUES = 300_000_000  # in memory, 8 bytes each
+MAX_BYTES = 2_000_000_000  # uncompressed
+MAX_HEADER_BYTES = 1 << 20  # bytes that comments before the header may take
+BLOCK_BYTES = 1 << 24  # bytes read at a time
+MAX_LINE_BYTES = 1 << 20  # forty thousand columns
+COLUMN_HEADER = re.compile(r"\s*(.*?)\s*(?:\[([^\]]*)\])?\s*\Z")
+FILE_SIGNATURES = {
     b"\xff\xfe": "UTF-16",
     b"\xfe\xff": "UTF-16",
     b"PK\x03\x04": "a spreadsheet or zip file",
@@ -35,72 +35,94 @@ MARKS = {
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A table as read: names, units (None where there is none), rows x columns, `#` lines without the #."""
+    """Table of a file.
+
+    Attributes
+    ----------
+    file : str
+    names : tuple of str
+    units : tuple of str or None
+    rows : array [row, column]
+    comments : tuple of str
+        Comment lines without the #.
+    header_position : (int, int)
+        Line and column of the header.
+    column_positions : tuple of int
+        Column of each name in the header line, from 1.
+    """
 
     file: str
     names: tuple[str, ...]
     units: tuple[str | None, ...]
     rows: FloatArray
     comments: tuple[str, ...]
-    header: Place
-    places: tuple[int, ...]  # the column of each name in the header line, 1-based
+    header_position: Position
+    column_positions: tuple[int, ...]
 
     def column(self, name: str) -> FloatArray:
-        """One column by its name, as a contiguous copy."""
+        """Return a column by name, as a contiguous copy."""
         return np.ascontiguousarray(self.rows[:, self.names.index(name)])
 
-    def place(self, row: int, name: str | None = None) -> Place:
-        """Line and column of a cell, found by reading the file again."""
+    def cell_position(self, row: int, name: str | None = None) -> Position:
+        """Return line and column of a cell; the file is read again."""
         return _place_of(Path(self.file), row, 0 if name is None else self.names.index(name))
 
 
 def read_header(path: str | Path) -> Header:
-    """The header of a table alone; FileProblems as `read_table`."""
+    """Read the header of a table; FileProblems as `read_table`."""
     findings = Findings(str(path))
     with _opened(Path(path), findings) as stream:
         return _header(stream, findings)[0]
 
 
 def read_table(path: str | Path) -> Table:
-    """Reads a table; empty cells are NaN. FileProblems names every faulty cell by line and column."""
+    """Read a table; empty cells become NaN.
+
+    Raises
+    ------
+    FileProblems
+        With line and column of every faulty cell.
+    """
     findings = Findings(str(path))
     with _opened(Path(path), findings) as stream:
         header, start = _header(stream, findings)
         parts, rows, numbers, line = [], 0, 0, header.line + 1
         for block in _blocks(stream, start, findings):
-            part = numbers_of(block, header, line, findings)
+            part = parse_block(block, header, line, findings)
             line += block.count(b"\n")
             rows, numbers = rows + len(part), numbers + part.size
-            if rows > MOST_ROWS:
-                findings.add("", f"has more than {MOST_ROWS} rows", "cut the recording into parts", place=(line, 1))
+            if rows > MAX_ROWS:
+                findings.add("", f"has more than {MAX_ROWS} rows", "cut the recording into parts", position=(line, 1))
                 break
-            if numbers > MOST_NUMBERS:
+            if numbers > MAX_VALUES:
                 remedy = "cut the recording into parts, or leave out columns"
-                findings.add("", f"has more than {MOST_NUMBERS} numbers", remedy, place=(line, 1))
+                findings.add("", f"has more than {MAX_VALUES} numbers", remedy, position=(line, 1))
                 break
-            if len(findings.problems) >= MOST_TOLD:
+            if len(findings.problems) >= MAX_REPORTED_CELLS:
                 break
             parts.append(part)
-    findings.stop()
+    findings.raise_errors()
     if rows == 0:
-        findings.add("", "has a header and no row", "give one row per sample", place=(header.line, 1))
-    findings.stop()
+        findings.add("", "has a header and no row", "give one row per sample", position=(header.line, 1))
+    findings.raise_errors()
     data = np.concatenate(parts)[:, : len(header.names)]
-    return Table(str(path), header.names, header.units, data, header.comments, (header.line, 1), header.places)
+    return Table(
+        str(path), header.names, header.units, data, header.comments, (header.line, 1), header.column_positions
+    )
 
 
 def write_table(
     path: str | Path, columns: Mapping[str, ArrayLike], comments: Sequence[str] = (), digits: int = 9
 ) -> Path:
-    """Writes a table whole or not at all, gzipped where the name says so; the keys are the header."""
+    """Write a table atomically, gzipped if the name ends in .gz; the keys form the header."""
     return write_text(path, table_text(columns, comments, digits))
 
 
 def table_text(columns: Mapping[str, ArrayLike], comments: Sequence[str] = (), digits: int = 9) -> str:
-    """A table as text: comments behind #, the keys as the header, a row per line.
+    """Return a table as text: comments after #, the keys as header, one row per line.
 
-    >>> table_text({"s [m]": [0.0, 0.1], "yw [m]": [0.0, 1e-3]}, ["laid by hand"])
-    '# laid by hand\\ns [m],yw [m]\\n0,0\\n0.1,0.001\\n'
+    >>> table_text({"s [m]": [0.0, 0.1], "yw [m]": [0.0, 1e-3]}, ["synthetic"])
+    '# synthetic\\ns [m],yw [m]\\n0,0\\n0.1,0.001\\n'
     """
     arrays = [np.asarray(column, dtype=np.float64) for column in columns.values()]
     rows = np.column_stack(arrays)
@@ -114,13 +136,13 @@ def _opened(path: Path, findings: Findings) -> IO[bytes]:
     try:
         with path.open("rb") as probe:
             start = probe.read(4096)
-        told = next((what for mark, what in MARKS.items() if start.startswith(mark)), None)
+        told = next((what for mark, what in FILE_SIGNATURES.items() if start.startswith(mark)), None)
         told = told or ("binary" if b"\0" in start and not start.startswith(b"\x1f\x8b") else None)
         if told is None:
             return gzip.open(path, "rb") if start.startswith(b"\x1f\x8b") else path.open("rb")  # type: ignore[return-value]
         findings.add("", f"is {told}, no CSV", "save it as CSV in UTF-8")
     except OSError as error:
-        raise unread(path, error) from None
+        raise unreadable_file(path, error) from None
     raise FileProblems(findings.problems)
 
 
@@ -133,18 +155,18 @@ def _read(stream: IO[bytes], size: int, findings: Findings) -> bytes:
 
 
 def _header(stream: IO[bytes], findings: Findings) -> tuple[Header, bytes]:
-    """The header, and what was read behind it."""
-    data = _read(stream, BLOCK, findings).removeprefix(b"\xef\xbb\xbf")
+    """Read the header; return it and the bytes already read after it."""
+    data = _read(stream, BLOCK_BYTES, findings).removeprefix(b"\xef\xbb\xbf")
     comments: list[str] = []
     start = 0
-    for line, raw in enumerate(data[:MOST_COMMENTS].split(b"\n"), 1):
+    for line, raw in enumerate(data[:MAX_HEADER_BYTES].split(b"\n"), 1):
         start += len(raw) + 1
         text = _decoded(raw).rstrip("\r")
         if text.lstrip().startswith("#"):
             comments.append(text.lstrip()[1:].strip())
         elif text.strip():
             return _named(text, line, tuple(comments), findings), data[start:]
-    findings.add("", "has no header", "begin with a line such as `t [s],v [m/s],yw [m],e1 [m]`", place=(1, 1))
+    findings.add("", "has no header", "begin with a line such as `t [s],v [m/s],yw [m],e1 [m]`", position=(1, 1))
     raise FileProblems(findings.problems)
 
 
@@ -160,34 +182,34 @@ def _named(text: str, line: int, comments: tuple[str, ...], findings: Findings) 
     cells = [cell.strip().strip('"') for cell in text.split(separator)]
     kept = cells[:-1] if cells and not cells[-1] and len(cells) > 1 else cells
     starts = np.cumsum([0, *(len(cell) + 1 for cell in text.split(separator))])
-    matches = [NAMED.match(cell) for cell in kept]
+    matches = [COLUMN_HEADER.match(cell) for cell in kept]
     names = tuple(m[1] if m else "" for m in matches)
     units = tuple(m[2].strip() if m and m[2] is not None else None for m in matches)
     places = tuple(int(start) + 1 for start in starts[: len(names)])
     for i, name in enumerate(names):
         if not name:
-            findings.add("", f"column {i + 1} has no name", "write `name [unit]`", place=(line, places[i]))
+            findings.add("", f"column {i + 1} has no name", "write `name [unit]`", position=(line, places[i]))
         elif name in names[:i]:
-            findings.add(name, "stands twice in the header", "keep one of the columns", place=(line, places[i]))
-    findings.stop()
+            findings.add(name, "stands twice in the header", "keep one of the columns", position=(line, places[i]))
+    findings.raise_errors()
     return Header(names, units, places, line, comments, separator, len(cells))
 
 
 def _blocks(stream: IO[bytes], start: bytes, findings: Findings) -> Iterator[bytes]:
-    """Blocks of whole lines."""
+    """Yield blocks of complete lines."""
     rest, total = start, len(start)
     while True:
         cut = rest.rfind(b"\n") + 1
         if cut:
             yield rest[:cut]
-        more = _read(stream, BLOCK, findings)
+        more = _read(stream, BLOCK_BYTES, findings)
         total += len(more)
-        if total > MOST_BYTES:
-            findings.add("", f"is larger than {MOST_BYTES} bytes uncompressed", "cut the recording into parts")
+        if total > MAX_BYTES:
+            findings.add("", f"is larger than {MAX_BYTES} bytes uncompressed", "cut the recording into parts")
             raise FileProblems(findings.problems)
         rest = rest[cut:]
-        if len(rest) > LONGEST:
-            findings.add("", f"has a line of more than {LONGEST} bytes", "write a line for each sample")
+        if len(rest) > MAX_LINE_BYTES:
+            findings.add("", f"has a line of more than {MAX_LINE_BYTES} bytes", "write a line for each sample")
             raise FileProblems(findings.problems)
         if not more:
             if rest.strip():
@@ -196,7 +218,7 @@ def _blocks(stream: IO[bytes], start: bytes, findings: Findings) -> Iterator[byt
         rest += more
 
 
-def _place_of(path: Path, row: int, cell: int) -> Place:
+def _place_of(path: Path, row: int, cell: int) -> Position:
     findings = Findings(str(path))
     with _opened(path, findings) as stream:
         header, start = _header(stream, findings)

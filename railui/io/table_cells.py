@@ -1,4 +1,4 @@
-"""Cells of a table: fast where every one is a number, one by one where not, every fault by its line."""
+"""Parsing of table cells: with numpy if every cell is a number, else cell by cell with every fault reported."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.io.problems import Findings
 
-MOST_TOLD = 20  # faulty cells that are named
-MISSING = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none"))
+MAX_REPORTED_CELLS = 20  # faulty cells
+MISSING_VALUES = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none"))
 DECIMAL_COMMA = ", decimals with a comma need semicolons between the cells"
-EMPTY = re.compile(rb"(^|,)[ \t]*(?=,|\r?$)", re.MULTILINE)
+EMPTY_CELL = re.compile(rb"(^|,)[ \t]*(?=,|\r?$)", re.MULTILINE)
 
 
 @dataclass(frozen=True)
 class Header:
-    """The header line: names, units, how cells and decimals are written."""
+    """Header line of a table: names, units, separator, number of cells."""
 
     names: tuple[str, ...]
     units: tuple[str | None, ...]
-    places: tuple[int, ...]
+    column_positions: tuple[int, ...]
     line: int
     comments: tuple[str, ...]
     separator: str
     cells: int
 
 
-def numbers_of(block: bytes, header: Header, line: int, findings: Findings) -> FloatArray:
-    """The numbers of a block: fast where every cell is one, carefully where not."""
+def parse_block(block: bytes, header: Header, line: int, findings: Findings) -> FloatArray:
+    """Return the numbers of a block of lines [row, cell]."""
     plain = block.replace(b'"', b"") if b'"' in block else block
     if header.separator == ";":
         plain = plain.replace(b",", b".").replace(b";", b",")
     elif header.separator == "\t":
         plain = plain.replace(b",", b".").replace(b"\t", b",")
     for fill in (False, True):
-        part = _fast(EMPTY.sub(rb"\1nan", plain) if fill else plain)
+        part = _fast(EMPTY_CELL.sub(rb"\1nan", plain) if fill else plain)
         if part is not None and part.size == 0:
             return np.empty((0, header.cells))
         if part is not None and part.shape[1] == header.cells:
@@ -58,7 +58,7 @@ def _fast(block: bytes) -> FloatArray | None:
 
 
 def _carefully(block: bytes, header: Header, line: int, findings: Findings) -> FloatArray:
-    """Cell by cell, every fault told."""
+    """Parse every cell; report every fault."""
     rows: list[list[float]] = []
     for number, raw in enumerate(block.decode("latin-1").split("\n"), line):
         text = raw.split("#", 1)[0].strip("\r")
@@ -72,11 +72,11 @@ def _carefully(block: bytes, header: Header, line: int, findings: Findings) -> F
                 "",
                 f"has {len(cells)} cells, the header has {header.cells}",
                 f"complete the row{hint}",
-                place=(number, 1),
+                position=(number, 1),
             )
         else:
             rows.append([_cell(cell, i, cells, header, number, findings) for i, cell in enumerate(cells)])
-        if len(findings.problems) >= MOST_TOLD:
+        if len(findings.problems) >= MAX_REPORTED_CELLS:
             break
     return np.array(rows, dtype=np.float64).reshape(len(rows), header.cells)
 
@@ -86,7 +86,7 @@ def _cell(cell: str, i: int, cells: list[str], header: Header, line: int, findin
         if "_" not in cell:
             return float(cell)
     except ValueError:
-        if cell.strip().lower() in MISSING:
+        if cell.strip().lower() in MISSING_VALUES:
             return float("nan")
     column = sum(len(c) + 1 for c in cells[:i]) + 1
     name = header.names[i] if i < len(header.names) else ""
@@ -94,6 +94,6 @@ def _cell(cell: str, i: int, cells: list[str], header: Header, line: int, findin
         name,
         f"{cell.strip()[:40]!r} is no number",
         "write a number, or leave the cell empty",
-        place=(line, column),
+        position=(line, column),
     )
     return float("nan")

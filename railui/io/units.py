@@ -1,4 +1,4 @@
-"""Quantities: a number in SI, or a number with its unit, to SI and back."""
+"""Quantities: conversion of numbers with units to and from SI."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-# Base labels. Radian and cycle carry no dimension but are told apart: 1 Hz is not 1 rad/s.
-BASE = ("m", "kg", "s", "A", "rad", "cycle")
-ANGLES = (BASE.index("rad"), BASE.index("cycle"))
+# Base labels. Radian and cycle are dimensionless but distinct: 1 Hz is not 1 rad/s.
+BASE_LABELS = ("m", "kg", "s", "A", "rad", "cycle")
+ANGLE_INDICES = (BASE_LABELS.index("rad"), BASE_LABELS.index("cycle"))
 Dimension = tuple[int, ...]
 
 PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "da": 1e1,
             "k": 1e3, "M": 1e6, "G": 1e9}  # fmt: skip
 
-# symbol: factor to SI, powers of the base labels, whether prefixes go with it
+# symbol: factor to SI, powers of the base labels, True if it takes prefixes
 SYMBOLS: dict[str, tuple[float, dict[str, int], bool]] = {
     "m": (1.0, {"m": 1}, True),
     "g": (1e-3, {"kg": 1}, True),
@@ -45,7 +45,7 @@ PLAIN = str.maketrans(RAISED + "·⋅×", "0123456789-***")
 NUMBER = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 TOKEN = re.compile(r"\^\(?[-+]?\d+\)?|[*/()]|1(?![\d.])|[^\W\d_]+|[%‰°]|\S")
 
-FAST = 120.0  # m/s, faster than any train that was measured: km/h are more likely
+MAX_PLAUSIBLE_SPEED = 120.0  # m/s, above the speed of measured trains: km/h are more likely
 
 EXAMPLES = {"m": "7 mm", "m/s": "144 km/h", "s": "2 s", "Hz": "1.2 Hz", "N": "55 kN", "N/m": "3.0 MN/m",
             "N*m/rad": "0.2 MN*m/rad", "N*s/m": "30 kN*s/m", "N*m*s/rad": "30 kN*m*s/rad", "kg": "2900 kg",
@@ -54,7 +54,7 @@ EXAMPLES = {"m": "7 mm", "m/s": "144 km/h", "s": "2 s", "Hz": "1.2 Hz", "N": "55
 
 
 class UnitError(ValueError):
-    """A quantity that cannot be read: `message` says what, `remedy` what to write instead."""
+    """Unreadable quantity, with message and remedy."""
 
     def __init__(self, message: str, remedy: str) -> None:
         super().__init__(f"{message}, {remedy}")
@@ -63,45 +63,47 @@ class UnitError(ValueError):
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit: factor to SI and the powers of m, kg, s, A, rad, cycle."""
+    """Unit: factor to SI and the powers of m, kg, s, A, rad, cycle."""
 
     text: str
     factor: float
     dimension: Dimension
 
-    def fits(self, other: Unit) -> bool:
-        """Same dimension; an angle may be left out, but never exchanged for a cycle."""
+    def is_compatible(self, other: Unit) -> bool:
+        """True for the same dimension; an angle may be omitted, but not replaced by a cycle."""
         plain = all(
-            a == b for i, (a, b) in enumerate(zip(self.dimension, other.dimension, strict=True)) if i not in ANGLES
+            a == b
+            for i, (a, b) in enumerate(zip(self.dimension, other.dimension, strict=True))
+            if i not in ANGLE_INDICES
         )
-        angles = [(self.dimension[i], other.dimension[i]) for i in ANGLES]
+        angles = [(self.dimension[i], other.dimension[i]) for i in ANGLE_INDICES]
         left_out = all(a == 0 for a, _ in angles)
         return plain and (left_out or all(a == b for a, b in angles))
 
 
-def example(unit: str) -> str:
-    """A quantity of this unit as one would write it.
+def example_quantity(unit: str) -> str:
+    """Return an example of a quantity with a unit.
 
-    >>> example("N*s/m")
+    >>> example_quantity("N*s/m")
     '30 kN*s/m'
     """
     return EXAMPLES.get(unit, f"2.5 {unit}" if unit != "1" else "0.15")
 
 
 class _Reader:
-    """Reads products, quotients, powers and brackets from left to right."""
+    """Recursive-descent parser of products, quotients, powers and brackets."""
 
     def __init__(self, text: str) -> None:
         self.text = text
         plain = SUPERSCRIPT.sub(lambda match: f"^{match[0]}", text).replace("**", "^").translate(PLAIN)
         self.tokens = TOKEN.findall(plain)
-        self.factor, self.powers = 1.0, dict.fromkeys(BASE, 0)
+        self.factor, self.powers = 1.0, dict.fromkeys(BASE_LABELS, 0)
 
     def whole(self) -> Unit:
         self.product(1)
         if self.tokens:
             raise self.fail()
-        return Unit(self.text, self.factor, tuple(self.powers[name] for name in BASE))
+        return Unit(self.text, self.factor, tuple(self.powers[name] for name in BASE_LABELS))
 
     def product(self, sign: int) -> None:
         self.one(-sign if self.take("/") else sign)
@@ -119,7 +121,7 @@ class _Reader:
         elif not self.take("1"):
             if not self.tokens or not re.match(r"[^\W\d_]|[%‰°]", self.tokens[0]):
                 raise self.fail()
-            factor, powers = symbol_of(self.tokens.pop(0))
+            factor, powers = parse_symbol(self.tokens.pop(0))
             power = sign * self.power()
             self.factor *= factor**power
             for name, p in powers.items():
@@ -144,8 +146,8 @@ class _Reader:
         return UnitError(f"the unit {self.text!r} {what or where}", "write units like kN*s/m, m/s^2, 1/m")
 
 
-def symbol_of(symbol: str) -> tuple[float, dict[str, int]]:
-    """Factor and powers of one symbol with its prefix; UnitError where it is unknown."""
+def parse_symbol(symbol: str) -> tuple[float, dict[str, int]]:
+    """Return factor and powers of a symbol with its prefix; UnitError if it is unknown."""
     if symbol in SYMBOLS:
         factor, powers, _ = SYMBOLS[symbol]
         return factor, powers
@@ -159,7 +161,7 @@ def symbol_of(symbol: str) -> tuple[float, dict[str, int]]:
 
 @lru_cache(maxsize=512)
 def parse_unit(text: str) -> Unit:
-    """The unit that a text names; UnitError where it names none.
+    """Parse a unit; UnitError if it cannot be read.
 
     >>> parse_unit("kN*s/m").factor
     1000.0
@@ -171,10 +173,10 @@ def parse_unit(text: str) -> Unit:
     return _Reader(text).whole()
 
 
-def split(text: str) -> tuple[float, str]:
-    """The number and the unit of a quantity written as one string.
+def split_quantity(text: str) -> tuple[float, str]:
+    """Split a text into number and unit.
 
-    >>> split("30 kN*s/m")
+    >>> split_quantity("30 kN*s/m")
     (30.0, 'kN*s/m')
     """
     match = NUMBER.match(text.strip())
@@ -187,7 +189,7 @@ def split(text: str) -> tuple[float, str]:
 
 
 def _pointed(text: str) -> str:
-    """A quantity with a point for its decimal comma, without points between its thousands.
+    """Replace a decimal comma by a point and remove points between thousands.
 
     >>> _pointed("0,15 mm"), _pointed("55.000,5 N")
     ('0.15 mm', '55000.5 N')
@@ -197,7 +199,7 @@ def _pointed(text: str) -> str:
 
 
 def quantity(value: object, unit: str) -> float:
-    """A value in SI: a number as it is, a string converted; UnitError where its dimension is not `unit`'s.
+    """Return a value in SI: a number as it is, a string converted; UnitError if its dimension is not `unit`'s.
 
     >>> quantity("7 mm", "m"), quantity("144 km/h", "m/s"), quantity(0.15, "1")
     (0.007, 40.0, 0.15)
@@ -205,22 +207,22 @@ def quantity(value: object, unit: str) -> float:
     number, text = _number(value, unit)
     if text:
         given, wanted = _parse_for(value, text, unit), parse_unit(unit)
-        if not given.fits(wanted):
+        if not given.is_compatible(wanted):
             raise UnitError(
                 f"{value!r} has the unit {text}, {_expected(unit)} is expected",
-                f"write for example {example(unit)!r}",
+                f"write for example {example_quantity(unit)!r}",
             )
-        # one rounding: 7 mm is exactly 0.007
+        # rounded once: 7 mm is exactly 0.007
         number = _scaled(number, given.factor)
     if not math.isfinite(number):
-        raise UnitError(f"{value!r} is not finite", f"write for example {example(unit)!r}")
+        raise UnitError(f"{value!r} is not finite", f"write for example {example_quantity(unit)!r}")
     return number
 
 
-def own_quantity(value: object) -> float:
-    """A value where any unit goes (a rig in its own units): the number in SI of whatever it names.
+def quantity_in_any_unit(value: object) -> float:
+    """Return a value with any unit in SI; a number as it is (rigs have units of their own).
 
-    >>> own_quantity("95 kg"), own_quantity(3)
+    >>> quantity_in_any_unit("95 kg"), quantity_in_any_unit(3)
     (95.0, 3.0)
     """
     number, text = _number(value, "1")
@@ -231,14 +233,14 @@ def own_quantity(value: object) -> float:
 
 
 def read_speed(value: object) -> float:
-    """A speed; a bare number above 120 is refused, since km/h may be meant.
+    """Return a speed [m/s]; reject a number above 120 without a unit, which is probably in km/h.
 
     >>> read_speed("144 km/h"), read_speed(40)
     (40.0, 40.0)
     """
     speed = quantity(value, "m/s")
     bare = not isinstance(value, str) or re.search(r"[a-z]", value) is None
-    if bare and speed > FAST:
+    if bare and speed > MAX_PLAUSIBLE_SPEED:
         raise UnitError(f"{value} m/s is faster than any train", f"were km/h meant? write {value} km/h")
     if speed <= 0:
         raise UnitError(f"{value!r} is no speed", "give more than 0 m/s")
@@ -246,22 +248,22 @@ def read_speed(value: object) -> float:
 
 
 def convert(value: float, source: str, target: str) -> float:
-    """A value from one unit to another of the same dimension.
+    """Convert a value from one unit to another of the same dimension.
 
     >>> convert(40.0, "m/s", "km/h")
     144.0
     """
     a, b = parse_unit(source), parse_unit(target)
-    if not (a.fits(b) or b.fits(a)):
+    if not (a.is_compatible(b) or b.is_compatible(a)):
         raise UnitError(f"{source} is not {target}", f"{_expected(target)} is expected")
     return _scaled(value, a.factor / b.factor)
 
 
 def _number(value: object, unit: str) -> tuple[float, str]:
     if isinstance(value, str):
-        return split(value)
+        return split_quantity(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise UnitError(f"{_word(value)} is no quantity", f"write for example {example(unit)!r}")
+        raise UnitError(f"{_word(value)} is no quantity", f"write for example {example_quantity(unit)!r}")
     return float(value), ""
 
 
@@ -274,7 +276,7 @@ def _parse_for(value: object, text: str, unit: str) -> Unit:
     try:
         return parse_unit(text)
     except UnitError as error:
-        raise UnitError(f"{value!r}: {error.message}", f"write for example {example(unit)!r}") from None
+        raise UnitError(f"{value!r}: {error.message}", f"write for example {example_quantity(unit)!r}") from None
 
 
 def _expected(unit: str) -> str:

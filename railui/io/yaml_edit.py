@@ -1,4 +1,4 @@
-"""Editing a YAML text at the marks: the new value in the old one's place, comments and layout untouched."""
+"""Editing values of a YAML text in place; comments and layout remain."""
 
 from __future__ import annotations
 
@@ -8,22 +8,28 @@ from typing import Any
 
 from railui.io.atomic import write_text
 from railui.io.problems import FileProblems, Findings
-from railui.io.yaml_document import Document, parse, read_text
+from railui.io.yaml_document import Document, parse_yaml, read_text
 from railui.io.yaml_nodes import Node
-from railui.io.yaml_writer import like, scalar_text
+from railui.io.yaml_writer import scalar_text, text_in_unit_of
 
 
 def edit_values(text: str, changes: Mapping[str, Any], file: str = "text") -> str:
-    """The text with values at dotted paths changed, or added where they are absent.
+    """Change or add values at dotted paths of a YAML text.
 
-    A number replaces a quantity in the unit in which that was written. Groups around a new value are made.
-    Raises FileProblems for a text that is no YAML, and for a path that cannot be edited.
+    A number that replaces a quantity is written in the unit of that quantity. Groups are added as required.
 
+    Raises
+    ------
+    FileProblems
+        If the text is not YAML, or a path cannot be edited.
+
+    Examples
+    --------
     >>> edit_values("primary: {lateral_stiffness: 3.0 MN/m}  # soft", {"primary.lateral_stiffness": 3.2e6})
     'primary: {lateral_stiffness: 3.2 MN/m}  # soft'
     """
     for path, value in changes.items():
-        document = parse(text, file)
+        document = parse_yaml(text, file)
         edited = _edit(document, path, value)
         _same_but(document, edited, path)
         text = edited
@@ -31,7 +37,7 @@ def edit_values(text: str, changes: Mapping[str, Any], file: str = "text") -> st
 
 
 def edit_file(path: str | Path, changes: Mapping[str, Any]) -> Path:
-    """Edits a file in place, whole or not at all."""
+    """Edit a file in place, atomically."""
     return write_text(path, edit_values(read_text(path), changes, str(path)))
 
 
@@ -39,8 +45,8 @@ def _edit(document: Document, path: str, value: Any) -> str:
     findings, node, steps = document.findings(), document.root, path.split(".")
     while steps:
         if node.alias:
-            findings.add(path, "stands in an alias, an edit would change the anchor too", "write the group out")
-            findings.stop()
+            findings.add(path, "is part of an alias, an edit would change the anchor too", "write the group out")
+            findings.raise_errors()
         # a key may itself be a dotted path
         count = next((n for n in range(len(steps), 0, -1) if ".".join(steps[:n]) in node.children), 0)
         if count == 0:
@@ -52,7 +58,7 @@ def _edit(document: Document, path: str, value: Any) -> str:
 def _replaced(text: str, node: Node, value: str) -> str:
     before, after = text[: node.start], text[node.end :]
     if node.start == node.end and before.endswith((":", "-")):
-        value = f" {value}"  # `key:` with nothing behind it
+        value = f" {value}"  # `key:` without a value
     elif node.kind != "scalar" and not node.flow and before.rstrip().endswith(":"):
         before, value = before.rstrip(), f" {value}"  # a block below its key becomes one line
     elif text[node.start : node.end].endswith("\n"):
@@ -66,7 +72,7 @@ def _value_text(value: Any, before: Any = None) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(_value_text(v) for v in value) + "]"
     if isinstance(value, float) or (isinstance(value, int) and not isinstance(value, bool)):
-        return like(value, before)
+        return text_in_unit_of(value, before)
     return scalar_text(value)
 
 
@@ -75,7 +81,7 @@ def _added(document: Document, node: Node, steps: list[str], value: Any, path: s
         findings.add(path, f"the list has {len(node.children)} entries", f"name one of 0 to {len(node.children)}")
     elif node.kind == "scalar" and node.value is not None:
         findings.add(path, "is no group", "name a path below a group")
-    findings.stop()
+    findings.raise_errors()
     entry = _value_text(value)
     for step in reversed(steps[1:]):
         entry = f"{{{step}: {entry}}}"
@@ -86,7 +92,7 @@ def _added(document: Document, node: Node, steps: list[str], value: Any, path: s
 
 
 def _into_flow(text: str, node: Node, entry: str) -> str:
-    """Behind the last child, or between the empty brackets."""
+    """Insert an entry after the last child, or between empty brackets."""
     if not node.children:
         return text[: node.start + 1] + entry + text[node.end - 1 :]
     at = max(child.end for child in node.children.values())
@@ -94,7 +100,7 @@ def _into_flow(text: str, node: Node, entry: str) -> str:
 
 
 def _into_block(text: str, node: Node, entry: str) -> str:
-    """A line of its own behind the line in which the last child ends."""
+    """Insert an entry as a line after the last child."""
     newline = "\r\n" if "\r\n" in text else "\n"
     end = text.find("\n", node.end)
     end = len(text) if end < 0 else end + 1
@@ -105,9 +111,9 @@ def _into_block(text: str, node: Node, entry: str) -> str:
 
 
 def _same_but(document: Document, edited: str, path: str) -> None:
-    """Reads the edited text again: nothing but the path (and groups made for it) may have changed."""
+    """Parse the edited text; report an error if anything but the path and its groups has changed."""
     try:
-        after = parse(edited, document.file).value
+        after = parse_yaml(edited, document.file).value
     except FileProblems:
         after = None
     old, new = _leaves(document.value), _leaves(after)
@@ -115,7 +121,7 @@ def _same_but(document: Document, edited: str, path: str) -> None:
     if after is None or moved or not any(p == path or p.startswith(f"{path}.") for p in new):
         findings = document.findings()
         findings.add(path, "cannot be edited in this layout", "change the line by hand")
-        findings.stop()
+        findings.raise_errors()
 
 
 def _near(changed: str, path: str) -> bool:

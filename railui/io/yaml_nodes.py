@@ -1,4 +1,4 @@
-"""YAML nodes: words and numbers of the 1.2 core schema, spans and marks, limits on depth and size."""
+"""YAML nodes with spans and positions: scalars of the 1.2 core schema, limits on depth and size."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 
 import yaml
 
-from railui.io.problems import FileProblems, Findings, Place, one_problem
+from railui.io.problems import FileProblems, Findings, Position, file_problem
 
-DEEPEST = 20
-MOST_VALUES = 200_000  # after aliases are written out: what a bomb would burst
-MOST_DIGITS = 240  # of a whole number: what has more is beyond a double in any base, and slow to read
+MAX_DEPTH = 20
+MAX_VALUES = 200_000  # with aliases expanded; bounds expansion attacks
+MAX_INTEGER_DIGITS = 240  # longer integers exceed a double in any base, and are slow to parse
 
 NULL = re.compile(r"(?:null|Null|NULL|~|)\Z")
 TRUE, FALSE = re.compile(r"(?:true|True|TRUE)\Z"), re.compile(r"(?:false|False|FALSE)\Z")
@@ -30,32 +30,32 @@ TAGS = {f"tag:yaml.org,2002:{name}" for name in ("str", "int", "float", "bool", 
 
 @dataclass
 class Node:
-    """One value as it stands in the text: its span, and for groups how they are written."""
+    """Value of a YAML text: span, position, and for groups their style and children."""
 
     start: int
     end: int
-    place: Place
+    position: Position
     value: Any = None
     flow: bool = False
     children: dict[str, Node] = field(default_factory=dict)
-    keys: dict[str, Place] = field(default_factory=dict)
+    key_positions: dict[str, Position] = field(default_factory=dict)
     kind: str = "scalar"  # or "map", "list"
     alias: bool = False
 
 
-def scalar(text: str) -> Any:
-    """The value of a plain scalar in the core schema of YAML 1.2.
+def parse_scalar(text: str) -> Any:
+    """Parse a plain scalar by the core schema of YAML 1.2.
 
-    >>> scalar("1e6"), scalar("on"), scalar("0o17"), scalar("true"), scalar("~")
-    (1000000.0, 'on', 15, True, None)
+    >>> [parse_scalar(text) for text in ("1e6", "on", "0o17", "true", "~")]
+    [1000000.0, 'on', 15, True, None]
     """
     readers: tuple[tuple[re.Pattern[str], Callable[[str], Any]], ...] = (
         (NULL, lambda t: None),
         (TRUE, lambda t: True),
         (FALSE, lambda t: False),
-        (INTEGER, lambda t: int(t) if len(t) < MOST_DIGITS else float(t)),
-        (OCTAL, lambda t: int(t[2:], 8) if len(t) < MOST_DIGITS else math.inf),
-        (HEXADECIMAL, lambda t: int(t, 16) if len(t) < MOST_DIGITS else math.inf),
+        (INTEGER, lambda t: int(t) if len(t) < MAX_INTEGER_DIGITS else float(t)),
+        (OCTAL, lambda t: int(t[2:], 8) if len(t) < MAX_INTEGER_DIGITS else math.inf),
+        (HEXADECIMAL, lambda t: int(t, 16) if len(t) < MAX_INTEGER_DIGITS else math.inf),
         (FLOAT, float),
         (INFINITE, lambda t: float(t.replace(".", ""))),
         (NOT_A_NUMBER, lambda t: float("nan")),
@@ -63,13 +63,13 @@ def scalar(text: str) -> Any:
     return next((read(text) for pattern, read in readers if pattern.match(text)), text)
 
 
-def join(path: str, name: str) -> str:
-    """A dotted path and one more step."""
+def join_path(path: str, name: str) -> str:
+    """Append a name to a dotted path."""
     return f"{path}.{name}" if path else name
 
 
 class Composer:
-    """Builds nodes from the parser's events without recursion into unbounded depth."""
+    """Builder of nodes from parser events, with bounded depth."""
 
     def __init__(self, file: str) -> None:
         self.file, self.findings = file, Findings(file)
@@ -78,11 +78,11 @@ class Composer:
         self.values = 0
 
     def fault(self, event: Any, message: str, remedy: str, path: str = "") -> FileProblems:
-        """What to raise for something that stands where an event does."""
-        return one_problem(self.file, message, remedy, path, place=_place(event))
+        """Return the exception for a problem at an event."""
+        return file_problem(self.file, message, remedy, path, position=_place(event))
 
     def document(self, text: str) -> Node:
-        """The root of a text; FileProblems where it is no single document, yaml.YAMLError where it is no YAML."""
+        """Return the root of a text; FileProblems if it is not a single document, yaml.YAMLError if not YAML."""
         loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
         self.events = iter(yaml.parse(text, Loader=loader))
         root: Node | None = None
@@ -92,13 +92,13 @@ class Composer:
             if isinstance(event, yaml.NodeEvent):
                 root = self.node(event, "", 1)[0]
         if root is None or (root.kind == "scalar" and root.value is None):
-            raise one_problem(self.file, "is empty", "write `key: value` lines", place=(1, 1))
+            raise file_problem(self.file, "is empty", "write `key: value` lines", position=(1, 1))
         return root
 
     def node(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
-        """A node, how many values it holds and how deep it goes."""
-        if depth > DEEPEST:
-            raise self.fault(event, f"is nested deeper than {DEEPEST}", "flatten it", path)
+        """Return the node of an event, its number of values and its depth."""
+        if depth > MAX_DEPTH:
+            raise self.fault(event, f"is nested deeper than {MAX_DEPTH}", "flatten it", path)
         if isinstance(event, yaml.AliasEvent):
             made = self.alias(event, path, depth)
         elif isinstance(event, yaml.ScalarEvent):
@@ -107,24 +107,24 @@ class Composer:
             made = self.mapping(event, path, depth)
         else:
             made = self.sequence(event, path, depth)
-        if self.values + made[1] > MOST_VALUES:
-            raise self.fault(event, f"holds more than {MOST_VALUES} values", "write fewer aliases", path)
+        if self.values + made[1] > MAX_VALUES:
+            raise self.fault(event, f"holds more than {MAX_VALUES} values", "write fewer aliases", path)
         if not isinstance(event, yaml.AliasEvent) and event.anchor is not None:
             self.anchors[event.anchor] = made
         return made
 
     def alias(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
-        """The node that an alias stands for, where the alias stands; its values count again."""
+        """Return the node of an alias, with the alias's position; its values count again."""
         if event.anchor not in self.anchors:
             raise self.fault(
                 event, f"no anchor &{event.anchor} stands before *{event.anchor}", "write the value out", path
             )
         node, size, height = self.anchors[event.anchor]
-        if depth + height - 1 > DEEPEST:
-            raise self.fault(event, f"is nested deeper than {DEEPEST}", "flatten it", path)
+        if depth + height - 1 > MAX_DEPTH:
+            raise self.fault(event, f"is nested deeper than {MAX_DEPTH}", "flatten it", path)
         self.values += size
-        if self.values > MOST_VALUES:
-            raise self.fault(event, f"holds more than {MOST_VALUES} values", "write fewer aliases", path)
+        if self.values > MAX_VALUES:
+            raise self.fault(event, f"holds more than {MAX_VALUES} values", "write fewer aliases", path)
         same = Node(
             _index(event),
             _end(event),
@@ -132,25 +132,25 @@ class Composer:
             node.value,
             node.flow,
             node.children,
-            node.keys,
+            node.key_positions,
             node.kind,
             True,
         )
         return same, size, height
 
     def scalar(self, event: Any, path: str) -> Node:
-        """A word or number, by its tag where it has one."""
+        """Return a word or number; a tag determines its type."""
         self.tag(event, path)
         value: Any = event.value
         named = (event.tag or "").rpartition(":")[2]
         if (event.implicit[0] and not event.tag) or named in ("int", "float", "bool", "null"):
-            value = scalar(event.value)
+            value = parse_scalar(event.value)
         if named == "float" and isinstance(value, int):
             value = float(value)
         return Node(_index(event), _end(event), _place(event), value)
 
     def mapping(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
-        """A group of keys; one that stands twice is told."""
+        """Return a group of keys; report duplicate keys."""
         self.tag(event, path)
         node = Node(_index(event), _end(event), _place(event), flow=bool(event.flow_style), kind="map")
         size, height = 1, 1
@@ -161,22 +161,22 @@ class Composer:
             if not isinstance(key, yaml.ScalarEvent):
                 raise self.fault(key, "a key that is no word", "write `name: value`", path)
             name = key.value
-            child, n, deep = self.node(next(self.events), join(path, name), depth + 1)
+            child, n, deep = self.node(next(self.events), join_path(path, name), depth + 1)
             if name in node.children:
-                line = node.keys[name][0]
+                line = node.key_positions[name][0]
                 self.findings.add(
-                    join(path, name),
+                    join_path(path, name),
                     f"stands twice (first in line {line})",
                     "keep one of them",
-                    place=_place(key),
+                    position=_place(key),
                 )
             node.children.setdefault(name, child)
-            node.keys.setdefault(name, _place(key))
+            node.key_positions.setdefault(name, _place(key))
             size, height = size + n, max(height, deep + 1)
         return node, size, height
 
     def sequence(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
-        """A list; its entries are called by their numbers."""
+        """Return a list; the names of its entries are their indices."""
         self.tag(event, path)
         node = Node(_index(event), _end(event), _place(event), flow=bool(event.flow_style), kind="list")
         size, height = 1, 1
@@ -185,15 +185,15 @@ class Composer:
                 node.end = _end(item) if node.flow else _last(node)
                 break
             name = str(len(node.children))
-            child, n, deep = self.node(item, join(path, name), depth + 1)
+            child, n, deep = self.node(item, join_path(path, name), depth + 1)
             node.children[name] = child
             size, height = size + n, max(height, deep + 1)
         return node, size, height
 
     def tag(self, event: Any, path: str) -> None:
-        """Tells a tag that is none of the core schema."""
+        """Report a tag outside the core schema."""
         if event.tag and event.tag != "!" and event.tag not in TAGS:
-            self.findings.add(path, f"the tag {event.tag} is not read", "write the plain value", place=_place(event))
+            self.findings.add(path, f"the tag {event.tag} is not read", "write the plain value", position=_place(event))
 
 
 def _index(event: Any) -> int:
@@ -204,10 +204,10 @@ def _end(event: Any) -> int:
     return int(event.end_mark.index)
 
 
-def _place(event: Any) -> Place:
+def _place(event: Any) -> Position:
     return event.start_mark.line + 1, event.start_mark.column + 1
 
 
 def _last(node: Node) -> int:
-    """Where a block group ends: its end mark would lie behind the comments that follow."""
+    """Return the end of a block group; the parser's end mark includes the comments that follow."""
     return max([child.end for child in node.children.values()], default=node.end)

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from railui.io.units import UnitError, parse_unit, quantity, split
-from railui.io.yaml_nodes import scalar
+from railui.io.units import UnitError, parse_unit, quantity, split_quantity
+from railui.io.yaml_nodes import parse_scalar
 
 PLAIN = re.compile(r"[A-Za-z_./][\w ./*^+-]*\Z")
 INDENT = "  "
@@ -49,7 +49,7 @@ class YamlWriter:
 
     def entry(self, key: str, value: Any, comment: str = "") -> None:
         """Append `key: value`, groups and lists in flow style."""
-        self.line(f"{scalar_text(key)}: {flow(value)}" + (f"  # {comment}" if comment else ""))
+        self.line(f"{scalar_text(key)}: {flow_text(value)}" + (f"  # {comment}" if comment else ""))
 
     @contextmanager
     def block(self, key: str) -> Iterator[None]:
@@ -69,7 +69,7 @@ class YamlWriter:
             return
         with self.block(key):
             for item in items:
-                self.line(f"- {flow(item)}")
+                self.line(f"- {flow_text(item)}")
 
     def text(self) -> str:
         """Return the document."""
@@ -98,20 +98,20 @@ def scalar_text(value: object) -> str:
         return number_text(value)
     text = str(value)
     is_quantity = re.match(r"[-+]?[\d.]+(e[-+]?\d+)? [\w*/^]+\Z", text)
-    if is_quantity or (PLAIN.match(text) and text == text.strip() and scalar(text) == text):
+    if is_quantity or (PLAIN.match(text) and text == text.strip() and parse_scalar(text) == text):
         return text
     return json.dumps(text, ensure_ascii=False)
 
 
-def like(value: float, before: object) -> str:
+def text_in_unit_of(value: float, before: object) -> str:
     """Return a number in the unit of the quantity that it replaces, if that unit holds it exactly, else in SI.
 
-    >>> like(3.2e6, "3.0 MN/m"), like(3.2e6, 3e6)
+    >>> text_in_unit_of(3.2e6, "3.0 MN/m"), text_in_unit_of(3.2e6, 3e6)
     ('3.2 MN/m', '3200000')
     """
     if isinstance(before, str):
         try:
-            _, unit = split(before)
+            _, unit = split_quantity(before)
             text = f"{number_text(float(f'{value / parse_unit(unit).factor:.15g}'))} {unit}".strip()
             if unit and quantity(text, unit) == value:
                 return text
@@ -120,14 +120,14 @@ def like(value: float, before: object) -> str:
     return number_text(value)
 
 
-def flow(value: Any) -> str:
+def flow_text(value: Any) -> str:
     """Return a value in flow style, on one line.
 
-    >>> flow({"kind": "free_play", "half_width": 3e-4, "on": [1, 2.5]})
+    >>> flow_text({"kind": "free_play", "half_width": 3e-4, "on": [1, 2.5]})
     '{kind: free_play, half_width: 0.0003, on: [1, 2.5]}'
     """
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{scalar_text(key)}: {flow(item)}" for key, item in value.items()) + "}"
+        return "{" + ", ".join(f"{scalar_text(key)}: {flow_text(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(flow(item) for item in value) + "]"
+        return "[" + ", ".join(flow_text(item) for item in value) + "]"
     return scalar_text(value)

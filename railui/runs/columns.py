@@ -1,4 +1,4 @@
-"""The columns of a run: name, unit, what each one is."""
+"""Columns of a run: name, unit, role."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Column:
-    """A column that the model knows: part is clock, track, response or coach (forces of the coach)."""
+    """Known column of a run; its role is clock, track, response or coach (forces of the coach)."""
 
     name: str
     unit: str
-    part: str
+    role: str
     caption: str
 
 
@@ -38,7 +38,7 @@ COLUMNS: dict[str, Column] = {
         Column("Qpsi", "N*m", "coach", "moment of the coach on the frame"),
     )
 }
-# a one-mass rig: any unit but for the time
+# a one-mass rig: any unit except that of time
 RIG_COLUMNS: dict[str, Column] = {
     c.name: c
     for c in (
@@ -49,19 +49,19 @@ RIG_COLUMNS: dict[str, Column] = {
         Column("az", "", "response", "acceleration of the mass"),
     )
 }
-# what nrmse is the mean over, and what the sensors of a bogie usually tell
-COMPARED = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
+# usual sensors of a bogie, over which the NRMSE is averaged
+COMPARED_CHANNELS = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
 
 
 def columns_of(form: str) -> dict[str, Column]:
-    """The columns of a bogie's or a rig's runs."""
+    """Return the columns of a bogie's or a rig's runs."""
     return RIG_COLUMNS if form == "rig" else COLUMNS
 
 
-def named(form: str, *parts: str) -> tuple[str, ...]:
-    """The names of the columns of some parts.
+def column_names(form: str, *parts: str) -> tuple[str, ...]:
+    """Return the names of the columns with certain roles.
 
-    >>> named("bogie", "track")
+    >>> column_names("bogie", "track")
     ('yw', 'phiw', 'gauge')
     """
-    return tuple(c.name for c in columns_of(form).values() if c.part in parts)
+    return tuple(c.name for c in columns_of(form).values() if c.role in parts)

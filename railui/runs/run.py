@@ -1,4 +1,4 @@
-"""A measured run: columns in SI, the unbroken stretches that can be used, and an account of what cannot."""
+"""Measured run: columns in SI, usable segments, and counts of unusable rows."""
 
 from __future__ import annotations
 
@@ -10,24 +10,43 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.io.atomic import sha256_file
-from railui.io.problems import Findings, nearest
+from railui.io.problems import Findings, suggest_name
 from railui.io.table import Table, read_table
-from railui.io.units import FAST
-from railui.runs.columns import Column, columns_of, named
-from railui.runs.segments import Stretches, find_stretches, sampling
-from railui.runs.units import own_units, refuse_long, to_si
+from railui.io.units import MAX_PLAUSIBLE_SPEED
+from railui.runs.columns import Column, column_names, columns_of
+from railui.runs.segments import Segments, find_segments, sampling_rate
+from railui.runs.units import check_magnitudes, columns_in_si, rig_columns
 
-FASTEST_RIG, MOST_RIG_ROWS = 1e5, 1_000_000
+MAX_RIG_RATE, MAX_RIG_ROWS = 1e5, 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run: `columns` by name in SI (rig: in the run's own units), one value per row, NaN where one lacks.
+    """Measured run.
 
-    `rate` [Hz]; `stretches` are slices of unbroken rows; `counts` tells rows, used, stretches, gaps,
-    missing_rows, nan_rows, stuck, stuck_rows, standing_rows, short_stretches, unused_rows. `responses` are
-    the measured motions, `ignored` the columns that are kept but not used (their numbers stand in `extra`),
-    `notes` what a report must say.
+    Attributes
+    ----------
+    file : Path
+    sha256 : str
+    kind : str
+        "bogie" or "rig".
+    columns : mapping
+        Arrays [row] by name in SI (rig: in the units of the run), NaN for missing values.
+    units : mapping
+        Unit of each column in the file.
+    rate : float
+        Sampling rate [Hz].
+    segments : tuple of slice
+        Rows without gaps or missing values.
+    counts : mapping
+        rows, used, stretches, gaps, missing_rows, nan_rows, stuck, stuck_rows, standing_rows, short_stretches,
+        unused_rows.
+    responses, coach_forces : tuple of str
+        Measured motions, and measured forces of the coach.
+    unknown_columns : tuple of str
+        Columns that the model does not use; `unknown_values` contains their numbers.
+    notes : tuple of str
+        Remarks for the report.
     """
 
     file: Path
@@ -36,45 +55,56 @@ class Run:
     columns: Mapping[str, FloatArray]
     units: Mapping[str, str]
     rate: float
-    stretches: tuple[slice, ...]
+    segments: tuple[slice, ...]
     counts: Mapping[str, int]
     responses: tuple[str, ...]
-    coach: tuple[str, ...]
-    ignored: tuple[str, ...]
+    coach_forces: tuple[str, ...]
+    unknown_columns: tuple[str, ...]
     notes: tuple[str, ...]
-    extra: Mapping[str, FloatArray]
+    unknown_values: Mapping[str, FloatArray]
 
     def __len__(self) -> int:
         return int(self.columns["t"].size)
 
 
 def load_run(path: str | Path, kind: str | None = None, *, responses: bool = True) -> Run:
-    """Reads a run of a bogie or a rig (`kind` None: told from its columns); FileProblems with every fault.
+    """Read a run.
 
-    `responses` False: a run that only tells the track needs none.
+    Parameters
+    ----------
+    path : path
+    kind : str, optional
+        "bogie" or "rig"; detected from the columns by default.
+    responses : bool
+        False for a run that needs no measured response, since only its track is used.
+
+    Raises
+    ------
+    FileProblems
+        With every problem of the file.
     """
     table = read_table(path)
     findings = Findings(str(path))
-    form = kind or kind_of_columns(table.names)
+    form = kind or detect_kind(table.names)
     known = columns_of(form)
     notes: list[str] = []
     columns, units = _columns(table, known, form, findings, notes)
     _required(table, columns, form, findings, responses)
-    findings.stop()
+    findings.raise_errors()
     _drop_dead(columns, form, notes, findings, table, responses)
-    refuse_long(table, columns, known, findings)
-    findings.stop()
+    check_magnitudes(table, columns, known, findings)
+    findings.raise_errors()
     rows = np.flatnonzero(np.isfinite(columns["t"]))
     columns = columns if rows.size == len(table.rows) else {name: column[rows] for name, column in columns.items()}
-    rate = sampling(table, columns["t"], rows, findings)
-    findings.stop()
+    rate = sampling_rate(table, columns["t"], rows, findings)
+    findings.raise_errors()
     if form == "rig":
         _rig_limits(rate, len(rows), findings)
     _complete(columns, form, notes)
-    found = find_stretches(columns, rate, form)
+    found = find_segments(columns, rate, form)
     _usable(found, rate, form, findings)
     _distance_rises(table, columns, found, rows, form, findings)
-    findings.stop()
+    findings.raise_errors()
     unknown = tuple(name for name in table.names if name not in known)
     return Run(
         file=Path(path),
@@ -83,23 +113,23 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
         columns=columns,
         units=units,
         rate=rate,
-        stretches=found.slices,
+        segments=found.slices,
         counts=found.counts | {"nan_rows": found.counts["nan_rows"] + len(table.rows) - rows.size},
-        responses=tuple(n for n in named(form, "response") if n in columns),
-        coach=tuple(n for n in named(form, "coach") if n in columns),
-        ignored=unknown,
+        responses=tuple(n for n in column_names(form, "response") if n in columns),
+        coach_forces=tuple(n for n in column_names(form, "coach") if n in columns),
+        unknown_columns=unknown,
         notes=tuple(notes),
-        extra={name: table.column(name)[rows] for name in unknown},
+        unknown_values={name: table.column(name)[rows] for name in unknown},
     )
 
 
-def kind_of_columns(names: tuple[str, ...]) -> str:
-    """A bogie's run, or a rig's: that has no speed and no track but z, vz or az.
+def detect_kind(names: tuple[str, ...]) -> str:
+    """Return the kind of a run: a rig has z, vz or az and neither speed nor track.
 
-    >>> kind_of_columns(("t", "u", "z")), kind_of_columns(("t", "v", "yw", "e1"))
+    >>> detect_kind(("t", "u", "z")), detect_kind(("t", "v", "yw", "e1"))
     ('rig', 'bogie')
     """
-    rig = not {"v", "yw"} & set(names) and bool(set(named("rig", "response")) & set(names))
+    rig = not {"v", "yw"} & set(names) and bool(set(column_names("rig", "response")) & set(names))
     return "rig" if rig else "bogie"
 
 
@@ -107,48 +137,57 @@ def _columns(
     table: Table, known: Mapping[str, Column], form: str, findings: Findings, notes: list[str]
 ) -> tuple[dict[str, FloatArray], dict[str, str]]:
     if form == "rig":
-        return own_units(table, known, findings, notes)
-    return to_si(table, known, findings)
+        return rig_columns(table, known, findings, notes)
+    return columns_in_si(table, known, findings)
 
 
 def _required(table: Table, columns: Mapping[str, FloatArray], form: str, findings: Findings, responses: bool) -> None:
     for name in ("t",) if form == "rig" else ("t", "v", "yw"):
         if name not in table.names:
             column = columns_of(form)[name]
-            told = nearest(name, [n for n in table.names if n not in columns_of(form)])
+            told = suggest_name(name, [n for n in table.names if n not in columns_of(form)])
             hint = told if told.startswith("did you mean") else f"add `{name} [{column.unit}]`, the {column.caption}"
-            findings.add(name, "this column is missing", hint, place=table.header)
-    measured = named(form, "response")
+            findings.add(name, "this column is missing", hint, position=table.header_position)
+    measured = column_names(form, "response")
     if responses and not set(measured) & set(table.names):
-        findings.add("", "no response is measured", f"add at least one of {', '.join(measured)}", place=table.header)
+        findings.add(
+            "", "no response is measured", f"add at least one of {', '.join(measured)}", position=table.header_position
+        )
 
 
 def _drop_dead(
     columns: dict[str, FloatArray], form: str, notes: list[str], findings: Findings, table: Table, responses: bool
 ) -> None:
-    """A channel without one value, or with one value throughout, was not connected."""
-    for name in (*named(form, "track", "response", "coach"), "s"):
+    """Remove channels without a value or with a constant one: they were not connected."""
+    for name in (*column_names(form, "track", "response", "coach"), "s"):
         column = columns.get(name)
         if column is None:
             continue
         values = column[np.isfinite(column)]
-        constant = values.size == 0 or (np.ptp(values) == 0 and (name in named(form, "response") or values[0] != 0))
+        constant = values.size == 0 or (
+            np.ptp(values) == 0 and (name in column_names(form, "response") or values[0] != 0)
+        )
         if constant and not (form == "rig" and name == "u" and values.size):
             told = "has no value" if values.size == 0 else f"is {values[0]:g} throughout"
             if name == "yw":
-                findings.add(name, told, "the track is needed: record it, or give the right column", place=table.header)
+                findings.add(
+                    name,
+                    told,
+                    "the track is needed: record it, or give the right column",
+                    position=table.header_position,
+                )
             else:
                 notes.append(f"{name} {told}: not used")
                 del columns[name]
     if form != "rig" and not np.any(np.isfinite(columns["v"])):
-        findings.add("v", "has no value", "give the speed", place=table.header)
-    if responses and not set(named(form, "response")) & set(columns):
-        findings.add("", "no response is alive", "give at least one that moves", place=table.header)
+        findings.add("v", "has no value", "give the speed", position=table.header_position)
+    if responses and not set(column_names(form, "response")) & set(columns):
+        findings.add("", "no response is alive", "give at least one that moves", position=table.header_position)
 
 
 def _complete(columns: dict[str, FloatArray], form: str, notes: list[str]) -> None:
-    """Adds what may be absent: s from v, track columns and the input as zero."""
-    for name in named(form, "track"):
+    """Add absent columns: s from v, track columns and the input as zero."""
+    for name in column_names(form, "track"):
         if name not in columns:
             columns[name] = np.zeros_like(columns["t"])
             notes.append(f"{name} is absent: taken as 0")
@@ -163,7 +202,7 @@ def _complete(columns: dict[str, FloatArray], form: str, notes: list[str]) -> No
         notes.append("s is absent: the integral of v")
     else:
         _compare(columns["s"], run, notes)
-    if np.median(whole) > FAST:
+    if np.median(whole) > MAX_PLAUSIBLE_SPEED:
         notes.append(f"v is {np.median(whole):.4g} m/s in the middle: were km/h meant?")
 
 
@@ -175,18 +214,18 @@ def _compare(s: FloatArray, run: FloatArray, notes: list[str]) -> None:
 
 
 def _rig_limits(rate: float, rows: int, findings: Findings) -> None:
-    if rate > FASTEST_RIG * 1.001:
-        findings.add("t", f"{rate:.6g} Hz is more than {FASTEST_RIG:g} Hz", "resample the run")
-    if rows > MOST_RIG_ROWS:
-        findings.add("t", f"{rows} rows are more than {MOST_RIG_ROWS}", "cut the run into parts")
+    if rate > MAX_RIG_RATE * 1.001:
+        findings.add("t", f"{rate:.6g} Hz is more than {MAX_RIG_RATE:g} Hz", "resample the run")
+    if rows > MAX_RIG_ROWS:
+        findings.add("t", f"{rows} rows are more than {MAX_RIG_ROWS}", "cut the run into parts")
 
 
-def _usable(found: Stretches, rate: float, form: str, findings: Findings) -> None:
+def _usable(found: Segments, rate: float, form: str, findings: Findings) -> None:
     if not found.slices:
         c = found.counts
         findings.add(
             "",
-            f"no stretch of {found.shortest / rate:.4g} s is unbroken ({c['rows']} rows, {c['gaps']} gaps, "
+            f"no stretch of {found.min_samples / rate:.4g} s is unbroken ({c['rows']} rows, {c['gaps']} gaps, "
             f"{c['nan_rows']} rows with empty cells, {c['stuck']} times a stuck channel, "
             f"{c['standing_rows']} rows standing)",
             "record longer, or leave out the channel that breaks it",
@@ -196,7 +235,7 @@ def _usable(found: Stretches, rate: float, form: str, findings: Findings) -> Non
 def _distance_rises(
     table: Table,
     columns: Mapping[str, FloatArray],
-    found: Stretches,
+    found: Segments,
     rows: np.ndarray,
     form: str,
     findings: Findings,
@@ -211,6 +250,6 @@ def _distance_rises(
                 "s",
                 f"stands still or runs back to {columns['s'][row]:g} m while v is {columns['v'][row]:g} m/s",
                 "write s with more digits, or leave the column out",
-                place=table.place(int(rows[row]), "s"),
+                position=table.cell_position(int(rows[row]), "s"),
             )
             return

@@ -1,4 +1,4 @@
-"""Unbroken stretches of a run: what a gap, an empty cell, a stuck channel or a halt leaves over."""
+"""Segments of a run without gaps, missing values, stuck channels or standstill."""
 
 from __future__ import annotations
 
@@ -11,31 +11,38 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.io.problems import Findings
 from railui.io.table import Table
-from railui.runs.columns import named
+from railui.runs.columns import column_names
 
-UNEVEN = 0.01  # share of the interval by which one may differ
-STUCK = 1.0  # s
-SHORTEST = 10.0  # s, of a vehicle's run
-SHORTEST_RIG = 50  # samples: bench tests may last a second
-GAP = 1.5  # intervals
+INTERVAL_TOLERANCE = 0.01  # relative deviation of a sampling interval
+STUCK_DURATION = 1.0  # s
+MIN_DURATION = 10.0  # s, of a vehicle's run
+MIN_RIG_SAMPLES = 50  # samples; bench tests may last a second
+GAP_INTERVALS = 1.5  # intervals
 
 
 @dataclass(frozen=True)
-class Stretches:
-    """Slices of rows, what was counted, and the fewest rows of a stretch."""
+class Segments:
+    """Segments of a run: slices of rows, counts, and the minimum number of rows of a segment."""
 
     slices: tuple[slice, ...]
     counts: dict[str, int]
-    shortest: int
+    min_samples: int
 
 
-def sampling(table: Table, t: FloatArray, rows: NDArray[np.intp], findings: Findings) -> float:
-    """The sampling rate [Hz]; tells rows out of order, repeated stamps and uneven intervals by their lines.
+def sampling_rate(table: Table, t: FloatArray, rows: NDArray[np.intp], findings: Findings) -> float:
+    """Return the sampling rate [Hz]; report unordered rows, repeated times and uneven intervals.
 
-    `t` [s] without NaN; `rows` are the rows of the table that it comes from.
+    Parameters
+    ----------
+    table : Table
+    t : array [n]
+        Times without NaN [s].
+    rows : array [n]
+        Rows of the table with these times.
+    findings : Findings
     """
     if t.size < 3:
-        findings.add("t", f"has {t.size} values", "give a run of some seconds at least", place=table.header)
+        findings.add("t", f"has {t.size} values", "give a run of some seconds at least", position=table.header_position)
         return 1.0
     steps = np.diff(t)
     rising = steps[steps > 0]
@@ -44,7 +51,7 @@ def sampling(table: Table, t: FloatArray, rows: NDArray[np.intp], findings: Find
         (steps < 0, "is {b:.9g} s after {a:.9g} s: rows are out of order", "sort the rows by time"),
         (steps == 0, "is {b:.9g} s a second time", "leave the repeated row out, or write t with more digits"),
         (
-            (steps > 0) & (abs(steps - interval) > UNEVEN * interval) & (steps < GAP * interval),
+            (steps > 0) & (abs(steps - interval) > INTERVAL_TOLERANCE * interval) & (steps < GAP_INTERVALS * interval),
             "comes {d:.6g} s after the row before, the interval is {i:.6g} s",
             "resample evenly, or write t with more digits",
         ),
@@ -55,27 +62,27 @@ def sampling(table: Table, t: FloatArray, rows: NDArray[np.intp], findings: Find
             k = int(found[0])
             told = message.format(a=t[k], b=t[k + 1], d=steps[k], i=interval)
             more = f" (and {found.size - 1} more rows)" if found.size > 1 else ""
-            findings.add("t", told + more, remedy, place=table.place(int(rows[k + 1]), "t"))
+            findings.add("t", told + more, remedy, position=table.cell_position(int(rows[k + 1]), "t"))
     if not interval:
         return 1.0
-    even = rising[abs(rising - interval) <= UNEVEN * interval]
+    even = rising[abs(rising - interval) <= INTERVAL_TOLERANCE * interval]
     rate = 1.0 / float(np.mean(even) if even.size else interval)
     return float(round(rate)) if abs(rate - round(rate)) < 1e-6 * rate else rate
 
 
-def find_stretches(columns: Mapping[str, FloatArray], rate: float, form: str) -> Stretches:
-    """The usable stretches of a run that is in order, and the count of what ends them."""
-    watched = named(form, "track", "response", "coach")
-    used = [columns[name] for name in (*named(form, "clock"), *watched) if name in columns]
+def find_segments(columns: Mapping[str, FloatArray], rate: float, form: str) -> Segments:
+    """Return the usable segments of a run, and counts of their interruptions."""
+    watched = column_names(form, "track", "response", "coach")
+    used = [columns[name] for name in (*column_names(form, "clock"), *watched) if name in columns]
     lacking = ~np.all(np.isfinite(used), axis=0)
     stuck, times = _stuck(
         [columns[name] for name in watched if name in columns and not (form == "rig" and name == "u")], rate
     )
     standing = np.zeros_like(lacking) if form == "rig" else np.nan_to_num(columns["v"], nan=1.0) <= 0
     steps = np.diff(columns["t"]) * rate
-    jumps = np.flatnonzero(steps > GAP)
+    jumps = np.flatnonzero(steps > GAP_INTERVALS)
     good = ~(lacking | stuck | standing)
-    shortest = SHORTEST_RIG if form == "rig" else int(np.ceil(SHORTEST * rate * (1 - 1e-6)))
+    shortest = MIN_RIG_SAMPLES if form == "rig" else int(np.ceil(MIN_DURATION * rate * (1 - 1e-6)))
     pieces = _pieces(good, jumps)
     kept = tuple(piece for piece in pieces if piece.stop - piece.start >= shortest)
     rows, taken = good.size, sum(piece.stop - piece.start for piece in kept)
@@ -92,17 +99,17 @@ def find_stretches(columns: Mapping[str, FloatArray], rate: float, form: str) ->
         "short_stretches": len(pieces) - len(kept),
         "unused_rows": rows - taken,
     }
-    return Stretches(kept, counts, shortest)
+    return Segments(kept, counts, shortest)
 
 
 def _stuck(columns: list[FloatArray], rate: float) -> tuple[NDArray[np.bool_], int]:
-    """Rows in which some channel holds one value for 1 s, and how many times that happens."""
+    """Return the rows in which a channel is constant for 1 s or longer, and the number of such events."""
     size = columns[0].size if columns else 0
     stuck, times = np.zeros(size, dtype=bool), 0
-    longest = max(round(STUCK * rate), 2)
+    longest = max(round(STUCK_DURATION * rate), 2)
     for column in columns:
         if not np.any(column):
-            continue  # zero throughout: an absent track column, or a coach that does not push
+            continue  # zero throughout: an absent track column, or a coach without force
         edges = np.flatnonzero(np.diff(column) != 0) + 1  # NaN differs from everything
         bounds = np.concatenate(([0], edges, [size]))
         for k in np.flatnonzero(np.diff(bounds) >= longest):
@@ -112,7 +119,7 @@ def _stuck(columns: list[FloatArray], rate: float) -> tuple[NDArray[np.bool_], i
 
 
 def _pieces(good: NDArray[np.bool_], jumps: NDArray[np.intp]) -> list[slice]:
-    """Runs of good rows, cut behind each row of `jumps`."""
+    """Return the ranges of good rows, split after each row of `jumps`."""
     if not good.size:
         return []
     cut = np.zeros(good.size, dtype=bool)

@@ -1,4 +1,4 @@
-"""Units of a run's columns: to SI for a vehicle, kept as labels for a rig."""
+"""Units of a run's columns: converted to SI for a vehicle, retained as labels for a rig."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.io.problems import Findings
 from railui.io.table import Table
-from railui.io.units import UnitError, example, parse_unit
+from railui.io.units import UnitError, example_quantity, parse_unit
 from railui.runs.columns import Column
 
-NONE = ("", "-", "1")
-RATES = {"vz": 1, "az": 2}
-LONG = 0.2  # m
+DIMENSIONLESS = ("", "-", "1")
+DERIVATIVE_ORDERS = {"vz": 1, "az": 2}
+MAX_PLAUSIBLE_SD = 0.2  # m
 
 
-def to_si(
+def columns_in_si(
     table: Table, known: Mapping[str, Column], findings: Findings
 ) -> tuple[dict[str, FloatArray], dict[str, str]]:
-    """The known columns in SI, and the unit in which each was written; faults are told at the header."""
+    """Return the known columns in SI and the unit of each in the file; report problems at the header."""
     columns: dict[str, FloatArray] = {}
     units: dict[str, str] = {}
     for i, name in enumerate(table.names):
         if name not in known:
             continue
-        factor = _factor(table.units[i], known[name], findings, (table.header[0], table.places[i]))
+        factor = _factor(table.units[i], known[name], findings, (table.header_position[0], table.column_positions[i]))
         if factor is not None:
             column = table.column(name)
             columns[name] = column if factor == 1 else column * factor
@@ -39,26 +39,26 @@ def _factor(unit: str | None, column: Column, findings: Findings, place: tuple[i
     try:
         if unit is None:
             raise UnitError("has no unit", f"write `{column.name} [{column.unit}]`")
-        given = parse_unit("1" if unit in NONE else unit)
-        if not given.fits(wanted):
+        given = parse_unit("1" if unit in DIMENSIONLESS else unit)
+        if not given.is_compatible(wanted):
             raise UnitError(
                 f"the unit {unit} does not fit the {column.caption}",
                 f"write `{column.name} [{column.unit}]`, or {_like(column)}",
             )
     except UnitError as error:
-        findings.add(column.name, error.message, error.remedy, place=place)
+        findings.add(column.name, error.message, error.remedy, position=place)
         return None
     return given.factor / wanted.factor
 
 
 def _like(column: Column) -> str:
-    return f"a unit like that of {example(column.unit)}"
+    return f"a unit like that of {example_quantity(column.unit)}"
 
 
-def own_units(
+def rig_columns(
     table: Table, known: Mapping[str, Column], findings: Findings, notes: list[str]
 ) -> tuple[dict[str, FloatArray], dict[str, str]]:
-    """The columns of a rig: time in s, the others as they are; vz and az follow the unit of z."""
+    """Return the columns of a rig: time in s, vz and az in units consistent with z, others as they are."""
     columns: dict[str, FloatArray] = {}
     units: dict[str, str] = {}
     for i, name in enumerate(table.names):
@@ -66,9 +66,11 @@ def own_units(
             continue
         columns[name], units[name] = table.column(name), table.units[i] or ""
         if name == "t":
-            factor = _factor(table.units[i], known["t"], findings, (table.header[0], table.places[i]))
+            factor = _factor(
+                table.units[i], known["t"], findings, (table.header_position[0], table.column_positions[i])
+            )
             columns[name], units[name] = columns[name] * (factor or 1.0), "s"
-    for name, order in RATES.items():
+    for name, order in DERIVATIVE_ORDERS.items():
         if name in columns and "z" in columns:
             factor = rate_factor(units["z"], units[name], order)
             if factor != 1.0:
@@ -79,7 +81,7 @@ def own_units(
 
 
 def rate_factor(z: str, rate: str, order: int) -> float:
-    """What turns a rate into units of z per s (per s^2); 1 where the labels are no such units.
+    """Return the factor from a rate's unit to that of z per s (per s^2); 1 if the labels are not such units.
 
     >>> round(rate_factor("mm", "m/s^2", 2), 9), rate_factor("V", "V", 2)
     (1000.0, 1.0)
@@ -91,13 +93,18 @@ def rate_factor(z: str, rate: str, order: int) -> float:
     return given.factor / wanted.factor if given.dimension == wanted.dimension else 1.0
 
 
-def refuse_long(
+def check_magnitudes(
     table: Table, columns: Mapping[str, FloatArray], known: Mapping[str, Column], findings: Findings
 ) -> None:
-    """Motions and deviations of a fifth of a metre rms are no vehicle's and no track's: mm that are called m."""
+    """Report motions and deviations with a standard deviation above 0.2 m, which are probably in mm."""
     for name, column in columns.items():
         values = column[np.isfinite(column)]
-        if name == "s" or known[name].unit != "m" or not values.size or not (sd := float(np.std(values))) > LONG:
+        if (
+            name == "s"
+            or known[name].unit != "m"
+            or not values.size
+            or not (sd := float(np.std(values))) > MAX_PLAUSIBLE_SD
+        ):
             continue
         told = f"its standard deviation is {sd:.3g} m, more than a vehicle or a track moves"
-        findings.add(name, told, f"write `{name} [mm]` where the numbers are mm", place=table.header)
+        findings.add(name, told, f"write `{name} [mm]` where the numbers are mm", position=table.header_position)

@@ -1,4 +1,4 @@
-"""Measured profiles in a design: what they give to its contact, as numbers and as a smooth table."""
+"""Measured wheel and rail profiles of a design: contact parameters and the smooth table that follow from them."""
 
 from __future__ import annotations
 
@@ -10,116 +10,159 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from railui.contact.profile_reader import read_inclination, read_profile
 from railui.io.atomic import relative_path, sha256_file
-from railui.io.fields import Group, Reader, Switch, Text, check_group, measure, quantity_schema, word
+from railui.io.fields import (
+    Group,
+    Switch,
+    Text,
+    ValueReader,
+    check_group,
+    choice_reader,
+    quantity_reader,
+    quantity_schema,
+)
 from railui.io.problems import FileProblems, Findings
 from railui.io.units import UnitError, quantity
 from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT
 
 if TYPE_CHECKING:
-    from railui.contact.geometry import Contacts
+    from railui.contact.geometry import ContactGeometry
 
 USES = ("table", "linearised")
-SHAPE = "profile_shape"
-WIDER = 0.02  # share by which the half gauge of the model may differ from that of the profiles
-SHARED = ("spin_creep", "flange_clearance")
-# where the profiles are at fault: that is told, not that numbers are missing
-UNKNOWN = {p.key: 1.0 for p in WHEELSET_CONTACT}
-Length = Annotated[float, measure("m", 0.0, above=True)]
-Inclination = Annotated[float, Reader(read_inclination, quantity_schema("rad", description="1:40, or an angle"))]
+SHAPE_KIND = "profile_shape"
+HALF_GAUGE_TOLERANCE = 0.02  # relative deviation of the model's half gauge from that of the profiles
+SHARED_KEYS = ("spin_creep", "flange_clearance")
+# stand-ins for the numbers of faulty profiles, so that the fault of the profile is the only one reported
+PLACEHOLDERS = {p.key: 1.0 for p in WHEELSET_CONTACT}
+Length = Annotated[float, quantity_reader("m", 0.0, above=True)]
+Inclination = Annotated[float, ValueReader(read_inclination, quantity_schema("rad", description="1:40, or an angle"))]
 
 
 class ProfilesModel(Group):
-    """`contact.profiles` of a design: the pair, how it stands, and how it is used."""
+    """`contact.profiles` of a design: the pair of profiles, their position and their use."""
 
     wheel: Text
     rail: Text
     gauge: Length = 1.435
     back_to_back: Length = 1.360
     inclination: Inclination = 0.0
-    diameter_difference: Annotated[float, measure("m", -0.1, maximum=0.1)] = 0.0
+    diameter_difference: Annotated[float, quantity_reader("m", -0.1, maximum=0.1)] = 0.0
     mirror_rail: Switch = False
-    smoothing: Annotated[float, measure("m", 0.0, maximum=0.03)] = 0.0
-    sd: Annotated[float, measure("m", 2.5e-4, maximum=0.01)] = 2e-3
-    surface: Annotated[float, measure("1", 0.05, maximum=1.5)] = 0.6
-    use: Annotated[str, word(USES)] = USES[0]
+    smoothing: Annotated[float, quantity_reader("m", 0.0, maximum=0.03)] = 0.0
+    sd: Annotated[float, quantity_reader("m", 2.5e-4, maximum=0.01)] = 2e-3
+    surface: Annotated[float, quantity_reader("1", 0.05, maximum=1.5)] = 0.6
+    use: Annotated[str, choice_reader(USES)] = USES[0]
 
 
 @dataclass(frozen=True)
 class ContactProfiles:
-    """The profiles of a design: files, what was given (SI), rolling radius [m] and wheel load [N] of the vehicle.
+    """Wheel and rail profile of a design.
 
-    `sha256` of wheel and rail; None where a file is gone, and the numbers of the design stand alone.
+    Attributes
+    ----------
+    wheel, rail : Path
+    settings : mapping
+        Values of `ProfilesModel`, SI.
+    radius : float
+        Rolling radius of the vehicle [m].
+    wheel_load : float
+        Load of one wheel [N].
+    sha256 : (str, str) or None
+        Hashes of both files; None if a file is missing, so that only the numbers in the design are used.
     """
 
     wheel: Path
     rail: Path
-    given: Mapping[str, Any]
+    settings: Mapping[str, Any]
     radius: float
     wheel_load: float
     sha256: tuple[str, str] | None
 
-    def contacts(self) -> Contacts:
-        """The rigid contact of the pair. FileProblems or ProfileFault where it has none."""
-        words = {k: v for k, v in self.given.items() if k not in ("wheel", "rail", "sd", "surface", "use")}
+    def geometry(self) -> ContactGeometry:
+        """Return the rigid contact geometry of the pair.
+
+        Raises
+        ------
+        FileProblems, ProfileFault
+            If a file cannot be read or the profiles do not touch.
+        """
+        words = {k: v for k, v in self.settings.items() if k not in ("wheel", "rail", "sd", "surface", "use")}
         stamp = sha256_file(self.wheel), sha256_file(self.rail)
         return _contacts(self.wheel, self.rail, stamp, self.radius, **words)
 
-    def numbers(self, deviation: float | None = None) -> tuple[dict[str, float], list[str]]:
-        """What the pair is to the model, by the keys of a contact group and of what all share, and what is odd.
+    def contact_parameters(self, deviation: float | None = None) -> tuple[dict[str, float], list[str]]:
+        """Return the contact parameters of the pair by key, and warnings.
 
-        Linearised over a standard deviation [m] of e; that of the file where none is given. Keys of what the pair
-        does not have are absent.
+        Keys of quantities that the pair does not have are absent.
+
+        Parameters
+        ----------
+        deviation : float, optional
+            Standard deviation of e over which the geometry is linearised [m]; that of the design by default.
         """
         from railui.contact.creep import creep_coefficients
         from railui.contact.linearisation import linearise
 
-        contacts = self.contacts()
+        contacts = self.geometry()
         centre = contacts.centre
         odd = (
-            [f"has its centre at {centre * 1e3:.2f} mm"] if abs(centre) > 2e-4 and self.given["use"] != "table" else []
+            [f"has its centre at {centre * 1e3:.2f} mm"]
+            if abs(centre) > 2e-4 and self.settings["use"] != "table"
+            else []
         )
-        linear = linearise(contacts, deviation or self.given["sd"], centre)
+        linear = linearise(contacts, deviation or self.settings["sd"], centre)
         keys = ("conicity", "gravitational_stiffness", "contact_angle", "roll")
         found = {key: value for key in keys if (value := getattr(linear, key)) == value}
-        ends = [abs(x) for x in contacts.flange if x is not None]
+        ends = [abs(x) for x in contacts.flange_displacements if x is not None]
         if ends:
             found["flange_clearance"] = sum(ends) / len(ends)
         try:
-            creep = creep_coefficients(contacts, self.wheel_load, centre, self.given["surface"])
+            creep = creep_coefficients(contacts, self.wheel_load, centre, self.settings["surface"])
         except ValueError as fault:
             return found, [*odd, f"gives no creep coefficients: {fault}"]
         return found | {k: getattr(creep, k) for k in ("longitudinal_creep", "lateral_creep", "spin_creep")}, odd
 
-    def table(self) -> dict[str, Any]:
-        """The pair as the effect profile_shape. ValueError where it has no conicity to be a multiple of."""
+    def shape_effect(self) -> dict[str, Any]:
+        """Return the pair as the effect profile_shape; raise ValueError if its conicity is zero."""
         from railui.contact.linearisation import linearise
-        from railui.contact.profile_shape import shape
+        from railui.contact.profile_shape import compute_profile_shape
 
-        contacts = self.contacts()
-        linear = linearise(contacts, self.given["sd"], contacts.centre)
-        return {"kind": SHAPE, "at": "contact", **shape(contacts, linear).parameters()}
+        contacts = self.geometry()
+        linear = linearise(contacts, self.settings["sd"], contacts.centre)
+        return {"kind": SHAPE_KIND, "at": "contact", **compute_profile_shape(contacts, linear).parameters()}
 
     def entry(self, home: Path | None, kinds: Iterable[str]) -> dict[str, Any]:
-        """The keys as they stand in a design in the directory `home` with these kinds of effects.
+        """Return the keys of `contact.profiles` for a design file.
 
-        The files have their whole paths where there is no directory; they are a table where the effects hold it.
+        Parameters
+        ----------
+        home : Path or None
+            Directory of the design file; None for absolute paths.
+        kinds : iterable of str
+            Kinds of the design's effects; `use` is table if they include profile_shape.
         """
         standard = ProfilesModel(wheel="", rail="")
-        kept = {k: v for k, v in self.given.items() if v != getattr(standard, k) or k in ("gauge", "back_to_back")}
-        return kept | self.files(home) | {"use": USES[0] if SHAPE in kinds else USES[1]}
+        kept = {k: v for k, v in self.settings.items() if v != getattr(standard, k) or k in ("gauge", "back_to_back")}
+        return kept | self.files(home) | {"use": USES[0] if SHAPE_KIND in kinds else USES[1]}
 
     def files(self, home: Path | None) -> dict[str, str]:
-        """Wheel and rail as a file in a directory names them; their whole paths where there is none."""
+        """Return the paths of both files relative to a directory, or absolute for None."""
         both = {"wheel": self.wheel, "rail": self.rail}
         return {key: path.as_posix() if home is None else relative_path(path, home) for key, path in both.items()}
 
 
-def filled(
+def fill_from_profiles(
     data: dict[str, Any], findings: Findings, home: Path | None, form: str
 ) -> tuple[dict[str, Any], ContactProfiles | None]:
-    """The design with what its profiles give in the place of what it leaves out, and the profiles.
+    """Fill absent contact parameters of a design from its profiles.
 
-    What the file gives itself stands: an adjusted conicity scales the table.
+    Values in the file take precedence: a calibrated conicity scales the table.
+
+    Returns
+    -------
+    dict
+        The design file's data, completed.
+    ContactProfiles or None
+        None for a design without profiles.
     """
     contact = data.get("contact")
     if not isinstance(contact, dict) or contact.get("profiles") is None:
@@ -129,19 +172,19 @@ def filled(
     model = check_group(ProfilesModel, contact["profiles"], findings, "contact.profiles")
     vehicle = _vehicle(data, form)
     if model is None or vehicle is None:
-        return _joined(data, bare, groups, UNKNOWN), None
+        return _joined(data, bare, groups, PLACEHOLDERS), None
     here = (home or Path()).resolve()
     wheel, rail = ((here / name).resolve() for name in (model.wheel, model.rail))
     profiles = ContactProfiles(wheel, rail, model.model_dump(), *vehicle, None)
-    wanted = model.use == "table" and SHAPE not in _kinds(data)
+    wanted = model.use == "table" and SHAPE_KIND not in _kinds(data)
     try:
         profiles = replace(profiles, sha256=(sha256_file(wheel), sha256_file(rail)))
-        numbers, odd = profiles.numbers()
-        table = [profiles.table()] if wanted else []
+        numbers, odd = profiles.contact_parameters()
+        table = [profiles.shape_effect()] if wanted else []
     except (OSError, ValueError) as fault:
         whole = not wanted and all(p.key in group for group in groups.values() for p in WHEELSET_CONTACT)
         _tell(fault, findings, only_warn=whole and isinstance(fault, OSError))
-        return _joined(data, bare, groups, {} if whole else UNKNOWN), profiles
+        return _joined(data, bare, groups, {} if whole else PLACEHOLDERS), profiles
     for note in odd:
         findings.warn("contact.profiles", note)
     _wide(data, form, model, findings)
@@ -152,9 +195,9 @@ def _joined(
     data: Mapping[str, Any], contact: dict[str, Any], groups: Mapping[str, dict[str, Any]],
     numbers: Mapping[str, float], table: Sequence[dict[str, Any]] = (),
 ) -> dict[str, Any]:  # fmt: skip
-    """The design with numbers where its contact has none, and a table behind its effects."""
-    own = {key: value for key, value in numbers.items() if key not in SHARED}
-    shared = {key: numbers[key] for key in SHARED if key in numbers}
+    """Add contact numbers that the design lacks, and append the table to its effects."""
+    own = {key: value for key, value in numbers.items() if key not in SHARED_KEYS}
+    shared = {key: numbers[key] for key in SHARED_KEYS if key in numbers}
     filled = shared | contact | {name: own | group for name, group in groups.items()}
     given = data.get("effects") or []
     effects = {"effects": [*given, *table]} if table and isinstance(given, list) else {}
@@ -167,7 +210,7 @@ def _kinds(data: Mapping[str, Any]) -> list[Any]:
 
 
 def _tell(fault: Exception, findings: Findings, *, only_warn: bool) -> None:
-    from railui.contact.profile import ProfileFault
+    from railui.contact.profile import ProfileError
 
     where = "contact.profiles"
     if isinstance(fault, FileProblems):
@@ -178,14 +221,14 @@ def _tell(fault: Exception, findings: Findings, *, only_warn: bool) -> None:
             findings.warn(where, told, "the numbers of the file stand without it")
         else:
             findings.add(where, told, "give the path from the design's directory")
-    elif isinstance(fault, ProfileFault):
+    elif isinstance(fault, ProfileError):
         findings.add(where, fault.message, fault.remedy)
     else:
         findings.add(where, str(fault), "write `use: linearised`, or another sd")
 
 
 def _groups(contact: Mapping[str, Any], form: str) -> dict[str, dict[str, Any]]:
-    """The contact groups by name that the profiles fill: those that are there, or those that must be."""
+    """Return the contact groups to fill by name: those in the file and those that are required."""
     common = {p.key for p in CONTACT if p.path.count(".") == 1} | {"gauge_widens_clearance"}
     given = {k: dict(v) for k, v in contact.items() if k not in common and isinstance(v, dict)}
     needed = ("leading", "trailing") if form == "bogie" else () if given else ("wheels",)
@@ -193,7 +236,7 @@ def _groups(contact: Mapping[str, Any], form: str) -> dict[str, dict[str, Any]]:
 
 
 def _vehicle(data: Mapping[str, Any], form: str) -> tuple[float, float] | None:
-    """Rolling radius [m] and wheel load [N]; None where the file does not say them: its own reader tells that."""
+    """Return rolling radius [m] and wheel load [N]; None if absent (the design's reader reports it)."""
     vehicle = data.get("vehicle")
     try:
         if form == "bogie":
@@ -208,7 +251,7 @@ def _vehicle(data: Mapping[str, Any], form: str) -> tuple[float, float] | None:
 
 
 def _wide(data: Mapping[str, Any], form: str, model: ProfilesModel, findings: Findings) -> None:
-    """Warns where the rolling circles of the model lie elsewhere than those of the profiles."""
+    """Warn if the rolling circles of the model differ from those of the profiles."""
     if form != "bogie":
         return
     half = 0.5 * model.back_to_back + 0.07
@@ -216,7 +259,7 @@ def _wide(data: Mapping[str, Any], form: str, model: ProfilesModel, findings: Fi
         given = quantity(data["vehicle"]["geometry"].get("half_gauge", 0.75), "m")
     except (KeyError, TypeError, AttributeError, UnitError):
         return
-    if abs(given / half - 1.0) > WIDER:
+    if abs(given / half - 1.0) > HALF_GAUGE_TOLERANCE:
         told = f"is {given:.4g} m, the tape lines of the profiles lie {half:.4g} m from the middle"
         findings.warn("vehicle.geometry.half_gauge", told, "check it against back_to_back")
 
@@ -225,16 +268,16 @@ def _wide(data: Mapping[str, Any], form: str, model: ProfilesModel, findings: Fi
 def _contacts(
     wheel: Path, rail: Path, stamp: tuple[str, str], radius: float, *, gauge: float, back_to_back: float,
     inclination: float, diameter_difference: float, mirror_rail: bool, smoothing: float,
-) -> Contacts:  # fmt: skip
-    """The contact of two files as they are (`stamp`): a search of a tenth of a second, once."""
-    from railui.contact.contact_points import search
-    from railui.contact.wheelset_on_track import Pair
+) -> ContactGeometry:  # fmt: skip
+    """Compute the contact geometry of two files with the hashes `stamp`; cached, since it takes about 0.1 s."""
+    from railui.contact.contact_points import find_contacts
+    from railui.contact.wheelset_on_track import WheelRailPair
 
     sides = (
         read_profile(wheel, "wheel", smoothing=smoothing),
         read_profile(rail, "rail", mirror=mirror_rail, smoothing=smoothing),
     )
-    return search(Pair(*sides, gauge, back_to_back, inclination, radius, diameter_difference))
+    return find_contacts(WheelRailPair(*sides, gauge, back_to_back, inclination, radius, diameter_difference))
 
 
-__all__ = ["ContactProfiles", "ProfilesModel", "filled"]
+__all__ = ["ContactProfiles", "ProfilesModel", "fill_from_profiles"]

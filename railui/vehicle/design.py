@@ -1,4 +1,4 @@
-"""A design: the vehicle's numbers in SI by their dotted paths, and the effects added to the linear model."""
+"""Design of a vehicle: numbers in SI by dotted path, and effects added to the linear model."""
 
 from __future__ import annotations
 
@@ -7,20 +7,27 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from railui.io.problems import FileProblems, Findings, Problem, nearest, one_problem
+from railui.io.problems import FileProblems, Findings, Problem, file_problem, suggest_name
 from railui.io.units import UnitError
 from railui.vehicle.contact_profiles import ContactProfiles
-from railui.vehicle.effect_reader import read_effects, unit_of
-from railui.vehicle.effect_records import Catalogue, kernel_catalogue, range_at, record_of
-from railui.vehicle.effects import PlacedEffect
-from railui.vehicle.load_states import STATE, loaded
+from railui.vehicle.effect_reader import read_effects
+from railui.vehicle.effects import Catalogue, PlacedEffect, effect_parameter, kernel_catalogue
+from railui.vehicle.load_states import STATE_PATH, values_in_load_state
 from railui.vehicle.multibody import Structure
-from railui.vehicle.parameters import BY_USE, PARAMETERS, RIDING, SETTINGS, Parameter, below, settings_of
+from railui.vehicle.parameters import (
+    DEFAULTS_BY_USE,
+    PARAMETERS,
+    RIDING,
+    SETTINGS,
+    Parameter,
+    expand_path,
+    setting_paths,
+)
 
 
 @dataclass(frozen=True)
-class Riding:
-    """What the train is for, and what its riding quality is judged by (riding_quality, SI)."""
+class RidingSettings:
+    """Use of the train and settings of its ride quality assessment (file group `riding`, SI)."""
 
     use: str
     journey: float
@@ -36,7 +43,7 @@ class Riding:
 
 @dataclass(frozen=True)
 class Adjustment:
-    """What adjusted the design: campaign, its hash, the adjusted paths, their covariance (rows, SI)."""
+    """Parameter estimation that produced a design: campaign, its hash, estimated paths, covariance (rows, SI)."""
 
     campaign: str
     sha256: str
@@ -46,13 +53,32 @@ class Adjustment:
 
 @dataclass(frozen=True)
 class Design:
-    """A vehicle as designed: `values` are SI by dotted path.
+    """Vehicle with its parameters and effects.
 
-    `kind` is "bogie", "rig", or "vehicle": one of bodies and elements, whose `structure` says who joins whom.
+    Attributes
+    ----------
+    name : str
+    kind : str
+        "bogie", "rig", or "vehicle" for bodies and elements.
+    values : mapping
+        Numbers in SI by dotted path.
+    effects : tuple of PlacedEffect
+    settings : mapping
+        Words, switches and riding numbers that the file gives.
+    structure : Structure or None
+        Bodies and elements of a "vehicle".
+    load_states : mapping
+        Changed values by path, of each load state.
+    load_state : str or None
+        Active load state.
+    unloaded_values : mapping
+        Values without the changes of a load state.
+    profiles : ContactProfiles or None
+        Profiles from which contact parameters were computed.
+    warnings : tuple of Problem
 
-    `settings` are the words, switches and riding numbers that were given; `warnings` what is odd; `profiles` what the
-    contact was measured from, where it was.
-
+    Examples
+    --------
     >>> from railui.vehicle.design_reader import parse_design
     >>> design = parse_design("vehicle: {rig: {mass: 95 kg, gain: 2}}")
     >>> design.with_values({"vehicle.rig.mass": "0.1 t"}).value("vehicle.rig.mass")
@@ -70,44 +96,50 @@ class Design:
     warnings: tuple[Problem, ...] = field(default=(), compare=False)
     catalogue: Catalogue | None = field(default=None, compare=False, repr=False)
     structure: Structure | None = None
-    loads: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    load_states: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     load_state: str | None = None
-    declared: Mapping[str, float] = field(default_factory=dict, compare=False, repr=False)
+    unloaded_values: Mapping[str, float] = field(default_factory=dict, compare=False, repr=False)
     profiles: ContactProfiles | None = field(default=None, compare=False, repr=False)
 
     @property
-    def records(self) -> Mapping[str, Parameter]:
-        """The records of the vehicle's numbers by path."""
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Parameter records of the vehicle's numbers by path."""
         return PARAMETERS if self.structure is None else self.structure.parameters
 
     @property
-    def at_places(self) -> Mapping[str, float]:
-        """The numbers, and with them what springs and dampers stand at each place where an effect may stand."""
-        return self.values if self.structure is None else {**self.values, **self.structure.sites(self.values)}
+    def values_with_sites(self) -> Mapping[str, float]:
+        """Values, with the stiffness and damping of the suspension at each location of effects."""
+        return self.values if self.structure is None else {**self.values, **self.structure.site_values(self.values)}
 
     @property
-    def riding(self) -> Riding:
-        """The riding settings with their defaults, which depend on the use."""
+    def riding(self) -> RidingSettings:
+        """Settings of the ride quality assessment; defaults depend on the use."""
         use = str(self.setting("riding.use"))
-        numbers = {p.key: self.settings.get(p.path, BY_USE[use].get(p.path, p.default)) for p in RIDING}
-        return Riding(use, **numbers)  # type: ignore[arg-type]
+        numbers = {p.key: self.settings.get(p.path, DEFAULTS_BY_USE[use].get(p.path, p.default)) for p in RIDING}
+        return RidingSettings(use, **numbers)  # type: ignore[arg-type]
 
     @property
     def gauge_widens_clearance(self) -> bool:
-        """Is half the gauge deviation added to the flange clearance?"""
+        """True if half the gauge deviation is added to the flange clearance."""
         return bool(self.setting("contact.gauge_widens_clearance"))
 
     @property
     def rig_input(self) -> str:
-        """What u(t) of a rig is: force, base_displacement or base_acceleration."""
+        """Input u(t) of a rig: force, base_displacement or base_acceleration."""
         return str(self.setting("vehicle.rig.input"))
 
     def setting(self, path: str) -> float | str | bool:
-        """A word or switch, given or by default."""
+        """Return a word, switch or riding number, or its default."""
         return self.settings.get(path, SETTINGS[path][0])
 
     def value(self, path: str) -> float:
-        """The number at a path, SI; FileProblems naming the nearest path where there is none."""
+        """Return the number at a path [SI].
+
+        Raises
+        ------
+        FileProblems
+            If the path is unknown; the message suggests the nearest one.
+        """
         if path in self.values:
             return self.values[path]
         if path in PARAMETERS and path.startswith("riding.") and self.kind != "rig":
@@ -120,7 +152,7 @@ class Design:
         raise self._unknown(path)
 
     def paths(self) -> list[str]:
-        """Every path that holds one number of the vehicle or of its effects."""
+        """Return the path of every number of the vehicle and of its effects."""
         return [
             *self.values,
             *(
@@ -132,73 +164,71 @@ class Design:
         ]
 
     def expand(self, path: str) -> list[str]:
-        """The paths of a group, or the path itself; FileProblems naming the nearest where it is unknown.
+        """Return the paths of a group, or the path itself; FileProblems if it is unknown.
 
         >>> from railui.vehicle.design_reader import parse_design
         >>> parse_design("vehicle: {rig: {mass: 95}}").expand("vehicle.rig")[:2]
         ['vehicle.rig.mass', 'vehicle.rig.stiffness']
         """
-        found = below(path, self.paths())
+        found = expand_path(path, self.paths())
         if not found:
             raise self._unknown(path)
         return found
 
     def parameter(self, path: str) -> Parameter:
-        """The record of a path: symbol, unit, caption, range; that of an effect comes from the catalogue."""
+        """Return symbol, unit, caption and range of a path; those of an effect come from the catalogue."""
         if path in self.values:
-            return self.records[path]
+            return self.parameters[path]
         if self.kind != "rig" and path.startswith("riding.") and path in PARAMETERS:
             return PARAMETERS[path]
         effect, key = self._effect_at(path)
-        record = record_of(effect.kind, self._catalogue()) if effect is not None else None
-        found = next((p for p in (record or {}).get("parameters", ()) if p["key"] == key), None)
-        if effect is None or record is None or found is None:
+        record = None
+        if effect is not None:
+            record = effect_parameter(effect, key, path, self._catalogue(), self.values_with_sites)
+        if record is None:
             raise self._unknown(path)
-        low, high = range_at(found, effect.at, self.at_places)
-        unit, title = (
-            unit_of(found, effect.at, effect.against),
-            f"{key.replace('_', ' ')} of the {record['title']}",
-        )
-        return Parameter(
-            path,
-            str(found["symbol"]),
-            unit,
-            title,
-            origin=str(found.get("origin", "")),
-            minimum=low,
-            maximum=high,
-            usual=(low, high),
-        )
+        return record
 
     def unit(self, path: str) -> str:
-        """The SI unit of a path."""
+        """Return the SI unit of a path."""
         return self.parameter(path).unit
 
     def with_values(self, changes: Mapping[str, Any]) -> Design:
-        """A new design with some values changed: SI numbers or quantities; FileProblems otherwise."""
+        """Return a design with changed values.
+
+        Parameters
+        ----------
+        changes : mapping
+            SI numbers, or quantities such as "3 MN/m", by path; `load.state` selects a load state.
+
+        Raises
+        ------
+        FileProblems
+            If a path is unknown or a value does not fit.
+        """
         findings = Findings("override")
         values, settings = dict(self.values), dict(self.settings)
         entries = [effect.entry(given_only=True) for effect in self.effects]
         state = self.load_state
-        if STATE in changes:
-            state = str(changes[STATE])
+        if STATE_PATH in changes:
+            state = str(changes[STATE_PATH])
             try:
-                values = loaded(self, state)
+                values = values_in_load_state(self, state)
             except UnitError as error:
-                findings.add(STATE, error.message, error.remedy)
+                findings.add(STATE_PATH, error.message, error.remedy)
         for path, value in changes.items():
-            if path != STATE:
+            if path != STATE_PATH:
                 self._change(path, value, values, settings, entries, findings)
         changed = replace(self, values=values, settings=settings, load_state=state)
         return changed._with_entries(entries, findings)
 
     def with_effects(self, effects: Iterable[PlacedEffect]) -> Design:
-        """A new design with these effects, checked against the catalogue; FileProblems otherwise."""
+        """Return a design with these effects; FileProblems if one does not fit the catalogue."""
         return self._with_entries([effect.entry() for effect in effects], Findings("effects"))
 
-    def resolved(self) -> dict[str, Any]:
-        """All that decides what the design does, defaults written out: for content hashes."""
-        words = {p: self.setting(p) for p in SETTINGS if p in settings_of(self.kind)}
+    def content(self) -> dict[str, Any]:
+        """Return everything that affects a simulation, with defaults, for content hashes."""
+        words = {p: self.setting(p) for p in SETTINGS if p in setting_paths(self.kind)}
         riding = vars(self.riding) if self.kind != "rig" else None
         built = {} if self.structure is None else {"structure": self.structure.words()}
         return {
@@ -215,7 +245,7 @@ class Design:
             entries, findings, "effects", self._catalogue() if entries else (), self.values, form=self.kind,
             structure=self.structure,
         )  # fmt: skip
-        findings.stop()
+        findings.raise_errors()
         return replace(self, effects=effects)
 
     def _change(
@@ -230,9 +260,9 @@ class Design:
         effect, key = self._effect_at(path)
         try:
             if path in values:
-                values[path] = self.records[path].read(value)
-            elif path in settings_of(self.kind):
-                settings[path] = read_setting(path, value)
+                values[path] = self.parameters[path].read(value)
+            elif path in setting_paths(self.kind):
+                settings[path] = parse_setting(path, value)
             elif effect is not None:
                 entries[int(path.split(".")[1])][key] = value
             else:
@@ -250,19 +280,21 @@ class Design:
         return kernel_catalogue() if self.catalogue is None else self.catalogue
 
     def _unknown(self, path: str) -> FileProblems:
-        known = [*self.paths(), *settings_of(self.kind)]
+        known = [*self.paths(), *setting_paths(self.kind)]
         name = "design" if self.source is None else str(self.source)
-        if group := below(path, self.paths()):
+        if group := expand_path(path, self.paths()):
             told = f"name one of them, such as {group[0]}"
-            return one_problem(name, f"is a group of {len(group)} numbers", told, path)
+            return file_problem(name, f"is a group of {len(group)} numbers", told, path)
         groups = {p[:i] for p in known for i, c in enumerate(p) if c == "."}
         ends = [p for p in known if p.rpartition(".")[2] == path.rpartition(".")[2]]
-        told = f"did you mean {ends[0]!r}?" if ends and path not in ends else nearest(path, [*known, *sorted(groups)])
-        return one_problem(name, "no such parameter", told, path)
+        told = (
+            f"did you mean {ends[0]!r}?" if ends and path not in ends else suggest_name(path, [*known, *sorted(groups)])
+        )
+        return file_problem(name, "no such parameter", told, path)
 
 
-def read_setting(path: str, value: Any) -> float | str | bool:
-    """The value of a word, switch or riding number; UnitError where it does not fit."""
+def parse_setting(path: str, value: Any) -> float | str | bool:
+    """Return the value of a word, switch or riding number; UnitError if it does not fit."""
     if path in PARAMETERS:
         return PARAMETERS[path].read(value)
     choices = SETTINGS[path]
@@ -270,5 +302,5 @@ def read_setting(path: str, value: Any) -> float | str | bool:
         value = value == "true"
     if not any(value is choice or (isinstance(value, str) and value == choice) for choice in choices):
         words = [str(choice).lower() if isinstance(choice, bool) else choice for choice in choices]
-        raise UnitError(f"{value!r} is not known here", nearest(str(value), map(str, words)))
+        raise UnitError(f"{value!r} is not known here", suggest_name(str(value), map(str, words)))
     return value  # type: ignore[no-any-return]

@@ -1,4 +1,4 @@
-"""Reading design files: structure, units, ranges, effects, balance of the wheel loads."""
+"""Reading design files."""
 
 from __future__ import annotations
 
@@ -9,27 +9,31 @@ from typing import Any
 
 from railui.io.atomic import sha256, sha256_file
 from railui.io.fields import check_group
-from railui.io.problems import Findings, nearest
+from railui.io.problems import Findings, suggest_name
 from railui.io.schema_line import check_schema
-from railui.io.yaml_document import Document, parse, read_text
-from railui.vehicle.contact_profiles import filled
-from railui.vehicle.design import Adjustment, Design, Riding
+from railui.io.yaml_document import Document, parse_yaml, read_text
+from railui.vehicle.contact_profiles import fill_from_profiles
+from railui.vehicle.design import Adjustment, Design, RidingSettings
 from railui.vehicle.design_schema import design_model
 from railui.vehicle.effect_reader import read_effects
-from railui.vehicle.effect_records import Catalogue, kernel_catalogue
-from railui.vehicle.effects import PlacedEffect
-from railui.vehicle.load_states import read_loads
+from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
+from railui.vehicle.load_states import read_load_states
 from railui.vehicle.multibody import Structure
 from railui.vehicle.multibody_reader import read_structure
-from railui.vehicle.parameters import FORMS, settings_of
-from railui.vehicle.wheel_loads import balance_bogie, balance_wheel_loads
+from railui.vehicle.parameters import FORMS, setting_paths
+from railui.vehicle.wheel_loads import check_bogie_wheel_loads, check_wheel_loads
 
 
 def load_design(path_or_text: str | Path, catalogue: Catalogue | None = None) -> Design:
-    """Reads a design from a file, or from a text (with a line end or ": " in it).
+    """Read a design from a file, or from a text (recognised by a line end or ": ").
 
-    FileProblems holds every fault.
+    Raises
+    ------
+    FileProblems
+        With every problem of the file.
 
+    Examples
+    --------
     >>> load_design("name: bench\\nvehicle: {rig: {mass: 95 kg}}").name
     'bench'
     """
@@ -42,12 +46,12 @@ def load_design(path_or_text: str | Path, catalogue: Catalogue | None = None) ->
 def parse_design(
     text: str, file: str = "design", source: Path | None = None, catalogue: Catalogue | None = None
 ) -> Design:
-    """Reads a design from a text; `file` is what problems call it."""
-    document = parse(text, file)
+    """Read a design from a text; `file` names it in problems."""
+    document = parse_yaml(text, file)
     findings = document.findings()
     design = _read(document, findings, source, catalogue)
-    findings.stop()
-    assert design is not None  # every way to None leaves a problem
+    findings.raise_errors()
+    assert design is not None  # `_read` returns None only after it reported an error
     return design
 
 
@@ -59,13 +63,15 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
     check_schema(data, "design", findings)
     form, data = _form(data, findings)
     loads, data = data.get("load"), {key: value for key, value in data.items() if key != "load"}
-    data, profiles = (data, None) if form == "rig" else filled(data, findings, source and source.parent, form)
+    data, profiles = (
+        (data, None) if form == "rig" else fill_from_profiles(data, findings, source and source.parent, form)
+    )
     structure: Structure | None = None
     own: dict[str, float] = {}
     if form == "vehicle":
         structure, own = read_structure(data, findings)
         data = _without_structure(data)
-    extra = [p.path for p in FORMS.get(form, ())] + list(settings_of(form))
+    extra = [p.path for p in FORMS.get(form, ())] + list(setting_paths(form))
     model = check_group(design_model(form), data, findings, extra=extra)
     values = _numbers(data, form) if model is None else {p.path: float(_at(model, p.path)) for p in FORMS.get(form, ())}
     values |= own
@@ -78,15 +84,15 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         return None
     _cushion(model, form, findings)
     if form == "bogie":
-        balance_bogie(values, effects, findings)
+        check_bogie_wheel_loads(values, effects, findings)
     elif structure is not None:
-        balance_wheel_loads(structure, values, findings)
+        check_wheel_loads(structure, values, findings)
     design = Design(
         name=str(_at(model, "name")) or (source.stem if source else form),
         kind=form,
         values=values,
         effects=effects,
-        settings={p: _at(model, p) for p in settings_of(form) if _stands(data, p)},
+        settings={p: _at(model, p) for p in setting_paths(form) if _stands(data, p)},
         source=source,
         sha256=sha256_file(source) if source else sha256(document.text),
         warnings=findings.warnings(),
@@ -94,11 +100,11 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         structure=structure,
         profiles=profiles,
     )
-    return _adjusted(read_loads(loads, design, findings), model, findings)
+    return _adjusted(read_load_states(loads, design, findings), model, findings)
 
 
 def _without_structure(data: dict[str, Any]) -> dict[str, Any]:
-    """The design without what describes bodies, elements and contacts."""
+    """Return the data without bodies, elements and contact groups."""
     contact = data.get("contact")
     kept = {key: value for key, value in data.items() if key not in ("vehicle", "contact")}
     if isinstance(contact, dict) and "gauge_widens_clearance" in contact:
@@ -107,7 +113,7 @@ def _without_structure(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _form(data: dict[str, Any], findings: Findings) -> tuple[str, dict[str, Any]]:
-    """The form of the vehicle, and the data without what this form does not have."""
+    """Return the kind of the vehicle, and the data without groups that this kind does not have."""
     vehicle = data.get("vehicle")
     if not isinstance(vehicle, dict):
         return "bogie", data
@@ -138,7 +144,7 @@ def _stands(data: Any, path: str) -> bool:
 
 
 def _numbers(data: dict[str, Any], form: str) -> dict[str, float]:
-    """What can be read of a faulty design, for the defaults of its effects."""
+    """Return the readable numbers of a faulty design, for the defaults of its effects."""
     values: dict[str, float] = {}
     for p in FORMS.get(form, ()):
         here: Any = data
@@ -157,14 +163,14 @@ def _cushion(model: Any, form: str, findings: Findings) -> None:
 
 
 def _adjusted(design: Design, model: Any, findings: Findings) -> Design:
-    """Adds the adjustment, whose names and covariance must go together."""
+    """Add the adjustment; check that its names and covariance fit."""
     given = model.adjustment
     if given is None:
         return design
     known = set(design.paths())
     for i, name in enumerate(given.names):
         if name not in known:
-            findings.add(f"adjustment.names.{i}", f"no such parameter {name!r}", nearest(name, sorted(known)))
+            findings.add(f"adjustment.names.{i}", f"no such parameter {name!r}", suggest_name(name, sorted(known)))
     n, rows = len(given.names), given.covariance
     whole = len(rows) == n and all(len(row) == n for row in rows)
     if not whole:
@@ -187,4 +193,4 @@ def _adjusted(design: Design, model: Any, findings: Findings) -> Design:
     return replace(design, adjustment=adjustment)
 
 
-__all__ = ["Adjustment", "Design", "PlacedEffect", "Riding", "load_design", "parse_design"]
+__all__ = ["Adjustment", "Design", "PlacedEffect", "RidingSettings", "load_design", "parse_design"]

@@ -1,4 +1,4 @@
-"""The shape of a design file, built from the list of parameters: for checking and for the JSON Schema."""
+"""Pydantic models of design files, built from the parameter list, for validation and for the JSON Schema."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from typing import Annotated, Any
 from pydantic import Field, create_model
 from pydantic.config import JsonDict
 
-from railui.io.fields import LISTED, Group, Objects, Reader, Switch, Text, quantity_schema, word
-from railui.vehicle.parameters import FORMS, RIDING, SETTINGS, Parameter, nested, settings_of
+from railui.io.fields import LIST, Group, Objects, Switch, Text, ValueReader, choice_reader, quantity_schema
+from railui.vehicle.parameters import FORMS, RIDING, SETTINGS, Parameter, nest, setting_paths
 
 
 class AdjustmentModel(Group):
-    """What an adjustment leaves behind: which campaign, the adjusted paths, their covariance."""
+    """`adjustment` of a design: campaign, estimated paths and their covariance."""
 
     campaign: Text
     sha256: Text = ""
-    names: Annotated[list[Text], LISTED]
-    covariance: Annotated[list[Annotated[list[float], LISTED]], LISTED]
+    names: Annotated[list[Text], LIST]
+    covariance: Annotated[list[Annotated[list[float], LIST]], LIST]
 
 
-def number(parameter: Parameter) -> tuple[Any, Any]:
-    """The field of one parameter."""
+def number_field(parameter: Parameter) -> tuple[Any, Any]:
+    """Return the model field of a parameter."""
     p = parameter
     more: dict[str, Any] = {"title": p.caption, "unit": p.unit, "symbol": p.symbol}
-    more |= {k: v for k, v in {"origin": p.origin, "prior_standard_deviation": p.prior}.items() if v}
-    bounds = {"exclusiveMinimum" if p.above else "minimum": p.minimum, "maximum": p.maximum}
+    more |= {k: v for k, v in {"origin": p.origin, "prior_standard_deviation": p.prior_sd}.items() if v}
+    bounds = {"exclusiveMinimum" if p.exclusive_minimum else "minimum": p.minimum, "maximum": p.maximum}
     schema = quantity_schema(p.unit, **more)
     schema["anyOf"][0] |= {k: v for k, v in bounds.items() if abs(v) < float("inf")}
-    kind = Annotated[float, Reader(p.read, schema)]
+    kind = Annotated[float, ValueReader(p.read, schema)]
     sample: JsonDict = {"sample": p.sample()}
     if p.optional:
         return kind, Field(default=None, json_schema_extra=sample)
@@ -39,10 +39,10 @@ def number(parameter: Parameter) -> tuple[Any, Any]:
     return kind, Field(default=p.default)
 
 
-def setting(path: str) -> tuple[Any, Any]:
-    """The field of one word or switch."""
+def setting_field(path: str) -> tuple[Any, Any]:
+    """Return the model field of a word or switch."""
     choices = SETTINGS[path]
-    kind = Switch if isinstance(choices[0], bool) else Annotated[str, word(tuple(map(str, choices)))]
+    kind = Switch if isinstance(choices[0], bool) else Annotated[str, choice_reader(tuple(map(str, choices)))]
     return kind, choices[0]
 
 
@@ -59,21 +59,21 @@ def _group(name: str, tree: dict[str, Any]) -> type[Group]:
 
 
 def number_group(name: str, parameters: Iterable[Parameter]) -> type[Group]:
-    """The model of a group of numbers; the paths of the parameters are its keys."""
-    return _group(name, {p.path: number(p) for p in parameters})
+    """Return the model of a group of numbers; the paths of the parameters are its keys."""
+    return _group(name, {p.path: number_field(p) for p in parameters})
 
 
 @cache
 def design_model(form: str) -> type[Group]:
-    """The model of a whole design of one form: "bogie", "rig", or "vehicle" without its bodies and elements."""
-    fields: dict[str, Any] = {p.path: number(p) for p in FORMS.get(form, ())}
-    riding = {p.path: number(p) for p in RIDING}
-    for path in settings_of(form):
-        fields[path] = riding[path] if path in riding else setting(path)
+    """Return the model of a "bogie", a "rig", or a "vehicle" without its bodies and elements."""
+    fields: dict[str, Any] = {p.path: number_field(p) for p in FORMS.get(form, ())}
+    riding = {p.path: number_field(p) for p in RIDING}
+    for path in setting_paths(form):
+        fields[path] = riding[path] if path in riding else setting_field(path)
     top: dict[str, Any] = {
         "schema_": (Text, Field(default="railui.design/1", alias="schema")),
         "name": (Text, ""),
-        **nested(fields),
+        **nest(fields),
         "effects": (Objects, Field(default_factory=list)),
         "adjustment": (AdjustmentModel, None),
     }

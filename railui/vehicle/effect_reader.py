@@ -1,4 +1,4 @@
-"""Reading effects of a file: kind, place, wheelset and numbers against the catalogue."""
+"""Reading effects of a file: kind, location, wheelset and numbers, checked against the catalogue."""
 
 from __future__ import annotations
 
@@ -7,29 +7,31 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from railui.io.problems import Findings, nearest
-from railui.io.units import UnitError, own_quantity, quantity
-from railui.io.yaml_nodes import join
+from railui.io.problems import Findings, suggest_name
+from railui.io.units import UnitError, quantity, quantity_in_any_unit
+from railui.io.yaml_nodes import join_path
 from railui.runs.columns import RIG_COLUMNS, columns_of
-from railui.vehicle.effect_records import (
-    PER_WHEELSET,
+from railui.vehicle.effects import (
+    WHEELSET_LOCATIONS,
     Catalogue,
+    Number,
+    PlacedEffect,
     Record,
     default_at,
-    is_absolute,
-    is_against,
+    has_abscissa,
+    has_absolute_range,
+    has_equal_steps,
     is_curve,
-    is_even,
     is_sensor,
+    parameter_unit,
     range_at,
     record_of,
     unit_at,
 )
-from railui.vehicle.effects import Number, PlacedEffect
 from railui.vehicle.multibody import Structure
 
-AGAINST = ("z", "v", "s")
-TERMS = {
+ABSCISSAE = ("z", "v", "s")
+SUPERSEDED_TERMS = {
     "stiffness": ("stiffness",),
     "stiffness_and_damping": ("stiffness", "damping"),
     "creep_forces": ("creep forces",),
@@ -48,28 +50,46 @@ def read_effects(
     sensors: bool = False,
     structure: Structure | None = None,
 ) -> tuple[PlacedEffect, ...]:
-    """Effects of a list, faults told at their marks; `values` are the vehicle's numbers for the defaults."""
+    """Read a list of effects; problems join `findings`.
+
+    Parameters
+    ----------
+    raw : sequence
+        Entries of the file.
+    findings : Findings
+    path : str
+        Path of the list in the file.
+    catalogue : sequence of records
+    values : mapping
+        Numbers of the vehicle, on which defaults depend.
+    form : str
+        Kind of the vehicle.
+    sensors : bool
+        True for effects of sensors.
+    structure : Structure, optional
+        Bodies and elements of a multibody vehicle.
+    """
     if structure is not None:
-        values = {**values, **structure.sites(values)}
+        values = {**values, **structure.site_values(values)}
     reader = _Reader(findings, catalogue, values, form, sensors, structure)
-    read = {i: reader.effect(entry, join(path, str(i))) for i, entry in enumerate(raw)}
+    read = {i: reader.effect(entry, join_path(path, str(i))) for i, entry in enumerate(raw)}
     effects = {i: effect for i, effect in read.items() if effect is not None}
-    told_twice(effects, findings, path, catalogue)
+    check_conflicts(effects, findings, path, catalogue)
     return tuple(effects.values())
 
 
-def told_twice(effects: Mapping[int, PlacedEffect], findings: Findings, path: str, catalogue: Catalogue) -> None:
-    """Two effects that supersede the same linear term at the same place are an error that names both."""
+def check_conflicts(effects: Mapping[int, PlacedEffect], findings: Findings, path: str, catalogue: Catalogue) -> None:
+    """Report effects that supersede the same linear term at the same location."""
     seen: list[tuple[str, int, PlacedEffect]] = []
     for i, effect in effects.items():
         record = record_of(effect.kind, catalogue) or {}
-        mine = TERMS.get(str(record.get("supersedes")), ())
+        mine = SUPERSEDED_TERMS.get(str(record.get("supersedes")), ())
         clash = next(((t, j, o) for t, j, o in seen if t in mine and o.at == effect.at and _meet(o, effect)), None)
         if clash is not None:
             term, j, other = clash
-            pair = f"{effect.kind} and {other.kind} ({join(path, str(j))})"
+            pair = f"{effect.kind} and {other.kind} ({join_path(path, str(j))})"
             what = f"{pair} both supersede the declared {term} at {effect.at}"
-            findings.add(join(path, str(i)), what, "leave one of them out")
+            findings.add(join_path(path, str(i)), what, "leave one of them out")
         seen += [(term, i, effect) for term in mine]
 
 
@@ -96,12 +116,12 @@ class _Reader:
         at = self.place(raw, record, path)
         wheelset = self.wheelset(raw, at, path) if at else None
         against = self.against(raw, record, path)
-        known = ["kind", "at", "wheelset", *(["against"] if is_against(record) else [])]
+        known = ["kind", "at", "wheelset", *(["against"] if has_abscissa(record) else [])]
         known += [str(p["key"]) for p in record["parameters"]]
         for key in raw:
             if key not in known:
-                told = nearest(key, known)
-                self.findings.add(join(path, key), f"unknown key of {record['kind']}", told, key=True)
+                told = suggest_name(key, known)
+                self.findings.add(join_path(path, key), f"unknown key of {record['kind']}", told, key=True)
         if at is None:
             return None
         return self.numbers(raw, record, at, wheelset, against, path)
@@ -113,17 +133,19 @@ class _Reader:
             return None
         record = record_of(str(raw["kind"]), self.catalogue)
         if record is None:
-            self.findings.add(join(path, "kind"), f"unknown kind {raw['kind']!r}", nearest(str(raw["kind"]), kinds))
+            self.findings.add(
+                join_path(path, "kind"), f"unknown kind {raw['kind']!r}", suggest_name(str(raw["kind"]), kinds)
+            )
         elif is_sensor(record) and not self.sensors:
             self.findings.add(
-                join(path, "kind"),
+                join_path(path, "kind"),
                 f"{raw['kind']} belongs to a sensor, not to a vehicle",
                 "move it to `sensors` of the campaign",
             )
             return None
         elif self.sensors and not is_sensor(record):
             self.findings.add(
-                join(path, "kind"),
+                join_path(path, "kind"),
                 f"{raw['kind']} belongs to the vehicle, not to a sensor",
                 "move it to `effects` of the design",
             )
@@ -143,36 +165,38 @@ class _Reader:
         if at is None:
             self.findings.add(path, f"{record['kind']} has no place", f"add `at:`, one of {', '.join(places)}")
         elif not places:
-            self.findings.add(join(path, "at"), f"{record['kind']} has no place at a {self.form}", "leave it out")
+            self.findings.add(join_path(path, "at"), f"{record['kind']} has no place at a {self.form}", "leave it out")
         elif at not in places:
-            self.findings.add(join(path, "at"), f"{record['kind']} cannot stand at {at!r}", nearest(str(at), places))
+            self.findings.add(
+                join_path(path, "at"), f"{record['kind']} cannot stand at {at!r}", suggest_name(str(at), places)
+            )
         else:
             return str(at)
         return None
 
     @staticmethod
     def built(record: Record, structure: Structure) -> list[str]:
-        """The places of a vehicle of bodies and elements; it has a coach of its own, and is no linkage."""
+        """Return the locations of a multibody vehicle, which has a carbody itself and takes no coach_mode."""
         if record.get("acts") == "body":
             return []
-        return [at for at, place in structure.places.items() if place.like in record["at"]]
+        return [at for at, place in structure.effect_locations.items() if place.catalogue_name in record["at"]]
 
     def wheelset(self, raw: Mapping[str, Any], at: str, path: str) -> int | None:
         wheelset = raw.get("wheelset")
         if wheelset is None:
             return None
         if self.structure is not None:
-            numbers = [n for n in self.structure.places[at].numbers if n]
+            numbers = [n for n in self.structure.effect_locations[at].numbers if n]
             if wheelset not in numbers or isinstance(wheelset, bool):
                 told = f"write one of {numbers}, or leave the key out for all" if numbers else "leave the key out"
-                self.findings.add(join(path, "wheelset"), f"{at} has no number {wheelset!r}", told)
+                self.findings.add(join_path(path, "wheelset"), f"{at} has no number {wheelset!r}", told)
                 return None
             return int(wheelset)
-        if at not in PER_WHEELSET:
-            self.findings.add(join(path, "wheelset"), f"{at} has no wheelset", "leave the key out")
+        if at not in WHEELSET_LOCATIONS:
+            self.findings.add(join_path(path, "wheelset"), f"{at} has no wheelset", "leave the key out")
         elif isinstance(wheelset, bool) or wheelset not in (1, 2):
             self.findings.add(
-                join(path, "wheelset"),
+                join_path(path, "wheelset"),
                 f"{wheelset!r} is no wheelset",
                 "write 1 (leading) or 2 (trailing), or leave the key out for both",
             )
@@ -181,12 +205,12 @@ class _Reader:
         return None
 
     def against(self, raw: Mapping[str, Any], record: Record, path: str) -> str | None:
-        if not is_against(record):
+        if not has_abscissa(record):
             return None
         against = raw.get("against", "z")
-        if against not in AGAINST:
+        if against not in ABSCISSAE:
             self.findings.add(
-                join(path, "against"), f"{against!r} is none of z, v, s", "write what `motion` is: z, v or s"
+                join_path(path, "against"), f"{against!r} is none of z, v, s", "write what `motion` is: z, v or s"
             )
             return None
         return str(against)
@@ -204,8 +228,8 @@ class _Reader:
         defaulted: set[str] = set()
         before = len(self.findings.problems)
         for parameter in record["parameters"]:
-            key, where = str(parameter["key"]), join(path, str(parameter["key"]))
-            unit = unit_of(parameter, at, against)
+            key, where = str(parameter["key"]), join_path(path, str(parameter["key"]))
+            unit = parameter_unit(parameter, at, against)
             try:
                 if raw.get(key) is not None:
                     read[key] = _read(raw[key], parameter, at, unit, self.values, curve=is_curve(record))
@@ -218,13 +242,13 @@ class _Reader:
             except UnitError as error:
                 self.findings.add(where, error.message, error.remedy)
         if is_curve(record):
-            self.curve(read, [str(p["key"]) for p in record["parameters"]], path, even=is_even(record))
+            self.curve(read, [str(p["key"]) for p in record["parameters"]], path, even=has_equal_steps(record))
         if len(self.findings.problems) > before:
             return None
         return PlacedEffect(str(record["kind"]), at, wheelset, read, against, frozenset(defaulted))
 
     def curve(self, read: Mapping[str, Number], keys: Sequence[str], path: str, *, even: bool) -> None:
-        """Lists of equal length over the first of them, which rises, by equal steps where it must be `even`."""
+        """Check that lists have equal length and the first one rises, by equal steps if `even`."""
         first = read.get(keys[0])
         if not isinstance(first, tuple):
             return
@@ -232,22 +256,14 @@ class _Reader:
             other = read.get(key)
             if isinstance(other, tuple) and (len(other) != len(first) or len(first) < 2):
                 what = f"{len(other)} values of {key} stand against {len(first)} of {keys[0]}"
-                self.findings.add(join(path, key), what, "give as many, two at least")
+                self.findings.add(join_path(path, key), what, "give as many, two at least")
                 return
         steps = [b - a for a, b in pairwise(first)]
         if min(steps, default=0.0) <= 0.0:
             told = f"sort the curve by its {keys[0]}"
-            self.findings.add(join(path, keys[0]), "does not rise from value to value", told)
+            self.findings.add(join_path(path, keys[0]), "does not rise from value to value", told)
         elif even and max(steps) > 1.001 * min(steps):
-            self.findings.add(join(path, keys[0]), "has unequal steps", "space the values equally")
-
-
-def unit_of(parameter: Record, at: str, against: str | None = None) -> str:
-    """The unit of a parameter at a place; the motion of a curve has that of what it stands against."""
-    word = str(parameter["unit"])
-    if against in ("v", "s") and parameter["key"] == "motion":
-        word = "v" if against == "v" else "m"
-    return unit_at(word, at)
+            self.findings.add(join_path(path, keys[0]), "has unequal steps", "space the values equally")
 
 
 def _read(value: Any, parameter: Record, at: str, unit: str, values: Mapping[str, float], *, curve: bool) -> Number:
@@ -259,7 +275,7 @@ def _read(value: Any, parameter: Record, at: str, unit: str, values: Mapping[str
 
 
 def _one(value: Any, at: str, unit: str) -> float:
-    return own_quantity(value) if at == "rig" or at in RIG_COLUMNS else quantity(value, unit)
+    return quantity_in_any_unit(value) if at == "rig" or at in RIG_COLUMNS else quantity(value, unit)
 
 
 def _inside(number: float, value: Any, parameter: Record, at: str, values: Mapping[str, float]) -> float:
@@ -267,8 +283,8 @@ def _inside(number: float, value: Any, parameter: Record, at: str, values: Mappi
     lowest = float(parameter["minimum"]) if parameter.get("minimum") is not None else -1.0
     if number < 0 <= lowest or (number == 0 < lowest):
         raise UnitError(f"{value!r} is too small", f"give a value above {'0' if lowest else 'or equal to 0'}")
-    loose = 1e-9 * abs(number)  # a fit may end on the bound itself
-    if is_absolute(parameter) and not low - loose <= number <= high + loose:
+    loose = 1e-9 * abs(number)  # a fit may end on the bound
+    if has_absolute_range(parameter) and not low - loose <= number <= high + loose:
         raise UnitError(
             f"{value!r} is out of range",
             f"give {low:.6g} to {high:.6g} {unit_at(str(parameter['unit']), at)}",

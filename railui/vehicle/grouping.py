@@ -8,8 +8,8 @@ from typing import Any
 from railui.vehicle.model import Model
 
 
-def by_structure(models: Sequence[Model]) -> Iterator[list[int]]:
-    """The indices of models that may share the lanes of one kernel call, group by group."""
+def group_by_structure(models: Sequence[Model]) -> Iterator[list[int]]:
+    """Yield the indices of models that may share a kernel call, group by group."""
     found: dict[tuple[Any, ...], list[int]] = {}
     for i, model in enumerate(models):
         found.setdefault(_structure(model), []).append(i)
@@ -17,7 +17,7 @@ def by_structure(models: Sequence[Model]) -> Iterator[list[int]]:
 
 
 def _structure(model: Model) -> tuple[Any, ...]:
-    """What vehicles must share to ride in the lanes of one kernel call."""
+    """Return everything that vehicles of one kernel call have in common."""
     design = model.design
     words = (design.gauge_widens_clearance, design.setting("riding.guidance"))
-    return (model.form, design.riding, words)
+    return (model.structure_key, design.riding, words)

@@ -1,13 +1,13 @@
-"""Bodies and elements of a design as the kernel's layout: every number by its place in the row."""
+"""Kernel layout of a multibody design: every number by its index in the row."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
 
-from railui.core import BodyLayout, FloorLayout, JointLayout, Layout, Number, Point, WheelsLayout
-from railui.vehicle.element_kinds import WAYS
-from railui.vehicle.multibody import Joined, Member, Part, Structure
+from railui.core import BodyLayout, FloorLayout, JointLayout, KernelPoint, Layout, LinearSum, WheelsLayout
+from railui.vehicle.element_kinds import DIRECTIONS
+from railui.vehicle.multibody import Joint, Member, Part, Structure
 from railui.vehicle.multibody_reader import position_terms
 
 # lambda, kappa_x, kappa_y, epsilon, delta, sigma
@@ -18,15 +18,15 @@ CONTACT = (
 
 
 @cache
-def paths_of(structure: Structure) -> tuple[str, ...]:
-    """The paths of a vehicle's numbers in the order of its row."""
+def structure_paths(structure: Structure) -> tuple[str, ...]:
+    """Return the paths of a vehicle's numbers in the order of its row."""
     return tuple(structure.parameters)
 
 
 @cache
-def layout_of(structure: Structure) -> Layout:
-    """The layout of a structure; its numbers stand in the order of `paths_of`."""
-    return _Builder(structure, {path: i for i, path in enumerate(paths_of(structure))}).layout()
+def kernel_layout(structure: Structure) -> Layout:
+    """Return the kernel layout of a structure; its numbers have the order of `structure_paths`."""
+    return _Builder(structure, {path: i for i, path in enumerate(structure_paths(structure))}).layout()
 
 
 class _Builder:
@@ -39,14 +39,14 @@ class _Builder:
         joints = [self.joint(joint) for joint in self.structure.joints]
         return Layout(len(self.columns), bodies, joints, [self.floor(part) for part in self.structure.floor])
 
-    def number(self, part: Part, key: str) -> Number:
-        """One number of a part; none where it has none."""
-        return [(1.0, self.columns[part.at(key)])] if key in part.keys else []
+    def number(self, part: Part, key: str) -> LinearSum:
+        """Return the index of a part's number; empty if it has none."""
+        return [(1.0, self.columns[part.number_path(key)])] if key in part.keys else []
 
-    def x(self, member: Member) -> Number:
+    def x(self, member: Member) -> LinearSum:
         return [(factor, self.columns[path]) for factor, path in position_terms(self.structure, member)]
 
-    def height(self, member: Member) -> Number:
+    def height(self, member: Member) -> LinearSum:
         return self.number(member.part, "rolling_radius" if member.is_wheelset else "height")
 
     def body(self, member: Member) -> BodyLayout:
@@ -74,31 +74,31 @@ class _Builder:
             spin_creep=[(1.0, self.columns["contact.spin_creep"])],
         )
 
-    def joint(self, joint: Joined) -> JointLayout:
+    def joint(self, joint: Joint) -> JointLayout:
         part = joint.part
         member = next(self.structure.members[name] for name in joint.ends if name is not None)
         first = self.point(part, "", (self.x(member), [], self.height(member)))
         points = first, self.point(part, "_to", first) if part.kind == "link" else first
         ends = [None if end is None else self.index[end] for end in joint.ends]
-        mirrored, carried = self.structure.mirrored(part), self.number(part, "static_load")
+        mirrored, carried = self.structure.is_mirrored(part), self.number(part, "static_load")
         return JointLayout(part.name, joint.number, (ends[0], ends[1]), points, mirrored, self.terms(part), carried)
 
-    def point(self, part: Part, end: str, otherwise: Point) -> Point:
-        """Where an element holds; what it does not say is as `otherwise`: the centre of its first body."""
+    def point(self, part: Part, end: str, otherwise: KernelPoint) -> KernelPoint:
+        """Return the attachment point of an element; absent coordinates are those of `otherwise`."""
         given = [self.number(part, f"{key}{end}") for key in ("x", "y", "height")]
         if part.word("side") == "left":
             given[1] = [(-factor, i) for factor, i in given[1]]
         x, y, height = (own or other for own, other in zip(given, otherwise, strict=True))
         return x, y, height
 
-    def terms(self, part: Part) -> list[tuple[str, str, list[Number]]]:
-        def of(*keys: str) -> list[Number]:
+    def terms(self, part: Part) -> list[tuple[str, str, list[LinearSum]]]:
+        def of(*keys: str) -> list[LinearSum]:
             return [self.number(part, key) for key in keys]
 
         if part.kind == "spring":
-            return [(way, "spring", of(f"{way}_stiffness")) for way in WAYS]
+            return [(way, "spring", of(f"{way}_stiffness")) for way in DIRECTIONS]
         if part.kind == "damper":
-            return [(way, "damper", of(f"{way}_damping")) for way in WAYS]
+            return [(way, "damper", of(f"{way}_damping")) for way in DIRECTIONS]
         if part.kind == "link":
             return [("along", "spring", of("stiffness")), ("along", "damper", of("damping"))]
         if part.kind == "anti_roll_bar":
@@ -109,6 +109,6 @@ class _Builder:
         return [(direction, "series", of("stiffness", "damping", "blow_off"))]
 
     def floor(self, part: Part) -> FloorLayout:
-        member = self.structure.of(part.word("body"))[0]
+        member = self.structure.members_named(part.word("body"))[0]
         x, height = (self.number(part, key) for key in ("x", "height"))
         return FloorLayout(part.name, self.index[member.name], (x, [], height or self.height(member)))

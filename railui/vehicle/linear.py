@@ -1,128 +1,141 @@
-"""The linear vehicle: its state matrix, with the effects that are linear or with all of them as they are at rest."""
+"""State matrices and eigenvalues of vehicles, with their linear effects or linearised about rest."""
 
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
-from railui.core import Batch, Vehicles, eigenvalues_of
+from railui.core import Batch, Vehicles, matrix_eigenvalues
+from railui.memo import IdentityCache
 from railui.track import Track
 from railui.track.excitation import Excitation, TrackSource
 from railui.vehicle.model import Model
 
-STRAIGHT: Final = TrackSource(Track(np.arange(4.0), np.zeros(4)), "straight and level")
-# m, rad, m/s where a law is asked whether it is linear; 0.1 m derails
+STRAIGHT_TRACK: Final = TrackSource(Track(np.arange(4.0), np.zeros(4)), "straight and level")
+# m, rad, m/s at which the linearity of a law is tested; 0.1 m would derail
 AMPLITUDES: Final = (1e-5, 1e-4, 1e-3, 1e-2, 4e-2)
-NUDGE: Final = 1e-9  # of a state from rest, where nothing cancels: smaller than any slip speed or play
-MOST: Final = 256  # vehicles of which it is remembered
-_LINEAR: dict[Any, tuple[bool, ...]] = {}
+LINEARITY_TOLERANCE: Final = 1e-8  # relative to the largest derivative
+# m, rad, m/s; differences about rest lose no digits, and it is below any slip speed or clearance
+PERTURBATION: Final = 1e-9
+MAX_CACHED_MODELS: Final = 256
+_LINEAR_EFFECTS: Final = IdentityCache[tuple[bool, ...]](MAX_CACHED_MODELS)
 
 
-def is_lateral(dof: str) -> bool:
-    """Is a degree of freedom a lateral displacement?
+def state_derivatives(
+    model: Model, vehicles: Vehicles, batch: Batch, states: FloatArray, speed: float = 1.0
+) -> FloatArray:
+    """Return the state derivatives [n, state] of n vehicles in given states on straight level track.
 
-    >>> [is_lateral(dof) for dof in ("y", "y1", "y_c", "y.frame", "psi1", "phi.frame")]
-    [True, True, True, True, False, False]
+    Parameters
+    ----------
+    model : Model
+    vehicles : Vehicles
+    batch : Batch
+    states : array [n, state]
+    speed : float
+        Speed [m/s].
     """
-    return dof.startswith("y")
-
-
-def rates(model: Model, vehicles: Vehicles, batch: Batch, states: FloatArray, speed: float = 1.0) -> FloatArray:
-    """Rate of change [n, states] of n vehicles in given states [n, states] on straight level track at a speed [m/s]."""
-    row = _level(model.behind()).copy()
+    row = _level_track_row(model.wheelset_distances()).copy()
     row[1] = speed
-    return vehicles.rates(batch, row, states)
+    return vehicles.state_derivatives(batch, row, states)
 
 
 @lru_cache(maxsize=64)
-def _level(behind: tuple[float, ...]) -> FloatArray:
-    return np.ascontiguousarray(Excitation(STRAIGHT, 1.0).table(behind, 1)[0])
+def _level_track_row(behind: tuple[float, ...]) -> FloatArray:
+    return np.ascontiguousarray(Excitation(STRAIGHT_TRACK, 1.0).table(behind, 1)[0])
 
 
 def linear_effects(model: Model) -> tuple[bool, ...]:
-    """Which effects of a vehicle are linear: at twice the motion they give twice the force, at any amplitude.
+    """Test for each effect whether twice the motion gives twice the force at any amplitude.
 
-    >>> from railui.ride_quality.evaluation import model_of
-    >>> linear_effects(model_of("designs/test_bogie.yaml"))
+    >>> from railui.vehicle.resolve import resolve_model
+    >>> linear_effects(resolve_model("designs/test_bogie.yaml"))
     ()
     """
-    key = (model.form, model.row.tobytes())
-    if key not in _LINEAR:
-        _LINEAR[key] = _linear_effects(model)
-        for oldest in list(_LINEAR)[:-MOST]:
-            _LINEAR.pop(oldest, None)
-    return _LINEAR[key]
+    key = (model.structure_key, model.row.tobytes())
+    return _LINEAR_EFFECTS.get(key, lambda: _test_linearity(model))
 
 
-def _linear_effects(model: Model) -> tuple[bool, ...]:
+def _test_linearity(model: Model) -> tuple[bool, ...]:
     count = len(model.effects)
     if not count:
         return ()
-    vehicles, one = model.vehicles(), model.batch(np.tile(model.row, (count + 1, 1)))
-    batch = Batch(one.numbers, one.effects, np.vstack([np.zeros(count), np.eye(count)]))
-    some = np.random.default_rng(1).uniform(0.5, 1.0, vehicles.states(batch))  # a motion of everything at once
-    linear = np.ones(count, dtype=bool)
-    for size in AMPLITUDES:
-        moved = [np.tile(factor * size * some, (count + 1, 1)) for factor in (1.0, 2.0, -1.0)]
-        found = [rates(model, vehicles, batch, x, 40.0) for x in moved]
-        one_time, twice, back = (x[1:] - x[0] for x in found)
-        off = np.maximum(np.abs(twice - 2 * one_time).max(axis=1), np.abs(back + one_time).max(axis=1))
-        linear &= off <= 1e-8 * np.maximum(np.abs(found[1]).max(), 1e-300)
-    return tuple(bool(x) for x in linear)
+    vehicles, copies = model.vehicles(), model.batch(np.tile(model.row, (count + 1, 1)))
+    # the first vehicle has no effect, each other one a single effect
+    batch = Batch(copies.numbers, copies.effects, np.vstack([np.zeros(count), np.eye(count)]))
+    motion = np.random.default_rng(1).uniform(0.5, 1.0, vehicles.state_count(batch))
+    is_linear = np.ones(count, dtype=bool)
+    for amplitude in AMPLITUDES:
+        states = [np.tile(factor * amplitude * motion, (count + 1, 1)) for factor in (1.0, 2.0, -1.0)]
+        derivatives = [state_derivatives(model, vehicles, batch, x, 40.0) for x in states]
+        single, double, negative = (x[1:] - x[0] for x in derivatives)
+        deviation = np.maximum(np.abs(double - 2 * single).max(axis=1), np.abs(negative + single).max(axis=1))
+        is_linear &= deviation <= LINEARITY_TOLERANCE * np.maximum(np.abs(derivatives[1]).max(), 1e-300)
+    return tuple(bool(x) for x in is_linear)
 
 
 def state_matrices(model: Model, rows: FloatArray, speeds: FloatArray, *, at_rest: bool = False) -> FloatArray:
-    """State matrices [n, states, states] of vehicles [n, row], each at its speed [m/s], x = [q, q', own states].
+    """Return the state matrices [n, state, state] of vehicles, x = [q, q', states of effects].
 
-    With the effects that are linear; `at_rest`: with all of them, by their slopes where the vehicle stands
-    still (a dry friction is a stiff damper there, a free play no spring). By central differences of the
-    kernel's own rate of change about zero, where linear terms lose no digit.
+    Central differences of the kernel's state derivatives about zero, where linear terms lose no digit.
+
+    Parameters
+    ----------
+    model : Model
+    rows : array [n, row]
+        Numbers of the vehicles.
+    speeds : array [n]
+        Speed of each vehicle [m/s].
+    at_rest : bool
+        Include all effects, linearised about rest (dry friction is a stiff damper there, a clearance no spring),
+        instead of the linear effects only.
     """
-    vehicles, batch = _scaled(model, rows, speeds, at_rest)
-    n, states = len(rows), vehicles.states(batch)
-    nudges = NUDGE * np.vstack([np.eye(states), -np.eye(states)])
-    each = batch.select(np.repeat(np.arange(n), 2 * states))
-    found = rates(model, vehicles, each, np.tile(nudges, (n, 1)))
-    found = found.reshape(n, 2, states, states)
-    with np.errstate(over="ignore", invalid="ignore"):  # of masses next to nothing
-        slopes: FloatArray = (found[:, 0] - found[:, 1]) / (2 * NUDGE)
+    vehicles, batch = _at_speeds(model, rows, speeds, at_rest)
+    n, states = len(rows), vehicles.state_count(batch)
+    perturbations = PERTURBATION * np.vstack([np.eye(states), -np.eye(states)])
+    repeated = batch.select(np.repeat(np.arange(n), 2 * states))
+    derivatives = state_derivatives(model, vehicles, repeated, np.tile(perturbations, (n, 1)))
+    derivatives = derivatives.reshape(n, 2, states, states)
+    with np.errstate(over="ignore", invalid="ignore"):  # masses near zero
+        slopes: FloatArray = (derivatives[:, 0] - derivatives[:, 1]) / (2 * PERTURBATION)
     return np.ascontiguousarray(np.swapaxes(slopes, 1, 2))
 
 
 def eigenvalues(model: Model, rows: FloatArray, speeds: FloatArray, *, at_rest: bool = False) -> ComplexArray:
-    """Eigenvalues [n, states] of vehicles [n, row], each at its speed [m/s], largest real part first.
+    """Return the eigenvalues [n, state] of vehicles, largest real part first; parameters as `state_matrices`.
 
-    NaN where a vehicle has none, since its state matrix is not finite.
+    NaN for a vehicle whose state matrix is not finite.
 
-    >>> from railui.ride_quality.evaluation import model_of
-    >>> model = model_of("designs/check_bogie.yaml")
-    >>> found = eigenvalues(model, model.row[None], np.array([40.0]))
-    >>> complex(found[0, 0].round(5))
+    >>> from railui.vehicle.resolve import resolve_model
+    >>> model = resolve_model("designs/check_bogie.yaml")
+    >>> roots = eigenvalues(model, model.row[None], np.array([40.0]))
+    >>> complex(roots[0, 0].round(5))
     (-4.41556+22.55234j)
     """
-    acting = [e.kind for e, yes in zip(model.effects, _active(model, at_rest), strict=True) if yes]
-    if set(acting) <= {"coach_mode"}:  # a body, which the kernel's own matrix has
-        vehicles, batch = _scaled(model, rows, speeds, at_rest)
+    active = zip(model.effects, _active_effects(model, at_rest), strict=True)
+    active_kinds = {effect.kind for effect, is_active in active if is_active}
+    if active_kinds <= {"coach_mode"}:  # a body, which the kernel's state matrix includes
+        vehicles, batch = _at_speeds(model, rows, speeds, at_rest)
         return vehicles.eigenvalues(batch, 1.0)
-    return eigenvalues_of(state_matrices(model, rows, speeds, at_rest=at_rest))
+    return matrix_eigenvalues(state_matrices(model, rows, speeds, at_rest=at_rest))
 
 
 def damping_ratio(roots: ComplexArray) -> FloatArray:
-    """-Re(s)/abs(s) of eigenvalues 1/s: 0 at the critical speed, negative above, 1 without oscillation."""
+    """Damping ratio -Re(s)/abs(s) of eigenvalues s [1/s]: 0 at the critical speed, 1 without oscillation."""
     size = np.abs(roots)
     return np.asarray(-roots.real / np.where(size > 0, size, 1.0))
 
 
-def _active(model: Model, at_rest: bool) -> tuple[bool, ...]:
+def _active_effects(model: Model, at_rest: bool) -> tuple[bool, ...]:
     return (True,) * len(model.effects) if at_rest else linear_effects(model)
 
 
-def _scaled(model: Model, rows: FloatArray, speeds: FloatArray, at_rest: bool) -> tuple[Vehicles, Batch]:
-    """Vehicles whose shares of the speed 1 m/s are their speeds, with the effects that act."""
+def _at_speeds(model: Model, rows: FloatArray, speeds: FloatArray, at_rest: bool) -> tuple[Vehicles, Batch]:
+    """Return vehicles with the active effects, and a batch whose speed scales are the speeds [m/s]."""
     batch = model.batch(rows)
-    amounts = np.tile(np.asarray(_active(model, at_rest), dtype=float), (len(rows), 1))
+    amounts = np.tile(np.asarray(_active_effects(model, at_rest), dtype=float), (len(rows), 1))
     scale = np.ascontiguousarray(np.broadcast_to(np.asarray(speeds, dtype=float), (len(rows),)))
     return model.vehicles(), Batch(batch.numbers, batch.effects, amounts, speed_scale=scale)

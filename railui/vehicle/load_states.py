@@ -1,4 +1,4 @@
-"""States of loading: what changes of a vehicle between tare and laden."""
+"""Load states: values that change between tare and laden."""
 
 from __future__ import annotations
 
@@ -6,59 +6,62 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from railui.io.problems import Findings, nearest
+from railui.io.problems import Findings, suggest_name
 from railui.io.units import UnitError
 
 if TYPE_CHECKING:
     from railui.vehicle.design import Design
 
-STATE = "load.state"
+STATE_PATH = "load.state"
 
 
-def read_loads(raw: Any, design: Design, findings: Findings) -> Design:
-    """The design with its states of loading, in the one that `load.state` names; faults go to `findings`."""
+def read_load_states(raw: Any, design: Design, findings: Findings) -> Design:
+    """Return the design with its load states, in the one that `load.state` names; problems join `findings`."""
     if raw is None:
         return design
     if not isinstance(raw, dict):
-        findings.add("load", "stands where a group of keys belongs", "write `laden: {path: value}` lines below it")
+        findings.add("load", "must be a group of keys", "write `laden: {path: value}` lines below it")
         return design
-    loads: dict[str, Mapping[str, float]] = {}
+    changes_by_state: dict[str, Mapping[str, float]] = {}
     for name, changes in raw.items():
         if name == "state":
             continue
         if not isinstance(changes, dict):
-            findings.add(f"load.{name}", "is no group of paths and values", "write {vehicle.bodies.body.mass: 40 t}")
+            findings.add(f"load.{name}", "is not a group of paths and values", "write {vehicle.bodies.body.mass: 40 t}")
             continue
-        loads[name] = _changes(name, changes, design, findings)
-    design = replace(design, loads=loads, declared=design.values)
+        changes_by_state[name] = _read_changes(name, changes, design, findings)
+    design = replace(design, load_states=changes_by_state, unloaded_values=design.values)
     state = raw.get("state")
     if state is None:
         return design
-    if state not in loads:
-        findings.add(STATE, f"no state of loading {state!r}", nearest(str(state), loads))
+    if state not in changes_by_state:
+        findings.add(STATE_PATH, f"no load state {state!r}", suggest_name(str(state), changes_by_state))
         return design
-    return design if findings.errors() else design.with_values({STATE: state})
+    return design if findings.errors() else design.with_values({STATE_PATH: state})
 
 
-def _changes(name: str, changes: Mapping[str, Any], design: Design, findings: Findings) -> dict[str, float]:
-    found = {}
+def _read_changes(name: str, changes: Mapping[str, Any], design: Design, findings: Findings) -> dict[str, float]:
+    values = {}
     for path, value in changes.items():
         where = f"load.{name}.{path}"
         if path not in design.values:
-            findings.add(where, f"no such parameter {path!r}", nearest(path, design.values), key=True)
+            findings.add(where, f"no such parameter {path!r}", suggest_name(path, design.values), key=True)
             continue
         try:
-            found[path] = design.parameter(path).read(value)
+            values[path] = design.parameter(path).read(value)
         except UnitError as error:
             findings.add(where, error.message, error.remedy)
-    return found
+    return values
 
 
-def loaded(design: Design, state: str) -> dict[str, float]:
-    """The values in another state: what the one before changed is as declared again; UnitError for an unknown one."""
-    if state not in design.loads:
-        known = nearest(state, design.loads) if design.loads else "add a `load:` block to the design"
-        raise UnitError(f"no state of loading {state!r}", known)
-    touched = {path for changes in design.loads.values() for path in changes}
-    declared = {path: design.declared.get(path, design.values[path]) for path in touched}
-    return {**design.values, **declared, **design.loads[state]}
+def values_in_load_state(design: Design, state: str) -> dict[str, float]:
+    """Return the values in a load state; UnitError if it is unknown.
+
+    Values that only the previous state changed return to their unloaded values.
+    """
+    if state not in design.load_states:
+        remedy = suggest_name(state, design.load_states) if design.load_states else "add a `load:` block to the design"
+        raise UnitError(f"no load state {state!r}", remedy)
+    changed = {path for changes in design.load_states.values() for path in changes}
+    unloaded = {path: design.unloaded_values.get(path, design.values[path]) for path in changed}
+    return {**design.values, **unloaded, **design.load_states[state]}

@@ -1,4 +1,4 @@
-"""A design as rows of numbers: the bridge from paths to the lanes of the kernel."""
+"""Model: a design as rows of numbers for the kernel."""
 
 from __future__ import annotations
 
@@ -13,43 +13,49 @@ from numpy.typing import NDArray
 from railui import core
 from railui.arrays import FloatArray
 from railui.core import Batch, Placement, Vehicles
-from railui.track import Behind, distances_behind
+from railui.track import Wheelbase, wheelset_distances
 from railui.vehicle.design_reader import Design, PlacedEffect
-from railui.vehicle.kernel_layout import layout_of, paths_of
+from railui.vehicle.kernel_layout import kernel_layout, structure_paths
 from railui.vehicle.multibody_reader import position_terms
 
-RADIUS = "rolling_radius"  # of what turns: its angle is s/r_e + phase
+RADIUS = "rolling_radius"  # parameter r_e of an effect with a rotation angle s/r_e + phase
 TURN = 2.0 * np.pi
 
 
-def numbers_of(design: Design) -> FloatArray:
-    """The numbers of a design in the kernel's order, shape [parameters of its kind]."""
-    return np.array([design.values[path] for path in parameters_of(design)])
+def parameter_values(design: Design) -> FloatArray:
+    """Return the numbers of a design in the kernel's order, [parameter]."""
+    return np.array([design.values[path] for path in parameter_paths(design)])
 
 
-def parameters_of(design: Design) -> tuple[str, ...]:
-    """The paths of a design's numbers in the kernel's order."""
-    return core.parameters(design.kind) if design.structure is None else paths_of(design.structure)
+def parameter_paths(design: Design) -> tuple[str, ...]:
+    """Return the paths of a design's numbers in the kernel's order."""
+    return core.parameter_paths(design.kind) if design.structure is None else structure_paths(design.structure)
 
 
 def effect_row(effect: PlacedEffect) -> list[float]:
-    """The numbers of one effect in the kernel's order."""
+    """Return the numbers of an effect in the kernel's order."""
     return core.effect_numbers(effect.kind, effect.parameters)
 
 
-def placement(effect: PlacedEffect) -> Placement:
-    """Where an effect stands, as the kernel wants it."""
+def kernel_placement(effect: PlacedEffect) -> Placement:
+    """Return the kernel's record of an effect and its location."""
     return Placement(effect.kind, effect.at, effect.wheelset, len(effect_row(effect)), effect.against)
 
 
 @dataclass(frozen=True)
 class Model:
-    """A design ready for the kernel, with sensor effects behind it (they belong to a campaign).
+    """Design prepared for the kernel, with the sensor effects of a campaign.
 
-    Its row is its numbers, then those of its effects, shape [row]; a batch is many rows of one structure.
-    phases: what belongs to a run and not to the vehicle, by the path of the number and the stretch behind an @
-    (`effects.0.phase@1.0`: of run 1, its stretch 0): the angle [rad] of what turns in the middle of the stretch, where
-    it hangs least on the radius. The design's own phase is that of a vehicle on no run in particular.
+    Its row contains the numbers of the design, then those of its effects; a batch has many rows of one structure.
+
+    Attributes
+    ----------
+    design : Design
+    sensors : tuple of PlacedEffect
+    phases : mapping
+        Run-dependent angles [rad] of rotating effects, by path and segment: `effects.0.phase@1.0` belongs to segment 0
+        of run 1. Each is the angle in the middle of the segment, where it is least correlated with the radius. The
+        phase in the design applies outside the runs of a campaign.
     """
 
     design: Design
@@ -58,25 +64,25 @@ class Model:
 
     @property
     def effects(self) -> tuple[PlacedEffect, ...]:
-        """Those of the design, then those of the sensors."""
+        """Effects of the design, then those of the sensors."""
         return (*self.design.effects, *self.sensors)
 
     @cached_property
     def row(self) -> FloatArray:
-        """All numbers of this vehicle, shape [row]."""
+        """All numbers of the vehicle and its effects, [row]."""
         tail = [x for effect in self.effects for x in effect_row(effect)]
-        return np.concatenate([numbers_of(self.design), np.array(tail, dtype=float)])
+        return np.concatenate([parameter_values(self.design), np.array(tail, dtype=float)])
 
     @cached_property
     def columns(self) -> dict[str, int]:
-        """Path of a number -> its column in the row; sensors stand at `sensors.0.delay`."""
-        found = {p: i for i, p in enumerate(parameters_of(self.design))}
+        """Column in the row of every path; paths of sensors are like `sensors.0.delay`."""
+        found = {p: i for i, p in enumerate(parameter_paths(self.design))}
         at = len(found)
         for group, effects in (("effects", self.design.effects), ("sensors", self.sensors)):
             for i, effect in enumerate(effects):
                 width = len(effect_row(effect))
-                if effect.kind not in core.CURVES:
-                    keys = [p["key"] for p in core.record(effect.kind)["parameters"]]
+                if effect.kind not in core.CURVE_KINDS:
+                    keys = [p["key"] for p in core.effect_record(effect.kind)["parameters"]]
                     found |= {f"{group}.{i}.{key}": at + j for j, key in enumerate(keys)}
                 elif effect.kind == "measured_force":
                     half = (width - 1) // 2
@@ -85,60 +91,86 @@ class Model:
         return found
 
     @property
-    def form(self) -> tuple[Any, ...]:
-        """All of a vehicle but its numbers: what those in the lanes of one kernel call must share."""
+    def structure_key(self) -> tuple[Any, ...]:
+        """Everything but the numbers, which vehicles of one kernel call must have in common."""
         design = self.design
-        return (design.kind, _rig_input(design), design.structure, tuple(map(placement, self.effects)))
+        return (design.kind, _rig_input(design), design.structure, tuple(map(kernel_placement, self.effects)))
 
     def vehicles(self, measured: Sequence[str] = (), extra: Sequence[Placement] = ()) -> Vehicles:
-        """The structure of this vehicle in the kernel, with further placed effects behind its own."""
+        """Return the structure of the vehicle in the kernel.
+
+        Parameters
+        ----------
+        measured : sequence of str
+            Measured coach forces that act on the vehicle.
+        extra : sequence of Placement
+            Further effects after those of the vehicle.
+        """
         structure = self.design.structure
-        layout = None if structure is None else layout_of(structure)
-        placed = [*map(placement, self.effects), *extra]
+        layout = None if structure is None else kernel_layout(structure)
+        placed = [*map(kernel_placement, self.effects), *extra]
         return Vehicles(self.design.kind, placed, measured, layout, _rig_input(self.design))
 
     def batch(self, rows: FloatArray, extra: FloatArray | None = None, amounts: FloatArray | None = None) -> Batch:
-        """Vehicles from rows [n, row], with the numbers [n, ...] and amounts [n, k] of further effects."""
-        n, own = len(rows), len(parameters_of(self.design))
+        """Return vehicles from rows [n, row], with numbers [n, ...] and amounts [n, k] of k further effects."""
+        n, own = len(rows), len(parameter_paths(self.design))
         effects = rows[:, own:] if extra is None else np.hstack([rows[:, own:], extra])
         full = np.ones((n, len(self.effects)))
-        return Batch.of(rows[:, :own], effects, full if amounts is None else np.hstack([full, amounts]))
+        return Batch.from_arrays(rows[:, :own], effects, full if amounts is None else np.hstack([full, amounts]))
 
-    def single(self) -> Batch:
-        """This vehicle alone."""
+    def single_batch(self) -> Batch:
+        """Return a batch of this vehicle only."""
         return self.batch(self.row[None])
 
     def value(self, path: str) -> float:
-        """The number at a path of its row, or the phase of a stretch."""
+        """Return the number at a path, or the phase of a segment."""
         return self.phases[path] if "@" in path else float(self.row[self.columns[path]])
 
-    def on(self, stretch: str, middle: float) -> Model:
-        """The vehicle as it was on a stretch, with its phases there; middle: of the stretch, a distance [m]."""
+    def on_segment(self, segment: str, middle: float) -> Model:
+        """Return the vehicle with its phases on a segment.
+
+        Parameters
+        ----------
+        stretch : str
+            Run and segment, such as "1.0".
+        middle : float
+            Distance s in the middle of the segment [m].
+        """
         row = self.row[None].copy()
-        self.turn(row, stretch, middle)
-        own = [p.partition("@")[0] for p in self.phases if p.endswith(f"@{stretch}")]
-        return self.with_row(own, row[0, [self.columns[p] for p in own]]) if own else self
+        self.set_phases(row, segment, middle)
+        own = [p.partition("@")[0] for p in self.phases if p.endswith(f"@{segment}")]
+        return self.with_path_values(own, row[0, [self.columns[p] for p in own]]) if own else self
 
-    def turn(
-        self, rows: FloatArray, stretch: str, middle: float, angles: Mapping[str, FloatArray] | None = None
+    def set_phases(
+        self, rows: FloatArray, segment: str, middle: float, angles: Mapping[str, FloatArray] | None = None
     ) -> None:
-        """Lay the phases of a stretch into rows [n, row]: that angle s/r_e + phase in its middle, of each row's radius.
+        """Set the phases of a segment in rows [n, row], in place.
 
-        angles: path -> angle [n] of each row, for those that are not as `phases` has them.
+        The phase of each row is such that s/r_e + phase in the middle of the segment is the given angle.
+
+        Parameters
+        ----------
+        rows : array [n, row]
+        stretch : str
+            Run and segment.
+        middle : float
+            Distance s in the middle of the segment [m].
+        angles : mapping, optional
+            Angles [n] by path that replace those of `phases` [rad].
         """
         for path, angle in self.phases.items():
             base, _, where = path.partition("@")
-            if where == stretch:
+            if where == segment:
                 radius = rows[:, self.columns[base.rpartition(".")[0] + f".{RADIUS}"]]
-                rows[:, self.columns[base]] = less_turns((angles or {}).get(path, angle) - middle / radius)
+                rows[:, self.columns[base]] = wrap_angle((angles or {}).get(path, angle) - middle / radius)
 
-    def freed(self, paths: Sequence[str]) -> list[str]:
-        """What a fit of these numbers moves: of what belongs to a run one per stretch, whether it is named or not."""
-        run = set(self.run_paths())
+    def free_paths(self, paths: Sequence[str]) -> list[str]:
+        """Return the paths that a fit of these paths estimates: run-dependent ones are replaced by all phases."""
+        run = set(self.run_dependent_paths())
         return [*(p for p in paths if p not in run and "@" not in p), *self.phases]
 
-    def with_row(self, paths: Sequence[str], values: Sequence[float] | FloatArray) -> Model:
-        """The vehicle with other values at some paths."""
+    def with_path_values(self, paths: Sequence[str], values: Sequence[float] | FloatArray) -> Model:
+        """Return the vehicle with changed values at some paths."""
         changes: dict[str, float] = {}
         phases = dict(self.phases)
         sensors = [dict(s.parameters) for s in self.sensors]
@@ -160,16 +192,16 @@ class Model:
         return Model(design, placed, phases)
 
     def with_effect(self, effect: PlacedEffect, phases: Mapping[str, float] | None = None) -> Model:
-        """The vehicle (or its sensors) with one effect more; phases: its own, by stretch."""
-        if core.record(effect.kind)["acts"] == "sensor":
+        """Return the vehicle with a further effect of the design or of a sensor; `phases` [rad] by segment."""
+        if core.effect_record(effect.kind)["acts"] == "sensor":
             return replace(self, sensors=(*self.sensors, effect))
         effects = self.design.effects
         paths = [f"effects.{len(effects)}.{p}" for p in _run_keys(effect)]
         own = {f"{path}@{where}": angle for path in paths for where, angle in (phases or {}).items()}
         return Model(self.design.with_effects((*effects, effect)), self.sensors, {**self.phases, **own})
 
-    def without(self, index: int) -> Model:
-        """The vehicle without one of `effects`."""
+    def without_effect(self, index: int) -> Model:
+        """Return the vehicle without the effect at an index of `effects`."""
         own = len(self.design.effects)
         if index >= own:
             return replace(self, sensors=tuple(s for i, s in enumerate(self.sensors) if i != index - own))
@@ -182,7 +214,7 @@ class Model:
         return Model(left, self.sensors, phases)
 
     def effect_paths(self) -> list[str]:
-        """Paths of the numbers of all effects and sensors that a fit may move, but for what belongs to a run."""
+        """Return the paths of all effects and sensors that a fit may estimate, without run-dependent ones."""
         paths = []
         for group, effects in (("effects", self.design.effects), ("sensors", self.sensors)):
             for i, effect in enumerate(effects):
@@ -190,26 +222,30 @@ class Model:
                     width = len(effect.parameters["force"])  # type: ignore[arg-type]
                     paths += [f"{group}.{i}.force.{j}" for j in range(width)]
                     continue
-                if effect.kind in core.CURVES:
+                if effect.kind in core.CURVE_KINDS:
                     continue
-                free = [p for p in core.record(effect.kind)["parameters"] if p["role"] in ("strength", "shape")]
+                free = [p for p in core.effect_record(effect.kind)["parameters"] if p["role"] in ("strength", "shape")]
                 paths += [f"{group}.{i}.{p['key']}" for p in free]
         return paths
 
-    def run_paths(self) -> list[str]:
-        """Paths of what belongs to a run and not to the vehicle: phases."""
+    def run_dependent_paths(self) -> list[str]:
+        """Return the paths of numbers that belong to a run, not to the vehicle: phases."""
         return [f"effects.{i}.{key}" for i, effect in enumerate(self.design.effects) for key in _run_keys(effect)]
 
-    def half_wheelbase(self) -> Behind:
-        """a [m] of a bogie, 0 of one mass; of bodies and elements how far each wheelset runs behind the first [m]."""
-        return self.wheelbases(self.row[None])[0]
+    def wheelset_spacing(self) -> Wheelbase:
+        """Return the wheelset spacing for the input table.
 
-    def behind(self) -> tuple[float, ...]:
-        """How far each wheelset runs behind the first [m]."""
-        return distances_behind(self.half_wheelbase())
+        Half the wheelbase [m] of a bogie, 0 of a rig; the distance of each wheelset behind the first [m] of a
+        multibody vehicle.
+        """
+        return self.wheelset_spacings(self.row[None])[0]
 
-    def wheelbases(self, rows: FloatArray) -> list[Behind]:
-        """`half_wheelbase` of each of many rows [n, row]."""
+    def wheelset_distances(self) -> tuple[float, ...]:
+        """Return the distance of each wheelset behind the first [m]."""
+        return wheelset_distances(self.wheelset_spacing())
+
+    def wheelset_spacings(self, rows: FloatArray) -> list[Wheelbase]:
+        """Return the `wheelset_spacing` of each of n rows [n, row]."""
         structure, columns = self.design.structure, self.columns
         if structure is None:
             path = "vehicle.geometry.half_wheelbase"
@@ -220,19 +256,22 @@ class Model:
         return [tuple(one) for one in behind.tolist()]
 
     def eigenvalues(self, speed: float, rows: FloatArray | None = None) -> NDArray[np.complex128]:
-        """Eigenvalues [n, 2 x degrees of freedom] of the linear vehicle at a speed [m/s], largest real part first."""
+        """Return eigenvalues [n, 2 x degrees of freedom] of the linear vehicle at a speed [m/s].
+
+        The largest real part comes first.
+        """
         return self.vehicles().eigenvalues(self.batch(self.row[None] if rows is None else rows), speed)
 
-    def growth(self, speed: float, rows: FloatArray | None = None) -> float:
-        """Growth [1/s] of the least damped small motion, the largest of rows; infinite where it is not defined."""
+    def growth_rate(self, speed: float, rows: FloatArray | None = None) -> float:
+        """Return the largest real part of all eigenvalues of all rows [1/s]; infinite if undefined."""
         largest = float(self.eigenvalues(speed, rows)[:, 0].real.max())
         return largest if np.isfinite(largest) else np.inf
 
 
-def less_turns(angle: FloatArray) -> FloatArray:
-    """An angle [rad] without whole turns, between -pi and pi.
+def wrap_angle(angle: FloatArray) -> FloatArray:
+    """Wrap angles [rad] to the interval from -pi to pi.
 
-    >>> less_turns(np.array([7.0, -4.0])).round(3).tolist()
+    >>> wrap_angle(np.array([7.0, -4.0])).round(3).tolist()
     [0.717, 2.283]
     """
     return np.asarray(angle - TURN * np.round(angle / TURN))
@@ -243,8 +282,8 @@ def _rig_input(design: Design) -> str | None:
 
 
 def _run_keys(effect: PlacedEffect) -> list[str]:
-    """What of an effect belongs to a run and not to the vehicle."""
-    return [p["key"] for p in core.record(effect.kind)["parameters"] if p["role"] == "run"]
+    """Return the parameters of an effect that belong to a run, not to the vehicle."""
+    return [p["key"] for p in core.effect_record(effect.kind)["parameters"] if p["role"] == "run"]
 
 
 def _with_curves(effects: Sequence[PlacedEffect], curves: Mapping[int, Mapping[int, float]]) -> list[PlacedEffect]:

@@ -1,4 +1,4 @@
-"""Vehicles as bodies and elements: who is joined to whom, where effects may stand."""
+"""Structure of multibody vehicles: bodies, elements, joints and locations of effects."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from railui.vehicle.element_kinds import BODY, GROUND, PLACED, TURNS, numbers_of
+from railui.vehicle.element_kinds import BODY, GROUND, POSITION, ROTATIONS, parameters_of_kind
 from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT, Parameter
 
 
 @dataclass(frozen=True)
 class Part:
-    """A body, an element or a floor point as a file names it: its kind, its words, the numbers that it has."""
+    """Body, element or floor point of a design file: kind, words and keys of its numbers."""
 
     name: str
     kind: str
@@ -25,70 +25,80 @@ class Part:
 
     @property
     def path(self) -> str:
-        """Its dotted path, `vehicle.elements.primary`."""
+        """Dotted path, such as `vehicle.elements.primary`."""
         return f"{self.group}.{self.name}"
 
-    def at(self, key: str) -> str:
-        """The path of one of its numbers."""
+    def number_path(self, key: str) -> str:
+        """Return the path of a number of this part."""
         return f"{self.path}.{key}"
 
     def word(self, key: str, default: str = "") -> str:
-        """One of its words."""
+        """Return a word of this part."""
         return str(self.words.get(key, default))
 
     @property
     def between(self) -> tuple[str, str]:
-        """The two names that it joins."""
+        """Names of the two bodies that the element joins."""
         first, second = list(self.words["between"])
         return first, second
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """The records of its numbers by their paths."""
+        """Parameter records of its numbers, with full paths."""
         if self.kind == "body":
             known: tuple[Parameter, ...] = BODY
         elif self.kind == "floor":
-            known = PLACED
+            known = POSITION
         else:
-            known = numbers_of(self.kind, self.word("direction", "lateral"))
+            known = parameters_of_kind(self.kind, self.word("direction", "lateral"))
         called = self.name.replace("_", " ")
         return tuple(
-            replace(p, path=self.at(p.path), caption=f"{p.caption}, {called}") for p in known if p.path in self.keys
+            replace(p, path=self.number_path(p.path), caption=f"{p.caption}, {called}")
+            for p in known
+            if p.path in self.keys
         )
 
 
 @dataclass(frozen=True)
 class Member:
-    """One rigid body of the vehicle: a body, one of two like it, or a wheelset.
+    """Rigid body of the vehicle: a body, one of a pair of bodies, or a wheelset.
 
-    `number` counts wheelsets from the front, and the two of a pair; 0 where it is alone. `under` names the body
-    that a wheelset stands under, `side` is 1 in front, -1 behind.
+    Attributes
+    ----------
+    name : str
+    part : Part
+    number : int
+        Counts wheelsets from the front and the bodies of a pair from 1; 0 for a single body.
+    side : int
+        1 in front of the centre of a pair, -1 behind it, 0 for a single one.
+    carrier : str or None
+        Body above a wheelset.
     """
 
     name: str
     part: Part
     number: int = 0
     side: int = 0
-    under: str | None = None
+    carrier: str | None = None
 
     @property
     def is_wheelset(self) -> bool:
-        """Does it roll on the rails?"""
+        """True for a wheelset."""
         return self.part.kind == "wheelset"
 
-    def free(self, way: str) -> bool:
-        """Does it yaw, does it roll?"""
+    def has_rotation(self, way: str) -> bool:
+        """True if the body may yaw or roll, that is, has an inertia for it."""
         return f"{way}_inertia" in self.part.keys
 
     @property
-    def degrees(self) -> int:
-        """Degrees of freedom: sideways, and the turns that have an inertia."""
-        return 1 + self.free("yaw") + self.free("roll")
+    def dof_count(self) -> int:
+        """Number of degrees of freedom: lateral, and the rotations that have an inertia."""
+        return 1 + self.has_rotation("yaw") + self.has_rotation("roll")
 
 
 @dataclass(frozen=True)
-class Joined:
-    """An element between two members (None: the ground); `number` tells it from those of the same element."""
+class Joint:
+    """Element between two members (None is the ground); `number` counts the joints of one element."""
 
     part: Part
     ends: tuple[str | None, str | None]
@@ -96,17 +106,17 @@ class Joined:
 
 
 @dataclass(frozen=True)
-class Place:
-    """A place where effects may stand: the place of the catalogue that it is like, and its numbers (0: only one)."""
+class EffectLocation:
+    """Location of effects: its name, the equivalent location in the catalogue, its numbers (0 if there is one)."""
 
-    at: str
-    like: str
+    name: str
+    catalogue_name: str
     numbers: tuple[int, ...]
 
 
 @dataclass(frozen=True)
 class Structure:
-    """Who is joined to whom: everything of a vehicle of bodies and elements that is not a number."""
+    """Topology of a multibody vehicle: everything but its numbers."""
 
     bodies: tuple[Part, ...]
     elements: tuple[Part, ...]
@@ -115,7 +125,7 @@ class Structure:
 
     @cached_property
     def parameters(self) -> dict[str, Parameter]:
-        """The records of all its numbers by path, in their order."""
+        """Parameter records of all numbers by path, in the order of the kernel."""
         parts = (*self.bodies, *self.elements, *self.floor)
         found = {p.path: p for part in parts for p in part.parameters}
         for name in self.contacts:
@@ -126,7 +136,7 @@ class Structure:
 
     @cached_property
     def members(self) -> dict[str, Member]:
-        """Every rigid body by its name: bodies in their order, then wheelsets from the front."""
+        """Every rigid body by name: bodies in the order of the file, then wheelsets from the front."""
         found: dict[str, Member] = {}
         for part in self.bodies:
             for member in _pair(part, "half_centres"):
@@ -155,37 +165,37 @@ class Structure:
 
     @property
     def wheelset_parts(self) -> tuple[Part, ...]:
-        """The elements that are wheelsets, each of which may stand for several."""
+        """Elements of kind wheelset, each of which may describe several wheelsets."""
         return tuple(part for part in self.elements if part.kind == "wheelset")
 
     @cached_property
     def wheelsets(self) -> tuple[Member, ...]:
-        """The wheelsets from the front."""
+        """Wheelsets from the front."""
         return tuple(m for m in self.members.values() if m.is_wheelset)
 
-    def of(self, name: str) -> list[Member]:
-        """The members that a name stands for: one, or all of a pair or family."""
+    def members_named(self, name: str) -> list[Member]:
+        """Return the members with a name: a single one, or all members of a part."""
         return [m for m in self.members.values() if name in (m.name, m.part.name)]
 
     @cached_property
-    def joints(self) -> tuple[Joined, ...]:
-        """Every element at every place where it joins two members."""
+    def joints(self) -> tuple[Joint, ...]:
+        """Every pair of members joined by an element."""
         return tuple(joint for part in self.elements if part.kind != "wheelset" for joint in self.joints_of(part))
 
-    def joints_of(self, part: Part) -> list[Joined]:
-        """The places of one element; ValueError where its two ends do not go together."""
+    def joints_of(self, part: Part) -> list[Joint]:
+        """Return the joints of an element; ValueError if its two ends cannot be paired."""
         first, second = part.between
         ends = list(self._ends(first, second))
-        return [Joined(part, (a, b), self._numbered(a, b, i, len(ends))) for i, (a, b) in enumerate(ends)]
+        return [Joint(part, (a, b), self._numbered(a, b, i, len(ends))) for i, (a, b) in enumerate(ends)]
 
     def _numbered(self, a: str | None, b: str | None, i: int, count: int) -> int:
         wheels = [self.members[end].number for end in (a, b) if end is not None and self.members[end].is_wheelset]
         return wheels[0] if len(wheels) == 1 else i + 1 if count > 1 else 0
 
     def _ends(self, first: str, second: str) -> Iterator[tuple[str | None, str | None]]:
-        a, b = ([m.name for m in self.of(name)] if name != GROUND else [None] for name in (first, second))
+        a, b = ([m.name for m in self.members_named(name)] if name != GROUND else [None] for name in (first, second))
         for these, those, turned in ((a, b, False), (b, a, True)):
-            under = [self.members[name].under if name is not None else None for name in these]
+            under = [self.members[name].carrier if name is not None else None for name in these]
             if under and all(home is not None and home in those for home in under):
                 pairs = zip(these, under, strict=True)
                 yield from ((home, name) if turned else (name, home) for name, home in pairs)
@@ -198,9 +208,10 @@ class Structure:
             raise ValueError(f"{len(a)} of {first} and {len(b)} of {second} do not go together")
 
     def contact_of(self, wheelset: Member) -> str:
-        """The contact group of a wheelset: named, of its own name, leading or trailing by its side, or the only one.
+        """Return the contact group of a wheelset; empty if there is none.
 
-        Empty where none of them is there.
+        In order of precedence: the group that it names, the group of its name, leading or trailing by its side, the
+        only group.
         """
         if named := wheelset.part.word("contact"):
             return named
@@ -208,18 +219,18 @@ class Structure:
         own = [name for name in (wheelset.name, wheelset.part.name, side) if name in self.contacts]
         return own[0] if own else self.contacts[0] if len(self.contacts) == 1 else ""
 
-    def rolls(self, joint: Joined) -> bool:
-        """Does a body at either end roll?"""
-        return any(end is not None and self.members[end].free("roll") for end in joint.ends)
+    def joins_rolling_body(self, joint: Joint) -> bool:
+        """True if a body at either end may roll."""
+        return any(end is not None and self.members[end].has_rotation("roll") for end in joint.ends)
 
     @cached_property
-    def places(self) -> dict[str, Place]:
-        """Where effects may stand."""
-        found: dict[str, Place] = {}
+    def effect_locations(self) -> dict[str, EffectLocation]:
+        """Locations of effects by name."""
+        found: dict[str, EffectLocation] = {}
 
         def add(at: str, like: str, number: int) -> None:
             numbers = found[at].numbers if at in found else ()
-            found[at] = Place(at, like, (*numbers, number) if number not in numbers else numbers)
+            found[at] = EffectLocation(at, like, (*numbers, number) if number not in numbers else numbers)
 
         for joint in self.joints:
             wheeled = any(end is not None and self.members[end].is_wheelset for end in joint.ends)
@@ -229,27 +240,27 @@ class Structure:
                 continue
             add(f"{joint.part.name}_lateral", f"{kind}_lateral", joint.number)
             add(f"{joint.part.name}_yaw", f"{kind}_yaw", joint.number)
-            if self.rolls(joint):
+            if self.joins_rolling_body(joint):
                 add(f"{joint.part.name}_roll", f"{kind}_yaw", joint.number)
         for member in self.members.values():
             name, like = ("wheelset",) * 2 if member.is_wheelset else (member.part.name, "frame")
             add(name, like, member.number)
-            for way in TURNS:
-                if member.free(way):
+            for way in ROTATIONS:
+                if member.has_rotation(way):
                     add(f"{name}_{way}", f"{like}_yaw", member.number)
         wheelsets = tuple(w.number for w in self.wheelsets)
-        return found | {at: Place(at, at, wheelsets) for at in ("contact", "track")}
+        return found | {at: EffectLocation(at, at, wheelsets) for at in ("contact", "track")}
 
-    def sites(self, values: Mapping[str, float]) -> dict[str, float]:
-        """The linear stiffness and damping at each place: site.PLACE.stiffness, site.PLACE.damping."""
-        found = {"site.rolling_radius": values.get(self.wheelsets[0].part.at("rolling_radius"), 0.0)}
+    def site_values(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return linear stiffness and damping of each location as site.LOCATION.stiffness and .damping."""
+        found = {"site.rolling_radius": values.get(self.wheelsets[0].part.number_path("rolling_radius"), 0.0)}
         for part in self.elements:
             if part.kind not in ("spring", "damper", "anti_roll_bar", "link"):
                 continue
-            sides = 2.0 if self.mirrored(part) else 1.0
+            sides = 2.0 if self.is_mirrored(part) else 1.0
 
             def get(key: str, part: Part = part) -> float:
-                return values.get(part.at(key), 0.0)
+                return values.get(part.number_path(key), 0.0)
 
             arm = get("y") ** 2
             for law in ("stiffness", "damping"):
@@ -266,7 +277,7 @@ class Structure:
         return found
 
     def words(self) -> dict[str, dict[str, dict[str, object]]]:
-        """Kinds and words of every part, by group and name: what is not a number."""
+        """Return the kind and the words of every part, by group and name."""
         found: dict[str, dict[str, dict[str, object]]] = {}
         for part in (*self.bodies, *self.elements, *self.floor):
             told: dict[str, object] = {"kind": part.kind} if part.kind not in ("body", "floor") else {}
@@ -275,8 +286,8 @@ class Structure:
         return found
 
     @staticmethod
-    def mirrored(part: Part) -> bool:
-        """Does it stand on both sides of the vehicle?"""
+    def is_mirrored(part: Part) -> bool:
+        """True if the element is on both sides of the vehicle."""
         return "y" in part.keys and part.word("side", "both") == "both"
 
 

@@ -1,4 +1,4 @@
-"""Reading vehicles of bodies and elements: kinds, names, who is joined to whom, every number at its mark."""
+"""Reading multibody vehicles: parts, numbers and topology."""
 
 from __future__ import annotations
 
@@ -8,32 +8,41 @@ from functools import cache
 from typing import Any
 
 from railui.io.fields import Group, check_group
-from railui.io.problems import Findings, nearest
-from railui.io.yaml_nodes import join
-from railui.vehicle.element_kinds import BODY, DIRECTED, GROUND, KINDS, PLACED, STRUCTURAL, WAYS, numbers_of
+from railui.io.problems import Findings, suggest_name
+from railui.io.yaml_nodes import join_path
+from railui.vehicle.element_kinds import (
+    BODY,
+    DIRECTED_KINDS,
+    DIRECTIONS,
+    ELEMENT_KINDS,
+    GROUND,
+    OMISSIBLE_KEYS,
+    POSITION,
+    parameters_of_kind,
+)
 from railui.vehicle.multibody import Member, Part, Structure
 from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT, Parameter
 
 WORDS = {"wheelset": ("under", "contact"), "floor": ("body",), "body": ()}
 SIDES = ("both", "right", "left")
-MOST_DEGREES = 32  # 64 states: what the kernel holds for one vehicle
-MOST_WHEELSETS = 12  # 64 columns of the input table, of which a wheelset reads five
+MAX_DEGREES_OF_FREEDOM = 32  # 64 states, the kernel's capacity for one vehicle
+MAX_WHEELSETS = 12  # 64 columns of the input table, of which a wheelset reads five
 
 
 @dataclass
 class _Read:
-    """What was read of the vehicle so far: values by path, and the parts."""
+    """Reader of parts, which collects values by path."""
 
     findings: Findings
     values: dict[str, float] = field(default_factory=dict)
 
     def part(self, group: str, name: str, raw: Mapping[str, Any], kind: str, known: tuple[Parameter, ...]) -> Part:
-        """One body, element or floor point; its numbers go to `values`."""
+        """Read a body, element or floor point; add its numbers to `values`."""
         path = f"{group}.{name}"
         words = self._words(path, raw, kind)
-        numbers = {key: value for key, value in raw.items() if key != "kind" and key not in words_of(kind)}
-        model = check_group(group_model(kind, known), numbers, self.findings, path, extra=words_of(kind))
-        keys = [p.path for p in known if p.path not in STRUCTURAL or raw.get(p.path) is not None]
+        numbers = {key: value for key, value in raw.items() if key != "kind" and key not in word_keys(kind)}
+        model = check_group(group_model(kind, known), numbers, self.findings, path, extra=word_keys(kind))
+        keys = [p.path for p in known if p.path not in OMISSIBLE_KEYS or raw.get(p.path) is not None]
         part = Part(name, kind, group, tuple(keys), words)
         if model is not None:
             self.values |= {f"{path}.{key}": float(getattr(model, key)) for key in keys}
@@ -41,42 +50,46 @@ class _Read:
 
     def _words(self, path: str, raw: Mapping[str, Any], kind: str) -> dict[str, str | tuple[str, ...]]:
         found: dict[str, str | tuple[str, ...]] = {}
-        for key in words_of(kind):
+        for key in word_keys(kind):
             value = raw.get(key)
             if value is None:
                 continue
             if key == "between":
                 if not isinstance(value, list) or len(value) != 2 or not all(isinstance(end, str) for end in value):
-                    self.findings.add(join(path, key), "is no pair of bodies", "write [wheelset, frame]")
+                    self.findings.add(join_path(path, key), "is no pair of bodies", "write [wheelset, frame]")
                 else:
                     found[key] = tuple(value)
             elif not isinstance(value, str):
-                self.findings.add(join(path, key), f"{value!r} is no name", "write a word")
-            elif key in ("direction", "side") and value not in (choices := WAYS if key == "direction" else SIDES):
-                self.findings.add(join(path, key), f"{value!r} is not known here", nearest(value, choices))
+                self.findings.add(join_path(path, key), f"{value!r} is no name", "write a word")
+            elif key in ("direction", "side") and value not in (choices := DIRECTIONS if key == "direction" else SIDES):
+                self.findings.add(join_path(path, key), f"{value!r} is not known here", suggest_name(value, choices))
             else:
                 found[key] = value
         return found
 
 
-def words_of(kind: str) -> tuple[str, ...]:
-    """The keys of a kind that are words, not numbers."""
+def word_keys(kind: str) -> tuple[str, ...]:
+    """Return the keys of a kind that are words, not numbers."""
     if kind in WORDS:
         return WORDS[kind]
-    return ("between", *(("direction",) if kind in DIRECTED else ()), *(("side",) if kind != "anti_roll_bar" else ()))
+    return (
+        "between",
+        *(("direction",) if kind in DIRECTED_KINDS else ()),
+        *(("side",) if kind != "anti_roll_bar" else ()),
+    )
 
 
 @cache
 def group_model(kind: str, known: tuple[Parameter, ...]) -> type[Group]:
-    """The model of the numbers of one part."""
+    """Return the model of the numbers of a part."""
     from railui.vehicle.design_schema import number_group
 
-    free = tuple(replace(p, default=None, optional=True) if p.path in STRUCTURAL else p for p in known)
+    free = tuple(replace(p, default=None, optional=True) if p.path in OMISSIBLE_KEYS else p for p in known)
     return number_group(f"{kind}_numbers", free)
 
 
 def read_structure(data: Mapping[str, Any], findings: Findings) -> tuple[Structure | None, dict[str, float]]:
-    """The structure of a vehicle and all its numbers by path (SI); faults go to `findings`."""
+    """Read the structure of a vehicle and all its numbers by path [SI]; problems join `findings`."""
     read = _Read(findings)
     vehicle = data["vehicle"]
     for key in vehicle:
@@ -93,7 +106,7 @@ def read_structure(data: Mapping[str, Any], findings: Findings) -> tuple[Structu
         if (part := _element(read, name, raw)) is not None
     )
     floor = tuple(
-        read.part("vehicle.floor", name, raw, "floor", PLACED)
+        read.part("vehicle.floor", name, raw, "floor", POSITION)
         for name, raw in _entries(vehicle.get("floor"), "vehicle.floor", findings)
     )
     contacts = _contacts(data.get("contact"), read)
@@ -110,28 +123,34 @@ def _entries(raw: Any, path: str, findings: Findings) -> Iterable[tuple[str, Map
         return
     for name, entry in raw.items():
         if not isinstance(entry, dict):
-            findings.add(join(path, name), "stands where a group of keys belongs", "write `key: value` lines below it")
+            findings.add(
+                join_path(path, name), "stands where a group of keys belongs", "write `key: value` lines below it"
+            )
         elif "." in name or not name.isidentifier() or name == GROUND:
-            findings.add(join(path, name), f"{name!r} is no name here", "use letters, digits and _", key=True)
+            findings.add(join_path(path, name), f"{name!r} is no name here", "use letters, digits and _", key=True)
         else:
             yield name, entry
 
 
 def _element(read: _Read, name: str, raw: Mapping[str, Any]) -> Part | None:
     path, kind = f"vehicle.elements.{name}", raw.get("kind")
-    if kind not in KINDS:
+    if kind not in ELEMENT_KINDS:
         what = "has no kind" if kind is None else f"unknown kind {kind!r}"
-        told = f"add `kind:`, one of {', '.join(KINDS)}" if kind is None else nearest(str(kind), KINDS)
-        read.findings.add(path if kind is None else join(path, "kind"), what, told)
+        told = (
+            f"add `kind:`, one of {', '.join(ELEMENT_KINDS)}"
+            if kind is None
+            else suggest_name(str(kind), ELEMENT_KINDS)
+        )
+        read.findings.add(path if kind is None else join_path(path, "kind"), what, told)
         return None
     direction = raw.get("direction", "lateral")
-    known = numbers_of(str(kind), direction if direction in WAYS else "lateral")
+    known = parameters_of_kind(str(kind), direction if direction in DIRECTIONS else "lateral")
     part = read.part("vehicle.elements", name, raw, str(kind), known)
     if kind in ("spring", "damper") and not any(
         p.path in raw for p in known if p.path.endswith(("stiffness", "damping"))
     ):
         law = "stiffness" if kind == "spring" else "damping"
-        keys = ", ".join(f"{way}_{law}" for way in WAYS)
+        keys = ", ".join(f"{way}_{law}" for way in DIRECTIONS)
         read.findings.add(path, f"has no {law}", f"add one of {keys}")
     if "between" not in part.words and kind != "wheelset" and "between" not in raw:
         read.findings.add(path, "joins nothing", "add `between: [first, second]`, two bodies or `ground`")
@@ -139,7 +158,7 @@ def _element(read: _Read, name: str, raw: Mapping[str, Any]) -> Part | None:
 
 
 def _contacts(raw: Any, read: _Read) -> tuple[str, ...]:
-    """The contact groups by name; the numbers that all wheelsets share go to `values` with them."""
+    """Read the contact groups and the numbers common to all wheelsets; return the names of the groups."""
     common = tuple(p for p in CONTACT if p.path.count(".") == 1)
     raw = {} if raw is None else raw
     if not isinstance(raw, dict):
@@ -150,7 +169,7 @@ def _contacts(raw: Any, read: _Read) -> tuple[str, ...]:
     for name in names:
         if not isinstance(raw[name], dict):
             known = [*shared, "gauge_widens_clearance"]
-            read.findings.add(f"contact.{name}", "unknown key", nearest(name, known), key=True)
+            read.findings.add(f"contact.{name}", "unknown key", suggest_name(name, known), key=True)
             continue
         model = check_group(group_model("contact", WHEELSET_CONTACT), raw[name], read.findings, f"contact.{name}")
         if model is not None:
@@ -164,37 +183,37 @@ def _contacts(raw: Any, read: _Read) -> tuple[str, ...]:
 
 
 def _check(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
-    """Names that fit, wheelsets in order, elements between bodies that are there."""
+    """Check names, limits, wheelsets, elements and floor points."""
     _names(structure, findings)
     if findings.errors():
         return
     members = structure.members
-    degrees = sum(m.degrees for m in members.values())
-    if degrees > MOST_DEGREES:
+    degrees = sum(m.dof_count for m in members.values())
+    if degrees > MAX_DEGREES_OF_FREEDOM:
         told = "join bodies that move together"
-        findings.add("vehicle", f"has {degrees} degrees of freedom, at most {MOST_DEGREES} are stepped", told)
+        findings.add("vehicle", f"has {degrees} degrees of freedom, at most {MAX_DEGREES_OF_FREEDOM} are stepped", told)
         return
-    if len(structure.wheelsets) > MOST_WHEELSETS:
+    if len(structure.wheelsets) > MAX_WHEELSETS:
         told = "give the part of the train that matters"
-        findings.add("vehicle", f"has {len(structure.wheelsets)} wheelsets, at most {MOST_WHEELSETS} are stepped", told)
+        findings.add("vehicle", f"has {len(structure.wheelsets)} wheelsets, at most {MAX_WHEELSETS} are stepped", told)
         return
     for member in members.values():
         if member.part.kind == "body" and {"x", "half_centres"} <= set(member.part.keys):
             findings.add(member.part.path, "has x and half_centres", "give one of them")
-        if member.free("roll") and "height" not in member.part.keys:
+        if member.has_rotation("roll") and "height" not in member.part.keys:
             findings.add(member.part.path, "rolls, but its centre has no height", "add `height:` above the rails")
     for wheelset in structure.wheelsets:
         part = wheelset.part
-        if wheelset.under is None and "x" not in part.keys and len(structure.wheelsets) > 1:
+        if wheelset.carrier is None and "x" not in part.keys and len(structure.wheelsets) > 1:
             findings.add(part.path, "has no place", "add `x:`, or `under:` a body with `half_wheelbase:`")
         if {"x", "half_wheelbase"} <= set(part.keys):
             findings.add(part.path, "has x and half_wheelbase", "give one of them")
-        if wheelset.under is None and "half_wheelbase" in part.keys:
-            findings.add(part.at("half_wheelbase"), "needs the body between the two", "add `under:`")
+        if wheelset.carrier is None and "half_wheelbase" in part.keys:
+            findings.add(part.number_path("half_wheelbase"), "needs the body between the two", "add `under:`")
         contact = structure.contact_of(wheelset)
         if contact not in structure.contacts:
-            told = nearest(contact, structure.contacts) if structure.contacts else "add `contact:` with a group"
-            where = part.at("contact") if "contact" in part.words else part.path
+            told = suggest_name(contact, structure.contacts) if structure.contacts else "add `contact:` with a group"
+            where = part.number_path("contact") if "contact" in part.words else part.path
             findings.add(where, f"no contact {contact!r}" if contact else "has no contact", told)
     if not structure.wheelsets:
         findings.add("vehicle.elements", "has no wheelset", "add an element `kind: wheelset`")
@@ -203,10 +222,10 @@ def _check(structure: Structure, values: Mapping[str, float], findings: Findings
             _joined(structure, part, findings)
     for part in structure.floor:
         body = part.word("body")
-        if len(structure.of(body)) != 1:
+        if len(structure.members_named(body)) != 1:
             names = [m.name for m in members.values()]
-            where = part.at("body") if body else part.path
-            findings.add(where, f"no body {body!r}" if body else "stands on no body", nearest(body, names))
+            where = part.number_path("body") if body else part.path
+            findings.add(where, f"no body {body!r}" if body else "stands on no body", suggest_name(body, names))
     if not findings.errors():
         _in_order(structure, values, findings)
 
@@ -222,7 +241,7 @@ def _names(structure: Structure, findings: Findings) -> None:
     for part in structure.wheelset_parts:
         under = part.word("under")
         if under and under not in (*families, *paired):
-            findings.add(part.at("under"), f"no body {under!r}", nearest(under, [*families, *paired]))
+            findings.add(part.number_path("under"), f"no body {under!r}", suggest_name(under, [*families, *paired]))
 
 
 def _joined(structure: Structure, part: Part, findings: Findings) -> None:
@@ -231,18 +250,22 @@ def _joined(structure: Structure, part: Part, findings: Findings) -> None:
     known = [*dict.fromkeys(m.part.name for m in structure.members.values()), *structure.members, GROUND]
     before = len(findings.errors())
     for i, end in enumerate(part.between):
-        if end != GROUND and not structure.of(end):
-            findings.add(part.at(f"between.{i}"), f"no body {end!r}", nearest(end, dict.fromkeys(known)))
+        if end != GROUND and not structure.members_named(end):
+            findings.add(part.number_path(f"between.{i}"), f"no body {end!r}", suggest_name(end, dict.fromkeys(known)))
     if len(findings.errors()) > before:
         return
     try:
         joints = structure.joints_of(part)
     except ValueError as error:
-        findings.add(part.at("between"), str(error), "name one of them with its number, such as frame_1")
+        findings.add(part.number_path("between"), str(error), "name one of them with its number, such as frame_1")
         return
     if any(a == b for joint in joints for a, b in [joint.ends]):
-        findings.add(part.at("between"), "joins a body to itself", "name two bodies")
-    if "height" not in part.keys and part.kind != "anti_roll_bar" and any(structure.rolls(j) for j in joints):
+        findings.add(part.number_path("between"), "joins a body to itself", "name two bodies")
+    if (
+        "height" not in part.keys
+        and part.kind != "anti_roll_bar"
+        and any(structure.joins_rolling_body(j) for j in joints)
+    ):
         findings.add(part.path, "joins a body that rolls, but has no height", "add `height:` above the rails")
 
 
@@ -256,19 +279,19 @@ def _in_order(structure: Structure, values: Mapping[str, float], findings: Findi
 
 
 def position(structure: Structure, member: Member, values: Mapping[str, float]) -> float:
-    """Where a member stands along the vehicle [m], forwards."""
+    """Return the longitudinal position x of a member [m], positive forwards."""
     return sum(factor * values[path] for factor, path in position_terms(structure, member))
 
 
 def position_terms(structure: Structure, member: Member) -> list[tuple[float, str]]:
-    """The place x of a member as (factor, path of a number)."""
+    """Return the position x of a member as a sum of (factor, path of a number)."""
     part = member.part
     terms: list[tuple[float, str]] = []
-    if member.under is not None:
-        terms += position_terms(structure, structure.members[member.under])
+    if member.carrier is not None:
+        terms += position_terms(structure, structure.members[member.carrier])
     for key in ("half_centres", "half_wheelbase"):
         if key in part.keys:
-            terms.append((float(member.side), part.at(key)))
+            terms.append((float(member.side), part.number_path(key)))
     if "x" in part.keys:
-        terms.append((1.0, part.at("x")))
+        terms.append((1.0, part.number_path("x")))
     return terms

@@ -1,4 +1,4 @@
-"""The parameters of a design, each with path, symbol, unit, default, range and caption: the one list."""
+"""List of the parameters of a design: path, symbol, unit, default, range and caption."""
 
 from __future__ import annotations
 
@@ -7,20 +7,34 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from railui.io.number_format import display
-from railui.io.units import UnitError, example, quantity
+from railui.io.number_format import format_quantity
+from railui.io.units import UnitError, example_quantity, quantity
 
 INFINITE = math.inf
-BEYOND = 1e15  # more than any number of a vehicle: a slip of the pen
+MAX_PLAUSIBLE = 1e15  # beyond any number of a vehicle
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of a design: its name is its dotted path, its value is SI.
+    """Number of a design.
 
-    `minimum` and `maximum` are what a file may say (`above`: the minimum itself is refused); `usual` is the
-    range of real vehicles, for scales and searches; `prior` is the standard deviation that holds a parameter
-    which the sensors barely see at its declared value. No default: the key must be given, unless optional.
+    Attributes
+    ----------
+    path : str
+        Dotted path.
+    symbol, unit, caption : str
+        The unit is SI.
+    default : float or None
+        None if the key is required, unless `optional`.
+    origin : str
+        Origin of the default.
+    minimum, maximum : float
+        Range of a file; `exclusive_minimum` rejects the minimum itself.
+    usual_range : (float, float)
+        Range of real vehicles, for scales and searches.
+    prior_sd : float or None
+        Standard deviation of a prior about the nominal value, for parameters that sensors hardly determine.
+    optional : bool
     """
 
     path: str
@@ -30,43 +44,43 @@ class Parameter:
     default: float | None = None
     origin: str = ""
     minimum: float = 0.0
-    maximum: float = BEYOND
-    above: bool = False
-    usual: tuple[float, float] = (0.0, INFINITE)
-    prior: float | None = None
+    maximum: float = MAX_PLAUSIBLE
+    exclusive_minimum: bool = False
+    usual_range: tuple[float, float] = (0.0, INFINITE)
+    prior_sd: float | None = None
     optional: bool = False
 
     @property
     def key(self) -> str:
-        """The last step of the path."""
+        """Last part of the path."""
         return self.path.rpartition(".")[2]
 
     def read(self, value: object) -> float:
-        """The value in SI; UnitError where unit or range do not fit.
+        """Return a value in SI; UnitError if unit or range do not fit.
 
         >>> PARAMETERS["contact.flange_clearance"].read("7 mm")
         0.007
         """
-        return self.inside(quantity(value, self.unit), value)
+        return self.check_range(quantity(value, self.unit), value)
 
-    def inside(self, number: float, value: object) -> float:
-        """The number, or UnitError where it is out of range."""
-        if number < self.minimum or (self.above and number == self.minimum):
-            bound = "above" if self.above else "at least"
+    def check_range(self, number: float, value: object) -> float:
+        """Return the number; UnitError if it is out of range."""
+        if number < self.minimum or (self.exclusive_minimum and number == self.minimum):
+            bound = "above" if self.exclusive_minimum else "at least"
             raise UnitError(
                 f"{value} is too small for the {self.caption}",
-                f"give {bound} {display(self.minimum, self.unit)}",
+                f"give {bound} {format_quantity(self.minimum, self.unit)}",
             )
         if number > self.maximum:
             raise UnitError(
                 f"{value} is too large for the {self.caption}",
-                f"give at most {display(self.maximum, self.unit)}",
+                f"give at most {format_quantity(self.maximum, self.unit)}",
             )
         return number
 
     def sample(self) -> str:
-        """A line as one would write it, for remedies."""
-        return f"{self.key}: {example(self.unit)}"
+        """Return an example line for remedies."""
+        return f"{self.key}: {example_quantity(self.unit)}"
 
 
 def _under(group: str, *entries: Parameter) -> tuple[Parameter, ...]:
@@ -74,11 +88,11 @@ def _under(group: str, *entries: Parameter) -> tuple[Parameter, ...]:
 
 
 def _positive(key: str, symbol: str, unit: str, caption: str, *usual: float) -> Parameter:
-    return Parameter(key, symbol, unit, caption, above=True, usual=(usual[0], usual[1]))
+    return Parameter(key, symbol, unit, caption, exclusive_minimum=True, usual_range=(usual[0], usual[1]))
 
 
 def _or_none(key: str, symbol: str, unit: str, caption: str, most: float = INFINITE) -> Parameter:
-    return Parameter(key, symbol, unit, caption, 0.0, "none where none is named", usual=(0.0, most))
+    return Parameter(key, symbol, unit, caption, 0.0, "none where none is named", usual_range=(0.0, most))
 
 
 CHECK = "check values of the model"
@@ -93,7 +107,7 @@ VEHICLE = (
         "vehicle.wheelset",
         _positive("mass", "m_a", "kg", "mass of one wheelset", 500, 4e3),
         _positive("yaw_inertia", "I_za", "kg*m^2", "yaw inertia of one wheelset", 200, 3e3),
-        Parameter("spin_inertia", "I_ya", "kg*m^2", "spin inertia of one wheelset", 0.0, SPIN, usual=(20, 400)),
+        Parameter("spin_inertia", "I_ya", "kg*m^2", "spin inertia of one wheelset", 0.0, SPIN, usual_range=(20, 400)),
     ),
     *_under(
         "vehicle.geometry",
@@ -105,8 +119,8 @@ VEHICLE = (
             "half the distance of the rolling circles",
             0.75,
             GAUGE,
-            above=True,
-            usual=(0.5, 0.9),
+            exclusive_minimum=True,
+            usual_range=(0.5, 0.9),
         ),
         _positive("half_spring_base", "b_c", "m", "half the lateral distance of the primary springs", 0.4, 1.2),
         _positive("rolling_radius", "r", "m", "nominal rolling radius", 0.2, 0.7),
@@ -114,8 +128,10 @@ VEHICLE = (
     _positive("vehicle.wheel_load", "N", "N", "load of one wheel on the rail", 1e4, 2e5),
     *_under(
         "vehicle.primary",
-        Parameter("lateral_stiffness", "c_y", "N/m", "lateral stiffness per axle box", usual=(1e5, 1e8)),
-        Parameter("longitudinal_stiffness", "c_x", "N/m", "longitudinal stiffness per axle box", usual=(1e5, 1e8)),
+        Parameter("lateral_stiffness", "c_y", "N/m", "lateral stiffness per axle box", usual_range=(1e5, 1e8)),
+        Parameter(
+            "longitudinal_stiffness", "c_x", "N/m", "longitudinal stiffness per axle box", usual_range=(1e5, 1e8)
+        ),
     ),
     *_under(
         "vehicle.secondary",
@@ -130,12 +146,12 @@ LATERAL = "lateral creep coefficient over wheel load"
 GRAVITY = "gravitational stiffness parameter"
 ANGLE, ROLL = "mean contact angle", "roll of the wheelset per lateral displacement"
 WHEELSET_CONTACT = (
-    Parameter("conicity", "lambda", "1", "equivalent conicity", minimum=-2.0, maximum=5.0, usual=(0.0, 0.8)),
-    Parameter("longitudinal_creep", "kappa_x", "1", LONGITUDINAL, usual=(20, 600)),
-    Parameter("lateral_creep", "kappa_y", "1", LATERAL, usual=(20, 600)),
-    Parameter("gravitational_stiffness", "epsilon", "1", GRAVITY, None, "", -1e3, 1e4, usual=(0, 60)),
-    Parameter("contact_angle", "delta", "rad", ANGLE, 0.05, CHECK, -1.5, 1.5, usual=(0.0, 0.2), prior=0.01),
-    Parameter("roll", "sigma", "1", ROLL, 0.05, CHECK, -5.0, 5.0, usual=(0.0, 0.2), prior=0.01),
+    Parameter("conicity", "lambda", "1", "equivalent conicity", minimum=-2.0, maximum=5.0, usual_range=(0.0, 0.8)),
+    Parameter("longitudinal_creep", "kappa_x", "1", LONGITUDINAL, usual_range=(20, 600)),
+    Parameter("lateral_creep", "kappa_y", "1", LATERAL, usual_range=(20, 600)),
+    Parameter("gravitational_stiffness", "epsilon", "1", GRAVITY, None, "", -1e3, 1e4, usual_range=(0, 60)),
+    Parameter("contact_angle", "delta", "rad", ANGLE, 0.05, CHECK, -1.5, 1.5, usual_range=(0.0, 0.2), prior_sd=0.01),
+    Parameter("roll", "sigma", "1", ROLL, 0.05, CHECK, -5.0, 5.0, usual_range=(0.0, 0.2), prior_sd=0.01),
 )
 SPIN_CREEP, CLEARANCE = "spin creep coefficient over wheel load", "clearance between flange and rail"
 NEW_WHEELS = "7 mm, new wheels on 1435 mm"
@@ -152,7 +168,9 @@ CONTACT = (
     ),
     *_under(
         "contact",
-        Parameter("spin_creep", "kappa_s", "m", SPIN_CREEP, 0.25, CHECK, maximum=100.0, usual=(0.0, 1.0), prior=0.05),
+        Parameter(
+            "spin_creep", "kappa_s", "m", SPIN_CREEP, 0.25, CHECK, maximum=100.0, usual_range=(0.0, 1.0), prior_sd=0.05
+        ),
         Parameter("flange_clearance", "c", "m", CLEARANCE, 0.007, NEW_WHEELS, 0.0, 0.1, True, (0.002, 0.02)),
     ),
 )
@@ -169,7 +187,7 @@ RIG = _under(
         1.0,
         "the input as it is",
         -INFINITE,
-        usual=(-INFINITE, INFINITE),
+        usual_range=(-INFINITE, INFINITE),
     ),
 )
 FLOOR = "a coach on its secondary suspension"
@@ -177,13 +195,17 @@ SHARE = "admissible share of time with flange contact"
 
 
 def _optional(key: str, symbol: str, unit: str, caption: str, *usual: float, above: bool = True) -> Parameter:
-    return Parameter(key, symbol, unit, caption, optional=True, above=above, usual=(usual[0], usual[1]))
+    return Parameter(
+        key, symbol, unit, caption, optional=True, exclusive_minimum=above, usual_range=(usual[0], usual[1])
+    )
 
 
 RIDING = _under(
     "riding",
     _optional("journey", "T_j", "s", "duration of the journey", 600, 43200),
-    Parameter("comfort_weight", "w", "1", "weight of comfort in the score", maximum=1.0, usual=(0, 1), optional=True),
+    Parameter(
+        "comfort_weight", "w", "1", "weight of comfort in the score", maximum=1.0, usual_range=(0, 1), optional=True
+    ),
     Parameter(
         "admissible_flange_fraction",
         "phi_a",
@@ -203,10 +225,10 @@ RIDING = _under(
         "lateral frequency of the floor",
         1.2,
         FLOOR,
-        above=True,
-        usual=(0.3, 5),
+        exclusive_minimum=True,
+        usual_range=(0.3, 5),
     ),
-    Parameter("floor_damping", "z", "1", "damping ratio of the floor", 0.2, FLOOR, usual=(0, 1)),
+    Parameter("floor_damping", "z", "1", "damping ratio of the floor", 0.2, FLOOR, usual_range=(0, 1)),
     _optional("cushion_frequency", "f_c", "Hz", "frequency of the seat cushion", 1, 20),
     _optional("cushion_damping", "z_c", "1", "damping ratio of the seat cushion", 0, 1, above=False),
     _optional("rms_limit", "a_rms", "m/s^2", "rms acceleration that goods bear", 0.1, 10),
@@ -215,46 +237,46 @@ RIDING = _under(
 
 FORMS: dict[str, tuple[Parameter, ...]] = {"bogie": VEHICLE + CONTACT, "rig": RIG}
 PARAMETERS: dict[str, Parameter] = {p.path: p for p in VEHICLE + CONTACT + RIG + RIDING}
-# words and switches beside the numbers: what they may be, the first is the default
+# choices of words and switches; the first is the default
 SETTINGS: dict[str, tuple[str | bool, ...]] = {
     "riding.use": ("long_distance", "local", "goods"),
     "riding.guidance": ("flange", "lateral_force"),
     "contact.gauge_widens_clearance": (False, True),
     "vehicle.rig.input": ("force", "base_displacement", "base_acceleration"),
 }
-# goods have no passengers: no journey bounds their class; the weight is that of local traffic
-BY_USE = {
+# goods have no passengers: the journey does not limit their class; the comfort weight is that of local traffic
+DEFAULTS_BY_USE = {
     "long_distance": {"riding.journey": 4 * 3600.0, "riding.comfort_weight": 0.6},
     "local": {"riding.journey": 3600.0, "riding.comfort_weight": 0.4},
     "goods": {"riding.journey": 0.0, "riding.comfort_weight": 0.4},
 }
-DEFAULT_ADJUST = {
+DEFAULT_ESTIMATED = {
     "bogie": ("contact.leading", "contact.trailing", "contact.spin_creep", "vehicle.primary",
               "vehicle.secondary.lateral_damping", "vehicle.secondary.yaw_damping"),
     "rig": ("vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain"),
 }  # fmt: skip
 
 
-def settings_of(form: str) -> tuple[str, ...]:
-    """The paths of words, switches and riding numbers that a form of vehicle has."""
+def setting_paths(form: str) -> tuple[str, ...]:
+    """Return the paths of words, switches and riding numbers of a kind of vehicle."""
     if form == "rig":
         return ("vehicle.rig.input",)
     return ("riding.use", "riding.guidance", "contact.gauge_widens_clearance", *(p.path for p in RIDING))
 
 
-def below(path: str, known: list[str]) -> list[str]:
-    """The path itself where it is known, else all paths of the group that it names.
+def expand_path(path: str, known: list[str]) -> list[str]:
+    """Return the path itself if it is known, else all paths of the group that it names.
 
-    >>> below("vehicle.primary", [p.path for p in VEHICLE])
+    >>> expand_path("vehicle.primary", [p.path for p in VEHICLE])
     ['vehicle.primary.lateral_stiffness', 'vehicle.primary.longitudinal_stiffness']
     """
     return [path] if path in known else [p for p in known if p.startswith(f"{path}.")]
 
 
-def nested(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Values by dotted path as groups within groups.
+def nest(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Nest values by dotted path into groups.
 
-    >>> nested({"vehicle.frame.mass": 1, "name": "a", "vehicle.wheel_load": 2})
+    >>> nest({"vehicle.frame.mass": 1, "name": "a", "vehicle.wheel_load": 2})
     {'vehicle': {'frame': {'mass': 1}, 'wheel_load': 2}, 'name': 'a'}
     """
     root: dict[str, Any] = {}

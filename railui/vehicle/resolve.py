@@ -1,4 +1,4 @@
-"""The model of a design, a file or a model."""
+"""Model of a design, of a design file, or as given."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from railui.io.problems import FileProblems, Problem
 from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.model import Model
 
-Given = Design | Model | str | Path
+ModelSource = Design | Model | str | Path
 
 
-def model_of(design: Given) -> Model:
-    """The model of a design, a file of one or a model; FileProblems for what cannot ride a track."""
+def resolve_model(design: ModelSource) -> Model:
+    """Return the model of a design, of its file, or the model itself; FileProblems if it cannot run on a track."""
     if isinstance(design, str | Path):
         design = load_design(design)
     model = design if isinstance(design, Model) else Model(design)

@@ -1,4 +1,4 @@
-"""A design whose numbers vary: rows for the kernel from values at paths, without a design per evaluation."""
+"""Rows for the kernel from varied parameters, and samples of estimated parameters."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ import numpy as np
 from railui import core
 from railui.arrays import FloatArray
 from railui.vehicle.design_reader import Design
-from railui.vehicle.effect_records import default_at
+from railui.vehicle.effects import default_at
 from railui.vehicle.model import Model
 
-LEAST = 0.01  # share of a number below which a deviation does not bring it, where 0 cannot be
+MIN_FRACTION = 0.01  # fraction of a positive number below which a deviation cannot reduce it
 
 
 @dataclass(frozen=True, eq=False)
 class ParameterisedModel:
-    """A model with values [n, path] at `paths`, and `deviations` (SI) added to whatever stands at a path.
+    """Model with variable values at `paths`, and constant `deviations` [SI] of other numbers.
 
-    Its rows are those of `Design.with_values`: an effect's number that was left to its default follows the
+    Its rows equal those of `Design.with_values`: a number of an effect that the file left to its default follows the
     vehicle's.
 
-    >>> from railui.ride_quality.evaluation import model_of
-    >>> varied = Varied(model_of("designs/test_bogie.yaml"), ("vehicle.primary.lateral_stiffness",))
+    >>> from railui.vehicle.resolve import resolve_model
+    >>> varied = ParameterisedModel(resolve_model("designs/test_bogie.yaml"), ("vehicle.primary.lateral_stiffness",))
     >>> varied.rows(np.array([[2e6], [5e6]]))[:, 10].tolist()
     [2000000.0, 5000000.0]
     """
@@ -36,7 +36,7 @@ class ParameterisedModel:
     deviations: Mapping[str, float] = field(default_factory=dict)
 
     def rows(self, x: FloatArray) -> FloatArray:
-        """Rows [n, row] of the vehicles with values x [n, path]."""
+        """Return rows [n, row] of the vehicles with values x [n, path]."""
         rows = np.tile(self.model.row, (len(x), 1))
         rows[:, [self.model.columns[path] for path in self.paths]] = x
         for path, by in self.deviations.items():
@@ -52,11 +52,11 @@ class ParameterisedModel:
 
     @cached_property
     def _following(self) -> list[tuple[int, Any, str]]:
-        """Columns of effects' numbers that the file left to their defaults: with record and place."""
+        """Column, record and location of every effect's number that the file left to its default."""
         changed = {*self.paths, *self.deviations}
         found = []
         for i, effect in enumerate(self.model.design.effects):
-            for parameter in core.record(effect.kind)["parameters"]:
+            for parameter in core.effect_record(effect.kind)["parameters"]:
                 path = f"effects.{i}.{parameter['key']}"
                 if parameter["key"] in effect.defaulted and path not in changed:
                     found.append((self.model.columns[path], parameter, effect.at))
@@ -71,21 +71,29 @@ class ParameterisedModel:
 
 
 def _inside(design: Design, path: str, values: FloatArray, by: float) -> FloatArray:
-    """Values plus a deviation, inside the range that a file may say."""
+    """Return values plus a deviation, clipped to the range of a file."""
     parameter = design.parameter(path)
     lowest = np.full_like(values, parameter.minimum)
-    if parameter.minimum >= 0 and (parameter.above or by < 0):
-        lowest = np.maximum(lowest, LEAST * values)
+    if parameter.minimum >= 0 and (parameter.exclusive_minimum or by < 0):
+        lowest = np.maximum(lowest, MIN_FRACTION * values)
     return np.clip(values + by, lowest, parameter.maximum)
 
 
-def draws(design: Design, count: int, seed: Sequence[int]) -> list[dict[str, float]]:
-    """Deviations of the adjusted parameters, `count` samples of their covariance; none: one without any.
+def draw_deviations(design: Design, count: int, seed: Sequence[int]) -> list[dict[str, float]]:
+    """Draw deviations of the estimated parameters from their covariance.
 
-    Each sample has its own random numbers, keyed by `seed` and its index.
+    Parameters
+    ----------
+    design : Design
+    count : int
+        Number of samples; 0 gives a single sample without deviations.
+    seed : sequence of int
+        Each sample has its own random numbers, keyed by `seed` and its index.
 
-    >>> from railui.ride_quality.evaluation import model_of
-    >>> draws(model_of("designs/test_bogie.yaml").design, 0, [1])
+    Examples
+    --------
+    >>> from railui.vehicle.resolve import resolve_model
+    >>> draw_deviations(resolve_model("designs/test_bogie.yaml").design, 0, [1])
     [{}]
     """
     if count == 0 or design.adjustment is None:

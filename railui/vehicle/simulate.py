@@ -1,4 +1,4 @@
-"""One vehicle along a road: the series of its channels."""
+"""Time simulation of one vehicle."""
 
 from __future__ import annotations
 
@@ -12,16 +12,34 @@ from railui.vehicle.model import Model
 
 
 def simulate_series(
-    model: Model, road: Excitation, channels: Sequence[str], *, steps: int | None = None, jobs: int | None = 1
+    model: Model, excitation: Excitation, channels: Sequence[str], *, steps: int | None = None, jobs: int | None = 1
 ) -> tuple[FloatArray, int | None]:
-    """Series [channel, sample] of a vehicle that starts at rest, and the sample at which it diverged (None: never).
+    """Simulate a vehicle from rest.
 
-    `steps` of RK4 per sample, as many as it needs where None. Raises ValueError for an unknown channel, and for a
-    vehicle too stiff to be stepped.
+    Parameters
+    ----------
+    model : Model
+    excitation : Excitation
+    channels : sequence of str
+    steps : int, optional
+        RK4 steps per sample; as many as the vehicle requires by default.
+    jobs : int or None
+        Threads; None for all.
+
+    Returns
+    -------
+    array [channel, sample]
+    int or None
+        Sample at which the vehicle diverged; None if it did not.
+
+    Raises
+    ------
+    ValueError
+        For an unknown channel, and for a vehicle too stiff to integrate.
     """
-    vehicles, batch = model.vehicles(), model.single()
+    vehicles, batch = model.vehicles(), model.single_batch()
     if steps is None:
-        steps = vehicles.steps(batch, road.speed, road.speed, road.dt)[0]
-    table = road.table(model.half_wheelbase(), steps)
-    series, lost = vehicles.simulate(batch, table, road.dt, steps, channels, jobs=jobs)
+        steps = vehicles.required_steps(batch, excitation.speed, excitation.speed, excitation.dt)[0]
+    table = excitation.table(model.wheelset_spacing(), steps)
+    series, lost = vehicles.simulate(batch, table, excitation.dt, steps, channels, jobs=jobs)
     return np.asarray(series[0]), int(lost[0]) if lost[0] >= 0 else None

@@ -1,4 +1,4 @@
-"""The balance of a vehicle: its wheels carry its masses."""
+"""Equilibrium of wheel loads and masses."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.multibody import Structure
 
 GRAVITY = 9.81  # m/s^2
-SHARE = 0.10  # by which the wheel loads may differ from the weight of the masses
-HEAVIEST = 200e3  # N per wheel: 40 t per axle, the heaviest that runs on rails
+WEIGHT_TOLERANCE = 0.10  # relative difference of the wheel loads from the weight of the masses
+MAX_WHEEL_LOAD = 200e3  # N; 40 t per axle, the heaviest on any railway
 REMEDY = "check the masses and the load per wheel"
 
 
-def balance_wheel_loads(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
-    """Warns where the wheel loads do not carry the masses; where something rests on the ground, it may be any."""
-    load = 2 * sum(values[w.part.at("wheel_load")] for w in structure.wheelsets)
-    weight = GRAVITY * sum(values[m.part.at("mass")] for m in structure.members.values())
-    low, high = (1 - SHARE) * weight, (1 + SHARE) * weight
+def check_wheel_loads(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
+    """Warn if the wheel loads do not carry the masses; elements to the ground may carry any part of them."""
+    load = 2 * sum(values[w.part.number_path("wheel_load")] for w in structure.wheelsets)
+    weight = GRAVITY * sum(values[m.part.number_path("mass")] for m in structure.members.values())
+    low, high = (1 - WEIGHT_TOLERANCE) * weight, (1 + WEIGHT_TOLERANCE) * weight
     grounded = any(None in joint.ends for joint in structure.joints)
     if load < low or (load > high and not grounded):
         told = f"the wheels carry {load / 1e3:.4g} kN, the masses weigh {weight / 1e3:.4g} kN"
-        findings.warn(structure.wheelsets[0].part.at("wheel_load"), told, REMEDY)
+        findings.warn(structure.wheelsets[0].part.number_path("wheel_load"), told, REMEDY)
 
 
-def balance_bogie(values: Mapping[str, float], effects: Sequence[PlacedEffect], findings: Findings) -> None:
-    """Warns where four wheel loads do not carry the masses above the rails; a coach unknown may be any."""
+def check_bogie_wheel_loads(values: Mapping[str, float], effects: Sequence[PlacedEffect], findings: Findings) -> None:
+    """Warn if four wheel loads do not carry the masses of a bogie; an unknown coach may have any mass."""
     path = "vehicle.wheel_load"
     load = 4 * values[path]
     coach = [float(m) for e in effects if e.kind == "coach_mode" and isinstance(m := e.parameters.get("mass"), float)]
     weight = GRAVITY * (values["vehicle.frame.mass"] + 2 * values["vehicle.wheelset.mass"] + sum(coach))
     carried = f"4 N is {load / 1e3:.4g} kN, the masses"
-    if load < (1 - SHARE) * weight:
+    if load < (1 - WEIGHT_TOLERANCE) * weight:
         share = "" if coach else ", and a coach would add to them"
         findings.warn(path, f"{carried} weigh {weight / 1e3:.4g} kN{share}", REMEDY)
-    elif coach and load > (1 + SHARE) * weight:
+    elif coach and load > (1 + WEIGHT_TOLERANCE) * weight:
         findings.warn(path, f"{carried} with the coach's share weigh {weight / 1e3:.4g} kN", REMEDY)
-    elif load > 4 * HEAVIEST:
+    elif load > 4 * MAX_WHEEL_LOAD:
         told = f"{load / 4e3:.4g} kN on a wheel is more than any railway carries"
         findings.warn(path, told, "give the load of one wheel in N")

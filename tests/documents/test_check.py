@@ -12,8 +12,8 @@ import pytest
 from railui.campaign.campaign import Campaign
 from railui.documents.check import check, load
 from railui.documents.recognise import recognise
-from railui.documents.schema import schema
-from railui.io.problems import FileProblems, Findings, Problem, nearest
+from railui.documents.schema import json_schema
+from railui.io.problems import FileProblems, Findings, Problem, suggest_name
 from railui.runs.run import Run
 from railui.vehicle.design_reader import Design
 from railui.vehicle.parameters import PARAMETERS
@@ -43,7 +43,7 @@ def test_what_is_none_of_ours_is_told(tmp_path: Path, told: Told) -> None:
     (tmp_path / "a.csv").write_text("height [mm],width [mm]\n0,0\n")
     (tmp_path / "loop.json").write_text('{"schema": "railui.loop/1"}')
     for name in ("a.yaml", "a.csv"):
-        assert told(lambda name=name: recognise(tmp_path / name))[0].message == "is no file of railui"
+        assert told(lambda name=name: recognise(tmp_path / name))[0].message == "is not a file of railui"
     assert "is a loop" in told(lambda: recognise(tmp_path / "loop.json"))[0].message
 
 
@@ -93,15 +93,15 @@ def test_problems_print_place_key_what_and_remedy_in_order() -> None:
     findings.add("a.b", "is wrong", "mend it")
     findings.add("a.c", "is missing", "add it")
     with pytest.raises(FileProblems) as caught:
-        findings.stop()
+        findings.raise_errors()
     assert str(caught.value) == "f.yaml:2:3: a.c: is missing, add it\nf.yaml:4:5: a.b: is wrong, mend it"
     assert set(caught.value.problems[0].as_dict()) >= {"file", "line", "column", "key", "message", "remedy"}
 
 
 def test_the_nearest_name_is_told_or_all_of_few() -> None:
-    assert nearest("Mass", ["yaw_inertia", "mass"]) == "did you mean 'mass'?"
-    assert nearest("colour", ["mass", "yaw_inertia"]) == "known are mass, yaw_inertia"
-    assert nearest("colour", [f"name_{i}" for i in range(40)] + ["colossal"]) == "the nearest is 'colossal'"
+    assert suggest_name("Mass", ["yaw_inertia", "mass"]) == "did you mean 'mass'?"
+    assert suggest_name("colour", ["mass", "yaw_inertia"]) == "known are mass, yaw_inertia"
+    assert suggest_name("colour", [f"name_{i}" for i in range(40)] + ["colossal"]) == "the nearest is 'colossal'"
 
 
 # schemas
@@ -109,12 +109,12 @@ def test_the_nearest_name_is_told_or_all_of_few() -> None:
 
 @pytest.mark.parametrize("kind", ["design", "campaign", "study"])
 def test_a_schema_is_json_and_names_its_version(kind: str, catalogue: Records) -> None:
-    made = json.loads(json.dumps(schema(kind, catalogue), allow_nan=False))
+    made = json.loads(json.dumps(json_schema(kind, catalogue), allow_nan=False))
     assert made["$id"] == f"railui.{kind}/1" and made["title"] == kind
 
 
 def test_every_parameter_stands_in_the_schema_with_unit_and_default(catalogue: Records) -> None:
-    made = schema("design", catalogue)
+    made = json_schema("design", catalogue)
 
     def resolved(entry: dict[str, Any]) -> dict[str, Any]:
         return made["$defs"][entry["$ref"].rsplit("/", 1)[1]] if "$ref" in entry else entry
@@ -124,17 +124,17 @@ def test_every_parameter_stands_in_the_schema_with_unit_and_default(catalogue: R
         for step in path.split("."):
             here = resolved(here)["properties"][step]
         assert here["unit"] == parameter.unit and here.get("default") == parameter.default
-        assert here.get("prior_standard_deviation") == parameter.prior
+        assert here.get("prior_standard_deviation") == parameter.prior_sd
 
 
 def test_the_schema_lists_every_effect_but_no_sensor(catalogue: Records) -> None:
-    entries = schema("design", catalogue)["anyOf"][0]["properties"]["effects"]["items"]["oneOf"]
+    entries = json_schema("design", catalogue)["anyOf"][0]["properties"]["effects"]["items"]["oneOf"]
     kinds = {entry["properties"]["kind"]["const"] for entry in entries}
     assert "free_play" in kinds and not {k for k in kinds if k.startswith("sensor")}
-    sensors = schema("campaign", catalogue)["properties"]["sensors"]["items"]["oneOf"]
+    sensors = json_schema("campaign", catalogue)["properties"]["sensors"]["items"]["oneOf"]
     assert [entry["properties"]["kind"]["const"] for entry in sensors] == ["sensor_gain", "sensor_offset"]
 
 
 def test_another_schema_is_refused() -> None:
     with pytest.raises(ValueError, match="design, campaign, study"):
-        schema("loop", [])
+        json_schema("loop", [])

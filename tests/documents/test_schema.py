@@ -9,7 +9,7 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-from railui.documents.schema import KINDS, schema
+from railui.documents.schema import KINDS, json_schema
 
 HOME = Path(__file__).parents[2]
 FILES = {
@@ -20,12 +20,12 @@ FILES = {
 
 
 def faults(kind: str, data: Any) -> list[str]:
-    return [error.message for error in Draft202012Validator(schema(kind)).iter_errors(data)]
+    return [error.message for error in Draft202012Validator(json_schema(kind)).iter_errors(data)]
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_files_of_ours_fit_their_schema(kind: str) -> None:
-    Draft202012Validator.check_schema(schema(kind))
+    Draft202012Validator.check_schema(json_schema(kind))
     assert FILES[kind]
     for file in FILES[kind]:
         assert faults(kind, yaml.safe_load(file.read_text("utf-8"))) == [], file.name

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from railui.documents.check import load
 from railui.io.problems import FileProblems
-from railui.io.yaml_document import parse
+from railui.io.yaml_document import parse_yaml
 from railui.io.yaml_edit import edit_values
 
 PIECES = [
@@ -120,11 +120,11 @@ def test_a_run_with_slips_is_read_or_told(
 def test_an_edit_changes_what_was_asked_or_is_refused(bogie: str, edits: list[Any], path: str, value: Any) -> None:
     text = slipped(bogie, edits)
     try:
-        before = parse(text)
+        before = parse_yaml(text)
     except FileProblems:
         return
     try:
-        after = parse(edit_values(text, {path: value}))
+        after = parse_yaml(edit_values(text, {path: value}))
     except FileProblems:
         return
     assert beside(after.value, path) == beside(before.value, path)

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from railui.io.number_format import display, suited
-from railui.io.units import UnitError, convert, parse_unit, quantity, split
-from railui.io.yaml_document import parse
-from railui.io.yaml_nodes import scalar
-from railui.io.yaml_writer import like, number_text, scalar_text
+from railui.io.number_format import format_quantity, scale_to_prefix
+from railui.io.units import UnitError, convert, parse_unit, quantity, split_quantity
+from railui.io.yaml_document import parse_yaml
+from railui.io.yaml_nodes import parse_scalar
+from railui.io.yaml_writer import number_text, scalar_text, text_in_unit_of
 
 SI = [
     "m",
@@ -114,13 +114,13 @@ def test_seven_millimetres_are_exactly_the_decimal_number() -> None:
 
 @given(finite, st.sampled_from(SI))
 def test_a_displayed_value_reads_back(value: float, unit: str) -> None:
-    assert quantity(display(value, unit, digits=17), unit) == pytest.approx(value, rel=1e-14)
+    assert quantity(format_quantity(value, unit, digits=17), unit) == pytest.approx(value, rel=1e-14)
 
 
 @given(finite, st.sampled_from(SI))
 def test_a_suited_unit_leaves_the_quantity_as_it_is(value: float, unit: str) -> None:
-    number, name = suited(value, unit)
-    assert parse_unit(name).fits(parse_unit(unit))
+    number, name = scale_to_prefix(value, unit)
+    assert parse_unit(name).is_compatible(parse_unit(unit))
     assert convert(number, name, unit) == pytest.approx(value, rel=1e-14)
 
 
@@ -132,7 +132,7 @@ REACH = {"N": (1.0, 1e12), "N*s/m": (1.0, 1e12), "Hz": (1.0, 1e6), "m": (1e-6, 1
 def test_a_suited_unit_brings_the_number_between_one_and_a_thousand(share: float, unit: str, sign: float) -> None:
     low, high = REACH[unit]
     value = min(max(low * (high / low) ** share, low), math.nextafter(high, 0.0))
-    assert 1.0 <= abs(suited(sign * value, unit)[0]) <= 1000.0
+    assert 1.0 <= abs(scale_to_prefix(sign * value, unit)[0]) <= 1000.0
 
 
 @given(finite, st.sampled_from(["mm", "km/h", "kN*s/m", "MN*m/rad", "mrad/s", "t", "min", "deg"]))
@@ -151,13 +151,13 @@ def test_a_value_converted_there_and_back_is_the_same(value: float, unit: str) -
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_a_number_is_written_so_that_it_reads_back_the_same(value: float) -> None:
-    assert float(scalar(number_text(value))) == value
+    assert float(parse_scalar(number_text(value))) == value
 
 
 @given(finite, st.sampled_from(["3.0 MN/m", "7 mm", "2 kN*s/m", 5.0, "9"]))
 def test_a_number_in_the_old_unit_reads_back_the_same(value: float, before: object) -> None:
-    text = like(value, before)
-    number, unit = split(text)
+    text = text_in_unit_of(value, before)
+    number, unit = split_quantity(text)
     assert (quantity(text, unit) if unit else number) == value
 
 
@@ -168,4 +168,4 @@ LETTERS = st.characters(
 
 @given(st.text(LETTERS, max_size=30))
 def test_a_word_is_written_so_that_yaml_reads_it_back(text: str) -> None:
-    assert parse(f"a: {scalar_text(text)}\nb: [{scalar_text(text)}]\n").value == {"a": text, "b": [text]}
+    assert parse_yaml(f"a: {scalar_text(text)}\nb: [{scalar_text(text)}]\n").value == {"a": text, "b": [text]}

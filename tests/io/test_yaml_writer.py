@@ -1,7 +1,7 @@
 import pytest
 import yaml
 
-from railui.io.yaml_document import parse
+from railui.io.yaml_document import parse_yaml
 from railui.io.yaml_writer import YamlWriter
 
 
@@ -32,5 +32,5 @@ def test_any_key_and_value_read_back_as_written(key):
     writer.entry(key, {key: [key, None, True, 0.1]})
     writer.items("empty", [])
     expected = {key: {key: [key, None, True, 0.1]}, "empty": []}
-    assert parse(writer.text()).value == expected
+    assert parse_yaml(writer.text()).value == expected
     assert yaml.safe_load(writer.text()) == expected

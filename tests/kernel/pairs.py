@@ -61,7 +61,7 @@ def driven(run: Table, qy: float = 0.0, qpsi: float = 0.0) -> Table:
 
 def spots(kinds: Sequence[str] = ()) -> Iterator[tuple[str, str, int | None]]:
     """Every kind of the catalogue at every place of a bogie where it may stand: kind, place, wheelset (None: both)."""
-    for record in core.catalogue():
+    for record in core.effect_catalogue():
         if record["acts"] != "sensor" and (not kinds or record["kind"] in kinds):
             for at in (at for at in record["at"] if at != "rig"):
                 for wheelset in (None, 1, 2) if at in PAIRED else (None,):
@@ -74,7 +74,7 @@ def spots(kinds: Sequence[str] = ()) -> Iterator[tuple[str, str, int | None]]:
 def numbers(vehicle: Vehicle) -> Floats:
     """A vehicle's numbers in the kernel's order, shape [30]."""
     values = paths(vehicle)
-    return np.array([values[path] for path in core.parameters("bogie")])
+    return np.array([values[path] for path in core.parameter_paths("bogie")])
 
 
 def effect_row(vehicle: Vehicle, one: Effect) -> list[float]:
@@ -99,7 +99,7 @@ def batch(
     effects = [[] for _ in vehicles] if effects is None else effects
     rows = [[x for e in own for x in effect_row(v, e)] for v, own in zip(vehicles, effects, strict=True)]
     amounts = np.full((len(vehicles), len(effects[0])), amount)
-    return Batch.of(np.array([numbers(v) for v in vehicles]), np.array(rows).reshape(len(rows), -1), amounts, **more)
+    return Batch.from_arrays(np.array([numbers(v) for v in vehicles]), np.array(rows).reshape(len(rows), -1), amounts, **more)
 
 
 def table(run: Table, a: float, steps: int) -> Floats:
@@ -115,7 +115,7 @@ def interval(run: Table) -> float:
 def enough(vehicle: Vehicle, run: Table, effects: Sequence[Effect] = ()) -> int:
     """Steps per sample that the kernel chooses for a case."""
     made = structure(vehicle, effects, run)
-    return made.steps(batch([vehicle], [effects]), float(run.v.min()), float(run.v.max()), interval(run))[0]
+    return made.required_steps(batch([vehicle], [effects]), float(run.v.min()), float(run.v.max()), interval(run))[0]
 
 
 def kernel(

@@ -122,7 +122,7 @@ def test_the_states_of_the_effects_stand_behind_those_of_the_bodies() -> None:
     ]
     motion = np.random.default_rng(2).normal(0.0, 1.0, 12) * np.array([3e-3, 1e-3] * 3 + [0.05, 0.02] * 3)
     coach, carried = np.array([2e-3, -0.03]), np.array([0.5, -0.8, 700.0])
-    assert structure(vehicle, effects).states(batch([vehicle], [effects])) == 17
+    assert structure(vehicle, effects).state_count(batch([vehicle], [effects])) == 17
     state = np.concatenate([motion[:6], coach[:1], motion[6:], coach[1:], carried])
     truth = simulate(vehicle, run, effects, 2, np.concatenate([motion, coach, carried]))
     assert_same(kernel(vehicle, run, effects, 2, state=state), truth, ROUNDING)

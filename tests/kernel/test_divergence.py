@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from railui.core import Batch, Filter, Vehicles
+from railui.core import Batch, ZeroPhaseFilter, Vehicles
 from tests.kernel.pairs import CHANNELS, Floats, batch, interval, straight, structure, table, uneven
 from tests.truth.bogie import Vehicle
 from tests.truth.effects import Effect, parse
@@ -34,7 +34,7 @@ WITH = pytest.mark.parametrize(
 
 
 def together(
-    vehicles: Sequence[Vehicle], effects: Sequence[Effect], filter: Filter | None = None
+    vehicles: Sequence[Vehicle], effects: Sequence[Effect], filter: ZeroPhaseFilter | None = None
 ) -> tuple[Floats, list[int]]:
     made = structure(vehicles[0], effects)
     some = batch(vehicles, [effects] * len(vehicles))
@@ -65,7 +65,7 @@ def test_there_is_no_nan_in_the_output(lost: Vehicle, effects: Sequence[Effect])
 @LOST
 def test_there_is_no_nan_behind_a_filter(lost: Vehicle) -> None:
     sos = signal.butter(2, [0.4, 20.0], "bandpass", fs=400.0, output="sos")
-    band = Filter(sos, signal.sosfilt_zi(sos), 200, 50, np.ones(len(CHANNELS)))
+    band = ZeroPhaseFilter(sos, signal.sosfilt_zi(sos), 200, 50, np.ones(len(CHANNELS)))
     found, where = together([CALM[1], lost], [], band)
     assert where[1] > 0
     assert np.isfinite(found).all()
@@ -82,8 +82,8 @@ def test_the_sample_reported_is_where_the_vehicle_had_left_the_rails() -> None:
 
 def test_a_score_of_a_vehicle_that_diverged_says_so_and_leaves_its_neighbour_alone() -> None:
     made, drive = structure(CALM[0]), (table(FASTEST, 1.28, 2), interval(FASTEST), 2, CHANNELS[:2])
-    rides = made.score(batch([CALM[1], TOO_STIFF]), *drive, np.full(2, 7e-3))
-    alone = made.score(batch([CALM[1]]), *drive, np.full(1, 7e-3))
+    rides = made.ride_statistics(batch([CALM[1], TOO_STIFF]), *drive, np.full(2, 7e-3))
+    alone = made.ride_statistics(batch([CALM[1]]), *drive, np.full(1, 7e-3))
     assert rides.diverged[0] == -1 and rides.diverged[1] > 0
     assert np.array_equal(rides.displacement[0], alone.displacement[0])
 
@@ -92,7 +92,7 @@ def test_a_rig_has_units_of_its_own_and_diverges_only_far_beyond_them() -> None:
     t = np.arange(2001) / 100.0
     rows = np.zeros((4001, 5))
     rows[:, 2] = 1e6
-    rigs = Batch.of(np.array([[1.0, 1.0, 0.0, 1.0], [1.0, -400.0, 0.0, 1.0]]))  # m, k, c, gain, a force
+    rigs = Batch.from_arrays(np.array([[1.0, 1.0, 0.0, 1.0], [1.0, -400.0, 0.0, 1.0]]))  # m, k, c, gain, a force
     found, lost = Vehicles("rig").simulate(rigs, rows, 0.01, 1, ["z"])
     assert lost[0] == -1 and lost[1] > 0
     assert np.abs(found[0, 0] - 1e6 * (1.0 - np.cos(t))).max() < 1.0

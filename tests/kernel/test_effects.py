@@ -112,7 +112,7 @@ def test_an_effect_moves_the_bogie_as_it_moves_the_generator_s(kind: str, at: st
 
 
 def test_every_catalogued_kind_of_the_generator_is_in_the_kernel_s_list_and_the_other_way_round() -> None:
-    assert {r["kind"] for r in core.catalogue()} == {kind for kind, known in KINDS.items() if known.catalogued}
+    assert {r["kind"] for r in core.effect_catalogue()} == {kind for kind, known in KINDS.items() if known.catalogued}
 
 
 # ------------------------------------------------------------------------------------------------ effects together
@@ -215,10 +215,10 @@ def test_a_curve_against_the_distance_is_a_coach_force_that_was_measured_along_i
     numbers = core.effect_numbers("measured_force", {"motion": grid, "force": force})
     bare = batch([uneven(3)])
     bare.numbers[
-        0, [core.parameters("bogie").index(f"vehicle.secondary.lateral_{x}") for x in ("stiffness", "damping")]
+        0, [core.parameter_paths("bogie").index(f"vehicle.secondary.lateral_{x}") for x in ("stiffness", "damping")]
     ] = 0.0
     made = core.Vehicles("bogie", [Placement("measured_force", "frame", None, len(numbers), "s")])
-    one = core.Batch.of(bare.numbers, np.array([numbers]), np.ones((1, 1)))
+    one = core.Batch.from_arrays(bare.numbers, np.array([numbers]), np.ones((1, 1)))
     run_0 = straight(3.0)
     found, _ = made.simulate(one, table(run_0, uneven(3).a, 2), interval(run), 2, ["e1", "ayf"])
     truth = simulate(uneven(3), run, steps=2)

@@ -15,8 +15,8 @@ import pytest
 
 from railui import core
 from railui.core import Batch, Placement, Vehicles
-from railui.vehicle.effect_reader import AGAINST
-from railui.vehicle.effect_records import is_against
+from railui.vehicle.effect_reader import ABSCISSAE
+from railui.vehicle.effects import has_abscissa
 from tests.kernel.pairs import (
     CHANNELS,
     ROUNDING,
@@ -90,7 +90,7 @@ def beside(k: int, neighbours: Batch) -> Floats:
     made, all_of_them = many(True)
     rows = [neighbours.select([0]), all_of_them.select([k]), neighbours.select([1])]
     names = ("numbers", "effects", "amounts")
-    between = Batch.of(*(np.concatenate([getattr(one, name) for one in rows]) for name in names))
+    between = Batch.from_arrays(*(np.concatenate([getattr(one, name) for one in rows]) for name in names))
     return np.asarray(series(made, between)[1])
 
 
@@ -113,7 +113,7 @@ OTHERS = [parse("spring at=primary_lateral stiffness=1e6"), parse("creep_saturat
 
 def sensors() -> list[Effect]:
     numbers = {"sensor_delay": {"delay": 0.01}, "sensor_gain": {"gain": 1.3}, "sensor_offset": {"offset": 0.2}}
-    return [Effect(r["kind"], "ayf", None, numbers[r["kind"]]) for r in core.catalogue() if r["acts"] == "sensor"]
+    return [Effect(r["kind"], "ayf", None, numbers[r["kind"]]) for r in core.effect_catalogue() if r["acts"] == "sensor"]
 
 
 EVERYWHERE = [*(effect(k, at, w, **strong(k, at)) for k, at, w in spots()), *sensors()]
@@ -162,7 +162,7 @@ def test_a_small_amount_moves_the_vehicle_in_proportion(one: Effect) -> None:
 
 def choices(kind: str) -> Sequence[str | None]:
     """What the curve of a kind may stand against; None alone where it has no such choice."""
-    return AGAINST if is_against(core.record(kind)) else (None,)
+    return ABSCISSAE if has_abscissa(core.effect_record(kind)) else (None,)
 
 
 def chosen(one: Effect) -> list[Effect]:
@@ -197,10 +197,10 @@ def test_lanes_of_other_numbers_and_amounts_of_a_law_ride_as_each_alone(one: Eff
 
 
 def test_a_choice_is_no_number_of_a_row() -> None:
-    z, v, s = (Placement("measured_force", "frame", None, 5, x) for x in AGAINST)
+    z, v, s = (Placement("measured_force", "frame", None, 5, x) for x in ABSCISSAE)
     assert len({z, v, s}) == 3
     assert Placement("measured_force", "frame", None, 5) == z
-    assert [p for p in core.parameters("rig") if "input" in p] == []
+    assert [p for p in core.parameter_paths("rig") if "input" in p] == []
 
 
 # ---------------------------------------------------------------------------------------------------- SIMD levels
@@ -210,7 +210,7 @@ import json, sys
 from railui import core
 from tests.kernel import test_lanes as here
 made, some = here.many(True)
-print(json.dumps([core.simd(), here.series(made, some.select([0, 1])).tolist()]))
+print(json.dumps([core.simd_level(), here.series(made, some.select([0, 1])).tolist()]))
 """
 
 

@@ -21,17 +21,17 @@ def curve(kind: str, at: str, values: dict[str, list[float]]) -> None:
     """Ask for the steps of a bogie with a curve of these points."""
     numbers = effect_numbers(kind, values)
     made = Vehicles("bogie", [Placement(kind, at, None, len(numbers))])
-    made.steps(Batch.of(ONE.numbers, np.array([numbers]), np.ones((1, 1))), 40.0, 40.0, T)
+    made.required_steps(Batch.from_arrays(ONE.numbers, np.array([numbers]), np.ones((1, 1))), 40.0, 40.0, T)
 
 
 def light() -> None:
     numbers = ONE.numbers.copy()
     numbers[0, 2] = 1e-45
-    MADE.steps(Batch.of(numbers), 40.0, 40.0, T)
+    MADE.required_steps(Batch.from_arrays(numbers), 40.0, 40.0, T)
 
 
 def score(clearance: int = 1, cascades: tuple[np.ndarray, ...] = (), states: int = 12) -> None:
-    MADE.score(ONE.with_initial(np.zeros(states)), TABLE, T, 1, CHANNELS, np.ones(clearance), cascades)
+    MADE.ride_statistics(ONE.with_initial_states(np.zeros(states)), TABLE, T, 1, CHANNELS, np.ones(clearance), cascades)
 
 
 REFUSED: dict[str, tuple[Callable[[], object], str]] = {
@@ -63,8 +63,8 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "an input of a bogie": (lambda: Vehicles("bogie", rig_input="force"), 'kind "bogie" has no input "force"'),
     "an input that no rig has": (lambda: Vehicles("rig", rig_input="torque"), 'kind "rig" has no input "torque"'),
     "a third wheelset": (
-        lambda: Vehicles("bogie", [Placement("flange_contact", "contact", 3)]).states(
-            Batch.of(ONE.numbers, np.array([[7e-3, 1e7]]), np.ones((1, 1)))
+        lambda: Vehicles("bogie", [Placement("flange_contact", "contact", 3)]).state_count(
+            Batch.from_arrays(ONE.numbers, np.array([[7e-3, 1e7]]), np.ones((1, 1)))
         ),
         'no place "contact" for wheelset 3',
     ),

@@ -62,7 +62,7 @@ def kernel(
     placed = [Placement(e.kind, e.at, None, len(row), x) for e, row, x in zip(effects, rows, against, strict=True)]
     vehicles = Vehicles("rig", placed, rig_input=rig.input)
     numbers = np.array([[rig.m, rig.k, rig.c, rig.gain]])
-    one = Batch.of(numbers, np.array([[x for row in rows for x in row]]), np.ones((1, len(rows))))
+    one = Batch.from_arrays(numbers, np.array([[x for row in rows for x in row]]), np.ones((1, len(rows))))
     at = np.arange(2 * steps * (len(T) - 1) + 1) / (2 * steps * RATE)
     table = np.zeros((len(at), 5))
     table[:, 0], table[:, 1] = at, 1.0
@@ -70,7 +70,7 @@ def kernel(
         table[:, 2:] = np.stack([CubicSpline(T, u)(at, order) for order in range(3)], axis=1)
     base = rig.gain * table[0, 2:4] if rig.input == "base_displacement" else 0.0
     initial = (np.array(start, float) - base)[None]
-    found, lost = vehicles.simulate(one.with_initial(initial), table, 1 / RATE, steps, CHANNELS)
+    found, lost = vehicles.simulate(one.with_initial_states(initial), table, 1 / RATE, steps, CHANNELS)
     assert lost[0] == -1
     return dict(zip(CHANNELS, found[0], strict=True))
 
@@ -80,7 +80,7 @@ def change(found: Mapping[str, Floats], other: Mapping[str, Floats]) -> float:
 
 
 def test_every_effect_that_may_stand_at_a_rig_is_tried_here() -> None:
-    assert {r["kind"] for r in core.catalogue() if "rig" in r["at"]} == set(EFFECTS)
+    assert {r["kind"] for r in core.effect_catalogue() if "rig" in r["at"]} == set(EFFECTS)
 
 
 @pytest.mark.parametrize("kind", INPUTS)

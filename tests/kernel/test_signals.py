@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from railui.core import Filter
+from railui.core import ZeroPhaseFilter
 from tests.kernel.pairs import CHANNELS, Floats, batch, interval, kernel, straight, structure, table, uneven
 from tests.truth.effects import effect, parse
 from tests.truth.march import simulate
@@ -21,7 +21,7 @@ def band_pass(low: float, high: float, order: int = 4) -> Floats:
     return signal.butter(order, [low, high], "bandpass", fs=1.0 / DT, output="sos")
 
 
-def through(filter: Filter, channels: tuple[str, ...] = CHANNELS, vehicles: int = 1) -> Floats:
+def through(filter: ZeroPhaseFilter, channels: tuple[str, ...] = CHANNELS, vehicles: int = 1) -> Floats:
     some = [uneven(60 + k) for k in range(vehicles)]
     return structure(VEHICLE).simulate(batch(some), table(RUN, VEHICLE.a, 1), DT, 1, channels, filter=filter)[0]
 
@@ -35,7 +35,7 @@ def test_a_filter_is_sosfiltfilt_and_a_cut_and_a_weight_per_channel(
 ) -> None:
     sos = band_pass(low, high, order)
     weights = np.linspace(0.5, 2.0, len(CHANNELS))
-    found = through(Filter(sos, signal.sosfilt_zi(sos), pad, cut, weights, every))[0]
+    found = through(ZeroPhaseFilter(sos, signal.sosfilt_zi(sos), pad, cut, weights, every))[0]
     raw = np.array(list(kernel(VEHICLE, RUN).values()))
     whole = signal.sosfiltfilt(sos, raw, padtype="odd", padlen=pad)
     expected = weights[:, None] * whole[:, cut : raw.shape[1] - cut : every]
@@ -44,7 +44,7 @@ def test_a_filter_is_sosfiltfilt_and_a_cut_and_a_weight_per_channel(
 
 
 def test_a_filter_without_sections_takes_the_mean_off() -> None:
-    none = Filter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 50, np.ones(len(CHANNELS)))
+    none = ZeroPhaseFilter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 50, np.ones(len(CHANNELS)))
     raw = np.array(list(kernel(VEHICLE, RUN).values()))
     expected = (raw - raw.mean(axis=1, keepdims=True))[:, 50:-50]
     assert np.allclose(through(none)[0], expected, rtol=0.0, atol=1e-12)
@@ -52,7 +52,7 @@ def test_a_filter_without_sections_takes_the_mean_off() -> None:
 
 def test_every_lane_goes_through_the_filter_by_itself() -> None:
     sos = band_pass(0.4, 25.0)
-    band = Filter(sos, signal.sosfilt_zi(sos), 100, 40, np.ones(2))
+    band = ZeroPhaseFilter(sos, signal.sosfilt_zi(sos), 100, 40, np.ones(2))
     found = structure(VEHICLE).simulate(
         batch([uneven(61), uneven(62)]), table(RUN, 1.28, 1), DT, 1, ("e1", "ayf"), filter=band
     )[0]
@@ -63,14 +63,14 @@ def test_every_lane_goes_through_the_filter_by_itself() -> None:
 def test_kept_is_what_a_filter_gives() -> None:
     sos = band_pass(0.4, 25.0)
     for cut, every in ((0, 1), (10, 1), (10, 4), (133, 3)):
-        band = Filter(sos, signal.sosfilt_zi(sos), 100, cut, np.ones(1), every)
-        assert through(band, ("e1",)).shape[2] == band.kept(len(RUN.t))
+        band = ZeroPhaseFilter(sos, signal.sosfilt_zi(sos), 100, cut, np.ones(1), every)
+        assert through(band, ("e1",)).shape[2] == band.output_length(len(RUN.t))
 
 
 def test_a_stretch_too_short_for_its_filter_is_an_error_with_the_numbers() -> None:
     sos = band_pass(0.4, 25.0)
     with pytest.raises(ValueError, match="800"):
-        through(Filter(sos, signal.sosfilt_zi(sos), 900, 0, np.ones(len(CHANNELS))))
+        through(ZeroPhaseFilter(sos, signal.sosfilt_zi(sos), 900, 0, np.ones(len(CHANNELS))))
 
 
 # ------------------------------------------------------------------------------------------------------- sensors

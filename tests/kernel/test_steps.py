@@ -17,20 +17,20 @@ RUN = straight(1.2)
 def test_the_steps_of_a_case_are_not_raised_by_its_neighbours() -> None:
     stiff = replace(VEHICLE, c_x=200e6)
     made, t = structure(VEHICLE), interval(RUN)
-    few, many = (made.steps(batch([v]), 40.0, 40.0, t)[0] for v in (VEHICLE, stiff))
+    few, many = (made.required_steps(batch([v]), 40.0, 40.0, t)[0] for v in (VEHICLE, stiff))
     assert few < many
-    assert made.steps(batch([VEHICLE, stiff, VEHICLE]), 40.0, 40.0, t) == [few, many, few]
+    assert made.required_steps(batch([VEHICLE, stiff, VEHICLE]), 40.0, 40.0, t) == [few, many, few]
 
 
 def test_steps_are_powers_of_two_and_grow_as_the_speed_falls() -> None:
     made, t = structure(VEHICLE), interval(RUN)
-    found = [made.steps(batch([VEHICLE]), v, 40.0, t)[0] for v in (40.0, 10.0, 3.0, 1.0)]
+    found = [made.required_steps(batch([VEHICLE]), v, 40.0, t)[0] for v in (40.0, 10.0, 3.0, 1.0)]
     assert found == sorted(found) and found[-1] > found[0]
     assert all(n & (n - 1) == 0 for n in found)
 
 
 def test_the_plain_bogie_at_40_m_s_and_a_tenth_of_a_metre_takes_one_step() -> None:
-    assert structure(VEHICLE).steps(batch([VEHICLE]), 40.0, 40.0, 0.0025) == [1]
+    assert structure(VEHICLE).required_steps(batch([VEHICLE]), 40.0, 40.0, 0.0025) == [1]
 
 
 STIFF = {

@@ -40,8 +40,8 @@ def lines(text: str) -> list[str]:
 
 def test_a_whole_run_is_one_stretch(written: Written, columns: Columns, as_csv: Csv) -> None:
     run = load_run(written(as_csv(columns())))
-    assert (run.kind, run.rate, run.stretches, len(run)) == ("bogie", 50.0, (slice(0, 1000),), 1000)
-    assert run.responses == ("e1", "ay1") and run.coach == () and run.ignored == ()
+    assert (run.kind, run.rate, run.segments, len(run)) == ("bogie", 50.0, (slice(0, 1000),), 1000)
+    assert run.responses == ("e1", "ay1") and run.coach_forces == () and run.unknown_columns == ()
     assert run.counts["used"] == 1000 and run.counts["gaps"] == 0
 
 
@@ -74,8 +74,8 @@ def test_what_may_be_absent_is_filled_and_said(written: Written, columns: Column
 def test_unknown_columns_are_kept_and_named_but_not_used(written: Written, columns: Columns, as_csv: Csv) -> None:
     told = columns() | {"door [1]": np.full(1000, np.nan), "e9": np.ones(1000)}
     run = load_run(written(as_csv(told)))
-    assert run.ignored == ("door", "e9")
-    assert np.all(run.extra["e9"] == 1) and run.counts["used"] == 1000
+    assert run.unknown_columns == ("door", "e9")
+    assert np.all(run.unknown_values["e9"] == 1) and run.counts["used"] == 1000
 
 
 def test_missing_columns_and_wrong_units_are_told_at_the_header(
@@ -101,7 +101,7 @@ def test_a_run_without_any_response_is_refused(written: Written, columns: Column
 
 
 def usable(run: Run) -> list[tuple[int, int]]:
-    return [(s.start, s.stop) for s in run.stretches]
+    return [(s.start, s.stop) for s in run.segments]
 
 
 def test_missing_rows_end_a_stretch(written: Written, columns: Columns, as_csv: Csv) -> None:
@@ -313,21 +313,21 @@ def test_too_many_rows_numbers_or_bytes_are_refused(
     written: Written, columns: Columns, as_csv: Csv, told: Told, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     packed = written(gzip.compress(as_csv(columns()).encode()))
-    monkeypatch.setattr(table, "MOST_ROWS", 999)
+    monkeypatch.setattr(table, "MAX_ROWS", 999)
     assert "more than 999 rows" in told(lambda: load_run(packed))[0].message
-    monkeypatch.setattr(table, "MOST_ROWS", 1000)
+    monkeypatch.setattr(table, "MAX_ROWS", 1000)
     assert load_run(packed).counts["rows"] == 1000
-    monkeypatch.setattr(table, "MOST_NUMBERS", 1001)
+    monkeypatch.setattr(table, "MAX_VALUES", 1001)
     assert "more than 1001 numbers" in told(lambda: load_run(packed))[0].message
-    monkeypatch.setattr(table, "MOST_NUMBERS", 10**6)
-    monkeypatch.setattr(table, "MOST_BYTES", 1000)
+    monkeypatch.setattr(table, "MAX_VALUES", 10**6)
+    monkeypatch.setattr(table, "MAX_BYTES", 1000)
     assert "uncompressed" in told(lambda: load_run(packed))[0].message
 
 
 def test_a_line_without_an_end_is_refused_before_it_fills_the_memory(
     written: Written, told: Told, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(table, "BLOCK", 1 << 16)
+    monkeypatch.setattr(table, "BLOCK_BYTES", 1 << 16)
     packed = written(gzip.compress(b"t [s],v [m/s]\n" + b"1," * (2 << 20)))
     assert "a line of more than" in told(lambda: load_run(packed))[0].message
 
@@ -337,7 +337,7 @@ def test_blocks_join_without_a_seam(
 ) -> None:
     path = written(as_csv(columns()))
     whole = load_run(path).columns["e1"]
-    monkeypatch.setattr(table, "BLOCK", 777)
+    monkeypatch.setattr(table, "BLOCK_BYTES", 777)
     np.testing.assert_array_equal(load_run(path).columns["e1"], whole)
 
 

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from railui.io.problems import FileProblems, Problem
 from railui.io.units import parse_unit
-from railui.io.yaml_document import parse
+from railui.io.yaml_document import parse_yaml
 from railui.vehicle.design_reader import Design, PlacedEffect, load_design, parse_design
-from railui.vehicle.parameters import DEFAULT_ADJUST, FORMS, PARAMETERS
+from railui.vehicle.parameters import DEFAULT_ESTIMATED, FORMS, PARAMETERS
 
 Told = Callable[[Callable[[], object]], list[Problem]]
 Records = list[dict[str, Any]]
@@ -100,7 +100,7 @@ def test_a_yaml_1_1_merge_key_is_told_how_to_write_it(bogie: str, told: Told) ->
 
 @pytest.mark.parametrize("path", [p.path for p in FORMS["bogie"]])
 def test_a_missing_number_is_told_or_has_a_default(bogie: str, path: str, told: Told) -> None:
-    data = parse(bogie).value
+    data = parse_yaml(bogie).value
     *groups, key = path.split(".")
     here = data
     for group in groups:
@@ -133,7 +133,7 @@ def test_bodies_and_elements_stand_under_their_names(key: str, told: Told) -> No
 def test_a_newer_schema_is_refused_and_none_accepted(bogie: str, told: Told) -> None:
     assert parse_design("schema: railui.design/1\n" + bogie).name == "test bogie"
     assert "newer" in told(lambda: parse_design("schema: railui.design/2\n" + bogie))[0].message
-    assert "no design" in told(lambda: parse_design("schema: railui.study/1\n" + bogie))[0].message
+    assert "not the schema of a design" in told(lambda: parse_design("schema: railui.study/1\n" + bogie))[0].message
 
 
 # wheel loads and masses
@@ -186,7 +186,7 @@ def test_a_path_may_name_a_group(bogie: str) -> None:
     design = parse_design(bogie)
     assert len(design.expand("contact.leading")) == 6
     assert design.expand("contact.spin_creep") == ["contact.spin_creep"]
-    assert len([p for name in DEFAULT_ADJUST["bogie"] for p in design.expand(name)]) == 17
+    assert len([p for name in DEFAULT_ESTIMATED["bogie"] for p in design.expand(name)]) == 17
 
 
 def test_an_unknown_path_names_the_nearest(bogie: str, told: Told) -> None:
@@ -216,12 +216,12 @@ def test_every_parameter_tells_unit_symbol_and_caption(bogie: str) -> None:
     for path, p in PARAMETERS.items():
         parse_unit(p.unit)
         assert p.symbol and p.caption and p.path == path
-        assert p.usual[0] <= p.usual[1] and p.minimum < p.maximum
+        assert p.usual_range[0] <= p.usual_range[1] and p.minimum < p.maximum
         assert p.default is None or p.read(p.default) == p.default
 
 
 def test_what_the_sensors_barely_see_has_a_prior() -> None:
-    held = {path.rsplit(".", 1)[1] for path, p in PARAMETERS.items() if p.prior}
+    held = {path.rsplit(".", 1)[1] for path, p in PARAMETERS.items() if p.prior_sd}
     assert held == {"contact_angle", "roll", "spin_creep"}
 
 
@@ -269,6 +269,6 @@ def test_a_covariance_that_is_none_is_refused(bogie: str, covariance: str, told:
 def test_resolved_designs_differ_where_they_do_something_else(bogie: str) -> None:
     design: Design = parse_design(bogie)
     assert (
-        design.resolved() == parse_design(bogie.replace("55 kN", "55000 N").replace("test bogie", "other")).resolved()
+        design.content() == parse_design(bogie.replace("55 kN", "55000 N").replace("test bogie", "other")).content()
     )
-    assert design.resolved() != design.with_values({"contact.spin_creep": 0.3}).resolved()
+    assert design.content() != design.with_values({"contact.spin_creep": 0.3}).content()

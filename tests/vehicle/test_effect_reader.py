@@ -11,7 +11,7 @@ from railui import core
 from railui.io.problems import Problem
 from railui.io.units import parse_unit
 from railui.vehicle.design_reader import Design, PlacedEffect, parse_design
-from railui.vehicle.effect_records import default_at, range_at, unit_at
+from railui.vehicle.effects import default_at, range_at, unit_at
 
 Told = Callable[[Callable[[], object]], list[Problem]]
 Records = list[dict[str, Any]]
@@ -181,7 +181,7 @@ def test_the_record_of_an_effect_tells_unit_and_range(with_effects: Callable[[st
 
 def test_every_effect_of_the_kernel_fits_the_files(bogie: str) -> None:
     values = parse_design(bogie).values
-    for record in core.catalogue():
+    for record in core.effect_catalogue():
         for at in record["at"]:
             for parameter in record["parameters"]:
                 parse_unit(unit_at(parameter["unit"], at))

@@ -11,12 +11,12 @@ import pytest
 
 from railui import core
 from railui.curving import curve, curve_many
-from railui.hunting.critical_speed import linear_many
+from railui.hunting.critical_speed import linear_stability_many
 from railui.ride_quality.evaluation import excitation_of, ride_many, simulate_rides
 from railui.vehicle.design_reader import Design, PlacedEffect, load_design
-from railui.vehicle.effect_reader import AGAINST
-from railui.vehicle.effect_records import is_against
-from railui.vehicle.grouping import by_structure
+from railui.vehicle.effect_reader import ABSCISSAE
+from railui.vehicle.effects import has_abscissa
+from railui.vehicle.grouping import group_by_structure
 from railui.vehicle.model import Model
 from tests.kernel.pairs import spots
 from tests.kernel.test_effects import strong
@@ -24,7 +24,7 @@ from tests.kernel.test_effects import strong
 HOME = Path(__file__).parents[2]
 BOGIE = load_design(HOME / "designs/test_bogie.yaml")
 TRACK = "erri_b176_low length=100 seed=1"
-KINDS = [r["kind"] for r in core.catalogue() if r["acts"] != "sensor"]
+KINDS = [r["kind"] for r in core.effect_catalogue() if r["acts"] != "sensor"]
 SHARES = (1.0, 0.99)  # of the numbers of a law; a radius of the run-out stays near that of the wheel
 
 
@@ -35,7 +35,7 @@ def placed(kind: str, share: float) -> Iterator[PlacedEffect]:
             key: tuple(share * y for y in x) if isinstance(x, list) else share * x
             for key, x in strong(kind, at).items()
         }
-        for against in AGAINST if is_against(core.record(kind)) else (None,):
+        for against in ABSCISSAE if has_abscissa(core.effect_record(kind)) else (None,):
             yield PlacedEffect(kind, at, wheelset, words, against)
 
 
@@ -71,10 +71,10 @@ def test_designs_of_a_law_stand_in_a_curve_side_by_side_as_each_alone(kind: str)
 @pytest.mark.parametrize("kind", KINDS)
 def test_designs_of_a_law_are_as_stable_side_by_side_as_each_alone(kind: str) -> None:
     models = [Model(design) for design in company(kind)[:24]]
-    for members in by_structure(models):
-        together = linear_many(models[members[0]], np.stack([models[i].row for i in members]), [20.0, 60.0])
+    for members in group_by_structure(models):
+        together = linear_stability_many(models[members[0]], np.stack([models[i].row for i in members]), [20.0, 60.0])
         for k, i in enumerate(members):
-            alone = linear_many(models[i], models[i].row[None], [20.0, 60.0])
+            alone = linear_stability_many(models[i], models[i].row[None], [20.0, 60.0])
             assert all(np.array_equal(each[k], alone[key][0], equal_nan=True) for key, each in together.items())
 
 
@@ -85,7 +85,7 @@ def of_curve(against: str, scale: float = 1.0) -> Design:
     return BOGIE.with_effects([curved])
 
 
-@pytest.mark.parametrize("order", [AGAINST, AGAINST[::-1]], ids=" ".join)
+@pytest.mark.parametrize("order", [ABSCISSAE, ABSCISSAE[::-1]], ids=" ".join)
 def test_curves_against_displacement_speed_and_distance_never_share_lanes(order: Sequence[str]) -> None:
     designs, road = [of_curve(against) for against in order], excitation_of(TRACK, 40.0)
     alone = [simulate_rides([Model(design)], road, 1)[0]["score"] for design in designs]
@@ -93,13 +93,13 @@ def test_curves_against_displacement_speed_and_distance_never_share_lanes(order:
     assert [found["score"] for found in ride_many(designs, TRACK, 40.0)] == alone
     standing = [curve(design, 800.0, 0.1)["displacement"] for design in designs]
     assert [found["displacement"] for found in curve_many(designs, 800.0, 0.1)] == standing
-    assert list(by_structure([Model(design) for design in designs])) == [[0], [1], [2]]
-    assert list(by_structure([Model(of_curve("v", scale)) for scale in (1.0, 2.0)])) == [[0, 1]]
+    assert list(group_by_structure([Model(design) for design in designs])) == [[0], [1], [2]]
+    assert list(group_by_structure([Model(of_curve("v", scale)) for scale in (1.0, 2.0)])) == [[0, 1]]
 
 
 def test_rigs_of_another_input_never_share_lanes() -> None:
     text = "vehicle: {{rig: {{mass: {0}, stiffness: 60, damping: 1, gain: 1, input: {1}}}}}\n"
     inputs = ("force", "base_displacement", "base_acceleration")
     models = [Model(load_design(text.format(mass, word))) for mass in (1, 2) for word in inputs]
-    assert list(by_structure(models)) == [[0, 3], [1, 4], [2, 5]]
+    assert list(group_by_structure(models)) == [[0, 3], [1, 4], [2, 5]]
     assert all(len(model.row) == 4 for model in models)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railui.core import eigenvalues_of
+from railui.core import matrix_eigenvalues
 from railui.hunting.critical_speed import linear_stability_many
 from railui.hunting.summary import stability
 from railui.identification.estimation.free_parameters import free_parameters
@@ -69,7 +69,7 @@ def test_where_the_iteration_of_the_kernel_does_not_end_lapack_answers():
 
 
 def test_eigenvalues_of_a_matrix_are_sorted_by_their_real_part():
-    found = eigenvalues_of(np.array([np.diag([-1.0, 3.0, 2.0])]))
+    found = matrix_eigenvalues(np.array([np.diag([-1.0, 3.0, 2.0])]))
     assert found[0].real.tolist() == [3.0, 2.0, -1.0]
 
 

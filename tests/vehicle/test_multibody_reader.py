@@ -123,7 +123,7 @@ def test_an_unknown_state_of_loading_and_an_unknown_path_in_one_are_told() -> No
 def test_a_written_design_is_read_as_it_was(name: str) -> None:
     design = load_design(HOME / f"designs/{name}.yaml")
     found = parse_design(design_text(design))
-    assert found.values == design.values and found.effects == design.effects and found.loads == design.loads
+    assert found.values == design.values and found.effects == design.effects and found.load_states == design.load_states
     assert found.structure == design.structure
 
 

@@ -34,28 +34,28 @@ def test_eigenvalues_are_those_of_the_published_equations(speed: float) -> None:
 
 
 def test_an_eigenvalue_of_the_state_matrix_is_one_of_the_kernel() -> None:
-    matrix = MODEL.vehicles().state_matrix(MODEL.single(), 50.0)[0]
+    matrix = MODEL.vehicles().state_matrix(MODEL.single_batch(), 50.0)[0]
     assert np.sort_complex(np.linalg.eigvals(matrix)) == pytest.approx(np.sort_complex(MODEL.eigenvalues(50.0)[0]))
 
 
 def test_the_rate_of_change_is_that_of_the_published_equations_with_creep_and_flange() -> None:
-    vehicles, batch = MODEL.vehicles(), MODEL.single()
+    vehicles, batch = MODEL.vehicles(), MODEL.single_batch()
     rng = np.random.default_rng(1)
     for _ in range(20):
         q, v = rng.normal(0.0, 8e-3, 7), rng.normal(0.0, 0.1, 7)
         row = np.zeros(14)
         row[1], row[2], row[7] = 50.0, 1e-3, -2e-3
-        found = vehicles.rates(batch, row, np.concatenate([(SIGN * q[ORDER]), SIGN * v[ORDER]])[None])[0]
+        found = vehicles.state_derivatives(batch, row, np.concatenate([(SIGN * q[ORDER]), SIGN * v[ORDER]])[None])[0]
         known = truth.rate(np.concatenate([q, v]), 50.0, (1e-3, -2e-3))[7:]
         assert found[7:] == pytest.approx(SIGN * known[ORDER], rel=1e-9, abs=1e-9)
 
 
 def test_a_simulation_over_a_track_is_that_of_the_published_equations() -> None:
     road = Excitation(resolve_track("erri_b176_high length=300 seed=3 spacing=0.1"), 60.0)
-    table = road.table(MODEL.half_wheelbase(), 1)
+    table = road.table(MODEL.wheelset_spacing(), 1)
     table[:, [4, 5, 9, 10]] = 0.0  # the published form has no cross-level
     channels = ["y.wheelset_1", "psi.wheelset_1", "y.wheelset_2", "psi.wheelset_2", "y.frame", "psi.frame", "phi.frame"]
-    found, lost = MODEL.vehicles().simulate(MODEL.single(), table, road.dt, 1, channels)
+    found, lost = MODEL.vehicles().simulate(MODEL.single_batch(), table, road.dt, 1, channels)
     known = truth.march(np.zeros(14), 60.0, road.dt, table[:, [2, 7]])[:, :7] * np.array([1, 1, 1, 1, 1, 1, -1])
     assert lost[0] == -1 and np.abs(found[0, 0]).max() > 5e-3
     assert np.abs(found[0].T - known).max(axis=0) == pytest.approx(0.0, abs=1e-4 * known.std(axis=0).min())
@@ -65,4 +65,4 @@ def test_any_of_its_numbers_may_be_changed_from_outside() -> None:
     softer = Model(MODEL.design.with_values({"vehicle.elements.primary.longitudinal_stiffness": "1 MN/m"}))
     assert softer.eigenvalues(60.0)[0][0] != pytest.approx(MODEL.eigenvalues(60.0)[0][0])
     wider = Model(MODEL.design.with_values({"vehicle.elements.wheelset.half_wheelbase": 1.2}))
-    assert wider.half_wheelbase() == pytest.approx((0.0, 2.4))
+    assert wider.wheelset_spacing() == pytest.approx((0.0, 2.4))

@@ -25,9 +25,9 @@ def rails(row: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def test_it_has_seventeen_degrees_of_freedom_and_four_wheelsets() -> None:
-    freedoms = MODEL.vehicles().freedoms(MODEL.single())
+    freedoms = MODEL.vehicles().degrees_of_freedom(MODEL.single_batch())
     assert len(freedoms) == 17 and freedoms[:3] == ["y.body", "psi.body", "phi.body"]
-    assert MODEL.half_wheelbase() == pytest.approx((0.0, 2.56, 19.0, 21.56))
+    assert MODEL.wheelset_spacing() == pytest.approx((0.0, 2.56, 19.0, 21.56))
 
 
 @pytest.mark.parametrize("speed", [10.0, 40.0, 90.0])
@@ -44,16 +44,16 @@ def test_its_rate_of_change_is_that_of_the_second_opinion_wherever_it_stands() -
         x = np.concatenate([rng.normal(0.0, 0.02, 17), rng.normal(0.0, 0.1, 17)])
         row = np.zeros(24)
         row[1], row[2:22] = 45.0, rng.normal(0.0, 2e-3, 20)
-        found = MODEL.vehicles().rates(MODEL.single(), row, x[None])[0]
+        found = MODEL.vehicles().state_derivatives(MODEL.single_batch(), row, x[None])[0]
         known = truth.rate(COACH, x, 45.0, rails(row))
         assert found == pytest.approx(known, rel=1e-9, abs=1e-8)
 
 
 def test_a_simulation_agrees_with_the_second_opinion() -> None:
     road = Excitation(resolve_track(TRACK), 55.0)
-    table = road.table(MODEL.half_wheelbase(), 1)
-    channels = MODEL.vehicles().freedoms(MODEL.single())
-    found, lost = MODEL.vehicles().simulate(MODEL.single(), table, road.dt, 1, channels)
+    table = road.table(MODEL.wheelset_spacing(), 1)
+    channels = MODEL.vehicles().degrees_of_freedom(MODEL.single_batch())
+    found, lost = MODEL.vehicles().simulate(MODEL.single_batch(), table, road.dt, 1, channels)
     known = truth.march(COACH, 55.0, road.dt, rails(table))[:, :17]
     assert lost[0] == -1
     assert np.abs(found[0].T - known).max(axis=0) == pytest.approx(0.0, abs=1e-4 * known.std(axis=0).min())
@@ -62,19 +62,19 @@ def test_a_simulation_agrees_with_the_second_opinion() -> None:
 def test_a_rolling_line_to_one_side_is_met_by_one_wheelset_after_the_other() -> None:
     edge = PlacedEffect("rolling_line", "contact", None, {"place": (100.0, 100.001), "offset": (0.0, 2e-3)})
     worn, row = Model(MODEL.design.with_effects([edge])), np.zeros(24)
-    behind = MODEL.behind()
-    turns = [MODEL.vehicles().freedoms(MODEL.single()).index(f"psi.wheelset_{i}") for i in (1, 2, 3, 4)]
+    behind = MODEL.wheelset_distances()
+    turns = [MODEL.vehicles().degrees_of_freedom(MODEL.single_batch()).index(f"psi.wheelset_{i}") for i in (1, 2, 3, 4)]
     # (3.3), (3.5) by hand: a radius difference lambda e_0 turns a wheelset by 2 b N kappa_x lambda e_0/(r I_z)
     turn = 2 * 0.75 * 54.546e3 * 140.0 * 0.1 * 2e-3 / (0.46 * 1120.0)
     for s in [99.0, *(100.01 + x for x in behind)]:
         row[:2] = s, 45.0
-        found = worn.vehicles().rates(worn.single(), row, np.zeros((1, 34)))[0][17:][turns]
+        found = worn.vehicles().state_derivatives(worn.single_batch(), row, np.zeros((1, 34)))[0][17:][turns]
         assert found == pytest.approx([turn if s - x > 100.0 else 0.0 for x in behind], rel=1e-9)
 
 
 def test_on_steadily_canted_rails_every_body_slides_down_the_slope_alike() -> None:
     phi = 0.01
-    freedoms = MODEL.vehicles().freedoms(MODEL.single())
+    freedoms = MODEL.vehicles().degrees_of_freedom(MODEL.single_batch())
     design = MODEL.design
     heights = {"body": 1.8, "frame_1": 0.6, "frame_2": 0.6}
     x = np.zeros(34)
@@ -87,7 +87,7 @@ def test_on_steadily_canted_rails_every_body_slides_down_the_slope_alike() -> No
     free = Model(
         design.with_values({"contact.wheels.roll": 0.0, "contact.wheels.contact_angle": 0.0, "contact.spin_creep": 0.0})
     )
-    found = free.vehicles().rates(free.single(), row, x[None])[0][17:]
+    found = free.vehicles().state_derivatives(free.single_batch(), row, x[None])[0][17:]
     lateral = [a for a, name in zip(found, freedoms, strict=True) if name.startswith("y.")]
     turning = [a for a, name in zip(found, freedoms, strict=True) if not name.startswith("y.")]
     assert lateral == pytest.approx(np.full(7, 9.81 * phi), rel=2e-3)  # as far as the loads are rounded
@@ -102,4 +102,4 @@ def test_a_softer_anti_roll_bar_lets_the_body_roll_more_slowly() -> None:
 
 def test_its_hunting_dies_below_its_linear_critical_speed() -> None:
     found = find_limit_cycles(MODEL, [70.0, 80.0, 90.0], diagram=False)
-    assert found.hard and found.fold == pytest.approx(76.97, abs=0.05)  # linear: 82.59 m/s
+    assert found.is_subcritical and found.critical_speed == pytest.approx(76.97, abs=0.05)  # linear: 82.59 m/s

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from railui.ride_quality.evaluation import ride
-from railui.ride_quality.running_safety import Guided, _instability, force_limit, largest, running_safety, sliding_mean
+from railui.ride_quality.running_safety import GuidingForces, instability_rms, force_limit, characteristic_values, running_safety, sliding_mean
 from railui.track.excitation import Excitation, resolve_track
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
@@ -21,8 +21,8 @@ TRACK = "erri_b176_high length=400 seed=1"
 
 def series(model: Model, channels: list[str], speed: float = 45.0) -> dict[str, np.ndarray]:
     road = Excitation(resolve_track(TRACK), speed)
-    table = road.table(model.half_wheelbase(), 1)
-    found, lost = model.vehicles().simulate(model.single(), table, road.dt, 1, channels)
+    table = road.table(model.wheelset_spacing(), 1)
+    found, lost = model.vehicles().simulate(model.single_batch(), table, road.dt, 1, channels)
     assert lost[0] == -1
     return dict(zip(channels, found[0], strict=True))
 
@@ -37,13 +37,13 @@ def test_a_sliding_mean_of_two_metres_flattens_what_is_shorter() -> None:
 
 
 def test_of_two_metre_means_what_all_but_fifteen_in_ten_thousand_keep_counts() -> None:
-    assert largest(np.arange(10_001.0)) == pytest.approx(9985.0)
+    assert characteristic_values(np.arange(10_001.0)) == pytest.approx(9985.0)
 
 
-def guided(right: np.ndarray, left: np.ndarray, transferred: np.ndarray) -> Guided:
+def guided(right: np.ndarray, left: np.ndarray, transferred: np.ndarray) -> GuidingForces:
     """The coach whose wheels press alike at all wheelsets, 400 samples a second, 0.1 m apart."""
     Y, dQ = np.tile([right, left], (4, 1)), np.tile(transferred, (4, 1))
-    return Guided.of(COACH, np.vstack([Y, dQ]), 400.0, 0.1)
+    return GuidingForces.from_series(COACH, np.vstack([Y, dQ]), 400.0, 0.1)
 
 
 def test_a_quotient_is_the_force_outwards_over_the_wheel_load_at_that_side() -> None:
@@ -64,7 +64,7 @@ def test_a_wheel_that_lifts_has_no_quotient() -> None:
 def test_a_stretch_is_told_its_own_forces_and_how_much_of_it_lies_above_the_limit() -> None:
     half = np.where(np.arange(2000) < 1000, 60e3, 0.0)
     found = guided(half, 0 * half, 0 * half)
-    whole, first, last = found.between(0, 2000), found.between(0, 900), found.between(1100, 2000)
+    whole, first, last = found.section_maxima(0, 2000), found.section_maxima(0, 900), found.section_maxima(1100, 2000)
     assert whole["share_above_limit"] == pytest.approx(0.5, abs=0.02)
     assert first["share_above_limit"] == 1.0 and last["share_above_limit"] == 0.0
     assert first["sum_of_guiding_forces"] == pytest.approx(60e3, rel=0.02)
@@ -75,7 +75,7 @@ def test_a_stretch_is_told_its_own_forces_and_how_much_of_it_lies_above_the_limi
 def test_instability_is_the_rms_of_what_swings_within_two_hertz_of_the_strongest() -> None:
     t = np.arange(8000) / 400.0
     swing = sum(a * np.sin(2 * np.pi * f * t) for a, f in ((5e3, 5.0), (4e3, 5.8), (3e3, 12.0)))  # 2 beats in 100 m
-    found = _instability(swing, 400.0, 0.1)
+    found = instability_rms(swing, 400.0, 0.1)
     assert found["dominant_frequency"] == pytest.approx(5.0, abs=0.1)
     assert found["rms_100m"] == pytest.approx(np.hypot(5e3, 4e3) / np.sqrt(2.0), rel=0.03)
 
@@ -101,17 +101,17 @@ def test_at_rest_the_wheels_press_outwards_by_their_contact_angle_less_its_spin(
 def test_load_transfer_bears_the_moments_of_all_bodies_about_the_track() -> None:
     """Steadily rolled: no acceleration, so what the wheels bear is what springs and dampers lay on the wheelsets."""
     values = COACH.design.values
-    freedoms = COACH.vehicles().freedoms(COACH.single())
+    freedoms = COACH.vehicles().degrees_of_freedom(COACH.single_batch())
     start = np.zeros((1, 34))
     start[0, freedoms.index("phi.frame_1")] = roll = 1e-3
     road = Excitation(resolve_track("erri_b176_low length=20 scale=1e-9"), 40.0)
-    batch = COACH.single().with_initial(start)
+    batch = COACH.single_batch().with_initial_states(start)
     found, _ = COACH.vehicles().simulate(
-        batch, road.table(COACH.half_wheelbase(), 1), road.dt, 1, ["dQ1", "dQ2", "dQ3"]
+        batch, road.table(COACH.wheelset_spacing(), 1), road.dt, 1, ["dQ1", "dQ2", "dQ3"]
     )
     moment = 2 * values["vehicle.elements.primary.vertical_stiffness"] * roll  # y is 1 m
     lateral = 2 * values["vehicle.elements.primary.lateral_stiffness"] * roll * (0.46 - 0.6) * 0.46
-    rates = COACH.vehicles().rates(COACH.single(), road.table(COACH.half_wheelbase(), 1)[0], start)[0]
+    rates = COACH.vehicles().state_derivatives(COACH.single_batch(), road.table(COACH.wheelset_spacing(), 1)[0], start)[0]
     inertia = values["vehicle.elements.wheelset.mass"] * 0.46 * rates[17 + freedoms.index("y.wheelset_1")]
     assert found[0, 0, 0] == pytest.approx((moment + lateral - inertia) / 1.5, rel=1e-6)
     assert found[0, 1, 0] == pytest.approx(found[0, 0, 0], rel=1e-6) and abs(found[0, 2, 0]) < 1e-6 * abs(

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from railui.bench.standard_job import bogie, coach
+from railui.bench.standard_job import bogie_model, coach_model
 from railui.core import Batch
 from railui.track.excitation import Excitation, resolve_track
-from railui.vehicle.model import Model, parameters_of
+from railui.vehicle.model import Model, parameter_paths
 
 Floats = NDArray[np.float64]
 
-MODEL = coach()
+MODEL = coach_model()
 ROAD = Excitation(resolve_track("erri_b176_high length=60 seed=3"), 45.0)
-TABLE = ROAD.table(MODEL.half_wheelbase(), 1)
-CHANNELS = [*MODEL.vehicles().freedoms(MODEL.single()), "e1", "e4"]
+TABLE = ROAD.table(MODEL.wheelset_spacing(), 1)
+CHANNELS = [*MODEL.vehicles().degrees_of_freedom(MODEL.single_batch()), "e1", "e4"]
 # what the coach of the standard job does without, as little as would do
 MORE = {"yaw_stiffness": 2e5, "roll_stiffness": 2e4, "longitudinal_damping": 5e3, "lateral_damping": 4e3}
 MORE |= {"yaw_damping": 3e3, "roll_damping": 2e3, "vertical_damping": 3e3}
@@ -81,16 +81,16 @@ def test_a_coach_has_the_same_digits_in_every_lane(jobs: int) -> None:
     assert np.array_equal(series([rows[k] for k in order], jobs), series(rows)[order])
 
 
-@pytest.mark.parametrize("model", [MODEL, bogie()], ids=["coach", "bogie"])
+@pytest.mark.parametrize("model", [MODEL, bogie_model()], ids=["coach", "bogie"])
 @pytest.mark.parametrize("friction", [0.35, 0.03], ids=["creeping", "sliding"])
 def test_a_share_of_the_saturation_beside_it_moves_no_digit_of_a_vehicle(model: Model, friction: float) -> None:
-    own, rows = len(parameters_of(model.design)), np.tile(model.row, (3, 1))
+    own, rows = len(parameter_paths(model.design)), np.tile(model.row, (3, 1))
     rows[:, [column for path, column in model.columns.items() if path.endswith(".friction")]] = friction
     shares = np.array([[1.0, 1.0], [0.5, 1.0], [0.0, 1.0]])  # of the saturation, of the flange
 
     def found(which: list[int]) -> Floats:
-        batch = Batch.of(rows[which, :own], rows[which, own:], shares[which])
-        return model.vehicles().simulate(batch, ROAD.table(model.half_wheelbase(), 1), ROAD.dt, 1, ["e1"])[0]
+        batch = Batch.from_arrays(rows[which, :own], rows[which, own:], shares[which])
+        return model.vehicles().simulate(batch, ROAD.table(model.wheelset_spacing(), 1), ROAD.dt, 1, ["e1"])[0]
 
     together = found([0, 1, 2])
     assert all(np.array_equal(together[k], found([k])[0]) for k in range(3))
