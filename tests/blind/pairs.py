@@ -1,4 +1,4 @@
-"""Pairs held against the oracle of each: does the second effect gain enough to be named, and is it?
+"""Cases with two effects compared with the oracle: gain of the second effect, and whether the loop finds it.
 
 python -m tests.blind.pairs --seeds 3000 3100
 """
@@ -15,53 +15,55 @@ from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
 from railui.identification.loop import close_loop
 from railui.identification.structure.stepwise import is_significant_gain
-from tests.blind.answers import adjusted_truly, judged
-from tests.blind.plants import Plant, drawn
+from tests.blind.assessment import assess, validate_true_effects
+from tests.blind.cases import PlantedCase, draw_cases
 from tests.truth.campaign import campaign, write
 
-OF_A_TRIAL = 20  # campaigns, of which three are pairs
+CASES_PER_TRIAL = 20  # of which three have two effects
 HEAD = (
     f"{'no':>5s} {'planted':58s} {'nuisance':10s} before better  both other gains     counts "
     " after floor name   cpu  named"
 )
 
 
-def row(plant: Plant, home: Path) -> str:
-    """A line of the table: the true effects adjusted alone and together, and what the loop finds.
+def compare_pair(case: PlantedCase, directory: Path) -> str:
+    """Fit the true effects singly and together, run the loop and format the row of the table.
 
-    better: error with that of the two which does better alone; other gains: share of its square that the other takes,
-    with its standard error; counts: does that change a verdict? Raises ArithmeticError where every vehicle derails.
+    better: error with the better one of the two; other gains: share of its square that the other one removes, with its
+    standard error; counts: whether that changes the verdict. Raises ArithmeticError if every vehicle derails.
     """
-    truth = campaign(plant.order)
-    write(truth, home)
-    measurement = read_dataset(load_campaign(home))
+    truth = campaign(case.order)
+    write(truth, directory)
+    dataset = read_dataset(load_campaign(directory))
     first, second = truth.effects["a"][:2]
-    both = adjusted_truly([first, second], truth, measurement)
-    alone = min((adjusted_truly([e], truth, measurement) for e in (first, second)), key=lambda j: j.nrmse)
+    both = validate_true_effects([first, second], truth, dataset)
+    alone = min((validate_true_effects([e], truth, dataset) for e in (first, second)), key=lambda j: j.nrmse)
     gain, sd = alone.error_reduction(both)
-    counts = "yes" if is_significant_gain(alone, both, measurement.campaign.material) else "no"
-    busy = time.process_time()
-    line = judged(plant, close_loop(measurement, jobs=1))
-    right = "both" if line.right_name else "one" if counts == "no" and line.named in plant.text.split(" + ") else "NO"
+    counts = "yes" if is_significant_gain(alone, both, dataset.campaign.min_relative_gain) else "no"
+    cpu_start = time.process_time()
+    result = assess(case, close_loop(dataset, jobs=1))
+    right = (
+        "both" if result.right_name else "one" if counts == "no" and result.named in case.text.split(" + ") else "NO"
+    )
     return (
-        f"{plant.order.seed:5d} {plant.text:58.58s} {plant.nuisance:10s} {line.before:6.3f} {alone.nrmse:6.3f} "
-        f"{both.nrmse:5.3f} {gain:6.3f} +/- {sd:5.3f} {counts:>6s} {line.after:6.3f} {line.floor:5.3f} {right:4s} "
-        f"{time.process_time() - busy:5.0f}  {line.named}"
+        f"{case.order.seed:5d} {case.text:58.58s} {case.nuisance:10s} {result.before:6.3f} {alone.nrmse:6.3f} "
+        f"{both.nrmse:5.3f} {gain:6.3f} +/- {sd:5.3f} {counts:>6s} {result.after:6.3f} {result.floor:5.3f} {right:4s} "
+        f"{time.process_time() - cpu_start:5.0f}  {result.named}"
     )
 
 
-def main(words: Sequence[str] | None = None) -> None:
-    """The command line."""
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command result."""
     p = argparse.ArgumentParser(prog="python -m tests.blind.pairs", description=__doc__)
-    p.add_argument("--seeds", type=int, nargs="+", required=True, help="of trials as tests.blind.blind draws them")
+    p.add_argument("--seeds", type=int, nargs="+", required=True, help="seeds of trials as drawn by tests.blind.blind")
     p.add_argument("--seconds", type=float, nargs=2, default=(70.0, 45.0), help="length of both runs")
-    given = p.parse_args(words)
+    options = p.parse_args(arguments)
     print(HEAD, flush=True)
-    for seed in given.seeds:
-        for plant in drawn(OF_A_TRIAL, seed, tuple(given.seconds)):
-            if plant.sort == "two":
-                with tempfile.TemporaryDirectory() as home:
-                    print(row(plant, Path(home)), flush=True)
+    for seed in options.seeds:
+        for case in draw_cases(CASES_PER_TRIAL, seed, tuple(options.seconds)):
+            if case.sort == "two":
+                with tempfile.TemporaryDirectory() as directory:
+                    print(compare_pair(case, Path(directory)), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Campaigns of the independent generator read as measurements, made once for all tests."""
+"""Campaigns of the independent generator read as datasets, simulated once for all tests."""
 
 from __future__ import annotations
 
@@ -17,38 +17,41 @@ from railui.vehicle.model import Model
 from tests.truth.campaign import Campaign, Order, campaign, write
 from tests.truth.effects import parse
 
-SHORT = (25.0, 20.0)  # s
+DURATIONS = (25.0, 20.0)  # s
 SPEEDS = (40.0, 31.0)  # m/s
 
 
 @dataclass(frozen=True, eq=False)
-class Made:
-    """A campaign with its truth, as measured, and the declared vehicle."""
+class SimulatedCampaign:
+    """A simulated campaign: its true vehicle, its dataset and the nominal model."""
 
     truth: Campaign
-    measurement: Dataset
-    declared: Model
+    dataset: Dataset
+    nominal: Model
 
 
 @cache
-def made(
+def simulated_campaign(
     *effects: str,
     seed: int = 3,
-    seconds: Sequence[float] = SHORT,
+    seconds: Sequence[float] = DURATIONS,
     columns: Sequence[str] = (),
     speeds: Sequence[float] = SPEEDS,
-) -> Made:
-    """A campaign with planted effects, each written as `kind at=place name=number`; its last run validates."""
+) -> SimulatedCampaign:
+    """Simulate a campaign with planted effects, each written as `kind at=location name=number`.
+
+    Its last run is the validation run.
+    """
     order = Order([parse(text) for text in effects], seed=seed, seconds=seconds, columns=columns, speeds=speeds)
     truth = campaign(order)
     with tempfile.TemporaryDirectory() as folder:
         write(truth, Path(folder))
-        measurement = read_dataset(load_campaign(folder))
-    return Made(truth, measurement, Model(measurement.campaign.design))
+        dataset = read_dataset(load_campaign(folder))
+    return SimulatedCampaign(truth, dataset, Model(dataset.campaign.design))
 
 
 @cache
-def fitted(*effects: str, **more: Any) -> Fit:
-    """The declared vehicle of such a campaign, adjusted without an effect."""
-    one = made(*effects, **more)
-    return calibrate(one.measurement, one.declared, jobs=2)
+def calibrated(*effects: str, **options: Any) -> Fit:
+    """Calibrate the nominal model of such a campaign, without an added effect."""
+    case = simulated_campaign(*effects, **options)
+    return calibrate(case.dataset, case.nominal, jobs=2)

@@ -1,0 +1,191 @@
+"""Assessment of the loop on a blind trial: effect, class and location found, oracle error, coverage of intervals."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from railui import core
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import Dataset, read_dataset
+from railui.identification.estimation.multiple_shooting import limits_hunting
+from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.problem import prepare_segments
+from railui.identification.estimation.validation import Validation, validate
+from railui.identification.loop import LoopResult, close_loop, indistinguishable_kinds
+from railui.vehicle.design_reader import PlacedEffect
+from railui.vehicle.model import Model
+from tests.blind.cases import PlantedCase, is_same_family
+from tests.truth.campaign import Campaign
+from tests.truth.effects import Effect
+from tests.truth.files import paths
+
+NAN = float("nan")
+MAX_ORACLE_RATIO = (
+    0.9  # oracle error over the error before, up to which the planted effect can lower the error by a tenth
+)
+ADEQUATE_RATIO, UNEXPLAINED_RATIO = 1.10, 1.5  # error over noise floor
+NORMAL_QUANTILE_95 = 1.6449  # half-width of a 90 % interval in standard deviations
+EQUIVALENT_LOCATIONS = {
+    "contact": ("contact", "wheelset", "wheelset_yaw"),
+    "wheelset": ("wheelset", "wheelset_yaw", "contact"),
+    "frame": ("frame", "secondary_lateral"),
+    "frame_yaw": ("frame_yaw", "secondary_yaw"),
+}
+
+
+@dataclass(frozen=True)
+class TrialRow:
+    """One campaign of a trial: planted effects, result of the loop, and whether it is right (None: not applicable)."""
+
+    number: int
+    sort: str
+    planted: str
+    nuisance: str
+    verdict: str
+    named: str
+    right_name: bool | None = None
+    right_class: bool | None = None
+    right_place: bool | None = None
+    declared: float = NAN
+    before: float = NAN
+    after: float = NAN
+    floor: float = NAN
+    oracle: float = NAN
+    best_rho2: float = NAN
+    covered: int = 0  # true parameters inside their 90 % interval
+    intervals: int = 0
+    without: str = ""  # result with the planted and the indistinguishable effects excluded
+    admits: bool | None = None  # whether that result admits a discrepancy
+    seconds: float = NAN
+    cpu: float = NAN
+    problem: str = ""
+
+    @property
+    def is_relevant(self) -> bool:
+        """True if the planted effect raises the error enough to change a verdict."""
+        best = self.oracle if self.oracle == self.oracle else self.floor
+        return self.before * MAX_ORACLE_RATIO > best
+
+
+def run_case(
+    case: PlantedCase, truth: Campaign, folder: Path, excluded: bool = False
+) -> tuple[TrialRow, LoopResult | None]:
+    """Run the loop on a campaign of a trial; excluded: run it repeated with the planted effects excluded."""
+    start, cpu_start = time.perf_counter(), time.process_time()
+    identity = (case.order.seed, case.sort, case.text, case.nuisance)
+    try:
+        dataset = read_dataset(load_campaign(folder))
+        result = close_loop(dataset, jobs=1)
+        row = assess(case, result)
+        row = replace(row, seconds=time.perf_counter() - start, cpu=time.process_time() - cpu_start)
+        if case.sort in ("catalogue", "two", "floor"):
+            row = replace(row, oracle=oracle_error(case, truth, dataset))
+            row = _count_coverage(row, case, truth, result)
+        if excluded and row.right_class and case.effects:
+            row = _repeat_without(row, case, dataset, result)
+    except Exception as problem:
+        text = f"{type(problem).__name__}: {problem}"
+        return TrialRow(*identity, "exception", "", False, False, False, problem=text), None
+    return row, result
+
+
+def assess(case: PlantedCase, result: LoopResult) -> TrialRow:
+    """Compare the result of the loop with the planted effects."""
+    named = [e for e in result.after.model.effects if e.kind != "measured_force"]
+    words = [f"{e.kind} {e.at}{f' {e.wheelset}' if e.wheelset else ''}" for e in named]
+    if result.discrepancy:
+        words.append(
+            f"outside {result.discrepancy.at}{f' {result.discrepancy.wheelset}' if result.discrepancy.wheelset else ''}"
+        )
+    errors = {k: j.nrmse for k, j in result.validations.items()}
+    name: bool | None
+    kind: bool | None
+    place: bool | None
+    if case.sort == "nothing":
+        name = kind = place = result.verdict == "none"
+    elif case.sort == "outside":
+        name, kind = None, result.verdict == "outside"
+        at = result.discrepancy.at if result.discrepancy else ""
+        place = at in EQUIVALENT_LOCATIONS.get(case.effects[0].at, (case.effects[0].at,)) if at else None
+    else:
+        classes = [kinds for step in result.steps if (kinds := indistinguishable_kinds(step))]
+        first = [{x for kinds in classes for x in kinds if e.kind in kinds} | {e.kind} for e in named]
+        pairs = [[(e, kinds) for e, kinds in zip(named, first, strict=True) if e.at == p.at] for p in case.effects]
+        name = all(any(e.kind == p.kind for e, _ in matches) for p, matches in zip(case.effects, pairs, strict=True))
+        kind = all(
+            any(p.kind in kinds or is_same_family(p.kind, e.kind) for e, kinds in matches)
+            for p, matches in zip(case.effects, pairs, strict=True)
+        )
+        place = all(bool(matches) for matches in pairs)
+    return TrialRow(
+        case.order.seed, case.sort, case.text, case.nuisance, result.verdict, " + ".join(words), name, kind, place,
+        errors["declared"], errors["before"], errors["after"], result.noise_floor.nrmse,
+        best_rho2=result.steps[0].score_test.rho2,
+    )  # fmt: skip
+
+
+def oracle_error(case: PlantedCase, truth: Campaign, dataset: Dataset) -> float:
+    """Compute the validation error of the true structure: the best that any detection can reach."""
+    try:
+        return validate_true_effects(truth.effects["a"][: len(case.effects)], truth, dataset).nrmse
+    except ValueError:
+        return NAN
+
+
+def validate_true_effects(effects: Sequence[Effect], truth: Campaign, dataset: Dataset) -> Validation:
+    """Validate a model with some of the true effects, as they were on the estimation run, fitted from the true values.
+
+    Raises ValueError if the fit fails.
+    """
+    free = dataset.campaign.estimated_parameters
+    nominal = Model(dataset.campaign.design, dataset.campaign.sensors)
+    true = paths(truth.vehicle)
+    model = nominal.with_path_values(list(free), np.array([true[p] for p in free]))
+    for e in effects:
+        model = model.with_effect(PlacedEffect(e.kind, e.at, e.wheelset, dict(e.parameters)))
+    fit = fit_output_error(
+        model, dataset, [*free, *model.effect_paths()], nominal,
+        ready=prepare_segments(model, dataset, dataset.estimation), stable=not limits_hunting(model), tolerance=1e-5,
+        jobs=1,
+    )  # fmt: skip
+    return validate(fit.model, dataset, dataset.validation)
+
+
+def _count_coverage(row: TrialRow, case: PlantedCase, truth: Campaign, result: LoopResult) -> TrialRow:
+    """Count the 90 % intervals that contain the true value, if the effects are right."""
+    if not row.right_name or result.verdict != "effect":
+        return row
+    true = dict(paths(truth.vehicle))
+    for group, effects in (("effects", result.after.model.design.effects), ("sensors", result.after.model.sensors)):
+        for i, e in enumerate(effects):
+            for p in case.effects:
+                if (p.kind, p.at, p.wheelset) == (e.kind, e.at, e.wheelset):
+                    true |= {f"{group}.{i}.{k}": v for k, v in p.parameters.items()}
+    inside = [
+        abs(x - true[path]) <= NORMAL_QUANTILE_95 * sd
+        for path, x, sd in zip(result.after.free.paths, result.after.x, result.after.sd, strict=True)
+        if path in true and sd > 0
+    ]
+    return replace(row, covered=int(sum(inside)), intervals=len(inside))
+
+
+def _repeat_without(row: TrialRow, case: PlantedCase, dataset: Dataset, result: LoopResult) -> TrialRow:
+    """Repeat the loop with the planted effects and all indistinguishable ones excluded."""
+    excluded = {kind for step in result.steps for kind in indistinguishable_kinds(step)} | {
+        e.kind for e in case.effects
+    }
+    excluded |= {other for e in case.effects for other in _kinds() if is_same_family(e.kind, other)}
+    repeated = close_loop(dataset, without=excluded, jobs=1)
+    named = " + ".join(f"{e.kind} {e.at}" for e in repeated.after.model.effects if e.kind != "measured_force")
+    admits = repeated.verdict == "outside" or repeated.error_to_noise > UNEXPLAINED_RATIO or repeated.verdict == "none"
+    ratio = f"{repeated.error_to_noise:.2f} of the floor"
+    return replace(row, without=f"{repeated.verdict} {named} {ratio}".replace("  ", " "), admits=admits)
+
+
+def _kinds() -> list[str]:
+    return [str(r["kind"]) for r in core.effect_catalogue()]
