@@ -1,1 +1,1 @@
-"""Execution of evaluations: threads, dask clusters, a cache that resumes."""
+"""Execution of evaluations: threads, dask clusters, a result cache from which a search resumes."""

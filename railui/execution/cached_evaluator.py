@@ -1,4 +1,4 @@
-"""The evaluator of a search: what the store knows is answered from it, the rest is done and kept as it arrives."""
+"""Evaluator with a result cache: results in the cache are reused, all others computed and stored as they arrive."""
 
 from __future__ import annotations
 
@@ -9,72 +9,78 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.execution.cache import Known, Store, packed
-from railui.execution.tasks import Hashes, Runner, Task, TaskResult
+from railui.execution.cache import ResultCache, StoredResults, pack_responses
+from railui.execution.tasks import ContentHashes, Runner, Task, TaskResult
 from railui.optimisation.cases import Case
 from railui.optimisation.evaluation import ResponseTable
 
 
 @dataclass
-class Tally:
-    """Rides of this session: known from the store, done now, and the seconds that doing took."""
+class EvaluationCount:
+    """Simulations of this session: taken from the cache, computed, and the duration of the computation [s]."""
 
-    known: int = 0
-    done: int = 0
+    cached: int = 0
+    computed: int = 0
     seconds: float = 0.0
 
 
-class StoredEvaluator:
-    """Answers a search from a store and a runner; see `railui.optimisation.evaluation.Evaluator`."""
+class CachedEvaluator:
+    """Evaluator of a search from a cache and a runner; see `railui.optimisation.evaluation.Evaluator`."""
 
-    def __init__(self, runner: Runner, store: Store) -> None:
-        self.runner, self.store = runner, store
-        self.tally = Tally()
-        self._hashes = Hashes()
+    def __init__(self, runner: Runner, cache: ResultCache) -> None:
+        self.runner = runner
+        self.cache = cache
+        self.count = EvaluationCount()
+        self._hashes = ContentHashes()
 
     def __call__(self, cases: Sequence[Case], rows: Sequence[FloatArray], keys: Collection[str]) -> ResponseTable:
-        asked = tuple(sorted(keys))
-        whole = [Task(c, some, asked, self._hashes.of(c, some, asked)) for c, some in zip(cases, rows, strict=True)]
-        known = self.store.known({key for work in whole for key in work.hashes})
-        self.tally.known += len(known)
-        known |= self._do(_unknown(whole, known))
-        return _numbers(whole, known, asked)
+        sorted_keys = tuple(sorted(keys))
+        tasks = [
+            Task(case, case_rows, sorted_keys, self._hashes.hash_rows(case, case_rows, sorted_keys))
+            for case, case_rows in zip(cases, rows, strict=True)
+        ]
+        results = self.cache.find({key for task in tasks for key in task.hashes})
+        self.count.cached += len(results)
+        results |= self._compute(_missing_tasks(tasks, results))
+        return _response_table(tasks, results, sorted_keys)
 
-    def _do(self, works: Sequence[Task]) -> Known:
-        found: Known = {}
-        begun, before = time.perf_counter(), self.tally.seconds
+    def _compute(self, tasks: Sequence[Task]) -> StoredResults:
+        results: StoredResults = {}
+        start, seconds_before = time.perf_counter(), self.count.seconds
 
-        def keep(done: TaskResult) -> None:
-            some = packed(done.answered, done.work.hashes, done.work.keys)
-            self.tally.done += len(some)
-            self.tally.seconds = before + time.perf_counter() - begun
-            self.store.put(some, {"tally": [self.tally.done, self.tally.seconds]})
-            found.update(some)
+        def store(result: TaskResult) -> None:
+            packed = pack_responses(result.responses, result.task.hashes, result.task.keys)
+            self.count.computed += len(packed)
+            self.count.seconds = seconds_before + time.perf_counter() - start
+            self.cache.put(packed, {"tally": [self.count.computed, self.count.seconds]})
+            results.update(packed)
 
-        if works:
-            self.runner.run(works, keep)
-        return found
-
-
-def _unknown(whole: Sequence[Task], known: Known) -> list[Task]:
-    """The works without what is known, each vehicle once."""
-    found, seen = [], set(known)
-    for work in whole:
-        first = {key: i for i, key in reversed(list(enumerate(work.hashes))) if key not in seen}
-        seen |= first.keys()
-        if new := sorted(first.values()):
-            found.append(Task(work.case, work.rows[new], work.keys, tuple(work.hashes[i] for i in new)))
-    return found
+        if tasks:
+            self.runner.run(tasks, store)
+        return results
 
 
-def _numbers(whole: Sequence[Task], known: Known, keys: Sequence[str]) -> ResponseTable:
-    """Numbers [design, case] from what is known."""
-    n = len(whole[0])
-    values = np.empty((n, len(whole), len(keys)))
-    travelled, reasons = np.empty((n, len(whole))), np.empty((n, len(whole)), dtype=object)
-    for j, work in enumerate(whole):
-        rows = [known[key] for key in work.hashes]
+def _missing_tasks(tasks: Sequence[Task], results: StoredResults) -> list[Task]:
+    """Return the tasks without the vehicles that have a result, each vehicle once."""
+    missing, known = [], set(results)
+    for task in tasks:
+        first_index = {key: i for i, key in reversed(list(enumerate(task.hashes))) if key not in known}
+        known |= first_index.keys()
+        if indices := sorted(first_index.values()):
+            hashes = tuple(task.hashes[i] for i in indices)
+            missing.append(Task(task.case, task.rows[indices], task.keys, hashes))
+    return missing
+
+
+def _response_table(tasks: Sequence[Task], results: StoredResults, keys: Sequence[str]) -> ResponseTable:
+    """Return the responses [design, case] of tasks, one task per case."""
+    n = len(tasks[0])
+    values = np.empty((n, len(tasks), len(keys)))
+    distance_share = np.empty((n, len(tasks)))
+    reasons = np.empty((n, len(tasks)), dtype=object)
+    for j, task in enumerate(tasks):
+        rows = [results[key] for key in task.hashes]
         values[:, j] = np.frombuffer(b"".join(row[0] for row in rows), "<f8").reshape(n, len(keys))
-        travelled[:, j] = [row[1] for row in rows]
+        distance_share[:, j] = [row[1] for row in rows]
         reasons[:, j] = [row[2] for row in rows]
-    return ResponseTable({key: values[:, :, i] for i, key in enumerate(keys)}, travelled, reasons)
+    return ResponseTable({key: values[:, :, i] for i, key in enumerate(keys)}, distance_share, reasons)

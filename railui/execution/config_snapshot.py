@@ -1,4 +1,4 @@
-"""The configuration of a search, frozen when it begins: what it would take to search anything else."""
+"""Snapshot of the configuration of a search, so that a directory resumes only the search it was started with."""
 
 from __future__ import annotations
 
@@ -6,48 +6,49 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from railui.documents.difference import leaves
-from railui.io.atomic import finite, sha256_file
-from railui.io.problems import one_problem
+from railui.documents.difference import iter_leaves
+from railui.io.atomic import sha256_file, to_json_value
+from railui.io.problems import file_problem
 from railui.optimisation.study import Study
 from railui.track.excitation import is_track_file
 
-MAY_CHANGE: Final = ("method.generations",)  # a longer search begins as the shorter one did
-SHOWN: Final = 5  # differences
+CHANGEABLE_KEYS: Final = ("method.generations",)  # a longer search repeats the generations of the shorter one
+MAX_DIFFERENCES_SHOWN: Final = 5
 
 
 def snapshot(study: Study) -> dict[str, Any]:
-    """All that decides what a search finds, as JSON; tracks that are files by the hash of their bytes."""
-    cases = vars(study.cases) | {"track": [_track(study, track) for track in study.cases.track]}
+    """Return everything in a study that decides the result of the search, as JSON; track files by their SHA-256."""
+    cases = vars(study.cases) | {"track": [_track_text(study, track) for track in study.cases.track]}
     adjustment = study.design.adjustment
-    found = {
-        "study": study.name,
-        "variables": {v.path: [v.lowest, v.highest] for v in study.variables},
-        "cases": cases | {"scenario": [dict(one) for one in study.cases.scenario]},
-        "objectives": [vars(aim) for aim in study.objectives],
-        "constraints": [[limit.key, limit.relation, limit.bound] for limit in study.constraints],
-        "method": vars(study.method),
-        "design": study.design.resolved(),
-        "covariance": [adjustment.names, adjustment.covariance] if adjustment and study.cases.draws else None,
-    }
-    told: dict[str, Any] = finite(found)
-    return told
+    content: dict[str, Any] = to_json_value(
+        {
+            "study": study.name,
+            "variables": {v.path: [v.lowest, v.highest] for v in study.variables},
+            "cases": cases | {"scenario": [dict(scenario) for scenario in study.cases.scenario]},
+            "objectives": [vars(objective) for objective in study.objectives],
+            "constraints": [[item.key, item.relation, item.bound] for item in study.constraints],
+            "method": vars(study.method),
+            "design": study.design.content(),
+            "covariance": [adjustment.names, adjustment.covariance] if adjustment and study.cases.draws else None,
+        }
+    )
+    return content
 
 
-def _track(study: Study, track: str) -> str:
+def _track_text(study: Study, track: str) -> str:
     path = study.directory / track
     return f"sha256 {sha256_file(path)}" if is_track_file(path) and path.is_file() else track
 
 
-def check_same(directory: Path, begun: Mapping[str, Any], study: Study) -> None:
-    """FileProblems where a directory was begun with another configuration than this study."""
-    now = dict(leaves(snapshot(study)))
-    then = dict(leaves(begun))
-    changed = [name for name in {**then, **now} if then.get(name) != now.get(name) and name not in MAY_CHANGE]
+def check_unchanged(directory: Path, before: Mapping[str, Any], study: Study) -> None:
+    """Check a study against the snapshot of a directory; FileProblems with the differences."""
+    old, new = dict(iter_leaves(before)), dict(iter_leaves(snapshot(study)))
+    changed = [name for name in {**old, **new} if old.get(name) != new.get(name) and name not in CHANGEABLE_KEYS]
     if not changed:
         return
-    told = [f"{name}: {then.get(name, 'absent')} -> {now.get(name, 'absent')}" for name in changed[:SHOWN]]
-    more = f", and {len(changed) - SHOWN} more" if len(changed) > SHOWN else ""
+    shown = [f"{key}: {old.get(key, 'absent')} -> {new.get(key, 'absent')}" for key in changed[:MAX_DIFFERENCES_SHOWN]]
+    hidden = len(changed) - MAX_DIFFERENCES_SHOWN
+    more = f", and {hidden} more" if hidden > 0 else ""
+    what = f"was started with another configuration ({'; '.join(shown)}{more})"
     remedy = f"resume with `railui optimise {directory / 'study.yaml'}`, or choose another directory with -o"
-    what = f"was begun with another configuration ({'; '.join(told)}{more})"
-    raise one_problem(directory, what, remedy)
+    raise file_problem(directory, what, remedy)

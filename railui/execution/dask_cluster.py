@@ -1,4 +1,4 @@
-"""Work on many machines: a dask scheduler and its workers, one thread each, of the same railui and SIMD level."""
+"""Runner of tasks on a dask cluster whose workers reproduce the results of this process bit for bit."""
 
 from __future__ import annotations
 
@@ -7,284 +7,280 @@ import queue
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import CancelledError
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final
 
 from distributed import Client, Future, KilledWorker
 
-from railui.execution.dask_worker import Parts, Refused, differences, identity_of_worker, run_bundle
-from railui.execution.tasks import PACE, Task, TaskResult, identity, split_tasks
-from railui.io.problems import LaterError
+from railui.execution.dask_worker import (
+    BundleResults,
+    MismatchedWorker,
+    identity_differences,
+    run_bundle,
+    worker_identity,
+)
+from railui.execution.task_bundles import BUNDLE_SECONDS, TaskBundle, bundle_tasks
+from railui.execution.tasks import INITIAL_PACE, Task, TaskResult, environment_identity, split_tasks
+from railui.io.problems import TemporaryError
 from railui.optimisation.cases import Case
 from railui.optimisation.responses import Responses
+from railui.progress import SILENT, Progress
 from railui.track.excitation import Excitation
 
-SECONDS: Final = 1.0  # of a piece of work: long beside a scheduler's millisecond, short beside a lost worker
-CONNECT: Final = 10.0  # s for the scheduler to answer
-PATIENCE: Final = 60.0  # s without any worker
-TICK: Final = 1.0  # s between two looks at who is there
-RENEWALS: Final = 10  # times that a case is sent anew
-KILLED: Final = "killed its worker"
+CONNECT_TIMEOUT: Final = 10.0  # s, for an answer of the scheduler
+WORKER_TIMEOUT: Final = 60.0  # s without any worker
+POLL_INTERVAL: Final = 1.0  # s between two queries of the workers
+WORKER_POLL_INTERVAL: Final = 0.2  # s, while there is no worker
+MAX_CASE_SUBMISSIONS: Final = 10
+PACE_WEIGHT: Final = 0.2  # of the last bundle in the moving average of the pace
+KILLED_WORKER: Final = "killed its worker"  # a key of `failures` in the result
 
 
-class ClusterError(LaterError):
-    """The scheduler or its workers cannot be had, now."""
-
-
-@dataclass(frozen=True, eq=False)
-class TaskBundle:
-    """Pieces of work that travel together; `alone`: one vehicle, beside nothing else on the whole cluster."""
-
-    works: list[Task]
-    alone: bool = False
-
-    @property
-    def samples(self) -> int:
-        """Samples of all rides together."""
-        return sum(work.samples for work in self.works)
-
-    def one_by_one(self) -> list[TaskBundle]:
-        """Every vehicle by itself."""
-        return [TaskBundle([work.part(slice(i, i + 1))]) for work in self.works for i in range(len(work))]
+class ClusterError(TemporaryError):
+    """The scheduler or its workers are not available."""
 
 
 class DaskRunner:
-    """The workers of a dask scheduler; see `railui.execution.tasks.Runner`.
+    """Runner on the workers of a dask scheduler; see `railui.execution.tasks.Runner`.
 
-    Raises ClusterError where the scheduler does not answer, is lost, or has no worker that would compute the same.
+    Parameters
+    ----------
+    address : str
+        Address of the scheduler, tcp://host:port.
+    progress : Progress
+        Receives a message for every refused worker.
+
+    Raises
+    ------
+    ClusterError
+        If the scheduler does not respond, is lost, or has no worker with the same environment as this process.
     """
 
-    def __init__(self, address: str, say: Callable[[str], None] = lambda _: None) -> None:
-        self.address, self._say = address, say
+    def __init__(self, address: str, progress: Progress = SILENT) -> None:
+        self.address = address
+        self._progress = progress
         try:
-            self._client = Client(address, timeout=CONNECT, set_as_default=False, name="railui")
+            self._client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False, name="railui")
         except (OSError, ValueError) as error:
-            raise ClusterError(
-                f"no scheduler answers at {address} ({error}): start one with `dask scheduler`"
-            ) from None
-        self._pace, self._cases = PACE, dict[int, tuple[Case, Any]]()
-        self._sent: dict[str, int] = {}  # keys of tasks that were cases
-        self._known: dict[str, bool] = {}  # workers by address: do they compute the same?
+            what = f"no scheduler answers at {address} ({error})"
+            raise ClusterError(f"{what}: start one with `dask scheduler`") from None
+        self._pace = INITIAL_PACE
+        self._cases: dict[int, tuple[Case, Any]] = {}
+        self._case_keys: dict[str, int] = {}  # dask key of every submitted case
+        self._is_accepted: dict[str, bool] = {}  # by address of the worker
         self._await_workers()
 
     @property
     def workers(self) -> int:
-        """Workers that compute the same."""
-        return max(1, len(self.good()))
+        """Number of accepted workers."""
+        return max(1, len(self.accepted_workers()))
 
     def close(self) -> None:
-        """Takes leave of the scheduler."""
+        """Disconnect from the scheduler."""
         self._client.close(timeout=2)
 
-    def run(self, works: Sequence[Task], deliver: Callable[[TaskResult], None]) -> None:
-        """Does all the work; what killed its worker is tried vehicle by vehicle, and then alone."""
+    def run(self, tasks: Sequence[Task], deliver: Callable[[TaskResult], None]) -> None:
+        """Run all tasks; run a bundle that killed its worker again vehicle by vehicle, and suspects in isolation."""
         self._await_workers()
-        _Run(self, deliver).all(
-            _bundled(split_tasks(works, SECONDS, self.workers, self._pace), self._pace, self.workers)
-        )
+        parts = split_tasks(tasks, BUNDLE_SECONDS, self.workers, self._pace)
+        BundleRun(self, deliver).run(bundle_tasks(parts, self._pace, self.workers))
 
-    # who is there
+    # workers
 
     def _await_workers(self) -> None:
-        until = time.monotonic() + PATIENCE
-        while not self.good():
-            self.look()
-            if self.good():
+        deadline = time.monotonic() + WORKER_TIMEOUT
+        while not self.accepted_workers():
+            self.update_workers()
+            if self.accepted_workers():
                 return
-            if time.monotonic() > until:
-                refused = f", {len(self._known)} were refused" if self._known else ""
-                what = f"no worker at {self.address} in {PATIENCE:g} s{refused}"
+            if time.monotonic() > deadline:
+                refused = f", {len(self._is_accepted)} were refused" if self._is_accepted else ""
+                what = f"no worker at {self.address} in {WORKER_TIMEOUT:g} s{refused}"
                 raise ClusterError(f"{what}: start some with `dask worker {self.address} --nthreads 1 --nworkers N`")
-            time.sleep(0.2)
+            time.sleep(WORKER_POLL_INTERVAL)
 
-    def look(self) -> bool:
-        """Asks workers that are new what they compute with; is one of them good?"""
-        told = self._told(lambda: self._client.scheduler_info(n_workers=-1))["workers"]
-        self._known = {address: good for address, good in self._known.items() if address in told}
-        new = [address for address in told if address not in self._known]
+    def update_workers(self) -> bool:
+        """Query the environments of new workers; return True if one of them is accepted."""
+        workers = self._query(lambda: self._client.scheduler_info(n_workers=-1))["workers"]
+        self._is_accepted = {address: accepted for address, accepted in self._is_accepted.items() if address in workers}
+        new = [address for address in workers if address not in self._is_accepted]
         if not new:
             return False
-        answers = self._told(lambda: self._client.run(identity_of_worker, workers=new, on_error="return"))
-        for address, theirs in answers.items():
-            if isinstance(theirs, OSError):  # it has left meanwhile
+        identities = self._query(lambda: self._client.run(worker_identity, workers=new, on_error="return"))
+        for address, identity in identities.items():
+            if isinstance(identity, OSError):  # the worker has left in the meantime
                 continue
-            differing = differences(theirs)
-            self._known[address] = not differing
-            if differing:
-                self._say(f"worker {address} refused: {differing}")
-            elif told[address]["nthreads"] > 1:
-                self._say(f"worker {address} has {told[address]['nthreads']} threads: start it with --nthreads 1")
-        return any(self._known.get(address) for address in answers)
+            differences = identity_differences(identity)
+            self._is_accepted[address] = not differences
+            threads = workers[address]["nthreads"]
+            if differences:
+                self._progress.message(f"worker {address} refused: {differences}")
+            elif threads > 1:
+                self._progress.message(f"worker {address} has {threads} threads: start it with --nthreads 1")
+        return any(self._is_accepted.get(address) for address in identities)
 
-    def good(self) -> list[str]:
-        """Addresses of the workers that compute the same."""
-        return [address for address, good in self._known.items() if good]
+    def accepted_workers(self) -> list[str]:
+        """Return the addresses of the workers with the same environment as this process."""
+        return [address for address, accepted in self._is_accepted.items() if accepted]
 
     @property
-    def choosy(self) -> bool:
-        """Are there workers that must get nothing?"""
-        return not all(self._known.values())
+    def has_refused_workers(self) -> bool:
+        """True if the scheduler has workers that must not get tasks."""
+        return not all(self._is_accepted.values())
 
     def refuse(self, address: str) -> None:
-        """Sends nothing more to a worker."""
-        self._known[address] = False
+        """Send no further tasks to a worker."""
+        self._is_accepted[address] = False
 
-    def alive(self) -> bool:
-        """Does the scheduler answer?"""
+    def is_connected(self) -> bool:
+        """Return True while the scheduler responds."""
         return bool(self._client.status == "running")
 
-    def _told(self, question: Callable[[], Any]) -> Any:
+    def _query(self, query: Callable[[], Any]) -> Any:
         try:
-            return question()
+            return query()
         except (OSError, TimeoutError, ValueError) as error:
-            raise self.lost(error) from None
+            raise self.lost_scheduler(error) from None
 
-    def lost(self, error: object = "") -> ClusterError:
-        """What to say when the scheduler is gone."""
-        told = f" ({error})" if str(error) else ""
-        kept = "what was evaluated is kept, the same command resumes"
-        return ClusterError(f"the scheduler at {self.address} is lost{told}: {kept}")
+    def lost_scheduler(self, error: object = "") -> ClusterError:
+        """Return the error for a scheduler that no longer responds."""
+        cause = f" ({error})" if str(error) else ""
+        remedy = "all results so far are stored, the same command resumes"
+        return ClusterError(f"the scheduler at {self.address} is lost{cause}: {remedy}")
 
-    # what is sent
+    # submission
 
     def submit(self, bundle: TaskBundle) -> Future[Any]:
-        """Sends a bundle to any worker that computes the same."""
-        cases = [self._case(work.case) for work in bundle.works]
-        parts = [(work.rows, work.keys) for work in bundle.works]
-        only = self.good() if self.choosy else None
-        return self._client.submit(run_bundle, identity(), parts, *cases, workers=only, pure=False, retries=1)
+        """Submit a bundle to any accepted worker."""
+        cases = [self._case_future(task.case) for task in bundle.tasks]
+        parts = [(task.rows, task.keys) for task in bundle.tasks]
+        workers = self.accepted_workers() if self.has_refused_workers else None
+        identity = environment_identity()
+        return self._client.submit(run_bundle, identity, parts, *cases, workers=workers, pure=False, retries=1)
 
-    def _case(self, case: Case) -> Any:
-        """A case as the result of a task, which any worker can make again where the one that held it is lost."""
+    def _case_future(self, case: Case) -> Any:
+        """Return a case as the result of a dask task, which dask repeats on another worker if its worker is lost."""
         if id(case) not in self._cases:
-            # roads without their tables, which every worker makes for itself
-            bare = pickle.dumps(replace(case, road=Excitation(case.road.laid, case.road.speed)), protocol=5)
-            self._cases[id(case)] = (case, sent := self._client.submit(pickle.loads, bare, pure=False))
-            self._sent[str(sent.key)] = id(case)
+            # without input tables, which every worker computes itself
+            excitation = Excitation(case.excitation.source, case.excitation.speed)
+            data = pickle.dumps(replace(case, excitation=excitation), protocol=5)
+            future = self._client.submit(pickle.loads, data, pure=False)
+            self._cases[id(case)] = (case, future)
+            self._case_keys[str(future.key)] = id(case)
         return self._cases[id(case)][1]
 
-    def renewed(self, key: str) -> bool:
-        """Is a task that was blamed for a worker's death a case? Then it was only near: it is sent anew."""
-        name = self._sent.get(key)
-        if name is None or list(self._sent.values()).count(name) > RENEWALS:
+    def drop_case(self, key: str) -> bool:
+        """Forget a case that dask blames for the loss of a worker, so that it is submitted again.
+
+        Returns False if the dask key is not that of a case, or if the case was submitted too often.
+        """
+        case_id = self._case_keys.get(key)
+        if case_id is None or list(self._case_keys.values()).count(case_id) > MAX_CASE_SUBMISSIONS:
             return False
-        if name in self._cases and str(self._cases[name][1].key) == key:
-            del self._cases[name]
+        if case_id in self._cases and str(self._cases[case_id][1].key) == key:
+            del self._cases[case_id]
         return True
 
-    def learn(self, bundle: TaskBundle, seconds: float) -> None:
-        """Corrects the pace by what a bundle took."""
-        self._pace = 0.8 * self._pace + 0.2 * seconds / bundle.samples
+    def update_pace(self, bundle: TaskBundle, seconds: float) -> None:
+        """Update the average pace by the duration of a bundle."""
+        self._pace = (1 - PACE_WEIGHT) * self._pace + PACE_WEIGHT * seconds / bundle.samples
 
 
-class _Run:
-    """One run: bundles on their way, and vehicles under suspicion, which go alone at the end."""
+class BundleRun:
+    """One run of bundles on a cluster: the pending ones, and the suspects, which run in isolation at the end."""
 
-    def __init__(self, cluster: DaskRunner, deliver: Callable[[TaskResult], None]) -> None:
-        self.cluster, self.deliver = cluster, deliver
-        self.arrived: queue.SimpleQueue[Future[Any]] = queue.SimpleQueue()
-        self.waiting: dict[Future[Any], TaskBundle] = {}
+    def __init__(self, runner: DaskRunner, deliver: Callable[[TaskResult], None]) -> None:
+        self.runner = runner
+        self.deliver = deliver
+        self.completed: queue.SimpleQueue[Future[Any]] = queue.SimpleQueue()
+        self.pending: dict[Future[Any], TaskBundle] = {}
         self.suspects: list[TaskBundle] = []
 
-    def all(self, bundles: Iterable[TaskBundle]) -> None:
-        """Sends everything and waits for it; the suspects one after the other."""
+    def run(self, bundles: Iterable[TaskBundle]) -> None:
+        """Submit all bundles and wait for their results; then run the suspects one after the other."""
         try:
-            self._send(bundles)
+            self._submit(bundles)
             self._wait()
             while self.suspects:
-                self._send([replace(self.suspects.pop(), alone=True)])
+                self._submit([replace(self.suspects.pop(), is_isolated=True)])
                 self._wait()
         finally:
-            for future in self.waiting:
+            for future in self.pending:
                 future.cancel()
 
-    def _send(self, bundles: Iterable[TaskBundle]) -> None:
+    def _submit(self, bundles: Iterable[TaskBundle]) -> None:
         for bundle in bundles:
-            future = self.cluster.submit(bundle)
-            self.waiting[future] = bundle
-            future.add_done_callback(self.arrived.put)
+            future = self.runner.submit(bundle)
+            self.pending[future] = bundle
+            future.add_done_callback(self.completed.put)
 
     def _wait(self) -> None:
-        empty_since: float | None = None
-        while self.waiting:
+        no_worker_since: float | None = None
+        while self.pending:
             try:
-                future = self.arrived.get(timeout=TICK)
+                future = self.completed.get(timeout=POLL_INTERVAL)
             except queue.Empty:
-                empty_since = self._tick(empty_since)
+                no_worker_since = self._check_workers(no_worker_since)
                 continue
-            if future in self.waiting:
-                self._arrived(future, self.waiting.pop(future))
+            if future in self.pending:
+                self._receive(future, self.pending.pop(future))
 
-    def _tick(self, empty_since: float | None) -> float | None:
-        """Nothing has arrived for a while: is anybody there? Since when [s] not."""
-        if not self.cluster.alive():
-            raise self.cluster.lost()
-        if self.cluster.look() and self.cluster.choosy:
-            self._again()
-        if self.cluster.good():
+    def _check_workers(self, no_worker_since: float | None) -> float | None:
+        """Check scheduler and workers; return the time since when there is no worker [s], None if there is one."""
+        if not self.runner.is_connected():
+            raise self.runner.lost_scheduler()
+        if self.runner.update_workers() and self.runner.has_refused_workers:
+            self._resubmit()
+        if self.runner.accepted_workers():
             return None
-        since = empty_since or time.monotonic()
-        if time.monotonic() - since > PATIENCE:
-            raise ClusterError(f"all workers at {self.cluster.address} are gone: the same command resumes")
+        since = no_worker_since or time.monotonic()
+        if time.monotonic() - since > WORKER_TIMEOUT:
+            raise ClusterError(f"all workers at {self.runner.address} are gone: the same command resumes")
         return since
 
-    def _again(self) -> None:
-        """A worker has joined: what was bound to others may go there too."""
-        bundles = list(self.waiting.values())
-        for future in self.waiting:
+    def _resubmit(self) -> None:
+        """Submit the pending bundles again, so that a new worker may get them too."""
+        bundles = list(self.pending.values())
+        for future in self.pending:
             future.cancel()
-        self.waiting.clear()
-        self._send(bundles)
+        self.pending.clear()
+        self._submit(bundles)
 
-    def _arrived(self, future: Future[Any], bundle: TaskBundle) -> None:
+    def _receive(self, future: Future[Any], bundle: TaskBundle) -> None:
         if future.status == "cancelled":
-            raise self.cluster.lost()
+            raise self.runner.lost_scheduler()
         try:
-            parts: Parts | Refused | str = future.result(timeout=CONNECT)
+            results: BundleResults | MismatchedWorker | str = future.result(timeout=CONNECT_TIMEOUT)
         except KilledWorker as error:
-            if self.cluster.renewed(str(error.task)):
-                self._send([bundle])
+            if self.runner.drop_case(str(error.task)):
+                self._submit([bundle])
             else:
-                self._failed(bundle, KILLED)
+                self._isolate(bundle, KILLED_WORKER)
         except (OSError, TimeoutError, CancelledError) as error:
-            if not (isinstance(error, TimeoutError) and self.cluster.alive()):
-                raise self.cluster.lost(error) from None
-            future.cancel()  # who held the answer died before it was fetched
-            self._send([bundle])
+            if not (isinstance(error, TimeoutError) and self.runner.is_connected()):
+                raise self.runner.lost_scheduler(error) from None
+            future.cancel()  # the worker that held the result was lost before it was fetched
+            self._submit([bundle])
         else:
-            self._answered(bundle, parts)
+            self._handle(bundle, results)
 
-    def _answered(self, bundle: TaskBundle, parts: Parts | Refused | str) -> None:
-        if isinstance(parts, Refused):
-            self.cluster.refuse(parts.address)
-            self._send([bundle])
-        elif isinstance(parts, str):
-            self._failed(bundle, parts)
+    def _handle(self, bundle: TaskBundle, results: BundleResults | MismatchedWorker | str) -> None:
+        if isinstance(results, MismatchedWorker):
+            self.runner.refuse(results.address)
+            self._submit([bundle])
+        elif isinstance(results, str):
+            self._isolate(bundle, results)
         else:
-            self.cluster.learn(bundle, sum(seconds for _, seconds in parts))
-            for work, (found, seconds) in zip(bundle.works, parts, strict=True):
-                self.deliver(TaskResult(work, found, seconds))
+            self.runner.update_pace(bundle, sum(seconds for _, seconds in results))
+            for task, (responses, seconds) in zip(bundle.tasks, results, strict=True):
+                self.deliver(TaskResult(task, responses, seconds))
 
-    def _failed(self, bundle: TaskBundle, reason: str) -> None:
-        """Workers failed over a bundle: of many, each by itself; of one, alone; alone, it is to blame."""
-        if bundle.alone:
-            work = bundle.works[0]
-            self.deliver(TaskResult(work, Responses.failed(len(work), work.keys, reason), 0.0))
-        elif sum(map(len, bundle.works)) > 1:
-            self._send(bundle.one_by_one())
+    def _isolate(self, bundle: TaskBundle, reason: str) -> None:
+        """Handle a failed bundle: split it into vehicles, then isolate the vehicle, then mark it as failed."""
+        if bundle.is_isolated:
+            task = bundle.tasks[0]
+            self.deliver(TaskResult(task, Responses.failed(len(task), task.keys, reason), 0.0))
+        elif bundle.vehicles > 1:
+            self._submit(bundle.split())
         else:
             self.suspects.append(bundle)
-
-
-def _bundled(works: Sequence[Task], pace: float, workers: int) -> list[TaskBundle]:
-    """Pieces together until they make a second's work, or a worker's share."""
-    share = min(SECONDS / pace, sum(work.samples for work in works) / (2 * workers))
-    found: list[list[Task]] = []
-    room = 0.0
-    for work in works:
-        if not found or work.samples > room:
-            found.append([])
-            room = share
-        found[-1].append(work)
-        room -= work.samples
-    return [TaskBundle(some) for some in found]

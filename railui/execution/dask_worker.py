@@ -1,4 +1,4 @@
-"""What runs on a worker of a cluster: what it computes with, and vehicles of some cases."""
+"""Functions that run on a worker of a dask cluster: its identity, and the evaluation of task bundles."""
 
 from __future__ import annotations
 
@@ -10,50 +10,54 @@ from distributed import get_worker
 
 from railui.arrays import FloatArray
 from railui.execution import tasks
-from railui.execution.tasks import identity
+from railui.execution.tasks import environment_identity
 from railui.optimisation.cases import Case
 from railui.optimisation.responses import Responses
 
-Parts = list[tuple[Responses, float]]
+BundleResults = list[tuple[Responses, float]]
 
 
 @dataclass(frozen=True)
-class Refused:
-    """What a worker answers whose digits would be others: where it is."""
+class MismatchedWorker:
+    """Worker that would not reproduce results bit for bit."""
 
     address: str
 
 
-def identity_of_worker() -> Mapping[str, str]:
-    """What a worker computes with."""
-    return identity()
+def worker_identity() -> Mapping[str, str]:
+    """Return the environment of a worker."""
+    return environment_identity()
 
 
 def run_bundle(
     expected: Mapping[str, str], parts: Sequence[tuple[FloatArray, tuple[str, ...]]], *cases: Case
-) -> Parts | Refused | str:
-    """Vehicles of some cases; Refused where this worker's digits would be others, a reason where nothing came of it.
+) -> BundleResults | MismatchedWorker | str:
+    """Run the tasks of a bundle: rows [n, row] and keys, for every case.
 
+    Returns a MismatchedWorker if this worker's environment differs from `expected`, a reason if the evaluation fails.
     Nothing is raised: a client of distributed may lose an exception whose traceback is large.
     """
-    if dict(expected) != identity():
-        return Refused(get_worker().address)
+    if dict(expected) != environment_identity():
+        return MismatchedWorker(get_worker().address)
     try:
-        # rows that came over the wire may lie anywhere: the kernel wants them aligned
+        # received rows may have any alignment, but the kernel needs aligned ones
         return [tasks.run_task(case, np.array(rows), keys) for case, (rows, keys) in zip(cases, parts, strict=True)]
     except Exception as error:
         return f"{type(error).__name__}: {error}"
 
 
-def differences(theirs: object) -> str:
-    """In which parts the identity of a worker is another; what went wrong where it has none; "" where none."""
-    if not isinstance(theirs, Mapping):
-        return f"it has no railui that answers ({theirs})"
-    mine = identity()
-    names = {"kernel": "kernel sources", "python": "Python sources", "simd": "SIMD level"}
-    differing = [name for name in mine if mine[name] != theirs.get(name)]
-    return ", ".join(
-        f"another {names[name]}" if name in ("kernel", "python")
-        else f"{names.get(name, name)} {theirs.get(name)}, not {mine[name]}"
-        for name in differing
-    )  # fmt: skip
+def identity_differences(worker: object) -> str:
+    """Describe how the identity of a worker differs from that of this process; "" if it does not.
+
+    `worker` is the identity, or the exception that the worker raised.
+    """
+    if not isinstance(worker, Mapping):
+        return f"it has no railui that responds ({worker})"
+    expected = environment_identity()
+    sources = {"kernel": "other kernel sources", "python": "other Python sources"}
+    differences = []
+    for name, value in expected.items():
+        if value != worker.get(name):
+            label = "SIMD level" if name == "simd" else name
+            differences.append(sources.get(name, f"{label} {worker.get(name)}, not {value}"))
+    return ", ".join(differences)

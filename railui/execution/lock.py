@@ -1,4 +1,4 @@
-"""The lock of a directory: one process at a time, named by its number and its machine."""
+"""Lock of a directory for one process at a time, which names the process and its machine."""
 
 from __future__ import annotations
 
@@ -12,27 +12,29 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import IO, Final
 
-from railui.io.problems import LaterError
+from railui.io.problems import TemporaryError
 
-FILE: Final = "lock"
+LOCK_FILE: Final = "lock"
+MAX_ATTEMPTS: Final = 5  # `lock_holder` of another process locks the file for a moment
+ATTEMPT_DELAY: Final = 0.02  # s, times the number of the attempt
 
 
-class LockedError(LaterError):
-    """Another process works in the directory."""
+class LockedError(TemporaryError):
+    """The directory is locked by another process."""
 
 
 @dataclass(frozen=True)
 class Holder:
-    """Who holds a lock: the process, its machine, since when; living where the system says so."""
+    """Process named in a lock file: its number, its machine and its start; is_alive as far as this machine knows."""
 
     pid: int
     host: str
     since: str
-    living: bool
+    is_alive: bool
 
     @property
-    def elsewhere(self) -> bool:
-        """Is it a process of another machine, of which nothing can be said from here?"""
+    def is_remote(self) -> bool:
+        """True for a process of another machine, whose state is unknown."""
         return self.host != socket.gethostname()
 
     def __str__(self) -> str:
@@ -40,63 +42,71 @@ class Holder:
 
 
 class Lock:
-    """Holds a directory. The system lets go of it with the process, however that ends.
+    """Lock of a directory, which the operating system releases at the end of the process, however that ends.
 
-    Raises LockedError where another process of this machine lives in it, or one of another machine left its name
-    and `unlock` is not said.
+    Parameters
+    ----------
+    directory : str or Path
+    unlock : bool
+        Take over the lock of a process of another machine.
+
+    Raises
+    ------
+    LockedError
+        If a living process of this machine, or without `unlock` a process of another machine, holds the lock.
     """
 
     def __init__(self, directory: str | Path, unlock: bool = False) -> None:
-        self.path = Path(directory) / FILE
+        self.path = Path(directory) / LOCK_FILE
         self._file: IO[str] = self.path.open("a+", encoding="utf-8")
-        if not _taken(self._file):
-            who = holder(directory)
+        if not _acquire(self._file):
+            holder = lock_holder(directory)
             self._file.close()
-            raise LockedError(f"{self.path.parent}: {who or 'another process'} works here: wait for it, or stop it")
-        left = _read(self._file, living=False)
-        if left is not None and left.elsewhere and not unlock:
+            who = holder or "another process"
+            raise LockedError(f"{self.path.parent}: in use by {who}: wait until it ends, or stop it")
+        previous = _read_holder(self._file, is_alive=False)
+        if previous is not None and previous.is_remote and not unlock:
             self._file.close()
-            what = f"{self.path.parent}: locked by {left}, a machine that cannot be asked from here"
-            raise LockedError(f"{what}: where that process has ended, say --unlock")
-        self.left = left
+            what = f"{self.path.parent}: locked by {previous}, a machine whose processes are not visible from here"
+            raise LockedError(f"{what}: if that process has ended, use --unlock")
         since = datetime.now(UTC).isoformat(timespec="seconds")
-        self._write({"pid": os.getpid(), "host": socket.gethostname(), "since": since})
+        self._write(json.dumps({"pid": os.getpid(), "host": socket.gethostname(), "since": since}))
 
-    def _write(self, told: dict[str, object]) -> None:
+    def _write(self, text: str) -> None:
         self._file.seek(0)
         self._file.truncate()
-        self._file.write(json.dumps(told) if told else "")
+        self._file.write(text)
         self._file.flush()
 
     def release(self) -> None:
-        """Lets go; nobody's name is left."""
-        self._write({})
+        """Release the lock and remove the name of the process."""
+        self._write("")
         self._file.close()
 
 
-def holder(directory: str | Path) -> Holder | None:
-    """Who holds a directory, or held it when it was killed; None where nobody does."""
+def lock_holder(directory: str | Path) -> Holder | None:
+    """Return the process that holds a directory, or held it when it was killed; None if there is none."""
     try:
-        with (Path(directory) / FILE).open("r+", encoding="utf-8") as file:
-            return _read(file, living=not _taken(file))
+        with (Path(directory) / LOCK_FILE).open("r+", encoding="utf-8") as file:
+            return _read_holder(file, is_alive=not _acquire(file))
     except OSError:
         return None
 
 
-def _taken(file: IO[str], tries: int = 5) -> bool:
-    for i in range(tries):  # whoever only looks holds it for a moment
+def _acquire(file: IO[str]) -> bool:
+    for attempt in range(1, MAX_ATTEMPTS + 1):
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             return True
         except BlockingIOError:
-            time.sleep(0.02 * (i + 1))
+            time.sleep(ATTEMPT_DELAY * attempt)
     return False
 
 
-def _read(file: IO[str], living: bool) -> Holder | None:
+def _read_holder(file: IO[str], is_alive: bool) -> Holder | None:
     file.seek(0)
     try:
-        told = json.loads(file.read())
-        return Holder(int(told["pid"]), str(told["host"]), str(told["since"]), living)
+        content = json.loads(file.read())
+        return Holder(int(content["pid"]), str(content["host"]), str(content["since"]), is_alive)
     except (ValueError, KeyError, TypeError):
         return None

@@ -1,4 +1,4 @@
-"""What a search leaves in its directory: the study as resolved, the result, the front, designs to build."""
+"""Files of a search in its directory: the resolved study, the result, the front, designs as files."""
 
 from __future__ import annotations
 
@@ -12,107 +12,154 @@ from pathlib import Path
 from typing import Any, Final
 
 from railui.documents.saving import save_design
-from railui.execution import cache, lock
+from railui.execution.cache import DATABASE, DATABASE_FILES
+from railui.execution.lock import LOCK_FILE
 from railui.io.atomic import relative_path, write_text
-from railui.io.problems import one_problem
+from railui.io.problems import file_problem
 from railui.io.schema_line import schema_name
-from railui.io.yaml_writer import flow, scalar_text
-from railui.optimisation.response_keys import RESULTS
+from railui.io.yaml_writer import YamlWriter
+from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study import Study
 from railui.track.excitation import is_track_file
-from railui.vehicle.design_reader import Design
+from railui.vehicle.design import Design
 
-STUDY, VEHICLE, RESULT, FRONT = "study.yaml", "vehicle.yaml", "result.json", "front.csv"
-KNEE, REPORT = "knee.yaml", "report.html"
-OURS: Final = (STUDY, VEHICLE, RESULT, FRONT, KNEE, REPORT, lock.FILE, *cache.OURS)
-CHOSEN: Final = re.compile(r"chosen_\d+\.yaml|\..*\.part")
+STUDY_FILE: Final = "study.yaml"
+VEHICLE_FILE: Final = "vehicle.yaml"
+RESULT_FILE: Final = "result.json"
+FRONT_FILE: Final = "front.csv"
+KNEE_FILE: Final = "knee.yaml"
+REPORT_FILE: Final = "report.html"
+SEARCH_FILES: Final = (
+    STUDY_FILE,
+    VEHICLE_FILE,
+    RESULT_FILE,
+    FRONT_FILE,
+    KNEE_FILE,
+    REPORT_FILE,
+    LOCK_FILE,
+    *DATABASE_FILES,
+)
+SEARCH_FILE_PATTERN: Final = re.compile(r"chosen_\d+\.yaml|\..*\.part")
 
 
 def check_directory(study: Study, directory: str | Path) -> Path:
-    """The directory, where a search may write into it; FileProblems where it holds what is not its own."""
+    """Return the directory as a path; FileProblems if it holds files that are not of a search."""
     path = Path(directory)
     if not path.exists():
         return path
-    told = "choose another directory with -o"
+    remedy = "choose another directory with -o"
     if not path.is_dir():
-        raise one_problem(path, "is a file", told)
+        raise file_problem(path, "is a file", remedy)
     names = sorted(entry.name for entry in path.iterdir())
-    foreign = [name for name in names if name not in OURS and not CHOSEN.fullmatch(name)]
+    foreign = [name for name in names if name not in SEARCH_FILES and not SEARCH_FILE_PATTERN.fullmatch(name)]
     if foreign:
-        raise one_problem(path, f"holds files that are not of a search, such as {foreign[0]}", told)
-    begun = (path / cache.FILE).exists()
-    if not begun and (path / STUDY).exists() and (path / STUDY).samefile(study.source):
-        raise one_problem(path, "holds the study itself, which the resolved one would replace", told)
+        raise file_problem(path, f"holds files that are not of a search, such as {foreign[0]}", remedy)
+    has_search, study_file = (path / DATABASE).exists(), path / STUDY_FILE
+    if not has_search and study_file.exists() and study_file.samefile(study.source):
+        raise file_problem(path, "holds the study itself, which the resolved one would replace", remedy)
     return path
 
 
-def save_outcome(
+def save_result(
     study: Study, document: Mapping[str, Any], directory: str | Path, choose: Sequence[int] = ()
 ) -> list[Path]:
-    """Writes knee.yaml (where there is one), chosen_N.yaml, front.csv and, last, result.json; each whole or not at all.
+    """Write the result of a search, each file completely or not at all.
 
-    `choose`: indices of the front. Raises ValueError for one that is not on it.
+    Parameters
+    ----------
+    study : Study
+    document : mapping
+        Result of `railui.optimisation.optimise.optimise`.
+    directory : str or Path
+    choose : sequence of int
+        Indices of designs of the front to write as chosen_N.yaml.
+
+    Returns
+    -------
+    list of Path
+        knee.yaml (if there is a knee), chosen_N.yaml, front.csv and, last, result.json.
+
+    Raises
+    ------
+    ValueError
+        For an index that is not on the front.
     """
     path, front = Path(directory), document["pareto"]
     path.mkdir(parents=True, exist_ok=True)
     for i in choose:
         if not 0 <= i < len(front):
-            raise ValueError(f"no design {i} on the front, which has {len(front)}, from 0 on")
+            raise ValueError(f"no design {i} on the front, which has {len(front)}, numbered from 0")
     written = []
     if document["knee"] is None:
-        (path / KNEE).unlink(missing_ok=True)
+        (path / KNEE_FILE).unlink(missing_ok=True)
     else:
-        written.append(save_design(chosen_design(study, document, document["knee"], "knee"), path / KNEE))
+        written.append(save_design(front_design(study, document, document["knee"], "knee"), path / KNEE_FILE))
     for i in choose:
-        written.append(save_design(chosen_design(study, document, i, f"design {i}"), path / f"chosen_{i}.yaml"))
-    written.append(write_text(path / FRONT, front_text(study, document)))
-    return [*written, write_text(path / RESULT, json.dumps(document, indent=1, allow_nan=False) + "\n")]
+        written.append(save_design(front_design(study, document, i, f"design {i}"), path / f"chosen_{i}.yaml"))
+    written.append(write_text(path / FRONT_FILE, front_csv(study, document)))
+    return [*written, write_text(path / RESULT_FILE, json.dumps(document, indent=1, allow_nan=False) + "\n")]
 
 
-def chosen_design(study: Study, document: Mapping[str, Any], index: int, word: str) -> Design:
-    """A design of the front as a whole one."""
+def front_design(study: Study, document: Mapping[str, Any], index: int, label: str) -> Design:
+    """Return a design of the front as a complete design."""
     design = study.design.with_values(document["pareto"][index]["variables"])
-    return replace(design, name=f"{study.name}, {word}")
+    return replace(design, name=f"{study.name}, {label}")
 
 
-def front_text(study: Study, document: Mapping[str, Any]) -> str:
-    """The baseline and the front as CSV: variables, aims, limits, aims on fresh seeds with their spread; SI."""
-    aims = [f"{aim['key']} {aim['over']}" for aim in document["aims"]]
-    units = [RESULTS[aim["key"]].unit for aim in document["aims"]]
-    out = io.StringIO()
-    rows = csv.writer(out, lineterminator="\n")
-    rows.writerow(
-        ["design", *(f"{v.path} [{v.unit}]" for v in study.variables)]
-        + [f"{aim} [{unit}]" for aim, unit in zip(aims, units, strict=True)]
-        + [f"{limit.key} [{RESULTS[limit.key].unit}]" for limit in study.constraints]
-        + [f"{aim}, fresh {word} [{unit}]" for word in ("mean", "sd") for aim, unit in zip(aims, units, strict=True)]
+def front_csv(study: Study, document: Mapping[str, Any]) -> str:
+    """Return the baseline and the front as CSV in SI.
+
+    The columns are variables, objectives, constraints, and mean and standard deviation of the objectives on fresh
+    seeds.
+    """
+    objectives = [(f"{item['key']} {item['over']}", RESPONSE_KEYS[item["key"]].unit) for item in document["aims"]]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(
+        [
+            "design",
+            *(f"{v.path} [{v.unit}]" for v in study.variables),
+            *(f"{name} [{unit}]" for name, unit in objectives),
+            *(f"{item.key} [{RESPONSE_KEYS[item.key].unit}]" for item in study.constraints),
+            *(f"{name}, fresh {word} [{unit}]" for word in ("mean", "sd") for name, unit in objectives),
+        ]
     )
     for i, point in enumerate([document["baseline"], *document["pareto"]]):
-        name = "baseline" if i == 0 else f"{i - 1}, knee" if i - 1 == document["knee"] else i - 1
+        index = i - 1
+        label = "baseline" if i == 0 else f"{index}, knee" if index == document["knee"] else index
         fresh = point["fresh"]
         numbers = [*point["variables"].values(), *point["objectives"], *point["constraints"]]
-        rows.writerow([name, *("" if x is None else repr(x) for x in [*numbers, *fresh["mean"], *fresh["sd"]])])
-    return out.getvalue()
+        numbers += [*fresh["mean"], *fresh["sd"]]
+        writer.writerow([label, *("" if number is None else repr(number) for number in numbers)])
+    return text.getvalue()
 
 
 def study_text(study: Study, directory: str | Path) -> str:
-    """A study with all defaults written out, SI, as a file to stand in a directory."""
+    """Return a study with all defaults, in SI, as the text of a file in a directory."""
     cases = study.cases
-    tracks = [
-        relative_path(p, directory) if is_track_file(p := study.directory / t) and p.is_file() else t
-        for t in cases.track
-    ]
-    vehicle = study.design.source
-    lines = [f"schema: {schema_name('study')}", f"name: {scalar_text(study.name)}"]
-    lines += [f"vehicle: {scalar_text(relative_path(vehicle, directory))}"] if vehicle is not None else []
-    lines.append("variables:")
-    lines += [f"  {v.path}: {flow([v.lowest, v.highest])}  # {v.unit}" for v in study.variables]
-    lines += ["cases:", f"  track: {flow(tracks)}", f"  speed: {flow(list(cases.speed))}  # m/s"]
-    lines += [f"  seed: {flow(list(cases.seed))}", f"  scenario: {flow([dict(s) for s in cases.scenario])}"]
-    lines += [f"  draws: {cases.draws}", f"  radius: {scalar_text(cases.radius)}  # m"]
-    lines += [f"  cant_deficiency: {scalar_text(cases.cant_deficiency)}  # m", "objectives:"]
-    lines += [f"  - {flow({aim.sense: aim.key, 'over': aim.over})}" for aim in study.objectives]
-    # the unit of a bound was read with it: its number is in the key's own unit
-    limits = [f"{limit.key} {limit.relation} {limit.bound!r}" for limit in study.constraints]
-    lines.append(f"constraints: [{', '.join(json.dumps(limit) for limit in limits)}]")
-    return "\n".join([*lines, f"method: {flow(vars(study.method))}"]) + "\n"
+    writer = YamlWriter()
+    writer.entry("schema", schema_name("study"))
+    writer.entry("name", study.name)
+    if study.design.source is not None:
+        writer.entry("vehicle", relative_path(study.design.source, directory))
+    with writer.block("variables"):
+        for variable in study.variables:
+            writer.entry(variable.path, [variable.lowest, variable.highest], comment=variable.unit)
+    with writer.block("cases"):
+        writer.entry("track", [_track_text(study, track, directory) for track in cases.track])
+        writer.entry("speed", list(cases.speed), comment="m/s")
+        writer.entry("seed", list(cases.seed))
+        writer.entry("scenario", [dict(scenario) for scenario in cases.scenario])
+        writer.entry("draws", cases.draws)
+        writer.entry("radius", cases.radius, comment="m")
+        writer.entry("cant_deficiency", cases.cant_deficiency, comment="m")
+    writer.items("objectives", [{item.sense: item.key, "over": item.over} for item in study.objectives])
+    # the bound is in the unit of the key, so it needs no unit
+    writer.entry("constraints", [f"{item.key} {item.relation} {item.bound!r}" for item in study.constraints])
+    writer.entry("method", vars(study.method))
+    return writer.text()
+
+
+def _track_text(study: Study, track: str, directory: str | Path) -> str:
+    path = study.directory / track
+    return relative_path(path, directory) if is_track_file(path) and path.is_file() else track

@@ -1,89 +1,137 @@
-"""A search in its directory: locked, frozen, resumed from what is stored, told to whoever asks how it stands."""
+"""Session of a search in a directory: lock, configuration snapshot, result cache, status."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from railui.documents.saving import save_design
-from railui.execution.cache import FILE, Store, remote_disk
-from railui.execution.cached_evaluator import StoredEvaluator
-from railui.execution.config_snapshot import check_same, snapshot
-from railui.execution.lock import Lock, holder
-from railui.execution.outputs import STUDY, VEHICLE, check_directory, save_outcome, study_text
-from railui.execution.tasks import Runner, identity
-from railui.io.atomic import check_writable, write_text
-from railui.io.problems import one_problem
-from railui.optimisation.optimise import FRESH, SearchState
+from railui.execution.cache import DATABASE, ResultCache, network_file_system
+from railui.execution.cached_evaluator import CachedEvaluator
+from railui.execution.config_snapshot import check_unchanged, snapshot
+from railui.execution.lock import Lock, lock_holder
+from railui.execution.outputs import STUDY_FILE, VEHICLE_FILE, check_directory, save_result, study_text
+from railui.execution.tasks import Runner, environment_identity
+from railui.io.atomic import check_directory_writable, write_text
+from railui.io.problems import file_problem
+from railui.optimisation.optimise import FRESH_SEED_SETS
+from railui.optimisation.search import SearchState
 from railui.optimisation.study import Study
+from railui.progress import SILENT, Progress
 
-RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
+RUNNING: Final = "running"
+INTERRUPTED: Final = "interrupted"
+FINISHED: Final = "finished"
 
 
 class Session:
-    """A study searched in a directory, by a runner; `evaluator` answers the search and keeps every evaluation.
+    """Search of a study in a directory.
 
-    Raises FileProblems for a directory that holds something else, LockedError where another process works in
-    it, OSError where it cannot be written.
+    Parameters
+    ----------
+    study : Study
+    directory : str or Path
+        Directory of the search; made if it does not exist.
+    runner : Runner
+        Threads or machines that evaluate the designs.
+    unlock : bool
+        Take over the lock of a process of another machine.
+    progress : Progress
+        Receives warnings about the directory.
+
+    Attributes
+    ----------
+    evaluator : CachedEvaluator
+        Evaluator that stores every result.
+
+    Raises
+    ------
+    FileProblems
+        If the directory holds other files, or a search with another configuration.
+    LockedError
+        If another process uses the directory.
+    OSError
+        If the directory cannot be written.
     """
 
     def __init__(
-        self, study: Study, directory: str | Path, runner: Runner, *, unlock: bool = False,
-        say: Callable[[str], None] = lambda _: None,
-    ) -> None:  # fmt: skip
+        self,
+        study: Study,
+        directory: str | Path,
+        runner: Runner,
+        *,
+        unlock: bool = False,
+        progress: Progress = SILENT,
+    ) -> None:
         self.directory = check_directory(study, directory)
-        check_writable(self.directory)
+        check_directory_writable(self.directory)
         self.directory.mkdir(parents=True, exist_ok=True)
-        if kind := remote_disk(self.directory):
-            say(f"warning: {self.directory} lies on {kind}, where a store can be spoilt: choose a disk of this machine")
+        if kind := network_file_system(self.directory):
+            risk = f"{self.directory} is on {kind}, where the result cache can be corrupted"
+            progress.message(f"warning: {risk}: choose a local disk")
         self._lock = Lock(self.directory, unlock)
-        for left in self.directory.glob(".*.part"):  # of a process that was killed as it wrote
-            left.unlink()
-        self._store = Store(self.directory)
-        self._study, self.evaluator = study, StoredEvaluator(runner, self._store)
-        self._freeze(study, say)
+        for partial in self.directory.glob(".*.part"):  # of a process that was killed while it wrote a file
+            partial.unlink()
+        self._cache = ResultCache(self.directory)
+        self._study = study
+        self.evaluator = CachedEvaluator(runner, self._cache)
+        self._start(progress)
 
-    def _freeze(self, study: Study, say: Callable[[str], None]) -> None:
-        begun = self._store.told("frozen")
-        if begun is not None:
-            try:
-                check_same(self.directory, begun, study)
-            except Exception:
-                self.close()
-                raise
-            if self._store.told("by") != identity():
-                say("warning: another railui, SIMD level or numpy began this search: what it evaluated does not count")
-            elif kept := len(self._store):
-                say(f"{kept} rides are in {self._store.path.name}: the search goes the same way again with them")
-        if begun is None or begun != snapshot(study):
-            save_design(study.design, self.directory / VEHICLE)
-            inside = replace(study, design=replace(study.design, source=self.directory / VEHICLE))
-            write_text(self.directory / STUDY, study_text(inside, self.directory))
-        rides = (study.method.population * (study.method.generations + FRESH) + FRESH + 1) * _cases(study)
-        self._store.tell(
-            frozen=snapshot(study), by=identity(), finished=False, stand=None, tally=[0, 0.0], rides=rides,
-            session=[time.time(), len(self._store)],
-        )  # fmt: skip
+    def _start(self, progress: Progress) -> None:
+        """Check the configuration against the snapshot of the directory, then store the new one."""
+        study = self._study
+        before, content = self._cache.value("frozen"), snapshot(study)
+        if before is not None:
+            self._check_resumable(before, progress)
+        if before != content:
+            save_design(study.design, self.directory / VEHICLE_FILE)
+            inside = replace(study, design=replace(study.design, source=self.directory / VEHICLE_FILE))
+            write_text(self.directory / STUDY_FILE, study_text(inside, self.directory))
+        self._cache.set_values(
+            frozen=content,
+            by=environment_identity(),
+            finished=False,
+            stand=None,
+            tally=[0, 0.0],
+            rides=_planned_simulations(study),
+            session=[time.time(), len(self._cache)],
+        )
 
-    def watch(self, stand: SearchState) -> None:
-        """Keeps where the search stands."""
-        self._store.tell(
-            stand={"evaluations": stand.evaluations, "failures": dict(stand.failures), "doing": stand.doing}
+    def _check_resumable(self, before: Mapping[str, Any], progress: Progress) -> None:
+        try:
+            check_unchanged(self.directory, before, self._study)
+        except Exception:
+            self.close()
+            raise
+        if self._cache.value("by") != environment_identity():
+            reason = "another version of railui, SIMD level or numpy started this search"
+            progress.message(f"warning: {reason}: its results are not used")
+        elif stored := len(self._cache):
+            progress.message(f"{stored} simulations are in {self._cache.path.name}: the search resumes with them")
+
+    def progress(self, receiver: Progress = SILENT) -> Progress:
+        """Return a Progress for the search that stores its state for `status` and passes everything on."""
+        return _SessionProgress(self, receiver)
+
+    def store_state(self, state: SearchState) -> None:
+        """Store the state of the search for `status`."""
+        self._cache.set_values(
+            stand={"evaluations": state.evaluations, "failures": dict(state.failures), "doing": state.activity}
         )
 
     def finish(self, document: Mapping[str, Any], choose: Sequence[int] = ()) -> list[Path]:
-        """Writes the outcome; the search is at its end. Returns the files."""
-        written = save_outcome(self._study, document, self.directory, choose)
-        self._store.tell(finished=True)
+        """Write the result and mark the search as finished; return the files."""
+        written = save_result(self._study, document, self.directory, choose)
+        self._cache.set_values(finished=True)
         return written
 
     def close(self) -> None:
-        """Closes the store and lets go of the directory."""
-        self._store.close()
+        """Close the result cache and release the lock."""
+        self._cache.close()
         self._lock.release()
 
     def __enter__(self) -> Self:
@@ -93,42 +141,73 @@ class Session:
         self.close()
 
 
-def _cases(study: Study) -> int:
-    c = study.cases
-    return len(c.track) * len(c.speed) * len(c.seed) * len(c.scenario) * max(1, c.draws)
+class _SessionProgress(Progress):
+    """Progress of a search that stores every state in its session."""
+
+    def __init__(self, session: Session, receiver: Progress) -> None:
+        self._session = session
+        self._receiver = receiver
+
+    def message(self, text: str) -> None:
+        """Pass a message on."""
+        self._receiver.message(text)
+
+    def event(self, event: object) -> None:
+        """Store the state of the search and pass it on."""
+        if isinstance(event, SearchState):
+            self._session.store_state(event)
+        self._receiver.event(event)
+
+
+def _planned_simulations(study: Study) -> int:
+    """Return the number of simulations of a search: generations, baseline and front, both also on fresh seeds."""
+    cases = study.cases
+    count = len(cases.track) * len(cases.speed) * len(cases.seed) * len(cases.scenario) * max(1, cases.draws)
+    designs = study.method.population * (study.method.generations + FRESH_SEED_SETS) + FRESH_SEED_SETS + 1
+    return designs * count
 
 
 def status(directory: str | Path) -> dict[str, Any]:
-    """Where the search of a directory stands: state ("running", "interrupted", "finished"), evaluations, failed.
+    """Return the status of the search in a directory.
 
-    `eta_s` [s] at the rate of the present session, None where it cannot be told; `failures` by reason, `doing`
-    in words, `rides` stored, `held_by`. Raises FileProblems where there is no search.
+    Returns
+    -------
+    dict
+        `study`, its name; `state`, "running", "interrupted" or "finished"; `evaluations`; `failed`; `failures` by
+        reason; `eta_s`, remaining time [s] at the rate of this session, None if unknown; `doing`, the current step;
+        `rides`, the number of stored simulations; `held_by`, the running process.
+
+    Raises
+    ------
+    FileProblems
+        If the directory holds no search.
     """
     path = Path(directory)
-    if not (path / FILE).is_file():
-        raise one_problem(path, "holds no search", "name the directory that railui optimise wrote")
-    store = Store(path, readonly=True)
+    if not (path / DATABASE).is_file():
+        raise file_problem(path, "holds no search", "name the directory that railui optimise wrote")
+    cache = ResultCache(path, readonly=True)
     try:
-        stand = store.told("stand") or {"evaluations": 0, "failures": {}, "doing": "beginning"}
-        finished, rides, planned = store.told("finished"), len(store), store.told("rides")
-        began, before = store.told("session") or (0.0, 0)
-        done, _ = store.told("tally") or (0, 0.0)
-        name = (store.told("frozen") or {}).get("study")
+        search = cache.value("stand") or {"evaluations": 0, "failures": {}, "doing": "starting"}
+        is_finished, stored, planned = cache.value("finished"), len(cache), cache.value("rides")
+        session_start, stored_before = cache.value("session") or (0.0, 0)
+        computed, _ = cache.value("tally") or (0, 0.0)
+        name = (cache.value("frozen") or {}).get("study")
     finally:
-        store.close()
-    who = holder(path)
-    state = FINISHED if finished else RUNNING if who is not None and (who.living or who.elsewhere) else INTERRUPTED
-    rate = done / max(time.time() - began, 1e-9)
-    left = max(0, (planned or 0) - before - done)
-    eta = 0.0 if finished else left / rate if state == RUNNING and rate > 0 else None
+        cache.close()
+    holder = lock_holder(path)
+    is_running = holder is not None and (holder.is_alive or holder.is_remote)
+    state = FINISHED if is_finished else RUNNING if is_running else INTERRUPTED
+    rate = computed / max(time.time() - session_start, 1e-9)
+    remaining = max(0, (planned or 0) - stored_before - computed)
+    eta = 0.0 if is_finished else remaining / rate if state == RUNNING and rate > 0 else None
     return {
         "study": name,
         "state": state,
-        "evaluations": stand["evaluations"],
-        "failed": sum(stand["failures"].values()),
+        "evaluations": search["evaluations"],
+        "failed": sum(search["failures"].values()),
         "eta_s": eta,
-        "failures": stand["failures"],
-        "doing": stand["doing"],
-        "rides": rides,
-        "held_by": str(who) if who is not None and state == RUNNING else None,
+        "failures": search["failures"],
+        "doing": search["doing"],
+        "rides": stored,
+        "held_by": str(holder) if holder is not None and state == RUNNING else None,
     }

@@ -1,4 +1,4 @@
-"""A piece of work: vehicles of one case and what is asked of them; done here or anywhere, each known by its content."""
+"""Tasks: vehicles of one case and the keys to evaluate, identified by content hashes, run by any runner."""
 
 from __future__ import annotations
 
@@ -21,16 +21,41 @@ from railui.optimisation.cases import Case
 from railui.optimisation.responses import Responses, evaluate_case
 from railui.track.excitation import Excitation
 
-PACE: Final = 60e-9  # s per vehicle and sample, until work that was done tells better
-COMPUTING: Final = (  # the Python that decides digits
-    *("core.py", "io", "parallel.py", "dsp", "contact", "runs", "track", "vehicle"),
-    *("ride_quality", "curving.py", "hunting", "optimisation"),
+INITIAL_PACE: Final = 60e-9  # s per vehicle and track sample, until tasks have been timed
+# Python sources that may change the digits of a result
+HASHED_SOURCES: Final = (
+    "core",
+    "arrays.py",
+    "memo.py",
+    "progress.py",
+    "parallel.py",
+    "io",
+    "dsp",
+    "contact",
+    "runs",
+    "track",
+    "vehicle",
+    "ride_quality",
+    "curving.py",
+    "hunting",
+    "optimisation",
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Vehicles, rows [n, row], of a case; the keys asked; the content hash of each vehicle."""
+    """Vehicles of a case to evaluate.
+
+    Attributes
+    ----------
+    case : Case
+    rows : float [n, row]
+        Kernel rows of the vehicles.
+    keys : tuple of str
+        Keys to evaluate.
+    hashes : tuple of bytes [n]
+        Content hash of every vehicle.
+    """
 
     case: Case
     rows: FloatArray
@@ -42,124 +67,123 @@ class Task:
 
     @property
     def samples(self) -> int:
-        """Samples of all rides together."""
-        return len(self.rows) * len(self.case.road.track)
+        """Number of track samples over all vehicles."""
+        return len(self.rows) * len(self.case.excitation.track)
 
-    def part(self, some: slice) -> Task:
-        """Some of the vehicles."""
-        return Task(self.case, self.rows[some], self.keys, self.hashes[some])
+    def select(self, vehicles: slice) -> Task:
+        """Return the task for some of the vehicles."""
+        return Task(self.case, self.rows[vehicles], self.keys, self.hashes[vehicles])
 
 
 @dataclass(frozen=True, eq=False)
 class TaskResult:
-    """What came of a piece of work, and how long it took [s]."""
+    """Responses of a task and its duration [s]."""
 
-    work: Task
-    answered: Responses
+    task: Task
+    responses: Responses
     seconds: float
 
 
 class Runner(Protocol):
-    """Who does the work: threads or machines. Delivers what is done as it is done, in any order."""
+    """Executor of tasks, on threads or machines, which delivers the results in any order."""
 
     @property
     def workers(self) -> int:
-        """How many pieces are done at a time."""
+        """Number of tasks that run at a time."""
         ...
 
-    def run(self, works: Sequence[Task], deliver: Callable[[TaskResult], None]) -> None:
-        """Does all the work; what was done before an interrupt is delivered too."""
+    def run(self, tasks: Sequence[Task], deliver: Callable[[TaskResult], None]) -> None:
+        """Run all tasks; deliver results as they arrive, after an interrupt those of tasks already started."""
         ...
 
 
 def run_task(case: Case, rows: FloatArray, keys: Collection[str]) -> tuple[Responses, float]:
-    """Vehicles of a case answered on one thread, and the seconds it took.
+    """Evaluate vehicles of a case on one thread and return their responses and the duration [s].
 
-    Whatever goes wrong with one of them is its own failure, with its reason, and not its neighbours'.
+    An exception is attributed to the vehicle that causes it; the others are evaluated.
     """
-    begun = time.perf_counter()
-    return _do(case, rows, keys), time.perf_counter() - begun
+    start = time.perf_counter()
+    return _evaluate(case, rows, keys), time.perf_counter() - start
 
 
-def _do(case: Case, rows: FloatArray, keys: Collection[str]) -> Responses:
+def _evaluate(case: Case, rows: FloatArray, keys: Collection[str]) -> Responses:
     try:
         return evaluate_case(case, rows, keys, 1)
     except Exception as error:
         if len(rows) == 1:
             return Responses.failed(1, keys, f"{type(error).__name__}: {error}")
     half = len(rows) // 2
-    parts = [_do(case, rows[:half], keys), _do(case, rows[half:], keys)]
+    parts = [_evaluate(case, rows[:half], keys), _evaluate(case, rows[half:], keys)]
     values = {key: np.concatenate([part.values[key] for part in parts]) for key in keys}
-    travelled = np.concatenate([part.travelled for part in parts])
-    return Responses(values, travelled, [reason for part in parts for reason in part.reasons])
+    distance_share = np.concatenate([part.distance_share for part in parts])
+    return Responses(values, distance_share, [reason for part in parts for reason in part.reasons])
 
 
-def split_tasks(works: Iterable[Task], seconds: float, workers: int, pace: float = PACE) -> list[Task]:
-    """Works cut into pieces of so many seconds, and smaller where workers would have nothing to do; full lanes."""
-    whole = list(works)
-    share = sum(work.samples for work in whole) / (4 * workers)
-    found = []
-    for work in whole:
-        each = len(work.case.road.track)
-        fitting = int(min(seconds / pace, share) / each)
-        size = max(1, fitting // core.LANES) * core.LANES
-        found += [work.part(slice(i, i + size)) for i in range(0, len(work), size)]
-    return found
+def split_tasks(tasks: Iterable[Task], seconds: float, workers: int, pace: float = INITIAL_PACE) -> list[Task]:
+    """Split tasks into parts of about so many seconds, shorter if workers would be idle, in full SIMD groups."""
+    whole = list(tasks)
+    share = sum(task.samples for task in whole) / (4 * workers)
+    parts = []
+    for task in whole:
+        vehicles = int(min(seconds / pace, share) / len(task.case.excitation.track))
+        size = max(1, vehicles // core.LANES) * core.LANES
+        parts += [task.select(slice(i, i + size)) for i in range(0, len(task), size)]
+    return parts
 
 
 @cache
-def identity() -> dict[str, str]:
-    """What decides digits beside the case: versions, sources of kernel and Python, SIMD level.
+def environment_identity() -> dict[str, str]:
+    """Return everything besides the case that decides the digits of a result: versions, sources, SIMD level.
 
-    >>> sorted(identity())
+    >>> sorted(environment_identity())
     ['kernel', 'numpy', 'python', 'railui', 'scipy', 'simd']
     """
-    home = Path(railui.__file__).parent
-    files = [path for name in COMPUTING for path in sorted([home / name, *(home / name).rglob("*.py")])]
+    package = Path(railui.__file__).parent
+    files = [path for name in HASHED_SOURCES for path in sorted([package / name, *(package / name).rglob("*.py")])]
     python = hashlib.sha256()
     for path in files:
         if path.is_file():
             python.update(path.read_bytes())
     return {
         "railui": railui.__version__,
-        "kernel": core.sources(),
+        "kernel": core.source_hash(),
         "python": python.hexdigest(),
-        "simd": core.simd(),
+        "simd": core.simd_level(),
         "numpy": np.__version__,
         "scipy": version("scipy"),
     }
 
 
-class Hashes:
-    """Content hashes of vehicles in cases: the resolved design, its row, track, speed, curve, keys, who computes."""
+class ContentHashes:
+    """Content hashes of vehicles in cases: design, row, track, speed, curve, keys and environment."""
 
     def __init__(self) -> None:
         self._tracks: dict[int, tuple[Excitation, str]] = {}
         self._cases: dict[tuple[int, tuple[str, ...]], tuple[Case, bytes]] = {}
 
-    def of(self, case: Case, rows: FloatArray, keys: tuple[str, ...]) -> tuple[bytes, ...]:
-        """A hash of 32 bytes for every row."""
-        head = self._case(case, keys)
+    def hash_rows(self, case: Case, rows: FloatArray, keys: tuple[str, ...]) -> tuple[bytes, ...]:
+        """Return a hash of 32 bytes for every row."""
+        prefix = self._hash_case(case, keys)
         data = np.ascontiguousarray(rows, dtype="<f8")
-        return tuple(hashlib.sha256(head + row.tobytes()).digest() for row in data)
+        return tuple(hashlib.sha256(prefix + row.tobytes()).digest() for row in data)
 
-    def _case(self, case: Case, keys: tuple[str, ...]) -> bytes:
-        known = self._cases.get((id(case), keys))
-        if known is None:
-            resolved = {
-                "design": case.vehicle.model.design.resolved(),
-                "track": self._track(case.road),
-                "speed": case.road.speed,
+    def _hash_case(self, case: Case, keys: tuple[str, ...]) -> bytes:
+        entry = self._cases.get((id(case), keys))
+        if entry is None:
+            content = {
+                "design": case.vehicle.model.design.content(),
+                "track": self._hash_track(case.excitation),
+                "speed": case.excitation.speed,
                 "curve": [case.radius, case.cant_deficiency],
                 "keys": keys,
-                "by": identity(),
+                "by": environment_identity(),
             }
-            digest = hashlib.sha256(canonical_json(resolved).encode()).digest()
-            known = self._cases[id(case), keys] = (case, digest)  # the case is held, so that its id stays its own
-        return known[1]
+            digest = hashlib.sha256(canonical_json(content).encode()).digest()
+            entry = self._cases[id(case), keys] = (case, digest)  # a reference to the case keeps its id unique
+        return entry[1]
 
-    def _track(self, road: Excitation) -> str:
-        known = self._tracks.get(id(road.track))
-        if known is None:
-            known = self._tracks[id(road.track)] = (road, road.track.sha256)
-        return known[1]
+    def _hash_track(self, excitation: Excitation) -> str:
+        entry = self._tracks.get(id(excitation.track))
+        if entry is None:
+            entry = self._tracks[id(excitation.track)] = (excitation, excitation.track.sha256)
+        return entry[1]

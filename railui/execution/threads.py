@@ -1,4 +1,4 @@
-"""Work on the threads of this machine."""
+"""Runner of tasks on the threads of this machine."""
 
 from __future__ import annotations
 
@@ -6,41 +6,43 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from typing import Final
 
-from railui.core import jobs_or_all
-from railui.execution.tasks import PACE, Task, TaskResult, run_task, split_tasks
+from railui.core import resolve_thread_count
+from railui.execution.tasks import INITIAL_PACE, Task, TaskResult, run_task, split_tasks
 from railui.optimisation.responses import Responses
 
-SECONDS: Final = 0.25  # of a piece of work: what an interrupt waits for
+TASK_SECONDS: Final = 0.25  # duration of a task, for which an interrupt waits
+PACE_WEIGHT: Final = 0.2  # of the last task in the moving average of the pace
 
 
 class ThreadRunner:
-    """Threads of this machine, all or so many; the kernel works without Python's lock."""
+    """Runner on all threads of this machine, or on so many; the kernel releases the GIL."""
 
     def __init__(self, jobs: int | None = None) -> None:
-        self._threads = jobs_or_all(jobs)
-        self._pace = PACE
+        self._threads = resolve_thread_count(jobs)
+        self._pace = INITIAL_PACE
 
     @property
     def workers(self) -> int:
-        """The threads."""
+        """Number of threads."""
         return self._threads
 
-    def run(self, works: Sequence[Task], deliver: Callable[[TaskResult], None]) -> None:
-        """Does all the work, piece by piece; after ctrl-c nothing new begins, and what was begun is delivered."""
+    def run(self, tasks: Sequence[Task], deliver: Callable[[TaskResult], None]) -> None:
+        """Run all tasks; after an interrupt start no further one and deliver those already started."""
         pool = ThreadPoolExecutor(self._threads)
-        waiting: dict[Future[tuple[Responses, float]], Task] = {}
+        pending: dict[Future[tuple[Responses, float]], Task] = {}
 
-        def hand_over(future: Future[tuple[Responses, float]]) -> None:
-            work, (found, seconds) = waiting.pop(future), future.result()
-            self._pace = 0.8 * self._pace + 0.2 * seconds / work.samples
-            deliver(TaskResult(work, found, seconds))
+        def deliver_result(future: Future[tuple[Responses, float]]) -> None:
+            task = pending.pop(future)
+            responses, seconds = future.result()
+            self._pace = (1 - PACE_WEIGHT) * self._pace + PACE_WEIGHT * seconds / task.samples
+            deliver(TaskResult(task, responses, seconds))
 
         try:
-            for piece in split_tasks(works, SECONDS, self._threads, self._pace):
-                waiting[pool.submit(run_task, piece.case, piece.rows, piece.keys)] = piece
-            for future in as_completed(list(waiting)):
-                hand_over(future)
+            for task in split_tasks(tasks, TASK_SECONDS, self._threads, self._pace):
+                pending[pool.submit(run_task, task.case, task.rows, task.keys)] = task
+            for future in as_completed(list(pending)):
+                deliver_result(future)
         finally:
             pool.shutdown(cancel_futures=True)
-            for future in [future for future in waiting if not future.cancelled() and future.exception() is None]:
-                hand_over(future)
+            for future in [future for future in pending if not future.cancelled() and future.exception() is None]:
+                deliver_result(future)

@@ -1,93 +1,125 @@
-"""The cases of a study: the roads, vehicles and curves that every design is judged on."""
+"""Cases of a study: the excitations, vehicles and curves on which every design is evaluated."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import Final
 
-from railui.optimisation.scenarios import in_scenario
+from railui.optimisation.scenarios import apply_scenario
 from railui.optimisation.study import Study
-from railui.ride_quality.comfort import FEWEST_BLOCKS
-from railui.ride_quality.statistics import BLOCK
+from railui.ride_quality.comfort import MIN_BLOCKS
+from railui.ride_quality.statistics import BLOCK_DURATION
 from railui.track import parse_spec
 from railui.track.excitation import Excitation, TrackSource, is_track_file, resolve_track
-from railui.vehicle.resolve import model_of
-from railui.vehicle.sampling import ParameterisedModel, draws
+from railui.vehicle.resolve import resolve_model
+from railui.vehicle.sampling import ParameterisedModel, draw_deviations
 
-DRAWS = 1  # what the random numbers of a draw are keyed by, beside the seed
+PARAMETER_SAMPLE_STREAM: Final = 1  # random stream of the parameter samples, combined with the seed
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One case: a road, the vehicle of a scenario and a draw, and the curve [m] for the keys of curve."""
+    """Case on which designs are evaluated.
 
-    road: Excitation
+    Attributes
+    ----------
+    excitation : Excitation
+        Track at a speed.
+    vehicle : ParameterisedModel
+        Vehicle of a scenario and a parameter sample; the variables of the study are its parameters.
+    scenario, sample : int
+        Index of the scenario and of the parameter sample.
+    radius, cant_deficiency : float
+        Curve for the keys of curve [m].
+    """
+
+    excitation: Excitation
     vehicle: ParameterisedModel
     scenario: int
-    draw: int
+    sample: int
     radius: float
     cant_deficiency: float
 
 
 def seeds_of(study: Study, track: str, fresh: int | None = None) -> list[int | None]:
-    """The seeds that a track of a study is laid with; None for a file, which has none.
+    """Return the seeds with which a track of a study is generated; None for a file, which has none.
 
-    A spec's own seed stands where the study leaves its seeds at the default. `fresh` k: the k-th set of
-    as many seeds that the study does not use.
+    The seed in the text of a track is used if the study leaves its seeds at the default. With `fresh` = k, return
+    the k-th set of as many seeds that the study does not use.
     """
-    given: list[int | None] = list(study.cases.seed)
-    if is_track_file(_path(study, track)):
-        return [None] * len(given)
-    own = parse_spec(track).seed
+    seeds: list[int | None] = list(study.cases.seed)
+    if is_track_file(_track_path(study, track)):
+        return [None] * len(seeds)
+    spec_seed = parse_spec(track).seed
     if "seed=" in track and study.cases.seed == (0,):
-        given = [own]
+        seeds = [spec_seed]
     if fresh is None:
-        return given
-    specs = [t for t in study.cases.track if not is_track_file(_path(study, t))]
+        return seeds
+    specs = [t for t in study.cases.track if not is_track_file(_track_path(study, t))]
     first = 1 + max([*study.cases.seed, *(parse_spec(spec).seed for spec in specs)])
-    return [first + fresh * len(given) + i for i in range(len(given))]
+    return [first + fresh * len(seeds) + i for i in range(len(seeds))]
 
 
-def _path(study: Study, track: str) -> str:
-    beside = study.directory / track
-    return str(beside) if len(track) < 400 and beside.is_file() else track
+def _track_path(study: Study, track: str) -> str:
+    path = study.directory / track
+    return str(path) if len(track) < 400 and path.is_file() else track
 
 
 def cases_of(study: Study, fresh: int | None = None, seed: int | None = None) -> list[Case]:
-    """Track x speed x seed x scenario x draw, in this order; `fresh`: on seeds that the study does not use.
+    """Return the cases of a study: track x speed x seed x scenario x parameter sample, in this order.
 
-    `seed`: of the draws, that of the method where None. Raises FileProblems for a vehicle that rides no track
-    and for a faulty track.
+    Parameters
+    ----------
+    study : Study
+    fresh : int, optional
+        Use the set of track seeds of this index that the study does not use.
+    seed : int, optional
+        Seed of the parameter samples; that of the method by default.
+
+    Raises
+    ------
+    FileProblems
+        For a vehicle that cannot run on a track, and for a faulty track.
     """
-    made: dict[tuple[str, int | None], TrackSource] = {}
-    laid: list[list[TrackSource]] = []
-    for track in study.cases.track:
-        for s in (seeds := seeds_of(study, track, fresh)):
-            if (track, s) not in made:
-                made[track, s] = resolve_track(_path(study, track), s)
-        laid.append([made[track, s] for s in seeds])
+    sources = _track_sources(study, fresh)
     vehicles = _vehicles(study, study.method.seed if seed is None else seed)
-    roads: dict[tuple[int, float], Excitation] = {}
+    excitations: dict[tuple[int, float], Excitation] = {}
     curve = (study.cases.radius, study.cases.cant_deficiency)
-    found = []
-    for lines, speed in product(laid, study.cases.speed):
-        for line in lines:
-            road = roads.setdefault((id(line), speed), Excitation(line, speed))
-            found += [Case(road, vehicle, s, d, *curve) for (s, d), vehicle in vehicles.items()]
-    return found
+    cases = []
+    for of_track, speed in product(sources, study.cases.speed):
+        for source in of_track:
+            excitation = excitations.setdefault((id(source), speed), Excitation(source, speed))
+            cases += [Case(excitation, vehicle, s, d, *curve) for (s, d), vehicle in vehicles.items()]
+    return cases
+
+
+def _track_sources(study: Study, fresh: int | None) -> list[list[TrackSource]]:
+    """Return the generated or read tracks, [track][seed]; the same track and seed are the same object."""
+    known: dict[tuple[str, int | None], TrackSource] = {}
+    sources = []
+    for track in study.cases.track:
+        seeds = seeds_of(study, track, fresh)
+        for seed in seeds:
+            if (track, seed) not in known:
+                known[track, seed] = resolve_track(_track_path(study, track), seed)
+        sources.append([known[track, seed] for seed in seeds])
+    return sources
 
 
 def _vehicles(study: Study, seed: int) -> dict[tuple[int, int], ParameterisedModel]:
     paths = tuple(variable.path for variable in study.variables)
-    found = {}
-    for s, changes in enumerate(study.cases.scenario):
-        model = model_of(in_scenario(study.design, changes))
-        for d, deviations in enumerate(draws(model.design, study.cases.draws, [seed, DRAWS])):
-            found[s, d] = ParameterisedModel(model, paths, deviations)
-    return found
+    vehicles = {}
+    for s, overrides in enumerate(study.cases.scenario):
+        model = resolve_model(apply_scenario(study.design, overrides))
+        for d, deviations in enumerate(
+            draw_deviations(model.design, study.cases.draws, [seed, PARAMETER_SAMPLE_STREAM])
+        ):
+            vehicles[s, d] = ParameterisedModel(model, paths, deviations)
+    return vehicles
 
 
-def too_short(cases: Sequence[Case]) -> Case | None:
-    """A case too short for n_mv, None where all are long enough."""
-    return next((case for case in cases if case.road.duration < FEWEST_BLOCKS * BLOCK), None)
+def case_too_short_for_n_mv(cases: Sequence[Case]) -> Case | None:
+    """Return a case too short for n_mv, None if all are long enough."""
+    return next((case for case in cases if case.excitation.duration < MIN_BLOCKS * BLOCK_DURATION), None)

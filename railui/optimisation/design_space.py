@@ -1,4 +1,4 @@
-"""What every search walks in: ranges as a unit cube, the first generation, designs tried and judged together."""
+"""Design space of a study: ranges as a unit cube, the initial population, generations of designs."""
 
 from __future__ import annotations
 
@@ -9,67 +9,80 @@ from typing import Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.optimisation.objectives import BAD, Assessed, sign
+from railui.optimisation.objectives import PENALTY, Assessment, objective_sign
 from railui.optimisation.study import Study, Variable
 
-SAMPLING: Final = 0  # what the random numbers of the first generation are keyed by, beside the seed
-DECADE: Final = 10.0  # from this ratio of its ends on, a positive range is searched in its logarithm
+INITIAL_POPULATION_STREAM: Final = 0  # random stream of the initial population, combined with the seed
+MIN_LOGARITHMIC_RATIO: Final = 10.0  # a positive range with at least this ratio of its ends is scaled by its logarithm
 
 
-class Ranges:
-    """The variables' ranges as a unit cube; a positive range over a decade or more by its logarithm.
+class DesignSpace:
+    """Mapping between the ranges of variables and the unit cube.
 
-    >>> ranges = Ranges([Variable("vehicle.secondary.yaw_damping", 1e3, 1e5, "N*m*s/rad")])
-    >>> ranges.values(np.array([[0.5]])).round(6).tolist(), ranges.unit(np.array([[1e5]])).tolist()
+    A positive range over a decade or more is scaled by its logarithm, any other range linearly.
+
+    Examples
+    --------
+    >>> space = DesignSpace([Variable("vehicle.secondary.yaw_damping", 1e3, 1e5, "N*m*s/rad")])
+    >>> space.from_unit(np.array([[0.5]])).round(6).tolist(), space.to_unit(np.array([[1e5]])).tolist()
     ([[10000.0]], [[1.0]])
     """
 
     def __init__(self, variables: Sequence[Variable]) -> None:
         self.low = np.array([variable.lowest for variable in variables])
         self.high = np.array([variable.highest for variable in variables])
-        self.decades = (self.low > 0) & (self.high >= DECADE * self.low)
-        self.ratio = np.where(self.decades, self.high / np.where(self.decades, self.low, 1.0), DECADE)
+        self.is_logarithmic = (self.low > 0) & (self.high >= MIN_LOGARITHMIC_RATIO * self.low)
+        safe_low = np.where(self.is_logarithmic, self.low, 1.0)
+        self.ratio = np.where(self.is_logarithmic, self.high / safe_low, MIN_LOGARITHMIC_RATIO)
 
-    def values(self, unit: FloatArray) -> FloatArray:
-        """Values [n, variable] of points [n, variable] in the cube."""
-        even = self.low + unit * (self.high - self.low)
-        return np.clip(np.where(self.decades, self.low * self.ratio**unit, even), self.low, self.high)
+    def from_unit(self, unit: FloatArray) -> FloatArray:
+        """Return the values [n, variable] of points [n, variable] in the unit cube."""
+        linear = self.low + unit * (self.high - self.low)
+        return np.clip(np.where(self.is_logarithmic, self.low * self.ratio**unit, linear), self.low, self.high)
 
-    def unit(self, values: FloatArray) -> FloatArray:
-        """Points of the cube, outside it where a value is out of range."""
-        positive = np.maximum(values, np.finfo(float).tiny) / np.where(self.decades, self.low, 1.0)
-        even = (values - self.low) / (self.high - self.low)
-        return np.asarray(np.where(self.decades, np.log(positive) / np.log(self.ratio), even))
+    def to_unit(self, values: FloatArray) -> FloatArray:
+        """Return points [n, variable] of the unit cube; a value out of range gives a point outside the cube."""
+        safe_low = np.where(self.is_logarithmic, self.low, 1.0)
+        positive = np.maximum(values, np.finfo(float).tiny) / safe_low
+        linear = (values - self.low) / (self.high - self.low)
+        return np.asarray(np.where(self.is_logarithmic, np.log(positive) / np.log(self.ratio), linear))
 
 
-def first_generation(ranges: Ranges, count: int, declared: FloatArray, seed: int) -> FloatArray:
-    """A Latin hypercube [count, variable] in the unit cube.
+def initial_population(space: DesignSpace, count: int, baseline: FloatArray, seed: int) -> FloatArray:
+    """Return a Latin hypercube [count, variable] in the unit cube.
 
-    The first point is the vehicle as it is, `declared` [variable], where that lies inside the ranges.
+    The first point is the unchanged vehicle, `baseline` [variable], if it lies inside the ranges.
     """
-    rng = np.random.default_rng(np.random.SeedSequence([seed, SAMPLING]))
-    strata = rng.permuted(np.tile(np.arange(count), (len(declared), 1)), axis=1).T
-    found = (strata + rng.random(strata.shape)) / count
-    here = ranges.unit(declared)
-    if np.all((here >= 0) & (here <= 1)):
-        found[0] = here
-    return np.asarray(found)
+    rng = np.random.default_rng(np.random.SeedSequence([seed, INITIAL_POPULATION_STREAM]))
+    strata = rng.permuted(np.tile(np.arange(count), (len(baseline), 1)), axis=1).T
+    points = (strata + rng.random(strata.shape)) / count
+    baseline_point = space.to_unit(baseline)
+    if np.all((baseline_point >= 0) & (baseline_point <= 1)):
+        points[0] = baseline_point
+    return np.asarray(points)
 
 
 @dataclass(frozen=True, eq=False)
 class Generation:
-    """Designs tried together: values x [n, variable] and how they were judged; values of the front so far."""
+    """Designs x [n, variable] evaluated together, their assessment, and the front [m, variable] so far."""
 
     x: FloatArray
-    judged: Assessed
+    assessment: Assessment
     front: FloatArray
 
 
-Judge = Callable[[FloatArray], Assessed]
+# objectives and constraints of designs [n, variable]
+Assess = Callable[[FloatArray], Assessment]
 
 
-def relative_to(study: Study, judged: Assessed) -> FloatArray:
-    """Objectives [n, aim] of which less is better; what is infinite or missing is as bad as can be."""
-    senses = np.array([sign(objective) for objective in study.objectives])
-    # a NaN would cut pymoo's front without a word
-    return np.asarray(np.clip(np.nan_to_num(senses * judged.objectives, nan=BAD), -BAD, BAD))
+def minimised_objectives(study: Study, assessment: Assessment) -> FloatArray:
+    """Return the objectives [n, objective] with the sign of minimisation, finite for the search."""
+    signs = np.array([objective_sign(objective) for objective in study.objectives])
+    # pymoo drops a NaN from its front silently
+    finite = np.nan_to_num(signs * assessment.objectives, nan=PENALTY)
+    return np.asarray(np.clip(finite, -PENALTY, PENALTY))
+
+
+def values_by_path(study: Study, x: FloatArray) -> dict[str, float]:
+    """Return the values of a design x [variable] by path."""
+    return {variable.path: float(value) for variable, value in zip(study.variables, x, strict=True)}

@@ -1,4 +1,4 @@
-"""The keys of what ride, stability and curve tell: what a study may aim at."""
+"""Keys of the results of ride, stability and curve that a study may use as objectives and constraints."""
 
 from __future__ import annotations
 
@@ -6,48 +6,58 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Result:
-    """One key: which question answers it, its unit, and how many numbers it is.
+class ResponseKey:
+    """Key of a result.
 
-    `many`: a list, of which the largest magnitude counts. `word`: no number, nothing to aim at.
+    Attributes
+    ----------
+    key : str
+        Name in the JSON result of the analysis.
+    analysis : str
+        Analysis that computes it: ride, stability or curve.
+    unit : str
+        SI unit.
+    is_list : bool
+        The result is a list; a study uses its largest magnitude.
+    is_text : bool
+        The result is not a number; a study cannot use it.
     """
 
     key: str
-    question: str
+    analysis: str
     unit: str = "1"
-    many: bool = False
-    word: bool = False
+    is_list: bool = False
+    is_text: bool = False
 
 
-RESULTS: dict[str, Result] = {
+RESPONSE_KEYS: dict[str, ResponseKey] = {
     r.key: r
     for r in (
-        Result("score", "ride"),
-        Result("class", "ride", word=True),
-        Result("decided_by", "ride", word=True),
-        Result("comfort_hours", "ride", "h"),
-        Result("comfort_clipped", "ride", word=True),
-        Result("comfort_point", "ride", word=True),
-        Result("weighted_acceleration", "ride", "m/s^2"),
-        Result("weighted_acceleration_1974", "ride", "m/s^2"),
-        Result("flange_fraction", "ride"),
-        Result("flange_fractions", "ride", many=True),
-        Result("flange_fraction_gaussian", "ride"),
-        Result("flange_margin", "ride"),
-        Result("n_mv", "ride"),
-        Result("wz", "ride"),
-        Result("linear_critical_speed", "stability", "m/s"),
-        Result("linear_critical_frequency", "stability", "Hz"),
-        Result("linear_damping", "stability"),
-        Result("klingel_wavelength", "stability", "m"),
-        Result("fold_speed", "stability", "m/s"),
-        Result("practical_critical_speed", "stability", "m/s"),
-        Result("modes", "stability", word=True),
-        Result("displacement", "curve", "m", many=True),
-        Result("angle_of_attack", "curve", "rad", many=True),
-        Result("guiding_force", "curve", "N", many=True),
-        Result("wear_number", "curve", "N"),
+        ResponseKey("score", "ride"),
+        ResponseKey("class", "ride", is_text=True),
+        ResponseKey("decided_by", "ride", is_text=True),
+        ResponseKey("comfort_hours", "ride", "h"),
+        ResponseKey("comfort_clipped", "ride", is_text=True),
+        ResponseKey("comfort_point", "ride", is_text=True),
+        ResponseKey("weighted_acceleration", "ride", "m/s^2"),
+        ResponseKey("weighted_acceleration_1974", "ride", "m/s^2"),
+        ResponseKey("flange_fraction", "ride"),
+        ResponseKey("flange_fractions", "ride", is_list=True),
+        ResponseKey("flange_fraction_gaussian", "ride"),
+        ResponseKey("flange_margin", "ride"),
+        ResponseKey("n_mv", "ride"),
+        ResponseKey("wz", "ride"),
+        ResponseKey("linear_critical_speed", "stability", "m/s"),
+        ResponseKey("linear_critical_frequency", "stability", "Hz"),
+        ResponseKey("linear_damping", "stability"),
+        ResponseKey("klingel_wavelength", "stability", "m"),
+        ResponseKey("fold_speed", "stability", "m/s"),
+        ResponseKey("practical_critical_speed", "stability", "m/s"),
+        ResponseKey("modes", "stability", is_text=True),
+        ResponseKey("displacement", "curve", "m", is_list=True),
+        ResponseKey("angle_of_attack", "curve", "rad", is_list=True),
+        ResponseKey("guiding_force", "curve", "N", is_list=True),
+        ResponseKey("wear_number", "curve", "N"),
     )
 }
-# what may be aimed at
-NUMBERS = tuple(r.key for r in RESULTS.values() if not r.word)
+NUMERIC_KEYS = tuple(r.key for r in RESPONSE_KEYS.values() if not r.is_text)

@@ -1,4 +1,4 @@
-"""What the questions ride, stability and curve answer of many vehicles of one case: the keys that a study may name."""
+"""Responses of many vehicles in one case: the keys of ride, stability and curve that a study may use."""
 
 from __future__ import annotations
 
@@ -11,182 +11,215 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.curving import solve_equilibria
-from railui.hunting.critical_speed import linear_many
+from railui.hunting.critical_speed import linear_stability_many
 from railui.hunting.limit_cycles import nonlinear_critical_speeds
-from railui.hunting.summary import SPEEDS, practical_critical_speed
+from railui.hunting.summary import DEFAULT_SPEEDS, practical_critical_speed
+from railui.memo import IdentityCache
 from railui.optimisation.cases import Case
-from railui.optimisation.response_keys import RESULTS
-from railui.ride_quality.comfort import n_mv, ride_value
+from railui.optimisation.response_keys import RESPONSE_KEYS
+from railui.ride_quality.comfort import n_mv, sperling_wz
 from railui.ride_quality.score import score_many
-from railui.ride_quality.statistics import statistics_many
+from railui.ride_quality.statistics import ride_statistics
 from railui.track.excitation import Excitation
 from railui.vehicle.linear import damping_ratio, eigenvalues
 from railui.vehicle.model import Model
 
-Answer = Callable[[Case, FloatArray, Collection[str], int], "Responses"]
+Analysis = Callable[[Case, FloatArray, Collection[str], int], "Responses"]
+RowsAndSteps = tuple[NDArray[np.int64], NDArray[np.int64]]
 
+# reasons of failure, which are keys of `failures` in the result
 DIVERGED: Final = "left the track"
-STIFF: Final = "too stiff to be stepped"
-UNHELD: Final = "no equilibrium in the curve"
-HIGHEST: Final = SPEEDS[-1]  # m/s up to which critical speeds are looked for
-LINEAR: Final = {"linear_critical_speed", "linear_critical_frequency", "klingel_wavelength"}
-MOST_STEPPABLE: Final = 64  # pieces of work of which the steps are remembered
-_STEPPABLE: dict[tuple[int, float, float, bytes], tuple[Model, NDArray[np.int64], NDArray[np.int64]]] = {}
-EACH: Final = {"fold_speed", "practical_critical_speed"}
+TOO_STIFF: Final = "too stiff to be stepped"
+NO_EQUILIBRIUM: Final = "no equilibrium in the curve"
+
+MAX_SPEED: Final = DEFAULT_SPEEDS[-1]  # m/s, upper end of the search for critical speeds
+LINEAR_KEYS: Final = {"linear_critical_speed", "linear_critical_frequency", "klingel_wavelength"}
+NONLINEAR_KEYS: Final = {"fold_speed", "practical_critical_speed"}
+_STEPS = IdentityCache[RowsAndSteps](max_size=64)  # tracks and seeds of a study share them
 
 
 @dataclass(frozen=True, eq=False)
 class Responses:
-    """Numbers of n vehicles: values [n] by key, travelled [n] (the share of the way, 1 all of it), reasons [n].
+    """Responses of n vehicles in one case.
 
-    A reason says why a vehicle failed; it is empty where it did not.
+    Attributes
+    ----------
+    values : dict of str to float [n]
+        Values by key.
+    distance_share : float [n]
+        Completed share of the track; 1 unless the vehicle failed.
+    reasons : list of str [n]
+        Reason of failure; empty for a vehicle that did not fail.
     """
 
     values: dict[str, FloatArray]
-    travelled: FloatArray
+    distance_share: FloatArray
     reasons: list[str]
 
     @classmethod
     def failed(cls, count: int, keys: Collection[str], reason: str) -> Responses:
-        """Vehicles of which nothing is known but why."""
+        """Return the responses of vehicles that all failed for a reason."""
         return cls({key: np.full(count, np.nan) for key in keys}, np.zeros(count), [reason] * count)
 
 
 def evaluate_case(case: Case, rows: FloatArray, keys: Collection[str], jobs: int = 1) -> Responses:
-    """The keys of vehicles, rows [n, row], of one case; each question is asked once.
+    """Evaluate keys for many vehicles in one case; each analysis runs once.
 
-    A vehicle's digits depend on nothing but itself. Raises ValueError for what cannot be asked of any vehicle.
+    The result of a vehicle does not depend on the other rows.
+
+    Parameters
+    ----------
+    case : Case
+    rows : float [n, row]
+        Kernel rows of the vehicles.
+    keys : collection of str
+        Numeric keys of `RESPONSE_KEYS`.
+    jobs : int
+        Number of threads.
+
+    Raises
+    ------
+    ValueError
+        For a key that cannot be evaluated for any vehicle.
     """
-    found = Responses({}, np.ones(len(rows)), [""] * len(rows))
-    for question, answer in RESPONSES.items():
-        asked = [key for key in keys if RESULTS[key].question == question]
-        if asked:
-            one = answer(case, rows, asked, jobs)
-            found.values.update(one.values)
-            np.minimum(found.travelled, one.travelled, out=found.travelled)
-            found.reasons[:] = [a or b for a, b in zip(found.reasons, one.reasons, strict=True)]
-    return found
+    result = Responses({}, np.ones(len(rows)), [""] * len(rows))
+    for analysis, evaluate in ANALYSES.items():
+        own_keys = [key for key in keys if RESPONSE_KEYS[key].analysis == analysis]
+        if own_keys:
+            part = evaluate(case, rows, own_keys, jobs)
+            result.values.update(part.values)
+            np.minimum(result.distance_share, part.distance_share, out=result.distance_share)
+            result.reasons[:] = [a or b for a, b in zip(result.reasons, part.reasons, strict=True)]
+    return result
 
 
-def ride_answers(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:
-    """Riding quality on the case's road."""
-    model, road = case.vehicle.model, case.road
-    found = Responses.failed(len(rows), keys, STIFF)
-    able, steps = steppable(model, rows, road)
-    if able.size:
-        statistics = statistics_many(model, rows[able], road, steps=steps, jobs=jobs)
-        start, length = road.track.s[0], road.track.length
-        lost = np.isfinite(statistics["lost_at"])
-        share = np.minimum((statistics["lost_at"] - start) / length, 1 - 1e-9)
-        found.travelled[able] = np.where(lost, share, 1.0)
-        for i, gone in zip(able, lost, strict=True):
-            found.reasons[i] = DIVERGED if gone else ""
-        for key, values in _scored(model, statistics, road, keys).items():
-            found.values[key][able] = values
-    return found
+def ride_responses(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:
+    """Evaluate keys of ride on the case's excitation."""
+    model, excitation = case.vehicle.model, case.excitation
+    result = Responses.failed(len(rows), keys, TOO_STIFF)
+    integrable, steps = integrable_rows(model, rows, excitation)
+    if not integrable.size:
+        return result
+    statistics = ride_statistics(model, rows[integrable], excitation, steps=steps, jobs=jobs)
+    start, length = excitation.track.s[0], excitation.track.length
+    diverged_at = statistics["lost_at"]
+    has_diverged = np.isfinite(diverged_at)
+    share = np.minimum((diverged_at - start) / length, 1 - 1e-9)
+    result.distance_share[integrable] = np.where(has_diverged, share, 1.0)
+    for i, failed in zip(integrable, has_diverged, strict=True):
+        result.reasons[i] = DIVERGED if failed else ""
+    for key, values in _ride_values(model, statistics, excitation, keys).items():
+        result.values[key][integrable] = values
+    return result
 
 
-def steppable(model: Model, rows: FloatArray, road: Excitation) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which rows can be stepped on a road, and their steps per sample; the others are too stiff for it."""
-    key = (id(model), road.speed, road.dt, rows.tobytes())
-    known = _STEPPABLE.get(key)  # tracks and seeds ask the same
-    if known is None or known[0] is not model:
-        known = _STEPPABLE[key] = (model, *_steppable(model, rows, road))
-        for oldest in list(_STEPPABLE)[:-MOST_STEPPABLE]:
-            _STEPPABLE.pop(oldest, None)
-    return known[1:]
+def integrable_rows(model: Model, rows: FloatArray, excitation: Excitation) -> RowsAndSteps:
+    """Return the indices of rows that can be integrated on a track, and their time steps per track sample.
+
+    The other rows are too stiff for the greatest number of steps.
+    """
+    key = (excitation.speed, excitation.dt, rows.tobytes())
+    return _STEPS.get(key, lambda: _count_steps(model, rows, excitation), owner=model)
 
 
-def _steppable(model: Model, rows: FloatArray, road: Excitation) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _count_steps(model: Model, rows: FloatArray, excitation: Excitation) -> RowsAndSteps:
     vehicles = model.vehicles()
 
     def steps(some: FloatArray) -> list[int]:
         try:
-            return vehicles.steps(model.batch(some), road.speed, road.speed, road.dt)
+            return vehicles.required_steps(model.batch(some), excitation.speed, excitation.speed, excitation.dt)
         except ValueError:
             return []
 
-    if found := steps(rows):
-        return np.arange(len(rows)), np.array(found)
-    each = [(i, *steps(rows[i : i + 1])) for i in range(len(rows))]
-    able = np.array([pair for pair in each if len(pair) == 2], dtype=np.int64).reshape(-1, 2)
-    return able[:, 0], able[:, 1]
+    if all_steps := steps(rows):
+        return np.arange(len(rows)), np.array(all_steps)
+    row_steps = [(i, *steps(rows[i : i + 1])) for i in range(len(rows))]
+    integrable = np.array([pair for pair in row_steps if len(pair) == 2], dtype=np.int64).reshape(-1, 2)
+    return integrable[:, 0], integrable[:, 1]
 
 
-def _scored(
-    model: Model, statistics: dict[str, FloatArray], road: Excitation, keys: Collection[str]
+def _ride_values(
+    model: Model, statistics: dict[str, FloatArray], excitation: Excitation, keys: Collection[str]
 ) -> dict[str, FloatArray]:
-    """Values [n] of ride keys from statistics, each vehicle against its own clearance."""
-    widen = float(road.track.gauge.mean()) / 2 if model.design.gauge_widens_clearance else 0.0
-    riding, clearance = model.design.riding, statistics["clearance"] + widen
-    found: dict[str, FloatArray] = {}
-    for c in np.unique(clearance):
-        here = np.flatnonzero(clearance == c)
-        scored = score_many({name: values[here] for name, values in statistics.items()}, riding, float(c))
-        for key in set(keys) & set(scored):
-            found.setdefault(key, np.zeros(len(clearance)))[here] = scored[key]
+    """Return values [n] of ride keys from statistics, each vehicle scored with its own flange clearance."""
+    gauge_widening = float(excitation.track.gauge.mean()) / 2 if model.design.gauge_widens_clearance else 0.0
+    clearances = statistics["clearance"] + gauge_widening
+    values: dict[str, FloatArray] = {}
+    for clearance in np.unique(clearances):
+        index = np.flatnonzero(clearances == clearance)
+        part = {name: column[index] for name, column in statistics.items()}
+        scores = score_many(part, model.design.riding, float(clearance))
+        for key in set(keys) & set(scores):
+            values.setdefault(key, np.zeros(len(clearances)))[index] = scores[key]
     if "flange_fractions" in keys:
-        found["flange_fractions"] = statistics["flange_fractions"].max(axis=1)
+        values["flange_fractions"] = statistics["flange_fractions"].max(axis=1)
     if "wz" in keys:
-        found["wz"] = ride_value(statistics["wz"])
+        values["wz"] = sperling_wz(statistics["wz"])
     if "n_mv" in keys:
-        blocks = (n_mv(one) for one in statistics["block_rms"])
-        found["n_mv"] = np.array([np.nan if value is None else value for value in blocks])
-    return found
+        indices = (n_mv(blocks) for blocks in statistics["block_rms"])
+        values["n_mv"] = np.array([np.nan if value is None else value for value in indices])
+    return values
 
 
-def stability_answers(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:
-    """Stability: linear_damping at the case's speed, critical speeds up to 90 m/s, which stands for none.
+def stability_responses(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:
+    """Evaluate keys of stability; a critical speed above `MAX_SPEED` counts as `MAX_SPEED`.
 
-    The critical speed in practice is that of the case's track.
+    linear_damping is that at the case's speed, practical_critical_speed that on the case's track.
     """
-    model, asked, found = case.vehicle.model, set(keys), dict[str, FloatArray]()
+    model, asked = case.vehicle.model, set(keys)
+    values: dict[str, FloatArray] = {}
     if "linear_damping" in asked:
-        found["linear_damping"] = linear_damping(model, rows, case.road.speed)
-    if asked & LINEAR:
-        linear = linear_many(model, rows, [HIGHEST])
-        linear["linear_critical_speed"] = np.minimum(linear["linear_critical_speed"], HIGHEST)
-        found |= {key: linear[key] for key in asked & LINEAR}
-    if asked & EACH:
-        found |= _one_by_one(case, rows, asked & EACH, jobs)
-    return Responses(found, np.ones(len(rows)), [""] * len(rows))
+        values["linear_damping"] = linear_damping(model, rows, case.excitation.speed)
+    if asked & LINEAR_KEYS:
+        linear = linear_stability_many(model, rows, [MAX_SPEED])
+        linear["linear_critical_speed"] = np.minimum(linear["linear_critical_speed"], MAX_SPEED)
+        values |= {key: linear[key] for key in asked & LINEAR_KEYS}
+    if asked & NONLINEAR_KEYS:
+        values |= _nonlinear_speeds(case, rows, asked & NONLINEAR_KEYS, jobs)
+    return Responses(values, np.ones(len(rows)), [""] * len(rows))
 
 
-def _one_by_one(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> dict[str, FloatArray]:
-    """What is followed vehicle by vehicle: the fold, and the critical speed in practice on the case's track."""
+def _nonlinear_speeds(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> dict[str, FloatArray]:
+    """Return the critical speeds [n] that are computed vehicle by vehicle."""
     model = case.vehicle.model
-    models = [model.with_row(list(model.columns), row) for row in rows]
-    found: dict[str, FloatArray] = {}
+    models = [model.with_path_values(list(model.columns), row) for row in rows]
+    values: dict[str, FloatArray] = {}
     if "fold_speed" in keys:
-        found["fold_speed"] = np.nan_to_num(nonlinear_critical_speeds(models, SPEEDS, jobs), nan=HIGHEST)
+        values["fold_speed"] = np.nan_to_num(nonlinear_critical_speeds(models, DEFAULT_SPEEDS, jobs), nan=MAX_SPEED)
     if "practical_critical_speed" in keys:
-        speeds = [practical_critical_speed(one, case.road.laid, SPEEDS, jobs)["speed"] for one in models]
-        found["practical_critical_speed"] = np.array([HIGHEST if speed is None else speed for speed in speeds])
-    return found
+        source = case.excitation.source
+        speeds = [practical_critical_speed(vehicle, source, DEFAULT_SPEEDS, jobs)["speed"] for vehicle in models]
+        values["practical_critical_speed"] = np.array([MAX_SPEED if speed is None else speed for speed in speeds])
+    return values
 
 
 def linear_damping(model: Model, rows: FloatArray, speed: float) -> FloatArray:
-    """Damping ratio [n] of the least damped mode of linear vehicles [n, row] at a speed [m/s].
+    """Return the damping ratio [n] of the least damped mode of linear vehicles [n, row] at a speed [m/s].
 
-    Whether hunting or the frame on its springs: 0 at the linear critical speed, negative above.
+    The mode may be hunting or a mode of the bogie frame. The ratio is 0 at the linear critical speed and negative
+    above it.
 
-    >>> from railui.ride_quality.evaluation import model_of
-    >>> model = model_of("designs/check_bogie.yaml")
+    >>> from railui.vehicle.resolve import resolve_model
+    >>> model = resolve_model("designs/check_bogie.yaml")
     >>> round(float(linear_damping(model, model.row[None], 60.0)[0]), 4)  # 0.34808/abs(0.34808 + 30.17447j)
     0.0115
     """
     return np.asarray(damping_ratio(eigenvalues(model, rows, np.full(len(rows), speed))).min(axis=1))
 
 
-def curve_answers(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:
-    """Where vehicles stand in the case's curve; of several wheelsets the largest magnitude counts."""
+def curve_responses(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:
+    """Evaluate keys of the equilibrium in the case's curve; of several wheelsets the largest magnitude counts."""
     n = len(rows)
-    stands = solve_equilibria(case.vehicle.model, rows, np.full(n, case.radius), np.full(n, case.cant_deficiency))
-    stood = np.isfinite(stands.wear_number)
-    told = {key: getattr(stands, key) for key in keys}
-    values = {key: np.abs(x).max(axis=1) if RESULTS[key].many else x for key, x in told.items()}
-    return Responses(values, np.where(stood, 1.0, 0.0), ["" if yes else UNHELD for yes in stood])
+    equilibria = solve_equilibria(case.vehicle.model, rows, np.full(n, case.radius), np.full(n, case.cant_deficiency))
+    has_equilibrium = np.isfinite(equilibria.wear_number)
+    arrays = {key: getattr(equilibria, key) for key in keys}
+    values = {key: np.abs(x).max(axis=1) if RESPONSE_KEYS[key].is_list else x for key, x in arrays.items()}
+    reasons = ["" if exists else NO_EQUILIBRIUM for exists in has_equilibrium]
+    return Responses(values, np.where(has_equilibrium, 1.0, 0.0), reasons)
 
 
-# a question answers its keys of many vehicles of one case
-RESPONSES: dict[str, Answer] = {"ride": ride_answers, "stability": stability_answers, "curve": curve_answers}
+ANALYSES: dict[str, Analysis] = {
+    "ride": ride_responses,
+    "stability": stability_responses,
+    "curve": curve_responses,
+}

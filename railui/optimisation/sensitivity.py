@@ -1,4 +1,4 @@
-"""What the results hang on: every number of the vehicle alone, and the variables over their ranges together."""
+"""Sensitivities: of a design to every parameter of the vehicle, and of the objectives to the variables (Sobol)."""
 
 from __future__ import annotations
 
@@ -10,103 +10,139 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.io.problems import FileProblems
 from railui.optimisation.cases import Case
-from railui.optimisation.design_space import Ranges
+from railui.optimisation.design_space import DesignSpace, values_by_path
 from railui.optimisation.evaluation import Evaluator
-from railui.optimisation.objectives import Assessed, assess, assess_by, keys_of
+from railui.optimisation.objectives import Assessment, assess, assess_responses, required_keys
 from railui.optimisation.study import Study
-from railui.vehicle.design_reader import Design
+from railui.vehicle.design import Design
 from railui.vehicle.model import Model
 from railui.vehicle.sampling import ParameterisedModel
 
-NUDGE: Final = 0.05  # of a number, up and down
-BITES: Final = 2  # what the random numbers of Sobol's samples are keyed by, beside the seed
+RELATIVE_STEP: Final = 0.05  # of a parameter, up and down
+SOBOL_STREAM: Final = 2  # random stream of Sobol's samples, combined with the seed
 
 
 def one_at_a_time(study: Study, cases: Sequence[Case], x: FloatArray, evaluator: Evaluator) -> list[dict[str, Any]]:
-    """How aims and limits of the design with values x [variable] change as each number of the vehicle rises by 10 %.
+    """Compute the changes of objectives and constraints as each parameter of a design rises by 10 %.
 
-    From 5 % below to 5 % above, everything else held: a row per path with its unit, its value (SI) and the
-    changes `objectives` and `constraints`, None where a neighbour fails. Source: Broersen 1976, 7.3.
+    Each parameter goes from 5 % below to 5 % above its value, all others fixed.
+
+    Parameters
+    ----------
+    study : Study
+    cases : sequence of Case
+    x : float [variable]
+        Design.
+    evaluator : Evaluator
+
+    Returns
+    -------
+    list of dict
+        Per path its unit, its value (SI) and the changes `objectives` and `constraints`, NaN if a perturbed design
+        fails.
+
+    References
+    ----------
+    Broersen 1976, 7.3.
     """
-    here = study.design.with_values({v.path: float(value) for v, value in zip(study.variables, x, strict=True)})
-    paths = [path for path in here.paths() if here.value(path) and _nudged(here, path) is not None]
-    numbers = evaluator(cases, _rows(study, cases, x, paths), keys_of(study))
-    judged = assess_by(study, numbers)
-    objectives, limits = (_rises(table, judged) for table in (judged.objectives, judged.constraints))
+    design = study.design.with_values(values_by_path(study, x))
+    paths = [path for path in design.paths() if design.value(path) and _perturbed(design, path) is not None]
+    table = evaluator(cases, _perturbed_rows(study, cases, x, paths), required_keys(study))
+    assessment = assess_responses(study, table)
+    objectives = _differences(assessment.objectives, assessment)
+    constraints = _differences(assessment.constraints, assessment)
     return [
         {
             "path": path,
-            "unit": here.unit(path),
-            "value": here.value(path),
+            "unit": design.unit(path),
+            "value": design.value(path),
             "objectives": objectives[i].tolist(),
-            "constraints": limits[i].tolist(),
+            "constraints": constraints[i].tolist(),
         }
         for i, path in enumerate(paths)
     ]
 
 
-def _rises(table: FloatArray, judged: Assessed) -> FloatArray:
-    """From the lower to the upper neighbour, NaN where one of them failed."""
-    kept = np.where((judged.travelled < 1)[:, None], np.nan, table)
-    return np.asarray(kept[1::2] - kept[::2])
+def _differences(values: FloatArray, assessment: Assessment) -> FloatArray:
+    """Return the change [path] from the lower to the upper perturbed design, NaN if one of them failed."""
+    valid = np.where((assessment.distance_share < 1)[:, None], np.nan, values)
+    return np.asarray(valid[1::2] - valid[::2])
 
 
-def _nudged(design: Design, path: str) -> list[Design] | None:
-    """The design with one number lower and higher; None where it cannot be either."""
+def _perturbed(design: Design, path: str) -> list[Design] | None:
+    """Return the design with one parameter lower and higher; None if a value is outside the permitted range."""
     try:
-        return [design.with_values({path: design.value(path) * factor}) for factor in (1 - NUDGE, 1 + NUDGE)]
+        factors = (1 - RELATIVE_STEP, 1 + RELATIVE_STEP)
+        return [design.with_values({path: design.value(path) * factor}) for factor in factors]
     except FileProblems:
         return None
 
 
-def _rows(study: Study, cases: Sequence[Case], x: FloatArray, paths: Sequence[str]) -> list[FloatArray]:
-    """Rows [2 x path, row] of both neighbours in every number, for each case."""
-    made: dict[int, FloatArray] = {}
-    values = {v.path: float(value) for v, value in zip(study.variables, x, strict=True)}
+def _perturbed_rows(study: Study, cases: Sequence[Case], x: FloatArray, paths: Sequence[str]) -> list[FloatArray]:
+    """Return the rows [2 x path, row] of both perturbed designs per path, for each case."""
+    known: dict[int, FloatArray] = {}
     for case in cases:
-        if id(case.vehicle) not in made:
-            design = case.vehicle.model.design.with_values(values)
-            designs = [one for path in paths for one in _nudged(design, path) or [design, design]]
-            each = [
-                ParameterisedModel(Model(one), (), case.vehicle.deviations).rows(np.zeros((1, 0)))[0] for one in designs
-            ]
-            made[id(case.vehicle)] = np.stack(each)
-    return [made[id(case.vehicle)] for case in cases]
+        if id(case.vehicle) not in known:
+            design = case.vehicle.model.design.with_values(values_by_path(study, x))
+            designs = [one for path in paths for one in _perturbed(design, path) or [design, design]]
+            known[id(case.vehicle)] = np.stack([_kernel_row(one, case) for one in designs])
+    return [known[id(case.vehicle)] for case in cases]
+
+
+def _kernel_row(design: Design, case: Case) -> FloatArray:
+    """Return the kernel row [row] of a design with the parameter deviations of a case."""
+    model = ParameterisedModel(Model(design), (), case.vehicle.deviations)
+    return np.asarray(model.rows(np.zeros((1, 0)))[0])
 
 
 def sobol(study: Study, cases: Sequence[Case], evaluator: Evaluator, samples: int) -> dict[str, Any]:
-    """Sobol's indices of every aim over the variables' ranges, from `samples` (a power of two) x (variables + 2).
+    """Compute Sobol's indices of every objective over the ranges of the variables.
 
-    `first`: the share of an aim's variance that a variable brings alone; `total`: with all it acts with.
-    `failed`: designs that failed, which stand as the worst that did not. Source: Saltelli et al., Comput. Phys.
-    Comm. 181 (2010), as scipy.stats has it.
+    Parameters
+    ----------
+    study : Study
+    cases : sequence of Case
+    evaluator : Evaluator
+    samples : int
+        A power of two; samples x (variables + 2) designs are evaluated.
+
+    Returns
+    -------
+    dict
+        Per variable `first`, the share of an objective's variance due to the variable alone, and `total`, its share
+        including interactions; `failed`, the number of failed designs, which count as the worst that did not fail.
+
+    References
+    ----------
+    Saltelli et al., Comput. Phys. Comm. 181 (2010), as implemented by scipy.stats.
     """
     from scipy import stats
 
-    ranges, failed = Ranges(study.variables), 0
+    space = DesignSpace(study.variables)
+    failed = 0
 
-    def aims(unit: FloatArray) -> FloatArray:
+    def objectives(unit: FloatArray) -> FloatArray:
         nonlocal failed
-        judged = assess(study, cases, ranges.values(unit.T), evaluator)
-        failed += int(np.sum(judged.travelled < 1))
-        return np.stack([_filled(one) for one in judged.objectives.T])
+        assessment = assess(study, cases, space.from_unit(unit.T), evaluator)
+        failed += int(np.sum(assessment.distance_share < 1))
+        return np.stack([_replace_failed(column) for column in assessment.objectives.T])
 
-    even: Any = [stats.uniform(0, 1)] * len(study.variables)
-    rng = np.random.default_rng(np.random.SeedSequence([study.method.seed, BITES]))
+    uniform: Any = [stats.uniform(0, 1)] * len(study.variables)
+    rng = np.random.default_rng(np.random.SeedSequence([study.method.seed, SOBOL_STREAM]))
     with np.errstate(invalid="ignore", divide="ignore"):
-        found = stats.sobol_indices(func=aims, n=samples, dists=even, rng=rng)
+        indices = stats.sobol_indices(func=objectives, n=samples, dists=uniform, rng=rng)
     return {
         "samples": samples,
         "failed": failed,
         "variables": [
-            {"path": v.path, "first": found.first_order[:, j].tolist(), "total": found.total_order[:, j].tolist()}
+            {"path": v.path, "first": indices.first_order[:, j].tolist(), "total": indices.total_order[:, j].tolist()}
             for j, v in enumerate(study.variables)
         ],
     }
 
 
-def _filled(values: FloatArray) -> FloatArray:
-    """Values with what failed (infinite, of its sign) at the worst that did not."""
+def _replace_failed(values: FloatArray) -> FloatArray:
+    """Replace the values of failed designs (infinite, with the bad sign) by the worst of the others."""
     finite = values[np.isfinite(values)]
     low, high = (finite.min(), finite.max()) if finite.size else (0.0, 0.0)
     return np.nan_to_num(values, nan=high, posinf=high, neginf=low)

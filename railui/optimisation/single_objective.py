@@ -1,4 +1,4 @@
-"""The search with one aim: CMA-ES over whole generations, and the polish of what a search has found."""
+"""Single-objective search: CMA-ES over whole generations, and coordinate search from the best design."""
 
 from __future__ import annotations
 
@@ -8,86 +8,100 @@ from typing import Any, Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.optimisation.design_space import Generation, Judge, Ranges, relative_to
-from railui.optimisation.objectives import BAD, Assessed, violations
+from railui.optimisation.design_space import Assess, DesignSpace, Generation, minimised_objectives
+from railui.optimisation.objectives import PENALTY, Assessment, violations
 from railui.optimisation.study import Study
 
-STEPS: Final = 1  # what the random numbers of CMA-ES are keyed by, beside the seed
-SIGMA: Final = 0.25  # first step, a share of the ranges
-COARSE, FINE = 0.05, 2.0**-13  # steps of the polish, shares of the ranges
-POLLS: Final = 60  # at most
+CMAES_STREAM: Final = 1  # random stream of CMA-ES, combined with the seed
+INITIAL_STEP: Final = 0.25  # standard deviation of the first generation of CMA-ES, share of the ranges
+INITIAL_POLL_STEP: Final = 0.05  # of the coordinate search, share of the ranges
+MIN_POLL_STEP: Final = 2.0**-13  # share of the ranges
+MAX_POLLS: Final = 60
 
 
-def merit(study: Study, judged: Assessed) -> FloatArray:
-    """One number [n] of which less is better: the aim where all limits are kept, else behind all of these."""
-    beyond = np.maximum(violations(study, judged), 0).sum(axis=1)
-    return np.where(beyond > 0, BAD * (1 + beyond), relative_to(study, judged)[:, 0])
+def merit(study: Study, assessment: Assessment) -> FloatArray:
+    """Return one number [n] to minimise: the objective if all constraints are met, else larger than any of these."""
+    violation = np.maximum(violations(study, assessment), 0).sum(axis=1)
+    return np.where(violation > 0, PENALTY * (1 + violation), minimised_objectives(study, assessment)[:, 0])
 
 
-def search_cmaes(study: Study, first: FloatArray, judge: Judge) -> Iterator[Generation]:
-    """CMA-ES from the best of a first generation in the unit cube.
+def search_cmaes(study: Study, first: FloatArray, assess: Assess) -> Iterator[Generation]:
+    """Search by CMA-ES from the best design of an initial population in the unit cube.
 
-    Its steps look at nothing but the order of designs, so a limit or a failure needs no penalty to be weighed.
-    Source: Hansen, Ostermeier, Completely derandomized self-adaptation in evolution strategies, Evol. Comp. 9
-    (2001), as the package cma has it.
+    CMA-ES uses only the order of designs, so violated constraints and failures need no weighted penalty.
+
+    References
+    ----------
+    Hansen, Ostermeier, Completely derandomized self-adaptation in evolution strategies, Evol. Comp. 9 (2001), as
+    implemented by the package cma.
     """
     from cma import CMAEvolutionStrategy
 
-    ranges, method = Ranges(study.variables), study.method
-    rng = np.random.default_rng(np.random.SeedSequence([method.seed, STEPS]))
-    one, least = first, _Best(study, ranges)
-    yield least.generation(one, judge)
+    space, method = DesignSpace(study.variables), study.method
+    rng = np.random.default_rng(np.random.SeedSequence([method.seed, CMAES_STREAM]))
+    best = _BestDesign(study, space)
+    yield best.update(first, assess)
     options: dict[str, Any] = {
-        "bounds": [0, 1], "popsize": method.population, "seed": np.nan, "verbose": -9,
+        "bounds": [0, 1],
+        "popsize": method.population,
+        "seed": np.nan,
+        "verbose": -9,
         "randn": lambda *shape: rng.standard_normal(shape),
-    }  # fmt: skip
-    search = CMAEvolutionStrategy(least.unit, SIGMA, options)
+    }
+    search = CMAEvolutionStrategy(best.unit, INITIAL_STEP, options)
     for _ in range(method.generations - 1):
         if search.stop():
             return
-        one = np.array(search.ask())
-        yield least.generation(one, judge)
-        search.tell(list(one), least.merits.tolist())
+        population = np.array(search.ask())
+        yield best.update(population, assess)
+        search.tell(list(population), best.last_merits.tolist())
 
 
-def polish(study: Study, x: FloatArray, judge: Judge) -> Iterator[Generation]:
-    """From values x [variable] to a better neighbour: every variable up and down by a step, together and alone.
+def coordinate_search(study: Study, x: FloatArray, assess: Assess) -> Iterator[Generation]:
+    """Improve values x [variable] by steps up and down in every variable.
 
-    The best of a poll is the next centre; where none is better the step is halved. Source: Kolda, Lewis,
-    Torczon, Optimization by direct search, SIAM Review 45 (2003), 3.1: the coordinate search, with the sum of
-    all steps that helped as one trial more.
+    After each poll the sum of all steps that improved the design is tried too. The best design is the next centre;
+    without an improvement the step is halved.
+
+    References
+    ----------
+    Kolda, Lewis, Torczon, Optimization by direct search, SIAM Review 45 (2003), 3.1 (coordinate search; the sum of
+    the steps is an addition).
     """
-    ranges = Ranges(study.variables)
-    best = _Best(study, ranges)
-    yield best.generation(np.clip(ranges.unit(x[None]), 0, 1), judge)
-    step = COARSE
-    for _ in range(POLLS):
-        if step < FINE:
+    space = DesignSpace(study.variables)
+    best = _BestDesign(study, space)
+    yield best.update(np.clip(space.to_unit(x[None]), 0, 1), assess)
+    step = INITIAL_POLL_STEP
+    for _ in range(MAX_POLLS):
+        if step < MIN_POLL_STEP:
             return
-        centre, before = best.unit, best.merit
+        centre, centre_merit = best.unit, best.merit
         moves = step * np.vstack([np.eye(len(centre)), -np.eye(len(centre))])
-        poll = np.clip(centre + moves, 0, 1)
-        yield best.generation(poll, judge)
-        together = moves[best.merits < before].sum(axis=0)
-        if np.count_nonzero(together) > 1:
-            yield best.generation(np.clip(centre + together, 0, 1)[None], judge)
-        if not best.merit < before:
+        yield best.update(np.clip(centre + moves, 0, 1), assess)
+        combined = moves[best.last_merits < centre_merit].sum(axis=0)
+        if np.count_nonzero(combined) > 1:
+            yield best.update(np.clip(centre + combined, 0, 1)[None], assess)
+        if not best.merit < centre_merit:
             step /= 2
 
 
-class _Best:
-    """The best design so far: its place in the unit cube, its merit; the merits of the last ones tried."""
+class _BestDesign:
+    """Best design so far as a point of the unit cube, its merit, and the merits of the designs evaluated last."""
 
-    def __init__(self, study: Study, ranges: Ranges) -> None:
-        self.study, self.ranges = study, ranges
-        self.merit, self.unit, self.merits = np.inf, np.zeros(len(ranges.low)), np.zeros(0)
+    def __init__(self, study: Study, space: DesignSpace) -> None:
+        self.study = study
+        self.space = space
+        self.merit = np.inf
+        self.unit = np.zeros(len(space.low))
+        self.last_merits = np.zeros(0)
 
-    def generation(self, unit: FloatArray, judge: Judge) -> Generation:
-        """Judges designs [n, variable] of the unit cube and keeps the best."""
-        x = self.ranges.values(unit)
-        judged = judge(x)
-        self.merits = merit(self.study, judged)
-        i = int(np.argmin(self.merits))
-        if self.merits[i] < self.merit:
-            self.merit, self.unit = float(self.merits[i]), unit[i]
-        return Generation(x, judged, self.ranges.values(self.unit[None]))
+    def update(self, unit: FloatArray, assess: Assess) -> Generation:
+        """Evaluate designs [n, variable] of the unit cube and keep the best."""
+        x = self.space.from_unit(unit)
+        assessment = assess(x)
+        self.last_merits = merit(self.study, assessment)
+        i = int(np.argmin(self.last_merits))
+        if self.last_merits[i] < self.merit:
+            self.merit = float(self.last_merits[i])
+            self.unit = unit[i]
+        return Generation(x, assessment, self.space.from_unit(self.unit[None]))

@@ -11,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.execution.dask_cluster import BUNDLE_SECONDS, DaskRunner, TaskBundle, BundleRun
+from railui.execution.dask_cluster import BundleRun, DaskRunner
+from railui.execution.task_bundles import BUNDLE_SECONDS, TaskBundle
 from railui.execution.tasks import ContentHashes, Task, TaskResult
 from railui.optimisation.cases import cases_of
 from railui.optimisation.evaluation import kernel_rows
 from railui.optimisation.study_reader import load_study
-from tests.execution.cluster import Machines
+from tests.execution.cluster import LocalCluster
 from tests.execution.small import write_study
 
 PIECES = 1000
@@ -25,8 +26,8 @@ PIECES = 1000
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
-        machines = Machines(home)
-        machines.workers(2)
+        machines = LocalCluster(home)
+        machines.start_workers(2)
         cluster = DaskRunner(machines.address)
         while cluster.workers < 2:
             cluster.update_workers()
@@ -44,7 +45,8 @@ def main() -> None:
         rides = sum(one.seconds for one in done[1:]) / 2
         each = (seconds - rides) / PIECES
         print(f"{PIECES} pieces in {seconds:.2f} s, {rides:.2f} s of it rides: {1e3 * each:.2f} ms a piece")
-        print(f"a scheduler and its client keep {BUNDLE_SECONDS / each:.0f} workers busy with pieces of {BUNDLE_SECONDS:g} s")
+        workers = BUNDLE_SECONDS / each
+        print(f"a scheduler and its client keep {workers:.0f} workers busy with bundles of {BUNDLE_SECONDS:g} s")
         cluster.close()
         machines.stop()
 

@@ -1,1 +1,1 @@
-"""Searches that are killed, resumed and spread."""
+"""Tests of searches that are interrupted, resumed and distributed."""

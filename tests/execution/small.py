@@ -28,26 +28,26 @@ method: {{population: {population}, generations: {generations}, seed: 1}}
 
 
 def write_study(
-    home: Path, length: int = 300, population: int = 16, generations: int = 4, vehicle: Path = BOGIE
+    directory: Path, length: int = 300, population: int = 16, generations: int = 4, vehicle: Path = BOGIE
 ) -> Path:
-    """A study file."""
-    path = home / "study.yaml"
-    told = {"length": length, "population": population, "generations": generations, "vehicle": vehicle}
-    path.write_text(STUDY.format(**told), "utf-8")
+    """Write a study file."""
+    path = directory / "study.yaml"
+    text = STUDY.format(length=length, population=population, generations=generations, vehicle=vehicle)
+    path.write_text(text, "utf-8")
     return path
 
 
-def railui(*words: object) -> list[str]:
-    """The command line of a railui process."""
-    return [sys.executable, "-m", "railui", *map(str, words)]
+def railui(*arguments: object) -> list[str]:
+    """Return the command line of a railui process."""
+    return [sys.executable, "-m", "railui", *map(str, arguments)]
 
 
-def run(*words: object) -> subprocess.CompletedProcess[str]:
-    """A railui process, to its end."""
-    return subprocess.run(railui(*words), capture_output=True, text=True, timeout=240)
+def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run a railui process to its end."""
+    return subprocess.run(railui(*arguments), capture_output=True, text=True, timeout=240)
 
 
 def result(directory: Path) -> dict[str, Any]:
-    """What a search found, without its time."""
-    found: dict[str, Any] = json.loads((directory / "result.json").read_text("utf-8"))
-    return {key: value for key, value in found.items() if key not in ("seconds", "inputs")}
+    """Read the result of a search without its duration and inputs."""
+    document: dict[str, Any] = json.loads((directory / "result.json").read_text("utf-8"))
+    return {key: value for key, value in document.items() if key not in ("seconds", "inputs")}

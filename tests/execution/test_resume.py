@@ -1,4 +1,4 @@
-"""Nothing is lost: killed at any moment, a search resumes and finds what it would have found."""
+"""A search that is killed at any moment resumes with the result of an uninterrupted one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from railui.execution.cache import Store
+from railui.execution.cache import ResultCache
 from tests.execution.small import railui, result, run, write_study
 
 
@@ -21,62 +21,64 @@ def start(study: Path, out: Path, jobs: int = 2) -> subprocess.Popen[bytes]:
     )
 
 
-def await_results(out: Path, count: int, process: subprocess.Popen[bytes] | subprocess.Popen[str]) -> None:
-    """Waits until a running search has kept so many rides; fails where it ends before."""
-    until = time.monotonic() + 60
-    while not (out / "results.sqlite").exists() or stored(out) < count:
-        assert time.monotonic() < until and process.poll() is None, f"{stored(out)} of {count} rides were kept"
+def wait_for_results(out: Path, count: int, process: subprocess.Popen[bytes] | subprocess.Popen[str]) -> None:
+    """Wait until a running search has stored so many simulations; fail if it ends before."""
+    deadline = time.monotonic() + 60
+    while not (out / "results.sqlite").exists() or count_stored(out) < count:
+        in_time = time.monotonic() < deadline and process.poll() is None
+        assert in_time, f"{count_stored(out)} of {count} simulations were stored"
         time.sleep(0.01)
     assert process.poll() is None, "the search is too short to be disturbed"
 
 
-def stored(out: Path) -> int:
+def count_stored(out: Path) -> int:
     try:
-        store = Store(out, readonly=True)
+        cache = ResultCache(out, readonly=True)
         try:
-            return len(store)
+            return len(cache)
         finally:
-            store.close()
-    except OSError:  # not begun
+            cache.close()
+    except OSError:  # not started
         return 0
 
 
 @pytest.mark.parametrize(
-    ("most", "fewest", "longest", "generations"),
+    ("max_kills", "min_kills", "max_delay", "generations"),
     [(3, 2, 2.0, 8), pytest.param(50, 50, 1.6, 60, marks=[pytest.mark.slow, pytest.mark.timeout(1800)])],
 )
-def test_killed_at_random_moments_the_front_is_the_uninterrupted_one_bit_for_bit(
-    tmp_path: Path, most: int, fewest: int, longest: float, generations: int
+def test_after_kills_at_random_moments_the_front_is_the_same_bit_for_bit(
+    tmp_path: Path, max_kills: int, min_kills: int, max_delay: float, generations: int
 ) -> None:
     study = write_study(tmp_path, length=1000, population=32, generations=generations)
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     assert run("optimise", study, "-o", whole).returncode == 0
-    began = time.monotonic()
-    moments, kills = random.Random(7), 0
-    while kills < most:
-        before = stored(broken)
+    start_time = time.monotonic()
+    rng, kills = random.Random(7), 0
+    while kills < max_kills:
+        stored = count_stored(broken)
         process = start(study, broken)
-        time.sleep(moments.uniform(0.3, longest))
+        time.sleep(rng.uniform(0.3, max_delay))
         if process.poll() is not None:
             break
         process.send_signal(signal.SIGKILL)
         process.wait()
         kills += 1
-        assert stored(broken) >= before  # what was kept stays
-    assert kills >= fewest, f"the study is too short to be killed: {time.monotonic() - began:.1f} s, {kills} times"
+        assert count_stored(broken) >= stored
+    seconds = time.monotonic() - start_time
+    assert kills >= min_kills, f"the study is too short to be killed: {seconds:.1f} s, {kills} times"
     assert run("optimise", study, "-o", broken).returncode == 0
     assert result(broken) == result(whole)
     assert (broken / "front.csv").read_bytes() == (whole / "front.csv").read_bytes()
     assert (broken / "knee.yaml").read_bytes() == (whole / "knee.yaml").read_bytes()
 
 
-def test_a_second_process_is_refused_while_the_first_lives_and_not_when_it_is_dead(tmp_path: Path) -> None:
+def test_a_second_process_is_refused_only_while_the_first_is_alive(tmp_path: Path) -> None:
     study, out = write_study(tmp_path, length=3000, population=128, generations=60), tmp_path / "out"
     first = start(study, out, jobs=1)
-    await_results(out, 1, first)
+    wait_for_results(out, 1, first)
     second = run("optimise", study, "-o", out)
     assert second.returncode == 3 and f"process {first.pid} on" in second.stderr
-    assert run("optimise", study, "-o", out, "--unlock").returncode == 3  # it lives
+    assert run("optimise", study, "-o", out, "--unlock").returncode == 3  # the first process is alive
     status = json.loads(run("status", out, "--json", "-").stdout)
     assert status["state"] == "running" and status["eta_s"] > 0
     first.kill()
@@ -84,13 +86,13 @@ def test_a_second_process_is_refused_while_the_first_lives_and_not_when_it_is_de
     status = json.loads(run("status", out, "--json", "-").stdout)
     assert status["state"] == "interrupted" and status["eta_s"] is None
     third = start(study, out, jobs=1)
-    await_results(out, stored(out) + 1, third)
+    wait_for_results(out, count_stored(out) + 1, third)
     third.send_signal(signal.SIGINT)
     assert third.wait(20) == 130
     assert third.stderr is not None and b"the same again: railui optimise" in third.stderr.read()
 
 
-def test_a_lock_from_another_machine_stands_until_unlock_is_said(tmp_path: Path) -> None:
+def test_a_lock_of_another_machine_remains_until_unlock_is_given(tmp_path: Path) -> None:
     study, out = write_study(tmp_path, generations=1), tmp_path / "out"
     out.mkdir()
     (out / "lock").write_text(json.dumps({"pid": 17, "host": "elsewhere", "since": "yesterday"}), "utf-8")
@@ -100,15 +102,15 @@ def test_a_lock_from_another_machine_stands_until_unlock_is_said(tmp_path: Path)
     assert json.loads(run("status", out, "--json", "-").stdout)["state"] == "finished"
 
 
-def test_another_configuration_is_refused_with_what_changed_and_a_longer_search_goes_on(tmp_path: Path) -> None:
+def test_another_configuration_is_refused_but_more_generations_are_not(tmp_path: Path) -> None:
     study, out = write_study(tmp_path, generations=2), tmp_path / "out"
     assert run("optimise", study, "-o", out).returncode == 0
-    rides = stored(out)
+    stored = count_stored(out)
     study.write_text(study.read_text("utf-8").replace("40 m/s", "35 m/s"), "utf-8")
     refused = run("optimise", study, "-o", out)
     assert refused.returncode == 2 and "cases.speed.0: 40.0 -> 35.0" in refused.stderr
-    resumed = run("optimise", out / "study.yaml")  # the configuration as it was frozen
-    assert resumed.returncode == 0 and stored(out) == rides
+    resumed = run("optimise", out / "study.yaml")  # the copy of the configuration
+    assert resumed.returncode == 0 and count_stored(out) == stored
     write_study(tmp_path, generations=3)
     assert run("optimise", study, "-o", out).returncode == 0
     longer = result(out)
@@ -117,7 +119,7 @@ def test_another_configuration_is_refused_with_what_changed_and_a_longer_search_
     assert result(fresh) == longer and longer["evaluations"] == 48
 
 
-def test_a_chosen_design_of_the_front_is_written_and_one_that_is_not_there_refused(tmp_path: Path) -> None:
+def test_a_chosen_design_of_the_front_is_written(tmp_path: Path) -> None:
     study, out = write_study(tmp_path, generations=2), tmp_path / "out"
     assert run("optimise", study, "-o", out, "--choose", 0).returncode == 0
     assert run("check", out / "chosen_0.yaml", out / "knee.yaml", out / "vehicle.yaml").returncode == 0
@@ -126,9 +128,9 @@ def test_a_chosen_design_of_the_front_is_written_and_one_that_is_not_there_refus
 
 
 @pytest.mark.parametrize(
-    ("words", "code", "told"),
+    ("arguments", "code", "message"),
     [(["status", "nowhere"], 2, "nowhere: holds no search"), (["optimise", "nowhere.yaml"], 2, "nowhere.yaml: cannot")],
 )
-def test_what_is_not_there_is_told(words: list[str], code: int, told: str) -> None:
-    done = run(*words)
-    assert done.returncode == code and told in done.stderr
+def test_a_missing_file_or_directory_is_reported(arguments: list[str], code: int, message: str) -> None:
+    done = run(*arguments)
+    assert done.returncode == code and message in done.stderr

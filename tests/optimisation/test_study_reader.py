@@ -1,4 +1,4 @@
-"""A study: variables, cases, aims, and their faults."""
+"""Reading studies: variables, cases, objectives, constraints, and the report of all faults."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from railui.io.problems import Problem
-from railui.optimisation.study import Constraint, Objective, Study, load_study
+from railui.optimisation.study import Constraint, Objective, Study
+from railui.optimisation.study_reader import load_study
 
-Told = Callable[[Callable[[], object]], list[Problem]]
+ProblemsOf = Callable[[Callable[[], object]], list[Problem]]
 STUDY = """\
 vehicle: vehicle.yaml
 variables:  {vehicle.primary.lateral_stiffness: [1 MN/m, 8 MN/m], vehicle.secondary.yaw_damping: [5e3, 200 kN*m*s/rad]}
@@ -24,7 +25,7 @@ method:     {kind: nsga2, population: 64, generations: 20, seed: 1}
 
 @pytest.fixture
 def study(tmp_path: Path, bogie: str) -> Callable[..., Study]:
-    """Reads the study with some of its text replaced."""
+    """Return a reader of the study with some of its text replaced."""
     (tmp_path / "vehicle.yaml").write_text(bogie)
 
     def read(*changes: tuple[str, str], **more: Any) -> Study:
@@ -38,7 +39,7 @@ def study(tmp_path: Path, bogie: str) -> Callable[..., Study]:
     return read
 
 
-def test_a_study_of_the_documents_is_read(study: Callable[..., Study]) -> None:
+def test_a_study_is_read_in_si(study: Callable[..., Study]) -> None:
     read = study()
     assert [(v.path, v.lowest, v.highest, v.unit) for v in read.variables] == [
         ("vehicle.primary.lateral_stiffness", 1e6, 8e6, "N/m"),
@@ -58,13 +59,13 @@ def test_a_study_of_the_documents_is_read(study: Callable[..., Study]) -> None:
     assert (read.cases.radius, read.cases.cant_deficiency) == (600.0, 0.1)
 
 
-def test_one_value_may_stand_for_a_list(study: Callable[..., Study]) -> None:
+def test_a_single_value_is_read_as_a_list(study: Callable[..., Study]) -> None:
     read = study(("[40 m/s, 144 km/h]", "40"), ("[erri_b176_low length=2000]", "fra_4"), ("seed: [1, 2]", "seed: 3"))
     assert (read.cases.speed, read.cases.track, read.cases.seed) == ((40.0,), ("fra_4",), (3,))
 
 
-def test_every_fault_is_told_at_once(study: Callable[..., Study], told: Told) -> None:
-    found = told(
+def test_all_faults_are_reported_at_once(study: Callable[..., Study], problems_of: ProblemsOf) -> None:
+    found = problems_of(
         lambda: study(
             (
                 "lateral_stiffness: [1 MN/m, 8 MN/m]",
@@ -100,21 +101,35 @@ def test_every_fault_is_told_at_once(study: Callable[..., Study], told: Told) ->
         (6, "method.kind"),
         (6, "method.populaton"),
     ]
-    assert "were km/h meant?" in found[5].remedy
+    assert "is it in km/h?" in found[5].remedy
 
 
-def test_a_range_must_rise(study: Callable[..., Study], told: Told) -> None:
-    assert "does not rise" in told(lambda: study(("[1 MN/m, 8 MN/m]", "[8 MN/m, 1 MN/m]")))[0].message
+def test_a_range_must_rise(study: Callable[..., Study], problems_of: ProblemsOf) -> None:
+    assert "does not rise" in problems_of(lambda: study(("[1 MN/m, 8 MN/m]", "[8 MN/m, 1 MN/m]")))[0].message
 
 
-def test_a_track_is_checked_by_who_makes_it(study: Callable[..., Study], told: Told) -> None:
+def test_a_track_is_checked_by_the_given_parser(study: Callable[..., Study], problems_of: ProblemsOf) -> None:
     def refuse(text: str) -> None:
         raise ValueError(f"no spectrum in {text}")
 
-    (found,) = told(lambda: study(check_track=refuse))
+    (found,) = problems_of(lambda: study(check_track=refuse))
     assert found.key == "cases.track.0" and found.message == "no spectrum in erri_b176_low length=2000"
 
 
 @pytest.mark.parametrize("key", ["variables", "cases", "objectives", "vehicle"])
-def test_what_a_study_cannot_do_without_is_told(study: Callable[..., Study], key: str, told: Told) -> None:
-    assert key in [p.key for p in told(lambda: study((f"{key}:", f"x_{key}:")))]
+def test_a_missing_required_key_is_reported(study: Callable[..., Study], key: str, problems_of: ProblemsOf) -> None:
+    assert key in [p.key for p in problems_of(lambda: study((f"{key}:", f"x_{key}:")))]
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [("nsga3", "nsga3 cannot search 1 objective"), ("cmaes", None)],
+)
+def test_the_method_must_suit_the_number_of_objectives(
+    study: Callable[..., Study], problems_of: ProblemsOf, kind: str, message: str | None
+) -> None:
+    changes = [(", {maximise: flange_margin, over: worst}", ""), ("kind: nsga2", f"kind: {kind}")]
+    if message is None:
+        assert study(*changes).method.kind == kind
+    else:
+        assert problems_of(lambda: study(*changes))[0].message == message

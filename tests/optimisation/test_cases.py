@@ -1,0 +1,31 @@
+"""Cases of a study: seeds, parameter samples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from railui.optimisation.cases import cases_of, seeds_of
+from railui.optimisation.evaluation import response_table
+from tests.optimisation.studies import BOGIE, HOME, small_study
+
+
+def test_a_track_file_has_no_seeds_and_the_seed_of_a_spec_is_the_default(tmp_path: Path) -> None:
+    run = HOME / "designs/campaigns/worn_axle_box/run_a.csv.gz"
+    study = small_study(tmp_path, cases=f"{{track: [{run}, erri_b176_low length=200 seed=9], speed: [40]}}")
+    spec = study.cases.track[1]
+    assert seeds_of(study, str(run)) == [None]
+    assert seeds_of(study, spec) == [9]
+    assert seeds_of(study, spec, fresh=0) == [10]
+
+
+def test_each_parameter_sample_is_a_case_with_its_own_result(tmp_path: Path) -> None:
+    adjusted = tmp_path / "adjusted.yaml"
+    names = "[contact.leading.conicity, vehicle.secondary.yaw_damping]"
+    text = f"adjustment: {{campaign: c, names: {names}, covariance: [[1.0e-4, 0], [0, 1.0e+6]]}}\n"
+    adjusted.write_text(BOGIE.read_text("utf-8") + text, "utf-8")
+    cases = "{track: [erri_b176_low length=200], speed: [40], scenario: [{}], draws: 3}"
+    study = small_study(tmp_path, adjusted, cases=cases)
+    scores = response_table(cases_of(study), np.array([[3e4, 3e4]]), ["score"]).values["score"]
+    assert scores.shape == (1, 3) and np.ptp(scores) > 0
