@@ -15,7 +15,7 @@ from railui.core import effect_catalogue
 from railui.io.number_format import format_quantity
 from railui.report.loop.force_evaluation import restoring_force
 from railui.vehicle.design_reader import PlacedEffect
-from railui.vehicle.effect_records import site_quantities
+from railui.vehicle.effects import site_quantities
 
 SOURCES = Path(__file__).parents[2] / "rust_core" / "src" / "effects"
 LAW = re.compile(r"((?: *//[^/!].*\n)+)(?: *#\[[^\n]*\n)* *fn (?:force|forces|roll)\b")

@@ -9,7 +9,7 @@ from words import code, letters, plain, table
 from railui.capture.processing.map_schema import QUANTITIES, MapModel
 from railui.documents.schema import json_schema
 from railui.io.number_format import format_quantity
-from railui.optimisation.response_keys import RESULTS
+from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.runs.columns import COLUMNS, COMPARED_CHANNELS, RIG_COLUMNS
 from railui.track.spectra import SPECTRA
 from railui.vehicle.contact_profiles import ProfilesModel
@@ -137,7 +137,7 @@ def _map() -> Iterator[str]:
 def _results() -> Iterator[str]:
     yield "\n## Keys of results\n\nWhat the JSON of ride, stability and curve holds, and what a study may aim at or limit.\n\n"
     rows = [
-        (code(r.key), r.question, "" if r.word else code(r.unit), "no" if r.word else "yes") for r in RESULTS.values()
+        (code(r.key), r.analysis, "" if r.is_text else code(r.unit), "no" if r.is_text else "yes") for r in RESPONSE_KEYS.values()
     ]
     yield table(("key", "command", "unit", "a study may aim at it"), rows)
     yield "\nEvery key of every command, [with its unit](../results.md). Of a list the largest "

@@ -11,9 +11,9 @@ sys.path.insert(0, str(HERE))
 import api  # noqa: E402
 import commands  # noqa: E402
 import effects  # noqa: E402
+import file_list  # noqa: E402
 import formats  # noqa: E402
 import front  # noqa: E402
-import house  # noqa: E402
 import settings  # noqa: E402
 import validation  # noqa: E402
 
@@ -24,7 +24,7 @@ PAGES = {
     "reference/commands.md": commands.page,
     "reference/effects.md": effects.page,
     "reference/api.md": api.page,
-    "reference/code.md": house.page,
+    "reference/code.md": file_list.page,
     "validation.md": validation.page,
 }
 
