@@ -1,4 +1,4 @@
-"""The entry of the command line: `railui`, or `python -m railui`."""
+"""Entry point of the command line: `railui`, or `python -m railui`."""
 
 from __future__ import annotations
 
@@ -7,26 +7,26 @@ import os
 import sys
 from io import TextIOWrapper
 
-INTERRUPTED = 130
-# the kernel has the cores, and the matrices are small: threads of BLAS stand in its way and change last digits
-ALONE = {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-# pydantic would ask every package that is installed whether it is a plugin: we use none
-NO_PLUGINS = {"PYDANTIC_DISABLE_PLUGINS": "__all__"}
-UNCOLLECTED = 50_000  # objects before garbage is looked for: what modules make while they are read is none
+EXIT_INTERRUPTED = 130
+# the kernel uses all cores and the matrices are small: threads of BLAS cost time and change last digits
+SINGLE_THREADED_BLAS = {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+# pydantic would search every installed package for plugins
+NO_PYDANTIC_PLUGINS = {"PYDANTIC_DISABLE_PLUGINS": "__all__"}
+GC_THRESHOLD = 50_000  # objects: importing modules makes no garbage, collections during it cost time
 
 
-def _open_streams() -> None:
-    """Streams that are closed swallow what they get; what a terminal's encoding lacks is written by its number."""
+def _repair_streams() -> None:
+    """Replace closed streams by the null device; escape characters that the terminal's encoding lacks."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         stream = getattr(sys, name)
         if stream is None:
-            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115, open as long as the process lives
+            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115, open as long as the process runs
         elif mode == "w" and isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
 
 
-def _leave_stdout() -> None:
-    """What could not be written, and was told, does not fail once more when the process ends."""
+def _flush_stdout() -> None:
+    """Flush stdout; redirect it where that fails, since the error was reported and must not recur at exit."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -34,20 +34,20 @@ def _leave_stdout() -> None:
 
 
 def main() -> None:
-    """Runs the command that the words of the command line name; ends the process with its exit code."""
-    _open_streams()
-    for name, value in (ALONE | NO_PLUGINS).items():
-        os.environ.setdefault(name, value)  # before numpy and pydantic are there
-    gc.set_threshold(UNCOLLECTED)
+    """Run the command that the command line names; end the process with its exit code."""
+    _repair_streams()
+    for name, value in (SINGLE_THREADED_BLAS | NO_PYDANTIC_PLUGINS).items():
+        os.environ.setdefault(name, value)  # before numpy and pydantic are imported
+    gc.set_threshold(GC_THRESHOLD)
     try:
         from railui.cli import cli
 
         cli(prog_name="railui")
-    except KeyboardInterrupt:  # before or after a command has the word
-        sys.exit(INTERRUPTED)
+    except KeyboardInterrupt:  # outside of a command
+        sys.exit(EXIT_INTERRUPTED)
     finally:
-        gc.freeze()  # the process ends and frees all: to look through the modules for garbage takes a third of a second
-        _leave_stdout()
+        gc.freeze()  # the process ends: a last collection would take a third of a second
+        _flush_stdout()
 
 
 if __name__ == "__main__":

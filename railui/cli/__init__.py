@@ -1,4 +1,4 @@
-"""The batch door: one command per question, each in a file of its own that is read when it is asked for."""
+"""Command line: one command per task, each in a module that is imported when the command runs."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ from typing import Any
 
 import click
 
-# what each command answers; its file is read when it runs, so that --help is quick
+# summaries stand here and not in the modules, so that --help imports none of them
 COMMANDS = {
-    "desk": "The terminal desk; `railui` alone opens it.",
-    "check": "Every problem of any of our files, with its place and remedy.",
-    "effects": "The catalogue of effects that the linear model lacks.",
-    "track": "A synthetic track, or what a track contains.",
-    "ride": "The riding quality of a design on a track.",
-    "stability": "Modes and critical speeds of a design: linear, fold, practical.",
-    "curve": "Where a design stands in a curve, and what it wears.",
-    "assess": "A track judged by the ride of a standard vehicle, worst stretches first.",
-    "contact": "What measured wheel and rail profiles are to the model.",
-    "adjust": "Adjust a model's parameters to a measured campaign.",
-    "loop": "Adjust, trace what the model lacks, add it, adjust again, report.",
-    "optimise": "Search for better suspensions.",
-    "status": "Where a running or finished study stands.",
-    "diff": "What differs between two designs, studies or campaigns.",
-    "capture": "Field data from a serial logger.",
-    "import": "Runs and tracks from the files of test benches and recording cars.",
-    "schema": "JSON Schema of designs, campaigns and studies, for editors.",
-    "doctor": "Published values and the machine against this installation.",
-    "bench": "How quick the kernel is on this machine.",
+    "desk": "Open the terminal user interface; the default without a command.",
+    "check": "Validate input files; list all errors and warnings.",
+    "effects": "List the effects of the model library, with their parameters.",
+    "track": "Write a synthetic track, or analyse the spectrum of one.",
+    "ride": "Compute the ride quality of a design on a track.",
+    "stability": "Compute modes and critical speeds of a design.",
+    "curve": "Compute the quasi-static curving behaviour of a design.",
+    "assess": "Rank the sections of a track by the ride of a reference vehicle.",
+    "contact": "Compute contact parameters from wheel and rail profiles.",
+    "adjust": "Estimate the parameters of a model from a campaign.",
+    "loop": "Calibrate a model and identify an unmodelled effect.",
+    "optimise": "Optimise a suspension: single- or multi-objective search.",
+    "status": "Report the state of a running or finished optimisation.",
+    "diff": "List the differences between two designs, studies or campaigns.",
+    "capture": "Record data from a serial logger.",
+    "import": "Convert recordings of test benches and track recording cars.",
+    "schema": "Print the JSON Schema of designs, campaigns or studies.",
+    "doctor": "Run the installation self-test against reference values.",
+    "bench": "Measure the speed of the kernel on this machine.",
 }
-FAILED, WRONG, LATER, VIOLATED, INTERRUPTED = 1, 2, 3, 4, 130  # exit codes, as --help tells them
+EXIT_FAILED, EXIT_USAGE, EXIT_RETRY_LATER, EXIT_LIMIT_VIOLATED, EXIT_INTERRUPTED = 1, 2, 3, 4, 130
 
 
-class Door(click.Group):
-    """A group whose commands are read when they are called, and whose errors end with their exit codes."""
+class LazyCommandGroup(click.Group):
+    """Command group that imports a command when it is called and turns exceptions into exit codes."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -47,16 +47,16 @@ class Door(click.Group):
         if name not in COMMANDS:
             return None
         module = f"{name}_" if keyword.iskeyword(name) else name
-        found: click.Command = importlib.import_module(f"{__name__}.{module}").command
-        return found
+        command: click.Command = importlib.import_module(f"{__name__}.{module}").command
+        return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            from railui.io.problems import nearest
+            from railui.io.problems import suggest_name
 
-            ctx.fail(f"no command {args[0]!r}, {nearest(args[0], COMMANDS)}")
+            ctx.fail(f"no command {args[0]!r}, {suggest_name(args[0], COMMANDS)}")
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -72,49 +72,51 @@ class Door(click.Group):
             try:
                 return super().invoke(ctx)
             finally:
-                sys.stdout.flush()  # here, where an error of it is told
+                sys.stdout.flush()  # inside the try, so that a failing flush is reported
         except KeyboardInterrupt:
-            again = shlex.join(["railui", *ctx.meta["railui.words"]])
-            click.echo(f"\ninterrupted; the same again: {again}", err=True)
-            ctx.exit(INTERRUPTED)
+            command_line = shlex.join(["railui", *ctx.meta["railui.words"]])
+            click.echo(f"\ninterrupted; to run the same again: {command_line}", err=True)
+            ctx.exit(EXIT_INTERRUPTED)
         except (ValueError, RuntimeError, OSError) as error:
-            # click's own errors and exits are RuntimeErrors of their kind
+            # click's own errors and exits are RuntimeErrors, too
             if isinstance(error, click.exceptions.Exit | click.Abort | BrokenPipeError):
                 raise
             if ctx.meta.get("railui.verbose", 0):
                 import traceback
 
                 traceback.print_exc(file=sys.stderr)
-            ctx.exit(_told(error))
+            ctx.exit(_print_error(error))
 
 
-def _told(error: Exception) -> int:
-    """Tells an error on stderr; returns the exit code that it has."""
-    from railui.io.problems import FileProblems, LaterError
+def _print_error(error: Exception) -> int:
+    """Print an error on stderr; return its exit code."""
+    from railui.io.problems import FileProblems, TemporaryError
     from railui.io.units import UnitError
 
     if isinstance(error, FileProblems):
         for problem in error.problems:
             click.echo(str(problem), err=True)
-        return WRONG
-    told = str(error)
+        return EXIT_USAGE
+    text = str(error)
     if isinstance(error, OSError) and error.strerror:
-        told = f"{error.filename}: {error.strerror}" if error.filename else _unnamed(error)
+        text = f"{error.filename}: {error.strerror}" if error.filename else _stream_error(error)
         if error.strerror == os.strerror(errno.EACCES):
-            told += ", let yourself read and write there, or name another place"
-    click.echo(f"railui: {told}", err=True)
-    if isinstance(error, LaterError):
-        return LATER
-    return WRONG if isinstance(error, UnitError) else FAILED
+            text += ", change its permissions or name another path"
+    click.echo(f"railui: {text}", err=True)
+    if isinstance(error, TemporaryError):
+        return EXIT_RETRY_LATER
+    return EXIT_USAGE if isinstance(error, UnitError) else EXIT_FAILED
 
 
-def _unnamed(error: OSError) -> str:
-    """An error of a stream that has no name, which is most often where stdout goes."""
-    room = ", make room where the output goes" if error.errno == errno.ENOSPC else ""
-    return f"cannot be written or read ({error.strerror}){room}"
+def _stream_error(error: OSError) -> str:
+    """Return the message for a stream without a name, most often stdout."""
+    remedy = ", make room where the output goes" if error.errno == errno.ENOSPC else ""
+    return f"cannot be written or read ({error.strerror}){remedy}"
 
 
-@click.group(cls=Door, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=LazyCommandGroup, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]}
+)
 @click.version_option(package_name="railui", prog_name="railui")
 @click.pass_context
 def cli(ctx: click.Context) -> None:
@@ -124,8 +126,8 @@ def cli(ctx: click.Context) -> None:
     Ride classes are not an acceptance or running-safety assessment.
 
     \b
-    stdout is data, stderr is narration. Numbers are SI or carry a unit ("144 km/h").
-    Exit codes: 0 done, 1 failed, 2 wrong use or a wrong file, 3 may work later,
+    Results go to stdout, messages to stderr. Numbers are SI or carry a unit ("144 km/h").
+    Exit codes: 0 done, 1 failed, 2 usage error or faulty file, 3 try again later,
     4 done but a limit is violated, 130 interrupted.
     """
     if ctx.invoked_subcommand is not None:

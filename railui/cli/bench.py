@@ -1,4 +1,4 @@
-"""railui bench: the standard job on this machine."""
+"""railui bench: speed of the kernel on this machine."""
 
 from __future__ import annotations
 
@@ -7,149 +7,157 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, options, refuse
+from railui.cli.invocation import Invocation, common_options, usage_error
+from railui.cli.tables import make_table
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+LOGGED_JOBS = ("full", "reduced", "coach")
+STEP_TIME = "ns per vehicle time step"
+
 
 @click.command("bench")
-@click.option("--repetitions", type=click.IntRange(min=1), default=5, show_default=True, help="The quickest counts.")
-@click.option("--study", is_flag=True, help="What a search costs beside the kernel, instead.")
-@click.option("--precision", is_flag=True, help="What a step is wrong by, per vehicle and kind of effect, instead.")
-@click.option("--keep", metavar="FILE", help="Append the result to FILE, dated, and tell the change since the last.")
-@options
+@click.option(
+    "--repetitions",
+    type=click.IntRange(min=1),
+    default=5,
+    show_default=True,
+    help="Number of repetitions; the fastest counts.",
+)
+@click.option("--study", is_flag=True, help="Measure the overhead of an optimisation over the kernel instead.")
+@click.option("--precision", is_flag=True, help="Measure the time-step error per vehicle and kind of effect instead.")
+@click.option("--keep", metavar="FILE", help="Append the result to the log FILE and print the change since the last.")
+@common_options
 def command(repetitions: int, study: bool, precision: bool, keep: str | None, call: Invocation) -> None:
-    """Time the standard job, full and reduced: 64 bogies over 2 km of erri_b176_high at 40 m/s, and coaches there.
+    """Time the standard job, full and reduced: 64 bogies, and coaches, on 2 km of erri_b176_high at 40 m/s.
 
-    Nanoseconds are those of one step of one design on one thread. Beside them: the share of the core's peak, what
-    threads gain, what every effect, the comfort filters and a call of the kernel cost. With --study: generations of
-    256 designs on 4 cases of 1 km, searched and stored, over the bare kernel for the same rides. With --precision:
-    errors of e_1 with 1, 2, 4 and 8 steps per sample, at 40 m/s and a sample every 0.1 m.
+    Times are those of one time step of one vehicle on one thread. Also measured: the share of the core's peak
+    performance, thread scaling, and the cost of each effect, of the comfort filters and of a call of the kernel.
+    With --study: generations of 256 designs on 4 cases of 1 km, with search and storage, against the bare kernel. With
+    --precision: errors of e_1 with 1, 2, 4 and 8 steps per sample, at 40 m/s and a sample every 0.1 m.
     """
     if sum((study, precision, keep is not None)) > 1:
-        raise refuse("give one of --study, --precision and --keep")
+        raise usage_error("give one of --study, --precision and --keep")
     if study:
-        _overhead(call)
+        _measure_overhead(call)
     elif precision:
-        _precision(call)
+        _measure_step_errors(call)
     else:
-        _standard(repetitions, keep, call)
+        _run_standard_job(repetitions, keep, call)
 
 
-def _standard(repetitions: int, keep: str | None, call: Invocation) -> None:
+def _run_standard_job(repetitions: int, log: str | None, call: Invocation) -> None:
     from railui.bench.costs import costs
-    from railui.bench.roofline import peak
-    from railui.bench.standard_job import bench
+    from railui.bench.roofline import roofline
+    from railui.bench.standard_job import run_standard_job
 
-    call.progress("running the standard job")
-    found = bench(call.jobs, repetitions)
-    found["peak"] = peak({job: found[job]["ns_per_design_step"] for job in ("full", "reduced")}, repetitions)
-    call.progress("timing what its parts cost")
-    found |= costs(call.jobs, repetitions)
-    for part in (_jobs(found), _peak(found["peak"]), _scaling(found), _effects(found), _rest(found)):
-        call.show(part)
-    if keep is not None:
-        _kept(Path(keep), found, call)
-    call.emit(call.document("bench", found, seed=1))
+    call.status("running the standard job")
+    result = run_standard_job(call.jobs, repetitions)
+    result["peak"] = roofline({job: result[job]["ns_per_design_step"] for job in ("full", "reduced")}, repetitions)
+    call.status("timing the parts of the standard job")
+    result |= costs(call.jobs, repetitions)
+    call.show(_jobs_table(result))
+    call.show(_peak_table(result["peak"]))
+    call.show(_scaling_table(result))
+    call.show(_effects_table(result))
+    call.show(_other_costs(result))
+    if log is not None:
+        _append_to_log(Path(log), result, call)
+    call.write_json(call.document("bench", result, seed=1))
 
 
-def _jobs(found: dict[str, Any]) -> Table:
-    from rich.table import Table
-
+def _jobs_table(result: dict[str, Any]) -> Table:
     from railui.bench.standard_job import as_rows
 
-    title = f"{found['designs']} designs, {found['lanes']} lanes, SIMD {found['simd']}"
-    threads = f"designs/s, {found['threads']} threads"
-    table = Table("job", "ns per design-step", "designs/s, 1 thread", threads, title=title)
-    for row in as_rows(found):
-        table.add_row(*row)
-    times = found["coach_to_bogie"]
-    table.caption = f"a step of the coach of 17 degrees costs {times:.2f} times that of the full bogie"
-    return table
+    return make_table(
+        ("job", STEP_TIME, "designs/s, 1 thread", f"designs/s, {result['threads']} threads"),
+        as_rows(result),
+        title=f"{result['designs']} designs, {result['lanes']} lanes, SIMD {result['simd']}",
+        caption=f"a step of the coach with 17 degrees of freedom takes {result['coach_to_bogie']:.2f} times as long as "
+        "that of the full bogie",
+    )
 
 
-def _scaling(found: dict[str, Any]) -> Table:
-    from rich.table import Table
-
-    table = Table("threads", "designs/s", "times one thread", title="full job, 500 m")
-    for row in found["scaling"]:
-        table.add_row(str(row["threads"]), f"{row['designs_per_second']:.0f}", f"{row['times_one']:.2f}")
-    return table
+def _scaling_table(result: dict[str, Any]) -> Table:
+    rows = [
+        (row["threads"], f"{row['designs_per_second']:.0f}", f"{row['times_one']:.2f}") for row in result["scaling"]
+    ]
+    return make_table(("threads", "designs/s", "speed-up"), rows, title="full job, 500 m")
 
 
-def _effects(found: dict[str, Any]) -> Table:
-    from rich.table import Table
+def _effects_table(result: dict[str, Any]) -> Table:
+    rows = [
+        (row["effects"], f"{row['ns_per_design_step']:.1f}", f"{row['over_none']:+.1f}", row["steps"])
+        for row in result["effects"]
+    ]
+    columns = ("effects", STEP_TIME, "added by the effect", "steps per sample")
+    return make_table(columns, rows, title="one effect each, 1 km, without comfort filters")
 
-    table = Table("effects", "ns per design-step", "over none", "steps", title="one effect each, 1 km, without comfort")
-    for row in found["effects"]:
-        ns, over = f"{row['ns_per_design_step']:.1f}", f"{row['over_none']:+.1f}"
-        table.add_row(row["effects"], ns, over, str(row["steps"]))
-    return table
 
-
-def _peak(peak: dict[str, Any] | None) -> Table | str:
-    from rich.table import Table
-
+def _peak_table(peak: dict[str, Any] | None) -> Table | str:
     if peak is None:
         return "no share of the core's peak without vector instructions"
     operations, roots = (1e-9 * peak[key] for key in ("operations_per_second", "roots_per_second"))
-    title = f"of the core's peak: {operations:.1f} operations per ns, {roots:.2f} square roots"
-    table = Table("job", "operations per design-step", "of peak", "square roots", "of theirs", title=title)
+    rows = []
     for job in ("full", "reduced"):
-        counts, shares = peak[job]["operations"], [peak[job][key] for key in ("share", "roots_share")]
-        of_peak, of_theirs = (f"{100 * share:.0f} %" for share in shares)
-        table.add_row(job, str(sum(counts.values())), of_peak, str(counts["roots"]), of_theirs)
-    return table
+        counts = peak[job]["operations"]
+        shares = [f"{100 * peak[job][key]:.0f} %" for key in ("share", "roots_share")]
+        rows.append((job, sum(counts.values()), shares[0], counts["roots"], shares[1]))
+    return make_table(
+        ("job", "operations per step", "share of peak", "square roots per step", "share of their peak"),
+        rows,
+        title=f"peak of the core: {operations:.1f} operations per ns, {roots:.2f} square roots per ns",
+    )
 
 
-def _rest(found: dict[str, Any]) -> str:
-    alone = found["alone"]
+def _other_costs(result: dict[str, Any]) -> str:
+    single = result["alone"]
     return (
-        f"one design alone      {alone['full_ms']:6.2f} ms for 2 km, {alone['reduced_ms']:.2f} ms reduced\n"
-        f"15 parameters         {alone['jacobian_of_15']:6.2f} times that, all their differences\n"
-        f"comfort filters       {found['comfort_ns_per_design_step']:6.1f} ns per design-step\n"
-        f"crossing into Python  {found['crossing_us_per_call']:6.1f} us per call\n"
-        f"setting up            {found['setup_us_per_design']:6.1f} us per design"
+        f"single design         {single['full_ms']:6.2f} ms for 2 km, {single['reduced_ms']:.2f} ms reduced\n"
+        f"15 parameters         {single['jacobian_of_15']:6.2f} times that, for all finite differences\n"
+        f"comfort filters       {result['comfort_ns_per_design_step']:6.1f} {STEP_TIME}\n"
+        f"call from Python      {result['crossing_us_per_call']:6.1f} us per call\n"
+        f"set-up                {result['setup_us_per_design']:6.1f} us per design"
     )
 
 
-def _kept(file: Path, found: dict[str, Any], call: Invocation) -> None:
-    from railui.bench.benchmark_log import change, keep
+def _append_to_log(file: Path, result: dict[str, Any], call: Invocation) -> None:
+    from railui.bench.benchmark_log import append, describe_changes
 
-    numbers = {name: found[name]["ns_per_design_step"] for name in ("full", "reduced", "coach")}
-    before = keep(file, "ns per design-step", numbers)
-    if before is None:
-        call.show(f"kept in {file}, the first of this machine there")
+    times = {name: result[name]["ns_per_design_step"] for name in LOGGED_JOBS}
+    previous = append(file, "ns per design-step", times)  # the key of entries in existing logs
+    if previous is None:
+        call.show(f"logged in {file}: first entry of this machine")
         return
-    then = f"{before['date'][:16].replace('T', ' ')}, {before['commit'] or 'no commit'}"
-    call.show("\n  ".join([f"ns per design-step, since {then}:", *change(numbers, before)]))
+    since = f"{previous['date'][:16].replace('T', ' ')}, {previous['commit'] or 'no commit'}"
+    call.show("\n  ".join([f"{STEP_TIME}, since {since}:", *describe_changes(times, previous)]))
 
 
-def _overhead(call: Invocation) -> None:
-    from railui.bench.search_overhead import overhead
+def _measure_overhead(call: Invocation) -> None:
+    from railui.bench.search_overhead import measure_search_overhead
 
-    call.progress("searching, and the bare kernel beside it")
-    found = overhead(call.jobs)
-    each = [1e3 * found[key] / found["generations"] for key in ("seconds", "kernel_seconds")]
+    call.status("running the optimisation and the bare kernel")
+    result = measure_search_overhead(call.jobs)
+    search, kernel = (1e3 * result[key] / result["generations"] for key in ("seconds", "kernel_seconds"))
     call.show(
-        f"a generation of {found['designs']} designs on {found['cases']} cases of 1 km, {found['threads']} threads:\n"
-        f"  searched and stored  {each[0]:7.1f} ms\n  bare kernel          {each[1]:7.1f} ms\n"
-        f"  ratio                {found['ratio']:7.3f}"
+        f"a generation of {result['designs']} designs on {result['cases']} cases of 1 km, "
+        f"{result['threads']} threads:\n"
+        f"  search and storage   {search:7.1f} ms\n  bare kernel          {kernel:7.1f} ms\n"
+        f"  ratio                {result['ratio']:7.3f}"
     )
-    call.emit(call.document("bench_study", found, seed=1))
+    call.write_json(call.document("bench_study", result, seed=1))
 
 
-def _precision(call: Invocation) -> None:
-    from rich.table import Table
-
+def _measure_step_errors(call: Invocation) -> None:
     from railui.bench.step_error import step_errors
 
-    found = step_errors()
-    counts = [f"{n} step" + ("s" if n > 1 else "") for n in found["steps"]]
-    table = Table("vehicle", "effects", *counts, "taken", title="error of e_1 over its rms", title_justify="left")
-    for row in found["rows"]:
+    result = step_errors()
+    counts = [f"{n} step" + ("s" if n > 1 else "") for n in result["steps"]]
+    rows = []
+    for row in result["rows"]:
         errors = ["diverges" if error is None else f"{error:.0e}" for error in row["errors"]]
-        table.add_row(row["vehicle"], row["effects"], *errors, str(row["taken"]))
-    call.show(table)
-    call.emit(call.document("bench_precision", found, seed=1))
+        rows.append((row["vehicle"], row["effects"], *errors, row["taken"]))
+    columns = ("vehicle", "effects", *counts, "steps used")
+    call.show(make_table(columns, rows, title="time-step error of e_1 relative to its rms"))
+    call.write_json(call.document("bench_precision", result, seed=1))

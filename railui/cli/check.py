@@ -1,21 +1,21 @@
-"""railui check: every problem of any of our files."""
+"""railui check: validation of input files."""
 
 from __future__ import annotations
 
 import click
 
-from railui.cli import WRONG
-from railui.cli.common import Invocation, options
+from railui.cli import EXIT_USAGE
+from railui.cli.invocation import Invocation, common_options
 
 
 @click.command("check")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@options
+@common_options
 @click.pass_context
 def command(ctx: click.Context, files: tuple[str, ...], call: Invocation) -> None:
-    """Tell every problem of any of our files, as file:line:column: key: what, remedy.
+    """Validate input files and list all errors and warnings as file:line:column: key: problem, remedy.
 
-    A campaign is checked with its runs. Exit code 2 where there is an error; warnings alone are none.
+    The runs of a campaign are validated with it. Exit code 2 where there is an error; warnings do not count.
     """
     from railui.documents.check import check
     from railui.track import parse_spec
@@ -24,11 +24,14 @@ def command(ctx: click.Context, files: tuple[str, ...], call: Invocation) -> Non
     for problem in problems:
         call.show(str(problem))
     errors = sum(problem.severity == "error" for problem in problems)
-    call.emit(call.document("check", {"problems": [p.as_dict() for p in problems]}, files))
-    told = [f"{n} {word}{'' if n == 1 else 's'}" for n, word in _counted(errors, len(problems), len(files))]
-    call.say(", ".join(told[:2]) + f" in {told[2]}" if problems else f"{told[2]} without a problem")
-    ctx.exit(WRONG if errors else 0)
+    call.write_json(call.document("check", {"problems": [p.as_dict() for p in problems]}, files))
+    checked = _count(len(files), "file")
+    if problems:
+        call.info(f"{_count(errors, 'error')}, {_count(len(problems) - errors, 'warning')} in {checked}")
+    else:
+        call.info(f"{checked} without a problem")
+    ctx.exit(EXIT_USAGE if errors else 0)
 
 
-def _counted(errors: int, problems: int, files: int) -> list[tuple[int, str]]:
-    return [(errors, "error"), (problems - errors, "warning"), (files, "file")]
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

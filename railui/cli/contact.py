@@ -1,20 +1,30 @@
-"""railui contact: from profiles, or a table of rolling radii, to the parameters of the model."""
+"""railui contact: contact parameters from wheel and rail profiles, or from a table of rolling radii."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, options, refuse
-from railui.cli.quantities import figure as drawing
-from railui.cli.quantities import force, length, reading
+from railui.cli.arguments import figure_option, quantity_option
+from railui.cli.invocation import Invocation, common_options, usage_error
+from railui.cli.quantities import parse_force, parse_length
+from railui.cli.tables import make_table
 
 if TYPE_CHECKING:
-    from railui.contact.analysis import Found
+    from railui.contact.analysis import ContactAnalysis
+
+MIN_DEVIATION, MAX_DEVIATION = 2.5e-4, 0.01  # m, of --sd
+PARAMETERS = {
+    "conicity": "conicity lambda",
+    "gravitational_stiffness": "gravitational stiffness epsilon",
+    "contact_angle": "contact angle delta [rad]",
+    "roll": "roll sigma",
+}
 
 
-def _inclination(text: str) -> float:
+def _parse_inclination(text: str) -> float:
     from railui.contact.profile_reader import read_inclination
 
     return read_inclination(text)
@@ -23,38 +33,60 @@ def _inclination(text: str) -> float:
 @click.command("contact")
 @click.argument("wheel", required=False, metavar="[WHEEL]")
 @click.argument("rail", required=False, metavar="[RAIL]")
-@click.option("--gauge", callback=reading(length), default="1435 mm", metavar="LENGTH", show_default=True,
-              help="Of the rails, 14 mm below their top.")  # fmt: skip
-@click.option("--back-to-back", callback=reading(length), default="1360 mm", metavar="LENGTH", show_default=True,
-              help="Of the wheels' inner faces.")  # fmt: skip
-@click.option("--inclination", callback=reading(_inclination), default="0", metavar="1:N", show_default=True,
-              help="Of the rails; 0 where the file is of a rail as it lies.")  # fmt: skip
-@click.option("--radius", callback=reading(length), default="0.46 m", metavar="LENGTH", show_default=True,
-              help="Of the wheels.")  # fmt: skip
-@click.option("--diameter-difference", callback=reading(length), default="0", metavar="LENGTH", show_default=True,
-              help="Right wheel less left wheel.")  # fmt: skip
-@click.option("--mirror-rail", is_flag=True, help="The rail's y points to the other side than its file type says.")
-@click.option("--smooth", callback=reading(length), metavar="LENGTH", help="Smooth measured profiles: half is left.")
-@click.option("--sd", callback=reading(length), default="2 mm", metavar="LENGTH", show_default=True,
-              help="Standard deviation of e that is linearised over.")  # fmt: skip
-@click.option("--load", callback=reading(force), default="55 kN", metavar="FORCE", show_default=True, help="Per wheel.")
-@click.option("--surface", type=click.FloatRange(0.05, 1.5), default=0.6, show_default=True,
-              help="Share of Kalker's coefficients on rails as they are: 0.5 to 0.7, 1 clean.")  # fmt: skip
-@click.option("--delta-r", metavar="TABLE", help="A table `y [mm],delta_r [mm]` in place of profiles.")
-@click.option("--figure", callback=reading(drawing), metavar="FILE", help="Draw it: .png, .svg or .pdf.")
-@click.option(
-    "--laws",
-    callback=reading(drawing),
-    metavar="FILE",
-    help="Draw the laws of creep at this contact against each other.",
+@quantity_option(
+    "--gauge", parse_length, default="1435 mm", metavar="LENGTH", help="Track gauge, 14 mm below the top of the rails."
 )
-@options
+@quantity_option(
+    "--back-to-back", parse_length, default="1360 mm", metavar="LENGTH", help="Distance of the wheels' inner faces."
+)
+@quantity_option(
+    "--inclination", _parse_inclination, default="0", metavar="1:N", help="Rail inclination; 0 where the file has it."
+)
+@quantity_option("--radius", parse_length, default="0.46 m", metavar="LENGTH", help="Nominal rolling radius.")
+@quantity_option(
+    "--diameter-difference", parse_length, default="0", metavar="LENGTH", help="Right minus left wheel diameter."
+)
+@click.option("--mirror-rail", is_flag=True, help="Mirror the rail: its y points opposite to that of its file type.")
+@quantity_option(
+    "--smooth",
+    parse_length,
+    metavar="LENGTH",
+    help="Cut-off wavelength (50 % transmission) of a Gaussian filter of the profiles.",
+)
+@quantity_option(
+    "--sd", parse_length, default="2 mm", metavar="LENGTH", help="Standard deviation of e for the linearisation."
+)
+@quantity_option("--load", parse_force, default="55 kN", metavar="FORCE", help="Wheel load.")
+@click.option(
+    "--surface",
+    type=click.FloatRange(0.05, 1.5),
+    default=0.6,
+    show_default=True,
+    help="Factor on Kalker's coefficients for the rail surface: 0.5 to 0.7 in service, 1 clean.",
+)
+@click.option("--delta-r", metavar="TABLE", help="Table `y [mm],delta_r [mm]` instead of profiles.")
+@figure_option("the contact")
+@figure_option("the creep laws of the library at this contact", "--laws")
+@common_options
 def command(
-    wheel: str | None, rail: str | None, gauge: float, back_to_back: float, inclination: float, radius: float,
-    diameter_difference: float, mirror_rail: bool, smooth: float | None, sd: float, load: float, surface: float,
-    delta_r: str | None, figure: str | None, laws: str | None, call: Invocation,
-) -> None:  # fmt: skip
-    """Tell what the profiles of WHEEL and RAIL are to the model: conicity, contact angles, creep.
+    wheel: str | None,
+    rail: str | None,
+    gauge: float,
+    back_to_back: float,
+    inclination: float,
+    radius: float,
+    diameter_difference: float,
+    mirror_rail: bool,
+    smooth: float | None,
+    sd: float,
+    load: float,
+    surface: float,
+    delta_r: str | None,
+    figure: str | None,
+    laws: str | None,
+    call: Invocation,
+) -> None:
+    """Compute contact parameters (conicity, contact angles, creep coefficients) from profiles of WHEEL and RAIL.
 
     \b
     railui contact S1002.prw UIC60.prr --gauge "1435 mm" --back-to-back "1360 mm" --inclination 0
@@ -64,134 +96,138 @@ def command(
     WHEEL and RAIL are SIMPACK's .prw and .prr, or text of two columns y and z (header `y [mm], z [mm]`).
     The equivalent conicity is that of EN 15302; conicity_parameters are linearised over --sd.
     """
-    if not 2.5e-4 <= sd <= 0.01:
-        raise refuse(f"--sd: {sd * 1e3:g} mm is no displacement of a wheelset: write 0.5 to 5 mm")
+    if not MIN_DEVIATION <= sd <= MAX_DEVIATION:
+        raise usage_error(f"--sd: {sd * 1e3:g} mm is not plausible for a wheelset displacement: write 0.5 to 5 mm")
     if delta_r is not None:
         if wheel is not None:
-            raise refuse("give either two profiles or --delta-r TABLE")
+            raise usage_error("give either two profiles or --delta-r TABLE")
         if laws is not None:
-            raise refuse("--laws: a table of rolling radii has no contact ellipse, give two profiles")
-        _table(delta_r, sd, figure, call)
+            raise usage_error("--laws: a table of rolling radii has no contact ellipse, give two profiles")
+        _analyse_table(delta_r, sd, figure, call)
         return
     if wheel is None or rail is None:
-        raise refuse("give a wheel and a rail profile, or --delta-r TABLE")
-    stands = (gauge, back_to_back, inclination, radius, diameter_difference)
-    found = _contact(wheel, rail, mirror_rail, smooth or 0.0, stands, load, surface)
-    _profiles(found, (wheel, rail), sd, figure, laws, call)
+        raise usage_error("give a wheel and a rail profile, or --delta-r TABLE")
+    geometry = (gauge, back_to_back, inclination, radius, diameter_difference)
+    result = _analyse_pair(wheel, rail, mirror_rail, smooth or 0.0, geometry, load, surface)
+    _report_pair(result, (wheel, rail), sd, figure, laws, call)
 
 
-def _table(file: str, sd: float, figure: str | None, call: Invocation) -> None:
-    from railui.contact.analysis import described_table
-    from railui.contact.conicity import NoCentre
-    from railui.contact.radius_table_reader import read_delta_r
-    from railui.io.problems import one_problem
+def _analyse_table(file: str, sd: float, figure: str | None, call: Invocation) -> None:
+    from railui.contact.analysis import analyse_radius_table
+    from railui.contact.conicity import NoCentreError
+    from railui.contact.radius_table_reader import read_radius_table
+    from railui.io.problems import file_problem
 
-    y, delta_r = read_delta_r(file)
+    y, delta_r = read_radius_table(file)
     try:
-        found, body = described_table(y, delta_r, sd)
-    except NoCentre as fault:
-        told = "check the sign: r_1 - r_2 is positive where the wheelset stands to the right"
-        raise one_problem(file, str(fault), told, "delta_r") from None
+        conicity, body = analyse_radius_table(y, delta_r, sd)
+    except NoCentreError as fault:
+        remedy = "check the sign: r_1 - r_2 is positive where the wheelset is displaced to the right"
+        raise file_problem(file, str(fault), remedy, "delta_r") from None
     call.warn([note for note in body["notes"] if "left out" in note or "does not reach" in note])
     if figure is not None:
         from railui.report.figures.contact import table_figure
 
-        table_figure(y, delta_r, found.amplitude, found.tan_gamma, figure)
-        call.say(f"drew {figure}")
-    call.show(_amplitudes(found.amplitude, found.tan_gamma, found.centre))
-    call.emit(call.document("contact", body, [file]))
+        table_figure(y, delta_r, conicity.amplitude, conicity.tan_gamma, figure)
+        call.info(f"wrote {figure}")
+    call.show(_conicity_table(conicity.amplitude, conicity.tan_gamma, conicity.centre))
+    call.write_json(call.document("contact", body, [file]))
 
 
-def _contact(
-    wheel: str, rail: str, mirror: bool, smoothing: float, stands: tuple[float, ...], load: float, surface: float
-) -> Found:
-    """The contact of two files; what is wrong with either is told at once."""
-    from railui.contact.analysis import contact
-    from railui.contact.profile import Profile, ProfileFault
+def _analyse_pair(
+    wheel: str, rail: str, mirror: bool, smoothing: float, geometry: tuple[float, ...], load: float, surface: float
+) -> ContactAnalysis:
+    """Analyse the contact of two files; raise FileProblems with the faults of both."""
+    from railui.contact.analysis import analyse_contact
+    from railui.contact.profile import Profile, ProfileError
     from railui.contact.profile_reader import read_profile
-    from railui.contact.wheelset_on_track import Pair
-    from railui.documents.recognise import expect
-    from railui.io.problems import FileProblems, Problem, one_problem
+    from railui.contact.wheelset_on_track import WheelRailPair
+    from railui.documents.recognise import expect_kind
+    from railui.io.problems import FileProblems, Problem, file_problem
 
-    read: list[Profile] = []
+    profiles: list[Profile] = []
     problems: list[Problem] = []
-    for file, kind, mirrored in ((wheel, "wheel", False), (rail, "rail", mirror)):
+    for file, kind, is_mirrored in ((wheel, "wheel", False), (rail, "rail", mirror)):
         try:
-            expect(file, "profile")
-            read.append(read_profile(file, kind, mirror=mirrored, smoothing=smoothing))  # type: ignore[arg-type]
+            expect_kind(file, "profile")
+            profiles.append(read_profile(file, kind, mirror=is_mirrored, smoothing=smoothing))  # type: ignore[arg-type]
         except FileProblems as error:
             problems += error.problems
     if problems:
         raise FileProblems(list(dict.fromkeys(problems)))
     try:
-        return contact(Pair(read[0], read[1], *stands), load, surface)
-    except ProfileFault as fault:
-        raise one_problem(f"{wheel} on {rail}", fault.message, fault.remedy) from None
+        return analyse_contact(WheelRailPair(profiles[0], profiles[1], *geometry), load, surface)
+    except ProfileError as fault:
+        raise file_problem(f"{wheel} on {rail}", fault.message, fault.remedy) from None
 
 
-def _profiles(
-    found: Found, files: tuple[str, str], sd: float, figure: str | None, laws: str | None, call: Invocation
+def _report_pair(
+    result: ContactAnalysis, files: tuple[str, str], sd: float, figure: str | None, laws: str | None, call: Invocation
 ) -> None:
-    from railui.contact.analysis import described
+    from railui.contact.analysis import result_dict
 
-    body = described(found, sd)
+    body = result_dict(result, sd)
     call.warn([note for note in body["notes"] if "noise" in note or note.startswith(("no ", "beyond"))])
     if figure is not None:
         from railui.report.figures.contact import contact_figure
 
-        contact_figure(found, figure, sd)
-        call.say(f"drew {figure}")
-    if laws is not None and found.creep is not None:
+        contact_figure(result, figure, sd)
+        call.info(f"wrote {figure}")
+    if laws is not None and result.creep is not None:
         from railui.report.figures.contact import laws_figure
 
-        laws_figure(found.creep, laws)
-        call.say(f"drew {laws}")
-    call.show(_told(body))
-    call.emit(call.document("contact", body, list(files)))
+        laws_figure(result.creep, laws)
+        call.info(f"wrote {laws}")
+    call.show(_parameters_table(body))
+    call.write_json(call.document("contact", body, list(files)))
 
 
-def _amplitudes(amplitude: Any, tan_gamma: Any, centre: float) -> Any:
-    import numpy as np
-    from rich.table import Table
+def _conicity_table(amplitude: Any, tan_gamma: Any, centre: float) -> Any:
+    rows = [
+        (f"{a * 1e3:.0f} mm", f"{value:.3f}" if math.isfinite(value) else "no such motion")
+        for a, value in zip(amplitude, tan_gamma, strict=True)
+        if abs(a * 1e3 - round(a * 1e3)) < 1e-6
+    ]
+    title = f"equivalent conicity, centre at {centre * 1e3:.2f} mm"
+    return make_table(("amplitude", "tan gamma_e"), rows, title=title)
 
-    table = Table("amplitude", "tan gamma_e", title=f"equivalent conicity, centre at {centre * 1e3:.2f} mm")
-    for a, value in zip(amplitude, tan_gamma, strict=True):
-        if abs(a * 1e3 - round(a * 1e3)) < 1e-6:
-            table.add_row(f"{a * 1e3:.0f} mm", f"{value:.3f}" if np.isfinite(value) else "no such motion")
-    return table
+
+def _parameters_table(body: dict[str, Any]) -> Any:
+    sd, linearised, harmonic = body["standard_deviation"], body["conicity_parameters"], body["harmonic_parameters"]
+    rows = []
+    for key, name in PARAMETERS.items():
+        en15302 = _number(body["conicity_3mm"]) if key == "conicity" else ""
+        rows.append((name, _number(linearised[key]), _number(harmonic[key]), en15302))
+    flanges = [body["flange_contact"][side] for side in ("left", "right")]
+    jumps = sorted({round(abs(jump["displacement"]) * 1e3, 1) for jump in body["two_point_contacts"]})
+    rows += [
+        ("change of conicity with gauge [1/m]", _number(body["gauge_conicity"], 1), "", ""),
+        (
+            "flange contact at [mm]",
+            ", ".join("none" if x is None else f"{x * 1e3:.1f}" for x in flanges),
+            "",
+            "",
+        ),
+        ("two-point contact at [mm]", ", ".join(f"{x:g}" for x in jumps) or "none", "", ""),
+    ]
+    columns = ("", f"sd {sd * 1e3:g} mm", "harmonic, 3 mm", "EN 15302, 3 mm")
+    return make_table(columns, rows, _creep_rows(body["creep"]))
 
 
-def _told(body: dict[str, Any]) -> Any:
-    import math
+def _creep_rows(creep: dict[str, Any] | None) -> list[tuple[str, ...]]:
+    if creep is None:
+        return []
+    ellipse, c = creep["ellipse"], creep["kalker"]
+    kappa = f"{creep['longitudinal_creep']:.0f}, {creep['lateral_creep']:.0f}"
+    return [
+        ("contact ellipse a x b [mm]", f"{ellipse['a'] * 1e3:.2f} x {ellipse['b'] * 1e3:.2f}", "", ""),
+        ("Kalker C11, C22, C23", ", ".join(f"{c[key]:.2f}" for key in ("c11", "c22", "c23")), "", ""),
+        (f"kappa_x, kappa_y (surface {creep['surface']:g})", kappa, "", ""),
+        ("kappa_s [m]", _number(creep["spin_creep"]), "", ""),
+    ]
 
-    from rich.table import Table
 
-    sd, harmonic = body["standard_deviation"], body["harmonic_parameters"]
-    table = Table("", f"sd {sd * 1e3:g} mm", "harmonic, 3 mm", "EN 15302, 3 mm")
-
-    def number(x: float | None, digits: int = 3) -> str:
-        return "" if x is None else f"{x:.{digits}f}" if math.isfinite(x) else "out of reach"
-
-    names = {
-        "conicity": "conicity lambda",
-        "gravitational_stiffness": "gravitational stiffness epsilon",
-        "contact_angle": "contact angle delta [rad]",
-        "roll": "roll sigma",
-    }
-    for key, name in names.items():
-        en = number(body["conicity_3mm"]) if key == "conicity" else ""
-        table.add_row(name, number(body["conicity_parameters"][key]), number(harmonic[key]), en)
-    table.add_row("change of conicity with gauge [1/m]", number(body["gauge_conicity"], 1))
-    ends = [body["flange_contact"][side] for side in ("left", "right")]
-    table.add_row("flange contact at [mm]", ", ".join("none" if x is None else f"{x * 1e3:.1f}" for x in ends))
-    jumps = sorted({round(abs(j["displacement"]) * 1e3, 1) for j in body["two_point_contacts"]})
-    table.add_row("two points of contact at [mm]", ", ".join(f"{x:g}" for x in jumps) or "none")
-    if (creep := body["creep"]) is not None:
-        ellipse, c = creep["ellipse"], creep["kalker"]
-        table.add_section()
-        table.add_row("ellipse a x b [mm]", f"{ellipse['a'] * 1e3:.2f} x {ellipse['b'] * 1e3:.2f}")
-        table.add_row("Kalker C11, C22, C23", ", ".join(f"{c[k]:.2f}" for k in ("c11", "c22", "c23")))
-        table.add_row(f"kappa_x, kappa_y (surface {creep['surface']:g})",
-                      f"{creep['longitudinal_creep']:.0f}, {creep['lateral_creep']:.0f}")  # fmt: skip
-        table.add_row("kappa_s [m]", number(creep["spin_creep"]))
-    return table
+def _number(x: float | None, decimals: int = 3) -> str:
+    if x is None:
+        return ""
+    return f"{x:.{decimals}f}" if math.isfinite(x) else "out of range"

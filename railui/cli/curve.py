@@ -1,4 +1,4 @@
-"""railui curve: where a design stands in a curve."""
+"""railui curve: quasi-static curving behaviour of a design."""
 
 from __future__ import annotations
 
@@ -7,82 +7,70 @@ from typing import Any
 
 import click
 
-from railui.cli.common import Invocation, design_argument, load_vehicle, options, refuse
-from railui.cli.quantities import cant, figure, inclusive, length, reading
+from railui.cli.arguments import design_argument, figure_option, load_design_argument, quantity_option
+from railui.cli.invocation import Invocation, common_options, usage_error
+from railui.cli.quantities import parse_cant, parse_length, parse_radii
+from railui.cli.tables import format_fixed, make_table
 
-
-def _radii(text: str) -> list[float]:
-    """Radii [m]: single ones and ranges, divided by commas."""
-    found: list[float] = []
-    for part in text.split(","):
-        ends = [length(end) for end in part.split(":")]
-        if len(ends) > 3:
-            raise ValueError(f"{part.strip()!r} is no range: write FIRST:LAST or FIRST:LAST:STEP")
-        found += [ends[0]] if len(ends) == 1 else inclusive(*ends)
-    return found
+COLUMNS = ("radius [m]", "e [mm]", "angle of attack [mrad]", "sum of guiding forces [kN]", "wear number [N]", "flange")
 
 
 @click.command("curve")
 @design_argument
-@click.option("--radius", callback=reading(length), metavar="RADIUS", help="Radius [m], such as 600; < 0 curves left.")
-@click.option("--radii", callback=reading(_radii), metavar="RANGE", help="Several, such as 250:2000:50.")
-@click.option("--cant-deficiency", callback=reading(cant), default="0", show_default=True, metavar="LENGTH",
-              help='Such as 0.1, or "100 mm".')  # fmt: skip
-@click.option(
-    "--figure", callback=reading(figure), metavar="FILE", help="Draw them against the radius: .svg, .png or .pdf."
+@quantity_option("--radius", parse_length, metavar="RADIUS", help="Curve radius [m], such as 600; < 0 to the left.")
+@quantity_option("--radii", parse_radii, metavar="RANGE", help="Several radii, such as 250:2000:50.")
+@quantity_option(
+    "--cant-deficiency", parse_cant, default="0", metavar="LENGTH", help='Cant deficiency, such as 0.1 or "100 mm".'
 )
-@options
+@figure_option("the results against the radius")
+@common_options
 def command(
-    design: str, overrides: dict[str, str], radius: float | None, radii: list[float] | None, cant_deficiency: float,
-    figure: str | None, call: Invocation,
-) -> None:  # fmt: skip
-    """Tell where DESIGN stands in a curve: displacement, angle of attack, guiding force, wear.
+    design: str,
+    overrides: dict[str, str],
+    radius: float | None,
+    radii: list[float] | None,
+    cant_deficiency: float,
+    figure: str | None,
+    call: Invocation,
+) -> None:
+    """Compute the equilibrium of DESIGN in a curve: displacement, angle of attack, guiding force, wear number.
 
     \b
     railui curve design.yaml --radius 600 --cant-deficiency "100 mm"
     railui curve design.yaml --radii 250:2000:50 --figure curve.svg
 
     Quasi-static: accelerations and rates are zero, the effects act with their full laws. The centre of the
-    curve lies at +y, so e < 0 is outwards. A suspension that rides well on straight track may eat rails here.
+    curve is at +y, so e < 0 is outwards. A suspension with a high critical speed on tangent track may cause high
+    guiding forces and wear in curves.
     """
     from railui.curving import curves
 
     if (radius is None) == (radii is None):
-        raise refuse("give either --radius or --radii")
+        raise usage_error("give either --radius or --radii")
     given = [radius] if radius is not None else list(radii or ())
     if any(r == 0 for r in given):
-        raise refuse("a curve has a radius other than 0")
+        raise usage_error("a curve radius must not be 0")
     if figure is not None and len(given) < 2:
-        raise refuse("--figure draws against the radius: give --radii")
-    vehicle = load_vehicle(call, design, overrides)
-    cases = curves(vehicle, given, cant_deficiency)
-    head = {"design": vehicle.name, "overrides": overrides, "cant_deficiency": cant_deficiency}
+        raise usage_error("--figure draws against the radius: give --radii")
+    loaded = load_design_argument(call, design, overrides)
+    cases = curves(loaded, given, cant_deficiency)
     if figure is not None:
         from railui.report.figures.stability import draw_curves
 
         draw_curves(cases, figure)
-        call.say(f"wrote {figure}")
-    call.show(_table(cases))
+        call.info(f"wrote {figure}")
     notes = list(dict.fromkeys(note for case in cases for note in case["notes"]))
+    rows = [(f"{case['radius']:g}", *_values(case)) for case in cases]
+    call.show(make_table(COLUMNS, rows, caption="\n".join(notes)))
+    head = {"design": loaded.name, "overrides": overrides, "cant_deficiency": cant_deficiency}
     body = head | (cases[0] if radius is not None else {"cases": cases, "notes": notes})
-    call.emit(call.document("curve", body, [design]))
-
-
-def _table(cases: list[dict[str, Any]]) -> Any:
-    from rich.table import Table
-
-    columns = ("radius [m]", "e [mm]", "angle of attack [mrad]", "guiding force [kN]", "wear number [N]", "flange")
-    table = Table(*columns)
-    for case in cases:
-        table.add_row(f"{case['radius']:g}", *_values(case))
-    table.caption = "\n".join(dict.fromkeys(note for case in cases for note in case["notes"]))
-    return table
+    call.write_json(call.document("curve", body, [design]))
 
 
 def _values(case: Mapping[str, Any]) -> list[str]:
     if case["displacement"] is None:
         return ["-"] * 5
     lists = (("displacement", 1e3, 3), ("angle_of_attack", 1e3, 3), ("guiding_force", 1e-3, 2))
-    found = [", ".join(f"{factor * x:.{digits}f}" for x in case[key]) for key, factor, digits in lists]
-    touching = ", ".join(str(i + 1) for i, yes in enumerate(case["flange_contact"]) if yes)
-    return [*found, f"{case['wear_number']:.1f}", f"wheelset {touching}" if touching else ""]
+    cells = [", ".join(format_fixed(factor * x, decimals) for x in case[key]) for key, factor, decimals in lists]
+    touching = ", ".join(str(i) for i, is_touching in enumerate(case["flange_contact"], 1) if is_touching)
+    return [*cells, f"{case['wear_number']:.1f}", f"wheelset {touching}" if touching else ""]

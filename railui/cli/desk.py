@@ -1,4 +1,4 @@
-"""railui desk: the terminal desk."""
+"""railui desk: the terminal user interface."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import click
 
 @click.command("desk")
 @click.argument("file", metavar="[DESIGN or CAMPAIGN]", required=False)
-@click.option("--plain", is_flag=True, help="Letters and the terminal's own colours only.")
+@click.option("--plain", is_flag=True, help="Use letters and the terminal's own colours only.")
 @click.pass_context
 def command(ctx: click.Context, file: str | None, plain: bool) -> None:
-    """Open the desk: a day's design work in the terminal.
+    """Open the terminal user interface: results are updated as parameters change.
 
     \b
     railui desk designs/test_bogie.yaml
     railui desk designs/campaigns/worn_axle_box
 
-    F1 helps, ctrl+p finds every command, ctrl+q quits.
+    F1 shows help, ctrl+p lists every command, ctrl+q quits.
     """
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise click.UsageError("the desk needs a terminal; without one, use the other commands", ctx)

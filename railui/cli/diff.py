@@ -1,4 +1,4 @@
-"""railui diff: what differs between two designs, studies or campaigns."""
+"""railui diff: differences between two designs, studies or campaigns."""
 
 from __future__ import annotations
 
@@ -6,35 +6,32 @@ from typing import Any
 
 import click
 
-from railui.cli.common import Invocation, options
+from railui.cli.invocation import Invocation, common_options
+from railui.cli.tables import make_table
 
 
 @click.command("diff")
 @click.argument("a", metavar="A.yaml")
 @click.argument("b", metavar="B.yaml")
-@options
+@common_options
 def command(a: str, b: str, call: Invocation) -> None:
-    """Tell every number and word in which B.yaml differs from A.yaml, units and defaults resolved."""
+    """List every value in which B.yaml differs from A.yaml, with units and defaults resolved."""
     from railui.documents.difference import differences
 
     rows = differences(a, b)
-    call.show(_table(rows, a, b) if rows else "no difference")
-    call.emit(call.document("diff", {"differences": rows}, [a, b]))
+    cells = [(row["path"], _value(row, "a"), _value(row, "b"), _change(row["relative"])) for row in rows]
+    call.show(make_table(("path", a, b, "change"), cells) if rows else "no difference")
+    call.write_json(call.document("diff", {"differences": rows}, [a, b]))
 
 
-def _table(rows: list[dict[str, Any]], a: str, b: str) -> Any:
-    from rich.table import Table
+def _value(row: dict[str, Any], key: str) -> str:
+    from railui.io.number_format import format_quantity
 
-    table = Table("path", a, b, "change")
-    for row in rows:
-        change = "" if row["relative"] is None else f"{100 * row['relative']:+.3g} %"
-        table.add_row(row["path"], *(_text(row[key], row["unit"]) for key in ("a", "b")), change)
-    return table
-
-
-def _text(value: Any, unit: str) -> str:
-    from railui.io.number_format import display
-
+    value, unit = row[key], row["unit"]
     if value is None:
         return "-"
-    return display(value, unit) if isinstance(value, float) and unit else str(value)
+    return format_quantity(value, unit) if isinstance(value, float) and unit else str(value)
+
+
+def _change(relative: float | None) -> str:
+    return "" if relative is None else f"{100 * relative:+.3g} %"

@@ -1,4 +1,4 @@
-"""railui doctor: published values and the machine against this installation."""
+"""railui doctor: installation self-test against reference values."""
 
 from __future__ import annotations
 
@@ -7,45 +7,48 @@ from typing import Any
 
 import click
 
-from railui.cli import VIOLATED
-from railui.cli.common import Invocation, cell, options
+from railui.cli import EXIT_LIMIT_VIOLATED
+from railui.cli.invocation import Invocation, common_options
+from railui.cli.tables import format_cell, make_table
 
 
 @click.command("doctor")
-@click.option("--reference", type=click.Path(exists=True, file_okay=False), metavar="DIR",
-              help="A directory with en15302/ and profiles/, which are not ours to ship.")  # fmt: skip
-@options
+@click.option(
+    "--reference",
+    type=click.Path(exists=True, file_okay=False),
+    metavar="DIR",
+    help="Directory with en15302/ and profiles/, whose licences do not allow distribution.",
+)
+@common_options
 @click.pass_context
 def command(ctx: click.Context, reference: str | None, call: Invocation) -> None:
-    """Check this installation against reference values, each with its source, and check the machine.
+    """Run the installation self-test against reference values, each with its source, and test the machine.
 
     Some values are published, others were derived independently for this check.
-    Eigenvalues, critical speeds, curves, contact, spectra and weightings; whether one lane and sixteen, one
-    thread and several agree to the last digit. Exit code 4 where a check fails.
+    Eigenvalues, critical speeds, curves, contact, spectra and weightings; bitwise agreement of one SIMD lane with
+    sixteen and of one thread with several. Exit code 4 where a check fails.
     """
     from pathlib import Path
 
     from railui.doctor import doctor
 
-    found = doctor(None if reference is None else Path(reference), call.jobs)
-    call.show(_table(found))
-    call.emit(call.document("doctor", found))
-    ctx.exit(0 if found["ok"] else VIOLATED)
+    report = doctor(None if reference is None else Path(reference), call.jobs)
+    call.show(_table(report))
+    call.write_json(call.document("doctor", report))
+    ctx.exit(0 if report["ok"] else EXIT_LIMIT_VIOLATED)
 
 
-def _table(found: Mapping[str, Any]) -> Any:
-    from rich.table import Table
+def _table(report: Mapping[str, Any]) -> Any:
     from rich.text import Text
 
-    machine = found["machine"]
+    machine = report["machine"]
     title = f"SIMD {machine['simd']}, {machine['threads']} threads, Python {machine['python']}, {machine['platform']}"
-    table = Table("", "check", "expected", "got", "source", title=title, title_justify="left")
-    for check in found["checks"]:
-        mark = "ok" if check["ok"] else Text("FAILS", "bold red")
-        values = (cell(check[key], 7) for key in ("name", "expected", "got", "source"))
-        table.add_row(mark, *values)
-    failed = sum(not check["ok"] for check in found["checks"])
-    counts = f"{len(found['checks'])} checks, {failed} fail, {found['seconds']:.1f} s"
-    skipped = [f"skipped: {one['name']}, {one['reason']}" for one in found["skipped"]]
-    table.caption = "\n".join([*skipped, counts])
-    return table
+    rows = []
+    for check in report["checks"]:
+        values = (format_cell(check[key], 7) for key in ("name", "expected", "got", "source"))
+        rows.append(["ok" if check["ok"] else Text("FAILS", "bold red"), *values])
+    failed = sum(not check["ok"] for check in report["checks"])
+    skipped = [f"skipped: {check['name']}, {check['reason']}" for check in report["skipped"]]
+    counts = f"{len(report['checks'])} checks, {failed} failed, {report['seconds']:.1f} s"
+    columns = ("", "check", "expected", "got", "source")
+    return make_table(columns, rows, title=title, caption="\n".join([*skipped, counts]))

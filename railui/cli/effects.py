@@ -1,4 +1,4 @@
-"""railui effects: the catalogue of effects."""
+"""railui effects: the model library of effects."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import Any
 
 import click
 
-from railui.cli.common import Invocation, options
+from railui.cli.invocation import Invocation, common_options
+from railui.cli.tables import make_table
 
-# the bogie whose springs and dampers the defaults are told in: that of the description of files
-REFERENCE = {
+# the bogie whose springs and dampers the defaults refer to, as in docs/files.md
+REFERENCE_BOGIE = {
     "vehicle.frame.mass": 2900.0,
     "vehicle.geometry.half_spring_base": 1.0,
     "vehicle.geometry.rolling_radius": 0.46,
@@ -23,62 +24,76 @@ REFERENCE = {
     "vehicle.secondary.yaw_damping": 30e3,
     "contact.flange_clearance": 7e-3,
 }
-# an outer force on the frame is told in terms of the spring that holds it
-NEIGHBOURS = {"frame": "secondary_lateral", "frame_yaw": "secondary_yaw"}
+# external forces on the frame are scaled by the spring that supports it
+REFERENCE_LOCATIONS = {"frame": "secondary_lateral", "frame_yaw": "secondary_yaw"}
+MAX_LISTED_LOCATIONS = 7
+NOTE = "defaults, minima and maxima at the first location for the bogie of the examples; times: of which quantity"
 
 
-def resolved(parameter: Mapping[str, Any], places: list[str]) -> dict[str, Any]:
-    """A parameter of a record with unit, default and range as numbers at its first place."""
-    from railui.vehicle.effect_records import default_at, range_at, unit_at
+def resolve_parameter(parameter: Mapping[str, Any], locations: list[str]) -> dict[str, Any]:
+    """Return a parameter of a record with unit, default and range as numbers at its first location."""
+    from railui.vehicle.effects import default_at, range_at, unit_at
 
-    at = places[0]
-    site = NEIGHBOURS.get(at, at)
-    low, high = range_at(parameter, site, REFERENCE)
-    default = default_at(parameter, site, REFERENCE)
-    if parameter["optional"]:  # a file that leaves it out gets the number as it is
+    at = locations[0]
+    reference = REFERENCE_LOCATIONS.get(at, at)
+    low, high = range_at(parameter, reference, REFERENCE_BOGIE)
+    default = default_at(parameter, reference, REFERENCE_BOGIE)
+    if parameter["optional"]:  # a file without the key gets this number, unscaled
         default = float(parameter["default"])
     numbers = {"default": default, "minimum": low, "maximum": high}
-    told = {key: value if value is not None and math.isfinite(value) else None for key, value in numbers.items()}
-    unit = unit_at(str(parameter["unit"]), at)
-    words = {key: str(parameter[key]) for key in ("key", "symbol")}
-    more = {"origin": str(parameter["origin"]), "times": str(parameter["times"])}
-    return {**words, "unit": unit, **told, **more, "role": str(parameter["role"])}
+    finite = {key: value if value is not None and math.isfinite(value) else None for key, value in numbers.items()}
+    return {
+        "key": str(parameter["key"]),
+        "symbol": str(parameter["symbol"]),
+        "unit": unit_at(str(parameter["unit"]), at),
+        **finite,
+        "origin": str(parameter["origin"]),
+        "times": str(parameter["times"]),
+        "role": str(parameter["role"]),
+    }
 
 
-def entries() -> list[dict[str, Any]]:
-    """The catalogue as it is told: kind, title, at, source, parameters."""
-    from railui.core import catalogue
+def catalogue_entries() -> list[dict[str, Any]]:
+    """Return the library as data: kind, title, at, source, parameters."""
+    from railui.core import effect_catalogue
 
-    found = []
-    for record in catalogue():
-        places = [str(at) for at in record["at"]]
-        told = {key: str(record[key]) for key in ("kind", "title")} | {"at": places, "source": str(record["source"])}
-        found.append(told | {"parameters": [resolved(p, places) for p in record["parameters"]]})
-    return found
+    entries = []
+    for record in effect_catalogue():
+        locations = [str(at) for at in record["at"]]
+        entries.append(
+            {
+                "kind": str(record["kind"]),
+                "title": str(record["title"]),
+                "at": locations,
+                "source": str(record["source"]),
+                "parameters": [resolve_parameter(p, locations) for p in record["parameters"]],
+            }
+        )
+    return entries
 
 
 @click.command("effects")
-@options
+@common_options
 def command(call: Invocation) -> None:
-    """List the catalogue of effects: the laws that the linear model lacks, where they stand, their numbers.
+    """List the effects of the model library: force laws that the linear model lacks, locations, parameters.
 
-    Defaults and ranges are those at the first place, for the bogie of the examples; `times` says what they
-    are multiples of.
+    Defaults and ranges are those at the first location, for the bogie of the examples; in the JSON, `times` names
+    the quantity by which they are scaled.
     """
-    from rich.table import Table
-
-    from railui.io.number_format import display
-
-    found = entries()
-    table = Table("kind", "what it is", "at", "parameters (default)", title="effects", title_justify="left")
-    for effect in found:
-        numbers = [
-            p["key"] if p["default"] is None else f"{p['key']} ({display(p['default'], p['unit'])})"
-            for p in effect["parameters"]
-        ]
-        places = effect["at"] if len(effect["at"]) < 8 else [*effect["at"][:3], "..."]
-        table.add_row(effect["kind"], effect["title"], ", ".join(places), ", ".join(numbers))
+    entries = catalogue_entries()
     if call.json != "-":
-        call.show(table)
-    note = "defaults, minima and maxima at the first place for the bogie of the examples; times: of what"
-    call.emit(call.document("effects", {"effects": found, "notes": [note]}))
+        columns = ("kind", "description", "at", "parameters (default)")
+        call.show(make_table(columns, map(_row, entries), title="effects"))
+    call.write_json(call.document("effects", {"effects": entries, "notes": [NOTE]}))
+
+
+def _row(effect: dict[str, Any]) -> tuple[str, ...]:
+    from railui.io.number_format import format_quantity
+
+    parameters = [
+        p["key"] if p["default"] is None else f"{p['key']} ({format_quantity(p['default'], p['unit'])})"
+        for p in effect["parameters"]
+    ]
+    at = effect["at"]
+    listed = at if len(at) <= MAX_LISTED_LOCATIONS else [*at[:3], "..."]
+    return effect["kind"], effect["title"], ", ".join(listed), ", ".join(parameters)

@@ -1,4 +1,4 @@
-"""railui loop: adjust, trace what the model lacks, add it, adjust again, report."""
+"""railui loop: calibration of a model and identification of an unmodelled effect."""
 
 from __future__ import annotations
 
@@ -7,20 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, narrator, options, refuse
+from railui.cli.invocation import Invocation, RunLog, common_options, usage_error
 
 if TYPE_CHECKING:
     from railui.identification.loop import LoopResult
 
-ROWS = 8
-EFFECTS = dict.fromkeys(("effect", "none"), "effects found") | {"outside": "effects added, which are not the answer"}
-
 
 @click.command("loop")
 @click.argument("campaign", metavar="CAMPAIGN")
-@click.option("-o", "--out", metavar="DIR", help="Where the results go; railui-loop beside the campaign by default.")
-@click.option("--without", metavar="KIND,KIND", default="", help="Effects that the trace may not name.")
-@options
+@click.option(
+    "-o", "--out", metavar="DIR", help="Directory of the results; railui-loop next to the campaign by default."
+)
+@click.option("--without", metavar="KIND,KIND", default="", help="Effects excluded from the structure detection.")
+@common_options
 def command(campaign: str, out: str | None, without: str, call: Invocation) -> None:
     """Calibrate the model of a CAMPAIGN (its directory or campaign.yaml) and identify an unmodelled effect.
 
@@ -28,118 +27,75 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     railui loop designs/campaigns/worn_axle_box
     railui loop campaign.yaml -o results --json - --seed 1
 
-    The declared vehicle is adjusted to the runs of role adjust; what remains is traced to an effect of the
-    catalogue; the effect is added and everything adjusted again; the error is that of the runs of role
-    validate: no parameter of the vehicle is fitted to them, but they decide which effects are accepted, so they
-    are no independent test. State the noise of the track columns: without it the verdict can change.
-    Every verdict (none, effect, outside) ends with exit code 0.
+    The parameters of the nominal model are estimated from the runs of role adjust; a score test and candidate
+    refits select an effect of the library that explains the residual; the effect is added and all parameters are
+    estimated again. The error is that of the runs of role validate: no parameter of the vehicle is fitted to
+    them, but they decide which effects are accepted, so they are no independent test. State the noise of the
+    track columns: without it the verdict can change. Every verdict (none, effect, outside) has exit code 0.
     """
     from railui.campaign.campaign import load_campaign
     from railui.campaign.dataset import read_dataset
     from railui.campaign.directory import campaign_file
-    from railui.documents.recognise import expect
+    from railui.documents.recognise import expect_kind
     from railui.identification.loop import close_loop
-    from railui.io.atomic import check_writable
-    from railui.report.figures.drawing import load_beside
+    from railui.io.atomic import check_directory_writable
+    from railui.report.figures.drawing import preload_in_background
     from railui.report.loop.data import loop_report
     from railui.report.loop.files import ForeignFiles, check_directory, write_loop
 
-    barred = barred_kinds(without)
+    excluded = excluded_kinds(without)
     source = campaign_file(campaign)
-    expect(source, "campaign")
+    expect_kind(source, "campaign")
     loaded = load_campaign(source)
     call.warn(loaded.warnings)
     directory = Path(out) if out is not None else source.parent / "railui-loop"
     try:
         check_directory(directory)
     except ForeignFiles as error:
-        raise refuse(str(error)) from None
-    check_writable(directory)
-    load_beside()
-    log: list[str] = []
-    report = narrator(call, log)
-    found = close_loop(read_dataset(loaded), without=barred, seed=call.seed or 0, jobs=call.jobs, report=report)
-    data = loop_report(found)
-    log.append(str(data["sentence"]))
-    write_loop(found, data, directory, log)
-    call.emit(data)  # before the table: its reader may leave
-    show(call, found, data)
-    call.say(f"written to {directory}: loop.json, adjusted.yaml, campaign.yaml, report.html, simulated channels")
+        raise usage_error(str(error)) from None
+    check_directory_writable(directory)
+    preload_in_background()
+    log = RunLog(call)
+    result = close_loop(read_dataset(loaded), without=excluded, seed=call.seed or 0, jobs=call.jobs, progress=log)
+    report = loop_report(result)
+    write_loop(result, report, directory, [*log.lines, str(report["sentence"])])
+    call.write_json(report)  # before the tables: a closed pipe must not lose it
+    _show(call, result, report)
+    call.info(f"wrote to {directory}: loop.json, adjusted.yaml, campaign.yaml, report.html, simulated channels")
 
 
-def barred_kinds(text: str) -> list[str]:
-    """The kinds of --without; a usage error names the nearest for one that is unknown."""
+def excluded_kinds(text: str) -> list[str]:
+    """Parse the kinds of --without; the usage error for an unknown kind suggests the nearest."""
     from railui import core
-    from railui.io.problems import nearest
+    from railui.io.problems import suggest_name
 
-    kinds = [k.strip() for k in text.split(",") if k.strip()]
-    known = [str(r["kind"]) for r in core.catalogue()]
+    kinds = [kind.strip() for kind in text.split(",") if kind.strip()]
+    known = [str(record["kind"]) for record in core.effect_catalogue()]
     for kind in kinds:
         if kind not in known:
-            raise refuse(f"no effect {kind!r} in the catalogue, {nearest(kind, known)}")
+            raise usage_error(f"no effect {kind!r} in the catalogue, {suggest_name(kind, known)}")
     return kinds
 
 
-def show(call: Invocation, found: LoopResult, data: dict[str, Any]) -> None:
-    """The verdict, the errors per channel and the effects, for the reader."""
-    from rich.table import Table
+def _show(call: Invocation, result: LoopResult, report: dict[str, Any]) -> None:
+    """Print verdict, errors, notes, contact parameters and effects."""
+    from railui.cli.identification_tables import (
+        detectable_table,
+        effects_table,
+        errors_table,
+        parameters_table,
+        profiles_note,
+    )
+    from railui.report.loop.notes import unstated_track_noise_notes, unstructured_residual_notes
 
-    from railui.cli.adjust import parameters_table, profiles_note
-    from railui.report.loop.data import shapeless, unstated_track_noise
-
-    call.show(f"\n{data['sentence']}\n")
-    table = Table(title="NRMSE on the validation runs", title_justify="left")
-    table.add_column("")
-    channels = list(data["declared"]["channels"])
-    for name in ("all", *channels):
-        table.add_column(name, justify="right")
-    for which in ("declared", "before", "after", "floor"):
-        row = data[which]
-        cells = [row["nrmse"], *(row["channels"].get(c) for c in channels)]
-        table.add_row(which, *(("-" if v is None else f"{v:.3f}") for v in cells))
-    call.show(table)
-    for note in [*unstated_track_noise(found.measurement), *shapeless(found)]:
+    call.show(f"\n{report['sentence']}\n")
+    call.show(errors_table(report))
+    for note in [*unstated_track_noise_notes(result.dataset), *unstructured_residual_notes(result)]:
         call.show(f"{note}\n")
-    if data["profiles"]:
-        contact = [path for path in data["parameters"] if path.startswith("contact.")]
-        call.show(parameters_table(data, contact))
-        call.show(profiles_note(data["profiles"]))
-    if data["effects"]:
-        call.show(effects_table(data))
-    elif found.outside is None:
-        call.show(smallest_table(data))
-
-
-def effects_table(data: dict[str, Any]) -> Any:
-    """The effects that were added, with their numbers; beside an `outside` they are not the answer."""
-    from rich.table import Table
-
-    from railui.io.number_format import display
-    from railui.report.loop.phases import phase_of
-
-    table = Table(title=EFFECTS[data["verdict"]], title_justify="left")
-    for name in ("kind", "at", "wheelset", "parameter", "value", "standard deviation"):
-        table.add_column(name)
-    for effect in data["effects"]:
-        where = "both" if effect["wheelset"] is None else str(effect["wheelset"])
-        phases = [(f"phase, {phase_of(p)}", p) for p in effect["phases"]]
-        for key, p in [*effect["parameters"].items(), *phases]:
-            sd = "-" if p["sd"] is None else display(p["sd"], p["unit"])
-            table.add_row(effect["kind"], effect["at"], where, key, display(p["value"], p["unit"]), sd)
-    return table
-
-
-def smallest_table(data: dict[str, Any]) -> Any:
-    """The minimum detectable effects of this campaign."""
-    from rich.table import Table
-
-    from railui.io.number_format import display
-
-    table = Table(title="minimum detectable effects (nominal power 90 %)", title_justify="left")
-    for name in ("kind", "at", "smallest"):
-        table.add_column(name)
-    rows = [r for r in data["detectable"] if r["wheelset"] is None and r["value"] is not None]
-    wanted = ("free_play", "dry_friction", "creep_saturation", "spring", "hysteresis", "flange_contact")
-    for row in [r for k in wanted for r in rows if r["kind"] == k][: 2 * ROWS]:
-        table.add_row(row["kind"], row["at"], f"{row['parameter']} {display(row['value'], row['unit'])}")
-    return table
+    if report["profiles"]:
+        call.show(parameters_table(report, [path for path in report["parameters"] if path.startswith("contact.")]))
+        call.show(profiles_note(report["profiles"]))
+    if report["effects"]:
+        call.show(effects_table(report))
+    elif report["outside"] is None:
+        call.show(detectable_table(report))

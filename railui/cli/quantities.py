@@ -1,4 +1,4 @@
-"""Numbers on the command line: speeds with or without a unit, ranges, lists of seeds."""
+"""Quantities on the command line: values with or without a unit, ranges, lists of seeds."""
 
 from __future__ import annotations
 
@@ -7,97 +7,94 @@ from typing import Any
 
 import click
 
-MOST = 10_000  # values of a range
-MOST_CANT = 0.5  # m
-PARTS = 20  # of a range that names no step
+MAX_RANGE_LENGTH = 10_000  # values
+MAX_CANT = 0.5  # m
+DEFAULT_INTERVALS = 20  # of a range without a step
 
 
-def inclusive(first: float, last: float, step: float | None = None) -> list[float]:
-    """The values of a range, its ends included; without a step a twentieth of it.
+def inclusive_range(first: float, last: float, step: float | None = None) -> list[float]:
+    """Return the values of a range including its ends; the default step is a twentieth of the range.
 
-    >>> inclusive(5.0, 90.0, 5.0)[-1], len(inclusive(0.0, 1.0)), inclusive(30.0, 62.0, 10.0)
+    >>> inclusive_range(5.0, 90.0, 5.0)[-1], len(inclusive_range(0.0, 1.0)), inclusive_range(30.0, 62.0, 10.0)
     (90.0, 21, [30.0, 40.0, 50.0, 60.0])
     """
     if last < first:
         raise ValueError(f"the range {first:g}:{last:g} runs backwards, write {last:g}:{first:g}")
-    step = (last - first) / PARTS if step is None else step
+    step = (last - first) / DEFAULT_INTERVALS if step is None else step
     if last > first and not step > 0:
         raise ValueError(f"the step of a range must be positive: {step:g}")
     count = 1 if last == first else int((last - first) / step + 1e-9) + 1
-    if count > MOST:
-        raise ValueError(f"the range has {count} values, {MOST} are the most: take a larger step")
+    if count > MAX_RANGE_LENGTH:
+        raise ValueError(f"the range has {count} values, at most {MAX_RANGE_LENGTH} are allowed: use a larger step")
     return [first + i * step for i in range(count)]
 
 
-def speeds(text: str) -> list[float]:
-    """Speeds [m/s]: single ones and ranges, divided by commas; the unit behind a range goes for all of it.
+def parse_speeds(text: str) -> list[float]:
+    """Parse speeds [m/s]: values and ranges separated by commas; the unit after a range applies to all of it.
 
-    Raises ValueError; a bare number above 120 is one, since km/h may be meant.
+    Raises ValueError, also for a bare number above 120, since km/h may be meant.
 
-    >>> speeds("30:60:10"), speeds("144 km/h"), speeds("90:180:90 km/h")
+    >>> parse_speeds("30:60:10"), parse_speeds("144 km/h"), parse_speeds("90:180:90 km/h")
     ([30.0, 40.0, 50.0, 60.0], [40.0], [25.0, 50.0])
     """
-    from railui.io.units import quantity, read_speed, split
+    from railui.io.units import quantity, read_speed, split_quantity
 
-    found: list[float] = []
+    speeds: list[float] = []
     for part in text.split(","):
-        ends = [end.strip() for end in part.split(":")]
-        if not 1 <= len(ends) <= 3:
-            raise ValueError(f"{part.strip()!r} is no range: write FIRST:LAST or FIRST:LAST:STEP")
-        unit = split(ends[-1])[1]
-        ends = [end if split(end)[1] or not unit else f"{end} {unit}" for end in ends]
+        ends = _split_range(part)
+        unit = split_quantity(ends[-1])[1]
+        ends = [end if split_quantity(end)[1] or not unit else f"{end} {unit}" for end in ends]
         first, last = read_speed(ends[0]), read_speed(ends[min(1, len(ends) - 1)])
         step = quantity(ends[2], "m/s") if len(ends) == 3 else None
-        found += [first] if len(ends) == 1 else inclusive(first, last, step)
-    return found
+        speeds += [first] if len(ends) == 1 else inclusive_range(first, last, step)
+    return speeds
 
 
-def seeds(text: str) -> list[int]:
-    """Seeds: whole numbers and ranges of them, divided by commas.
+def parse_radii(text: str) -> list[float]:
+    """Parse radii [m]: values and ranges separated by commas.
 
-    >>> seeds("1,2,3"), seeds("4:7"), seeds("0:10:5")
+    >>> parse_radii("600, 250:750:250")
+    [600.0, 250.0, 500.0, 750.0]
+    """
+    radii: list[float] = []
+    for part in text.split(","):
+        ends = [parse_length(end) for end in _split_range(part)]
+        radii += [ends[0]] if len(ends) == 1 else inclusive_range(*ends)
+    return radii
+
+
+def parse_seeds(text: str) -> list[int]:
+    """Parse seeds: whole numbers and ranges of them, separated by commas.
+
+    >>> parse_seeds("1,2,3"), parse_seeds("4:7"), parse_seeds("0:10:5")
     ([1, 2, 3], [4, 5, 6, 7], [0, 5, 10])
     """
-    found: list[int] = []
+    seeds: list[int] = []
     for part in text.split(","):
         ends = [end.strip() for end in part.split(":")]
         if not all(end.isdecimal() for end in ends) or len(ends) > 3:
-            raise ValueError(f"{part.strip()!r} is no seed: write whole numbers, such as 1,2,3 or 1:10")
+            raise ValueError(f"{part.strip()!r} is not a seed: write whole numbers, such as 1,2,3 or 1:10")
         numbers = [int(end) for end in ends]
         if len(numbers) == 1:
-            found += numbers
+            seeds += numbers
         else:
             step = numbers[2] if len(numbers) == 3 else 1
-            found += [round(x) for x in inclusive(numbers[0], numbers[1], step)]
-    return found
+            seeds += [round(x) for x in inclusive_range(numbers[0], numbers[1], step)]
+    return seeds
 
 
-def speed(text: str) -> float:
-    """One speed [m/s], see `speeds`."""
-    found = speeds(text)
-    if len(found) != 1:
+def parse_speed(text: str) -> float:
+    """Parse one speed [m/s], see `parse_speeds`."""
+    speeds = parse_speeds(text)
+    if len(speeds) != 1:
         raise ValueError(f"{text!r} is more than one speed: write 40.5 with a point, or give several to --speeds")
-    return found[0]
+    return speeds[0]
 
 
-def figure(text: str) -> str:
-    """The name of a figure to draw, where it can be written.
+def parse_length(text: str) -> float:
+    """Parse a length [m], with or without a unit.
 
-    >>> figure("a.svg")
-    'a.svg'
-    """
-    from railui.io.atomic import check_file
-
-    if not text.lower().endswith((".svg", ".png", ".pdf")):
-        raise ValueError(f"{text!r} is no figure: write a name that ends in .svg, .png or .pdf")
-    check_file(text)
-    return text
-
-
-def length(text: str) -> float:
-    """One length [m], with a unit or without.
-
-    >>> length("100 mm")
+    >>> parse_length("100 mm")
     0.1
     """
     from railui.io.units import quantity
@@ -105,23 +102,31 @@ def length(text: str) -> float:
     return quantity(text, "m")
 
 
-def cant(text: str) -> float:
-    """A cant deficiency or excess [m]; a bare number above 0.5 raises ValueError, since mm may be meant.
+def parse_segment_length(text: str) -> float:
+    """Parse the length of a track section [m], above 0."""
+    length = parse_length(text)
+    if not length > 0:
+        raise ValueError(f"{text!r} is not the length of a track section: give more than 0 m")
+    return length
 
-    >>> cant("0.1"), cant("100 mm")
+
+def parse_cant(text: str) -> float:
+    """Parse a cant deficiency or excess [m]; ValueError for a bare number above 0.5, since mm may be meant.
+
+    >>> parse_cant("0.1"), parse_cant("100 mm")
     (0.1, 0.1)
     """
-    found = length(text)
-    if abs(found) > MOST_CANT:
-        hint = "write a smaller one" if text.strip()[-1:].isalpha() else f"were mm meant? write '{text.strip()} mm'"
-        raise ValueError(f"{found:g} m is more than any curve has, {hint}")
-    return found
+    cant = parse_length(text)
+    if abs(cant) > MAX_CANT:
+        remedy = "write a smaller one" if text.strip()[-1:].isalpha() else f"were mm meant? write '{text.strip()} mm'"
+        raise ValueError(f"{cant:g} m is above the largest accepted cant of {MAX_CANT:g} m, {remedy}")
+    return cant
 
 
-def force(text: str) -> float:
-    """One force [N], with a unit or without.
+def parse_force(text: str) -> float:
+    """Parse a force [N], with or without a unit.
 
-    >>> force("55 kN")
+    >>> parse_force("55 kN")
     55000.0
     """
     from railui.io.units import quantity
@@ -129,23 +134,37 @@ def force(text: str) -> float:
     return quantity(text, "N")
 
 
-def stretch(text: str) -> float:
-    """The length of a stretch of track [m], above 0."""
-    found = length(text)
-    if not found > 0:
-        raise ValueError(f"{text!r} is no stretch of track: give a length above 0 m")
-    return found
+def parse_figure_path(text: str) -> str:
+    """Return the path of a figure to draw, where it can be written.
+
+    >>> parse_figure_path("a.svg")
+    'a.svg'
+    """
+    from railui.io.atomic import check_file_writable
+
+    if not text.lower().endswith((".svg", ".png", ".pdf")):
+        raise ValueError(f"{text!r} is not the file of a figure: write a name that ends in .svg, .png or .pdf")
+    check_file_writable(text)
+    return text
 
 
-def reading(read: Callable[[str], Any]) -> Callable[[click.Context, click.Parameter, str | None], Any]:
-    """A callback of an option that reads its text; a ValueError becomes wrong use of that option."""
+def option_callback(parse: Callable[[str], Any]) -> Callable[[click.Context, click.Parameter, str | None], Any]:
+    """Return a click callback that parses the text of an option; a ValueError becomes a usage error."""
 
     def callback(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
         if value is None:
             return None
         try:
-            return read(value)
+            return parse(value)
         except ValueError as error:
             raise click.BadParameter(str(error), ctx, parameter) from None
 
     return callback
+
+
+def _split_range(text: str) -> list[str]:
+    """Split FIRST:LAST:STEP into its one to three parts."""
+    ends = [end.strip() for end in text.split(":")]
+    if len(ends) > 3:
+        raise ValueError(f"{text.strip()!r} is not a range: write FIRST:LAST or FIRST:LAST:STEP")
+    return ends

@@ -1,17 +1,17 @@
-"""railui schema: JSON Schema of our YAML files, for editors."""
+"""railui schema: JSON Schema of the YAML files, for editors."""
 
 from __future__ import annotations
 
 import click
 
-from railui.cli.common import Invocation, options
+from railui.cli.invocation import Invocation, common_options
 
 
 @click.command("schema")
 @click.argument("kind", type=click.Choice(["design", "campaign", "study"]))
-@options
+@common_options
 def command(kind: str, call: Invocation) -> None:
-    """Print the JSON Schema of a design, a campaign or a study; an editor checks and completes by it.
+    """Print the JSON Schema of a design, a campaign or a study, with which an editor validates and completes it.
 
     \b
     railui schema design > design.schema.json
@@ -19,9 +19,9 @@ def command(kind: str, call: Invocation) -> None:
     """
     import json
 
-    from railui.documents.schema import schema
+    from railui.documents.schema import json_schema
 
-    made = schema(kind)
+    document = json_schema(kind)
     if call.json is None:
-        call.show(json.dumps(made, indent=1, ensure_ascii=False))
-    call.emit(made)
+        call.show(json.dumps(document, indent=1, ensure_ascii=False))
+    call.write_json(document)

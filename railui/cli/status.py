@@ -1,27 +1,27 @@
-"""railui status: where a running or finished study stands."""
+"""railui status: state of a running or finished optimisation."""
 
 from __future__ import annotations
 
 import click
 
-from railui.cli.common import Invocation, options
+from railui.cli.invocation import Invocation, common_options
 
 
 @click.command("status")
 @click.argument("directory", metavar="DIR")
-@options
+@common_options
 def command(directory: str, call: Invocation) -> None:
-    """Tell where the search in DIR stands: running, interrupted or finished, and how long it will take."""
+    """Report the state of the optimisation in DIR: running, interrupted or finished, and the time that remains."""
     from railui.execution.session import status
 
-    found = status(directory)
-    failures = ", ".join(f"{count} {reason}" for reason, count in found["failures"].items())
+    state = status(directory)
+    failures = ", ".join(f"{count} {reason}" for reason, count in state["failures"].items())
     lines = [
-        f"{found['study']}: {found['state']}" + (f" by {found['held_by']}" if found["held_by"] else ""),
-        f"{found['evaluations']} designs evaluated, {found['failed']} failed" + (f" ({failures})" if failures else ""),
-        f"{found['rides']} rides stored" + ("" if found["state"] == "finished" else f"; {found['doing']}"),
+        f"{state['study']}: {state['state']}" + (f" by {state['held_by']}" if state["held_by"] else ""),
+        f"{state['evaluations']} designs evaluated, {state['failed']} failed" + (f" ({failures})" if failures else ""),
+        f"{state['rides']} simulations stored" + ("" if state["state"] == "finished" else f"; {state['doing']}"),
     ]
-    if found["state"] == "running" and found["eta_s"] is not None:
-        lines.append(f"about {found['eta_s']:.0f} s to go")
+    if state["state"] == "running" and state["eta_s"] is not None:
+        lines.append(f"about {state['eta_s']:.0f} s remaining")
     call.show("\n".join(lines))
-    call.emit(call.document("status", found))
+    call.write_json(call.document("status", state))

@@ -1,24 +1,29 @@
-"""railui track: synthetic tracks, and what a track contains."""
+"""railui track: synthetic tracks, and the spectrum of a track."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, lay_track, options, refuse
+from railui.cli.arguments import resolve_track_argument
+from railui.cli.invocation import Invocation, common_options, usage_error
+from railui.cli.tables import make_table
 
 if TYPE_CHECKING:
     from railui.track.excitation import TrackSource
 
+QUANTITIES = ("yw", "phiw", "gauge")
+
 
 @click.command("track")
 @click.argument("spec", nargs=-1, metavar="[SPEC]...")
-@click.option("-o", "--output", metavar="TRACK.csv", help="Where the track is written; - for stdout.")
-@click.option("--spectrum", metavar="RUN|TRACK", help="Tell what a track, or that of a run, contains.")
-@options
+@click.option("-o", "--output", metavar="TRACK.csv", help="File of the track; - for stdout.")
+@click.option("--spectrum", metavar="RUN|TRACK", help="Analyse a track, or that of a run.")
+@common_options
 def command(spec: tuple[str, ...], output: str | None, spectrum: str | None, call: Invocation) -> None:
-    """Write a synthetic track, or tell the spectrum of one.
+    """Write a synthetic track, or analyse the spectrum of a track.
 
     \b
     railui track erri_b176_low length=2000 seed=1 -o line.csv
@@ -28,39 +33,37 @@ def command(spec: tuple[str, ...], output: str | None, spectrum: str | None, cal
     pairs of length, seed, spacing, shortest, longest, scale. Spectra are one-sided, per rad/m.
     """
     if bool(spec) == bool(spectrum):
-        raise refuse("give either the SPEC of a track to write, or --spectrum and a file")
+        raise usage_error("give either the SPEC of a track to write, or --spectrum and a file")
     if spec and output is None and call.json is None:
-        raise refuse("give -o TRACK.csv (- for stdout), or --json")
+        raise usage_error("give -o TRACK.csv (- for stdout), or --json")
     if output == "-" and call.json == "-":
-        raise refuse("stdout can take the track or the JSON, not both")
-    laid = _read(spectrum) if spectrum else lay_track(" ".join(spec), call.seed, "SPEC")
-    if laid.file is not None and output is not None:
-        raise refuse("-o writes a synthetic track: give its SPEC")
+        raise usage_error("stdout can take the track or the JSON, not both")
+    source = _read(spectrum) if spectrum else resolve_track_argument(" ".join(spec), call.seed, "SPEC")
+    if source.file is not None and output is not None:
+        raise usage_error("-o writes a synthetic track: give its SPEC")
     if output is not None:
-        _write(laid, output, call)
+        _write(source, output, call)
     if spectrum or call.json is not None:
-        body = contents(laid)
+        body = analyse(source)
         if spectrum:
-            call.show(_table(laid, body))
-        inputs = [laid.file] if laid.file is not None else []
-        call.emit(call.document("track", body, inputs, laid.seed))
+            call.show(_table(source, body))
+        inputs = [source.file] if source.file is not None else []
+        call.write_json(call.document("track", body, inputs, source.seed))
     elif output != "-":
-        call.say(f"{len(laid.track)} places of {laid.name} written to {output}")
+        call.info(f"wrote {output}: {len(source.track)} points of {source.name}")
 
 
 def _read(name: str) -> TrackSource:
-    from pathlib import Path
-
     from railui.track.excitation import is_track_file, resolve_track
 
-    file = is_track_file(name) or (len(name.split()) == 1 and "." in name)
-    return resolve_track(Path(name)) if file else lay_track(name, None, "--spectrum")
+    is_file = is_track_file(name) or (len(name.split()) == 1 and "." in name)
+    return resolve_track(Path(name)) if is_file else resolve_track_argument(name, None, "--spectrum")
 
 
-def _write(laid: TrackSource, output: str, call: Invocation) -> None:
+def _write(source: TrackSource, output: str, call: Invocation) -> None:
     from railui.track.reader import save_track, track_text
 
-    track = laid.track
+    track = source.track
     columns = (track.s, track.yw, track.phiw, track.gauge, track.conventions)
     if output == "-":
         click.echo(track_text(*columns), nl=False)
@@ -68,22 +71,25 @@ def _write(laid: TrackSource, output: str, call: Invocation) -> None:
         save_track(output, *columns)
 
 
-def contents(laid: TrackSource) -> dict[str, Any]:
-    """What a track contains: bands, one-sided densities per rad/m, the nearest known spectrum."""
+def analyse(source: TrackSource) -> dict[str, Any]:
+    """Return the analysis of a track: wavelength bands, one-sided densities per rad/m, the nearest known spectrum."""
     from railui.track import BANDS, band_sd, nearest_spectrum, psd
 
-    track = laid.track
-    sds = {quantity: band_sd(track, quantity=quantity) for quantity in ("yw", "phiw", "gauge")}
+    track = source.track
+    deviations = {quantity: band_sd(track, quantity=quantity) for quantity in QUANTITIES}
     bands = [
-        {"from": low, "to": high, **{f"sd_{name}": float(sd[i]) for name, sd in sds.items()}}
+        {"from": low, "to": high, **{f"sd_{name}": float(sd[i]) for name, sd in deviations.items()}}
         for i, (low, high) in enumerate(BANDS)
     ]
     nearest, spectrum = nearest_spectrum(track), psd(track)
-    notes = list(laid.notes)
+    notes = list(source.notes)
     if track.length < 3 * BANDS[-1][1]:
-        notes.append(f"the track is {track.length:.4g} m long: its waves above {track.length / 3:.3g} m are few")
+        notes.append(
+            f"the track is {track.length:.4g} m long: it has few waves of more than {track.length / 3:.3g} m, "
+            "their standard deviation is uncertain"
+        )
     return {
-        "track": laid.name,
+        "track": source.name,
         "length": track.length,
         "spacing": track.spacing,
         "samples": len(track),
@@ -95,14 +101,15 @@ def contents(laid: TrackSource) -> dict[str, Any]:
     }
 
 
-def _table(laid: TrackSource, body: dict[str, Any]) -> Any:
-    from rich.table import Table
-
+def _table(source: TrackSource, body: dict[str, Any]) -> Any:
     nearest = body["nearest"]
-    told = f"nearest: {nearest['name']} times {nearest['factor']:.3g}" if nearest else "flat"
+    caption = f"nearest spectrum: {nearest['name']} times {nearest['factor']:.3g}" if nearest else "flat"
+    rows = [
+        (
+            f"{band['from']:g} to {band['to']:g}",
+            *(f"{1e3 * band[f'sd_{quantity}']:.3f}" for quantity in QUANTITIES),
+        )
+        for band in body["bands"]
+    ]
     columns = ("wavelengths [m]", "sd yw [mm]", "sd phiw [mrad]", "sd gauge [mm]")
-    table = Table(*columns, title=laid.name, caption=told)
-    for band in body["bands"]:
-        values = (f"{1e3 * band[key]:.3f}" for key in ("sd_yw", "sd_phiw", "sd_gauge"))
-        table.add_row(f"{band['from']:g} to {band['to']:g}", *values)
-    return table
+    return make_table(columns, rows, title=source.name, caption=caption)

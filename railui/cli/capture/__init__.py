@@ -6,54 +6,64 @@ import errno
 import importlib
 import os
 import sys
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli import LATER
-from railui.cli.common import Invocation, options, refuse
+from railui.cli import EXIT_RETRY_LATER
+from railui.cli.invocation import Invocation, common_options, usage_error
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from railui.capture.recorder.record import Recorder
     from railui.capture.recorder.replay import Replay
 
-SILENT = 5.0  # s without a byte, after which the reader is asked
-PARTS = {
-    "campaign": "Recordings to a campaign: map, rail position, runs, campaign.yaml.",
+MAX_SILENCE = 5.0  # s without a byte before the user is asked to check the logger
+MAX_UNDECODED_SECONDS = 3.0  # of line capacity without a valid frame before the baud rate is questioned
+SUBCOMMANDS = {
+    "campaign": "Build a campaign from recordings: sensor map, rail position, runs, campaign.yaml.",
     "decode": "Rebuild the runs of raw bytes.",
-    "logger": "A logger in software, on a port of its own.",
-    "speed": "What decoding costs, in processor time.",
+    "logger": "Simulate a logger on a port of its own.",
+    "speed": "Measure the processor time of decoding.",
 }
 
 
-class Parts(click.Group):
-    """`capture PORT` records; `capture PART` does what else there is."""
+class CaptureGroup(click.Group):
+    """Command group in which `capture PORT` records and `capture PART` runs a subcommand."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        asks = args[:1] in (["-h"], ["--help"])
-        return super().parse_args(ctx, args if asks or (args[:1] and args[0] in PARTS) else ["record", *args])
+        """Insert the hidden command `record` before a port or an option."""
+        is_help = args[:1] in (["-h"], ["--help"])
+        is_subcommand = bool(args) and args[0] in SUBCOMMANDS
+        return super().parse_args(ctx, args if is_help or is_subcommand else ["record", *args])
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(PARTS)
+        """Return the names of the subcommands."""
+        return list(SUBCOMMANDS)
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        """Import a subcommand."""
         if name == "record":
             return record
-        found: click.Command = importlib.import_module(f"{__name__}.{name}").command
-        return found
+        subcommand: click.Command = importlib.import_module(f"{__name__}.{name}").command
+        return subcommand
 
     def format_usage(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the usage line."""
         formatter.write_usage(ctx.command_path, "[PORT] [OPTIONS] | PART ...")
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options of recording and the subcommands."""
         record.format_options(ctx, formatter)
         with formatter.section("Parts"):
-            formatter.write_dl(list(PARTS.items()))
+            formatter.write_dl(list(SUBCOMMANDS.items()))
 
 
-@click.group("capture", cls=Parts, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group("capture", cls=CaptureGroup, context_settings={"help_option_names": ["-h", "--help"]})
 def command() -> None:
     """Record a serial logger into a directory; ctrl-c ends it.
 
@@ -62,40 +72,68 @@ def command() -> None:
     railui capture --demo -o demo
     railui capture --check --channels 12 --rate 500 --baud 115200
 
-    Raw bytes go to the disk first, the decoded runs beside them; a line typed meanwhile marks that instant.
-    docs/wire.md tells what a logger sends, docs/capture.md a day in the field.
+    Raw bytes are written to the disk first, the decoded runs to the same directory. A line typed meanwhile marks that
+    instant. The protocol of the logger: docs/wire.md; from a recording to a campaign: docs/capture.md.
     """
+
+
+def _type_letter(ctx: click.Context, parameter: click.Parameter, name: str) -> str:
+    """Return the letter of a type of channels."""
+    from railui.cli.capture.check import type_letter
+
+    return type_letter(name)
 
 
 @click.command("record")
 @click.argument("port", required=False)
-@click.option("-o", "--out", metavar="DIR", help="Where the recording goes; railui-capture/TIME by default.")
+@click.option("-o", "--out", metavar="DIR", help="Directory of the recording; railui-capture/TIME by default.")
 @click.option(
     "--baud", default=115200, show_default=True, type=click.IntRange(300, 20_000_000), help="Bits per second."
 )
-@click.option("--seconds", type=click.FloatRange(0, min_open=True), metavar="S", help="End by itself after so long.")
+@click.option("--seconds", type=click.FloatRange(0, min_open=True), metavar="S", help="Duration of the recording.")
 @click.option("--demo", is_flag=True, help="Record the demo logger: a simulated vehicle in a process of its own.")
 @click.option("--check", is_flag=True, help="Compute the load of the line: refused above 100 %, a warning above 80 %.")
-@click.option("--channels", type=click.IntRange(1, 256), help="Of --check without a PORT.")
-@click.option("--rate", type=click.FloatRange(0, min_open=True), metavar="HZ", help="Of --check: samples per second.")
-@click.option("--type", "letter", default="int16", show_default=True, help="Of --check: int8 to uint32, float32.")
+@click.option("--channels", type=click.IntRange(1, 256), help="For --check without a PORT: number of channels.")
+@click.option("--rate", type=click.FloatRange(0, min_open=True), metavar="HZ", help="For --check: samples per second.")
 @click.option(
-    "--block", default=1, show_default=True, type=click.IntRange(1, 255), help="Of --check: samples per frame."
+    "--type",
+    "letter",
+    default="int16",
+    show_default=True,
+    callback=_type_letter,
+    help="For --check: int8 to uint32, float32.",
 )
-@click.option("--text", is_flag=True, help="Of --check: lines of text instead of binary frames.")
-@options
+@click.option(
+    "--block", default=1, show_default=True, type=click.IntRange(1, 255), help="For --check: samples per frame."
+)
+@click.option("--text", is_flag=True, help="For --check: lines of text instead of binary frames.")
+@common_options
 @click.pass_context
 def record(
-    ctx: click.Context, port: str | None, out: str | None, baud: int, seconds: float | None, demo: bool, check: bool,
-    channels: int | None, rate: float | None, letter: str, block: int, text: bool, call: Invocation,
-) -> None:  # fmt: skip
+    ctx: click.Context,
+    port: str | None,
+    out: str | None,
+    baud: int,
+    seconds: float | None,
+    demo: bool,
+    check: bool,
+    channels: int | None,
+    rate: float | None,
+    letter: str,
+    block: int,
+    text: bool,
+    call: Invocation,
+) -> None:
+    """Record a port, or check the load of a line."""
     if check:
-        from railui.cli.capture.check import check_line
+        from railui.cli.capture.check import check_line, line_of_options, line_on_port
 
-        ctx.exit(check_line(call, port, baud, channels, rate, letter, block, "text" if text else "binary"))
+        form = "text" if text else "binary"
+        line = line_of_options(channels, rate, letter, block, form) if port is None else line_on_port(port, baud)
+        ctx.exit(check_line(call, line, baud))
     if bool(port) == demo:
-        raise refuse("give the PORT of a logger (such as /dev/ttyUSB0), or --demo")
-    directory = _directory(out)
+        raise usage_error("give the PORT of a logger (such as /dev/ttyUSB0), or --demo")
+    directory = _new_directory(out)
     with ExitStack() as stack:
         from serial import SerialException
 
@@ -105,110 +143,128 @@ def record(
         if port is None:
             port = stack.enter_context(DemoLogger(call.seed or 0)).port
         try:
-            recorder = Recorder(port, baud, directory, call.say)
+            recorder = Recorder(port, baud, directory, call.info)
         except (SerialException, OSError, ValueError) as error:
-            call.say(_unopened(port, error))
-            ctx.exit(LATER)
-        call.say(f"recording {port} into {directory}: ctrl-c ends it, a line typed here marks an instant")
-        _record(recorder, seconds, call)
-    finish(call, recorder.replay, directory)
-    if recorder.full is not None:
-        raise OSError(f"{directory}: the disk is full, {recorder.replay.dropped} bytes were lost")
+            call.info(_port_error(port, error))
+            ctx.exit(EXIT_RETRY_LATER)
+        call.info(f"recording {port} into {directory}: ctrl-c ends it, a line typed here marks an instant")
+        _run(recorder, seconds, call)
+    finish_recording(call, recorder.replay, directory)
+    if recorder.disk_error is not None:
+        raise OSError(f"{directory}: the disk is full, {recorder.replay.dropped_bytes} bytes were lost")
 
 
-def _directory(out: str | None) -> Path:
+def _new_directory(out: str | None) -> Path:
+    """Return the directory of the recording, which must be empty or missing."""
     from datetime import datetime
 
-    from railui.io.atomic import check_writable
+    from railui.io.atomic import check_directory_writable
 
     directory = Path(out) if out is not None else Path("railui-capture") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
     if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
-        raise refuse(f"{directory} is there already and stays as it is: give another -o DIR")
-    check_writable(directory)
+        raise usage_error(f"{directory} exists and is not overwritten: give another -o DIR")
+    check_directory_writable(directory)
     return directory
 
 
-def _unopened(port: str, error: Exception) -> str:
-    """Why a port does not open, and what to do."""
+def _port_error(port: str, error: Exception) -> str:
+    """Return why a port does not open, and the remedy."""
     from serial.tools.list_ports import comports
 
-    there = [p.device for p in comports()]
+    ports = [p.device for p in comports()]
     number = getattr(error, "errno", None)
-    told = f"railui: {port} does not open: {os.strerror(number) if number else error}"
+    problem = f"railui: {port} does not open: {os.strerror(number) if number else error}"
     if number == errno.EACCES:
-        return f"{told}; add yourself to its group: sudo usermod -aG dialout $USER, then log in again"
-    return f"{told}; {'there are ' + ', '.join(there) if there else 'no serial port is there: plug the logger in'}"
+        return f"{problem}; add yourself to its group: sudo usermod -aG dialout $USER, then log in again"
+    return f"{problem}; {'available: ' + ', '.join(ports) if ports else 'there is no serial port: plug the logger in'}"
 
 
-def _record(recorder: Recorder, seconds: float | None, call: Invocation) -> None:
-    """Records until ctrl-c, a signal to end, or the time is up."""
-    import signal
+def _run(recorder: Recorder, seconds: float | None, call: Invocation) -> None:
+    """Record until ctrl-c, a termination signal, or the end of the time."""
     import threading
     import time
 
-    def typed() -> None:
-        try:
-            for line in sys.stdin:
-                if line.strip():
-                    recorder.marker(line.strip())
-                    call.say(f"marked: {line.strip()}")
-        except (OSError, ValueError):
-            pass
-
-    before = {number: signal.signal(number, lambda *_: recorder.stop()) for number in (signal.SIGINT, signal.SIGTERM)}
     if sys.stdin is not None and not sys.stdin.closed:
-        threading.Thread(target=typed, name="markers", daemon=True).start()
-    try:
-        told, begun = None, time.monotonic()
+        threading.Thread(target=_read_markers, args=(recorder, call), name="markers", daemon=True).start()
+    start = time.monotonic()
+    last_warning = None
+    with _stop_on_signals(recorder):
         for replay in recorder.run(seconds):
-            call.progress(_state(replay))
-            doubt = _doubt(replay, recorder, time.monotonic() - begun)
-            if doubt is not None and doubt != told:
-                call.say(doubt)
-                told = doubt
+            call.status(_status_line(replay))
+            warning = _diagnose(replay, recorder, time.monotonic() - start)
+            if warning is not None and warning != last_warning:
+                call.info(warning)
+                last_warning = warning
+
+
+@contextmanager
+def _stop_on_signals(recorder: Recorder) -> Iterator[None]:
+    """Stop the recorder on SIGINT and SIGTERM; restore the handlers afterwards."""
+    import signal
+
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    handlers = {number: signal.signal(number, lambda *_: recorder.stop()) for number in numbers}
+    try:
+        yield
     finally:
-        for number, handler in before.items():
+        for number, handler in handlers.items():
             signal.signal(number, handler)
 
 
-def _doubt(replay: Replay, recorder: Recorder, waited: float) -> str | None:
-    """What may be wrong where a logger is not heard for some seconds; None where it is, or may still be."""
-    if not replay.at:
-        asked = f"is the logger on, and is {recorder.name} its port?"
-        return f"no byte has come in {SILENT:g} s: {asked}" if waited > SILENT else None
-    if replay.at > 3 * recorder.baud / 10 and not replay.assembly.total().frames:
-        return f"bytes come and no frame is whole: is the logger set to {recorder.baud} baud?"
+def _read_markers(recorder: Recorder, call: Invocation) -> None:
+    """Mark an instant for every line on stdin."""
+    try:
+        for line in sys.stdin:
+            if line.strip():
+                recorder.add_marker(line.strip())
+                call.info(f"marked: {line.strip()}")
+    except (OSError, ValueError):
+        pass
+
+
+def _diagnose(replay: Replay, recorder: Recorder, elapsed: float) -> str | None:
+    """Return the likely cause if no bytes or no valid frames arrive, None otherwise."""
+    from railui.capture.protocol.load import BITS_PER_BYTE
+
+    if not replay.position:
+        question = f"is the logger on, and is {recorder.port_name} its port?"
+        return f"no byte has come in {MAX_SILENCE:g} s: {question}" if elapsed > MAX_SILENCE else None
+    limit = MAX_UNDECODED_SECONDS * recorder.baud / BITS_PER_BYTE
+    if replay.position > limit and not replay.assembly.link_statistics().frames:
+        return f"bytes arrive without a valid frame: is the logger set to {recorder.baud} baud?"
     return None
 
 
-def _state(replay: Replay) -> str:
-    counts, heard = replay.assembly.counts, replay.assembly.total()
-    newest = replay.assembly.newest
+def _status_line(replay: Replay) -> str:
+    counts = replay.assembly.counts
+    statistics = replay.assembly.link_statistics()
+    newest = replay.assembly.newest_sample
     return (
-        f"{newest[1] if newest else 0.0:8.1f} s  {counts.samples} samples, {heard.frames} frames, {counts.lost} lost, "
-        f"{heard.crc_errors} damaged, {counts.gaps} gaps, {counts.reconnects} reconnects"
+        f"{newest[1] if newest else 0.0:8.1f} s  {counts.samples} samples, {statistics.frames} frames, "
+        f"{counts.lost_frames} lost, {statistics.crc_errors} damaged, {counts.gaps} gaps, "
+        f"{counts.reconnects} reconnects"
     )
 
 
-def finish(call: Invocation, replay: Replay, directory: Path) -> None:
-    """Writes and shows what a recording is told by."""
+def finish_recording(call: Invocation, replay: Replay, directory: Path) -> None:
+    """Write capture.json and print the counts of a recording."""
     import json
 
-    from railui.capture.recorder.replay import RAW
+    from railui.capture.recorder.replay import RAW_FILE
     from railui.io.atomic import write_text
 
-    raw = directory / RAW
+    raw = directory / RAW_FILE
     document = call.document("capture", replay.report(), [raw] if raw.exists() else [])
     write_text(directory / "capture.json", json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
-    call.show(table(document))
+    call.show(recording_table(document))
     for note in document["notes"]:
-        call.say(note)
-    call.emit(document)
-    call.say(f"in {directory}: {', '.join([*replay.files.names, 'capture.json'])}")
+        call.info(note)
+    call.write_json(document)
+    call.info(f"in {directory}: {', '.join([*replay.files.file_names, 'capture.json'])}")
 
 
-def table(document: dict[str, Any]) -> Any:
-    """The segments and the counts."""
+def recording_table(document: dict[str, Any]) -> Table:
+    """Return the table of the segments, with the counts as caption."""
     from rich.table import Table
 
     names = ("segment", "begins with", "logger", "rate [Hz]", "seconds", "samples", "missing", "gaps", "drift [ppm]")
@@ -216,10 +272,10 @@ def table(document: dict[str, Any]) -> Any:
         f"{document[key]} {key.replace('_', ' ')}"
         for key in ("frames", "lost", "crc_errors", "gaps", "reconnects", "restarts", "overruns")
     )
-    shown = Table(*names, title="recording", title_justify="left", caption=counts, caption_justify="left")
+    table = Table(*names, title="recording", title_justify="left", caption=counts, caption_justify="left")
     for i, s in enumerate(document["segments"], 1):
         length = "" if s["first"] is None else f"{s['last'] - s['first']:.1f}"
         drift = "" if s["drift"] is None else f"{1e6 * s['drift']:.0f} ± {1e6 * s['drift_sd']:.0f}"
         cells = (s["why"], f"{s['device']} {s['firmware']}", f"{s['rate']:g}", length, s["samples"])
-        shown.add_row(str(i), *map(str, cells), str(s["missing_samples"]), str(s["gaps"]), drift)
-    return shown
+        table.add_row(str(i), *map(str, cells), str(s["missing_samples"]), str(s["gaps"]), drift)
+    return table

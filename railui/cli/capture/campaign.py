@@ -1,27 +1,31 @@
-"""railui capture campaign: recordings to a campaign that railui loop reads."""
+"""railui capture campaign: recordings to a campaign for railui loop."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.common import Invocation, options, refuse
-from railui.cli.import_ import show_run
+from railui.cli.import_ import show_imported_run
+from railui.cli.invocation import Invocation, common_options, usage_error
+
+if TYPE_CHECKING:
+    from railui.capture.processing.campaign_files import CampaignRun
+    from railui.capture.processing.sensor_map import SensorMap
 
 
 @click.command("campaign")
-@click.option("--map", "map_file", required=True, metavar="map.yaml", help="Which channel is which sensor.")
+@click.option("--map", "map_file", required=True, metavar="map.yaml", help="Sensor map: which channel is which sensor.")
 @click.option(
-    "--adjust", multiple=True, required=True, metavar="DIR", help="A recording to adjust on; may be repeated."
+    "--adjust", multiple=True, required=True, metavar="DIR", help="Recording for estimation; may be repeated."
 )
 @click.option(
-    "--validate", multiple=True, required=True, metavar="DIR", help="A recording to judge on; may be repeated."
+    "--validate", multiple=True, required=True, metavar="DIR", help="Recording for validation; may be repeated."
 )
-@click.option("--name", metavar="NAME", help="Of the campaign; that of its directory by default.")
-@click.option("-o", "--out", required=True, metavar="DIR", help="Where campaign.yaml and its runs go.")
-@options
+@click.option("--name", metavar="NAME", help="Name of the campaign; that of its directory by default.")
+@click.option("-o", "--out", required=True, metavar="DIR", help="Directory of campaign.yaml and its runs.")
+@common_options
 def command(
     map_file: str, adjust: tuple[str, ...], validate: tuple[str, ...], name: str | None, out: str, call: Invocation
 ) -> None:
@@ -33,31 +37,39 @@ def command(
 
     A recording is a directory of railui capture, or any file that railui import reads. The map names the vehicle.
     """
-    from railui.capture.formats import read_recordings
-    from railui.capture.processing.campaign_files import Taken, duration, on_one_line, write_campaign
-    from railui.capture.processing.measured_run import measured_run
+    from railui.capture.processing.campaign_files import align_runs, write_campaign
     from railui.capture.processing.sensor_map import load_map
     from railui.documents.check import check
 
     directory = Path(out)
     if (directory / "campaign.yaml").exists():
-        raise refuse(f"{directory} holds a campaign already and it stays as it is: give another -o DIR")
-    mapped = load_map(map_file)
-    if mapped.design is None or mapped.design.source is None:
-        raise refuse(f"{map_file} names no vehicle: add `vehicle: DESIGN.yaml`, the one that is declared")
-    taken: list[Taken] = []
-    for role, sources in (("adjust", adjust), ("validate", validate)):
-        for source in sources:
-            for recording in read_recordings(source, mapped.clock, mapped.rate):
-                taken.append(Taken(role, recording.name, measured_run(recording, mapped)))
-    taken, notes = on_one_line(taken)
-    path = write_campaign(directory, name or directory.resolve().name, Path(mapped.design.source), taken)
-    for one in taken:
-        show_run(call, f"{one.source} ({one.role}, {duration(one.run):.1f} s)", one.run)
+        raise usage_error(f"{directory} holds a campaign, which is not overwritten: give another -o DIR")
+    sensor_map = load_map(map_file)
+    if sensor_map.design is None or sensor_map.design.source is None:
+        raise usage_error(f"{map_file} names no vehicle: add `vehicle: DESIGN.yaml`, the nominal model")
+    runs = _build_runs(sensor_map, {"adjust": adjust, "validate": validate})
+    runs, notes = align_runs(runs)
+    path = write_campaign(directory, name or directory.resolve().name, Path(sensor_map.design.source), runs)
+    for run in runs:
+        show_imported_run(call, f"{run.source} ({run.role}, {run.run.duration:.1f} s)", run.run)
     for note in notes:
-        call.say(note)
-    problems = check([path])
-    call.warn(problems)
-    runs: list[dict[str, Any]] = [{"role": t.role, "source": t.source, **t.run.report()} for t in taken]
-    call.emit(call.document("capture_campaign", {"campaign": path, "runs": runs, "notes": notes}, [map_file, path]))
-    call.say(f"wrote {path}: railui loop {directory}")
+        call.info(note)
+    call.warn(check([path]))
+    reports: list[dict[str, Any]] = [{"role": r.role, "source": r.source, **r.run.report()} for r in runs]
+    body = {"campaign": path, "runs": reports, "notes": notes}
+    call.write_json(call.document("capture_campaign", body, [map_file, path]))
+    call.info(f"wrote {path}: railui loop {directory}")
+
+
+def _build_runs(sensor_map: SensorMap, sources: dict[str, tuple[str, ...]]) -> list[CampaignRun]:
+    """Build the runs of all recordings, by role."""
+    from railui.capture.formats import read_recordings
+    from railui.capture.processing.campaign_files import CampaignRun
+    from railui.capture.processing.run_builder import build_measured_run
+
+    return [
+        CampaignRun(role, recording.name, build_measured_run(recording, sensor_map))
+        for role, paths in sources.items()
+        for path in paths
+        for recording in read_recordings(path, sensor_map.clock, sensor_map.rate)
+    ]

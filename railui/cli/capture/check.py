@@ -1,83 +1,112 @@
-"""railui capture --check: does the logger's data pass its line?"""
+"""railui capture --check: load of a serial line."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from railui.cli import VIOLATED
-from railui.cli.common import Invocation, refuse
+from railui.cli import EXIT_LIMIT_VIOLATED
+from railui.cli.invocation import Invocation, usage_error
 
 if TYPE_CHECKING:
     from railui.capture.protocol.frames import Channel
+    from railui.capture.protocol.load import LineLoad
 
-LISTEN = 12.0  # s: two hellos
-LETTERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I", "float32": "f"}
-
-
-def check_line(
-    call: Invocation, port: str | None, baud: int, channels: int | None, rate: float | None, letter: str, block: int,
-    form: str,
-) -> int:  # fmt: skip
-    """Tells the load of a line, of numbers as given or of a logger that is heard on a port; returns the exit code."""
-    from railui.capture.protocol.load import FULL, NARROW, link_load
-    from railui.io.problems import nearest
-
-    if letter not in LETTERS:
-        raise refuse(f"--type {letter} is not known, {nearest(letter, LETTERS)}")
-    if port is not None:
-        listed, rate, block, form = _heard(port, baud)
-    elif channels is None or rate is None:
-        raise refuse("give --channels and --rate, or the PORT of a logger that sends")
-    else:
-        from railui.capture.protocol.load import channels_of
-
-        listed = channels_of(channels, LETTERS[letter])
-    load = link_load(listed, rate, baud, block, form)
-    state = "refused" if load.share > FULL else "narrow" if load.share > NARROW else "fits"
-    head = f"{len(listed)} channels at {rate:g} Hz need {load.needed:.0f} bytes/s, {baud} baud pass {load.passes:.0f}"
-    call.show(f"{head}: {100 * load.share:.1f} %, {state}")
-    bare = (
-        "the bare values alone are more than the line passes, whatever the framing" if load.values > load.passes else ""
-    )
-    remedy = f"take {load.least_baud} baud" if load.least_baud else "no usual baud rate passes it"
-    slower = f"or at most {rate * NARROW / load.share:.4g} Hz" + (
-        "" if block > 1 or form == "text" else ", or --block 16"
-    )
-    if load.share > NARROW:
-        call.say("; ".join(part for part in (bare, f"{remedy}, {slower}") if part))
-    body = {
-        "state": state,
-        "share": load.share,
-        "bytes_per_second": load.needed,
-        "value_bytes_per_second": load.values,
-        "passes": load.passes,
-        "baud": baud,
-        "least_baud": load.least_baud,
-        "channels": len(listed),
-        "rate": rate,
-        "block": block,
-        "form": form,
-    }
-    call.emit(call.document("capture_check", body))
-    return VIOLATED if state == "refused" else 0
+LISTEN_TIMEOUT = 12.0  # s: two hellos
+MIN_SAMPLES = 100  # after which the samples per frame are known
+TYPE_LETTERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I", "float32": "f"}
 
 
-def _heard(port: str, baud: int) -> tuple[list[Channel], float, int, str]:
-    """What a logger on a port says of itself: channels, rate, samples per frame, form."""
+@dataclass(frozen=True)
+class Line:
+    """Data on a line: channels, sampling rate [Hz], samples per frame, form of the frames."""
+
+    channels: list[Channel]
+    rate: float
+    block: int
+    form: str
+
+
+def type_letter(name: str) -> str:
+    """Return the letter of Python's struct for a type such as int16."""
+    from railui.io.problems import suggest_name
+
+    if name not in TYPE_LETTERS:
+        raise usage_error(f"--type {name} is not known, {suggest_name(name, TYPE_LETTERS)}")
+    return TYPE_LETTERS[name]
+
+
+def line_of_options(channels: int | None, rate: float | None, letter: str, block: int, form: str) -> Line:
+    """Return the line that the options describe."""
+    from railui.capture.protocol.load import example_channels
+
+    if channels is None or rate is None:
+        raise usage_error("give --channels and --rate, or the PORT of a logger that sends")
+    return Line(example_channels(channels, letter), rate, block, form)
+
+
+def line_on_port(port: str, baud: int) -> Line:
+    """Return the line of a logger that sends on a port."""
     import time
 
     import serial
 
-    from railui.capture.recorder.assembly import Assembly
+    from railui.capture.recorder.session_assembler import SessionAssembler
 
-    heard = Assembly()
+    assembler = SessionAssembler()
     with serial.Serial(port, baud, timeout=0.2, exclusive=True) as line:
-        until = time.monotonic() + LISTEN
-        while time.monotonic() < until:
-            heard.feed(line.read(max(1, line.in_waiting)))
-            if heard.segments and heard.segments[-1].samples > 100:
+        deadline = time.monotonic() + LISTEN_TIMEOUT
+        while time.monotonic() < deadline:
+            assembler.feed(line.read(max(1, line.in_waiting)))
+            if assembler.sessions and assembler.sessions[-1].samples > MIN_SAMPLES:
                 break
-    if not heard.segments:
-        raise RuntimeError(f"{port}: no hello in {LISTEN:g} s at {baud} baud: is the rate right, does the logger send?")
-    segment = heard.segments[-1]
-    return list(segment.hello.channels), segment.hello.rate, max(segment.count, 1), heard.form or "binary"
+    if not assembler.sessions:
+        raise RuntimeError(
+            f"{port}: no hello in {LISTEN_TIMEOUT:g} s at {baud} baud: is the rate right, does the logger send?"
+        )
+    session = assembler.sessions[-1]
+    hello = session.hello
+    return Line(list(hello.channels), hello.rate, max(session.frame_samples, 1), assembler.form or "binary")
+
+
+def check_line(call: Invocation, line: Line, baud: int) -> int:
+    """Print the load of a line and return the exit code."""
+    from railui.capture.protocol.load import MAX_UTILISATION, WARNING_UTILISATION, link_load
+
+    load = link_load(line.channels, line.rate, baud, line.block, line.form)
+    if load.utilisation > MAX_UTILISATION:
+        state = "refused"
+    else:
+        state = "narrow" if load.utilisation > WARNING_UTILISATION else "fits"
+    need = f"{len(line.channels)} channels at {line.rate:g} Hz need {load.required:.0f} bytes/s"
+    call.show(f"{need}, {baud} baud transmit {load.capacity:.0f}: {100 * load.utilisation:.1f} %, {state}")
+    if load.utilisation > WARNING_UTILISATION:
+        call.info(_remedy(line, load))
+    body = {
+        "state": state,
+        "share": load.utilisation,
+        "bytes_per_second": load.required,
+        "value_bytes_per_second": load.values,
+        "passes": load.capacity,
+        "baud": baud,
+        "least_baud": load.min_baud,
+        "channels": len(line.channels),
+        "rate": line.rate,
+        "block": line.block,
+        "form": line.form,
+    }
+    call.write_json(call.document("capture_check", body))
+    return EXIT_LIMIT_VIOLATED if state == "refused" else 0
+
+
+def _remedy(line: Line, load: LineLoad) -> str:
+    """Return what reduces the load of a line."""
+    from railui.capture.protocol.load import WARNING_UTILISATION
+
+    parts = []
+    if load.values > load.capacity:
+        parts.append("the values alone exceed the capacity of the line, whatever the framing")
+    baud = f"use {load.min_baud} baud" if load.min_baud else "no usual baud rate is sufficient"
+    rate = f"or at most {line.rate * WARNING_UTILISATION / load.utilisation:.4g} Hz"
+    block = "" if line.block > 1 or line.form == "text" else ", or --block 16"
+    return "; ".join([*parts, f"{baud}, {rate}{block}"])

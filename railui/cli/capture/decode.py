@@ -1,4 +1,4 @@
-"""railui capture decode: the runs of raw bytes."""
+"""railui capture decode: runs of raw bytes."""
 
 from __future__ import annotations
 
@@ -6,29 +6,31 @@ from pathlib import Path
 
 import click
 
-from railui.cli.capture import finish
-from railui.cli.common import Invocation, options, refuse
+from railui.cli.capture import finish_recording
+from railui.cli.invocation import Invocation, common_options, usage_error
+
+MAX_LISTED_FILES = 4
 
 
 @click.command("decode")
 @click.argument("raw", type=click.Path(exists=True))
-@click.option("-o", "--out", required=True, metavar="DIR", help="Where the runs go.")
-@options
+@click.option("-o", "--out", required=True, metavar="DIR", help="Directory of the runs.")
+@common_options
 def command(raw: str, out: str, call: Invocation) -> None:
-    """Rebuild the runs of RAW: raw.bin of a recording, its directory, or bytes that something else has stored.
+    """Rebuild the runs of RAW: raw.bin of a recording, its directory, or bytes stored by another program.
 
-    The journal beside RAW tells of reconnects, marks and times; without one the bytes alone are read.
+    Reconnects, marks and times come from the journal in the same directory; without one, the bytes alone are decoded.
     """
-    from railui.capture.recorder.replay import RAW, decode
+    from railui.capture.recorder.replay import RAW_FILE, decode
 
-    path, directory = Path(raw), Path(out)
-    path = path / RAW if path.is_dir() else path
+    path = Path(raw) / RAW_FILE if Path(raw).is_dir() else Path(raw)
+    directory = Path(out)
     if not path.is_file():
-        raise refuse(f"{path} is no file: give the raw.bin of a recording")
+        raise usage_error(f"{path} is no file: give the raw.bin of a recording")
     if directory.exists() and not directory.is_dir():
-        raise refuse(f"{directory} is a file: give a directory")
-    others = [p.name for p in directory.iterdir() if p.is_file()] if directory.exists() else []
-    own = directory.resolve() == path.parent.resolve()
-    if others and not own and not {"capture.json"} & set(others):
-        raise refuse(f"{directory} holds {', '.join(sorted(others)[:4])}: give another -o DIR")
-    finish(call, decode(path, directory), directory)
+        raise usage_error(f"{directory} is a file: give a directory")
+    files = sorted(p.name for p in directory.iterdir() if p.is_file()) if directory.exists() else []
+    is_own_directory = directory.resolve() == path.parent.resolve()
+    if files and not is_own_directory and "capture.json" not in files:
+        raise usage_error(f"{directory} holds {', '.join(files[:MAX_LISTED_FILES])}: give another -o DIR")
+    finish_recording(call, decode(path, directory), directory)

@@ -1,4 +1,4 @@
-"""How figures are drawn: one style, colours that everybody tells apart, axes with units, files written whole."""
+"""Drawing of figures: one style, colours for colour-blind readers, axes with units, atomic files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from railui.io.atomic import write_bytes
-from railui.io.number_format import suited, unit_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,16 +41,16 @@ STYLE: Any = {
     "ytick.color": "#444444",
     "path.simplify_threshold": 0.3,
 }
-DRAWS = ("matplotlib.backends.backend_svg", "matplotlib.figure", "jinja2")  # what a page needs to be loaded
-Sketch = tuple[str, str, Callable[["Axes"], None]]  # name, words, and what draws it
-LEFT, RIGHT = 0.66, 0.12  # inch beside the axes of a picture
-# what a file would tell of its making, left out so that the same figure is the same bytes
-UNDATED: dict[str, Any] = {"svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}, "png": None}
+DRAWING_MODULES = ("matplotlib.backends.backend_svg", "matplotlib.figure", "jinja2")  # of the pages
+Sketch = tuple[str, str, Callable[["Axes"], None]]  # name, alternative text, drawing function
+LEFT, RIGHT = 0.66, 0.12  # inch, margins of the axes of a picture
+# no date and no program in a file, so that equal figures are equal bytes
+FILE_METADATA: dict[str, Any] = {"svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}, "png": None}
 
 
 @dataclass(frozen=True)
 class Picture:
-    """One figure: what it shows, in words for those who do not see it, its SVG, its natural width [px]."""
+    """Figure as SVG with its alternative text and its natural width [px]."""
 
     name: str
     alt: str
@@ -60,21 +59,21 @@ class Picture:
 
     @property
     def source(self) -> str:
-        """The figure as an address that holds it whole."""
+        """Figure as a data URI."""
         return "data:image/svg+xml;base64," + base64.b64encode(self.svg).decode("ascii")
 
 
-def load_beside() -> None:
-    """Load what draws while something else is computed."""
+def preload_in_background() -> None:
+    """Import the drawing modules on a thread, while something else is computed."""
 
     def load() -> None:
-        for module in DRAWS:
+        for module in DRAWING_MODULES:
             importlib.import_module(module)
 
     threading.Thread(target=load, daemon=True).start()
 
 
-def drawn(
+def draw_picture(
     name: str,
     alt: str,
     size: tuple[float, float],
@@ -82,14 +81,14 @@ def drawn(
     top: float = 0.24,
     bottom: float = 0.42,
 ) -> Picture:
-    """A figure of one pair of axes, size [inch], with so much above and below them."""
-    return next(drawn_alike([(name, alt, draw)], size, top, bottom))
+    """Draw a figure of one pair of axes; size and margins above and below them [inch]."""
+    return next(draw_pictures([(name, alt, draw)], size, top, bottom))
 
 
-def drawn_alike(
+def draw_pictures(
     sketches: Iterable[Sketch], size: tuple[float, float], top: float = 0.24, bottom: float = 0.42
 ) -> Iterator[Picture]:
-    """Figures that differ by their curves alone, one after another in the same axes: ticks are what takes time."""
+    """Draw figures one after another in the same axes, since making ticks takes most of the time."""
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -102,17 +101,17 @@ def drawn_alike(
                 ax = figure.add_axes((LEFT / size[0], bottom / size[1], wide / size[0], high / size[1]))
                 ax.yaxis.set_label_coords(-(LEFT - 0.14) / wide, 0.5)
             else:
-                _empty(ax)
+                _clear(ax)
             draw(ax)
             out = io.BytesIO()
             figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
-        # matplotlib measures with its own font; a reader without it gets a narrower one
+        # matplotlib lays text out in its own font; a viewer without it gets a narrower one
         svg = out.getvalue().replace(b"'DejaVu Sans'", b"Helvetica, Arial, 'DejaVu Sans', sans-serif")
         yield Picture(name, alt, svg, round(100 * size[0]))
 
 
-def _empty(ax: Axes) -> None:
-    """Takes the curves and areas out of axes, their limits and the turn of their colours."""
+def _clear(ax: Axes) -> None:
+    """Remove the curves and areas of axes; reset limits and colour cycle."""
     for artist in (*ax.lines, *ax.patches):
         artist.remove()
     ax.set_prop_cycle(None)
@@ -120,46 +119,34 @@ def _empty(ax: Axes) -> None:
     ax.autoscale()
 
 
-def scale(values: Any, unit: str) -> tuple[float, str]:
-    """What SI values are multiplied by to be read, and the unit they then have."""
-    given = np.abs(np.asarray([v for v in np.ravel(values) if v is not None], dtype=float))
-    largest = float(given[np.isfinite(given)].max(initial=0.0))
-    if largest == 0:
-        return 1.0, unit_text(unit)
-    if unit in ("m", "m/s") and 1e-4 <= largest < 10.0:  # the trade speaks of millimetres
-        return (1e3, "mm" + unit[1:]) if largest < 0.1 else (1.0, unit)
-    number, name = suited(largest, unit)
-    return number / largest, unit_text(name)
-
-
-def axis(name: str, unit: str) -> str:
-    """The label of an axis."""
+def axis_label(name: str, unit: str) -> str:
+    """Return the label of an axis."""
     return f"{name} [{unit}]" if unit else name
 
 
 @contextmanager
-def sheet(path: str | Path, width: float, height: float) -> Iterator[Figure]:
-    """A figure of so many inches, written at the end as its name says, whole or not at all.
+def figure_file(path: str | Path, width: float, height: float) -> Iterator[Figure]:
+    """Yield a figure [inch] and write it atomically at the end, in the format of the file name.
 
-    ValueError for a kind that is none of svg, png, pdf.
+    Raises ValueError for a format other than svg, png, pdf.
     """
     import matplotlib
     from matplotlib.figure import Figure
 
     kind = Path(path).suffix.lower().lstrip(".")
-    if kind not in UNDATED:
+    if kind not in FILE_METADATA:
         raise ValueError(f"a figure is written as .svg, .png or .pdf: {path}")
     with matplotlib.rc_context({**STYLE, "svg.hashsalt": Path(path).name}):
         figure = Figure(figsize=(width, height), layout="constrained")
         yield figure
         out = io.BytesIO()
-        figure.savefig(out, format=kind, dpi=150, metadata=UNDATED[kind])
+        figure.savefig(out, format=kind, dpi=150, metadata=FILE_METADATA[kind])
     write_bytes(path, out.getvalue())
 
 
 @contextmanager
-def stacked(path: str | Path, rows: int, high: float) -> Iterator[list[Axes]]:
-    """A sheet of axes below each other over one abscissa, each so high [inch]."""
-    with sheet(path, 7.6, rows * high + 0.4) as figure:
+def stacked_axes(path: str | Path, rows: int, high: float) -> Iterator[list[Axes]]:
+    """Yield axes below each other with a common abscissa, each of a height [inch]."""
+    with figure_file(path, 7.6, rows * high + 0.4) as figure:
         yield list(np.atleast_1d(figure.subplots(rows, 1, sharex=True)))
         figure.align_ylabels()

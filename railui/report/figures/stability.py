@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from railui.report.figures.drawing import BLUE, GREEN, GREY, ORANGE, stacked
+from railui.report.figures.drawing import BLUE, GREEN, GREY, ORANGE, stacked_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,82 +17,89 @@ if TYPE_CHECKING:
 ABOVE: Any = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
 
 
-def draw_stability(found: Mapping[str, Any], path: str | Path) -> None:
-    """Writes damping and frequency against speed and, where there is one, the bifurcation diagram (svg, png, pdf)."""
-    rows = 3 if found["fold"] and found["fold"]["diagram"] else 2
-    with stacked(path, rows, 2.3) as axes:
-        _damping(axes[0], axes[1], found)
+def draw_stability(result: Mapping[str, Any], path: str | Path) -> None:
+    """Write a figure of damping and frequency against speed and, where computed, the bifurcation diagram."""
+    rows = 3 if result["fold"] and result["fold"]["diagram"] else 2
+    with stacked_axes(path, rows, 2.3) as axes:
+        _damping(axes[0], axes[1], result)
         if rows == 3:
-            _bifurcation(axes[2], found)
+            _bifurcation(axes[2], result)
         for ax in axes:
-            _critical(ax, found)
+            _critical(ax, result)
         if axes[0].get_legend_handles_labels()[0]:
             axes[0].legend(frameon=False, fontsize=8, ncols=3, **ABOVE)
         axes[-1].set_xlabel("speed [m/s]")
 
 
-def _damping(top: Axes, bottom: Axes, found: Mapping[str, Any]) -> None:
-    """Damping ratio and frequency of the oscillations below 30 Hz, each a line from speed to speed."""
-    modes = [m for m in found["modes"] if m["imag"] > 0 and m["damping"] < 0.9 and m["frequency"] < 30]
+def _damping(top: Axes, bottom: Axes, result: Mapping[str, Any]) -> None:
+    """Draw damping ratio and frequency of the oscillations below 30 Hz."""
+    modes = [m for m in result["modes"] if m["imag"] > 0 and m["damping"] < 0.9 and m["frequency"] < 30]
     speeds, damping, frequency = (np.array([m[key] for m in modes]) for key in ("speed", "damping", "frequency"))
     top.scatter(speeds, damping, s=9, c=BLUE, lw=0)
     bottom.scatter(speeds, frequency, s=9, c=BLUE, lw=0)
-    if found["klingel_wavelength"]:
-        v = np.array([min(found["speeds"]), max(found["speeds"])])
-        bottom.plot(v, v / found["klingel_wavelength"], color=GREY, lw=0.8, ls=(0, (1, 2)))
+    if result["klingel_wavelength"]:
+        v = np.array([min(result["speeds"]), max(result["speeds"])])
+        bottom.plot(v, v / result["klingel_wavelength"], color=GREY, lw=0.8, ls=(0, (1, 2)))
         bottom.annotate(
-            "Klingel", (v[1], v[1] / found["klingel_wavelength"]), fontsize=8, color=GREY, ha="right", va="bottom"
+            "Klingel", (v[1], v[1] / result["klingel_wavelength"]), fontsize=8, color=GREY, ha="right", va="bottom"
         )
     top.axhline(0.0, color="#444444", lw=0.7)
     top.set_ylabel("damping ratio")
     bottom.set_ylabel("frequency [Hz]")
 
 
-def _bifurcation(ax: Axes, found: Mapping[str, Any]) -> None:
-    fold = found["fold"]
+def _bifurcation(ax: Axes, result: Mapping[str, Any]) -> None:
+    fold = result["fold"]
     rows = fold["diagram"]
 
     def line(key: str) -> tuple[list[float], list[float]]:
-        some = [(r["speed"], 1e3 * r[key]) for r in rows if r.get(key) is not None]
-        return [v for v, _ in some], [a for _, a in some]
+        points = [(r["speed"], 1e3 * r[key]) for r in rows if r.get(key) is not None]
+        return [v for v, _ in points], [a for _, a in points]
 
-    ax.plot(*line("from_below"), color=BLUE, marker="^", ms=4.5, lw=0, label="from a small disturbance")
-    ax.plot(*line("from_above"), color=ORANGE, marker="v", ms=3.5, lw=1.2, label="hunting, followed downwards")
-    label: str | None = "unstable cycle: beyond it a disturbance grows"
-    for one, two in pairwise(fold["branch"]):
-        unstable = max(one["multiplier"], two["multiplier"]) > 1
-        dash: Any = (0, (3, 2)) if unstable else "-"
-        ends = [one["speed"], two["speed"]], [1e3 * one["amplitude"], 1e3 * two["amplitude"]]
-        ax.plot(*ends, color=GREY, ls=dash, lw=1.1, label=label if unstable else None, zorder=1)
-        label = None if unstable else label
+    ax.plot(*line("from_below"), color=BLUE, marker="^", ms=4.5, lw=0, label="from a small initial offset")
+    ax.plot(*line("from_above"), color=ORANGE, marker="v", ms=3.5, lw=1.2, label="limit cycle, speed decreasing")
+    label: str | None = "unstable limit cycle"
+    for first, second in pairwise(fold["branch"]):
+        is_unstable = max(first["multiplier"], second["multiplier"]) > 1
+        dash: Any = (0, (3, 2)) if is_unstable else "-"
+        ends = [first["speed"], second["speed"]], [1e3 * first["amplitude"], 1e3 * second["amplitude"]]
+        ax.plot(*ends, color=GREY, ls=dash, lw=1.1, label=label if is_unstable else None, zorder=1)
+        label = None if is_unstable else label
     ax.axhline(1e3 * fold["clearance"], color="#bbbbbb", lw=0.8, ls=(0, (1, 2)))
     ax.annotate(
-        "flange clearance", (0.01, 1e3 * fold["clearance"]), xycoords=("axes fraction", "data"), fontsize=8,
-        color=GREY, va="bottom",
-    )  # fmt: skip
+        "flange clearance",
+        (0.01, 1e3 * fold["clearance"]),
+        xycoords=("axes fraction", "data"),
+        fontsize=8,
+        color=GREY,
+        va="bottom",
+    )
     ax.set_ylim(bottom=0.0)
     ax.set_ylabel("amplitude of e [mm]")
     ax.legend(frameon=False, fontsize=8, ncols=3, **ABOVE)
 
 
-def _critical(ax: Axes, found: Mapping[str, Any]) -> None:
-    """The critical speeds as lines across a diagram."""
-    named = (("linear", "linear_critical_speed", BLUE), ("fold", "fold_speed", ORANGE),
-             ("practical", "practical_critical_speed", GREEN))  # fmt: skip
+def _critical(ax: Axes, result: Mapping[str, Any]) -> None:
+    """Draw the critical speeds as vertical lines."""
+    named = (
+        ("linear", "linear_critical_speed", BLUE),
+        ("nonlinear", "fold_speed", ORANGE),
+        ("ride criteria", "practical_critical_speed", GREEN),
+    )
     for name, key, colour in named:
-        if found[key]:
-            ax.axvline(found[key], color=colour, lw=0.9, ls=(0, (4, 2)), label=f"{name} {found[key]:.2f} m/s")
+        if result[key]:
+            ax.axvline(result[key], color=colour, lw=0.9, ls=(0, (4, 2)), label=f"{name} {result[key]:.2f} m/s")
 
 
 def draw_curves(cases: Sequence[Mapping[str, Any]], path: str | Path) -> None:
-    """Writes displacement, angle of attack, guiding force and wear number against radius (svg, png, pdf)."""
+    """Write a figure of displacement, angle of attack, guiding forces and wear number against radius."""
     drawn = [case for case in cases if case["displacement"] is not None]
     radii = np.array([abs(case["radius"]) for case in drawn])
-    with stacked(path, 4, 1.7) as axes:
+    with stacked_axes(path, 4, 1.7) as axes:
         for ax, key, factor, label in (
             (axes[0], "displacement", 1e3, "e [mm]"),
             (axes[1], "angle_of_attack", 1e3, "angle of attack [mrad]"),
-            (axes[2], "guiding_force", 1e-3, "guiding force [kN]"),
+            (axes[2], "guiding_force", 1e-3, "sum of guiding forces [kN]"),
         ):
             for i, values in enumerate(np.array([case[key] for case in drawn]).reshape(len(drawn), -1).T):
                 dash: Any = ("-", (0, (4, 2)), (0, (1, 1)), "-.")[i % 4]

@@ -1,4 +1,4 @@
-"""The loop report as data: the keys of railui.loop/1, SI, finite or null."""
+"""The loop report as data: the keys of railui.loop/1, SI units, every number finite or null."""
 
 from __future__ import annotations
 
@@ -6,39 +6,26 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import railui
 from railui import core
-from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign, load_campaign
-from railui.campaign.dataset import TRACK, Dataset, Segment, cut_samples, read_dataset
+from railui.campaign.dataset import read_dataset
 from railui.campaign.finding import Finding
-from railui.identification.estimation.multiple_shooting import WINDOW, windowed_files
+from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.validation import Validation
-from railui.identification.loop import LoopResult, close_loop, indistinguishable_kinds, is_at_noise_floor
-from railui.identification.structure.evidence import ScoreResult
-from railui.identification.structure.refit import (
-    FOLDS,
-    Refit,
-    bootstrap_weights,
-    cross_validation_errors,
-    cross_validation_nrmse,
-)
-from railui.identification.structure.stepwise import ADEQUATE, UNEXPLAINED, SelectionStep, has_structure
+from railui.identification.loop import LoopResult, close_loop, indistinguishable_kinds
 from railui.identification.unmodelled.locate import Discrepancy
-from railui.identification.unmodelled.run_dependence import RunDependence
-from railui.io.atomic import finite
-from railui.io.number_format import display
-from railui.progress import Report, silent
-from railui.report.loop.detectable import detectable
+from railui.io.atomic import to_json_value
+from railui.progress import SILENT, Progress
+from railui.report.loop.detectable import minimum_detectable_effects
 from railui.report.loop.identifiability import identifiability
-from railui.report.loop.phases import phases
-from railui.report.loop.profiles import of_profiles
-from railui.ride_quality.comfort import before
-from railui.ride_quality.weighting import W_D, cascade, weighted_rms
-from railui.vehicle.design_reader import PlacedEffect
-from railui.vehicle.effect_reader import unit_of
+from railui.report.loop.model_comparison import rank_candidates, significant_below_threshold
+from railui.report.loop.notes import report_notes, windowed_runs
+from railui.report.loop.phases import phase_rows
+from railui.report.loop.profiles import profile_parameters
+from railui.report.loop.ride_quality import mean_errors, ride_quality
+from railui.report.loop.sentence import sentence
+from railui.vehicle.effects import parameter_unit
 
 
 def loop(
@@ -47,356 +34,214 @@ def loop(
     without: Collection[str] = (),
     seed: int = 0,
     jobs: int | None = None,
-    report: Report = silent,
+    progress: Progress = SILENT,
 ) -> dict[str, Any]:
-    """Close the loop on a campaign (its directory, its file, or as loaded); returns the loop report as data.
+    """Calibrate the model of a campaign, identify an unmodelled effect and return the loop report as data.
 
-    `without` bars kinds of effects, `report` is told how far the work is. Raises FileProblems where a file cannot be
-    used. Source: Broersen 1976.
+    Parameters
+    ----------
+    campaign : str, Path or Campaign
+        Directory or file of the campaign, or the campaign as loaded.
+    without : collection of str, optional
+        Kinds of effects that are excluded from the structure detection.
+    seed : int, optional
+        Seed of all random numbers.
+    jobs : int, optional
+        Number of threads; all processors by default.
+    progress : Progress, optional
+        Receiver of messages and intermediate results.
+
+    Returns
+    -------
+    dict
+        The keys of railui.loop/1, documented in docs/results.md.
+
+    Raises
+    ------
+    FileProblems
+        If a file cannot be used.
+
+    References
+    ----------
+    Broersen 1976.
     """
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
-    return loop_report(close_loop(read_dataset(loaded), without=without, seed=seed, jobs=jobs, report=report))
+    result = close_loop(read_dataset(loaded), without=without, seed=seed, jobs=jobs, progress=progress)
+    return loop_report(result)
 
 
-def loop_report(found: LoopResult) -> dict[str, Any]:
-    """The loop report of a campaign, as data: docs/loop.md."""
-    campaign = found.measurement.campaign
+def loop_report(result: LoopResult) -> dict[str, Any]:
+    """Return the report of a loop as data, see docs/loop.md."""
+    campaign = result.dataset.campaign
+    validations = result.validations
     report: dict[str, Any] = {
         "schema": "railui.loop/1",
         "version": railui.__version__,
         "inputs": [{"file": str(campaign.source), "sha256": campaign.sha256}],
-        "seed": found.seed,
-        "simd": core.simd(),
-        "seconds": found.seconds,
+        "seed": result.seed,
+        "settings": result.context.settings.values(),
+        "simd": core.simd_level(),
+        "seconds": result.seconds,
         "campaign": campaign.name,
-        "runs": _runs(found),
-        "declared": _judged(found.validations["declared"]),
-        "before": _judged(found.validations["before"]) | {"constrained": found.before.constrained},
-        "after": _judged(found.validations["after"]),
+        "runs": _runs(result),
+        "declared": _errors(validations["declared"]),
+        "before": _errors(validations["before"]) | {"constrained": result.before.constrained},
+        "after": _errors(validations["after"]),
         "floor": {
-            "nrmse": found.floor.nrmse,
-            "sd": found.floor.sd,
-            "channels": found.floor.channels,
-            "sensors_only": found.floor.sensors_only,
+            "nrmse": result.noise_floor.nrmse,
+            "sd": result.noise_floor.sd,
+            "channels": result.noise_floor.channels,
+            "sensors_only": result.noise_floor.sensors_only,
             "source": "declared" if campaign.noise else "estimated",
         },
-        "unexplained": found.unexplained,
-        "verdict": found.verdict,
-        "sentence": sentence(found),
-        "effects": _effects(found),
-        "outside": _outside(found),
-        "classes": [alike for step in found.steps if (alike := indistinguishable_kinds(step))],
-        "ranking": ranking(found),
-        "traces": _traces(found),
-        "detectable": detectable(found.last, campaign.material, found.validations["after"].nrmse, found.foreseen),
-        "means": _means(found),
-        "riding": _riding(found),
-        "parameters": _parameters(found),
-        "simulations": found.before.simulations + found.after.simulations,
-        "windows": _windows(found),
-        "identifiability": identifiability(found.after),
-        "gate": [_finding(f) for f in found.gate],
-        "notes": _notes(found),
+        "unexplained": result.error_to_noise,
+        "verdict": result.verdict,
+        "sentence": sentence(result),
+        "effects": _effects(result),
+        "outside": None if result.discrepancy is None else _discrepancy(result.discrepancy),
+        "classes": [kinds for step in result.steps if (kinds := indistinguishable_kinds(result.context, step))],
+        "ranking": rank_candidates(result),
+        "traces": significant_below_threshold(result),
+        "detectable": minimum_detectable_effects(
+            result.score_test,
+            campaign.min_relative_gain,
+            validations["after"].nrmse,
+            result.predicted_gains,
+            result.context.settings.score_test.min_remaining_share,
+        ),
+        "means": mean_errors(result),
+        "riding": ride_quality(result),
+        "parameters": _parameters(result),
+        "simulations": result.before.simulations + result.after.simulations,
+        "windows": windowed_runs(result),
+        "identifiability": identifiability(result),
+        "gate": [_finding(finding) for finding in result.findings],
+        "notes": report_notes(result),
     }
-    profiles, measured = found.nominal.design.profiles, report["riding"].get("measured", {})
-    report["profiles"] = of_profiles(profiles, report["parameters"], measured)
-    return dict(finite(report))
+    profiles, measured = result.nominal.design.profiles, report["riding"].get("measured", {})
+    report["profiles"] = profile_parameters(profiles, report["parameters"], measured)
+    return dict(to_json_value(report))
 
 
-def sentence(found: LoopResult) -> str:
-    """The verdict in one sentence."""
-    before, after = found.validations["before"].nrmse, found.validations["after"].nrmse
-    ratio = found.unexplained
-    if found.verdict == "none":
-        text = f"No unmodelled effect detected: error {after:.3f}, noise floor {found.floor.nrmse:.3f}"
-    elif found.verdict == "effect":
-        names = " and ".join(_name(e) for e in found.after.model.effects if e.kind not in core.CURVES)
-        text = f"Missing was {names}: error {before:.3f} before, {after:.3f} after, noise floor {found.floor.nrmse:.3f}"
-    else:
-        o = found.outside
-        where = f"{o.at}" + (f" of wheelset {o.wheelset}" if o and o.wheelset else "") if o else "an unknown place"
-        where += f" (a coupling of {o.coupled.text})" if o and o.coupled else ""
-        text = f"Something is missing that is not in the catalogue; it acts at {where}: "
-        if o and o.change:
-            text += f"{run_by_run(found, o.change)}; error {after:.3f} is left, noise floor {found.floor.nrmse:.3f}"
-        else:
-            text += f"error {before:.3f} before, {after:.3f} with the identified force curve, "
-            text += f"noise floor {found.floor.nrmse:.3f}"
-    if ratio > UNEXPLAINED:
-        return f"The stated noise does not explain the residual ({ratio:.1f} times the noise floor). {text}."
-    return f"{text}."
-
-
-def run_by_run(found: LoopResult, change: RunDependence) -> str:
-    """A parameter that differs from run to run in one sentence: as adjusted, and as each validating run asks for it."""
-    unit = found.after.model.design.unit(change.path)
-    where: dict[float, list[str]] = {}
-    for r in change.runs:
-        where.setdefault(r.value, []).append(f"{r.file} ({display(r.speed, 'm/s', 3)})")
-    told = [f"{display(value, unit)} on {', '.join(runs)}" for value, runs in where.items()]
-    others = [p for p in change.ratios if p != change.path]
-    also = f" ({', '.join(others)} in proportion)" if others else ""
-    group, *of = change.path.split(".")
-    name = f"{of[1]} of {_name(found.after.model.effects[int(of[0])])}" if group == "effects" else change.path
-    return f"the vehicle is not the same from run to run, {name}{also} would be {' and '.join(told)}"
-
-
-def _name(effect: PlacedEffect) -> str:
-    title = core.record(effect.kind)["title"]
-    return f"{title} at {effect.at}" + (f" of wheelset {effect.wheelset}" if effect.wheelset else "")
-
-
-def _runs(found: LoopResult) -> list[dict[str, Any]]:
+def _runs(result: LoopResult) -> list[dict[str, Any]]:
     return [
         {
             "file": entry.name,
             "role": entry.role,
             "sha256": run.sha256,
             "samples": len(run),
-            "stretches": len(run.stretches),
+            "stretches": len(run.segments),
             "counts": dict(run.counts),
-            "ignored": list(run.ignored),
+            "ignored": list(run.unknown_columns),
             "notes": list(run.notes),
         }
-        for entry, run in zip(found.measurement.campaign.runs, found.measurement.runs, strict=True)
+        for entry, run in zip(result.dataset.campaign.runs, result.dataset.runs, strict=True)
     ]
 
 
-def _windows(found: LoopResult) -> dict[str, Any] | None:
-    """The runs that were adjusted on windows, and how long those are."""
-    cut = list(dict.fromkeys([*windowed_files(found.after), *(windowed_files(found.hunting) if found.hunting else [])]))
-    return {"seconds": WINDOW, "runs": cut} if cut else None
+def _errors(validation: Validation) -> dict[str, Any]:
+    errors: dict[str, Any] = {"nrmse": validation.nrmse, "channels": dict(validation.channels)}
+    if validation.diverged:
+        file, time = validation.diverged[0]
+        errors["diverged"] = {"file": file, "at_s": time}
+    return errors
 
 
-def _judged(judgement: Validation) -> dict[str, Any]:
-    out: dict[str, Any] = {"nrmse": judgement.nrmse, "channels": dict(judgement.channels)}
-    if judgement.diverged:
-        file, at = judgement.diverged[0]
-        out["diverged"] = {"file": file, "at_s": at}
-    return out
-
-
-def _effects(found: LoopResult) -> list[dict[str, Any]]:
-    fit = found.after
+def _effects(result: LoopResult) -> list[dict[str, Any]]:
+    fit = result.after
     sd = dict(zip(fit.free.paths, fit.sd, strict=True))
     rows = []
     for group, effects in (("effects", fit.model.design.effects), ("sensors", fit.model.sensors)):
         for i, effect in enumerate(effects):
-            if effect.kind in core.CURVES:
+            if effect.kind in core.CURVE_KINDS:
                 continue
-            parameters = {}
-            for p in core.record(effect.kind)["parameters"]:
-                value = effect.parameters.get(p["key"])
-                if value is None or p["role"] == "run":
-                    continue
-                spread = sd.get(f"{group}.{i}.{p['key']}")
-                parameters[p["key"]] = {"value": value, "sd": spread, "unit": unit_of(p, effect.at)}
-            place = {"kind": effect.kind, "at": effect.at, "wheelset": effect.wheelset}
-            rows.append(place | {"parameters": parameters, "phases": phases(found, i) if group == "effects" else []})
+            parameters = {
+                p["key"]: {
+                    "value": effect.parameters[p["key"]],
+                    "sd": sd.get(f"{group}.{i}.{p['key']}"),
+                    "unit": parameter_unit(p, effect.at),
+                }
+                for p in core.effect_record(effect.kind)["parameters"]
+                if effect.parameters.get(p["key"]) is not None and p["role"] != "run"
+            }
+            rows.append(
+                {
+                    "kind": effect.kind,
+                    "at": effect.at,
+                    "wheelset": effect.wheelset,
+                    "parameters": parameters,
+                    "phases": phase_rows(result, i) if group == "effects" else [],
+                }
+            )
     return rows
 
 
-def _outside(found: LoopResult) -> dict[str, Any] | None:
-    o = found.outside
-    if o is None:
-        return None
-    return {
-        "at": o.at,
-        "wheelset": o.wheelset,
-        "against": o.against,
-        "motion": list(o.motion),
-        "force": list(o.force),
-        "sd": list(o.sd),
-        "motion_unit": o.motion_unit,
-        "force_unit": o.force_unit,
-    } | _stranger(o)
+def _discrepancy(discrepancy: Discrepancy) -> dict[str, Any]:
+    curve = {
+        "at": discrepancy.at,
+        "wheelset": discrepancy.wheelset,
+        "against": discrepancy.against,
+        "motion": list(discrepancy.motion),
+        "force": list(discrepancy.force),
+        "sd": list(discrepancy.sd),
+        "motion_unit": discrepancy.motion_unit,
+        "force_unit": discrepancy.force_unit,
+    }
+    return curve | _discrepancy_cause(discrepancy)
 
 
-def _stranger(o: Discrepancy) -> dict[str, Any]:
-    """What is known of a fault that no curve of force against motion describes."""
-    if o.change is not None:
+def _discrepancy_cause(discrepancy: Discrepancy) -> dict[str, Any]:
+    """Return the keys of a discrepancy that a curve of force against motion does not describe."""
+    if (dependence := discrepancy.run_dependence) is not None:
         keys = ("file", "role", "speed", "value", "sd")
-        runs = [{key: getattr(r, key) for key in keys} for r in o.change.runs]
-        told = {"parameter": o.change.path, "parameters": list(o.change.ratios), "runs": runs, "p": o.change.p}
-        return told | {"nrmse": o.change.judged.nrmse}
-    if o.course is not None:
-        return {"parameter": o.course.path, "parameters": list(o.course.ratios)}
-    if o.coupled is not None:
-        pairs = [[{"at": at, "wheelset": w} for at, w in pair] for pair in o.coupled.pairs]
-        return {"coupling": {"pairs": pairs, "per": o.coupled.against, "share": o.coupled.share}}
+        return {
+            "parameter": dependence.path,
+            "parameters": list(dependence.ratios),
+            "runs": [{key: getattr(run, key) for key in keys} for run in dependence.runs],
+            "p": dependence.p,
+            "nrmse": dependence.validation.nrmse,
+        }
+    if (drift := discrepancy.drift) is not None:
+        return {"parameter": drift.path, "parameters": list(drift.ratios)}
+    if (coupling := discrepancy.coupling) is not None:
+        pairs = [[{"at": at, "wheelset": wheelset} for at, wheelset in pair] for pair in coupling.pairs]
+        return {"coupling": {"pairs": pairs, "per": coupling.against, "share": coupling.share}}
     return {}
 
 
-def _telling(found: LoopResult) -> SelectionStep:
-    """The step whose ranking tells most: the one that added the first effect, else the last."""
-    return next((s for s in found.steps if s.added), found.steps[-1])
-
-
-def ranking(found: LoopResult) -> list[dict[str, Any]]:
-    """One row per candidate, best first, nothing added among them."""
-    step = _telling(found)
-    plain = found.hunting or found.before
-    base = Refit(None, plain, cross_validation_errors(plain))
-    nothing = cross_validation_nrmse(base)
-    refits = [*step.refits, base]
-    weights = bootstrap_weights(refits, found.seed)
-    none = {"kind": "none", "at": None, "wheelset": None, "rho": 0.0, "nrmse": nothing, "refitted": True}
-    rows: list[dict[str, Any]] = [none | {"weight": float(weights[-1])}]
-    fitted = {}
-    for refit, weight in zip(step.refits, weights, strict=False):
-        fitted[refit.candidate] = (cross_validation_nrmse(refit), float(weight))
-    for s in step.trace.best:
-        nrmse, weight = fitted.get(s.candidate, (nothing * _left(s, step.trace.rss), 0.0))
-        c = s.candidate
-        rows.append({"kind": c.kind, "at": c.at, "wheelset": c.wheelset, "rho": s.rho, "nrmse": nrmse,
-                     "refitted": c in fitted, "weight": weight})  # fmt: skip
-    rows.sort(key=lambda r: float(r["nrmse"]))
-    added = step.added.candidate if step.added else None
-    if added is not None:
-        rows.sort(key=lambda r: (r["kind"], r["at"], r["wheelset"]) != (added.kind, added.at, added.wheelset))
-    return rows
-
-
-def _left(s: ScoreResult, rss: float) -> float:
-    """Error with the candidate over that without, its amount estimated on four fifths and judged on the other."""
-    if s.candidate.one_sided and s.rho < 0:
-        return 1.0
-    folds = np.array([part.sum() for part in np.array_split(s.scores, FOLDS)])
-    norm = s.norm / FOLDS
-    amount = (folds.sum() - folds) / (s.norm - norm)
-    gain = float(np.sum(2.0 * amount * folds - amount**2 * norm))
-    return float(np.sqrt(max(1.0 - gain / rss, 0.0)))
-
-
-def _traces(found: LoopResult) -> list[dict[str, Any]]:
-    """What is significant but gains less than is material: the best of every turn that added nothing."""
-    rows = []
-    for step in found.steps:
-        for refit in step.refits[:3] if step.added is None else ():
-            c = refit.candidate
-            if c is not None:
-                rows.append({"kind": c.kind, "at": c.at, "wheelset": c.wheelset, "p": step.trace.p,
-                             "rho": refit.sighting.rho if refit.sighting else None,
-                             "nrmse": cross_validation_nrmse(refit)})  # fmt: skip
-    return rows
-
-
-def _trimmed(found: LoopResult, stretch: Segment, x: FloatArray) -> FloatArray:
-    """Series [..., n] without what the comparison cuts off at both ends."""
-    cut = cut_samples(found.measurement.campaign, stretch)
-    return np.asarray(x[..., cut : x.shape[-1] - cut])
-
-
-def _means(found: LoopResult) -> dict[str, float]:
-    sums: dict[str, list[float]] = {}
-    stretches = found.measurement.validation
-    for stretch, z in zip(stretches, found.validations["after"].series, strict=True):
-        difference = _trimmed(found, stretch, stretch.measured(stretch.channels) - z)
-        for c, d in zip(stretch.channels, difference, strict=True):
-            sums.setdefault(c, []).append(float(d.mean()))
-    return {c: float(np.mean(v)) for c, v in sums.items()}
-
-
-def _riding(found: LoopResult) -> dict[str, dict[str, float | None]]:
-    """The model as judge of riding quality (thesis 2.3): measured, declared, before, after on the validating runs."""
-    stretches = found.measurement.validation
-    measured = [s.measured(s.channels) for s in stretches]
-    series = {"measured": measured} | {k: list(found.validations[k].series) for k in ("declared", "before", "after")}
-    return {k: _ride_of(found, stretches, v) for k, v in series.items()}
-
-
-def _ride_of(found: LoopResult, stretches: list[Segment], series: list[FloatArray]) -> dict[str, float | None]:
-    design = found.nominal.design
-    if design.kind != "bogie":
-        return {}
-    clearance = design.values["contact.flange_clearance"]
-    weight = cascade(before(design.riding), W_D)
-    out: dict[str, list[float]] = {}
-    for stretch, x in zip(stretches, series, strict=True):
-        columns = dict(zip(stretch.channels, _trimmed(found, stretch, x), strict=True))
-        for i in (1, 2):
-            if f"e{i}" in columns:
-                out.setdefault(f"sd_e{i}", []).append(float(columns[f"e{i}"].std()))
-        e = [columns[c] for c in ("e1", "e2") if c in columns]
-        if e:  # of a vehicle that diverged nothing is known
-            share = np.mean(np.abs(e) >= clearance, axis=1).max() if np.all(np.isfinite(e)) else np.nan
-            out.setdefault("flange_fraction", []).append(float(share))
-        if "ayf" in columns:
-            out.setdefault("weighted_acceleration", []).append(weighted_rms(columns["ayf"], stretch.dt, weight))
-    keys = ("sd_e1", "sd_e2", "flange_fraction", "weighted_acceleration")
-    return {k: float(np.mean(out[k])) if out.get(k) else None for k in keys}
-
-
-def _parameters(found: LoopResult) -> dict[str, dict[str, Any]]:
-    before = dict(zip(found.before.free.paths, zip(found.before.x, found.before.sd, strict=True), strict=True))
-    flags = dict(zip(found.after.free.paths, found.after.flags(), strict=True))
+def _parameters(result: LoopResult) -> dict[str, dict[str, Any]]:
+    before, after, design = result.before, result.after, result.nominal.design
+    calibrated = dict(zip(before.free.paths, zip(before.x, before.sd, strict=True), strict=True))
+    flags = dict(zip(after.free.paths, parameter_flags(after, result.context.settings.identifiability), strict=True))
     rows = {}
-    for path, value, sd in zip(found.after.free.paths, found.after.x, found.after.sd, strict=True):
-        if path not in before or "@" in path:
+    for path, value, sd in zip(after.free.paths, after.x, after.sd, strict=True):
+        if path not in calibrated or "@" in path:
             continue
-        was, was_sd = before[path]
+        value_before, sd_before = calibrated[path]
         flag = flags[path]
-        moved = found.after is not found.before and abs(value - was) > 2.0 * max(was_sd, sd)
-        if moved and flag in (None, "correlated"):
+        is_shifted = after is not before and abs(value - value_before) > 2.0 * max(sd_before, sd)
+        if is_shifted and flag in (None, "correlated"):
             flag = "moved"
         rows[path] = {
-            "declared": found.nominal.design.values[path],
-            "before": was,
+            "declared": design.values[path],
+            "before": value_before,
             "value": value,
             "sd": sd,
-            "unit": found.nominal.design.unit(path),
+            "unit": design.unit(path),
             "flag": flag,
         }
     return rows
 
 
-def _finding(f: Finding) -> dict[str, Any]:
-    return {"check": f.check, "file": f.file, "channel": f.channel, "value": f.value, "unit": f.unit, "text": f.text,
-            "serious": f.serious, "from_s": f.start, "to_s": f.end}  # fmt: skip
-
-
-def _notes(found: LoopResult) -> list[str]:
-    notes = [f"{entry.name}: {note}" for entry, run in zip(found.measurement.campaign.runs, found.measurement.runs,
-                                                           strict=True) for note in run.notes]  # fmt: skip
-    if cut := _windows(found):
-        notes.append(
-            f"the linear vehicle hunts on {', '.join(cut['runs'])}: adjusted there on windows of {WINDOW:g} s, "
-            "the initial state of each estimated along"
-        )
-    for name, judgement in found.validations.items():
-        for file, at in judgement.diverged:
-            notes.append(f"{name}: the vehicle diverges on {file} at {at:.2f} s, its error is null")
-    return [*notes, *unstated_track_noise(found.measurement), *shapeless(found)]
-
-
-def unstated_track_noise(measurement: Dataset) -> list[str]:
-    """A warning where a campaign states no noise of a track column of its runs, which then counts as zero."""
-    recorded = {name for stretch in measurement.stretches for name in stretch.columns}
-    missing = [name for name in TRACK if name in recorded and name not in measurement.campaign.noise]
-    if not missing:
-        return []
-    return [
-        f"no noise stated for {', '.join(missing)}: taken as zero. Noise of the track columns passes through "
-        "the vehicle into every channel; where it is not zero the noise floor is too low and the verdict can change"
-    ]
-
-
-def shapeless(found: LoopResult) -> list[str]:
-    """What a rest above the floor may be where the trace sees nothing in it, none where it has a shape."""
-    quiet = found.last.results and not has_structure(found.last)
-    if found.outside or not quiet or not found.unexplained > ADEQUATE:
-        return []
-    error, floor = found.validations["after"].channels, found.floor.channels
-    ratios = sorted(((error[c] / floor[c], c) for c in floor if floor[c] > 0 and c in error), reverse=True)
-    worst = ", ".join(f"{c} {ratio:.2f}" for ratio, c in ratios[:3])
-    own = found.after.error_to_noise
-    cause = (
-        f"the runs that it was adjusted to leave {own:.2f} times theirs, so the vehicle is not the same from run to "
-        "run: something changes with speed, heat, load or time, and no one parameter takes off what counts"
-        if is_at_noise_floor(found.after, found.unexplained)
-        else "an unmeasured force or noise that is larger than declared or not white, as the floor takes it"
-    )
-    return [
-        f"{found.unexplained:.2f} times the floor is left, and no candidate sees a shape in it: {cause} "
-        f"(most above their floor: {worst})"
-    ]
+def _finding(finding: Finding) -> dict[str, Any]:
+    return {
+        "check": finding.check,
+        "file": finding.file,
+        "channel": finding.channel,
+        "value": finding.value,
+        "unit": finding.unit,
+        "text": finding.text,
+        "serious": finding.serious,
+        "from_s": finding.start,
+        "to_s": finding.end,
+    }

@@ -1,8 +1,8 @@
-"""What a campaign could have shown: the smallest of every effect that the same test finds with 90 % power."""
+"""Minimum detectable effects of a campaign, at a nominal power of 90 %."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,46 +11,59 @@ from railui import core
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.gain_forecast import PredictedGains
-from railui.identification.structure.projection import VANISHED
 from railui.identification.structure.score_test import POWER, ScoreTestResult
-from railui.vehicle.effect_reader import unit_of
+from railui.vehicle.effects import parameter_unit
 
-CHANCE = 0.9
-MARGIN = 1.4  # the gain scatters about what is foreseen, and a fit takes more of an effect than its first order
+NOMINAL_POWER = 0.9
+GAIN_MARGIN = 1.4  # the gain scatters about its prediction, and a fit absorbs more of an effect than to first order
+MIN_LOG_SLOPE = 0.1  # of the amount over the parameter, below which no parameter is detectable
 
 
-def smallest_amount(
-    s: ScoreResult, trace: ScoreTestResult, material: float, rest: float, foreseen: PredictedGains
+def minimum_detectable_amount(
+    score: ScoreResult,
+    test: ScoreTestResult,
+    min_relative_gain: float,
+    nrmse: float,
+    predicted_gains: PredictedGains,
+    min_remaining_share: float,
 ) -> float:
-    """Amount of a shape that passes both gates: the family-wise score, and the material gain on the validating runs."""
-    gain = 1.0 / (1.0 - material) ** 2 - 1.0
-    amounts = [s.amount_seen(trace.critical + POWER)]
-    added = foreseen.get((s.candidate, s.shape))
-    # what adjusting absorbs nearly whole gains little where it was adjusted, and much at another speed
-    if s.own >= VANISHED or not added:
-        amounts.append(MARGIN * float(np.sqrt(gain * trace.rss / s.norm)))
-    if added:
-        amounts.append(MARGIN * float(np.sqrt(gain * rest**2 / added)))
+    """Return the amount of a shape that meets both criteria: family-wise score and minimum relative gain.
+
+    nrmse: error on the validation runs; predicted_gains: gain there by candidate and shape, to first order.
+    """
+    gain = 1.0 / (1.0 - min_relative_gain) ** 2 - 1.0
+    amounts = [score.amount_of_score(test.critical_score + POWER)]
+    predicted = predicted_gains.get((score.candidate, score.shape))
+    # an effect that calibration almost absorbs gains little on the estimation runs, and much at another speed
+    if score.unabsorbed_share >= min_remaining_share or not predicted:
+        amounts.append(GAIN_MARGIN * float(np.sqrt(gain * test.rss / score.norm)))
+    if predicted:
+        amounts.append(GAIN_MARGIN * float(np.sqrt(gain * nrmse**2 / predicted)))
     return max(amounts)
 
 
-def detectable(trace: ScoreTestResult, material: float, rest: float, foreseen: PredictedGains) -> list[dict[str, Any]]:
-    """One row per kind, place and wheelset: parameter, its smallest value, unit, power; value null where unknown.
+def minimum_detectable_effects(
+    test: ScoreTestResult,
+    min_relative_gain: float,
+    nrmse: float,
+    predicted_gains: PredictedGains,
+    min_remaining_share: float,
+) -> list[dict[str, Any]]:
+    """Return one row per kind, location and wheelset: parameter, minimum detectable value (None: unknown), unit, power.
 
-    rest: nrmse of the vehicle as found on the validating runs; foreseen: what of it every candidate would add.
+    nrmse: error of the final model on the validation runs; predicted_gains: gain there by candidate and shape.
     """
 
-    def amount(s: ScoreResult) -> float:
-        return smallest_amount(s, trace, material, rest, foreseen)
+    def amount(score: ScoreResult) -> float:
+        return minimum_detectable_amount(score, test, min_relative_gain, nrmse, predicted_gains, min_remaining_share)
 
-    rows = []
     by_candidate: dict[Candidate, list[ScoreResult]] = {}
-    for s in trace.results:
-        by_candidate.setdefault(s.candidate, []).append(s)
-    for candidate, seen in by_candidate.items():
-        key, value = _smallest(candidate, seen, amount)
-        record = core.record(candidate.kind)
-        parameter = next(p for p in record["parameters"] if p["key"] == key)
+    for score in test.results:
+        by_candidate.setdefault(score.candidate, []).append(score)
+    rows = []
+    for candidate, scores in by_candidate.items():
+        key, value = _minimum_value(candidate, scores, amount)
+        parameter = next(p for p in core.effect_record(candidate.kind)["parameters"] if p["key"] == key)
         rows.append(
             {
                 "kind": candidate.kind,
@@ -58,34 +71,38 @@ def detectable(trace: ScoreTestResult, material: float, rest: float, foreseen: P
                 "wheelset": candidate.wheelset,
                 "parameter": key,
                 "value": value,
-                "unit": unit_of(parameter, candidate.at),
-                "power": CHANCE,
+                "unit": parameter_unit(parameter, candidate.at),
+                "power": NOMINAL_POWER,
             }
         )
     return rows
 
 
-def _smallest(
-    candidate: Candidate, seen: list[ScoreResult], amount: Callable[[ScoreResult], float]
+def _minimum_value(
+    candidate: Candidate, scores: list[ScoreResult], amount: Callable[[ScoreResult], float]
 ) -> tuple[str, float | None]:
-    key = candidate.strength
-    amounts = [amount(s) for s in seen]
-    if key is not None:
-        return key, float(min(a * abs(candidate.shapes[s.shape][key]) for a, s in zip(amounts, seen, strict=True)))
-    record = core.record(candidate.kind)
+    """Return the key of a parameter of the candidate and its minimum detectable value."""
+    amounts = [amount(score) for score in scores]
+    shapes = [candidate.shapes[score.shape] for score in scores]
+    if (key := candidate.strength) is not None:
+        return key, float(min(a * abs(shape[key]) for a, shape in zip(amounts, shapes, strict=True)))
+    record = core.effect_record(candidate.kind)
     key = str(record["parameters"][0]["key"])
     if record["acts"] == "sensor":
         neutral = 1.0 if key == "gain" else 0.0
         return key, float(neutral + amounts[0] * (candidate.shapes[0][key] - neutral))
-    return key, _crossing([candidate.shapes[s.shape] for s in seen], amounts, key)
+    return key, value_of_unit_amount(shapes, amounts, key)
 
 
-def _crossing(shapes: list[Any], amounts: list[float], key: str) -> float | None:
-    """The parameter at which the whole effect is just enough: log-log between (or beyond) the shapes that were run."""
-    others = [tuple(v for k, v in s.items() if k != key) for s in shapes]
-    same = [i for i, o in enumerate(others) if o == others[0]]
-    x = np.log([shapes[i][key] for i in same])
-    y = np.log([amounts[i] for i in same])
+def value_of_unit_amount(shapes: Sequence[Mapping[str, Any]], amounts: Sequence[float], key: str) -> float | None:
+    """Return the parameter at which the full effect (amount 1) is just detectable, None where there is none.
+
+    Log-log interpolation between the simulated shapes that differ in this parameter alone, extrapolation beyond.
+    """
+    others = [tuple(value for k, value in shape.items() if k != key) for shape in shapes]
+    comparable = [i for i, other in enumerate(others) if other == others[0]]
+    x = np.log([shapes[i][key] for i in comparable])
+    y = np.log([amounts[i] for i in comparable])
     order = np.argsort(x)
     x, y = x[order], y[order]
     if len(x) < 2:
@@ -95,7 +112,7 @@ def _crossing(shapes: list[Any], amounts: list[float], key: str) -> float | None
             return float(np.exp(x[i] - y[i] * (x[i + 1] - x[i]) / (y[i + 1] - y[i])))
     i = 0 if abs(y[0]) < abs(y[-1]) else len(x) - 2
     slope = (y[i + 1] - y[i]) / (x[i + 1] - x[i])
-    if abs(slope) < 0.1:
+    if abs(slope) < MIN_LOG_SLOPE:
         return None
-    edge = i if i == 0 else i + 1
-    return float(np.exp(x[edge] - y[edge] / slope))
+    end = i if i == 0 else i + 1
+    return float(np.exp(x[end] - y[end] / slope))

@@ -1,4 +1,4 @@
-"""Figures of the loop report: errors, series and spectra, and the laws found, as SVG that needs nothing beside it."""
+"""Figures of the loop report: errors, time series and spectra, as self-contained SVG."""
 
 from __future__ import annotations
 
@@ -9,205 +9,206 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment, comparison_filter, cut_samples
+from railui.campaign.comparison import comparison_filter, cut_samples
+from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment
 from railui.dsp.spectra import periodogram, welch
 from railui.identification.loop import LoopResult
-from railui.report.figures.drawing import BLUE, ORANGE, Picture, Sketch, axis, drawn, drawn_alike, scale
+from railui.report.figures.drawing import BLUE, ORANGE, Picture, Sketch, axis_label, draw_picture, draw_pictures
+from railui.report.loop.wording import MODEL_LABELS, MODELS
+from railui.report.numbers import display_scale
 from railui.runs.columns import columns_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-# lines differ in dash and width too, bars in hatching
+# lines differ in dash and width and bars in hatching, not in colour alone
 COLOURS = {"declared": "#b3b3b3", "before": ORANGE, "after": BLUE, "floor": "#ffffff", "measured": "#b0b0b0"}
 LINES: dict[str, dict[str, Any]] = {
     "measured": {"color": COLOURS["measured"], "lw": 2.8, "solid_capstyle": "round"},
     "after": {"color": COLOURS["after"], "lw": 1.0},
     "before": {"color": COLOURS["before"], "lw": 1.1, "ls": (0, (2.2, 2.2))},
 }
-FIRST = ("e1", "ay1", "ayf", "d1")  # drawn first where they were measured
-SHOWN = 5.0  # s of a series
-PERIODS = 25  # of a rig's main frequency, which may be anything
-POINTS = 2500  # of a line
-
-
-def place(at: str, wheelset: int | None = None) -> str:
-    """A place in words."""
-    if at == "wheelset" and wheelset:
-        return f"wheelset {wheelset}"
-    return at.replace("_", " ") + (f", wheelset {wheelset}" if wheelset else "")
-
-
-# errors
+LINES_TEXT = "measured, calibrated, calibrated + effect"
+LEADING_CHANNELS = ("e1", "ay1", "ayf", "d1")  # shown first where they are present
+WINDOW_SECONDS = 5.0  # of a time series
+MAX_RIG_PERIODS = 25  # of the main frequency of a rig, in a time series
+MAX_LINE_POINTS = 2500
+SPECTRUM_SEGMENTS = 5
+MIN_SEGMENT_SAMPLES = 256
 
 
 def error_bars(report: Mapping[str, Any]) -> Picture:
-    """Error of every channel and of all: declared, before, after, floor."""
+    """Draw the error of all channels and of each, for every model and the noise floor."""
     channels = ["all", *report["declared"]["channels"]]
-    which = ("declared", "before", "after", "floor")
 
-    def value(w: str, c: str) -> float | None:
-        found: float | None = report[w]["nrmse"] if c == "all" else report[w]["channels"].get(c)
-        return found
+    def error(model: str, channel: str) -> float | None:
+        value: float | None = report[model]["nrmse"] if channel == "all" else report[model]["channels"].get(channel)
+        return value
 
     def draw(ax: Axes) -> None:
-        for i, w in enumerate(which):
-            heights = [value(w, c) for c in channels]
+        for i, model in enumerate(MODELS):
+            heights = [error(model, channel) for channel in channels]
             x = np.arange(len(channels)) + 0.2 * (i - 1.5)
-            hatch = "////" if w == "floor" else None
-            ax.bar(x, [h or 0.0 for h in heights], 0.19, color=COLOURS[w], label=w, hatch=hatch,
-                   edgecolor="#555555" if hatch else "none", linewidth=0.6)  # fmt: skip
-            for at, h in zip(x, heights, strict=True):
-                if h is None:
-                    ax.text(at, 0.0, " diverged", rotation=90, ha="center", va="bottom", fontsize=7)
+            style: dict[str, Any] = {"color": COLOURS[model], "edgecolor": "none", "linewidth": 0.6}
+            if model == "floor":
+                style |= {"hatch": "////", "edgecolor": "#555555"}
+            ax.bar(x, [height or 0.0 for height in heights], 0.19, label=MODEL_LABELS[model], **style)
+            for position, height in zip(x, heights, strict=True):
+                if height is None:
+                    ax.text(position, 0.0, " diverged", rotation=90, ha="center", va="bottom", fontsize=7)
         ax.axvline(0.5, color="#999999", lw=0.7)
         ax.set_xticks(np.arange(len(channels)), channels)
         ax.set_xlim(-0.5, len(channels) - 0.5)
         ax.grid(axis="x", visible=False)
         ax.tick_params(axis="x", length=0)
-        ax.set_ylabel("error (nrmse)")
+        ax.set_ylabel("NRMSE")
         ax.legend(ncols=4, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
 
-    alt = "Bars of the error of every channel: declared, before, after, noise floor"
-    return drawn("errors", alt, (7.2 if len(channels) > 4 else 5.0, 2.5), draw, bottom=0.25)
-
-
-# series and spectra
+    alt = f"Bars of the error of every channel: {', '.join(MODEL_LABELS[model] for model in MODELS)}"
+    return draw_picture("errors", alt, (7.2 if len(channels) > 4 else 5.0, 2.5), draw, bottom=0.25)
 
 
 @dataclass(frozen=True, eq=False)
 class Window:
-    """A telling piece of a validating stretch: rows [begin, end) of what is left after the cut."""
+    """Excerpt of a validation segment: rows [begin, end) of the samples that are compared."""
 
     index: int
-    stretch: Segment
+    segment: Segment
     begin: int
     end: int
 
     def rows(self, cut: int) -> slice:
-        """The same rows of the whole stretch."""
+        """Return the same rows in the whole segment."""
         return slice(self.begin + cut, self.end + cut)
 
 
-def compared_series(found: LoopResult, index: int) -> dict[str, FloatArray]:
-    """measured, before, after of a validating stretch in the band of the comparison, each [channel, kept]."""
-    stretch, campaign = found.measurement.validation[index], found.measurement.campaign
-    return {w: comparison_filter(campaign, stretch, x) for w, x in raw_series(found, index).items()}
+def compared_series(result: LoopResult, index: int) -> dict[str, FloatArray]:
+    """Return measured, before, after of a validation segment in the comparison band, each [channel, n]."""
+    segment, campaign = result.dataset.validation[index], result.dataset.campaign
+    return {name: comparison_filter(campaign, segment, x) for name, x in raw_series(result, index).items()}
 
 
-def raw_series(found: LoopResult, index: int) -> dict[str, FloatArray]:
-    """measured, before, after as they are, each [channel, n], without what diverges, or before where it is after."""
-    stretch = found.measurement.validation[index]
-    series = {"measured": stretch.measured(stretch.channels)}
-    series |= {w: found.validations[w].series[index] for w in ("before", "after")}
-    if found.before is found.after:
+def raw_series(result: LoopResult, index: int) -> dict[str, FloatArray]:
+    """Return measured, before, after of a validation segment, each [channel, n].
+
+    A diverged series is left out, and `before` where no effect was added.
+    """
+    segment = result.dataset.validation[index]
+    series = {"measured": segment.measured(segment.channels)}
+    series |= {model: result.validations[model].series[index] for model in ("before", "after")}
+    if result.before is result.after:
         del series["before"]
-    return {w: x for w, x in series.items() if np.all(np.isfinite(x))}
+    return {name: x for name, x in series.items() if np.all(np.isfinite(x))}
 
 
-def telling(found: LoopResult) -> Window:
-    """Where the vehicle as found does better than before by most; where nothing was added, where it moves most."""
-    best: tuple[float, Window] | None = None
-    for index, stretch in enumerate(found.measurement.validation):
-        series = compared_series(found, index)
-        x = series["measured"]
-        power = np.maximum(x.var(axis=1, keepdims=True), 1e-300)
-        gain = np.sum(x**2 / power, axis=0)
-        if {"before", "after"} <= set(series):
-            gain = np.sum(((x - series["before"]) ** 2 - (x - series["after"]) ** 2) / power, axis=0)
-        width = max(2, min(x.shape[1], round(_seconds(stretch) / stretch.dt)))
-        sums = np.cumsum(np.concatenate([[0.0], gain]))
-        gains = sums[width:] - sums[:-width]
-        at = int(np.argmax(gains))
-        if best is None or gains[at] > best[0]:
-            best = float(gains[at]), Window(index, stretch, at, at + width)
-    assert best is not None  # a campaign without validating runs is refused when it is read
-    return best[1]
+def most_informative_window(result: LoopResult) -> Window:
+    """Return the excerpt with the largest reduction of the error by the effect, else that of the largest motion."""
+    candidates = [_best_window(result, i, segment) for i, segment in enumerate(result.dataset.validation)]
+    # a campaign without validation runs is refused when it is read, so there is a candidate
+    return max(candidates, key=lambda candidate: candidate[0])[1]
 
 
-def _seconds(stretch: Segment) -> float:
-    if stretch.kind != "rig":
-        return SHOWN
-    f, power = periodogram(stretch.columns[stretch.channels[0]], 1.0 / stretch.dt)
-    return float(min(SHOWN, PERIODS / f[1 + int(np.argmax(power[1:]))]))
+def _best_window(result: LoopResult, index: int, segment: Segment) -> tuple[float, Window]:
+    """Return the best excerpt of a segment and its gain."""
+    series = compared_series(result, index)
+    measured = series["measured"]
+    power = np.maximum(measured.var(axis=1, keepdims=True), 1e-300)
+    gain = np.sum(measured**2 / power, axis=0)
+    if {"before", "after"} <= set(series):
+        squares = (measured - series["before"]) ** 2 - (measured - series["after"]) ** 2
+        gain = np.sum(squares / power, axis=0)
+    width = max(2, min(measured.shape[1], round(_window_seconds(segment) / segment.dt)))
+    cumulated = np.cumsum(np.concatenate([[0.0], gain]))
+    gains = cumulated[width:] - cumulated[:-width]
+    begin = int(np.argmax(gains))
+    return float(gains[begin]), Window(index, segment, begin, begin + width)
 
 
-def shown_channels(stretch: Segment) -> list[str]:
-    """The compared channels of a stretch, those that tell most first."""
-    judged = [c for c in stretch.channels if c in COMPARED or c in RIG_RESPONSES]
-    return [*(c for c in FIRST if c in judged), *(c for c in judged if c not in FIRST)]
+def _window_seconds(segment: Segment) -> float:
+    if segment.kind != "rig":
+        return WINDOW_SECONDS
+    f, power = periodogram(segment.columns[segment.channels[0]], 1.0 / segment.dt)
+    return float(min(WINDOW_SECONDS, MAX_RIG_PERIODS / f[1 + int(np.argmax(power[1:]))]))
 
 
-def units_of(found: LoopResult, stretch: Segment) -> Mapping[str, str]:
-    """Unit of every channel: SI, or for a rig as its run calls it."""
-    if stretch.kind != "rig":
-        return {c.name: c.unit for c in columns_of(stretch.kind).values()}
-    entries = zip(found.measurement.campaign.runs, found.measurement.runs, strict=True)
-    return next(run.units for entry, run in entries if entry.name == stretch.file)
+def shown_channels(segment: Segment) -> list[str]:
+    """Return the compared channels of a segment, the leading ones first."""
+    compared = [c for c in segment.channels if c in COMPARED or c in RIG_RESPONSES]
+    return [*(c for c in LEADING_CHANNELS if c in compared), *(c for c in compared if c not in LEADING_CHANNELS)]
 
 
-def channel_pictures(found: LoopResult, window: Window, channels: Sequence[str]) -> list[tuple[Picture, Picture]]:
-    """A few seconds and the spectrum of each channel."""
-    series = compared_series(found, window.index)
-    few = drawn_alike((_series(found, window, series, c) for c in channels), (5.4, 1.9), 0.08)
-    spectra = drawn_alike((_spectrum(found, window, series, c) for c in channels), (4.2, 1.9), 0.08)
-    return list(zip(few, spectra, strict=True))
+def units_of(result: LoopResult, segment: Segment) -> Mapping[str, str]:
+    """Return the unit of every channel: SI, or for a rig that of its run."""
+    if segment.kind != "rig":
+        return {c.name: c.unit for c in columns_of(segment.kind).values()}
+    runs = zip(result.dataset.campaign.runs, result.dataset.runs, strict=True)
+    return next(run.units for entry, run in runs if entry.name == segment.file)
 
 
-def _series(found: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Sketch:
-    """A few seconds of one channel: measured, before, after."""
-    stretch = window.stretch
-    row = stretch.channels.index(channel)
-    piece = slice(window.begin, window.end, max(1, (window.end - window.begin) // POINTS))
-    t = stretch.columns["t"][cut_samples(found.measurement.campaign, stretch) :]
-    factor, unit = scale(series["measured"][row, piece], units_of(found, stretch)[channel])
+def channel_pictures(result: LoopResult, window: Window, channels: Sequence[str]) -> list[tuple[Picture, Picture]]:
+    """Draw the excerpt and the spectrum of each channel."""
+    series = compared_series(result, window.index)
+    excerpts = draw_pictures((_series(result, window, series, c) for c in channels), (5.4, 1.9), 0.08)
+    spectra = draw_pictures((_spectrum(result, window, series, c) for c in channels), (4.2, 1.9), 0.08)
+    return list(zip(excerpts, spectra, strict=True))
+
+
+def _series(result: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Sketch:
+    """Return the drawing of the excerpt of a channel."""
+    segment = window.segment
+    row = segment.channels.index(channel)
+    rows = slice(window.begin, window.end, max(1, (window.end - window.begin) // MAX_LINE_POINTS))
+    t = segment.columns["t"][cut_samples(result.dataset.campaign, segment) :]
+    factor, unit = display_scale(series["measured"][row, rows], units_of(result, segment)[channel])
 
     def draw(ax: Axes) -> None:
-        for which, line in LINES.items():
-            if which in series:
-                ax.plot(t[piece], factor * series[which][row, piece], **line)
+        for name, line in LINES.items():
+            if name in series:
+                ax.plot(t[rows], factor * series[name][row, rows], **line)
         ax.margins(x=0)
         ax.set_xlabel("time [s]")
-        ax.set_ylabel(axis(channel, unit))
+        ax.set_ylabel(axis_label(channel, unit))
 
-    return f"series-{channel}", f"{channel} over time: measured, before, after", draw
+    return f"series-{channel}", f"{channel} over time: {LINES_TEXT}", draw
 
 
-def _spectrum(found: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Sketch:
-    """Power spectral density of one channel over the whole stretch, in the unit of its series."""
-    stretch, band = window.stretch, found.measurement.campaign.band
-    row = stretch.channels.index(channel)
-    lines = {w: x[row] for w, x in raw_series(found, window.index).items()}
-    factor, unit = scale(series["measured"][row, window.begin : window.end], units_of(found, stretch)[channel])
-    segment = min(stretch.samples, max(256, stretch.samples // 5))
+def _spectrum(result: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Sketch:
+    """Return the drawing of the power spectral density of a channel over the whole segment."""
+    segment, band = window.segment, result.dataset.campaign.band
+    row = segment.channels.index(channel)
+    lines = {name: x[row] for name, x in raw_series(result, window.index).items()}
+    excerpt = series["measured"][row, window.begin : window.end]
+    factor, unit = display_scale(excerpt, units_of(result, segment)[channel])
+    samples = min(segment.samples, max(MIN_SEGMENT_SAMPLES, segment.samples // SPECTRUM_SEGMENTS))
     low, high = (0.0, np.inf) if band is None else (0.5 * band[0], 1.5 * band[1])
 
     def draw(ax: Axes) -> None:
         ax.set(xscale="log", yscale="log")
-        for which, line in LINES.items():
-            if which in lines:
-                f, power = welch(lines[which], 1.0 / stretch.dt, segment)
-                kept = (f > 0) & (f >= low) & (f <= high)
-                ax.plot(f[kept], factor**2 * power[kept], **line)
-                if which == "measured":  # what a noiseless model has below the sensors' noise tells nothing
-                    bottom = 0.1 * factor**2 * float(power[kept].min())
+        bottom: float | None = None
+        for name, line in LINES.items():
+            if name in lines:
+                f, power = welch(lines[name], 1.0 / segment.dt, samples)
+                shown = (f > 0) & (f >= low) & (f <= high)
+                ax.plot(f[shown], factor**2 * power[shown], **line)
+                if name == "measured":  # a noiseless simulation goes far below the sensor noise
+                    bottom = 0.1 * factor**2 * float(power[shown].min())
         ax.set_ylim(bottom=bottom)
         ax.margins(x=0)
         left, right = ax.get_xlim()
         for span in ((left, band[0]), (band[1], right)) if band else ():
             ax.axvspan(*span, color="#f1f1f1", lw=0, zorder=0)
         ax.set_xlim(left, right)
-        _plain_decades(ax)
+        _label_decades(ax)
         ax.set_xlabel("frequency [Hz]")
         squared = f"({unit})²" if "/" in unit else f"{unit}²" if unit else "1"
-        ax.set_ylabel(f"density [{squared}/Hz]")
+        ax.set_ylabel(f"PSD [{squared}/Hz]")
 
-    return f"spectrum-{channel}", f"Spectrum of {channel}: measured, before, after", draw
+    return f"spectrum-{channel}", f"Spectrum of {channel}: {LINES_TEXT}", draw
 
 
-def _plain_decades(ax: Axes) -> None:
-    """Frequencies as 1, 2, 5, 10; densities in few decades; no mathematics in the text."""
+def _label_decades(ax: Axes) -> None:
+    """Label frequencies as 1, 2, 5, 10 and densities at few decades, without mathematical markup."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -216,5 +217,5 @@ def _plain_decades(ax: Axes) -> None:
     ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
     ax.yaxis.set_major_locator(LogLocator(numticks=5))
     ax.yaxis.set_major_formatter(FuncFormatter(lambda x, _: "10" + f"{round(np.log10(x))}".translate(digits)))
-    ax.xaxis.set_minor_locator(NullLocator())  # ticks are what takes time in a figure
+    ax.xaxis.set_minor_locator(NullLocator())  # ticks dominate the time of a figure
     ax.yaxis.set_minor_locator(NullLocator())

@@ -1,4 +1,4 @@
-"""What a loop leaves behind: report, adjusted design, campaign with its sensors, simulated channels of every run."""
+"""Files of a loop: report, calibrated design, campaign with its sensors, simulated channels of every run."""
 
 from __future__ import annotations
 
@@ -20,107 +20,114 @@ from railui.io.atomic import write_text
 from railui.report.loop.page import write_page
 from railui.vehicle.design_reader import Adjustment, Design
 
-OURS = ("loop.json", "adjusted.yaml", "campaign.yaml", "log.txt", "report.html")
-DIGITS = "%.9g"
+LOOP_FILES = ("loop.json", "adjusted.yaml", "campaign.yaml", "log.txt", "report.html")
+NUMBER_FORMAT = "%.9g"
+MODELS = ("declared", "before", "after")
 
 
 class ForeignFiles(ValueError):
-    """The directory holds files that a loop did not write."""
+    """Directory with files that a loop did not write."""
 
 
 def check_directory(directory: Path) -> None:
-    """Raises ForeignFiles where a directory holds files that are not ours: nothing of others is overwritten."""
+    """Raise ForeignFiles where a directory contains files that a loop did not write."""
     if not directory.exists():
         return
     if not directory.is_dir():
         raise ForeignFiles(f"{directory} is a file: name a directory")
-    foreign = [f.name for f in sorted(directory.iterdir()) if f.name not in OURS and not _simulated(f.name)]
+    foreign = [
+        f.name for f in sorted(directory.iterdir()) if f.name not in LOOP_FILES and not _is_simulated_file(f.name)
+    ]
     if foreign:
         names = ", ".join(foreign[:3])
-        raise ForeignFiles(f"{directory} holds files of others ({names}): name a new directory with -o")
+        raise ForeignFiles(f"{directory} contains other files ({names}): name a new directory with -o")
 
 
-def _simulated(name: str) -> bool:
+def _is_simulated_file(name: str) -> bool:
     return name.startswith("simulated_") and name.endswith(".csv.gz")
 
 
-def adjusted_design(found: LoopResult) -> Design:
-    """The design as found, with the covariance of what was adjusted."""
-    campaign, fit = found.measurement.campaign, found.after
-    kept = [i for i, p in enumerate(fit.free.paths) if p in set(fit.model.design.paths())]
-    covariance = fit.covariance[np.ix_(kept, kept)]
+def calibrated_design(result: LoopResult) -> Design:
+    """Return the final design, with the covariance of the estimated parameters."""
+    campaign, fit = result.dataset.campaign, result.after
+    estimated = [i for i, p in enumerate(fit.free.paths) if p in set(fit.model.design.paths())]
+    covariance = fit.covariance[np.ix_(estimated, estimated)]
     adjustment = Adjustment(
         campaign.name,
         campaign.sha256,
-        tuple(fit.free.paths[i] for i in kept),
+        tuple(fit.free.paths[i] for i in estimated),
         tuple(tuple(float(x) for x in row) for row in 0.5 * (covariance + covariance.T)),
     )
-    model = fit.model.on(*found.measurement.estimation[0].segment_key)  # what turns, as on the first run
-    return replace(model.design, name=f"{campaign.design.name}, adjusted to {campaign.name}", adjustment=adjustment)
+    model = fit.model.on_segment(*result.dataset.estimation[0].segment_key)  # phases of the first run
+    return replace(model.design, name=f"{campaign.design.name}, calibrated on {campaign.name}", adjustment=adjustment)
 
 
-def write_loop(found: LoopResult, report: Mapping[str, Any], directory: Path, log: Sequence[str]) -> None:
-    """Write everything into a directory; each file appears whole or not at all."""
+def write_loop(result: LoopResult, report: Mapping[str, Any], directory: Path, log: Sequence[str]) -> None:
+    """Write all files into a directory; each file atomically."""
     directory.mkdir(parents=True, exist_ok=True)
     write_text(directory / "loop.json", json.dumps(report, indent=1, allow_nan=False) + "\n")
-    save_design(adjusted_design(found), directory / "adjusted.yaml")
-    campaign = replace(found.measurement.campaign, sensors=found.after.model.sensors)
+    save_design(calibrated_design(result), directory / "adjusted.yaml")
+    campaign = replace(result.dataset.campaign, sensors=result.after.model.sensors)
     save_campaign(campaign, directory / "campaign.yaml", directory / "adjusted.yaml")
-    with ThreadPoolExecutor(1) as pool:  # to simulate and to compress leaves the interpreter to the figures
-        simulated = pool.submit(write_simulated, found, directory)
-        write_page(found, report, directory / "report.html")
-        simulated.result()
+    with ThreadPoolExecutor(1) as pool:  # simulation and compression release the interpreter for the figures
+        writing = pool.submit(write_simulated, result, directory)
+        write_page(result, report, directory / "report.html")
+        writing.result()
     write_text(directory / "log.txt", "\n".join(log) + "\n")
 
 
-def write_simulated(found: LoopResult, directory: Path) -> None:
-    """simulated_NAME.csv.gz of every run: t and declared, before, after of each channel."""
-    measurement = found.measurement
-    names = simulated_names([entry.name for entry in measurement.campaign.runs])
-    adjusting = {
-        "declared": validate(found.nominal, measurement, measurement.estimation),
-        "before": validate(found.before.model, measurement, measurement.estimation),
-        "after": found.judge(measurement.estimation),
+def write_simulated(result: LoopResult, directory: Path) -> None:
+    """Write simulated_NAME.csv.gz of every run: t and declared, before, after of each channel."""
+    dataset = result.dataset
+    names = simulated_file_names([entry.name for entry in dataset.campaign.runs])
+    on_estimation_runs = {
+        "declared": validate(result.context, result.nominal, dataset.estimation),
+        "before": validate(result.context, result.before.model, dataset.estimation),
+        "after": result.validate(dataset.estimation),
     }
-    for entry, run, name in zip(measurement.campaign.runs, measurement.runs, names, strict=True):
-        judged = found.validations if entry.role == "validate" else adjusting
-        stretches = [s for s in measurement.stretches if s.role == entry.role]
+    for entry, run, name in zip(dataset.campaign.runs, dataset.runs, names, strict=True):
+        validations = result.validations if entry.role == "validate" else on_estimation_runs
+        segments = [segment for segment in dataset.segments if segment.role == entry.role]
         columns: dict[str, FloatArray] = {"t": run.columns["t"]}
-        for which in ("declared", "before", "after"):
-            for stretch, z in zip(stretches, judged[which].series, strict=True):
-                if stretch.file == entry.name:
-                    _lay(columns, which, stretch.channels, run.stretches[stretch.number], z)
+        for model in MODELS:
+            for segment, series in zip(segments, validations[model].series, strict=True):
+                if segment.file == entry.name:
+                    _insert(columns, model, segment.channels, run.segments[segment.number], series)
         write_text(directory / name, _csv(columns))
 
 
-def simulated_names(runs: Sequence[str]) -> list[str]:
-    """The file of each run; of runs that share a name in different folders the second is _2, in their order.
+def simulated_file_names(runs: Sequence[str]) -> list[str]:
+    """Return the file name of each run; runs of one name in different folders are numbered _2, _3 in their order.
 
-    >>> simulated_names(["mon/run.csv.gz", "tue/run.csv", "run_2.csv"])
+    >>> simulated_file_names(["mon/run.csv.gz", "tue/run.csv", "run_2.csv"])
     ['simulated_run.csv.gz', 'simulated_run_2.csv.gz', 'simulated_run_2_2.csv.gz']
     """
     names: list[str] = []
     for run in runs:
         stem = "simulated_" + Path(run).name.removesuffix(".gz").removesuffix(".csv")
-        among = (f"{stem}{'' if i == 1 else f'_{i}'}.csv.gz" for i in itertools.count(1))
-        names.append(next(name for name in among if name not in names))
+        numbered = (f"{stem}{'' if i == 1 else f'_{i}'}.csv.gz" for i in itertools.count(1))
+        names.append(next(name for name in numbered if name not in names))
     return names
 
 
-def _lay(columns: dict[str, FloatArray], which: str, channels: Sequence[str], rows: slice, z: FloatArray) -> None:
-    for channel, values in zip(channels, z, strict=True):
-        column = columns.setdefault(f"{which}.{channel}", np.full(len(columns["t"]), np.nan))
+def _insert(
+    columns: dict[str, FloatArray], model: str, channels: Sequence[str], rows: slice, series: FloatArray
+) -> None:
+    """Insert the series [channel, n] of a segment at its rows; other rows stay NaN."""
+    for channel, values in zip(channels, series, strict=True):
+        column = columns.setdefault(f"{model}.{channel}", np.full(len(columns["t"]), np.nan))
         column[rows] = values
 
 
 def _csv(columns: Mapping[str, FloatArray]) -> str:
+    """Return columns as CSV, NaN as an empty cell."""
     table = np.stack(list(columns.values()), axis=1)
+    has_gap = np.isnan(table).any(axis=1)
+    row_format = ",".join([NUMBER_FORMAT] * table.shape[1])
     lines = [",".join(columns)]
-    empty = np.isnan(table)
-    row = ",".join([DIGITS] * table.shape[1])
-    for values, gap in zip(table, empty, strict=True):
-        if gap.any():
-            lines.append(",".join("" if g else DIGITS % v for v, g in zip(values, gap, strict=True)))
+    for values, is_gap in zip(table, has_gap, strict=True):
+        if is_gap:
+            lines.append(",".join("" if np.isnan(v) else NUMBER_FORMAT % v for v in values))
         else:
-            lines.append(row % tuple(values))
+            lines.append(row_format % tuple(values))
     return "\n".join(lines) + "\n"

@@ -1,4 +1,4 @@
-"""Figures of a search: the front, designs as lines across their variables, progress, what the result hangs on."""
+"""Figures of an optimisation: Pareto front, parallel coordinates, hypervolume, sensitivities."""
 
 from __future__ import annotations
 
@@ -8,103 +8,115 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.io.number_format import unit_text
-from railui.optimisation.design_space import Ranges
-from railui.optimisation.response_keys import RESULTS
+from railui.io.number_format import typeset_unit
+from railui.optimisation.design_space import DesignSpace
+from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study import Study, Variable
-from railui.report.figures.drawing import BLUE, ORANGE, Picture, axis, drawn, scale
+from railui.report.figures.drawing import BLUE, ORANGE, Picture, axis_label, draw_picture
+from railui.report.numbers import display_scale
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Report = Mapping[str, Any]
 
-BARS: Final = 14  # numbers of the vehicle shown
-WIDE: Final = 9.4  # inch
+MAX_BARS: Final = 14  # parameters shown
+PAGE_WIDTH: Final = 9.4  # inch
+BLACK: Final = "#000000"
+PALE_BLUE: Final = "#9ecae1"
+ERROR_BARS: Final[dict[str, Any]] = {"fmt": "none", "ecolor": "#bcd5e6", "elinewidth": 0.8, "zorder": 1}
 
 
-def aim_words(aim: Mapping[str, str]) -> str:
-    """An aim in words.
+def objective_text(aim: Mapping[str, str]) -> str:
+    """Return an objective in words.
 
-    >>> aim_words({"key": "flange_margin", "over": "worst", "sense": "maximise"})
+    >>> objective_text({"key": "flange_margin", "over": "worst", "sense": "maximise"})
     'flange margin, worst'
     """
     return f"{aim['key'].replace('_', ' ')}, {aim['over']}"
 
 
-def aims_of(points: Sequence[Report], which: str = "objectives") -> FloatArray:
-    """Aims [design, aim], NaN where a design has none."""
-    found = [point[which] if which == "objectives" else point["fresh"][which] for point in points]
-    return np.array([[np.nan if x is None else x for x in row] for row in found], dtype=float)
+def objective_values(points: Sequence[Report], which: str = "objectives") -> FloatArray:
+    """Return objectives [design, objective], NaN where a design has none; `mean` or `sd`: on fresh seeds."""
+    rows = [point[which] if which == "objectives" else point["fresh"][which] for point in points]
+    return np.array([[np.nan if x is None else x for x in row] for row in rows], dtype=float)
 
 
-def fronts(report: Report) -> list[Picture]:
-    """Every aim against the first, on the seeds of the search and on fresh ones."""
-    count = len(report["aims"])
+def front_pictures(report: Report) -> list[Picture]:
+    """Draw every objective against the first: with the baseline, and the front alone."""
     if not report["pareto"]:
         return []
-    return [_front(report, j, near) for j in range(1, count) for near in (False, True)]
+    others = range(1, len(report["aims"]))
+    return [_front_picture(report, j, is_enlarged) for j in others for is_enlarged in (False, True)]
 
 
-def _front(report: Report, j: int, near: bool) -> Picture:
-    """The front beside the vehicle as it is, or from near, by itself."""
+def _front_picture(report: Report, j: int, is_enlarged: bool) -> Picture:
     first, second = report["aims"][0], report["aims"][j]
-    found, fresh, sd = (aims_of(report["pareto"], which) for which in ("objectives", "mean", "sd"))
-    base, again = (aims_of([report["baseline"]], which) for which in ("objectives", "mean"))
+    front, mean, sd = (objective_values(report["pareto"], which) for which in ("objectives", "mean", "sd"))
+    baseline, baseline_mean = (objective_values([report["baseline"]], which) for which in ("objectives", "mean"))
 
     def draw(ax: Axes) -> None:
-        if np.isfinite(fresh).any():
-            spread: dict[str, Any] = {"fmt": "none", "ecolor": "#bcd5e6", "elinewidth": 0.8, "zorder": 1}
-            ax.errorbar(fresh[:, 0], fresh[:, j], xerr=sd[:, 0], yerr=sd[:, j], label="fresh seeds, ± 1 sd", **spread)
-            if not near:
-                ax.plot(again[:, 0], again[:, j], "s", mfc="none", mec=ORANGE, ms=6, label="as it is, fresh seeds")
-        ax.plot(found[:, 0], found[:, j], "o", color=BLUE, ms=4, label="front")
+        if np.isfinite(mean).any():
+            bars: dict[str, Any] = {"xerr": sd[:, 0], "yerr": sd[:, j], "label": "fresh seeds, ± 1 sd"}
+            ax.errorbar(mean[:, 0], mean[:, j], **bars, **ERROR_BARS)
+            if not is_enlarged:
+                label = "baseline, fresh seeds"
+                ax.plot(baseline_mean[:, 0], baseline_mean[:, j], "s", mfc="none", mec=ORANGE, ms=6, label=label)
+        ax.plot(front[:, 0], front[:, j], "o", color=BLUE, ms=4, label="Pareto front")
         if report["knee"] is not None:
-            at = found[report["knee"]]
-            ax.plot(at[0], at[j], "*", color="#000000", ms=13, mec="white", mew=0.7, label="knee", zorder=5)
-        if not near:
-            ax.plot(base[:, 0], base[:, j], "s", color=ORANGE, ms=6, label="vehicle as it is")
+            knee = front[report["knee"]]
+            ax.plot(knee[0], knee[j], "*", color=BLACK, ms=13, mec="white", mew=0.7, label="knee point", zorder=5)
+        if not is_enlarged:
+            ax.plot(baseline[:, 0], baseline[:, j], "s", color=ORANGE, ms=6, label="baseline")
             ax.legend(frameon=False, fontsize=8, loc="best")
-        ax.set_xlabel(_label(first))
-        ax.set_ylabel(_label(second))
+        ax.set_xlabel(_objective_label(first))
+        ax.set_ylabel(_objective_label(second))
         ax.locator_params(axis="x", nbins=5)
 
-    beside = "the front by itself" if near else "the front, its knee and the vehicle as it is"
-    words = f"{aim_words(second)} against {aim_words(first)}: {beside}"
-    return drawn(f"front{j}{'near' if near else ''}", words, (WIDE / 2, 3.4), draw, bottom=0.5)
+    contents = "Pareto front, enlarged" if is_enlarged else "Pareto front, knee point and baseline"
+    alt = f"{objective_text(second)} against {objective_text(first)}: {contents}"
+    name = f"front{j}{'near' if is_enlarged else ''}"
+    return draw_picture(name, alt, (PAGE_WIDTH / 2, 3.4), draw, bottom=0.5)
 
 
-def _label(aim: Mapping[str, str]) -> str:
-    arrow = "less is better" if aim["sense"] == "minimise" else "more is better"
-    return f"{axis(aim_words(aim), unit_text(RESULTS[aim['key']].unit))}, {arrow}"
+def _objective_label(aim: Mapping[str, str]) -> str:
+    sense = "less is better" if aim["sense"] == "minimise" else "more is better"
+    return f"{axis_label(objective_text(aim), _unit(aim))}, {sense}"
 
 
-def parallel(study: Study, report: Report) -> Picture | None:
-    """Every design of the front as a line across its variables and aims."""
+def _unit(aim: Mapping[str, str]) -> str:
+    return typeset_unit(RESPONSE_KEYS[aim["key"]].unit)
+
+
+def parallel_coordinates(study: Study, report: Report) -> Picture | None:
+    """Draw every design of the front as a line across its variables and objectives."""
     if not report["pareto"]:
         return None
     points = [report["baseline"], *report["pareto"]]
-    aims = aims_of(points)
-    low, high = np.nanmin(aims, axis=0), np.nanmax(aims, axis=0)
-    columns = [(_path_words(v), *_ends(v)) for v in study.variables]
+    objectives = objective_values(points)
+    low, high = np.nanmin(objectives, axis=0), np.nanmax(objectives, axis=0)
+    columns = [(_variable_text(v), *_range_text(v)) for v in study.variables]
     for a, b, aim in zip(low, high, report["aims"], strict=True):
-        unit = unit_text(RESULTS[aim["key"]].unit)
-        columns.append((aim_words(aim).replace(", ", ",\n"), f"{a:.3g} {unit}", f"{b:.3g} {unit}"))
-    lines = np.hstack([_unit(study, points), (aims - low) / np.where(high > low, high - low, 1.0)])
+        name = objective_text(aim).replace(", ", ",\n")
+        columns.append((name, f"{a:.3g} {_unit(aim)}", f"{b:.3g} {_unit(aim)}"))
+    scaled = (objectives - low) / np.where(high > low, high - low, 1.0)
+    lines = np.hstack([_unit_coordinates(study, points), scaled])
+    count = len(study.variables)
 
     def draw(ax: Axes) -> None:
         import matplotlib
 
         colours = matplotlib.colormaps["viridis"]
         for line in lines[1:]:
-            ax.plot(line, color=colours(0.05 + 0.85 * line[len(study.variables)]), lw=0.9, alpha=0.8)
-        ax.plot(lines[0], color=ORANGE, lw=1.8, ls=(0, (4, 2)), label="vehicle as it is")
+            ax.plot(line, color=colours(0.05 + 0.85 * line[count]), lw=0.9, alpha=0.8)
+        ax.plot(lines[0], color=ORANGE, lw=1.8, ls=(0, (4, 2)), label="baseline")
         if report["knee"] is not None:
-            ax.plot(lines[1 + report["knee"]], color="#000000", lw=2.2, label="knee")
-        ax.axvline(len(study.variables) - 0.5, color="#666666", lw=0.7, ls=":")
+            ax.plot(lines[1 + report["knee"]], color=BLACK, lw=2.2, label="knee point")
+        ax.axvline(count - 0.5, color="#666666", lw=0.7, ls=":")
+        text: dict[str, Any] = {"ha": "center", "fontsize": 7.5, "annotation_clip": False}
         for i, (_, bottom, top) in enumerate(columns):
-            ax.annotate(bottom, (i, -0.05), ha="center", va="top", fontsize=7.5, annotation_clip=False)
-            ax.annotate(top, (i, 1.05), ha="center", va="bottom", fontsize=7.5, annotation_clip=False)
+            ax.annotate(bottom, (i, -0.05), va="top", **text)
+            ax.annotate(top, (i, 1.05), va="bottom", **text)
         ax.set_xticks(range(len(columns)), [name for name, *_ in columns], fontsize=8)
         ax.tick_params(axis="x", pad=16, length=0)
         ax.set_ylim(-0.04, 1.04)
@@ -112,28 +124,30 @@ def parallel(study: Study, report: Report) -> Picture | None:
         ax.spines["left"].set_visible(False)
         ax.legend(frameon=False, fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.09), ncols=2)
 
-    words = "designs of the front as lines across variables (their ranges) and aims, coloured by the first aim"
-    return drawn("parallel", words, (WIDE, 3.9), draw, top=0.62, bottom=0.85)
+    alt = (
+        "Designs of the front as lines across variables (their ranges) and objectives, coloured by the first objective"
+    )
+    return draw_picture("parallel", alt, (PAGE_WIDTH, 3.9), draw, top=0.62, bottom=0.85)
 
 
-def _unit(study: Study, points: Sequence[Report]) -> FloatArray:
-    """Variables [design, variable] as shares of their ranges, by the logarithm as the search has them."""
+def _unit_coordinates(study: Study, points: Sequence[Report]) -> FloatArray:
+    """Return variables [design, variable] in the unit cube of the search, which is logarithmic for wide ranges."""
     values = np.array([[point["variables"][v.path] for v in study.variables] for point in points])
-    return Ranges(study.variables).unit(values)
+    return DesignSpace(study.variables).to_unit(values)
 
 
-def _path_words(variable: Variable) -> str:
+def _variable_text(variable: Variable) -> str:
     return "\n".join(variable.path.split(".")[-2:]).replace("_", " ")
 
 
-def _ends(variable: Variable) -> tuple[str, str]:
-    factor, unit = scale([variable.lowest, variable.highest], variable.unit)
+def _range_text(variable: Variable) -> tuple[str, str]:
+    factor, unit = display_scale([variable.lowest, variable.highest], variable.unit)
     low, high = (f"{factor * end:.3g} {unit}".strip() for end in (variable.lowest, variable.highest))
     return low, high
 
 
-def progress(report: Report) -> Picture | None:
-    """The share of the aims' space that is dominated, against evaluations."""
+def hypervolume_history(report: Report) -> Picture | None:
+    """Draw the hypervolume of the front against the number of evaluations."""
     rows = report["hypervolume"]
     if len(rows) < 2:
         return None
@@ -145,41 +159,40 @@ def progress(report: Report) -> Picture | None:
         ax.set_ylim(0, 1.02)
         ax.set_xlim(0, None)
 
-    return drawn("progress", "hypervolume of the front against designs evaluated", (4.6, 2.6), draw)
+    return draw_picture("progress", "Hypervolume of the front against designs evaluated", (4.6, 2.6), draw)
 
 
-def hanging(report: Report, j: int) -> Picture | None:
-    """How an aim changes as each number of the vehicle rises by 10 %, the strongest first."""
+def sensitivity_bars(report: Report, j: int) -> Picture | None:
+    """Draw the change of an objective as each parameter of the vehicle rises by 10 %, the largest first."""
     aim = report["aims"][j]
-    rows = [(r["path"], r["objectives"][j]) for r in report["sensitivities"]["one_at_a_time"]]
-    strong = sorted([(p, x) for p, x in rows if x], key=lambda row: -abs(row[1]))[:BARS]
-    if not strong:
+    changes = [(row["path"], row["objectives"][j]) for row in report["sensitivities"]["one_at_a_time"]]
+    largest = sorted([(path, x) for path, x in changes if x], key=lambda row: -abs(row[1]))[:MAX_BARS]
+    if not largest:
         return None
     better = -1.0 if aim["sense"] == "minimise" else 1.0
 
     def draw(ax: Axes) -> None:
-        for i, (_, x) in enumerate(strong):
+        for i, (_, x) in enumerate(largest):
             ax.barh(-i, x, height=0.72, color=BLUE if x * better > 0 else ORANGE)
-        ax.set_yticks([-i for i in range(len(strong))], ["" for _ in strong])
-        for i, (path, x) in enumerate(strong):  # beside the zero line, on the side where there is no bar
-            ax.annotate(
-                path, (0, -i), xytext=(-4 if x > 0 else 4, 0), textcoords="offset points", fontsize=7,
-                ha="right" if x > 0 else "left", va="center",
-            )  # fmt: skip
-        widest = max(abs(x) for _, x in strong)
+        ax.set_yticks([-i for i in range(len(largest))], ["" for _ in largest])
+        for i, (path, x) in enumerate(largest):  # next to the zero line, opposite to the bar
+            offset, alignment = ((-4, 0), "right") if x > 0 else ((4, 0), "left")
+            text: dict[str, Any] = {"fontsize": 7, "ha": alignment, "va": "center"}
+            ax.annotate(path, (0, -i), xytext=offset, textcoords="offset points", **text)
+        widest = max(abs(x) for _, x in largest)
         ax.set_xlim(-1.75 * widest, 1.75 * widest)
         ax.axvline(0, color="#444444", lw=0.8)
         ax.grid(axis="y", visible=False)
         ax.spines["left"].set_visible(False)
         ax.tick_params(axis="y", length=0)
-        ax.set_xlabel(axis(f"change of {aim_words(aim)}", unit_text(RESULTS[aim["key"]].unit)))
+        ax.set_xlabel(axis_label(f"change of {objective_text(aim)}", _unit(aim)))
 
-    words = f"change of {aim_words(aim)} for a rise of 10 % in each number; blue is better"
-    return drawn(f"hanging{j}", words, (WIDE / 2, 0.95 + 0.2 * len(strong)), draw)
+    alt = f"Change of {objective_text(aim)} for a rise of 10 % of each parameter; blue is better"
+    return draw_picture(f"hanging{j}", alt, (PAGE_WIDTH / 2, 0.95 + 0.2 * len(largest)), draw)
 
 
-def shares(study: Study, report: Report, j: int) -> Picture | None:
-    """Sobol's indices of an aim over the variables."""
+def sobol_bars(study: Study, report: Report, j: int) -> Picture | None:
+    """Draw the Sobol indices of an objective over the variables."""
     sobol = report["sensitivities"]["sobol"]
     if sobol is None:
         return None
@@ -188,16 +201,16 @@ def shares(study: Study, report: Report, j: int) -> Picture | None:
     def draw(ax: Axes) -> None:
         for i, row in enumerate(rows):
             first, total = (0.0 if row[key][j] is None else row[key][j] for key in ("first", "total"))
-            ax.barh(-i + 0.18, first, height=0.34, color=BLUE, label="alone" if i == 0 else None)
-            ax.barh(-i - 0.18, total, height=0.34, color="#9ecae1", label="with all it acts with" if i == 0 else None)
+            ax.barh(-i + 0.18, first, height=0.34, color=BLUE, label="first order" if i == 0 else None)
+            ax.barh(-i - 0.18, total, height=0.34, color=PALE_BLUE, label="total" if i == 0 else None)
         for i, v in enumerate(study.variables):
-            ax.annotate(_path_words(v).replace("\n", " "), (0.005, -i + 0.39), fontsize=7.5, va="bottom")
+            ax.annotate(_variable_text(v).replace("\n", " "), (0.005, -i + 0.39), fontsize=7.5, va="bottom")
         ax.set_yticks([])
         ax.set_ylim(0.75 - len(rows), 0.75)
         ax.grid(axis="y", visible=False)
         ax.set_xlim(0, 1)
-        ax.set_xlabel(f"share of the variance of {aim_words(report['aims'][j])}")
+        ax.set_xlabel(f"share of the variance of {objective_text(report['aims'][j])}")
         ax.legend(frameon=False, fontsize=7.5, loc="lower right")
 
-    words = f"Sobol's indices of {aim_words(report['aims'][j])} over the variables"
-    return drawn(f"shares{j}", words, (WIDE / 2, 0.8 + 0.55 * len(rows)), draw)
+    alt = f"Sobol indices of {objective_text(report['aims'][j])} over the variables"
+    return draw_picture(f"shares{j}", alt, (PAGE_WIDTH / 2, 0.8 + 0.55 * len(rows)), draw)

@@ -1,4 +1,4 @@
-"""The report of a search as one page: report.html, which opens anywhere without a network."""
+"""The report of an optimisation as one self-contained page: report.html."""
 
 from __future__ import annotations
 
@@ -10,141 +10,156 @@ import numpy as np
 
 from railui import core
 from railui.io.atomic import write_text
-from railui.io.number_format import unit_text
-from railui.optimisation.design_space import Ranges
-from railui.optimisation.objectives import keys_of, on_edge
-from railui.optimisation.response_keys import RESULTS
+from railui.io.number_format import typeset_unit
+from railui.optimisation.design_space import DesignSpace
+from railui.optimisation.objectives import is_at_bound, required_keys
+from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study import Study
-from railui.report.figures.drawing import scale
-from railui.report.numbers import DASH, number, with_sd
-from railui.report.rendered import rendered
-from railui.report.search import figures as figures
+from railui.report.numbers import DASH, display_scale, format_number, format_with_sd
+from railui.report.search import figures
+from railui.report.templates import render_template
 
 Report = Mapping[str, Any]
 Row = dict[str, Any]
 
 
 def write_study_page(study: Study, report: Report, path: str | Path) -> Path:
-    """Writes report.html of a search: figures inside, nothing fetched from elsewhere."""
-    return write_text(path, rendered("search/page.html.j2", contents(study, report)))
+    """Write report.html of an optimisation, with its figures inside."""
+    return write_text(path, render_template("search/page.html.j2", _contents(study, report)))
 
 
-def contents(study: Study, report: Report) -> Row:
-    """All that the template shows, as words and pictures."""
-    each = range(len(report["aims"]))
+def _contents(study: Study, report: Report) -> Row:
+    """Return the variables of the template."""
+    objectives = range(len(report["aims"]))
     return {
         "report": report,
         "sentence": sentence(report),
-        "fronts": figures.fronts(report),
-        "parallel": figures.parallel(study, report),
-        "progress": figures.progress(report),
-        "hanging": [p for j in each if (p := figures.hanging(report, j)) is not None],
-        "shares": [p for j in each if (p := figures.shares(study, report, j)) is not None],
+        "fronts": figures.front_pictures(report),
+        "parallel": figures.parallel_coordinates(study, report),
+        "progress": figures.hypervolume_history(report),
+        "sensitivities": [p for j in objectives if (p := figures.sensitivity_bars(report, j)) is not None],
+        "sobol_pictures": [p for j in objectives if (p := figures.sobol_bars(study, report, j)) is not None],
         "sobol": report["sensitivities"]["sobol"],
-        "chosen": chosen(study, report),
-        "riding": riding(report),
-        "front": front(study, report),
-        "cases": cases(study),
+        "chosen": selected_designs(study, report),
+        "riding": _ride_quality(report),
+        "front": _front(study, report),
+        "cases": _cases(study),
         "failures": sorted(report["failures"].items(), key=lambda row: -row[1]),
-        "provenance": provenance(report),
+        "provenance": _provenance(report),
     }
 
 
 def sentence(report: Report) -> str:
-    """What came of it, in one sentence."""
+    """Return the result in one sentence: the objectives of the knee point and of the baseline."""
     if report["knee"] is None:
-        return "No design keeps the limits."
-    knee, base = (point["objectives"] for point in (report["pareto"][report["knee"]], report["baseline"]))
+        return "No design satisfies the constraints."
+    knee, baseline = report["pareto"][report["knee"]], report["baseline"]
     parts = []
-    for aim, new, old in zip(report["aims"], knee, base, strict=True):
-        unit = unit_text(RESULTS[aim["key"]].unit)
-        told = f"{number(new)} {unit}".strip()
-        parts.append(f"{figures.aim_words(aim)} {told}" + (f" instead of {number(old)}" if old is not None else ""))
-    return f"At the knee of {len(report['pareto'])} designs: {'; '.join(parts)}."
-
-
-def chosen(study: Study, report: Report) -> Row:
-    """The vehicle as it is, the knee and the ends of the front, side by side."""
-    points: list[tuple[str, Report]] = [("as it is", report["baseline"])]
-    front = report["pareto"]
-    if report["knee"] is not None:
-        named = {report["knee"]: "knee"}
-        for j, aim in enumerate(report["aims"]):
-            best = min if aim["sense"] == "minimise" else max
-            values = [point["objectives"][j] for point in front]
-            named.setdefault(values.index(best(values)), f"best {figures.aim_words(aim)}")
-        points += [(f"{words} ({i})", front[i]) for i, words in named.items()]
-    rows: list[Row] = []
-    for v in study.variables:
-        values = [point["variables"][v.path] for _, point in points]
-        factor, unit = scale(values, v.unit)
-        shares = Ranges([v]).unit(np.array([values]).T)[:, 0].tolist()
-        bounds = [" (bound)" if on_edge(share) else "" for share in shares]
-        cells = [number(factor * x) + bound for x, bound in zip(values, bounds, strict=True)]
-        rows.append({"name": v.path, "unit": unit, "cells": cells})
     for j, aim in enumerate(report["aims"]):
-        unit = unit_text(RESULTS[aim["key"]].unit)
-        name = f"{aim['sense']} {figures.aim_words(aim)}"
-        rows.append({"name": name, "unit": unit, "cells": [number(point["objectives"][j]) for _, point in points]})
-        fresh = [with_sd(point["fresh"]["mean"][j], point["fresh"]["sd"][j]) for _, point in points]
+        value, reference = knee["objectives"][j], baseline["objectives"][j]
+        text = f"{figures.objective_text(aim)} {format_number(value)} {_unit(aim['key'])}".strip()
+        parts.append(text + (f" (baseline {format_number(reference)})" if reference is not None else ""))
+    return f"Knee point of a Pareto front of {len(report['pareto'])} designs: {'; '.join(parts)}."
+
+
+def selected_designs(study: Study, report: Report) -> Row:
+    """Return the table of the baseline, the knee point and the best design of each objective."""
+    points = _selected_points(report)
+    rows: list[Row] = []
+    for variable in study.variables:
+        values = [point["variables"][variable.path] for _, point in points]
+        factor, unit = display_scale(values, variable.unit)
+        positions = DesignSpace([variable]).to_unit(np.array([values]).T)[:, 0].tolist()
+        bounds = [" (bound)" if is_at_bound(position) else "" for position in positions]
+        cells = [format_number(factor * value) + bound for value, bound in zip(values, bounds, strict=True)]
+        rows.append({"name": variable.path, "unit": unit, "cells": cells})
+    for j, aim in enumerate(report["aims"]):
+        unit = _unit(aim["key"])
+        cells = [format_number(point["objectives"][j]) for _, point in points]
+        rows.append({"name": f"{aim['sense']} {figures.objective_text(aim)}", "unit": unit, "cells": cells})
+        fresh = [format_with_sd(point["fresh"]["mean"][j], point["fresh"]["sd"][j]) for _, point in points]
         rows.append({"name": "on fresh seeds", "unit": unit, "cells": fresh, "quiet": True})
     for j, limit in enumerate(report["limits"]):
-        unit = unit_text(RESULTS[study.constraints[j].key].unit)
-        rows.append({"name": limit, "unit": unit, "cells": [number(point["constraints"][j]) for _, point in points]})
+        cells = [format_number(point["constraints"][j]) for _, point in points]
+        rows.append({"name": limit, "unit": _unit(study.constraints[j].key), "cells": cells})
     return {"names": [name for name, _ in points], "rows": rows}
 
 
-def riding(report: Report) -> list[Row]:
-    """Riding quality before and after, means over the cases."""
-    before, after = (report["riding"][when] or {} for when in ("before", "after"))
+def _selected_points(report: Report) -> list[tuple[str, Report]]:
+    """Return the selected designs with their names."""
+    points: list[tuple[str, Report]] = [("baseline", report["baseline"])]
+    if report["knee"] is None:
+        return points
+    front = report["pareto"]
+    names = {report["knee"]: "knee point"}
+    for j, aim in enumerate(report["aims"]):
+        best = min if aim["sense"] == "minimise" else max
+        values = [point["objectives"][j] for point in front]
+        names.setdefault(values.index(best(values)), f"best {figures.objective_text(aim)}")
+    return points + [(f"{name} ({i})", front[i]) for i, name in names.items()]
+
+
+def _ride_quality(report: Report) -> list[Row]:
+    """Return the ride quality of the baseline and the knee point, means over the cases."""
+    designs = [report["riding"][when] or {} for when in ("before", "after")]
     rows = []
-    for key in before or after:
-        unit = unit_text(RESULTS[key].unit) if key in RESULTS else ""
-        cells = [x if isinstance(x := one.get(key), str) else number(x) for one in (before, after)]
+    for key in designs[0] or designs[1]:
+        values = [design.get(key) for design in designs]
+        cells = [value if isinstance(value, str) else format_number(value) for value in values]
         name = key.replace("_", " ") + (", worst" if key == "class" else "")
-        rows.append({"name": name, "unit": unit, "cells": cells})
+        rows.append({"name": name, "unit": _unit(key) if key in RESPONSE_KEYS else "", "cells": cells})
     return rows
 
 
-def front(study: Study, report: Report) -> Row:
-    """The whole front."""
-    scales = [scale([v.lowest, v.highest], v.unit) for v in study.variables]
+def _front(study: Study, report: Report) -> Row:
+    """Return the table of the whole front."""
+    scales = [display_scale([v.lowest, v.highest], v.unit) for v in study.variables]
     head = [f"{v.path} [{unit or 1}]" for v, (_, unit) in zip(study.variables, scales, strict=True)]
     rows = []
     for i, point in enumerate(report["pareto"]):
         values = zip(scales, point["variables"].values(), strict=True)
         fresh = zip(point["fresh"]["mean"], point["fresh"]["sd"], strict=True)
-        cells = [*(number(factor * x) for (factor, _), x in values), *map(number, point["objectives"])]
-        cells += [with_sd(mean, sd) for mean, sd in fresh] + [number(x) for x in point["constraints"]]
+        cells = [
+            *(format_number(factor * value) for (factor, _), value in values),
+            *map(format_number, point["objectives"]),
+            *(format_with_sd(mean, sd) for mean, sd in fresh),
+            *map(format_number, point["constraints"]),
+        ]
         rows.append({"index": i, "knee": i == report["knee"], "cells": cells})
-    aims = [figures.aim_words(aim) for aim in report["aims"]]
-    return {"head": [*head, *aims, *(f"{aim}, fresh" for aim in aims), *report["limits"]], "rows": rows}
+    objectives = [figures.objective_text(aim) for aim in report["aims"]]
+    on_fresh_seeds = [f"{objective}, fresh" for objective in objectives]
+    return {"head": [*head, *objectives, *on_fresh_seeds, *report["limits"]], "rows": rows}
 
 
-def cases(study: Study) -> list[tuple[str, str]]:
-    """What every design was judged on."""
+def _cases(study: Study) -> list[tuple[str, str]]:
+    """Return the cases on which every design was evaluated."""
     c = study.cases
-    told = [{path: number(x) if isinstance(x, float) else x for path, x in one.items()} for one in c.scenario]
-    scenarios = [", ".join(f"{path} {x}" for path, x in one.items()) for one in told]
+    scenarios = [
+        ", ".join(f"{path} {format_number(x) if isinstance(x, float) else x}" for path, x in scenario.items())
+        for scenario in c.scenario
+    ]
     rows = [
         ("tracks", "; ".join(c.track)),
         ("speeds", ", ".join(f"{v:g} m/s" for v in c.speed)),
         ("seeds", ", ".join(map(str, c.seed))),
-        ("scenarios", "; ".join(one or "as is" for one in scenarios)),
-        ("draws of the covariance", str(c.draws)),
+        ("scenarios", "; ".join(scenario or "as designed" for scenario in scenarios)),
+        ("samples of the covariance", str(c.draws)),
     ]
-    if any(RESULTS[key].question == "curve" for key in keys_of(study)):
+    if any(RESPONSE_KEYS[key].question == "curve" for key in required_keys(study)):
         rows.append(("curve", f"radius {c.radius:g} m, cant deficiency {1e3 * c.cant_deficiency:g} mm"))
     return rows
 
 
-def provenance(report: Report) -> list[tuple[str, str]]:
-    """What made this page."""
-    method = ", ".join(f"{key} {value}" for key, value in report["method"].items())
+def _provenance(report: Report) -> list[tuple[str, str]]:
+    """Return version, kernel, method, effort, and the hash of every input."""
     rows = [
-        ("railui", f"{report['version']}, kernel {core.sources()}"),
+        ("railui", f"{report['version']}, kernel {core.source_hash()}"),
         ("SIMD level", str(report["simd"])),
-        ("method", method),
-        ("effort", f"{number(report['seconds'])} s this time, on {report['cases']} cases"),
+        ("method", ", ".join(f"{key} {value}" for key, value in report["method"].items())),
+        ("effort", f"{format_number(report['seconds'])} s in this session, {report['cases']} cases"),
     ]
     return rows + [(f"sha256 of {Path(i['file']).name}", i["sha256"] or DASH) for i in report["inputs"]]
+
+
+def _unit(key: str) -> str:
+    return typeset_unit(RESPONSE_KEYS[key].unit)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from railui.report.figures.drawing import drawn, drawn_alike
+from railui.report.figures.drawing import draw_picture, draw_pictures
 
 
 def linear(ax: Axes, height: float) -> None:
@@ -31,5 +31,5 @@ def test_nothing_of_one_figure_is_seen_in_the_next(draw: Callable[[Axes, float],
         return f"of {height:g}", "a curve", lambda ax: draw(ax, height)
 
     heights = (100.0, 0.02, 3.0)
-    alike = list(drawn_alike(map(sketch, heights), (4.0, 2.0)))
-    assert alike == [drawn(*sketch(h)[:2], (4.0, 2.0), sketch(h)[2]) for h in heights]
+    alike = list(draw_pictures(map(sketch, heights), (4.0, 2.0)))
+    assert alike == [draw_picture(*sketch(h)[:2], (4.0, 2.0), sketch(h)[2]) for h in heights]

@@ -10,7 +10,7 @@ import pytest
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.score_test import POWER, ScoreTestResult
-from railui.report.loop.detectable import _crossing, detectable, smallest_amount
+from railui.report.loop.detectable import _crossing, minimum_detectable_amount, minimum_detectable_effects
 
 SPRING = Candidate("spring", "primary_lateral", None, ({"stiffness": 2e5}, {"stiffness": 8e5}))
 GAIN = Candidate("sensor_gain", "e1", None, ({"gain": 1.1},))
@@ -32,30 +32,30 @@ def traced(*sightings: ScoreResult, rss: float) -> ScoreTestResult:
 def test_an_effect_must_pass_the_critical_score_with_ninety_per_cent_power() -> None:
     trace = traced(seen(SPRING), rss=1e-2)
     expected = (3.0 + POWER) * 100.0 / 1e6
-    assert smallest_amount(seen(SPRING), trace, MATERIAL, 1.0, {}) == pytest.approx(expected, rel=1e-3)
+    assert minimum_detectable_amount(seen(SPRING), trace, MATERIAL, 1.0, {}) == pytest.approx(expected, rel=1e-3)
 
 
 def test_and_lower_the_misfit_by_what_is_material() -> None:
     trace = traced(seen(SPRING), rss=4.0)
     expected = 1.4 * sqrt(FREED * 4.0 / 1e6)
-    assert smallest_amount(seen(SPRING), trace, MATERIAL, 1.0, {}) == pytest.approx(expected, rel=1e-9)
+    assert minimum_detectable_amount(seen(SPRING), trace, MATERIAL, 1.0, {}) == pytest.approx(expected, rel=1e-9)
 
 
 def test_and_the_error_of_the_validating_runs_as_it_is_foreseen() -> None:
     trace = traced(seen(SPRING), rss=1e-2)
-    found = smallest_amount(seen(SPRING), trace, MATERIAL, 0.05, {(SPRING, 0): 9.0})
+    found = minimum_detectable_amount(seen(SPRING), trace, MATERIAL, 0.05, {(SPRING, 0): 9.0})
     assert found == pytest.approx(1.4 * sqrt(FREED * 0.05**2 / 9.0), rel=1e-9)
 
 
 def test_of_a_force_the_least_strength_of_any_shape_is_told() -> None:
-    (row,) = detectable(traced(seen(SPRING), seen(SPRING, 1, 1e8), rss=4.0), MATERIAL, 1.0, {})
+    (row,) = minimum_detectable_effects(traced(seen(SPRING), seen(SPRING, 1, 1e8), rss=4.0), MATERIAL, 1.0, {})
     # the second shape is four times as stiff and seen ten times as well
     assert (row["parameter"], row["unit"]) == ("stiffness", "N/m")
     assert row["value"] == pytest.approx(8e5 * 1.4 * sqrt(FREED * 4.0 / 1e8), rel=1e-9)
 
 
 def test_of_a_sensor_the_departure_from_what_it_should_be_is_told() -> None:
-    (row,) = detectable(traced(seen(GAIN), rss=4e6), MATERIAL, 1.0, {})
+    (row,) = minimum_detectable_effects(traced(seen(GAIN), rss=4e6), MATERIAL, 1.0, {})
     assert row["value"] == pytest.approx(1.0 + 1.4 * sqrt(FREED * 4.0) * 0.1, rel=1e-9)
 
 

@@ -22,12 +22,12 @@ from railui.campaign.campaign import load_campaign
 from railui.identification.estimation.validation import Validation
 from railui.identification.loop import LoopResult, close_loop
 from railui.identification.unmodelled.locate import Discrepancy
-from railui.io.atomic import finite
+from railui.io.atomic import to_json_value
 from railui.report.loop import driven, figures, laws
 from railui.report.loop.data import loop_report
 from railui.report.loop.page import page, write_page
 from railui.vehicle.design_reader import PlacedEffect
-from railui.vehicle.effect_records import default_at
+from railui.vehicle.effects import default_at
 
 CAMPAIGN = Path(__file__).parents[3] / "designs" / "campaigns" / "worn_axle_box"
 SECONDS = 15
@@ -51,7 +51,7 @@ def shortened(directory: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> LoopResult:
-    others = [r["kind"] for r in core.catalogue() if r["kind"] not in ("free_play", "cubic_stiffness", "sensor_gain")]
+    others = [r["kind"] for r in core.effect_catalogue() if r["kind"] not in ("free_play", "cubic_stiffness", "sensor_gain")]
     campaign = load_campaign(shortened(tmp_path_factory.mktemp("campaign")))
     return close_loop(dataset.read_dataset(campaign), without=others, jobs=2)
 
@@ -129,7 +129,7 @@ def test_a_figure_fetches_nothing_either(read: Reader) -> None:
 def test_every_parameter_and_every_input_is_named(report: dict[str, Any], read: Reader) -> None:
     assert all(path in read.text for path in report["parameters"])
     assert all(run["sha256"] in read.text for run in report["runs"])
-    assert all(effect["source"] in read.text for effect in map(core.record, {e["kind"] for e in report["effects"]}))
+    assert all(effect["source"] in read.text for effect in map(core.effect_record, {e["kind"] for e in report["effects"]}))
 
 
 def test_the_same_loop_gives_the_same_page(found: LoopResult, report: dict[str, Any], text: str) -> None:
@@ -155,7 +155,7 @@ def test_a_vehicle_that_diverges_has_no_riding_quality(found: LoopResult) -> Non
 
 def test_a_vehicle_that_diverges_leaves_a_page(found: LoopResult, report: dict[str, Any]) -> None:
     lost = diverged(found)
-    told = dict(report) | {"before": finite({"nrmse": lost.nrmse, "channels": lost.channels, "constrained": False,
+    told = dict(report) | {"before": to_json_value({"nrmse": lost.nrmse, "channels": lost.channels, "constrained": False,
                                              "diverged": {"file": "run_b.csv.gz", "at_s": 3.0}})}  # fmt: skip
     text = page(replace(found, validations=found.validations | {"before": lost}), told)
     assert "before: the vehicle diverges on run_b.csv.gz at 3.00 s" in Reader(text).text
@@ -208,7 +208,7 @@ def test_the_bench_returns_a_spring_and_a_damper() -> None:
 
 # a curve is drawn from its points, below
 @pytest.mark.parametrize(
-    "record", [r for r in core.catalogue() if r["kind"] not in core.CURVES], ids=lambda r: r["kind"]
+    "record", [r for r in core.effect_catalogue() if r["kind"] not in core.CURVE_KINDS], ids=lambda r: r["kind"]
 )
 def test_every_effect_of_the_catalogue_is_drawn(
     found: LoopResult, report: dict[str, Any], record: dict[str, Any]

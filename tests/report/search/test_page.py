@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 from railui.cli import cli
 from railui.optimisation.study import Variable
-from railui.report.numbers import number
+from railui.report.numbers import format_number
 from railui.report.search.page import chosen
 from tests.execution.small import write_study
 
@@ -61,7 +61,7 @@ def test_every_design_of_the_front_stands_in_the_table_with_its_numbers(searched
     rows = page.rows["table"][1:]
     assert [int(row[0]) for row in rows] == list(range(len(result["pareto"])))
     for row, point in zip(rows, result["pareto"], strict=True):
-        assert [number(x) for x in point["objectives"]] == row[3:5]
+        assert [format_number(x) for x in point["objectives"]] == row[3:5]
 
 
 def test_the_knee_stands_beside_the_vehicle_as_it_is_with_the_spread_on_fresh_seeds(
@@ -72,8 +72,8 @@ def test_the_knee_stands_beside_the_vehicle_as_it_is_with_the_spread_on_fresh_se
     assert head[2] == "as it is" and head[3] == f"knee ({result['knee']})"
     aims = [row for row in rows if row[0].startswith(("minimise", "maximise"))]
     knee = result["pareto"][result["knee"]]
-    assert [row[2] for row in aims] == [number(x) for x in result["baseline"]["objectives"]]
-    assert [row[3] for row in aims] == [number(x) for x in knee["objectives"]]
+    assert [row[2] for row in aims] == [format_number(x) for x in result["baseline"]["objectives"]]
+    assert [row[3] for row in aims] == [format_number(x) for x in knee["objectives"]]
     fresh = [row[3] for row in rows if row[0] == "on fresh seeds"]
     assert len(fresh) == len(aims) and all("±" in cell for cell in fresh)
 

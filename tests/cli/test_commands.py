@@ -16,7 +16,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from railui.cli import COMMANDS, cli
-from railui.cli.quantities import inclusive, seeds, speeds
+from railui.cli.quantities import inclusive_range, parse_seeds, parse_speeds
 
 HOME = Path(__file__).parents[1]
 BOGIE = str(HOME / "designs/test_bogie.yaml")
@@ -108,7 +108,7 @@ def test_the_table_for_readers_goes_to_stderr_where_json_has_stdout(tmp_path: Pa
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("--speed", "144"), "were km/h meant? write 144 km/h"),
+        (("--speed", "144"), "is it in km/h? write 144 km/h"),
         (("--speed", "40 m"), "a unit like m/s is expected"),
         (("--speed", "0"), "give more than 0 m/s"),
         (("--speeds", "60:30"), "runs backwards"),
@@ -256,15 +256,15 @@ def test_help_names_every_command_and_reads_none_of_them() -> None:
 
 
 def test_a_ranges_ends_are_included() -> None:
-    assert inclusive(5.0, 90.0, 5.0) == [5.0 * i for i in range(1, 19)]
-    assert speeds("30:90 km/h")[0] == pytest.approx(30 / 3.6) and len(speeds("5:90")) == 21
-    assert seeds("3,5:7") == [3, 5, 6, 7]
+    assert inclusive_range(5.0, 90.0, 5.0) == [5.0 * i for i in range(1, 19)]
+    assert parse_speeds("30:90 km/h")[0] == pytest.approx(30 / 3.6) and len(parse_speeds("5:90")) == 21
+    assert parse_seeds("3,5:7") == [3, 5, 6, 7]
 
 
 def test_errors_and_ctrl_c_leave_their_codes_with_the_shell() -> None:
     railui = [sys.executable, "-m", "railui"]
     wrong = subprocess.run([*railui, "ride", BOGIE, "--track", LOW, "--speed", "144"], capture_output=True, text=True)
-    assert wrong.returncode == 2 and "were km/h meant?" in wrong.stderr and "Traceback" not in wrong.stderr
+    assert wrong.returncode == 2 and "is it in km/h?" in wrong.stderr and "Traceback" not in wrong.stderr
     words = [*railui, "ride", BOGIE, "--track", "erri_b176_low length=2000", "--speeds", "30:60:0.01"]
     long = subprocess.Popen(words, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONUNBUFFERED": "1"})
     assert long.stderr is not None

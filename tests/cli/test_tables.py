@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from railui.cli.common import fitted
+from railui.cli.tables import fit_to_width
 
 HEADS = (
     "speed [m/s]",
@@ -26,7 +26,7 @@ PATH = "vehicle.secondary.longitudinal_stiffness_of_the_trailing_bogie"
 
 def printed(table: Table, width: int = 80) -> list[str]:
     console = Console(file=io.StringIO(), width=width)
-    console.print(fitted(table, console))
+    console.print(fit_to_width(table, console))
     return console.file.getvalue().splitlines()  # type: ignore[attr-defined]
 
 

@@ -1,0 +1,101 @@
+"""Arguments and options that several commands share: designs with overrides, tracks, quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from railui.cli.invocation import Invocation, usage_error
+from railui.cli.quantities import option_callback, parse_figure_path, parse_speed
+
+if TYPE_CHECKING:
+    from railui.track.excitation import TrackSource
+    from railui.vehicle.design_reader import Design
+
+REJECTED_CLASSES = ("not admissible", "dangerous")  # ride classes that fail with --strict
+
+Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+
+def quantity_option(name: str, parse: Callable[[str], Any], **attributes: Any) -> Decorator:
+    """Return an option whose text is parsed with its unit; a default is shown in the help."""
+    return click.option(name, callback=option_callback(parse), show_default="default" in attributes, **attributes)
+
+
+def speed_option(**attributes: Any) -> Decorator:
+    """Return the option --speed [m/s]."""
+    return quantity_option(
+        "--speed", parse_speed, metavar="SPEED", help='Running speed, such as 40 or "144 km/h".', **attributes
+    )
+
+
+def figure_option(contents: str, name: str = "--figure") -> Decorator:
+    """Return an option that names the file of a figure."""
+    return quantity_option(name, parse_figure_path, metavar="FILE", help=f"Draw {contents}: .svg, .png or .pdf.")
+
+
+def strict_option(what: str) -> Decorator:
+    """Return the option --strict."""
+    return click.option(
+        "--strict", is_flag=True, help=f"Exit code 4 where the ride class of {what} is {' or '.join(REJECTED_CLASSES)}."
+    )
+
+
+def overrides_argument(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the argument `overrides`: PATH=VALUE words."""
+    return click.argument("overrides", nargs=-1, metavar="[PATH=VALUE]...", callback=parse_overrides)(command)
+
+
+def design_argument(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the arguments `design` and `overrides`."""
+    return click.argument("design", metavar="DESIGN")(overrides_argument(command))
+
+
+def parse_overrides(ctx: click.Context, parameter: click.Parameter, words: tuple[str, ...]) -> dict[str, str]:
+    """Parse PATH=VALUE words into a mapping, as the callback of an argument."""
+    overrides: dict[str, str] = {}
+    for word in words:
+        path, equals, value = word.partition("=")
+        if not equals or not path.strip() or not value.strip():
+            message = f"{word!r} is not an override: write PATH=VALUE, such as vehicle.primary.lateral_stiffness=4e6"
+            raise click.BadParameter(message, ctx, parameter)
+        overrides[path.strip()] = value.strip()
+    return overrides
+
+
+def load_design_argument(call: Invocation, path: str, overrides: Mapping[str, str]) -> Design:
+    """Load a design with its overrides and print its warnings; FileProblems with every fault."""
+    from railui.documents.recognise import expect_kind
+    from railui.vehicle.design_reader import load_design
+
+    expect_kind(path, "design")
+    design = load_design(Path(path))
+    call.warn(design.warnings)
+    return design.with_values(overrides) if overrides else design
+
+
+def resolve_track_argument(
+    track: str, seed: int | None, option: str = "--track", *, seeded: bool = False
+) -> TrackSource:
+    """Return the track that an argument names: a file, or a synthetic track with this seed.
+
+    seeded: the seed was given explicitly, which is an error for a file. Raises FileProblems for a faulty file, a
+    usage error of `option` for a faulty spec.
+    """
+    from railui.io.problems import FileProblems
+    from railui.track.excitation import is_track_file, resolve_track
+
+    try:
+        return resolve_track(track, seed if seeded or not is_track_file(track) else None)
+    except FileProblems:
+        raise
+    except ValueError as error:
+        raise usage_error(f"{option}: {error}") from None
+
+
+def input_files(design: str, source: TrackSource | None) -> list[str]:
+    """Return the files that a command read: the design and, where it is a file, the track."""
+    return [design, *([str(source.file)] if source is not None and source.file is not None else [])]

@@ -1,0 +1,195 @@
+"""Figures of the identified effects: force against the motion of the validation run, calibrated and with the effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from railui import core
+from railui.identification.loop import LoopResult
+from railui.report.figures.drawing import Picture, axis_label, draw_picture
+from railui.report.loop.discrepancy_figures import discrepancy_figure
+from railui.report.loop.figures import LINES, Window
+from railui.report.loop.force_evaluation import (
+    EvaluationWindow,
+    elements_at_port,
+    explained_variance,
+    forces_on_fixed_wheelsets,
+    gauge_at_wheelset,
+    most_active_port,
+    reference_mass,
+    restoring_force,
+    rms,
+    total_force,
+    total_force_title,
+)
+from railui.report.loop.force_pictures import (
+    FIGURE_SIZE,
+    MIN_EXPLAINED_VARIANCE,
+    Curves,
+    EffectFigure,
+    force_picture,
+    gauge_picture,
+    suspension_picture,
+)
+from railui.report.loop.wording import effect_title, location_text
+from railui.report.numbers import display_scale
+from railui.vehicle.design_reader import PlacedEffect
+from railui.vehicle.effects import unit_at
+from railui.vehicle.model import Model
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MIN_RELATIVE_CHANGE = 0.5  # of the largest relative change of a contact force, from which a force is drawn
+MIN_RELATIVE_DIFFERENCE = 0.01  # from which the force of the effect is drawn next to the total force
+TURNS = 4  # of the wheelset, drawn of a force against distance
+
+
+def effect_figures(result: LoopResult, report: Mapping[str, Any], window: Window) -> list[EffectFigure]:
+    """Return the figure of a discrepancy outside the catalogue, then one for every effect of the model."""
+    figures = []
+    if result.discrepancy is not None:
+        evaluation = EvaluationWindow.of(result, result.discrepancy.fit.model, window)
+        figures.append(discrepancy_figure(evaluation, report["outside"]))
+    evaluation = EvaluationWindow.of(result, result.after.model, window)
+    for i, effect in enumerate(result.after.model.effects):
+        if effect.kind not in core.CURVE_KINDS:
+            figures.append(_effect_figure(evaluation, effect, f"law-{i}"))
+    return figures
+
+
+def _effect_figure(evaluation: EvaluationWindow, effect: PlacedEffect, name: str) -> EffectFigure:
+    record = core.effect_record(effect.kind)
+    title = f"{effect_title(effect.kind)}: {location_text(effect.at, effect.wheelset)}"
+    draw: Callable[[EvaluationWindow, PlacedEffect, str, str], EffectFigure] = _external_force
+    if record["acts"] == "sensor":
+        draw = _sensor
+    elif "rig" in record["at"]:
+        draw = _suspension
+    elif record["acts"] == "body":
+        draw = _carbody
+    elif effect.at in ("contact", "track"):
+        draw = _contact
+    try:
+        return draw(evaluation, effect, name, title)
+    except ValueError as error:  # too stiff to be integrated, or diverged
+        return EffectFigure(title, (), f"Not drawn: {error}.", ())
+
+
+def _suspension(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, title: str) -> EffectFigure:
+    """Draw the total force at the location against displacement, and that of the effect against its main motion."""
+    at, (w, z) = effect.at, most_active_port(evaluation, effect.at, effect.wheelset)
+    mass, (_, k, c) = reference_mass(evaluation.model), elements_at_port(evaluation.model, at, w)
+    dt, settled = evaluation.segment.dt, evaluation.settled
+    curves, v = total_force(evaluation, at, w, z)
+    superseded = str(core.effect_record(effect.kind)["supersedes"] or "")
+    own = restoring_force(z, dt, mass, [effect], k, c)[0] - restoring_force(z, dt, mass, [], k, c)[0]
+    own = own + ("stiffness" in superseded) * k * z + ("damping" in superseded) * c * v
+    depends_on_speed = explained_variance(v[settled], own[settled]) > explained_variance(z[settled], own[settled])
+    main_motion = ("v", v) if depends_on_speed else ("z", z)
+    heading = total_force_title(evaluation, at, w)
+    note = "Force that resists the motion, over the motion of the validation run."
+    if np.std(own - curves["after"]) < MIN_RELATIVE_DIFFERENCE * np.std(own):  # no other element at this location
+        picture = suspension_picture(evaluation, f"{name}-whole", heading, curves, main_motion, at)
+        return EffectFigure(title, (picture,), note)
+    total = suspension_picture(evaluation, f"{name}-whole", heading, curves, ("z", z), at)
+    single = suspension_picture(evaluation, f"{name}-own", "the effect alone", {"after": own}, main_motion, at)
+    return EffectFigure(title, (total, single), note)
+
+
+def _contact(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, title: str) -> EffectFigure:
+    """Draw lateral force and yaw moment of the contact on a fixed wheelset against e."""
+    w, model = effect.wheelset or 1, evaluation.model
+    e = evaluation.motion([f"e{w}"])[0]
+    others = Model(model.design.with_effects(x for x in model.design.effects if x is not effect))
+    after, before, without = (
+        forces_on_fixed_wheelsets(evaluation, m, True) for m in (model, evaluation.before, others)
+    )
+    change = {key: rms(after[key] - without[key]) / rms(without[key]) for key in (f"Y{w}", f"M{w}")}
+    gauge, is_colored = gauge_at_wheelset(evaluation, w), False
+    pictures: list[Picture] = []
+    for key, unit, force in ((f"Y{w}", "N", "lateral force"), (f"M{w}", "N*m", "yaw moment")):
+        if change[key] < MIN_RELATIVE_CHANGE * max(change.values()):
+            continue
+        curves = {"before": (e, before[key]), "after": (e, after[key])}
+        heading = f"{force} of the rails on wheelset {w}"
+        is_colored = gauge is not None and _needs_gauge(evaluation, curves)
+        if is_colored and gauge is not None:
+            pictures.append(gauge_picture(evaluation, f"{name}-{key}", heading, curves, gauge, unit))
+        else:
+            pictures.append(force_picture(evaluation, f"{name}-{key}", heading, curves, ("e", "m"), unit))
+    note = "The rails are moved under a fixed wheelset by the relative motion of the run."
+    if is_colored:
+        note += " Dots: with the effect, coloured by the gauge deviation."
+        return EffectFigure(title, tuple(pictures), note, ("before",))
+    return EffectFigure(title, tuple(pictures), note)
+
+
+def _needs_gauge(evaluation: EvaluationWindow, curves: Curves) -> bool:
+    """Return True if the displacement explains the force of the calibrated model but not that with the effect."""
+    settled = evaluation.settled
+    is_function = {
+        model: explained_variance(x[settled], f[settled]) >= MIN_EXPLAINED_VARIANCE for model, (x, f) in curves.items()
+    }
+    return is_function["before"] and not is_function["after"]
+
+
+def _external_force(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, title: str) -> EffectFigure:
+    """Draw a force that depends on distance alone, on a fixed wheelset."""
+    w, key, unit = effect.wheelset or 1, "M" if effect.at.endswith("_yaw") else "Y", unit_at("F", effect.at)
+    if not effect.at.startswith("wheelset"):
+        return EffectFigure(title, (), "A constant: there is no curve to draw.", ())
+    model = Model(evaluation.model.design.with_effects([effect]))
+    force = forces_on_fixed_wheelsets(evaluation, model, False)[f"{key}{w}"]
+    s = evaluation.segment.columns["s"][evaluation.piece]
+    radius = evaluation.model.design.values["vehicle.geometry.rolling_radius"]
+    shown = s <= s[0] + TURNS * 2 * np.pi * radius
+    factor, printed_unit = display_scale(force, unit)
+
+    def draw(ax: Axes) -> None:
+        ax.plot(s[shown], factor * force[evaluation.piece][shown], **LINES["after"] | {"lw": 1.4})
+        ax.margins(x=0)
+        ax.set_title(f"force on wheelset {w}")
+        ax.set_xlabel("distance [m]")
+        ax.set_ylabel(axis_label("moment" if key == "M" else "force", printed_unit))
+
+    picture = draw_picture(name, f"{title}: force against distance", FIGURE_SIZE, draw)
+    return EffectFigure(title, (picture,), "Four turns of the wheelset.", ("after",))
+
+
+def _carbody(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, title: str) -> EffectFigure:
+    """Draw the force between frame and carbody against the frame's motion, from the balance of the frame."""
+    model = evaluation.model
+    y, a = evaluation.motion(["z.frame.0", "ayf"])
+    mass, dt = reference_mass(model), evaluation.segment.dt
+    primary = 0.0
+    for w, z in zip((1, 2), evaluation.motion(["z.primary_lateral.1", "z.primary_lateral.2"]), strict=True):
+        primary = primary + restoring_force(z, dt, mass, *elements_at_port(model, "primary_lateral", w))[0]
+    before, _ = restoring_force(y, dt, mass, *elements_at_port(evaluation.before, "secondary_lateral", 0))
+    forces = {"before": before, "after": primary - mass * a}
+    heading = "force between frame and carbody"
+    picture = suspension_picture(evaluation, name, heading, forces, ("z", y), "secondary_lateral")
+    note = "Force that resists the motion of the frame; the carbody moves with it."
+    return EffectFigure(title, (picture,), note)
+
+
+def _sensor(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, title: str) -> EffectFigure:
+    """Draw the signal of a sensor against the motion of the vehicle."""
+    channel, segment, piece = effect.at, evaluation.segment, evaluation.piece
+    true = evaluation.motion([channel], Model(evaluation.model.design))[0][piece]
+    simulated = evaluation.motion([channel])[0][piece]
+    measured = segment.columns[channel][piece]
+    factor, unit = display_scale(measured, evaluation.units[channel])
+
+    def draw(ax: Axes) -> None:
+        ax.plot(factor * true, factor * measured, **LINES["measured"] | {"lw": 1.4})
+        ax.plot(factor * true, factor * true, **LINES["before"])
+        ax.plot(factor * true, factor * simulated, **LINES["after"])
+        ax.set_xlabel(axis_label(f"{channel} of the vehicle", unit))
+        ax.set_ylabel(axis_label(f"{channel} of the sensor", unit))
+
+    picture = draw_picture(name, f"{title}: sensor signal against the motion of the vehicle", FIGURE_SIZE, draw)
+    return EffectFigure(title, (picture,), "Grey: measured; dashed: ideal sensor; blue: sensor as identified.", ())

@@ -1,0 +1,226 @@
+"""Forces of suspensions and contact, evaluated by the kernel over the motion of a validation run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui import core
+from railui.arrays import FloatArray
+from railui.campaign.comparison import cut_samples
+from railui.campaign.dataset import Segment
+from railui.core import LINKAGE_NUMBER, Batch, Placement, Vehicles
+from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
+from railui.identification.loop import LoopResult
+from railui.identification.prediction import Predictor
+from railui.report.loop.figures import Window, units_of
+from railui.report.loop.wording import location_text
+from railui.vehicle.design_reader import PlacedEffect
+from railui.vehicle.effects import unit_at
+from railui.vehicle.model import Model, effect_row
+
+MASS_FACTOR = 1e9  # on the mass of a body: the forces under test do not move it
+# columns of the kernel's input table: both wheelsets' track inputs, of them yw and its slope
+INPUT_COLUMNS = [2, 3, 4, 5, 7, 8, 9, 10]
+YW_COLUMNS = [2, 7]
+YW_SLOPE_COLUMNS = [3, 8]
+
+
+@dataclass(frozen=True, eq=False)
+class EvaluationWindow:
+    """A model with effects, and the calibrated one, on the segment that the report shows."""
+
+    model: Model
+    before: Model
+    segment: Segment
+    start: FloatArray
+    piece: slice
+    settled: slice
+    units: Mapping[str, str]
+
+    @classmethod
+    def of(cls, result: LoopResult, model: Model, window: Window) -> EvaluationWindow:
+        """Return the evaluation of a window: the whole segment, simulated from its estimated initial state."""
+        segment = window.segment
+        cut = cut_samples(result.dataset.campaign, segment)
+        model = estimate_phases(result.context, model, segment)
+        start = estimate_initial_state(result.context, model, segment)
+        settled = slice(cut, segment.samples - cut)
+        return cls(model, result.before.model, segment, start, window.rows(cut), settled, units_of(result, segment))
+
+    def unit(self, word: str, at: str) -> str:
+        """Return the unit of z, v or F at a location; at a rig that of the run."""
+        named = {"z": "z", "v": "vz"}.get(word, "")
+        return self.units.get(named, "1") if at == "rig" else unit_at(word, at)
+
+    @property
+    def path(self) -> slice:
+        """Rows of a path that is short enough to be readable in a picture."""
+        return slice(self.piece.start, self.piece.start + max(2, (self.piece.stop - self.piece.start) // 2))
+
+    def motion(self, channels: Sequence[str], model: Model | None = None) -> FloatArray:
+        """Simulate channels [channel, n] of the model (or of another with the same states)."""
+        predictor = Predictor(model or self.model, self.segment, initial_state=self.start)
+        return require_convergence(*predictor.simulate(channels))
+
+
+def restoring_force(
+    z: FloatArray, dt: float, mass: float, effects: Sequence[PlacedEffect], k: float, c: float
+) -> FloatArray:
+    """Return the force [n] with which effects, a spring and a damper resist a motion z [n], and the speed: [2, n].
+
+    The kernel simulates a rig: the elements support a mass too large to move, on a base that performs the motion.
+    """
+    t = np.linspace(0.0, dt * (len(z) - 1), len(z))
+    rig = Segment("", "", 0, {"t": t, "u": -z}, dt, "rig")
+    placed = [Placement(e.kind, "rig", None, len(effect_row(e)), e.against) for e in effects]
+    vehicles = Vehicles("rig", placed, rig_input="base_displacement")
+    numbers = np.array([[MASS_FACTOR * mass, k, c, 1.0]])
+    tail = np.array([[x for e in effects for x in effect_row(e)]])
+    batch = Batch.from_arrays(numbers, tail, np.ones((1, len(effects))))
+    start = np.zeros(vehicles.state_count(batch))
+    start[:2] = z[0], core.Spline(t, z)(0.0, 1)
+    steps = vehicles.required_steps(batch, 1.0, 1.0, dt)[0]
+    channels, table = ["v.rig.0", "az"], rig.table(0.0, steps)
+    v, a = require_convergence(*vehicles.simulate(batch.with_initial_states(start), table, dt, steps, channels))
+    return np.stack([-MASS_FACTOR * mass * a, v])
+
+
+def require_convergence(series: FloatArray, diverged: NDArray[np.int64]) -> FloatArray:
+    """Return the series [channel, n] of the first vehicle; ValueError where it diverged."""
+    if diverged[0] >= 0:
+        raise ValueError("the simulation diverges")
+    return np.asarray(series[0])
+
+
+def reference_mass(model: Model) -> float:
+    """Return the mass that scales the forces under test: that of the frame, or of the rig [kg]."""
+    values = model.design.values
+    return values.get("vehicle.frame.mass") or values["vehicle.rig.mass"]
+
+
+def elements_at_port(model: Model, at: str, wheelset: int) -> tuple[list[PlacedEffect], float, float]:
+    """Return the effects, the stiffness and the damping of a model at one port."""
+    effects = [e for e in model.design.effects if e.at == at and e.wheelset in (None, wheelset)]
+    k, c = model.vehicles().local_stiffness_and_damping(model.single_batch())[(at, wheelset)]
+    return [e for e in effects if "rig" in core.effect_record(e.kind)["at"]], k, c
+
+
+def most_active_port(evaluation: EvaluationWindow, at: str, wheelset: int | None) -> tuple[int, FloatArray]:
+    """Return the port of an effect with the largest motion, and that motion z [n]."""
+    model = evaluation.model
+    elements = model.vehicles().local_stiffness_and_damping(model.single_batch())
+    if wheelset is None and (at, LINKAGE_NUMBER) in elements:
+        ports = [LINKAGE_NUMBER]
+    else:
+        ports = [w for a, w in elements if a == at and w != LINKAGE_NUMBER and wheelset in (None, w)]
+    motion = evaluation.motion([f"z.{at}.{w}" for w in ports])
+    largest = int(np.argmax(motion.std(axis=1)))
+    return ports[largest], motion[largest]
+
+
+def total_force(
+    evaluation: EvaluationWindow, at: str, w: int, z: FloatArray
+) -> tuple[dict[str, FloatArray], FloatArray]:
+    """Return the total force that resists a motion z at a port, before and after [n], and the speed [n]."""
+    dt, mass = evaluation.segment.dt, reference_mass(evaluation.model)
+    after, v = restoring_force(z, dt, mass, *elements_at_port(evaluation.model, at, w))
+    before, _ = restoring_force(z, dt, mass, *elements_at_port(evaluation.before, at, w))
+    return {"before": before, "after": after}, v
+
+
+def forces_on_fixed_wheelsets(
+    evaluation: EvaluationWindow, model: Model, is_track_moved: bool
+) -> dict[str, FloatArray]:
+    """Return the forces and moments [n] on both wheelsets of a vehicle with too much mass to move: Y1, Y2, M1, M2.
+
+    is_track_moved: the rails move so that e is that of the simulated run; else the track is straight.
+    """
+    segment, columns = evaluation.segment, model.columns
+    vehicles = model.vehicles(segment.coach_forces)
+    row = model.row.copy()
+    masses = [path for path in columns if path.startswith("vehicle.") and path.endswith(("mass", "yaw_inertia"))]
+    row[[columns[path] for path in masses]] *= MASS_FACTOR
+    batch = model.batch(row[None])
+    steps = vehicles.required_steps(batch, *segment.speeds, segment.dt)[0]
+    table = segment.table(model.wheelset_spacing(), steps).copy()
+    table[:, INPUT_COLUMNS] = 0.0
+    if is_track_moved:
+        t = np.arange(len(table)) * (segment.dt / (2 * steps))
+        e = evaluation.motion(["e1", "e2"])
+        spline = core.Spline(segment.dt * np.arange(segment.samples), -e.T)
+        table[:, YW_COLUMNS] = spline(t)
+        table[:, YW_SLOPE_COLUMNS] = spline(t, 1) / table[:, 1:2]
+    channels = ["ay1", "ay2", "v.wheelset_yaw.1", "v.wheelset_yaw.2"]
+    series = require_convergence(*vehicles.simulate(batch, table, segment.dt, steps, channels))
+    forces = row[columns["vehicle.wheelset.mass"]] * series[:2]
+    moments = row[columns["vehicle.wheelset.yaw_inertia"]] * np.gradient(series[2:], segment.dt, axis=1)
+    return {"Y1": forces[0], "Y2": forces[1], "M1": moments[0], "M2": moments[1]}
+
+
+def gauge_at_wheelset(evaluation: EvaluationWindow, wheelset: int) -> FloatArray | None:
+    """Return the gauge deviation [n] under a wheelset, None where it was not measured."""
+    gauge, s = evaluation.segment.columns.get("gauge"), evaluation.segment.columns.get("s")
+    if gauge is None or s is None or not np.any(gauge):
+        return None
+    return np.interp(s - evaluation.model.wheelset_distances()[wheelset - 1], s, gauge)
+
+
+def explained_variance(x: FloatArray, y: FloatArray, bins: int = 100) -> float:
+    """Return the share of the variance of y that a function of x explains, from quantile bins."""
+    parts = np.array_split(y[np.argsort(x)], min(bins, len(x)))
+    within = sum(float(np.sum((part - part.mean()) ** 2)) for part in parts)
+    total = float(np.sum((y - y.mean()) ** 2))
+    return 1.0 - within / total if total > 0 else 1.0
+
+
+def rms(x: FloatArray) -> float:
+    """Return the root mean square, in the unit of x."""
+    return float(np.sqrt(np.mean(x**2)))
+
+
+def force_word(unit: str) -> str:
+    """Return the word for a force of this unit."""
+    return "moment" if unit.endswith("*m") else "force"
+
+
+def total_force_title(evaluation: EvaluationWindow, at: str, w: int) -> str:
+    """Return the title of the total force at a location."""
+    return f"total {force_word(evaluation.unit('F', at))}, {location_text(at, w if w in (1, 2) else None)}"
+
+
+@dataclass(frozen=True, eq=False)
+class SuspensionForce:
+    """Total force at the location of an effect: motion [n], force before and after [n], SI units of both."""
+
+    title: str
+    motion: FloatArray
+    before: FloatArray
+    after: FloatArray
+    motion_unit: str
+    force_unit: str
+
+
+def suspension_forces(result: LoopResult, window: Window) -> list[SuspensionForce]:
+    """Return force against motion at every suspension with an identified effect, over the motion of the run."""
+    evaluation = EvaluationWindow.of(result, result.after.model, window)
+    settled = evaluation.settled
+    forces = []
+    for effect in result.after.model.effects:
+        if "rig" in core.effect_record(effect.kind)["at"] and effect.kind != "measured_force":
+            w, z = most_active_port(evaluation, effect.at, effect.wheelset)
+            total, _ = total_force(evaluation, effect.at, w, z)
+            forces.append(
+                SuspensionForce(
+                    total_force_title(evaluation, effect.at, w),
+                    z[settled],
+                    total["before"][settled],
+                    total["after"][settled],
+                    evaluation.unit("z", effect.at),
+                    evaluation.unit("F", effect.at),
+                )
+            )
+    return forces

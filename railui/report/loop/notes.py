@@ -1,0 +1,78 @@
+"""Notes of the loop report: data, windows, divergence, noise, residuals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from railui.campaign.dataset import TRACK_COLUMNS, Dataset
+from railui.identification.estimation.multiple_shooting import windowed_files
+from railui.identification.loop import LoopResult
+from railui.identification.structure.stepwise import has_structure
+from railui.identification.unmodelled.discrepancy import is_at_noise_floor
+from railui.report.loop.wording import MODEL_LABELS
+
+MAX_NAMED_CHANNELS = 3
+
+
+def report_notes(result: LoopResult) -> list[str]:
+    """Return all notes of a loop."""
+    runs = zip(result.dataset.campaign.runs, result.dataset.runs, strict=True)
+    notes = [f"{entry.name}: {note}" for entry, run in runs for note in run.notes]
+    if windows := windowed_runs(result):
+        notes.append(
+            f"the linear vehicle hunts on {', '.join(windows['runs'])}: estimated there on windows of "
+            f"{windows['seconds']:g} s, together with the initial state of each window (multiple shooting)"
+        )
+    for model, validation in result.validations.items():
+        notes += [divergence_note(model, file, time) for file, time in validation.diverged]
+    return [*notes, *unstated_track_noise_notes(result.dataset), *unstructured_residual_notes(result)]
+
+
+def divergence_note(model: str, file: str, time: float) -> str:
+    """Return the note on a model (key of the report) that diverges on a run."""
+    return f"{MODEL_LABELS[model]}: the simulation diverges on {file} at {time:.2f} s, its error is null"
+
+
+def windowed_runs(result: LoopResult) -> dict[str, Any] | None:
+    """Return the runs that were fitted on windows, and the length of a window [s]; None without any."""
+    files = windowed_files(result.after) + (windowed_files(result.windowed) if result.windowed else [])
+    return (
+        {"seconds": result.context.settings.windows.window_duration, "runs": list(dict.fromkeys(files))}
+        if files
+        else None
+    )
+
+
+def unstated_track_noise_notes(dataset: Dataset) -> list[str]:
+    """Return a warning where a campaign states no noise of a track column of its runs, which then counts as zero."""
+    recorded = {name for segment in dataset.segments for name in segment.columns}
+    missing = [name for name in TRACK_COLUMNS if name in recorded and name not in dataset.campaign.noise]
+    if not missing:
+        return []
+    return [
+        f"no noise stated for {', '.join(missing)}: taken as zero. Noise of the track columns passes through "
+        "the vehicle into every channel; where it is not zero the noise floor is too low and the verdict can change"
+    ]
+
+
+def unstructured_residual_notes(result: LoopResult) -> list[str]:
+    """Return the possible causes of a residual above the noise floor in which the score test detects no structure."""
+    settings = result.context.settings
+    is_unstructured = result.score_test.results and not has_structure(settings.score_test, result.score_test)
+    is_adequate = not result.error_to_noise > settings.selection.adequate_ratio
+    if result.discrepancy or not is_unstructured or is_adequate:
+        return []
+    errors, floors = result.validations["after"].channels, result.noise_floor.channels
+    ratios = sorted(((errors[c] / floors[c], c) for c in floors if floors[c] > 0 and c in errors), reverse=True)
+    largest = ", ".join(f"{channel} {ratio:.2f}" for ratio, channel in ratios[:MAX_NAMED_CHANNELS])
+    if is_at_noise_floor(result.context, result.after, result.error_to_noise):
+        cause = (
+            f"on the estimation runs the ratio is {result.after.error_to_noise:.2f}, so the vehicle differs from run "
+            "to run: something changes with speed, temperature, load or time, and no single parameter explains it"
+        )
+    else:
+        cause = "an unmeasured force, or noise that is larger than stated or not white as the noise floor assumes"
+    return [
+        f"the error is {result.error_to_noise:.2f} times the noise floor, and the score test detects no structure in "
+        f"the residual: {cause} (largest ratios: {largest})"
+    ]

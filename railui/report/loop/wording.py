@@ -1,0 +1,83 @@
+"""Terms of the loop report: models, verdicts, effects, locations."""
+
+from __future__ import annotations
+
+from railui import core
+
+# keys of the report: what the page, the figures and the tables call them
+MODEL_LABELS = {
+    "measured": "measured",
+    "declared": "nominal",
+    "before": "calibrated",
+    "after": "calibrated + effect",
+    "floor": "noise floor",
+}
+MODELS = ("declared", "before", "after", "floor")
+VERDICT_LABELS = {
+    "none": "no unmodelled effect detected",
+    "effect": "effect identified",
+    "outside": "discrepancy outside the catalogue",
+}
+ROLE_LABELS = {"adjust": "estimation", "validate": "validation"}
+# titles of the kernel's catalogue that a report states in other terms
+EFFECT_TITLES = {
+    "free_play": "clearance",
+    "measured_force": "identified restoring-force curve",
+    "rolling_line_offset": "offset of the running line",
+    "rolling_line": "variation of the running line along the track",
+    "rail_flexibility": "lateral track flexibility",
+    "coach_mode": "lateral carbody mode",
+    "sensor_delay": "sensor time delay",
+    "sensor_gain": "sensor gain error",
+    "sensor_offset": "sensor offset",
+}
+LOCATIONS = {
+    "primary_lateral": "lateral primary suspension",
+    "primary_yaw": "primary suspension in yaw",
+    "secondary_lateral": "lateral secondary suspension",
+    "secondary_yaw": "secondary suspension in yaw",
+    "contact": "wheel-rail contact",
+    "track": "track",
+    "wheelset_yaw": "yaw of the wheelset",
+    "frame": "bogie frame",
+    "frame_yaw": "yaw of the bogie frame",
+    "rig": "rig",
+}
+PER_WHEELSET = ("primary_lateral", "primary_yaw", "contact", "track", "wheelset_yaw")
+
+
+def effect_title(kind: str) -> str:
+    """Return the name of a kind of effect; of `none`, the model without an effect."""
+    if kind == "none":
+        return "no effect added"
+    return EFFECT_TITLES.get(kind) or str(core.effect_record(kind)["title"])
+
+
+def location_text(at: str, wheelset: int | None = None) -> str:
+    """Return a location for a table or a heading.
+
+    >>> location_text("primary_lateral", 2), location_text("wheelset", 1), location_text("ay1")
+    ('lateral primary suspension, wheelset 2', 'wheelset 1', 'ay1')
+    """
+    if at == "wheelset" and wheelset:
+        return f"wheelset {wheelset}"
+    return LOCATIONS.get(at, at.replace("_", " ")) + (f", wheelset {wheelset}" if wheelset else "")
+
+
+def location_phrase(at: str, wheelset: int | None = None) -> str:
+    """Return a location for a sentence.
+
+    >>> location_phrase("primary_lateral"), location_phrase("contact", 1), location_phrase("secondary_yaw")
+    ('the lateral primary suspension of both wheelsets', 'the wheel-rail contact of wheelset 1', \
+'the secondary suspension in yaw')
+    >>> location_phrase("wheelset"), location_phrase("ay1")
+    ('both wheelsets', 'signal ay1')
+    """
+    which = f"wheelset {wheelset}" if wheelset else "both wheelsets"
+    if at == "wheelset":
+        return which
+    if at == "wheelset_yaw":
+        return f"the yaw motion of {which}"
+    if at not in LOCATIONS:
+        return f"signal {at}"
+    return f"the {LOCATIONS[at]}" + (f" of {which}" if wheelset or at in PER_WHEELSET else "")
