@@ -21,8 +21,7 @@ from railui.runs.columns import columns_of
 from railui.runs.units import DERIVATIVE_ORDERS, rate_factor
 from railui.vehicle.design_reader import Design
 from railui.vehicle.effect_reader import read_effects
-from railui.vehicle.effect_records import Catalogue, kernel_catalogue
-from railui.vehicle.effects import PlacedEffect
+from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
 from railui.vehicle.parameters import DEFAULT_ESTIMATED
 from railui.vehicle.reference import load_named_design, suggest_file
 

@@ -7,17 +7,14 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign
-from railui.core import Batch, ZeroPhaseFilter, Spline, Vehicles
-from railui.dsp.filters import butterworth, padlen, sosfilt_zi, sosfiltfilt
+from railui.core import Spline
 from railui.dsp.spectra import welch
 from railui.runs import columns as known
 from railui.runs.run import Run, load_run
 from railui.track import Wheelbase, add_track, band_limited_noise, distance_from_speed, run_table
-from railui.vehicle.model import Model
 
 COMPARED = known.COMPARED_CHANNELS
 RESPONSES = known.column_names("bogie", "response")
@@ -240,81 +237,3 @@ def estimate_noise(segments: Sequence[Segment]) -> dict[str, float]:
             top = power[-max(len(power) // 10, 1) : -1]
             noise.setdefault(c, []).append(float(np.sqrt(np.median(top) * 0.5)))
     return {c: float(np.median(values)) for c, values in noise.items()}
-
-
-def band_pass(band: tuple[float, float] | None, rate: float) -> FloatArray:
-    """Sections of the Butterworth band-pass of the comparison; none for a band of None."""
-    if band is None:
-        return np.zeros((0, 6))
-    high = min(band[1], 0.45 * rate)
-    return butterworth(4, (band[0], high), rate)
-
-
-def cut_samples(campaign: Campaign, stretch: Segment) -> int:
-    """Samples left out at both ends; a window, which begins anew, is compared up to its ends."""
-    return 0 if stretch.window_of is not None else round(campaign.cut_length(stretch.samples * stretch.dt) / stretch.dt)
-
-
-def kernel_filter(campaign: Campaign, stretch: Segment, weights: FloatArray, every: int = 1) -> ZeroPhaseFilter:
-    """The comparison's filter of a stretch; weights [channel]."""
-    sos = band_pass(campaign.band, 1.0 / stretch.dt)
-    return ZeroPhaseFilter(sos, sosfilt_zi(sos), padlen(sos), cut_samples(campaign, stretch), weights, every)
-
-
-def comparison_filter(campaign: Campaign, stretch: Segment, x: FloatArray) -> FloatArray:
-    """The comparison as defined: each channel [channel, n] forwards and backwards through the band-pass, then cut."""
-    cut = cut_samples(campaign, stretch)
-    return sosfiltfilt_or_demean(band_pass(campaign.band, 1.0 / stretch.dt), x)[..., cut : x.shape[-1] - cut]
-
-
-def sosfiltfilt_or_demean(sos: FloatArray, x: FloatArray) -> FloatArray:
-    """What sections pass forwards and backwards of each channel [channel, n]; without any, x less its mean."""
-    return np.asarray(sosfiltfilt(sos, x) if len(sos) else x - x.mean(axis=-1, keepdims=True))
-
-
-def simulate(
-    model: Model,
-    stretch: Segment,
-    channels: Sequence[str],
-    *,
-    batch: Batch | None = None,
-    vehicles: Vehicles | None = None,
-    steps: int | None = None,
-    table: FloatArray | None = None,
-    filter: ZeroPhaseFilter | None = None,
-    initial: FloatArray | None = None,
-    jobs: int | None = 1,
-) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Series [vehicle, channel, n] of one or many vehicles over a stretch, and where each diverged (-1: never).
-
-    The one vehicle of a model has the phases that are known of the stretch.
-    """
-    vehicles = vehicles or model.vehicles(stretch.coach_forces)
-    batch = model.on_segment(*stretch.segment_key).single_batch() if batch is None else batch
-    if initial is not None:
-        batch = batch.with_initial_states(initial)
-    steps = steps or steps_for(model, stretch)
-    table = stretch.table(model.wheelset_spacing(), steps) if table is None else table
-    return vehicles.simulate(batch, table, stretch.dt, steps, channels, filter=filter, jobs=jobs)
-
-
-def steps_for(model: Model, stretch: Segment) -> int:
-    """RK4 steps per sample that the vehicle needs on this stretch."""
-    return model.vehicles(stretch.coach_forces).required_steps(model.single_batch(), *stretch.speeds, stretch.dt)[0]
-
-
-def nrmse(pairs: Sequence[tuple[Sequence[str], FloatArray, FloatArray]]) -> dict[str, float]:
-    """Per channel sqrt(sum (x - z)^2 / sum x^2) over all stretches; pairs of (channels, measured, simulated)."""
-    error: dict[str, float] = {}
-    power: dict[str, float] = {}
-    for channels, x, z in pairs:
-        for i, c in enumerate(channels):
-            error[c] = error.get(c, 0.0) + float(np.sum((x[i] - z[i]) ** 2))
-            power[c] = power.get(c, 0.0) + float(np.sum(x[i] ** 2))
-    return {c: float(np.sqrt(error[c] / power[c])) if power[c] > 0 else float("nan") for c in error}
-
-
-def overall_nrmse(channels: Mapping[str, float]) -> float:
-    """Root of the mean of the squares over the compared channels."""
-    used = [v for c, v in channels.items() if c in COMPARED or c in RIG_RESPONSES]
-    return float(np.sqrt(np.mean(np.square(used)))) if used else float("nan")

@@ -13,12 +13,12 @@ from railui.io.fields import (
     PAIR,
     Group,
     Objects,
-    ValueReader,
     Text,
+    ValueReader,
+    choice_reader,
+    integer_reader,
     quantity_reader,
     quantity_schema,
-    integer_reader,
-    choice_reader,
 )
 from railui.io.units import UnitError, quantity
 
