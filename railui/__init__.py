@@ -8,7 +8,7 @@ from railui._version import __version__
 
 if TYPE_CHECKING:
     from railui.curving import curve
-    from railui.documents.check import Anything
+    from railui.documents.check import LoadedFile
     from railui.hunting.summary import stability
     from railui.optimisation.optimise import optimise
     from railui.report.loop.data import loop
@@ -44,7 +44,7 @@ _HOMES = {
 }
 
 
-def load(path: str) -> Anything:
+def load(path: str) -> LoadedFile:
     """Loads any of our files: a design, a campaign, a study, a run or a track; FileProblems with every fault.
 
     >>> load("designs/test_bogie.yaml").value("contact.flange_clearance")

@@ -38,13 +38,13 @@ def load(
         "study": lambda: load_study(path, catalogue, check_track),
         "run": lambda: load_run(path),
         "track": lambda: load_track(path),
-        "profile": lambda: _profile(Path(path)),
+        "profile": lambda: _load_profile(Path(path)),
         "delta_r": lambda: read_radius_table(path),
     }
     return loaders[kind]()
 
 
-def _profile(path: Path) -> Profile:
+def _load_profile(path: Path) -> Profile:
     """Read a profile of a wheel or of a rail, according to its name or its shape."""
     if path.suffix.lower() in SIMPACK_KINDS:
         return read_profile(path, SIMPACK_KINDS[path.suffix.lower()])
@@ -63,34 +63,34 @@ def check(
     check_track: Callable[[str], object] | None = None,
 ) -> list[Problem]:
     """Return all problems and warnings of files, including the runs that a campaign names."""
-    found = [problem for path in paths for problem in _problems(path, catalogue, check_track)]
-    return list(dict.fromkeys(found))
+    problems = [problem for path in paths for problem in _check_file(path, catalogue, check_track)]
+    return list(dict.fromkeys(problems))
 
 
-def _problems(
+def _check_file(
     path: str | Path, catalogue: Catalogue | None, check_track: Callable[[str], object] | None
 ) -> list[Problem]:
     try:
         loaded = load(path, catalogue, check_track)
     except FileProblems as error:
         return list(error.problems)
-    found: list[Problem] = list(getattr(loaded, "warnings", ()))
+    problems: list[Problem] = list(getattr(loaded, "warnings", ()))
     if isinstance(loaded, Campaign):
-        found += _runs(loaded)
-    return found
+        problems += _check_runs(loaded)
+    return problems
 
 
-def _runs(campaign: Campaign) -> list[Problem]:
+def _check_runs(campaign: Campaign) -> list[Problem]:
     """Return the problems of a campaign's runs; warn of noise of columns that no run has."""
-    found: list[Problem] = []
+    problems: list[Problem] = []
     measured: set[str] = set()
     for entry in campaign.runs:
         try:
             measured |= set(load_run(entry.file, campaign.design.kind).columns)
         except FileProblems as error:
-            found += error.problems
-    if found:
-        return found
+            problems += error.problems
+    if problems:
+        return problems
     findings = load_yaml(campaign.source).findings()
     for name in campaign.noise:
         if name not in measured:

@@ -34,28 +34,28 @@ def differences(a: str | Path, b: str | Path) -> list[dict[str, Any]]:
     documents = [load_yaml(path).value for path in (a, b)]
     kinds = [document_kind(document) or "design" for document in documents]
     if kinds[0] != kinds[1]:
-        what = f"is a {kinds[1]}, but {a} is a {kinds[0]}"
-        raise file_problem(b, what, "compare two files of one kind")
+        message = f"is a {kinds[1]}, but {a} is a {kinds[0]}"
+        raise file_problem(b, message, "compare two files of one kind")
     if kinds[0] != "design":
-        one, other = (dict(iter_leaves(document)) for document in documents)
-        return _rows(one, other, {})
+        first, second = (dict(iter_leaves(document)) for document in documents)
+        return _difference_rows(first, second, {})
     designs = [load_design(Path(path)) for path in (a, b)]
-    one, other = map(_numbers, designs)
-    return _rows(one, other, {path: _unit(designs, path) for path in {**one, **other}})
+    first, second = map(_design_values, designs)
+    return _difference_rows(first, second, {path: _unit(designs, path) for path in {**first, **second}})
 
 
-def _numbers(design: Design) -> dict[str, Any]:
+def _design_values(design: Design) -> dict[str, Any]:
     """All that decides what a design does, by path."""
     resolved = design.content()
     riding = {f"riding.{key}": value for key, value in (resolved["riding"] or {}).items()}
-    effects = dict(iter_leaves({"effects": [_curves_short(effect) for effect in resolved["effects"]]}))
+    effects = dict(iter_leaves({"effects": [_summarise_curves(effect) for effect in resolved["effects"]]}))
     return {"name": design.name, **resolved["values"], **resolved["settings"], **effects, **riding}
 
 
-def _curves_short(effect: Mapping[str, Any]) -> dict[str, Any]:
+def _summarise_curves(effect: Mapping[str, Any]) -> dict[str, Any]:
     """Return an effect with its curves replaced by length and content hash."""
-    told = {key: f"{len(x)} values ({sha256(repr(x))[:8]})" for key, x in effect.items() if isinstance(x, list)}
-    return {**effect, **told}
+    summaries = {key: f"{len(x)} values ({sha256(repr(x))[:8]})" for key, x in effect.items() if isinstance(x, list)}
+    return {**effect, **summaries}
 
 
 def _unit(designs: list[Design], path: str) -> str:
@@ -67,10 +67,12 @@ def _unit(designs: list[Design], path: str) -> str:
     return ""
 
 
-def _rows(one: Mapping[str, Any], other: Mapping[str, Any], units: Mapping[str, str]) -> list[dict[str, Any]]:
+def _difference_rows(
+    first: Mapping[str, Any], second: Mapping[str, Any], units: Mapping[str, str]
+) -> list[dict[str, Any]]:
     rows = []
-    for path in {**one, **other}:
-        a, b = one.get(path, ABSENT), other.get(path, ABSENT)
+    for path in {**first, **second}:
+        a, b = first.get(path, ABSENT), second.get(path, ABSENT)
         if a == b:
             continue
         numbers = all(isinstance(x, int | float) and not isinstance(x, bool) for x in (a, b))

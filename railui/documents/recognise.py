@@ -59,8 +59,8 @@ def recognise(path: str | Path) -> str:
 def expect_kind(path: str | Path, kind: str) -> None:
     """Raise FileProblems with one line if a file is of another kind, instead of a problem for every key."""
     try:
-        found = recognise(path)
+        actual = recognise(path)
     except FileProblems:
         return  # the reader of the expected kind reports it better
-    if found != kind:
-        raise file_problem(path, f"is a {found}, where a {kind} belongs", USES_BY_KIND[found])
+    if actual != kind:
+        raise file_problem(path, f"is a {actual}, but a {kind} is required", USES_BY_KIND[actual])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from railui.campaign.schema import CampaignModel
-from railui.documents.schema_bodies import LOADS, bodies_schema
+from railui.documents.schema_multibody import LOADS, multibody_schema
 from railui.io.schema_line import schema_name
 from railui.optimisation.study_schema import StudyModel
 from railui.vehicle.contact_profiles import ProfilesModel
@@ -30,38 +30,38 @@ def json_schema(kind: str, catalogue: Catalogue | None = None) -> dict[str, Any]
     >>> json_schema("study")["$id"]
     'railui.study/1'
     """
-    known = kernel_catalogue() if catalogue is None and kind != "study" else catalogue or ()
+    records = kernel_catalogue() if catalogue is None and kind != "study" else catalogue or ()
     if kind == "design":
-        made = _design(known)
+        schema = _design_schema(records)
     elif kind == "campaign":
-        made = CampaignModel.model_json_schema()
-        made["properties"]["sensors"]["items"] = _effects(known, sensors=True)
+        schema = CampaignModel.model_json_schema()
+        schema["properties"]["sensors"]["items"] = _effects_schema(records, sensors=True)
     elif kind == "study":
-        made = StudyModel.model_json_schema()
+        schema = StudyModel.model_json_schema()
     else:
         raise ValueError(f"no schema of {kind!r}; known are {', '.join(KINDS)}")
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "$id": schema_name(kind),
-        **_without_samples(made),
+        **_remove_samples(schema),
         "title": kind,
     }
 
 
-def _design(catalogue: Catalogue) -> dict[str, Any]:
+def _design_schema(catalogue: Catalogue) -> dict[str, Any]:
     forms = {form: design_model(form).model_json_schema() for form in ("bogie", "rig")}
     definitions: dict[str, Any] = {}
-    for made in forms.values():
-        definitions |= made.pop("$defs")
-        made["properties"]["effects"]["items"] = _effects(catalogue, sensors=False)
+    for schema in forms.values():
+        definitions |= schema.pop("$defs")
+        schema["properties"]["effects"]["items"] = _effects_schema(catalogue, sensors=False)
     forms["bogie"]["properties"]["load"] = LOADS
-    bodies, more = bodies_schema(_effects(catalogue, sensors=False))
-    definitions["bogie_design_contact"] = _measured(definitions["bogie_design_contact"], definitions)
-    bodies["properties"]["contact"] = _measured(bodies["properties"]["contact"], {})
-    return {"anyOf": [*forms.values(), bodies], "$defs": definitions | more}
+    multibody, multibody_definitions = multibody_schema(_effects_schema(catalogue, sensors=False))
+    definitions["bogie_design_contact"] = _contact_schema(definitions["bogie_design_contact"], definitions)
+    multibody["properties"]["contact"] = _contact_schema(multibody["properties"]["contact"], {})
+    return {"anyOf": [*forms.values(), multibody], "$defs": definitions | multibody_definitions}
 
 
-def _measured(contact: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
+def _contact_schema(contact: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of a contact that requires all numbers unless profiles provide them."""
     properties, each = contact["properties"], contact.get("additionalProperties")
     needed: dict[str, Any] = {"required": contact.get("required", []), "properties": {}}
@@ -80,12 +80,12 @@ def _measured(contact: dict[str, Any], definitions: dict[str, Any]) -> dict[str,
     }
 
 
-def _effects(catalogue: Catalogue, *, sensors: bool) -> dict[str, Any]:
-    entries = [_effect(record) for record in catalogue if is_sensor(record) == sensors]
+def _effects_schema(catalogue: Catalogue, *, sensors: bool) -> dict[str, Any]:
+    entries = [_effect_schema(record) for record in catalogue if is_sensor(record) == sensors]
     return {"oneOf": entries} if entries else {"type": "object"}
 
 
-def _effect(record: Record) -> dict[str, Any]:
+def _effect_schema(record: Record) -> dict[str, Any]:
     places = list(record["at"])
     value: dict[str, Any] = {"type": ["number", "string"]}
     properties: dict[str, Any] = {"kind": {"const": record["kind"]}, "at": {"enum": places}}
@@ -96,8 +96,8 @@ def _effect(record: Record) -> dict[str, Any]:
     if has_abscissa(record):
         properties["against"] = {"enum": list(ABSCISSAE), "default": "z"}
     for p in record["parameters"]:
-        told = f"{p['symbol']} [{p['unit']}]; {p.get('origin', '')}"
-        properties[str(p["key"])] = {**value, "description": told}
+        description = f"{p['symbol']} [{p['unit']}]; {p.get('origin', '')}"
+        properties[str(p["key"])] = {**value, "description": description}
     required = ["kind"] if len(places) == 1 else ["kind", "at"]
     return {
         "type": "object",
@@ -109,8 +109,8 @@ def _effect(record: Record) -> dict[str, Any]:
     }
 
 
-def _without_samples(value: Any) -> Any:
+def _remove_samples(value: Any) -> Any:
     """Remove the key `sample`, which serves remedies only and is not JSON Schema."""
     if isinstance(value, dict):
-        return {k: _without_samples(v) for k, v in value.items() if not (k == "sample" and isinstance(v, str))}
-    return [_without_samples(v) for v in value] if isinstance(value, list) else value
+        return {k: _remove_samples(v) for k, v in value.items() if not (k == "sample" and isinstance(v, str))}
+    return [_remove_samples(v) for v in value] if isinstance(value, list) else value

@@ -35,7 +35,7 @@ def write_bytes(path: str | Path, data: bytes) -> Path:
     """
     path = Path(path)
     try:
-        if _flows(path):
+        if _is_stream(path):
             path.write_bytes(data)
         else:
             _replace(Path(os.path.realpath(path)), data)
@@ -44,40 +44,40 @@ def write_bytes(path: str | Path, data: bytes) -> Path:
     return path
 
 
-def _flows(path: Path) -> bool:
+def _is_stream(path: Path) -> bool:
     """True if a path is a device, a pipe or an open stream."""
     return path.absolute().parent in STREAM_DIRECTORIES or (path.exists() and not path.is_file() and not path.is_dir())
 
 
-def _no_directory(path: Path) -> None:
+def _refuse_directory(path: Path) -> None:
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
 
 
 def _replace(path: Path, data: bytes) -> None:
-    _no_directory(path)
-    beside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+    _refuse_directory(path)
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with beside.open("xb") as file:
+        with temporary.open("xb") as file:
             if path.exists():
                 os.fchmod(file.fileno(), stat.S_IMODE(path.stat().st_mode))
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        beside.replace(path)
+        temporary.replace(path)
     finally:
-        beside.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
 def check_file_writable(path: str | Path) -> None:
     """Raise OSError if `write_bytes` could not write a file; leave nothing behind."""
     path = Path(path)
     try:
-        _no_directory(path)
+        _refuse_directory(path)
     except OSError as error:
         raise write_error(error, path) from None
-    if not _flows(path):
+    if not _is_stream(path):
         check_directory_writable(Path(os.path.realpath(path)).parent)
 
 

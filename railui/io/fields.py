@@ -83,35 +83,35 @@ def choice_reader(choices: tuple[str, ...]) -> ValueReader:
     return ValueReader(read, {"type": "string", "enum": list(choices)})
 
 
-def _text(value: Any) -> str:
+def _read_text(value: Any) -> str:
     if isinstance(value, dict | list) or value is None:
-        raise UnitError("is no word", "write a word, or text in quotes")
+        raise UnitError("is not a word", "write a word, or text in quotes")
     if isinstance(value, float):
-        raise UnitError(f"{value!r} is a number where a word belongs", "put it in quotes")
+        raise UnitError(f"{value!r} is a number, but a word is required", "put it in quotes")
     return str(value)
 
 
-def _switch(value: Any) -> bool:
+def _read_switch(value: Any) -> bool:
     if not isinstance(value, bool):
-        raise UnitError(f"{value!r} is no switch", "write true or false")
+        raise UnitError(f"{value!r} is not a switch", "write true or false")
     return value
 
 
-def _pair(value: Any) -> Any:
+def _read_pair(value: Any) -> Any:
     if not isinstance(value, list) or len(value) != 2:
-        raise UnitError("is no pair", "write [lowest, highest]")
+        raise UnitError("is not a pair", "write [lowest, highest]")
     return value
 
 
-def _list(value: Any) -> Any:
+def _read_list(value: Any) -> Any:
     if value is None:
         return []
     if not isinstance(value, list):
-        raise UnitError("is no list", "write [one, two] or lines that begin with a dash")
+        raise UnitError("is not a list", "write [one, two] or lines that begin with a dash")
     return value
 
 
-def _list_or_one(value: Any) -> Any:
+def _read_list_or_scalar(value: Any) -> Any:
     if value == []:
         raise UnitError("is empty", "name one, or leave the key out")
     return value if isinstance(value, list) else [value]
@@ -123,17 +123,17 @@ def integer_reader(minimum: int = 0) -> ValueReader:
     def read(value: Any) -> int:
         number = int(value) if isinstance(value, float) and value.is_integer() else value
         if isinstance(number, bool) or not isinstance(number, int) or not minimum <= number < 2**63:
-            raise UnitError(f"{value!r} is no whole number from {minimum} on", f"write for example {max(minimum, 1)}")
+            raise UnitError(f"{value!r} is not an integer from {minimum} on", f"write for example {max(minimum, 1)}")
         return number
 
     return ValueReader(read, {"type": "integer", "minimum": minimum})
 
 
-Text = Annotated[str, ValueReader(_text, {"type": "string"})]
-Switch = Annotated[bool, ValueReader(_switch, {"type": "boolean"})]
-LIST, LIST_OR_SCALAR, PAIR = ValueReader(_list), ValueReader(_list_or_one), ValueReader(_pair)
+Text = Annotated[str, ValueReader(_read_text, {"type": "string"})]
+Switch = Annotated[bool, ValueReader(_read_switch, {"type": "boolean"})]
+LIST, LIST_OR_SCALAR, PAIR = ValueReader(_read_list), ValueReader(_read_list_or_scalar), ValueReader(_read_pair)
 OBJECT: dict[str, Any] = {"type": "object"}
-Objects = Annotated[list[Any], ValueReader(_list, {"type": "array", "items": OBJECT})]
+Objects = Annotated[list[Any], ValueReader(_read_list, {"type": "array", "items": OBJECT})]
 
 
 def check_group(
@@ -163,33 +163,33 @@ def check_group(
     except ValidationError as error:
         for fault_ in error.errors():
             where = ".".join([path, *map(str, fault_["loc"])]).strip(".")
-            message, remedy = _told(fault_, model, list(extra))
+            message, remedy = _describe_error(fault_, model, list(extra))
             findings.add(where, message, remedy, key=fault_["type"] == "extra_forbidden")
     return None
 
 
-def _told(error: Any, model: type[BaseModel], extra: list[str]) -> tuple[str, str]:
+def _describe_error(error: Any, model: type[BaseModel], extra: list[str]) -> tuple[str, str]:
     kind, given = error["type"], error["input"]
     if kind == "fault":
         return error["ctx"]["what"], error["ctx"]["remedy"]
     if kind == "extra_forbidden":
-        return "unknown key", _meant(str(error["loc"][-1]), _fields(model, error["loc"][:-1]), extra)
+        return "unknown key", _suggest_key(str(error["loc"][-1]), _fields(model, error["loc"][:-1]), extra)
     if kind == "missing":
-        return "is missing", f"add `{_sample(model, error['loc'])}`"
+        return "is missing", f"add `{_example_line(model, error['loc'])}`"
     if kind in ("model_type", "dict_type", "model_attributes_type"):
         shown = "nothing" if given is None else "a list" if isinstance(given, list) else repr(given)
-        return f"{shown} stands where a group of keys belongs", "write `key: value` lines below it"
+        return f"{shown} where a group of keys is required", "write `key: value` lines below it"
     return str(error["msg"]).lower(), "see `railui schema`"
 
 
-def _meant(name: str, known: dict[str, Any], extra: list[str]) -> str:
+def _suggest_key(name: str, known: dict[str, Any], extra: list[str]) -> str:
     if name == "<<":
         return "YAML 1.2 has no merge keys: write the group out, or the whole of it as *alias"
     elsewhere = [path for path in extra if path.rpartition(".")[2] == name]
-    told = suggest_name(name, known)
-    if elsewhere and not told.startswith("did you mean"):
+    suggestion = suggest_name(name, known)
+    if elsewhere and not suggestion.startswith("did you mean"):
         return f"it belongs at {' or '.join(elsewhere[:2])}"
-    return told
+    return suggestion
 
 
 def _fields(model: type[BaseModel], loc: tuple[Any, ...]) -> dict[str, Any]:
@@ -203,22 +203,22 @@ def _model_at(model: type[BaseModel], loc: tuple[Any, ...]) -> type[BaseModel] |
         if isinstance(step, int):
             continue
         fields = {field.alias or name: field for name, field in here.model_fields.items()}
-        here = _group_in(fields[step].annotation) if step in fields else None
+        here = _find_group(fields[step].annotation) if step in fields else None
         if here is None:
             return None
     return here  # type: ignore[no-any-return]
 
 
-def _group_in(kind: Any) -> type[BaseModel] | None:
+def _find_group(kind: Any) -> type[BaseModel] | None:
     if isinstance(kind, type) and issubclass(kind, BaseModel):
         return kind
-    return next((found for part in get_args(kind) if (found := _group_in(part)) is not None), None)
+    return next((group for part in get_args(kind) if (group := _find_group(part)) is not None), None)
 
 
-def _sample(model: type[BaseModel], loc: tuple[Any, ...]) -> str:
+def _example_line(model: type[BaseModel], loc: tuple[Any, ...]) -> str:
     field = _fields(model, loc[:-1]).get(str(loc[-1]))
     more = getattr(field, "json_schema_extra", None)
     if isinstance(more, dict) and "sample" in more:
         return str(more["sample"])
-    group = _group_in(field.annotation) if field is not None else None
+    group = _find_group(field.annotation) if field is not None else None
     return f"{loc[-1]}: {{{', '.join(group.model_fields)}}}" if group else f"{loc[-1]}: ..."

@@ -32,7 +32,7 @@ def scale_to_prefix(value: float, unit: str) -> tuple[float, str]:
     (4.0, 'h')
     """
     if unit == "s":
-        return _time(value)
+        return _scale_time(value)
     first = next(
         (symbol for symbol in PREFIXED if unit == symbol or unit.startswith((f"{symbol}*", f"{symbol}/"))),
         None,
@@ -41,7 +41,7 @@ def scale_to_prefix(value: float, unit: str) -> tuple[float, str]:
         return value, unit
     usual = [(step, prefix) for step, prefix in STEPS if prefix == "" or prefix in PREFIXED[first]]
     prefix = next((p for step, p in usual if abs(value) >= step), usual[-1][1])
-    return _divided(value, prefix + first), prefix + unit
+    return _divide_by_unit(value, prefix + first), prefix + unit
 
 
 def format_quantity(value: float, unit: str, digits: int = 4) -> str:
@@ -77,12 +77,12 @@ def typeset_unit(unit: str) -> str:
     return "" if unit == "1" else typeset(unit)
 
 
-def _time(value: float) -> tuple[float, str]:
+def _scale_time(value: float) -> tuple[float, str]:
     if abs(value) >= 3600:
         return value / 3600, "h"
     return (value, "s") if abs(value) >= 1 or value == 0 else (value * 1e3, "ms")
 
 
-def _divided(value: float, unit: str) -> float:
+def _divide_by_unit(value: float, unit: str) -> float:
     factor = parse_unit(unit).factor
     return value / factor if factor >= 1 else value * round(1 / factor)

@@ -65,14 +65,14 @@ class Table:
 
     def cell_position(self, row: int, name: str | None = None) -> Position:
         """Return line and column of a cell; the file is read again."""
-        return _place_of(Path(self.file), row, 0 if name is None else self.names.index(name))
+        return _find_cell(Path(self.file), row, 0 if name is None else self.names.index(name))
 
 
 def read_header(path: str | Path) -> Header:
     """Read the header of a table; FileProblems as `read_table`."""
     findings = Findings(str(path))
-    with _opened(Path(path), findings) as stream:
-        return _header(stream, findings)[0]
+    with _open_table(Path(path), findings) as stream:
+        return _read_header(stream, findings)[0]
 
 
 def read_table(path: str | Path) -> Table:
@@ -84,10 +84,10 @@ def read_table(path: str | Path) -> Table:
         With line and column of every faulty cell.
     """
     findings = Findings(str(path))
-    with _opened(Path(path), findings) as stream:
-        header, start = _header(stream, findings)
+    with _open_table(Path(path), findings) as stream:
+        header, start = _read_header(stream, findings)
         parts, rows, numbers, line = [], 0, 0, header.line + 1
-        for block in _blocks(stream, start, findings):
+        for block in _line_blocks(stream, start, findings):
             part = parse_block(block, header, line, findings)
             line += block.count(b"\n")
             rows, numbers = rows + len(part), numbers + part.size
@@ -132,15 +132,15 @@ def table_text(columns: Mapping[str, ArrayLike], comments: Sequence[str] = (), d
     return "\n".join([*head, body]) + "\n"
 
 
-def _opened(path: Path, findings: Findings) -> IO[bytes]:
+def _open_table(path: Path, findings: Findings) -> IO[bytes]:
     try:
         with path.open("rb") as probe:
             start = probe.read(4096)
-        told = next((what for mark, what in FILE_SIGNATURES.items() if start.startswith(mark)), None)
-        told = told or ("binary" if b"\0" in start and not start.startswith(b"\x1f\x8b") else None)
-        if told is None:
+        description = next((what for mark, what in FILE_SIGNATURES.items() if start.startswith(mark)), None)
+        description = description or ("binary" if b"\0" in start and not start.startswith(b"\x1f\x8b") else None)
+        if description is None:
             return gzip.open(path, "rb") if start.startswith(b"\x1f\x8b") else path.open("rb")  # type: ignore[return-value]
-        findings.add("", f"is {told}, no CSV", "save it as CSV in UTF-8")
+        findings.add("", f"is {description}, not CSV", "save it as CSV in UTF-8")
     except OSError as error:
         raise unreadable_file(path, error) from None
     raise FileProblems(findings.problems)
@@ -154,35 +154,35 @@ def _read(stream: IO[bytes], size: int, findings: Findings) -> bytes:
         raise FileProblems(findings.problems) from None
 
 
-def _header(stream: IO[bytes], findings: Findings) -> tuple[Header, bytes]:
+def _read_header(stream: IO[bytes], findings: Findings) -> tuple[Header, bytes]:
     """Read the header; return it and the bytes already read after it."""
     data = _read(stream, BLOCK_BYTES, findings).removeprefix(b"\xef\xbb\xbf")
     comments: list[str] = []
     start = 0
     for line, raw in enumerate(data[:MAX_HEADER_BYTES].split(b"\n"), 1):
         start += len(raw) + 1
-        text = _decoded(raw).rstrip("\r")
+        text = _decode(raw).rstrip("\r")
         if text.lstrip().startswith("#"):
             comments.append(text.lstrip()[1:].strip())
         elif text.strip():
-            return _named(text, line, tuple(comments), findings), data[start:]
+            return _parse_header(text, line, tuple(comments), findings), data[start:]
     findings.add("", "has no header", "begin with a line such as `t [s],v [m/s],yw [m],e1 [m]`", position=(1, 1))
     raise FileProblems(findings.problems)
 
 
-def _decoded(raw: bytes) -> str:
+def _decode(raw: bytes) -> str:
     try:
         return raw.decode("utf-8")
     except UnicodeDecodeError:
         return raw.decode("latin-1")
 
 
-def _named(text: str, line: int, comments: tuple[str, ...], findings: Findings) -> Header:
+def _parse_header(text: str, line: int, comments: tuple[str, ...], findings: Findings) -> Header:
     separator = next((s for s in (";", "\t") if s in text), ",")
     cells = [cell.strip().strip('"') for cell in text.split(separator)]
-    kept = cells[:-1] if cells and not cells[-1] and len(cells) > 1 else cells
+    named = cells[:-1] if cells and not cells[-1] and len(cells) > 1 else cells
     starts = np.cumsum([0, *(len(cell) + 1 for cell in text.split(separator))])
-    matches = [COLUMN_HEADER.match(cell) for cell in kept]
+    matches = [COLUMN_HEADER.match(cell) for cell in named]
     names = tuple(m[1] if m else "" for m in matches)
     units = tuple(m[2].strip() if m and m[2] is not None else None for m in matches)
     places = tuple(int(start) + 1 for start in starts[: len(names)])
@@ -190,44 +190,44 @@ def _named(text: str, line: int, comments: tuple[str, ...], findings: Findings) 
         if not name:
             findings.add("", f"column {i + 1} has no name", "write `name [unit]`", position=(line, places[i]))
         elif name in names[:i]:
-            findings.add(name, "stands twice in the header", "keep one of the columns", position=(line, places[i]))
+            findings.add(name, "occurs twice in the header", "keep one of the columns", position=(line, places[i]))
     findings.raise_errors()
     return Header(names, units, places, line, comments, separator, len(cells))
 
 
-def _blocks(stream: IO[bytes], start: bytes, findings: Findings) -> Iterator[bytes]:
+def _line_blocks(stream: IO[bytes], start: bytes, findings: Findings) -> Iterator[bytes]:
     """Yield blocks of complete lines."""
-    rest, total = start, len(start)
+    pending, total = start, len(start)
     while True:
-        cut = rest.rfind(b"\n") + 1
+        cut = pending.rfind(b"\n") + 1
         if cut:
-            yield rest[:cut]
+            yield pending[:cut]
         more = _read(stream, BLOCK_BYTES, findings)
         total += len(more)
         if total > MAX_BYTES:
             findings.add("", f"is larger than {MAX_BYTES} bytes uncompressed", "cut the recording into parts")
             raise FileProblems(findings.problems)
-        rest = rest[cut:]
-        if len(rest) > MAX_LINE_BYTES:
+        pending = pending[cut:]
+        if len(pending) > MAX_LINE_BYTES:
             findings.add("", f"has a line of more than {MAX_LINE_BYTES} bytes", "write a line for each sample")
             raise FileProblems(findings.problems)
         if not more:
-            if rest.strip():
-                yield rest + b"\n"
+            if pending.strip():
+                yield pending + b"\n"
             return
-        rest += more
+        pending += more
 
 
-def _place_of(path: Path, row: int, cell: int) -> Position:
+def _find_cell(path: Path, row: int, cell: int) -> Position:
     findings = Findings(str(path))
-    with _opened(path, findings) as stream:
-        header, start = _header(stream, findings)
-        line, seen = header.line, -1
-        for block in _blocks(stream, start, findings):
+    with _open_table(path, findings) as stream:
+        header, start = _read_header(stream, findings)
+        line, data_row = header.line, -1
+        for block in _line_blocks(stream, start, findings):
             for raw in block.split(b"\n")[:-1]:
                 line += 1
-                seen += bool(raw.split(b"#", 1)[0].strip())
-                if seen == row:
+                data_row += bool(raw.split(b"#", 1)[0].strip())
+                if data_row == row:
                     cells = raw.split(header.separator.encode())
                     return line, sum(len(c) + 1 for c in cells[:cell]) + 1
     return header.line, 1

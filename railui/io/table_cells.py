@@ -39,15 +39,15 @@ def parse_block(block: bytes, header: Header, line: int, findings: Findings) -> 
     elif header.separator == "\t":
         plain = plain.replace(b",", b".").replace(b"\t", b",")
     for fill in (False, True):
-        part = _fast(EMPTY_CELL.sub(rb"\1nan", plain) if fill else plain)
+        part = _parse_with_numpy(EMPTY_CELL.sub(rb"\1nan", plain) if fill else plain)
         if part is not None and part.size == 0:
             return np.empty((0, header.cells))
         if part is not None and part.shape[1] == header.cells:
             return part
-    return _carefully(plain, header, line, findings)
+    return _parse_cell_by_cell(plain, header, line, findings)
 
 
-def _fast(block: bytes) -> FloatArray | None:
+def _parse_with_numpy(block: bytes) -> FloatArray | None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # a block of comments has no data
@@ -57,7 +57,7 @@ def _fast(block: bytes) -> FloatArray | None:
         return None
 
 
-def _carefully(block: bytes, header: Header, line: int, findings: Findings) -> FloatArray:
+def _parse_cell_by_cell(block: bytes, header: Header, line: int, findings: Findings) -> FloatArray:
     """Parse every cell; report every fault."""
     rows: list[list[float]] = []
     for number, raw in enumerate(block.decode("latin-1").split("\n"), line):
@@ -75,13 +75,13 @@ def _carefully(block: bytes, header: Header, line: int, findings: Findings) -> F
                 position=(number, 1),
             )
         else:
-            rows.append([_cell(cell, i, cells, header, number, findings) for i, cell in enumerate(cells)])
+            rows.append([_parse_cell(cell, i, cells, header, number, findings) for i, cell in enumerate(cells)])
         if len(findings.problems) >= MAX_REPORTED_CELLS:
             break
     return np.array(rows, dtype=np.float64).reshape(len(rows), header.cells)
 
 
-def _cell(cell: str, i: int, cells: list[str], header: Header, line: int, findings: Findings) -> float:
+def _parse_cell(cell: str, i: int, cells: list[str], header: Header, line: int, findings: Findings) -> float:
     try:
         if "_" not in cell:
             return float(cell)
@@ -92,7 +92,7 @@ def _cell(cell: str, i: int, cells: list[str], header: Header, line: int, findin
     name = header.names[i] if i < len(header.names) else ""
     findings.add(
         name,
-        f"{cell.strip()[:40]!r} is no number",
+        f"{cell.strip()[:40]!r} is not a number",
         "write a number, or leave the cell empty",
         position=(line, column),
     )

@@ -90,7 +90,7 @@ def example_quantity(unit: str) -> str:
     return EXAMPLES.get(unit, f"2.5 {unit}" if unit != "1" else "0.15")
 
 
-class _Reader:
+class _UnitParser:
     """Recursive-descent parser of products, quotients, powers and brackets."""
 
     def __init__(self, text: str) -> None:
@@ -99,49 +99,49 @@ class _Reader:
         self.tokens = TOKEN.findall(plain)
         self.factor, self.powers = 1.0, dict.fromkeys(BASE_LABELS, 0)
 
-    def whole(self) -> Unit:
-        self.product(1)
+    def parse(self) -> Unit:
+        self.read_product(1)
         if self.tokens:
-            raise self.fail()
+            raise self.error()
         return Unit(self.text, self.factor, tuple(self.powers[name] for name in BASE_LABELS))
 
-    def product(self, sign: int) -> None:
-        self.one(-sign if self.take("/") else sign)
+    def read_product(self, sign: int) -> None:
+        self.read_factor(-sign if self.take("/") else sign)
         while self.tokens and self.tokens[0] != ")":
             over = self.take("/")
             if not over:
                 self.take("*")
-            self.one(-sign if over else sign)
+            self.read_factor(-sign if over else sign)
 
-    def one(self, sign: int) -> None:
+    def read_factor(self, sign: int) -> None:
         if self.take("("):
-            self.product(sign)
+            self.read_product(sign)
             if not self.take(")"):
-                raise self.fail("lacks a closing bracket")
+                raise self.error("lacks a closing bracket")
         elif not self.take("1"):
             if not self.tokens or not re.match(r"[^\W\d_]|[%‰°]", self.tokens[0]):
-                raise self.fail()
+                raise self.error()
             factor, powers = parse_symbol(self.tokens.pop(0))
-            power = sign * self.power()
+            power = sign * self.read_power()
             self.factor *= factor**power
             for name, p in powers.items():
                 self.powers[name] += p * power
 
-    def power(self) -> int:
+    def read_power(self) -> int:
         if not self.tokens or not self.tokens[0].startswith("^") or self.tokens[0] == "^":
             return 1
         power = int(self.tokens.pop(0).strip("^()"))
         if abs(power) > 9:
-            raise self.fail("has a power beyond 9")
+            raise self.error("has a power beyond 9")
         return power
 
     def take(self, token: str) -> bool:
-        found = bool(self.tokens) and self.tokens[0] == token
-        if found:
+        is_next = bool(self.tokens) and self.tokens[0] == token
+        if is_next:
             self.tokens.pop(0)
-        return found
+        return is_next
 
-    def fail(self, what: str = "") -> UnitError:
+    def error(self, what: str = "") -> UnitError:
         where = f"cannot be read at {self.tokens[0]!r}" if self.tokens else "ends too early"
         return UnitError(f"the unit {self.text!r} {what or where}", "write units like kN*s/m, m/s^2, 1/m")
 
@@ -170,7 +170,7 @@ def parse_unit(text: str) -> Unit:
     """
     if len(text) > 60:
         raise UnitError(f"the unit {text[:20]!r}... is {len(text)} characters long", "write units like kN*s/m")
-    return _Reader(text).whole()
+    return _UnitParser(text).parse()
 
 
 def split_quantity(text: str) -> tuple[float, str]:
@@ -181,21 +181,21 @@ def split_quantity(text: str) -> tuple[float, str]:
     """
     match = NUMBER.match(text.strip())
     if match is None:
-        raise UnitError(f"{text!r} is no quantity", "write a number, or a number and its unit such as '7 mm'")
-    rest = text.strip()[match.end() :].strip()
-    if re.match(r",\d", rest):
-        raise UnitError(f"{text!r} has a decimal comma", f"write {_pointed(text)!r}")
-    return float(match[0]), rest
+        raise UnitError(f"{text!r} is not a quantity", "write a number, or a number and its unit such as '7 mm'")
+    unit = text.strip()[match.end() :].strip()
+    if re.match(r",\d", unit):
+        raise UnitError(f"{text!r} has a decimal comma", f"write {_with_decimal_point(text)!r}")
+    return float(match[0]), unit
 
 
-def _pointed(text: str) -> str:
+def _with_decimal_point(text: str) -> str:
     """Replace a decimal comma by a point and remove points between thousands.
 
-    >>> _pointed("0,15 mm"), _pointed("55.000,5 N")
+    >>> _with_decimal_point("0,15 mm"), _with_decimal_point("55.000,5 N")
     ('0.15 mm', '55000.5 N')
     """
-    whole, _, rest = text.strip().partition(",")
-    return f"{whole.replace('.', '')}.{rest}"
+    whole, _, decimals = text.strip().partition(",")
+    return f"{whole.replace('.', '')}.{decimals}"
 
 
 def quantity(value: object, unit: str) -> float:
@@ -204,16 +204,16 @@ def quantity(value: object, unit: str) -> float:
     >>> quantity("7 mm", "m"), quantity("144 km/h", "m/s"), quantity(0.15, "1")
     (0.007, 40.0, 0.15)
     """
-    number, text = _number(value, unit)
+    number, text = _number_and_unit(value, unit)
     if text:
-        given, wanted = _parse_for(value, text, unit), parse_unit(unit)
+        given, wanted = _parse_unit_of(value, text, unit), parse_unit(unit)
         if not given.is_compatible(wanted):
             raise UnitError(
-                f"{value!r} has the unit {text}, {_expected(unit)} is expected",
+                f"{value!r} has the unit {text}, {_expected_unit(unit)} is expected",
                 f"write for example {example_quantity(unit)!r}",
             )
         # rounded once: 7 mm is exactly 0.007
-        number = _scaled(number, given.factor)
+        number = _scale(number, given.factor)
     if not math.isfinite(number):
         raise UnitError(f"{value!r} is not finite", f"write for example {example_quantity(unit)!r}")
     return number
@@ -225,8 +225,8 @@ def quantity_in_any_unit(value: object) -> float:
     >>> quantity_in_any_unit("95 kg"), quantity_in_any_unit(3)
     (95.0, 3.0)
     """
-    number, text = _number(value, "1")
-    number = _scaled(number, parse_unit(text).factor) if text else number
+    number, text = _number_and_unit(value, "1")
+    number = _scale(number, parse_unit(text).factor) if text else number
     if not math.isfinite(number):
         raise UnitError(f"{value!r} is not finite", "write a number")
     return number
@@ -241,9 +241,9 @@ def read_speed(value: object) -> float:
     speed = quantity(value, "m/s")
     bare = not isinstance(value, str) or re.search(r"[a-z]", value) is None
     if bare and speed > MAX_PLAUSIBLE_SPEED:
-        raise UnitError(f"{value} m/s is faster than any train", f"were km/h meant? write {value} km/h")
+        raise UnitError(f"{value} m/s is faster than any train", f"is it in km/h? write {value} km/h")
     if speed <= 0:
-        raise UnitError(f"{value!r} is no speed", "give more than 0 m/s")
+        raise UnitError(f"{value!r} is not a speed", "give more than 0 m/s")
     return speed
 
 
@@ -255,35 +255,35 @@ def convert(value: float, source: str, target: str) -> float:
     """
     a, b = parse_unit(source), parse_unit(target)
     if not (a.is_compatible(b) or b.is_compatible(a)):
-        raise UnitError(f"{source} is not {target}", f"{_expected(target)} is expected")
-    return _scaled(value, a.factor / b.factor)
+        raise UnitError(f"{source} is not {target}", f"{_expected_unit(target)} is expected")
+    return _scale(value, a.factor / b.factor)
 
 
-def _number(value: object, unit: str) -> tuple[float, str]:
+def _number_and_unit(value: object, unit: str) -> tuple[float, str]:
     if isinstance(value, str):
         return split_quantity(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise UnitError(f"{_word(value)} is no quantity", f"write for example {example_quantity(unit)!r}")
+        raise UnitError(f"{_describe(value)} is not a quantity", f"write for example {example_quantity(unit)!r}")
     return float(value), ""
 
 
-def _word(value: object) -> str:
+def _describe(value: object) -> str:
     names = {dict: "a group of keys", list: "a list", type(None): "nothing"}
     return names.get(type(value), str(value).lower())
 
 
-def _parse_for(value: object, text: str, unit: str) -> Unit:
+def _parse_unit_of(value: object, text: str, unit: str) -> Unit:
     try:
         return parse_unit(text)
     except UnitError as error:
         raise UnitError(f"{value!r}: {error.message}", f"write for example {example_quantity(unit)!r}") from None
 
 
-def _expected(unit: str) -> str:
+def _expected_unit(unit: str) -> str:
     return "a number without unit" if unit == "1" else f"a unit like {unit}"
 
 
-def _scaled(number: float, factor: float) -> float:
+def _scale(number: float, factor: float) -> float:
     inverse = 1.0 / factor
     if factor < 1.0 and inverse == round(inverse):
         return number / inverse

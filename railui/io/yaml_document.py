@@ -50,11 +50,11 @@ def read_text(path: str | Path, file: str | None = None) -> str:
         before = data[: error.start]
         place = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
         raise file_problem(
-            name, f"byte 0x{data[error.start]:02x} is no UTF-8", "save the file as UTF-8", position=place
+            name, f"byte 0x{data[error.start]:02x} is not UTF-8", "save the file as UTF-8", position=place
         ) from None
 
 
-def _mend(text: str, place: Position) -> str:
+def _syntax_remedy(text: str, place: Position) -> str:
     """Return the remedy for a line that is not YAML: most often brackets, or a tab."""
     line = text.splitlines()[place[0] - 1 :][:1]
     if line and line[0][: place[1]].endswith("\t"):
@@ -72,16 +72,16 @@ def parse_yaml(text: str, file: str = "text") -> Document:
         raise file_problem(file, f"is larger than {MAX_BYTES} characters", "keep measured data in CSV files beside it")
     composer = Composer(file)
     try:
-        root = composer.document(text)
+        root = composer.compose_document(text)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = (mark.line + 1, mark.column + 1) if mark else (1, 1)
         raise file_problem(
-            file, f"is no YAML here: {error.problem or error}", _mend(text, place), position=place
+            file, f"is not YAML here: {error.problem or error}", _syntax_remedy(text, place), position=place
         ) from None
     except yaml.YAMLError as error:
         raise file_problem(
-            file, f"is no YAML: {str(error).splitlines()[0]}", "write it as plain UTF-8 text", position=(1, 1)
+            file, f"is not YAML: {str(error).splitlines()[0]}", "write it as plain UTF-8 text", position=(1, 1)
         ) from None
     composer.findings.raise_errors()
     marks: dict[str, Position] = {}

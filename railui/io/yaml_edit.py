@@ -31,7 +31,7 @@ def edit_values(text: str, changes: Mapping[str, Any], file: str = "text") -> st
     for path, value in changes.items():
         document = parse_yaml(text, file)
         edited = _edit(document, path, value)
-        _same_but(document, edited, path)
+        _check_edit(document, edited, path)
         text = edited
     return text
 
@@ -50,12 +50,12 @@ def _edit(document: Document, path: str, value: Any) -> str:
         # a key may itself be a dotted path
         count = next((n for n in range(len(steps), 0, -1) if ".".join(steps[:n]) in node.children), 0)
         if count == 0:
-            return _added(document, node, steps, value, path, findings)
+            return _add(document, node, steps, value, path, findings)
         node, steps = node.children[".".join(steps[:count])], steps[count:]
-    return _replaced(document.text, node, _value_text(value, node.value))
+    return _replace(document.text, node, _value_text(value, node.value))
 
 
-def _replaced(text: str, node: Node, value: str) -> str:
+def _replace(text: str, node: Node, value: str) -> str:
     before, after = text[: node.start], text[node.end :]
     if node.start == node.end and before.endswith((":", "-")):
         value = f" {value}"  # `key:` without a value
@@ -76,22 +76,22 @@ def _value_text(value: Any, before: Any = None) -> str:
     return scalar_text(value)
 
 
-def _added(document: Document, node: Node, steps: list[str], value: Any, path: str, findings: Findings) -> str:
+def _add(document: Document, node: Node, steps: list[str], value: Any, path: str, findings: Findings) -> str:
     if node.kind == "list" and not (steps[0].isdecimal() and int(steps[0]) == len(node.children)):
         findings.add(path, f"the list has {len(node.children)} entries", f"name one of 0 to {len(node.children)}")
     elif node.kind == "scalar" and node.value is not None:
-        findings.add(path, "is no group", "name a path below a group")
+        findings.add(path, "is not a group", "name a path below a group")
     findings.raise_errors()
     entry = _value_text(value)
     for step in reversed(steps[1:]):
         entry = f"{{{step}: {entry}}}"
     if node.kind == "scalar":
-        return _replaced(document.text, node, f"{{{steps[0]}: {entry}}}")
+        return _replace(document.text, node, f"{{{steps[0]}: {entry}}}")
     line = entry if node.kind == "list" else f"{steps[0]}: {entry}"
-    return _into_flow(document.text, node, line) if node.flow else _into_block(document.text, node, line)
+    return _insert_into_flow(document.text, node, line) if node.flow else _insert_into_block(document.text, node, line)
 
 
-def _into_flow(text: str, node: Node, entry: str) -> str:
+def _insert_into_flow(text: str, node: Node, entry: str) -> str:
     """Insert an entry after the last child, or between empty brackets."""
     if not node.children:
         return text[: node.start + 1] + entry + text[node.end - 1 :]
@@ -99,7 +99,7 @@ def _into_flow(text: str, node: Node, entry: str) -> str:
     return f"{text[:at]}, {entry}{text[at:]}"
 
 
-def _into_block(text: str, node: Node, entry: str) -> str:
+def _insert_into_block(text: str, node: Node, entry: str) -> str:
     """Insert an entry as a line after the last child."""
     newline = "\r\n" if "\r\n" in text else "\n"
     end = text.find("\n", node.end)
@@ -110,21 +110,21 @@ def _into_block(text: str, node: Node, entry: str) -> str:
     return f"{head}{indent}{'- ' if node.kind == 'list' else ''}{entry}{newline}{text[end:]}"
 
 
-def _same_but(document: Document, edited: str, path: str) -> None:
+def _check_edit(document: Document, edited: str, path: str) -> None:
     """Parse the edited text; report an error if anything but the path and its groups has changed."""
     try:
         after = parse_yaml(edited, document.file).value
     except FileProblems:
         after = None
     old, new = _leaves(document.value), _leaves(after)
-    moved = [p for p in old.keys() | new.keys() if old.get(p, old) != new.get(p, new) and not _near(p, path)]
+    moved = [p for p in old.keys() | new.keys() if old.get(p, old) != new.get(p, new) and not _is_related(p, path)]
     if after is None or moved or not any(p == path or p.startswith(f"{path}.") for p in new):
         findings = document.findings()
         findings.add(path, "cannot be edited in this layout", "change the line by hand")
         findings.raise_errors()
 
 
-def _near(changed: str, path: str) -> bool:
+def _is_related(changed: str, path: str) -> bool:
     return changed == path or changed.startswith(f"{path}.") or path.startswith(f"{changed}.")
 
 

@@ -77,58 +77,58 @@ class Composer:
         self.events: Iterator[Any] = iter(())
         self.values = 0
 
-    def fault(self, event: Any, message: str, remedy: str, path: str = "") -> FileProblems:
+    def problem(self, event: Any, message: str, remedy: str, path: str = "") -> FileProblems:
         """Return the exception for a problem at an event."""
-        return file_problem(self.file, message, remedy, path, position=_place(event))
+        return file_problem(self.file, message, remedy, path, position=_position(event))
 
-    def document(self, text: str) -> Node:
+    def compose_document(self, text: str) -> Node:
         """Return the root of a text; FileProblems if it is not a single document, yaml.YAMLError if not YAML."""
         loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
         self.events = iter(yaml.parse(text, Loader=loader))
         root: Node | None = None
         for event in self.events:
             if isinstance(event, yaml.DocumentStartEvent) and root is not None:
-                raise self.fault(event, "a second document begins", "keep one document in a file")
+                raise self.problem(event, "a second document begins", "keep one document in a file")
             if isinstance(event, yaml.NodeEvent):
-                root = self.node(event, "", 1)[0]
+                root = self.compose_node(event, "", 1)[0]
         if root is None or (root.kind == "scalar" and root.value is None):
             raise file_problem(self.file, "is empty", "write `key: value` lines", position=(1, 1))
         return root
 
-    def node(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
+    def compose_node(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
         """Return the node of an event, its number of values and its depth."""
         if depth > MAX_DEPTH:
-            raise self.fault(event, f"is nested deeper than {MAX_DEPTH}", "flatten it", path)
+            raise self.problem(event, f"is nested deeper than {MAX_DEPTH}", "flatten it", path)
         if isinstance(event, yaml.AliasEvent):
-            made = self.alias(event, path, depth)
+            made = self.compose_alias(event, path, depth)
         elif isinstance(event, yaml.ScalarEvent):
-            made = self.scalar(event, path), 1, 1
+            made = self.compose_scalar(event, path), 1, 1
         elif isinstance(event, yaml.MappingStartEvent):
-            made = self.mapping(event, path, depth)
+            made = self.compose_mapping(event, path, depth)
         else:
-            made = self.sequence(event, path, depth)
+            made = self.compose_sequence(event, path, depth)
         if self.values + made[1] > MAX_VALUES:
-            raise self.fault(event, f"holds more than {MAX_VALUES} values", "write fewer aliases", path)
+            raise self.problem(event, f"holds more than {MAX_VALUES} values", "write fewer aliases", path)
         if not isinstance(event, yaml.AliasEvent) and event.anchor is not None:
             self.anchors[event.anchor] = made
         return made
 
-    def alias(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
+    def compose_alias(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
         """Return the node of an alias, with the alias's position; its values count again."""
         if event.anchor not in self.anchors:
-            raise self.fault(
-                event, f"no anchor &{event.anchor} stands before *{event.anchor}", "write the value out", path
+            raise self.problem(
+                event, f"the alias *{event.anchor} has no anchor &{event.anchor} before it", "write the value out", path
             )
         node, size, height = self.anchors[event.anchor]
         if depth + height - 1 > MAX_DEPTH:
-            raise self.fault(event, f"is nested deeper than {MAX_DEPTH}", "flatten it", path)
+            raise self.problem(event, f"is nested deeper than {MAX_DEPTH}", "flatten it", path)
         self.values += size
         if self.values > MAX_VALUES:
-            raise self.fault(event, f"holds more than {MAX_VALUES} values", "write fewer aliases", path)
+            raise self.problem(event, f"holds more than {MAX_VALUES} values", "write fewer aliases", path)
         same = Node(
-            _index(event),
+            _start(event),
             _end(event),
-            _place(event),
+            _position(event),
             node.value,
             node.flow,
             node.children,
@@ -138,65 +138,67 @@ class Composer:
         )
         return same, size, height
 
-    def scalar(self, event: Any, path: str) -> Node:
+    def compose_scalar(self, event: Any, path: str) -> Node:
         """Return a word or number; a tag determines its type."""
-        self.tag(event, path)
+        self.check_tag(event, path)
         value: Any = event.value
         named = (event.tag or "").rpartition(":")[2]
         if (event.implicit[0] and not event.tag) or named in ("int", "float", "bool", "null"):
             value = parse_scalar(event.value)
         if named == "float" and isinstance(value, int):
             value = float(value)
-        return Node(_index(event), _end(event), _place(event), value)
+        return Node(_start(event), _end(event), _position(event), value)
 
-    def mapping(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
+    def compose_mapping(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
         """Return a group of keys; report duplicate keys."""
-        self.tag(event, path)
-        node = Node(_index(event), _end(event), _place(event), flow=bool(event.flow_style), kind="map")
+        self.check_tag(event, path)
+        node = Node(_start(event), _end(event), _position(event), flow=bool(event.flow_style), kind="map")
         size, height = 1, 1
         for key in self.events:
             if isinstance(key, yaml.MappingEndEvent):
-                node.end = _end(key) if node.flow else _last(node)
+                node.end = _end(key) if node.flow else _block_end(node)
                 break
             if not isinstance(key, yaml.ScalarEvent):
-                raise self.fault(key, "a key that is no word", "write `name: value`", path)
+                raise self.problem(key, "a key that is not a word", "write `name: value`", path)
             name = key.value
-            child, n, deep = self.node(next(self.events), join_path(path, name), depth + 1)
+            child, n, deep = self.compose_node(next(self.events), join_path(path, name), depth + 1)
             if name in node.children:
                 line = node.key_positions[name][0]
                 self.findings.add(
                     join_path(path, name),
-                    f"stands twice (first in line {line})",
+                    f"occurs twice (first in line {line})",
                     "keep one of them",
-                    position=_place(key),
+                    position=_position(key),
                 )
             node.children.setdefault(name, child)
-            node.key_positions.setdefault(name, _place(key))
+            node.key_positions.setdefault(name, _position(key))
             size, height = size + n, max(height, deep + 1)
         return node, size, height
 
-    def sequence(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
+    def compose_sequence(self, event: Any, path: str, depth: int) -> tuple[Node, int, int]:
         """Return a list; the names of its entries are their indices."""
-        self.tag(event, path)
-        node = Node(_index(event), _end(event), _place(event), flow=bool(event.flow_style), kind="list")
+        self.check_tag(event, path)
+        node = Node(_start(event), _end(event), _position(event), flow=bool(event.flow_style), kind="list")
         size, height = 1, 1
         for item in self.events:
             if isinstance(item, yaml.SequenceEndEvent):
-                node.end = _end(item) if node.flow else _last(node)
+                node.end = _end(item) if node.flow else _block_end(node)
                 break
             name = str(len(node.children))
-            child, n, deep = self.node(item, join_path(path, name), depth + 1)
+            child, n, deep = self.compose_node(item, join_path(path, name), depth + 1)
             node.children[name] = child
             size, height = size + n, max(height, deep + 1)
         return node, size, height
 
-    def tag(self, event: Any, path: str) -> None:
+    def check_tag(self, event: Any, path: str) -> None:
         """Report a tag outside the core schema."""
         if event.tag and event.tag != "!" and event.tag not in TAGS:
-            self.findings.add(path, f"the tag {event.tag} is not read", "write the plain value", position=_place(event))
+            self.findings.add(
+                path, f"the tag {event.tag} is not read", "write the plain value", position=_position(event)
+            )
 
 
-def _index(event: Any) -> int:
+def _start(event: Any) -> int:
     return int(event.start_mark.index)
 
 
@@ -204,10 +206,10 @@ def _end(event: Any) -> int:
     return int(event.end_mark.index)
 
 
-def _place(event: Any) -> Position:
+def _position(event: Any) -> Position:
     return event.start_mark.line + 1, event.start_mark.column + 1
 
 
-def _last(node: Node) -> int:
+def _block_end(node: Node) -> int:
     """Return the end of a block group; the parser's end mark includes the comments that follow."""
     return max([child.end for child in node.children.values()], default=node.end)

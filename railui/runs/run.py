@@ -88,10 +88,10 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
     form = kind or detect_kind(table.names)
     known = columns_of(form)
     notes: list[str] = []
-    columns, units = _columns(table, known, form, findings, notes)
-    _required(table, columns, form, findings, responses)
+    columns, units = _read_columns(table, known, form, findings, notes)
+    _check_required(table, columns, form, findings, responses)
     findings.raise_errors()
-    _drop_dead(columns, form, notes, findings, table, responses)
+    _drop_constant_channels(columns, form, notes, findings, table, responses)
     check_magnitudes(table, columns, known, findings)
     findings.raise_errors()
     rows = np.flatnonzero(np.isfinite(columns["t"]))
@@ -99,11 +99,11 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
     rate = sampling_rate(table, columns["t"], rows, findings)
     findings.raise_errors()
     if form == "rig":
-        _rig_limits(rate, len(rows), findings)
-    _complete(columns, form, notes)
-    found = find_segments(columns, rate, form)
-    _usable(found, rate, form, findings)
-    _distance_rises(table, columns, found, rows, form, findings)
+        _check_rig_limits(rate, len(rows), findings)
+    _add_absent_columns(columns, form, notes)
+    segments = find_segments(columns, rate, form)
+    _require_segment(segments, rate, findings)
+    _check_distance(table, columns, segments, rows, form, findings)
     findings.raise_errors()
     unknown = tuple(name for name in table.names if name not in known)
     return Run(
@@ -113,8 +113,8 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
         columns=columns,
         units=units,
         rate=rate,
-        segments=found.slices,
-        counts=found.counts | {"nan_rows": found.counts["nan_rows"] + len(table.rows) - rows.size},
+        segments=segments.slices,
+        counts=segments.counts | {"nan_rows": segments.counts["nan_rows"] + len(table.rows) - rows.size},
         responses=tuple(n for n in column_names(form, "response") if n in columns),
         coach_forces=tuple(n for n in column_names(form, "coach") if n in columns),
         unknown_columns=unknown,
@@ -133,7 +133,7 @@ def detect_kind(names: tuple[str, ...]) -> str:
     return "rig" if rig else "bogie"
 
 
-def _columns(
+def _read_columns(
     table: Table, known: Mapping[str, Column], form: str, findings: Findings, notes: list[str]
 ) -> tuple[dict[str, FloatArray], dict[str, str]]:
     if form == "rig":
@@ -141,12 +141,18 @@ def _columns(
     return columns_in_si(table, known, findings)
 
 
-def _required(table: Table, columns: Mapping[str, FloatArray], form: str, findings: Findings, responses: bool) -> None:
+def _check_required(
+    table: Table, columns: Mapping[str, FloatArray], form: str, findings: Findings, responses: bool
+) -> None:
     for name in ("t",) if form == "rig" else ("t", "v", "yw"):
         if name not in table.names:
             column = columns_of(form)[name]
-            told = suggest_name(name, [n for n in table.names if n not in columns_of(form)])
-            hint = told if told.startswith("did you mean") else f"add `{name} [{column.unit}]`, the {column.caption}"
+            suggestion = suggest_name(name, [n for n in table.names if n not in columns_of(form)])
+            hint = (
+                suggestion
+                if suggestion.startswith("did you mean")
+                else f"add `{name} [{column.unit}]`, the {column.caption}"
+            )
             findings.add(name, "this column is missing", hint, position=table.header_position)
     measured = column_names(form, "response")
     if responses and not set(measured) & set(table.names):
@@ -155,7 +161,7 @@ def _required(table: Table, columns: Mapping[str, FloatArray], form: str, findin
         )
 
 
-def _drop_dead(
+def _drop_constant_channels(
     columns: dict[str, FloatArray], form: str, notes: list[str], findings: Findings, table: Table, responses: bool
 ) -> None:
     """Remove channels without a value or with a constant one: they were not connected."""
@@ -168,24 +174,24 @@ def _drop_dead(
             np.ptp(values) == 0 and (name in column_names(form, "response") or values[0] != 0)
         )
         if constant and not (form == "rig" and name == "u" and values.size):
-            told = "has no value" if values.size == 0 else f"is {values[0]:g} throughout"
+            state = "has no value" if values.size == 0 else f"is {values[0]:g} throughout"
             if name == "yw":
                 findings.add(
                     name,
-                    told,
+                    state,
                     "the track is needed: record it, or give the right column",
                     position=table.header_position,
                 )
             else:
-                notes.append(f"{name} {told}: not used")
+                notes.append(f"{name} {state}: not used")
                 del columns[name]
     if form != "rig" and not np.any(np.isfinite(columns["v"])):
         findings.add("v", "has no value", "give the speed", position=table.header_position)
     if responses and not set(column_names(form, "response")) & set(columns):
-        findings.add("", "no response is alive", "give at least one that moves", position=table.header_position)
+        findings.add("", "no response varies", "give at least one that varies", position=table.header_position)
 
 
-def _complete(columns: dict[str, FloatArray], form: str, notes: list[str]) -> None:
+def _add_absent_columns(columns: dict[str, FloatArray], form: str, notes: list[str]) -> None:
     """Add absent columns: s from v, track columns and the input as zero."""
     for name in column_names(form, "track"):
         if name not in columns:
@@ -196,59 +202,64 @@ def _complete(columns: dict[str, FloatArray], form: str, notes: list[str]) -> No
     t, v = columns["t"], columns["v"]
     alive = np.isfinite(v)
     whole = v if alive.all() else np.interp(t, t[alive], v[alive])
-    run = np.concatenate(([0.0], np.cumsum(0.5 * (whole[1:] + whole[:-1]) * np.diff(t))))
+    distance = np.concatenate(([0.0], np.cumsum(0.5 * (whole[1:] + whole[:-1]) * np.diff(t))))
     if "s" not in columns:
-        columns["s"] = run
+        columns["s"] = distance
         notes.append("s is absent: the integral of v")
     else:
-        _compare(columns["s"], run, notes)
+        _compare_distances(columns["s"], distance, notes)
     if np.median(whole) > MAX_PLAUSIBLE_SPEED:
-        notes.append(f"v is {np.median(whole):.4g} m/s in the middle: were km/h meant?")
+        notes.append(f"v is {np.median(whole):.4g} m/s in the median: is it in km/h?")
 
 
-def _compare(s: FloatArray, run: FloatArray, notes: list[str]) -> None:
+def _compare_distances(s: FloatArray, integral: FloatArray, notes: list[str]) -> None:
     ends = np.flatnonzero(np.isfinite(s))[[0, -1]]
-    measured, driven = float(np.diff(s[ends])[0]), float(np.diff(run[ends])[0])
+    measured = float(np.diff(s[ends])[0])
+    driven = float(np.diff(integral[ends])[0])
     if driven > 0 and abs(measured / driven - 1) > 0.02:
-        notes.append(f"s tells {measured:.6g} m, the integral of v {driven:.6g} m: check the two")
+        notes.append(f"s covers {measured:.6g} m, the integral of v {driven:.6g} m: check both")
 
 
-def _rig_limits(rate: float, rows: int, findings: Findings) -> None:
+def _check_rig_limits(rate: float, rows: int, findings: Findings) -> None:
     if rate > MAX_RIG_RATE * 1.001:
         findings.add("t", f"{rate:.6g} Hz is more than {MAX_RIG_RATE:g} Hz", "resample the run")
     if rows > MAX_RIG_ROWS:
         findings.add("t", f"{rows} rows are more than {MAX_RIG_ROWS}", "cut the run into parts")
 
 
-def _usable(found: Segments, rate: float, form: str, findings: Findings) -> None:
-    if not found.slices:
-        c = found.counts
-        findings.add(
-            "",
-            f"no stretch of {found.min_samples / rate:.4g} s is unbroken ({c['rows']} rows, {c['gaps']} gaps, "
-            f"{c['nan_rows']} rows with empty cells, {c['stuck']} times a stuck channel, "
-            f"{c['standing_rows']} rows standing)",
-            "record longer, or leave out the channel that breaks it",
-        )
+def _require_segment(segments: Segments, rate: float, findings: Findings) -> None:
+    if segments.slices:
+        return
+    counts = segments.counts
+    interruptions = (
+        f"{counts['rows']} rows, {counts['gaps']} gaps, {counts['nan_rows']} rows with empty cells, "
+        f"{counts['stuck']} times a stuck channel, {counts['standing_rows']} rows at standstill"
+    )
+    duration = segments.min_samples / rate
+    findings.add(
+        "",
+        f"no segment of {duration:.4g} s is without interruption ({interruptions})",
+        "record longer, or leave out the channel that interrupts it",
+    )
 
 
-def _distance_rises(
+def _check_distance(
     table: Table,
     columns: Mapping[str, FloatArray],
-    found: Segments,
+    segments: Segments,
     rows: np.ndarray,
     form: str,
     findings: Findings,
 ) -> None:
     if form == "rig":
         return
-    for part in found.slices:
-        back = np.flatnonzero(np.diff(columns["s"][part]) <= 0)
+    for segment in segments.slices:
+        back = np.flatnonzero(np.diff(columns["s"][segment]) <= 0)
         if back.size and "s" in table.names:
-            row = int(part.start + back[0] + 1)
+            row = int(segment.start + back[0] + 1)
             findings.add(
                 "s",
-                f"stands still or runs back to {columns['s'][row]:g} m while v is {columns['v'][row]:g} m/s",
+                f"does not increase at {columns['s'][row]:g} m while v is {columns['v'][row]:g} m/s",
                 "write s with more digits, or leave the column out",
                 position=table.cell_position(int(rows[row]), "s"),
             )

@@ -57,12 +57,12 @@ def sampling_rate(table: Table, t: FloatArray, rows: NDArray[np.intp], findings:
         ),
     )
     for mask, message, remedy in faults:
-        found = np.flatnonzero(mask)
-        if found.size:
-            k = int(found[0])
-            told = message.format(a=t[k], b=t[k + 1], d=steps[k], i=interval)
-            more = f" (and {found.size - 1} more rows)" if found.size > 1 else ""
-            findings.add("t", told + more, remedy, position=table.cell_position(int(rows[k + 1]), "t"))
+        faulty = np.flatnonzero(mask)
+        if faulty.size:
+            k = int(faulty[0])
+            text = message.format(a=t[k], b=t[k + 1], d=steps[k], i=interval)
+            more = f" (and {faulty.size - 1} more rows)" if faulty.size > 1 else ""
+            findings.add("t", text + more, remedy, position=table.cell_position(int(rows[k + 1]), "t"))
     if not interval:
         return 1.0
     even = rising[abs(rising - interval) <= INTERVAL_TOLERANCE * interval]
@@ -72,40 +72,40 @@ def sampling_rate(table: Table, t: FloatArray, rows: NDArray[np.intp], findings:
 
 def find_segments(columns: Mapping[str, FloatArray], rate: float, form: str) -> Segments:
     """Return the usable segments of a run, and counts of their interruptions."""
-    watched = column_names(form, "track", "response", "coach")
-    used = [columns[name] for name in (*column_names(form, "clock"), *watched) if name in columns]
-    lacking = ~np.all(np.isfinite(used), axis=0)
-    stuck, times = _stuck(
-        [columns[name] for name in watched if name in columns and not (form == "rig" and name == "u")], rate
+    channels = column_names(form, "track", "response", "coach")
+    used = [columns[name] for name in (*column_names(form, "clock"), *channels) if name in columns]
+    missing = ~np.all(np.isfinite(used), axis=0)
+    stuck, stuck_count = _stuck_rows(
+        [columns[name] for name in channels if name in columns and not (form == "rig" and name == "u")], rate
     )
-    standing = np.zeros_like(lacking) if form == "rig" else np.nan_to_num(columns["v"], nan=1.0) <= 0
+    standing = np.zeros_like(missing) if form == "rig" else np.nan_to_num(columns["v"], nan=1.0) <= 0
     steps = np.diff(columns["t"]) * rate
     jumps = np.flatnonzero(steps > GAP_INTERVALS)
-    good = ~(lacking | stuck | standing)
+    good = ~(missing | stuck | standing)
     shortest = MIN_RIG_SAMPLES if form == "rig" else int(np.ceil(MIN_DURATION * rate * (1 - 1e-6)))
-    pieces = _pieces(good, jumps)
-    kept = tuple(piece for piece in pieces if piece.stop - piece.start >= shortest)
-    rows, taken = good.size, sum(piece.stop - piece.start for piece in kept)
+    pieces = _good_ranges(good, jumps)
+    segments = tuple(piece for piece in pieces if piece.stop - piece.start >= shortest)
+    rows, taken = good.size, sum(piece.stop - piece.start for piece in segments)
     counts = {
         "rows": rows,
         "used": taken,
-        "stretches": len(kept),
+        "stretches": len(segments),
         "gaps": len(jumps),
         "missing_rows": int(np.sum(np.rint(steps[jumps]) - 1)),
-        "nan_rows": int(lacking.sum()),
-        "stuck": times,
+        "nan_rows": int(missing.sum()),
+        "stuck": stuck_count,
         "stuck_rows": int(stuck.sum()),
         "standing_rows": int(standing.sum()),
-        "short_stretches": len(pieces) - len(kept),
+        "short_stretches": len(pieces) - len(segments),
         "unused_rows": rows - taken,
     }
-    return Segments(kept, counts, shortest)
+    return Segments(segments, counts, shortest)
 
 
-def _stuck(columns: list[FloatArray], rate: float) -> tuple[NDArray[np.bool_], int]:
+def _stuck_rows(columns: list[FloatArray], rate: float) -> tuple[NDArray[np.bool_], int]:
     """Return the rows in which a channel is constant for 1 s or longer, and the number of such events."""
     size = columns[0].size if columns else 0
-    stuck, times = np.zeros(size, dtype=bool), 0
+    stuck, count = np.zeros(size, dtype=bool), 0
     longest = max(round(STUCK_DURATION * rate), 2)
     for column in columns:
         if not np.any(column):
@@ -114,11 +114,11 @@ def _stuck(columns: list[FloatArray], rate: float) -> tuple[NDArray[np.bool_], i
         bounds = np.concatenate(([0], edges, [size]))
         for k in np.flatnonzero(np.diff(bounds) >= longest):
             stuck[bounds[k] : bounds[k + 1]] = True
-            times += 1
-    return stuck, times
+            count += 1
+    return stuck, count
 
 
-def _pieces(good: NDArray[np.bool_], jumps: NDArray[np.intp]) -> list[slice]:
+def _good_ranges(good: NDArray[np.bool_], jumps: NDArray[np.intp]) -> list[slice]:
     """Return the ranges of good rows, split after each row of `jumps`."""
     if not good.size:
         return []

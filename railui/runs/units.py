@@ -26,7 +26,9 @@ def columns_in_si(
     for i, name in enumerate(table.names):
         if name not in known:
             continue
-        factor = _factor(table.units[i], known[name], findings, (table.header_position[0], table.column_positions[i]))
+        factor = _factor_to_si(
+            table.units[i], known[name], findings, (table.header_position[0], table.column_positions[i])
+        )
         if factor is not None:
             column = table.column(name)
             columns[name] = column if factor == 1 else column * factor
@@ -34,7 +36,7 @@ def columns_in_si(
     return columns, units
 
 
-def _factor(unit: str | None, column: Column, findings: Findings, place: tuple[int, int]) -> float | None:
+def _factor_to_si(unit: str | None, column: Column, findings: Findings, place: tuple[int, int]) -> float | None:
     wanted = parse_unit(column.unit)
     try:
         if unit is None:
@@ -43,7 +45,7 @@ def _factor(unit: str | None, column: Column, findings: Findings, place: tuple[i
         if not given.is_compatible(wanted):
             raise UnitError(
                 f"the unit {unit} does not fit the {column.caption}",
-                f"write `{column.name} [{column.unit}]`, or {_like(column)}",
+                f"write `{column.name} [{column.unit}]`, or {_unit_hint(column)}",
             )
     except UnitError as error:
         findings.add(column.name, error.message, error.remedy, position=place)
@@ -51,7 +53,7 @@ def _factor(unit: str | None, column: Column, findings: Findings, place: tuple[i
     return given.factor / wanted.factor
 
 
-def _like(column: Column) -> str:
+def _unit_hint(column: Column) -> str:
     return f"a unit like that of {example_quantity(column.unit)}"
 
 
@@ -66,7 +68,7 @@ def rig_columns(
             continue
         columns[name], units[name] = table.column(name), table.units[i] or ""
         if name == "t":
-            factor = _factor(
+            factor = _factor_to_si(
                 table.units[i], known["t"], findings, (table.header_position[0], table.column_positions[i])
             )
             columns[name], units[name] = columns[name] * (factor or 1.0), "s"
@@ -106,5 +108,5 @@ def check_magnitudes(
             or not (sd := float(np.std(values))) > MAX_PLAUSIBLE_SD
         ):
             continue
-        told = f"its standard deviation is {sd:.3g} m, more than a vehicle or a track moves"
-        findings.add(name, told, f"write `{name} [mm]` where the numbers are mm", position=table.header_position)
+        message = f"its standard deviation is {sd:.3g} m, more than a vehicle or a track moves"
+        findings.add(name, message, f"write `{name} [mm]` where the numbers are mm", position=table.header_position)

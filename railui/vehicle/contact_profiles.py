@@ -87,7 +87,7 @@ class ContactProfiles:
         """
         words = {k: v for k, v in self.settings.items() if k not in ("wheel", "rail", "sd", "surface", "use")}
         stamp = sha256_file(self.wheel), sha256_file(self.rail)
-        return _contacts(self.wheel, self.rail, stamp, self.radius, **words)
+        return _cached_geometry(self.wheel, self.rail, stamp, self.radius, **words)
 
     def contact_parameters(self, deviation: float | None = None) -> tuple[dict[str, float], list[str]]:
         """Return the contact parameters of the pair by key, and warnings.
@@ -104,22 +104,24 @@ class ContactProfiles:
 
         contacts = self.geometry()
         centre = contacts.centre
-        odd = (
+        warnings = (
             [f"has its centre at {centre * 1e3:.2f} mm"]
             if abs(centre) > 2e-4 and self.settings["use"] != "table"
             else []
         )
         linear = linearise(contacts, deviation or self.settings["sd"], centre)
         keys = ("conicity", "gravitational_stiffness", "contact_angle", "roll")
-        found = {key: value for key in keys if (value := getattr(linear, key)) == value}
+        parameters = {key: value for key in keys if (value := getattr(linear, key)) == value}
         ends = [abs(x) for x in contacts.flange_displacements if x is not None]
         if ends:
-            found["flange_clearance"] = sum(ends) / len(ends)
+            parameters["flange_clearance"] = sum(ends) / len(ends)
         try:
             creep = creep_coefficients(contacts, self.wheel_load, centre, self.settings["surface"])
         except ValueError as fault:
-            return found, [*odd, f"gives no creep coefficients: {fault}"]
-        return found | {k: getattr(creep, k) for k in ("longitudinal_creep", "lateral_creep", "spin_creep")}, odd
+            return parameters, [*warnings, f"gives no creep coefficients: {fault}"]
+        return parameters | {
+            k: getattr(creep, k) for k in ("longitudinal_creep", "lateral_creep", "spin_creep")
+        }, warnings
 
     def shape_effect(self) -> dict[str, Any]:
         """Return the pair as the effect profile_shape; raise ValueError if its conicity is zero."""
@@ -130,28 +132,32 @@ class ContactProfiles:
         linear = linearise(contacts, self.settings["sd"], contacts.centre)
         return {"kind": SHAPE_KIND, "at": "contact", **compute_profile_shape(contacts, linear).parameters()}
 
-    def entry(self, home: Path | None, kinds: Iterable[str]) -> dict[str, Any]:
+    def entry(self, directory: Path | None, kinds: Iterable[str]) -> dict[str, Any]:
         """Return the keys of `contact.profiles` for a design file.
 
         Parameters
         ----------
-        home : Path or None
+        directory : Path or None
             Directory of the design file; None for absolute paths.
         kinds : iterable of str
             Kinds of the design's effects; `use` is table if they include profile_shape.
         """
         standard = ProfilesModel(wheel="", rail="")
-        kept = {k: v for k, v in self.settings.items() if v != getattr(standard, k) or k in ("gauge", "back_to_back")}
-        return kept | self.files(home) | {"use": USES[0] if SHAPE_KIND in kinds else USES[1]}
+        settings = {
+            k: v for k, v in self.settings.items() if v != getattr(standard, k) or k in ("gauge", "back_to_back")
+        }
+        return settings | self.files(directory) | {"use": USES[0] if SHAPE_KIND in kinds else USES[1]}
 
-    def files(self, home: Path | None) -> dict[str, str]:
+    def files(self, directory: Path | None) -> dict[str, str]:
         """Return the paths of both files relative to a directory, or absolute for None."""
-        both = {"wheel": self.wheel, "rail": self.rail}
-        return {key: path.as_posix() if home is None else relative_path(path, home) for key, path in both.items()}
+        paths = {"wheel": self.wheel, "rail": self.rail}
+        return {
+            key: path.as_posix() if directory is None else relative_path(path, directory) for key, path in paths.items()
+        }
 
 
 def fill_from_profiles(
-    data: dict[str, Any], findings: Findings, home: Path | None, form: str
+    data: dict[str, Any], findings: Findings, directory: Path | None, form: str
 ) -> tuple[dict[str, Any], ContactProfiles | None]:
     """Fill absent contact parameters of a design from its profiles.
 
@@ -167,67 +173,67 @@ def fill_from_profiles(
     contact = data.get("contact")
     if not isinstance(contact, dict) or contact.get("profiles") is None:
         return data, None
-    bare = {key: value for key, value in contact.items() if key != "profiles"}
-    groups = _groups(bare, form)
+    own_contact = {key: value for key, value in contact.items() if key != "profiles"}
+    groups = _groups_to_fill(own_contact, form)
     model = check_group(ProfilesModel, contact["profiles"], findings, "contact.profiles")
-    vehicle = _vehicle(data, form)
+    vehicle = _radius_and_load(data, form)
     if model is None or vehicle is None:
-        return _joined(data, bare, groups, PLACEHOLDERS), None
-    here = (home or Path()).resolve()
-    wheel, rail = ((here / name).resolve() for name in (model.wheel, model.rail))
+        return _merge(data, own_contact, groups, PLACEHOLDERS), None
+    base = (directory or Path()).resolve()
+    wheel, rail = ((base / name).resolve() for name in (model.wheel, model.rail))
     profiles = ContactProfiles(wheel, rail, model.model_dump(), *vehicle, None)
-    wanted = model.use == "table" and SHAPE_KIND not in _kinds(data)
+    wanted = model.use == "table" and SHAPE_KIND not in _effect_kinds(data)
     try:
         profiles = replace(profiles, sha256=(sha256_file(wheel), sha256_file(rail)))
-        numbers, odd = profiles.contact_parameters()
+        numbers, warnings = profiles.contact_parameters()
         table = [profiles.shape_effect()] if wanted else []
     except (OSError, ValueError) as fault:
         whole = not wanted and all(p.key in group for group in groups.values() for p in WHEELSET_CONTACT)
-        _tell(fault, findings, only_warn=whole and isinstance(fault, OSError))
-        return _joined(data, bare, groups, {} if whole else PLACEHOLDERS), profiles
-    for note in odd:
+        _report_fault(fault, findings, only_warn=whole and isinstance(fault, OSError))
+        return _merge(data, own_contact, groups, {} if whole else PLACEHOLDERS), profiles
+    for note in warnings:
         findings.warn("contact.profiles", note)
-    _wide(data, form, model, findings)
-    return _joined(data, bare, groups, numbers, table), profiles
+    _check_half_gauge(data, form, model, findings)
+    return _merge(data, own_contact, groups, numbers, table), profiles
 
 
-def _joined(
+def _merge(
     data: Mapping[str, Any], contact: dict[str, Any], groups: Mapping[str, dict[str, Any]],
     numbers: Mapping[str, float], table: Sequence[dict[str, Any]] = (),
 ) -> dict[str, Any]:  # fmt: skip
     """Add contact numbers that the design lacks, and append the table to its effects."""
-    own = {key: value for key, value in numbers.items() if key not in SHARED_KEYS}
+    group_numbers = {key: value for key, value in numbers.items() if key not in SHARED_KEYS}
     shared = {key: numbers[key] for key in SHARED_KEYS if key in numbers}
-    filled = shared | contact | {name: own | group for name, group in groups.items()}
+    filled = shared | contact | {name: group_numbers | group for name, group in groups.items()}
     given = data.get("effects") or []
     effects = {"effects": [*given, *table]} if table and isinstance(given, list) else {}
     return {**data, "contact": filled, **effects}
 
 
-def _kinds(data: Mapping[str, Any]) -> list[Any]:
+def _effect_kinds(data: Mapping[str, Any]) -> list[Any]:
     effects = data.get("effects")
     return [e.get("kind") for e in effects if isinstance(e, dict)] if isinstance(effects, list) else []
 
 
-def _tell(fault: Exception, findings: Findings, *, only_warn: bool) -> None:
+def _report_fault(fault: Exception, findings: Findings, *, only_warn: bool) -> None:
     from railui.contact.profile import ProfileError
 
     where = "contact.profiles"
     if isinstance(fault, FileProblems):
         findings.problems += fault.problems
     elif isinstance(fault, OSError):
-        told = f"{fault.filename} cannot be read ({fault.strerror})"
+        message = f"{fault.filename} cannot be read ({fault.strerror})"
         if only_warn:
-            findings.warn(where, told, "the numbers of the file stand without it")
+            findings.warn(where, message, "the numbers of the file stand without it")
         else:
-            findings.add(where, told, "give the path from the design's directory")
+            findings.add(where, message, "give the path from the design's directory")
     elif isinstance(fault, ProfileError):
         findings.add(where, fault.message, fault.remedy)
     else:
         findings.add(where, str(fault), "write `use: linearised`, or another sd")
 
 
-def _groups(contact: Mapping[str, Any], form: str) -> dict[str, dict[str, Any]]:
+def _groups_to_fill(contact: Mapping[str, Any], form: str) -> dict[str, dict[str, Any]]:
     """Return the contact groups to fill by name: those in the file and those that are required."""
     common = {p.key for p in CONTACT if p.path.count(".") == 1} | {"gauge_widens_clearance"}
     given = {k: dict(v) for k, v in contact.items() if k not in common and isinstance(v, dict)}
@@ -235,7 +241,7 @@ def _groups(contact: Mapping[str, Any], form: str) -> dict[str, dict[str, Any]]:
     return {name: {} for name in needed if contact.get(name) is None} | given
 
 
-def _vehicle(data: Mapping[str, Any], form: str) -> tuple[float, float] | None:
+def _radius_and_load(data: Mapping[str, Any], form: str) -> tuple[float, float] | None:
     """Return rolling radius [m] and wheel load [N]; None if absent (the design's reader reports it)."""
     vehicle = data.get("vehicle")
     try:
@@ -250,7 +256,7 @@ def _vehicle(data: Mapping[str, Any], form: str) -> tuple[float, float] | None:
         return None
 
 
-def _wide(data: Mapping[str, Any], form: str, model: ProfilesModel, findings: Findings) -> None:
+def _check_half_gauge(data: Mapping[str, Any], form: str, model: ProfilesModel, findings: Findings) -> None:
     """Warn if the rolling circles of the model differ from those of the profiles."""
     if form != "bogie":
         return
@@ -260,12 +266,12 @@ def _wide(data: Mapping[str, Any], form: str, model: ProfilesModel, findings: Fi
     except (KeyError, TypeError, AttributeError, UnitError):
         return
     if abs(given / half - 1.0) > HALF_GAUGE_TOLERANCE:
-        told = f"is {given:.4g} m, the tape lines of the profiles lie {half:.4g} m from the middle"
-        findings.warn("vehicle.geometry.half_gauge", told, "check it against back_to_back")
+        message = f"is {given:.4g} m, the tape lines of the profiles lie {half:.4g} m from the middle"
+        findings.warn("vehicle.geometry.half_gauge", message, "check it against back_to_back")
 
 
 @lru_cache(maxsize=8)
-def _contacts(
+def _cached_geometry(
     wheel: Path, rail: Path, stamp: tuple[str, str], radius: float, *, gauge: float, back_to_back: float,
     inclination: float, diameter_difference: float, mirror_rail: bool, smoothing: float,
 ) -> ContactGeometry:  # fmt: skip

@@ -149,7 +149,7 @@ class Design:
         effect, key = self._effect_at(path)
         if effect is not None and isinstance(number := effect.parameters.get(key), float):
             return number
-        raise self._unknown(path)
+        raise self._unknown_path(path)
 
     def paths(self) -> list[str]:
         """Return the path of every number of the vehicle and of its effects."""
@@ -172,7 +172,7 @@ class Design:
         """
         found = expand_path(path, self.paths())
         if not found:
-            raise self._unknown(path)
+            raise self._unknown_path(path)
         return found
 
     def parameter(self, path: str) -> Parameter:
@@ -186,7 +186,7 @@ class Design:
         if effect is not None:
             record = effect_parameter(effect, key, path, self._catalogue(), self.values_with_sites)
         if record is None:
-            raise self._unknown(path)
+            raise self._unknown_path(path)
         return record
 
     def unit(self, path: str) -> str:
@@ -218,13 +218,13 @@ class Design:
                 findings.add(STATE_PATH, error.message, error.remedy)
         for path, value in changes.items():
             if path != STATE_PATH:
-                self._change(path, value, values, settings, entries, findings)
+                self._apply_change(path, value, values, settings, entries, findings)
         changed = replace(self, values=values, settings=settings, load_state=state)
-        return changed._with_entries(entries, findings)
+        return changed._with_effect_entries(entries, findings)
 
     def with_effects(self, effects: Iterable[PlacedEffect]) -> Design:
         """Return a design with these effects; FileProblems if one does not fit the catalogue."""
-        return self._with_entries([effect.entry() for effect in effects], Findings("effects"))
+        return self._with_effect_entries([effect.entry() for effect in effects], Findings("effects"))
 
     def content(self) -> dict[str, Any]:
         """Return everything that affects a simulation, with defaults, for content hashes."""
@@ -240,7 +240,7 @@ class Design:
             "effects": [effect.entry() for effect in self.effects],
         }
 
-    def _with_entries(self, entries: list[dict[str, Any]], findings: Findings) -> Design:
+    def _with_effect_entries(self, entries: list[dict[str, Any]], findings: Findings) -> Design:
         effects = read_effects(
             entries, findings, "effects", self._catalogue() if entries else (), self.values, form=self.kind,
             structure=self.structure,
@@ -248,7 +248,7 @@ class Design:
         findings.raise_errors()
         return replace(self, effects=effects)
 
-    def _change(
+    def _apply_change(
         self,
         path: str,
         value: Any,
@@ -266,7 +266,7 @@ class Design:
             elif effect is not None:
                 entries[int(path.split(".")[1])][key] = value
             else:
-                findings.problems += self._unknown(path).problems
+                findings.problems += self._unknown_path(path).problems
         except UnitError as error:
             findings.add(path, error.message, error.remedy)
 
@@ -279,18 +279,18 @@ class Design:
     def _catalogue(self) -> Catalogue:
         return kernel_catalogue() if self.catalogue is None else self.catalogue
 
-    def _unknown(self, path: str) -> FileProblems:
+    def _unknown_path(self, path: str) -> FileProblems:
         known = [*self.paths(), *setting_paths(self.kind)]
         name = "design" if self.source is None else str(self.source)
         if group := expand_path(path, self.paths()):
-            told = f"name one of them, such as {group[0]}"
-            return file_problem(name, f"is a group of {len(group)} numbers", told, path)
+            remedy = f"name one of them, such as {group[0]}"
+            return file_problem(name, f"is a group of {len(group)} numbers", remedy, path)
         groups = {p[:i] for p in known for i, c in enumerate(p) if c == "."}
         ends = [p for p in known if p.rpartition(".")[2] == path.rpartition(".")[2]]
-        told = (
+        remedy = (
             f"did you mean {ends[0]!r}?" if ends and path not in ends else suggest_name(path, [*known, *sorted(groups)])
         )
-        return file_problem(name, "no such parameter", told, path)
+        return file_problem(name, "no such parameter", remedy, path)
 
 
 def parse_setting(path: str, value: Any) -> float | str | bool:

@@ -58,41 +58,45 @@ def parse_design(
 def _read(document: Document, findings: Findings, source: Path | None, catalogue: Catalogue | None) -> Design | None:
     data = document.value
     if not isinstance(data, dict):
-        findings.add("", "is no design", "write `vehicle:` and `contact:` groups")
+        findings.add("", "is not a design", "write `vehicle:` and `contact:` groups")
         return None
     check_schema(data, "design", findings)
-    form, data = _form(data, findings)
+    form, data = _detect_kind(data, findings)
     loads, data = data.get("load"), {key: value for key, value in data.items() if key != "load"}
     data, profiles = (
         (data, None) if form == "rig" else fill_from_profiles(data, findings, source and source.parent, form)
     )
     structure: Structure | None = None
-    own: dict[str, float] = {}
+    structure_values: dict[str, float] = {}
     if form == "vehicle":
-        structure, own = read_structure(data, findings)
+        structure, structure_values = read_structure(data, findings)
         data = _without_structure(data)
     extra = [p.path for p in FORMS.get(form, ())] + list(setting_paths(form))
     model = check_group(design_model(form), data, findings, extra=extra)
-    values = _numbers(data, form) if model is None else {p.path: float(_at(model, p.path)) for p in FORMS.get(form, ())}
-    values |= own
-    raw = data.get("effects")
+    values = (
+        _readable_numbers(data, form)
+        if model is None
+        else {p.path: float(_get(model, p.path)) for p in FORMS.get(form, ())}
+    )
+    values |= structure_values
+    entries = data.get("effects")
     effects: tuple[PlacedEffect, ...] = ()
-    if isinstance(raw, list) and raw and not (form == "vehicle" and structure is None):
+    if isinstance(entries, list) and entries and not (form == "vehicle" and structure is None):
         known = kernel_catalogue() if catalogue is None else catalogue
-        effects = read_effects(raw, findings, "effects", known, values, form=form, structure=structure)
+        effects = read_effects(entries, findings, "effects", known, values, form=form, structure=structure)
     if model is None or (form == "vehicle" and structure is None):
         return None
-    _cushion(model, form, findings)
+    _check_cushion(model, form, findings)
     if form == "bogie":
         check_bogie_wheel_loads(values, effects, findings)
     elif structure is not None:
         check_wheel_loads(structure, values, findings)
     design = Design(
-        name=str(_at(model, "name")) or (source.stem if source else form),
+        name=str(_get(model, "name")) or (source.stem if source else form),
         kind=form,
         values=values,
         effects=effects,
-        settings={p: _at(model, p) for p in setting_paths(form) if _stands(data, p)},
+        settings={p: _get(model, p) for p in setting_paths(form) if _is_given(data, p)},
         source=source,
         sha256=sha256_file(source) if source else sha256(document.text),
         warnings=findings.warnings(),
@@ -100,19 +104,19 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         structure=structure,
         profiles=profiles,
     )
-    return _adjusted(read_load_states(loads, design, findings), model, findings)
+    return _add_adjustment(read_load_states(loads, design, findings), model, findings)
 
 
 def _without_structure(data: dict[str, Any]) -> dict[str, Any]:
     """Return the data without bodies, elements and contact groups."""
     contact = data.get("contact")
-    kept = {key: value for key, value in data.items() if key not in ("vehicle", "contact")}
+    other_data = {key: value for key, value in data.items() if key not in ("vehicle", "contact")}
     if isinstance(contact, dict) and "gauge_widens_clearance" in contact:
-        kept["contact"] = {"gauge_widens_clearance": contact["gauge_widens_clearance"]}
-    return kept
+        other_data["contact"] = {"gauge_widens_clearance": contact["gauge_widens_clearance"]}
+    return other_data
 
 
-def _form(data: dict[str, Any], findings: Findings) -> tuple[str, dict[str, Any]]:
+def _detect_kind(data: dict[str, Any], findings: Findings) -> tuple[str, dict[str, Any]]:
     """Return the kind of the vehicle, and the data without groups that this kind does not have."""
     vehicle = data.get("vehicle")
     if not isinstance(vehicle, dict):
@@ -121,21 +125,21 @@ def _form(data: dict[str, Any], findings: Findings) -> tuple[str, dict[str, Any]
         return "vehicle", data
     if "rig" not in vehicle:
         return "bogie", data
-    beside = [f"vehicle.{key}" for key in vehicle if key != "rig"]
-    beside += [key for key in ("contact", "riding", "load") if key in data]
-    for path in beside:
+    foreign = [f"vehicle.{key}" for key in vehicle if key != "rig"]
+    foreign += [key for key in ("contact", "riding", "load") if key in data]
+    for path in foreign:
         findings.add(path, "a rig is one mass, it has no such group", "leave it out, or leave `rig` out", key=True)
-    kept = {key: value for key, value in data.items() if key not in beside}
-    return "rig", kept | {"vehicle": {"rig": vehicle["rig"]}}
+    rig_data = {key: value for key, value in data.items() if key not in foreign}
+    return "rig", rig_data | {"vehicle": {"rig": vehicle["rig"]}}
 
 
-def _at(model: Any, path: str) -> Any:
+def _get(model: Any, path: str) -> Any:
     for step in path.split("."):
         model = getattr(model, step)
     return model
 
 
-def _stands(data: Any, path: str) -> bool:
+def _is_given(data: Any, path: str) -> bool:
     for step in path.split("."):
         if not isinstance(data, dict) or data.get(step) is None:
             return False
@@ -143,7 +147,7 @@ def _stands(data: Any, path: str) -> bool:
     return True
 
 
-def _numbers(data: dict[str, Any], form: str) -> dict[str, float]:
+def _readable_numbers(data: dict[str, Any], form: str) -> dict[str, float]:
     """Return the readable numbers of a faulty design, for the defaults of its effects."""
     values: dict[str, float] = {}
     for p in FORMS.get(form, ()):
@@ -157,12 +161,12 @@ def _numbers(data: dict[str, Any], form: str) -> dict[str, float]:
     return values
 
 
-def _cushion(model: Any, form: str, findings: Findings) -> None:
+def _check_cushion(model: Any, form: str, findings: Findings) -> None:
     if form != "rig" and (model.riding.cushion_frequency is None) != (model.riding.cushion_damping is None):
         findings.add("riding", "a seat cushion needs cushion_frequency and cushion_damping", "give both, or none")
 
 
-def _adjusted(design: Design, model: Any, findings: Findings) -> Design:
+def _add_adjustment(design: Design, model: Any, findings: Findings) -> Design:
     """Add the adjustment; check that its names and covariance fit."""
     given = model.adjustment
     if given is None:

@@ -71,8 +71,8 @@ def read_effects(
     """
     if structure is not None:
         values = {**values, **structure.site_values(values)}
-    reader = _Reader(findings, catalogue, values, form, sensors, structure)
-    read = {i: reader.effect(entry, join_path(path, str(i))) for i, entry in enumerate(raw)}
+    reader = _EffectReader(findings, catalogue, values, form, sensors, structure)
+    read = {i: reader.read(entry, join_path(path, str(i))) for i, entry in enumerate(raw)}
     effects = {i: effect for i, effect in read.items() if effect is not None}
     check_conflicts(effects, findings, path, catalogue)
     return tuple(effects.values())
@@ -80,25 +80,28 @@ def read_effects(
 
 def check_conflicts(effects: Mapping[int, PlacedEffect], findings: Findings, path: str, catalogue: Catalogue) -> None:
     """Report effects that supersede the same linear term at the same location."""
-    seen: list[tuple[str, int, PlacedEffect]] = []
+    superseded: list[tuple[str, int, PlacedEffect]] = []
     for i, effect in effects.items():
         record = record_of(effect.kind, catalogue) or {}
-        mine = SUPERSEDED_TERMS.get(str(record.get("supersedes")), ())
-        clash = next(((t, j, o) for t, j, o in seen if t in mine and o.at == effect.at and _meet(o, effect)), None)
+        terms = SUPERSEDED_TERMS.get(str(record.get("supersedes")), ())
+        clash = next(
+            ((t, j, o) for t, j, o in superseded if t in terms and o.at == effect.at and _share_wheelset(o, effect)),
+            None,
+        )
         if clash is not None:
             term, j, other = clash
             pair = f"{effect.kind} and {other.kind} ({join_path(path, str(j))})"
-            what = f"{pair} both supersede the declared {term} at {effect.at}"
-            findings.add(join_path(path, str(i)), what, "leave one of them out")
-        seen += [(term, i, effect) for term in mine]
+            message = f"{pair} both supersede the linear {term} at {effect.at}"
+            findings.add(join_path(path, str(i)), message, "leave one of them out")
+        superseded += [(term, i, effect) for term in terms]
 
 
-def _meet(a: PlacedEffect, b: PlacedEffect) -> bool:
+def _share_wheelset(a: PlacedEffect, b: PlacedEffect) -> bool:
     return a.wheelset is None or b.wheelset is None or a.wheelset == b.wheelset
 
 
 @dataclass(frozen=True)
-class _Reader:
+class _EffectReader:
     findings: Findings
     catalogue: Catalogue
     values: Mapping[str, float]
@@ -106,27 +109,29 @@ class _Reader:
     sensors: bool
     structure: Structure | None = None
 
-    def effect(self, raw: Any, path: str) -> PlacedEffect | None:
+    def read(self, raw: Any, path: str) -> PlacedEffect | None:
         if not isinstance(raw, dict):
-            self.findings.add(path, "is no effect", "write {kind: free_play, at: primary_lateral, half_width: 0.3 mm}")
+            self.findings.add(
+                path, "is not an effect", "write {kind: free_play, at: primary_lateral, half_width: 0.3 mm}"
+            )
             return None
-        record = self.record(raw, path)
+        record = self.read_record(raw, path)
         if record is None:
             return None
-        at = self.place(raw, record, path)
-        wheelset = self.wheelset(raw, at, path) if at else None
-        against = self.against(raw, record, path)
+        at = self.read_location(raw, record, path)
+        wheelset = self.read_wheelset(raw, at, path) if at else None
+        against = self.read_abscissa(raw, record, path)
         known = ["kind", "at", "wheelset", *(["against"] if has_abscissa(record) else [])]
         known += [str(p["key"]) for p in record["parameters"]]
         for key in raw:
             if key not in known:
-                told = suggest_name(key, known)
-                self.findings.add(join_path(path, key), f"unknown key of {record['kind']}", told, key=True)
+                remedy = suggest_name(key, known)
+                self.findings.add(join_path(path, key), f"unknown key of {record['kind']}", remedy, key=True)
         if at is None:
             return None
-        return self.numbers(raw, record, at, wheelset, against, path)
+        return self.read_numbers(raw, record, at, wheelset, against, path)
 
-    def record(self, raw: Mapping[str, Any], path: str) -> Record | None:
+    def read_record(self, raw: Mapping[str, Any], path: str) -> Record | None:
         kinds = [str(r["kind"]) for r in self.catalogue if is_sensor(r) == self.sensors]
         if "kind" not in raw:
             self.findings.add(path, "has no kind", f"add `kind:`, one of {', '.join(kinds)}")
@@ -152,44 +157,46 @@ class _Reader:
             return None
         return record
 
-    def place(self, raw: Mapping[str, Any], record: Record, path: str) -> str | None:
+    def read_location(self, raw: Mapping[str, Any], record: Record, path: str) -> str | None:
         if self.sensors:
             places = [at for at in map(str, record["at"]) if at in columns_of(self.form)]
         elif self.structure is not None:
-            places = self.built(record, self.structure)
+            places = self.multibody_locations(record, self.structure)
         else:
             places = [at for at in map(str, record["at"]) if (at == "rig") == (self.form == "rig")]
         at = raw.get("at")
         if at is None and len(places) == 1:
             return places[0]
         if at is None:
-            self.findings.add(path, f"{record['kind']} has no place", f"add `at:`, one of {', '.join(places)}")
+            self.findings.add(path, f"{record['kind']} has no location", f"add `at:`, one of {', '.join(places)}")
         elif not places:
-            self.findings.add(join_path(path, "at"), f"{record['kind']} has no place at a {self.form}", "leave it out")
+            self.findings.add(
+                join_path(path, "at"), f"{record['kind']} has no location at a {self.form}", "leave it out"
+            )
         elif at not in places:
             self.findings.add(
-                join_path(path, "at"), f"{record['kind']} cannot stand at {at!r}", suggest_name(str(at), places)
+                join_path(path, "at"), f"{record['kind']} is not possible at {at!r}", suggest_name(str(at), places)
             )
         else:
             return str(at)
         return None
 
     @staticmethod
-    def built(record: Record, structure: Structure) -> list[str]:
+    def multibody_locations(record: Record, structure: Structure) -> list[str]:
         """Return the locations of a multibody vehicle, which has a carbody itself and takes no coach_mode."""
         if record.get("acts") == "body":
             return []
         return [at for at, place in structure.effect_locations.items() if place.catalogue_name in record["at"]]
 
-    def wheelset(self, raw: Mapping[str, Any], at: str, path: str) -> int | None:
+    def read_wheelset(self, raw: Mapping[str, Any], at: str, path: str) -> int | None:
         wheelset = raw.get("wheelset")
         if wheelset is None:
             return None
         if self.structure is not None:
             numbers = [n for n in self.structure.effect_locations[at].numbers if n]
             if wheelset not in numbers or isinstance(wheelset, bool):
-                told = f"write one of {numbers}, or leave the key out for all" if numbers else "leave the key out"
-                self.findings.add(join_path(path, "wheelset"), f"{at} has no number {wheelset!r}", told)
+                remedy = f"write one of {numbers}, or leave the key out for all" if numbers else "leave the key out"
+                self.findings.add(join_path(path, "wheelset"), f"{at} has no number {wheelset!r}", remedy)
                 return None
             return int(wheelset)
         if at not in WHEELSET_LOCATIONS:
@@ -197,25 +204,27 @@ class _Reader:
         elif isinstance(wheelset, bool) or wheelset not in (1, 2):
             self.findings.add(
                 join_path(path, "wheelset"),
-                f"{wheelset!r} is no wheelset",
+                f"{wheelset!r} is not a wheelset",
                 "write 1 (leading) or 2 (trailing), or leave the key out for both",
             )
         else:
             return int(wheelset)
         return None
 
-    def against(self, raw: Mapping[str, Any], record: Record, path: str) -> str | None:
+    def read_abscissa(self, raw: Mapping[str, Any], record: Record, path: str) -> str | None:
         if not has_abscissa(record):
             return None
         against = raw.get("against", "z")
         if against not in ABSCISSAE:
             self.findings.add(
-                join_path(path, "against"), f"{against!r} is none of z, v, s", "write what `motion` is: z, v or s"
+                join_path(path, "against"),
+                f"{against!r} is none of z, v, s",
+                "write the abscissa of the curve: z, v or s",
             )
             return None
         return str(against)
 
-    def numbers(
+    def read_numbers(
         self,
         raw: Mapping[str, Any],
         record: Record,
@@ -232,7 +241,7 @@ class _Reader:
             unit = parameter_unit(parameter, at, against)
             try:
                 if raw.get(key) is not None:
-                    read[key] = _read(raw[key], parameter, at, unit, self.values, curve=is_curve(record))
+                    read[key] = _read_value(raw[key], parameter, at, unit, self.values, curve=is_curve(record))
                 elif not parameter.get("optional"):
                     default = None if is_curve(record) else default_at(parameter, at, self.values)
                     if default is None:
@@ -242,12 +251,12 @@ class _Reader:
             except UnitError as error:
                 self.findings.add(where, error.message, error.remedy)
         if is_curve(record):
-            self.curve(read, [str(p["key"]) for p in record["parameters"]], path, even=has_equal_steps(record))
+            self.check_curve(read, [str(p["key"]) for p in record["parameters"]], path, even=has_equal_steps(record))
         if len(self.findings.problems) > before:
             return None
         return PlacedEffect(str(record["kind"]), at, wheelset, read, against, frozenset(defaulted))
 
-    def curve(self, read: Mapping[str, Number], keys: Sequence[str], path: str, *, even: bool) -> None:
+    def check_curve(self, read: Mapping[str, Number], keys: Sequence[str], path: str, *, even: bool) -> None:
         """Check that lists have equal length and the first one rises, by equal steps if `even`."""
         first = read.get(keys[0])
         if not isinstance(first, tuple):
@@ -255,30 +264,32 @@ class _Reader:
         for key in keys[1:]:
             other = read.get(key)
             if isinstance(other, tuple) and (len(other) != len(first) or len(first) < 2):
-                what = f"{len(other)} values of {key} stand against {len(first)} of {keys[0]}"
-                self.findings.add(join_path(path, key), what, "give as many, two at least")
+                message = f"has {len(other)} values, {keys[0]} has {len(first)}"
+                self.findings.add(join_path(path, key), message, "give the same number of values, at least two")
                 return
         steps = [b - a for a, b in pairwise(first)]
         if min(steps, default=0.0) <= 0.0:
-            told = f"sort the curve by its {keys[0]}"
-            self.findings.add(join_path(path, keys[0]), "does not rise from value to value", told)
+            remedy = f"sort the curve by its {keys[0]}"
+            self.findings.add(join_path(path, keys[0]), "does not rise from value to value", remedy)
         elif even and max(steps) > 1.001 * min(steps):
             self.findings.add(join_path(path, keys[0]), "has unequal steps", "space the values equally")
 
 
-def _read(value: Any, parameter: Record, at: str, unit: str, values: Mapping[str, float], *, curve: bool) -> Number:
+def _read_value(
+    value: Any, parameter: Record, at: str, unit: str, values: Mapping[str, float], *, curve: bool
+) -> Number:
     if not curve:
-        return _inside(_one(value, at, unit), value, parameter, at, values)
+        return _check_range(_read_number(value, at, unit), value, parameter, at, values)
     if not isinstance(value, Iterable) or isinstance(value, str | dict):
-        raise UnitError("is no list", "write [one, two, ...]")
-    return tuple(_inside(_one(item, at, unit), item, parameter, at, values) for item in value)
+        raise UnitError("is not a list", "write [one, two, ...]")
+    return tuple(_check_range(_read_number(item, at, unit), item, parameter, at, values) for item in value)
 
 
-def _one(value: Any, at: str, unit: str) -> float:
+def _read_number(value: Any, at: str, unit: str) -> float:
     return quantity_in_any_unit(value) if at == "rig" or at in RIG_COLUMNS else quantity(value, unit)
 
 
-def _inside(number: float, value: Any, parameter: Record, at: str, values: Mapping[str, float]) -> float:
+def _check_range(number: float, value: Any, parameter: Record, at: str, values: Mapping[str, float]) -> float:
     low, high = range_at(parameter, at, values)
     lowest = float(parameter["minimum"]) if parameter.get("minimum") is not None else -1.0
     if number < 0 <= lowest or (number == 0 < lowest):

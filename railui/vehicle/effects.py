@@ -115,12 +115,12 @@ def unit_at(word: str, at: str) -> str:
         return "1"
     powers: dict[str, int] = {}
     for sign, name, power in FACTOR.findall(word):
-        for base, p in _meaning(name, at).items():
+        for base, p in _base_units(name, at).items():
             powers[base] = powers.get(base, 0) + p * int(power or 1) * (-1 if sign == "/" else 1)
-    return _written(powers)
+    return _format_unit(powers)
 
 
-def _meaning(name: str, at: str) -> dict[str, int]:
+def _base_units(name: str, at: str) -> dict[str, int]:
     if at in SENSORS:
         unit = (COLUMNS | RIG_COLUMNS)[at].unit
         z = {base: int(power or 1) * (-1 if sign == "/" else 1) for sign, base, power in FACTOR.findall(unit)}
@@ -131,7 +131,7 @@ def _meaning(name: str, at: str) -> dict[str, int]:
     return words.get(name, {name: 1})
 
 
-def _written(powers: Mapping[str, int]) -> str:
+def _format_unit(powers: Mapping[str, int]) -> str:
     order = ("N", "kg", "s", "m", "rad")
     names = sorted((n for n, p in powers.items() if p), key=lambda n: order.index(n) if n in order else -1)
     # moments are written N*m*s, forces N*s/m

@@ -10,13 +10,13 @@ from railui.vehicle.model import Model
 
 def group_by_structure(models: Sequence[Model]) -> Iterator[list[int]]:
     """Yield the indices of models that may share a kernel call, group by group."""
-    found: dict[tuple[Any, ...], list[int]] = {}
+    groups: dict[tuple[Any, ...], list[int]] = {}
     for i, model in enumerate(models):
-        found.setdefault(_structure(model), []).append(i)
-    yield from found.values()
+        groups.setdefault(_structure_key(model), []).append(i)
+    yield from groups.values()
 
 
-def _structure(model: Model) -> tuple[Any, ...]:
+def _structure_key(model: Model) -> tuple[Any, ...]:
     """Return everything that vehicles of one kernel call have in common."""
     design = model.design
     words = (design.gauge_widens_clearance, design.setting("riding.guidance"))

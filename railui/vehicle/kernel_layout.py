@@ -26,10 +26,10 @@ def structure_paths(structure: Structure) -> tuple[str, ...]:
 @cache
 def kernel_layout(structure: Structure) -> Layout:
     """Return the kernel layout of a structure; its numbers have the order of `structure_paths`."""
-    return _Builder(structure, {path: i for i, path in enumerate(structure_paths(structure))}).layout()
+    return _LayoutBuilder(structure, {path: i for i, path in enumerate(structure_paths(structure))}).layout()
 
 
-class _Builder:
+class _LayoutBuilder:
     def __init__(self, structure: Structure, columns: Mapping[str, int]) -> None:
         self.structure, self.columns = structure, columns
         self.index = {name: i for i, name in enumerate(structure.members)}
@@ -88,7 +88,7 @@ class _Builder:
         given = [self.number(part, f"{key}{end}") for key in ("x", "y", "height")]
         if part.word("side") == "left":
             given[1] = [(-factor, i) for factor, i in given[1]]
-        x, y, height = (own or other for own, other in zip(given, otherwise, strict=True))
+        x, y, height = (coordinate or default for coordinate, default in zip(given, otherwise, strict=True))
         return x, y, height
 
     def terms(self, part: Part) -> list[tuple[str, str, list[LinearSum]]]:

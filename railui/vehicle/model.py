@@ -76,19 +76,19 @@ class Model:
     @cached_property
     def columns(self) -> dict[str, int]:
         """Column in the row of every path; paths of sensors are like `sensors.0.delay`."""
-        found = {p: i for i, p in enumerate(parameter_paths(self.design))}
-        at = len(found)
+        columns = {p: i for i, p in enumerate(parameter_paths(self.design))}
+        at = len(columns)
         for group, effects in (("effects", self.design.effects), ("sensors", self.sensors)):
             for i, effect in enumerate(effects):
                 width = len(effect_row(effect))
                 if effect.kind not in core.CURVE_KINDS:
                     keys = [p["key"] for p in core.effect_record(effect.kind)["parameters"]]
-                    found |= {f"{group}.{i}.{key}": at + j for j, key in enumerate(keys)}
+                    columns |= {f"{group}.{i}.{key}": at + j for j, key in enumerate(keys)}
                 elif effect.kind == "measured_force":
                     half = (width - 1) // 2
-                    found |= {f"{group}.{i}.force.{j}": at + 1 + half + j for j in range(half)}
+                    columns |= {f"{group}.{i}.force.{j}": at + 1 + half + j for j in range(half)}
                 at += width
-        return found
+        return columns
 
     @property
     def structure_key(self) -> tuple[Any, ...]:
@@ -113,10 +113,10 @@ class Model:
 
     def batch(self, rows: FloatArray, extra: FloatArray | None = None, amounts: FloatArray | None = None) -> Batch:
         """Return vehicles from rows [n, row], with numbers [n, ...] and amounts [n, k] of k further effects."""
-        n, own = len(rows), len(parameter_paths(self.design))
-        effects = rows[:, own:] if extra is None else np.hstack([rows[:, own:], extra])
+        n, parameters = len(rows), len(parameter_paths(self.design))
+        effects = rows[:, parameters:] if extra is None else np.hstack([rows[:, parameters:], extra])
         full = np.ones((n, len(self.effects)))
-        return Batch.from_arrays(rows[:, :own], effects, full if amounts is None else np.hstack([full, amounts]))
+        return Batch.from_arrays(rows[:, :parameters], effects, full if amounts is None else np.hstack([full, amounts]))
 
     def single_batch(self) -> Batch:
         """Return a batch of this vehicle only."""
@@ -138,8 +138,8 @@ class Model:
         """
         row = self.row[None].copy()
         self.set_phases(row, segment, middle)
-        own = [p.partition("@")[0] for p in self.phases if p.endswith(f"@{segment}")]
-        return self.with_path_values(own, row[0, [self.columns[p] for p in own]]) if own else self
+        paths = [p.partition("@")[0] for p in self.phases if p.endswith(f"@{segment}")]
+        return self.with_path_values(paths, row[0, [self.columns[p] for p in paths]]) if paths else self
 
     def set_phases(
         self, rows: FloatArray, segment: str, middle: float, angles: Mapping[str, FloatArray] | None = None
@@ -159,10 +159,10 @@ class Model:
             Angles [n] by path that replace those of `phases` [rad].
         """
         for path, angle in self.phases.items():
-            base, _, where = path.partition("@")
-            if where == segment:
-                radius = rows[:, self.columns[base.rpartition(".")[0] + f".{RADIUS}"]]
-                rows[:, self.columns[base]] = wrap_angle((angles or {}).get(path, angle) - middle / radius)
+            phase_path, _, phase_segment = path.partition("@")
+            if phase_segment == segment:
+                radius = rows[:, self.columns[phase_path.rpartition(".")[0] + f".{RADIUS}"]]
+                rows[:, self.columns[phase_path]] = wrap_angle((angles or {}).get(path, angle) - middle / radius)
 
     def free_paths(self, paths: Sequence[str]) -> list[str]:
         """Return the paths that a fit of these paths estimates: run-dependent ones are replaced by all phases."""
@@ -196,22 +196,22 @@ class Model:
         if core.effect_record(effect.kind)["acts"] == "sensor":
             return replace(self, sensors=(*self.sensors, effect))
         effects = self.design.effects
-        paths = [f"effects.{len(effects)}.{p}" for p in _run_keys(effect)]
-        own = {f"{path}@{where}": angle for path in paths for where, angle in (phases or {}).items()}
-        return Model(self.design.with_effects((*effects, effect)), self.sensors, {**self.phases, **own})
+        paths = [f"effects.{len(effects)}.{p}" for p in _run_dependent_keys(effect)]
+        added = {f"{path}@{segment}": angle for path in paths for segment, angle in (phases or {}).items()}
+        return Model(self.design.with_effects((*effects, effect)), self.sensors, {**self.phases, **added})
 
     def without_effect(self, index: int) -> Model:
         """Return the vehicle without the effect at an index of `effects`."""
-        own = len(self.design.effects)
-        if index >= own:
-            return replace(self, sensors=tuple(s for i, s in enumerate(self.sensors) if i != index - own))
+        design_effects = len(self.design.effects)
+        if index >= design_effects:
+            return replace(self, sensors=tuple(s for i, s in enumerate(self.sensors) if i != index - design_effects))
         phases = {}
         for path, angle in self.phases.items():
             group, number, rest = path.split(".", 2)
             if int(number) != index:
                 phases[f"{group}.{int(number) - (int(number) > index)}.{rest}"] = angle
-        left = self.design.with_effects(e for i, e in enumerate(self.design.effects) if i != index)
-        return Model(left, self.sensors, phases)
+        design = self.design.with_effects(e for i, e in enumerate(self.design.effects) if i != index)
+        return Model(design, self.sensors, phases)
 
     def effect_paths(self) -> list[str]:
         """Return the paths of all effects and sensors that a fit may estimate, without run-dependent ones."""
@@ -230,7 +230,9 @@ class Model:
 
     def run_dependent_paths(self) -> list[str]:
         """Return the paths of numbers that belong to a run, not to the vehicle: phases."""
-        return [f"effects.{i}.{key}" for i, effect in enumerate(self.design.effects) for key in _run_keys(effect)]
+        return [
+            f"effects.{i}.{key}" for i, effect in enumerate(self.design.effects) for key in _run_dependent_keys(effect)
+        ]
 
     def wheelset_spacing(self) -> Wheelbase:
         """Return the wheelset spacing for the input table.
@@ -251,9 +253,9 @@ class Model:
             path = "vehicle.geometry.half_wheelbase"
             return rows[:, columns[path]].tolist() if path in columns else [0.0] * len(rows)
         terms = [position_terms(structure, wheelset) for wheelset in structure.wheelsets]
-        places = [sum((f * rows[:, columns[p]] for f, p in one), np.zeros(len(rows))) for one in terms]
-        behind = np.stack([places[0] - x for x in places], axis=1)
-        return [tuple(one) for one in behind.tolist()]
+        positions = [sum((f * rows[:, columns[p]] for f, p in one), np.zeros(len(rows))) for one in terms]
+        distances = np.stack([positions[0] - x for x in positions], axis=1)
+        return [tuple(one) for one in distances.tolist()]
 
     def eigenvalues(self, speed: float, rows: FloatArray | None = None) -> NDArray[np.complex128]:
         """Return eigenvalues [n, 2 x degrees of freedom] of the linear vehicle at a speed [m/s].
@@ -281,7 +283,7 @@ def _rig_input(design: Design) -> str | None:
     return design.rig_input if design.kind == "rig" else None
 
 
-def _run_keys(effect: PlacedEffect) -> list[str]:
+def _run_dependent_keys(effect: PlacedEffect) -> list[str]:
     """Return the parameters of an effect that belong to a run, not to the vehicle."""
     return [p["key"] for p in core.effect_record(effect.kind)["parameters"] if p["role"] == "run"]
 

@@ -127,41 +127,41 @@ class Structure:
     def parameters(self) -> dict[str, Parameter]:
         """Parameter records of all numbers by path, in the order of the kernel."""
         parts = (*self.bodies, *self.elements, *self.floor)
-        found = {p.path: p for part in parts for p in part.parameters}
+        parameters = {p.path: p for part in parts for p in part.parameters}
         for name in self.contacts:
             for p in WHEELSET_CONTACT:
-                called = f"{p.caption}, {name.replace('_', ' ')}"
-                found[f"contact.{name}.{p.path}"] = replace(p, path=f"contact.{name}.{p.path}", caption=called)
-        return found | {p.path: p for p in CONTACT if p.path.count(".") == 1}
+                caption = f"{p.caption}, {name.replace('_', ' ')}"
+                parameters[f"contact.{name}.{p.path}"] = replace(p, path=f"contact.{name}.{p.path}", caption=caption)
+        return parameters | {p.path: p for p in CONTACT if p.path.count(".") == 1}
 
     @cached_property
     def members(self) -> dict[str, Member]:
         """Every rigid body by name: bodies in the order of the file, then wheelsets from the front."""
-        found: dict[str, Member] = {}
+        members: dict[str, Member] = {}
         for part in self.bodies:
-            for member in _pair(part, "half_centres"):
-                found[member.name] = member
+            for member in _members_of_body(part, "half_centres"):
+                members[member.name] = member
         number = 0
         for part in self.wheelset_parts:
-            carried = self._under(part, found)
-            pair = carried is not None and "half_wheelbase" in part.keys
-            several = pair or (carried is not None and len(carried) > 1)
-            for under in carried if carried is not None else [None]:
-                for side in (1, -1) if pair else (0,):
+            carriers = self._carriers(part, members)
+            is_pair = carriers is not None and "half_wheelbase" in part.keys
+            has_several = is_pair or (carriers is not None and len(carriers) > 1)
+            for carrier in carriers if carriers is not None else [None]:
+                for side in (1, -1) if is_pair else (0,):
                     number += 1
-                    name = f"{part.name}_{self._count(found, part) + 1}" if several else part.name
-                    found[name] = Member(name, part, number, side, under)
-        return found
+                    name = f"{part.name}_{self._count_members(members, part) + 1}" if has_several else part.name
+                    members[name] = Member(name, part, number, side, carrier)
+        return members
 
     @staticmethod
-    def _count(found: Mapping[str, Member], part: Part) -> int:
-        return sum(member.part is part for member in found.values())
+    def _count_members(members: Mapping[str, Member], part: Part) -> int:
+        return sum(member.part is part for member in members.values())
 
-    def _under(self, part: Part, found: Mapping[str, Member]) -> list[str | None] | None:
-        under = part.word("under")
-        if not under:
+    def _carriers(self, part: Part, members: Mapping[str, Member]) -> list[str | None] | None:
+        carrier = part.word("under")
+        if not carrier:
             return None
-        return [m.name for m in found.values() if not m.is_wheelset and under in (m.name, m.part.name)]
+        return [m.name for m in members.values() if not m.is_wheelset and carrier in (m.name, m.part.name)]
 
     @property
     def wheelset_parts(self) -> tuple[Part, ...]:
@@ -185,20 +185,20 @@ class Structure:
     def joints_of(self, part: Part) -> list[Joint]:
         """Return the joints of an element; ValueError if its two ends cannot be paired."""
         first, second = part.between
-        ends = list(self._ends(first, second))
-        return [Joint(part, (a, b), self._numbered(a, b, i, len(ends))) for i, (a, b) in enumerate(ends)]
+        ends = list(self._paired_ends(first, second))
+        return [Joint(part, (a, b), self._joint_number(a, b, i, len(ends))) for i, (a, b) in enumerate(ends)]
 
-    def _numbered(self, a: str | None, b: str | None, i: int, count: int) -> int:
+    def _joint_number(self, a: str | None, b: str | None, i: int, count: int) -> int:
         wheels = [self.members[end].number for end in (a, b) if end is not None and self.members[end].is_wheelset]
         return wheels[0] if len(wheels) == 1 else i + 1 if count > 1 else 0
 
-    def _ends(self, first: str, second: str) -> Iterator[tuple[str | None, str | None]]:
+    def _paired_ends(self, first: str, second: str) -> Iterator[tuple[str | None, str | None]]:
         a, b = ([m.name for m in self.members_named(name)] if name != GROUND else [None] for name in (first, second))
-        for these, those, turned in ((a, b, False), (b, a, True)):
-            under = [self.members[name].carrier if name is not None else None for name in these]
-            if under and all(home is not None and home in those for home in under):
-                pairs = zip(these, under, strict=True)
-                yield from ((home, name) if turned else (name, home) for name, home in pairs)
+        for names, others, is_swapped in ((a, b, False), (b, a, True)):
+            carriers = [self.members[name].carrier if name is not None else None for name in names]
+            if carriers and all(carrier is not None and carrier in others for carrier in carriers):
+                pairs = zip(names, carriers, strict=True)
+                yield from ((carrier, name) if is_swapped else (name, carrier) for name, carrier in pairs)
                 return
         if len(a) == len(b):
             yield from zip(a, b, strict=True)
@@ -216,8 +216,8 @@ class Structure:
         if named := wheelset.part.word("contact"):
             return named
         side = {1: "leading", -1: "trailing"}.get(wheelset.side, "")
-        own = [name for name in (wheelset.name, wheelset.part.name, side) if name in self.contacts]
-        return own[0] if own else self.contacts[0] if len(self.contacts) == 1 else ""
+        names = [name for name in (wheelset.name, wheelset.part.name, side) if name in self.contacts]
+        return names[0] if names else self.contacts[0] if len(self.contacts) == 1 else ""
 
     def joins_rolling_body(self, joint: Joint) -> bool:
         """True if a body at either end may roll."""
@@ -226,11 +226,11 @@ class Structure:
     @cached_property
     def effect_locations(self) -> dict[str, EffectLocation]:
         """Locations of effects by name."""
-        found: dict[str, EffectLocation] = {}
+        locations: dict[str, EffectLocation] = {}
 
-        def add(at: str, like: str, number: int) -> None:
-            numbers = found[at].numbers if at in found else ()
-            found[at] = EffectLocation(at, like, (*numbers, number) if number not in numbers else numbers)
+        def add(at: str, catalogue_name: str, number: int) -> None:
+            numbers = locations[at].numbers if at in locations else ()
+            locations[at] = EffectLocation(at, catalogue_name, (*numbers, number) if number not in numbers else numbers)
 
         for joint in self.joints:
             wheeled = any(end is not None and self.members[end].is_wheelset for end in joint.ends)
@@ -243,17 +243,17 @@ class Structure:
             if self.joins_rolling_body(joint):
                 add(f"{joint.part.name}_roll", f"{kind}_yaw", joint.number)
         for member in self.members.values():
-            name, like = ("wheelset",) * 2 if member.is_wheelset else (member.part.name, "frame")
-            add(name, like, member.number)
+            name, catalogue_name = ("wheelset",) * 2 if member.is_wheelset else (member.part.name, "frame")
+            add(name, catalogue_name, member.number)
             for way in ROTATIONS:
                 if member.has_rotation(way):
-                    add(f"{name}_{way}", f"{like}_yaw", member.number)
+                    add(f"{name}_{way}", f"{catalogue_name}_yaw", member.number)
         wheelsets = tuple(w.number for w in self.wheelsets)
-        return found | {at: EffectLocation(at, at, wheelsets) for at in ("contact", "track")}
+        return locations | {at: EffectLocation(at, at, wheelsets) for at in ("contact", "track")}
 
     def site_values(self, values: Mapping[str, float]) -> dict[str, float]:
         """Return linear stiffness and damping of each location as site.LOCATION.stiffness and .damping."""
-        found = {"site.rolling_radius": values.get(self.wheelsets[0].part.number_path("rolling_radius"), 0.0)}
+        sites = {"site.rolling_radius": values.get(self.wheelsets[0].part.number_path("rolling_radius"), 0.0)}
         for part in self.elements:
             if part.kind not in ("spring", "damper", "anti_roll_bar", "link"):
                 continue
@@ -264,26 +264,26 @@ class Structure:
 
             arm = get("y") ** 2
             for law in ("stiffness", "damping"):
-                told = {
+                sums = {
                     "_lateral": get(f"lateral_{law}"),
                     "_yaw": get(f"yaw_{law}") + get(f"longitudinal_{law}") * arm,
                     "_roll": get(f"roll_{law}") + get(f"vertical_{law}") * arm,
                 }
                 if part.kind == "anti_roll_bar":
-                    told = {"_roll": get(law)}
+                    sums = {"_roll": get(law)}
                 elif part.kind == "link":
-                    told = {"": get(law)}
-                found |= {f"site.{part.name}{end}.{law}": sides * value for end, value in told.items()}
-        return found
+                    sums = {"": get(law)}
+                sites |= {f"site.{part.name}{end}.{law}": sides * value for end, value in sums.items()}
+        return sites
 
     def words(self) -> dict[str, dict[str, dict[str, object]]]:
         """Return the kind and the words of every part, by group and name."""
-        found: dict[str, dict[str, dict[str, object]]] = {}
+        groups: dict[str, dict[str, dict[str, object]]] = {}
         for part in (*self.bodies, *self.elements, *self.floor):
-            told: dict[str, object] = {"kind": part.kind} if part.kind not in ("body", "floor") else {}
-            told |= {key: list(word) if isinstance(word, tuple) else word for key, word in part.words.items()}
-            found.setdefault(part.group.rpartition(".")[2], {})[part.name] = told
-        return found
+            words: dict[str, object] = {"kind": part.kind} if part.kind not in ("body", "floor") else {}
+            words |= {key: list(word) if isinstance(word, tuple) else word for key, word in part.words.items()}
+            groups.setdefault(part.group.rpartition(".")[2], {})[part.name] = words
+        return groups
 
     @staticmethod
     def is_mirrored(part: Part) -> bool:
@@ -291,7 +291,7 @@ class Structure:
         return "y" in part.keys and part.word("side", "both") == "both"
 
 
-def _pair(part: Part, half: str) -> list[Member]:
+def _members_of_body(part: Part, half: str) -> list[Member]:
     if half not in part.keys:
         return [Member(part.name, part)]
     return [Member(f"{part.name}_{i}", part, i, side) for i, side in ((1, 1), (2, -1))]

@@ -30,7 +30,7 @@ MAX_WHEELSETS = 12  # 64 columns of the input table, of which a wheelset reads f
 
 
 @dataclass
-class _Read:
+class _PartReader:
     """Reader of parts, which collects values by path."""
 
     findings: Findings
@@ -39,7 +39,7 @@ class _Read:
     def part(self, group: str, name: str, raw: Mapping[str, Any], kind: str, known: tuple[Parameter, ...]) -> Part:
         """Read a body, element or floor point; add its numbers to `values`."""
         path = f"{group}.{name}"
-        words = self._words(path, raw, kind)
+        words = self._read_words(path, raw, kind)
         numbers = {key: value for key, value in raw.items() if key != "kind" and key not in word_keys(kind)}
         model = check_group(group_model(kind, known), numbers, self.findings, path, extra=word_keys(kind))
         keys = [p.path for p in known if p.path not in OMISSIBLE_KEYS or raw.get(p.path) is not None]
@@ -48,24 +48,24 @@ class _Read:
             self.values |= {f"{path}.{key}": float(getattr(model, key)) for key in keys}
         return part
 
-    def _words(self, path: str, raw: Mapping[str, Any], kind: str) -> dict[str, str | tuple[str, ...]]:
-        found: dict[str, str | tuple[str, ...]] = {}
+    def _read_words(self, path: str, raw: Mapping[str, Any], kind: str) -> dict[str, str | tuple[str, ...]]:
+        words: dict[str, str | tuple[str, ...]] = {}
         for key in word_keys(kind):
             value = raw.get(key)
             if value is None:
                 continue
             if key == "between":
                 if not isinstance(value, list) or len(value) != 2 or not all(isinstance(end, str) for end in value):
-                    self.findings.add(join_path(path, key), "is no pair of bodies", "write [wheelset, frame]")
+                    self.findings.add(join_path(path, key), "is not a pair of bodies", "write [wheelset, frame]")
                 else:
-                    found[key] = tuple(value)
+                    words[key] = tuple(value)
             elif not isinstance(value, str):
-                self.findings.add(join_path(path, key), f"{value!r} is no name", "write a word")
+                self.findings.add(join_path(path, key), f"{value!r} is not a name", "write a word")
             elif key in ("direction", "side") and value not in (choices := DIRECTIONS if key == "direction" else SIDES):
                 self.findings.add(join_path(path, key), f"{value!r} is not known here", suggest_name(value, choices))
             else:
-                found[key] = value
-        return found
+                words[key] = value
+        return words
 
 
 def word_keys(kind: str) -> tuple[str, ...]:
@@ -90,58 +90,56 @@ def group_model(kind: str, known: tuple[Parameter, ...]) -> type[Group]:
 
 def read_structure(data: Mapping[str, Any], findings: Findings) -> tuple[Structure | None, dict[str, float]]:
     """Read the structure of a vehicle and all its numbers by path [SI]; problems join `findings`."""
-    read = _Read(findings)
+    read = _PartReader(findings)
     vehicle = data["vehicle"]
     for key in vehicle:
         if key not in ("bodies", "elements", "floor"):
-            told = "a vehicle of bodies and elements has `bodies`, `elements` and `floor`"
-            findings.add(f"vehicle.{key}", "unknown key", told, key=True)
+            remedy = "a vehicle of bodies and elements has `bodies`, `elements` and `floor`"
+            findings.add(f"vehicle.{key}", "unknown key", remedy, key=True)
     bodies = tuple(
         read.part("vehicle.bodies", name, raw, "body", BODY)
-        for name, raw in _entries(vehicle.get("bodies"), "vehicle.bodies", findings)
+        for name, raw in _named_groups(vehicle.get("bodies"), "vehicle.bodies", findings)
     )
     elements = tuple(
         part
-        for name, raw in _entries(vehicle.get("elements"), "vehicle.elements", findings)
-        if (part := _element(read, name, raw)) is not None
+        for name, raw in _named_groups(vehicle.get("elements"), "vehicle.elements", findings)
+        if (part := _read_element(read, name, raw)) is not None
     )
     floor = tuple(
         read.part("vehicle.floor", name, raw, "floor", POSITION)
-        for name, raw in _entries(vehicle.get("floor"), "vehicle.floor", findings)
+        for name, raw in _named_groups(vehicle.get("floor"), "vehicle.floor", findings)
     )
-    contacts = _contacts(data.get("contact"), read)
+    contacts = _read_contacts(data.get("contact"), read)
     structure = Structure(bodies, elements, floor, contacts)
-    _check(structure, read.values, findings)
+    _check_structure(structure, read.values, findings)
     return (None if findings.errors() else structure), read.values
 
 
-def _entries(raw: Any, path: str, findings: Findings) -> Iterable[tuple[str, Mapping[str, Any]]]:
+def _named_groups(raw: Any, path: str, findings: Findings) -> Iterable[tuple[str, Mapping[str, Any]]]:
     if raw is None:
         return
     if not isinstance(raw, dict):
-        findings.add(path, "is no group of names", "write `name: {...}` lines below it")
+        findings.add(path, "is not a group of names", "write `name: {...}` lines below it")
         return
     for name, entry in raw.items():
         if not isinstance(entry, dict):
-            findings.add(
-                join_path(path, name), "stands where a group of keys belongs", "write `key: value` lines below it"
-            )
+            findings.add(join_path(path, name), "is not a group of keys", "write `key: value` lines below it")
         elif "." in name or not name.isidentifier() or name == GROUND:
-            findings.add(join_path(path, name), f"{name!r} is no name here", "use letters, digits and _", key=True)
+            findings.add(join_path(path, name), f"{name!r} is not a valid name", "use letters, digits and _", key=True)
         else:
             yield name, entry
 
 
-def _element(read: _Read, name: str, raw: Mapping[str, Any]) -> Part | None:
+def _read_element(read: _PartReader, name: str, raw: Mapping[str, Any]) -> Part | None:
     path, kind = f"vehicle.elements.{name}", raw.get("kind")
     if kind not in ELEMENT_KINDS:
-        what = "has no kind" if kind is None else f"unknown kind {kind!r}"
-        told = (
+        message = "has no kind" if kind is None else f"unknown kind {kind!r}"
+        remedy = (
             f"add `kind:`, one of {', '.join(ELEMENT_KINDS)}"
             if kind is None
             else suggest_name(str(kind), ELEMENT_KINDS)
         )
-        read.findings.add(path if kind is None else join_path(path, "kind"), what, told)
+        read.findings.add(path if kind is None else join_path(path, "kind"), message, remedy)
         return None
     direction = raw.get("direction", "lateral")
     known = parameters_of_kind(str(kind), direction if direction in DIRECTIONS else "lateral")
@@ -153,16 +151,16 @@ def _element(read: _Read, name: str, raw: Mapping[str, Any]) -> Part | None:
         keys = ", ".join(f"{way}_{law}" for way in DIRECTIONS)
         read.findings.add(path, f"has no {law}", f"add one of {keys}")
     if "between" not in part.words and kind != "wheelset" and "between" not in raw:
-        read.findings.add(path, "joins nothing", "add `between: [first, second]`, two bodies or `ground`")
+        read.findings.add(path, "joins no bodies", "add `between: [first, second]`, two bodies or `ground`")
     return part
 
 
-def _contacts(raw: Any, read: _Read) -> tuple[str, ...]:
+def _read_contacts(raw: Any, read: _PartReader) -> tuple[str, ...]:
     """Read the contact groups and the numbers common to all wheelsets; return the names of the groups."""
     common = tuple(p for p in CONTACT if p.path.count(".") == 1)
     raw = {} if raw is None else raw
     if not isinstance(raw, dict):
-        read.findings.add("contact", "stands where a group of keys belongs", "write `key: value` lines below it")
+        read.findings.add("contact", "is not a group of keys", "write `key: value` lines below it")
         return ()
     shared = {p.key: p for p in common}
     names = [key for key in raw if key not in shared and key != "gauge_widens_clearance"]
@@ -182,20 +180,24 @@ def _contacts(raw: Any, read: _Read) -> tuple[str, ...]:
     return tuple(name for name in names if isinstance(raw[name], dict))
 
 
-def _check(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
+def _check_structure(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
     """Check names, limits, wheelsets, elements and floor points."""
-    _names(structure, findings)
+    _check_names(structure, findings)
     if findings.errors():
         return
     members = structure.members
     degrees = sum(m.dof_count for m in members.values())
     if degrees > MAX_DEGREES_OF_FREEDOM:
-        told = "join bodies that move together"
-        findings.add("vehicle", f"has {degrees} degrees of freedom, at most {MAX_DEGREES_OF_FREEDOM} are stepped", told)
+        remedy = "join bodies that move together"
+        findings.add(
+            "vehicle", f"has {degrees} degrees of freedom, at most {MAX_DEGREES_OF_FREEDOM} are possible", remedy
+        )
         return
     if len(structure.wheelsets) > MAX_WHEELSETS:
-        told = "give the part of the train that matters"
-        findings.add("vehicle", f"has {len(structure.wheelsets)} wheelsets, at most {MAX_WHEELSETS} are stepped", told)
+        remedy = "model the relevant part of the train"
+        findings.add(
+            "vehicle", f"has {len(structure.wheelsets)} wheelsets, at most {MAX_WHEELSETS} are possible", remedy
+        )
         return
     for member in members.values():
         if member.part.kind == "body" and {"x", "half_centres"} <= set(member.part.keys):
@@ -212,30 +214,32 @@ def _check(structure: Structure, values: Mapping[str, float], findings: Findings
             findings.add(part.number_path("half_wheelbase"), "needs the body between the two", "add `under:`")
         contact = structure.contact_of(wheelset)
         if contact not in structure.contacts:
-            told = suggest_name(contact, structure.contacts) if structure.contacts else "add `contact:` with a group"
+            remedy = suggest_name(contact, structure.contacts) if structure.contacts else "add `contact:` with a group"
             where = part.number_path("contact") if "contact" in part.words else part.path
-            findings.add(where, f"no contact {contact!r}" if contact else "has no contact", told)
+            findings.add(where, f"no contact {contact!r}" if contact else "has no contact", remedy)
     if not structure.wheelsets:
         findings.add("vehicle.elements", "has no wheelset", "add an element `kind: wheelset`")
     for part in structure.elements:
         if part.kind != "wheelset":
-            _joined(structure, part, findings)
+            _check_joint(structure, part, findings)
     for part in structure.floor:
         body = part.word("body")
         if len(structure.members_named(body)) != 1:
             names = [m.name for m in members.values()]
             where = part.number_path("body") if body else part.path
-            findings.add(where, f"no body {body!r}" if body else "stands on no body", suggest_name(body, names))
+            findings.add(where, f"no body {body!r}" if body else "names no body", suggest_name(body, names))
     if not findings.errors():
-        _in_order(structure, values, findings)
+        _check_order(structure, values, findings)
 
 
-def _names(structure: Structure, findings: Findings) -> None:
-    seen: dict[str, Part] = {}
+def _check_names(structure: Structure, findings: Findings) -> None:
+    parts_by_name: dict[str, Part] = {}
     for part in (*structure.bodies, *structure.elements):
-        if part.name in seen:
-            findings.add(part.path, f"the name stands at {seen[part.name].path} too", "rename one of them", key=True)
-        seen[part.name] = part
+        if part.name in parts_by_name:
+            findings.add(
+                part.path, f"has the same name as {parts_by_name[part.name].path}", "rename one of them", key=True
+            )
+        parts_by_name[part.name] = part
     families = [part.name for part in structure.bodies]
     paired = [f"{p.name}_{i}" for p in structure.bodies if "half_centres" in p.keys for i in (1, 2)]
     for part in structure.wheelset_parts:
@@ -244,7 +248,7 @@ def _names(structure: Structure, findings: Findings) -> None:
             findings.add(part.number_path("under"), f"no body {under!r}", suggest_name(under, [*families, *paired]))
 
 
-def _joined(structure: Structure, part: Part, findings: Findings) -> None:
+def _check_joint(structure: Structure, part: Part, findings: Findings) -> None:
     if "between" not in part.words:
         return
     known = [*dict.fromkeys(m.part.name for m in structure.members.values()), *structure.members, GROUND]
@@ -269,13 +273,15 @@ def _joined(structure: Structure, part: Part, findings: Findings) -> None:
         findings.add(part.path, "joins a body that rolls, but has no height", "add `height:` above the rails")
 
 
-def _in_order(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
-    places = [position(structure, member, values) for member in structure.wheelsets]
-    for i in range(1, len(places)):
-        if places[i] >= places[i - 1]:
+def _check_order(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
+    positions = [position(structure, member, values) for member in structure.wheelsets]
+    for i in range(1, len(positions)):
+        if positions[i] >= positions[i - 1]:
             part = structure.wheelsets[i].part
-            told = "name wheelsets from the front to the rear: x falls"
-            findings.add(part.path, f"{structure.wheelsets[i].name} stands before the one ahead of it", told)
+            remedy = "list wheelsets from front to rear, with decreasing x"
+            findings.add(
+                part.path, f"{structure.wheelsets[i].name} is not behind the wheelset listed before it", remedy
+            )
 
 
 def position(structure: Structure, member: Member, values: Mapping[str, float]) -> float:

@@ -83,7 +83,7 @@ class Parameter:
         return f"{self.key}: {example_quantity(self.unit)}"
 
 
-def _under(group: str, *entries: Parameter) -> tuple[Parameter, ...]:
+def _in_group(group: str, *entries: Parameter) -> tuple[Parameter, ...]:
     return tuple(replace(entry, path=f"{group}.{entry.path}") for entry in entries)
 
 
@@ -91,25 +91,25 @@ def _positive(key: str, symbol: str, unit: str, caption: str, *usual: float) -> 
     return Parameter(key, symbol, unit, caption, exclusive_minimum=True, usual_range=(usual[0], usual[1]))
 
 
-def _or_none(key: str, symbol: str, unit: str, caption: str, most: float = INFINITE) -> Parameter:
+def _zero_by_default(key: str, symbol: str, unit: str, caption: str, most: float = INFINITE) -> Parameter:
     return Parameter(key, symbol, unit, caption, 0.0, "none where none is named", usual_range=(0.0, most))
 
 
 CHECK = "check values of the model"
 SPIN, GAUGE = "0 leaves the gyroscopic moments out", "standard gauge"
 VEHICLE = (
-    *_under(
+    *_in_group(
         "vehicle.frame",
         _positive("mass", "m_b", "kg", "mass of the bogie frame", 500, 2e4),
         _positive("yaw_inertia", "I_zb", "kg*m^2", "yaw inertia of the bogie frame", 500, 4e4),
     ),
-    *_under(
+    *_in_group(
         "vehicle.wheelset",
         _positive("mass", "m_a", "kg", "mass of one wheelset", 500, 4e3),
         _positive("yaw_inertia", "I_za", "kg*m^2", "yaw inertia of one wheelset", 200, 3e3),
         Parameter("spin_inertia", "I_ya", "kg*m^2", "spin inertia of one wheelset", 0.0, SPIN, usual_range=(20, 400)),
     ),
-    *_under(
+    *_in_group(
         "vehicle.geometry",
         _positive("half_wheelbase", "a", "m", "half the wheelbase", 0.7, 2.0),
         Parameter(
@@ -126,19 +126,19 @@ VEHICLE = (
         _positive("rolling_radius", "r", "m", "nominal rolling radius", 0.2, 0.7),
     ),
     _positive("vehicle.wheel_load", "N", "N", "load of one wheel on the rail", 1e4, 2e5),
-    *_under(
+    *_in_group(
         "vehicle.primary",
         Parameter("lateral_stiffness", "c_y", "N/m", "lateral stiffness per axle box", usual_range=(1e5, 1e8)),
         Parameter(
             "longitudinal_stiffness", "c_x", "N/m", "longitudinal stiffness per axle box", usual_range=(1e5, 1e8)
         ),
     ),
-    *_under(
+    *_in_group(
         "vehicle.secondary",
-        _or_none("lateral_stiffness", "c_sy", "N/m", "lateral stiffness bogie to coach", 5e6),
-        _or_none("yaw_stiffness", "c_spsi", "N*m/rad", "yaw stiffness bogie to coach", 5e6),
-        _or_none("lateral_damping", "k_y", "N*s/m", "lateral damping bogie to coach", 3e5),
-        _or_none("yaw_damping", "k_psi", "N*m*s/rad", "yaw damping bogie to coach", 5e6),
+        _zero_by_default("lateral_stiffness", "c_sy", "N/m", "lateral stiffness bogie to coach", 5e6),
+        _zero_by_default("yaw_stiffness", "c_spsi", "N*m/rad", "yaw stiffness bogie to coach", 5e6),
+        _zero_by_default("lateral_damping", "k_y", "N*s/m", "lateral damping bogie to coach", 3e5),
+        _zero_by_default("yaw_damping", "k_psi", "N*m*s/rad", "yaw damping bogie to coach", 5e6),
     ),
 )
 LONGITUDINAL = "longitudinal creep coefficient over wheel load"
@@ -166,7 +166,7 @@ CONTACT = (
         for i, where in ((1, "leading"), (2, "trailing"))
         for p in WHEELSET_CONTACT
     ),
-    *_under(
+    *_in_group(
         "contact",
         Parameter(
             "spin_creep", "kappa_s", "m", SPIN_CREEP, 0.25, CHECK, maximum=100.0, usual_range=(0.0, 1.0), prior_sd=0.05
@@ -174,11 +174,11 @@ CONTACT = (
         Parameter("flange_clearance", "c", "m", CLEARANCE, 0.007, NEW_WHEELS, 0.0, 0.1, True, (0.002, 0.02)),
     ),
 )
-RIG = _under(
+RIG = _in_group(
     "vehicle.rig",
     _positive("mass", "m", "kg", "mass on the test bench", 0.0, INFINITE),
-    _or_none("stiffness", "k", "N/m", "stiffness of the linear spring"),
-    _or_none("damping", "c", "N*s/m", "damping of the linear damper"),
+    _zero_by_default("stiffness", "k", "N/m", "stiffness of the linear spring"),
+    _zero_by_default("damping", "c", "N*s/m", "damping of the linear damper"),
     Parameter(
         "gain",
         "gain",
@@ -200,7 +200,7 @@ def _optional(key: str, symbol: str, unit: str, caption: str, *usual: float, abo
     )
 
 
-RIDING = _under(
+RIDING = _in_group(
     "riding",
     _optional("journey", "T_j", "s", "duration of the journey", 600, 43200),
     Parameter(

@@ -35,6 +35,6 @@ def load_named_design(
 
 def suggest_file(path: Path, home: Path) -> str:
     """Return the remedy for a missing file that a file in `home` names: the nearest existing name."""
-    beside = sorted(p.name for p in path.parent.iterdir()) if path.parent.is_dir() else []
-    told = suggest_name(path.name, beside)
-    return told if told.startswith("did you mean") else f"give a path relative to {home}"
+    names = sorted(p.name for p in path.parent.iterdir()) if path.parent.is_dir() else []
+    suggestion = suggest_name(path.name, names)
+    return suggestion if suggestion.startswith("did you mean") else f"give a path relative to {home}"

@@ -41,26 +41,26 @@ class ParameterisedModel:
         rows[:, [self.model.columns[path] for path in self.paths]] = x
         for path, by in self.deviations.items():
             column = self.model.columns[path]
-            rows[:, column] = _inside(self.model.design, path, rows[:, column], by)
-        if self._following:
+            rows[:, column] = _clip_to_range(self.model.design, path, rows[:, column], by)
+        if self._following_numbers:
             for row in rows:
                 values = self._values(row)
-                for column, parameter, at in self._following:
+                for column, parameter, at in self._following_numbers:
                     value = default_at(parameter, at, values)
                     row[column] = row[column] if value is None else value
         return rows
 
     @cached_property
-    def _following(self) -> list[tuple[int, Any, str]]:
+    def _following_numbers(self) -> list[tuple[int, Any, str]]:
         """Column, record and location of every effect's number that the file left to its default."""
         changed = {*self.paths, *self.deviations}
-        found = []
+        numbers = []
         for i, effect in enumerate(self.model.design.effects):
             for parameter in core.effect_record(effect.kind)["parameters"]:
                 path = f"effects.{i}.{parameter['key']}"
                 if parameter["key"] in effect.defaulted and path not in changed:
-                    found.append((self.model.columns[path], parameter, effect.at))
-        return found
+                    numbers.append((self.model.columns[path], parameter, effect.at))
+        return numbers
 
     def _values(self, row: FloatArray) -> dict[str, float]:
         values = dict(self.model.design.values)
@@ -70,7 +70,7 @@ class ParameterisedModel:
         return values
 
 
-def _inside(design: Design, path: str, values: FloatArray, by: float) -> FloatArray:
+def _clip_to_range(design: Design, path: str, values: FloatArray, by: float) -> FloatArray:
     """Return values plus a deviation, clipped to the range of a file."""
     parameter = design.parameter(path)
     lowest = np.full_like(values, parameter.minimum)
@@ -99,9 +99,9 @@ def draw_deviations(design: Design, count: int, seed: Sequence[int]) -> list[dic
     if count == 0 or design.adjustment is None:
         return [{}]
     names, covariance = design.adjustment.names, np.array(design.adjustment.covariance)
-    found = []
+    samples = []
     for i in range(count):
         rng = np.random.default_rng(np.random.SeedSequence([*seed, i]))
         sample = rng.multivariate_normal(np.zeros(len(names)), covariance, method="eigh")
-        found.append(dict(zip(names, map(float, sample), strict=True)))
-    return found
+        samples.append(dict(zip(names, map(float, sample), strict=True)))
+    return samples

@@ -41,5 +41,5 @@ def simulate_series(
     if steps is None:
         steps = vehicles.required_steps(batch, excitation.speed, excitation.speed, excitation.dt)[0]
     table = excitation.table(model.wheelset_spacing(), steps)
-    series, lost = vehicles.simulate(batch, table, excitation.dt, steps, channels, jobs=jobs)
-    return np.asarray(series[0]), int(lost[0]) if lost[0] >= 0 else None
+    series, diverged = vehicles.simulate(batch, table, excitation.dt, steps, channels, jobs=jobs)
+    return np.asarray(series[0]), int(diverged[0]) if diverged[0] >= 0 else None

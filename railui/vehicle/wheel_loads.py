@@ -21,8 +21,8 @@ def check_wheel_loads(structure: Structure, values: Mapping[str, float], finding
     low, high = (1 - WEIGHT_TOLERANCE) * weight, (1 + WEIGHT_TOLERANCE) * weight
     grounded = any(None in joint.ends for joint in structure.joints)
     if load < low or (load > high and not grounded):
-        told = f"the wheels carry {load / 1e3:.4g} kN, the masses weigh {weight / 1e3:.4g} kN"
-        findings.warn(structure.wheelsets[0].part.number_path("wheel_load"), told, REMEDY)
+        message = f"the wheels carry {load / 1e3:.4g} kN, the masses weigh {weight / 1e3:.4g} kN"
+        findings.warn(structure.wheelsets[0].part.number_path("wheel_load"), message, REMEDY)
 
 
 def check_bogie_wheel_loads(values: Mapping[str, float], effects: Sequence[PlacedEffect], findings: Findings) -> None:
@@ -38,5 +38,5 @@ def check_bogie_wheel_loads(values: Mapping[str, float], effects: Sequence[Place
     elif coach and load > (1 + WEIGHT_TOLERANCE) * weight:
         findings.warn(path, f"{carried} with the coach's share weigh {weight / 1e3:.4g} kN", REMEDY)
     elif load > 4 * MAX_WHEEL_LOAD:
-        told = f"{load / 4e3:.4g} kN on a wheel is more than any railway carries"
-        findings.warn(path, told, "give the load of one wheel in N")
+        message = f"{load / 4e3:.4g} kN on a wheel is more than any railway carries"
+        findings.warn(path, message, "give the load of one wheel in N")

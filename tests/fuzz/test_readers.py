@@ -16,14 +16,14 @@ from railui.capture.processing.sensor_map import load_map
 from railui.capture.protocol import wire
 from railui.capture.protocol.frames import Channel
 from railui.capture.protocol.link import Link
-from railui.contact.contact_points import search
-from railui.contact.geometry import Contacts
-from railui.contact.profile import ProfileFault
+from railui.contact.contact_points import find_contacts
+from railui.contact.geometry import ContactGeometry
+from railui.contact.profile import ProfileError
 from railui.contact.profile_reader import read_profile
-from railui.contact.radius_table_reader import read_delta_r
-from railui.contact.wheelset_on_track import Pair
+from railui.contact.radius_table_reader import read_radius_table
+from railui.contact.wheelset_on_track import WheelRailPair
 from railui.io.problems import FileProblems
-from railui.optimisation.study import load_study
+from railui.optimisation.study_reader import load_study
 from railui.runs.run import load_run
 from railui.track.reader import load_track
 from railui.vehicle.design_reader import load_design
@@ -32,12 +32,12 @@ CORPUS = Path(__file__).parent / "corpus"
 DESIGNS = Path(__file__).parents[2] / "designs"
 
 
-def laid(wheel: Path, rail: Path) -> Contacts | None:
+def laid(wheel: Path, rail: Path) -> ContactGeometry | None:
     """A wheel on a rail; a pair that does not fit is told by the search."""
     pair = read_profile(wheel, "wheel"), read_profile(rail, "rail")
     try:
-        return search(Pair(*pair, inclination=0.025), step=1e-3)
-    except ProfileFault as fault:
+        return find_contacts(WheelRailPair(*pair, inclination=0.025), step=1e-3)
+    except ProfileError as fault:
         assert fault.message and fault.remedy
         return None
 
@@ -45,7 +45,7 @@ def laid(wheel: Path, rail: Path) -> Contacts | None:
 READERS: dict[str, Callable[[Path], object]] = {
     "wheel": lambda path: laid(path, DESIGNS / "profiles" / "60e1.txt"),
     "rail": lambda path: laid(DESIGNS / "profiles" / "s1002.txt", path),
-    "delta_r": read_delta_r,
+    "delta_r": read_radius_table,
     "design": load_design,
     "campaign": load_campaign,
     "study": load_study,
@@ -125,8 +125,8 @@ def test_a_recording_whose_files_were_damaged_is_read_or_told(name: str, tmp_pat
 
 CHANNELS = [Channel("a", "m/s^2", "h", 0.001, 0.0)]
 BODY = wire.hello_body(1, 100.0, "logger", "1", CHANNELS)
-SPEECH = wire.hello(0, BODY) + b"".join(
-    wire.sample(wire.layout_of(BODY), i, 10 * i, bytes([i, 0])) for i in range(1, 20)
+SPEECH = wire.encode_hello(0, BODY) + b"".join(
+    wire.encode_sample(wire.layout_hash(BODY), i, 10 * i, bytes([i, 0])) for i in range(1, 20)
 )
 
 
@@ -152,7 +152,7 @@ def test_bytes_that_are_no_frames_make_none(path: Path) -> None:
 def test_any_body_with_a_right_crc_is_a_frame_or_refused(payload: bytes) -> None:
     """What counts its own channels and lengths may claim what it likes: claims are checked, not believed."""
     link = Link()
-    link.feed(wire.framed(payload))
+    link.feed(wire.encode_frame(payload))
     line = payload.replace(b"\n", b" ")
     link = Link()
     link.feed(line + b"*%08x\n" % zlib.crc32(line))

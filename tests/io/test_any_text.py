@@ -61,7 +61,7 @@ def slipped(text: str, edits: list[tuple[float, int, str]]) -> str:
 
 
 def leaves(value: Any, at: str) -> Iterator[tuple[str, Any]]:
-    """What is no group, under its dotted path."""
+    """What is not a group, under its dotted path."""
     if value and isinstance(value, dict | list):
         for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
             yield from leaves(inner, f"{at}.{key}")

@@ -72,7 +72,7 @@ def test_marks_count_characters_not_bytes() -> None:
 def test_every_duplicate_key_is_told_at_once(told: Told) -> None:
     found = told(lambda: parse_yaml("a: 1\nb: {c: 1, c: 2}\na: 3\n", "f.yaml"))
     assert [(p.line, p.column, p.key) for p in found] == [(2, 11, "b.c"), (3, 1, "a")]
-    assert str(found[1]) == "f.yaml:3:1: a: stands twice (first in line 1), keep one of them"
+    assert str(found[1]) == "f.yaml:3:1: a: occurs twice (first in line 1), keep one of them"
 
 
 @pytest.mark.parametrize(

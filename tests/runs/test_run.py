@@ -158,7 +158,7 @@ def test_a_run_without_any_usable_stretch_is_refused(
     written: Written, columns: Columns, as_csv: Csv, told: Told
 ) -> None:
     found = told(lambda: load_run(written(as_csv(columns(9.9)))))
-    assert "no stretch of 10 s is unbroken" in found[0].message
+    assert "no segment of 10 s is without interruption" in found[0].message
 
 
 def test_standing_still_is_not_used(written: Written, columns: Columns, as_csv: Csv) -> None:
@@ -227,7 +227,7 @@ def test_distance_that_stands_still_is_told_with_its_line(
 def test_a_distance_that_contradicts_the_speed_is_noted(written: Written, columns: Columns, as_csv: Csv) -> None:
     rows = columns()
     rows["s [m]"] = 44 * rows["t [s]"]
-    assert any("check the two" in note for note in load_run(written(as_csv(rows))).notes)
+    assert any("check both" in note for note in load_run(written(as_csv(rows))).notes)
 
 
 # ways of writing tables
@@ -346,7 +346,7 @@ def test_the_careful_way_reads_the_same_numbers(
 ) -> None:
     path = written(as_csv(columns()))
     fast = load_run(path).columns["e1"]
-    monkeypatch.setattr(table_cells, "_fast", lambda block: None)
+    monkeypatch.setattr(table_cells, "_parse_with_numpy", lambda block: None)
     np.testing.assert_array_equal(load_run(path).columns["e1"], fast)
 
 

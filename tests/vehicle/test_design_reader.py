@@ -127,7 +127,7 @@ def test_a_stiffness_may_be_zero_but_not_negative(bogie: str, told: Told) -> Non
 @pytest.mark.parametrize("key", ["bodies", "elements"])
 def test_bodies_and_elements_stand_under_their_names(key: str, told: Told) -> None:
     found = told(lambda: parse_design(f"vehicle: {{{key}: []}}"))
-    assert "no group of names" in found[0].message and found[0].key == f"vehicle.{key}"
+    assert "not a group of names" in found[0].message and found[0].key == f"vehicle.{key}"
 
 
 def test_a_newer_schema_is_refused_and_none_accepted(bogie: str, told: Told) -> None:

@@ -127,7 +127,7 @@ def test_two_effects_that_supersede_one_term_name_each_other(with_effects: Calla
     play = "  - {kind: free_play, at: secondary_lateral}\n"
     found = told(lambda: with_effects(play + "  - {kind: coach_mode}\n"))
     assert found[0].key == "effects.1"
-    assert "coach_mode and free_play (effects.0) both supersede the declared stiffness" in found[0].message
+    assert "coach_mode and free_play (effects.0) both supersede the linear stiffness" in found[0].message
 
 
 def test_the_same_law_on_either_wheelset_is_no_conflict(with_effects: Callable[[str], Design], told: Told) -> None:
@@ -145,7 +145,7 @@ def test_a_curve_stands_against_motion_speed_or_distance(with_effects: Callable[
     assert hash(effect) == hash(PlacedEffect(effect.kind, effect.at, None, effect.parameters, "v"))
     assert "does not rise" in told(lambda: with_effects(curve.format("z", "0, 0, 1")))[0].message
     assert (
-        "3 values of force stand against 2 of motion"
+        "has 3 values, motion has 2"
         in told(lambda: with_effects(curve.format("z", "0, 1")))[0].message
     )
     assert "unit mm/s" in told(lambda: with_effects(curve.format("z", "0, 1 mm/s, 2")))[0].message

@@ -18,7 +18,7 @@ from railui.identification.estimation.problem import prepare_segments
 from railui.vehicle.linear import eigenvalues
 from railui.vehicle.model import Model
 from railui.vehicle.resolve import resolve_model
-from tests.blind.made import simulated_campaign
+from tests.blind.simulated import simulated_campaign
 
 BOGIE = Path(__file__).parents[2] / "designs" / "check_bogie.yaml"
 MASS = "vehicle.frame.mass"

@@ -42,8 +42,8 @@ ELEMENTS = "vehicle.elements"
         ("      mass: 2918 ", "      #", "vehicle.bodies.frame.mass", "is missing"),
         ("mass: 1022", "mass: 1022 m", f"{ELEMENTS}.wheelset.mass", "unit m"),
         ("contact:\n  wheels:", "contact:\n  whels: 5\n  wheels:", "contact.whels", "unknown key"),
-        ("[frame, ground]\n      y", "[frame]\n      y", f"{ELEMENTS}.secondary.between", "no pair"),
-        ("at: contact, friction", "at: primary_vertical, friction", "effects.0.at", "cannot stand"),
+        ("[frame, ground]\n      y", "[frame]\n      y", f"{ELEMENTS}.secondary.between", "not a pair"),
+        ("at: contact, friction", "at: primary_vertical, friction", "effects.0.at", "not possible"),
     ],
 )
 def test_a_fault_is_told_at_its_mark(old: str, new: str, key: str, says: str) -> None:
