@@ -1,4 +1,4 @@
-"""What a long study shows while it works: whoever watches gets every event, and stops the study by raising Stopped."""
+"""Events of an identification, passed to `Progress.event` while it runs."""
 
 from __future__ import annotations
 
@@ -15,9 +15,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class FitIteration:
-    """A fit after one step: values [p] of its paths, error per channel, rho [p] of the residual with each sensitivity.
+    """State of a fit after one iteration.
 
-    At the optimum every rho is 0, but for parameters that a prior or a bound holds.
+    Attributes
+    ----------
+    values
+        Estimates [p] of the numbers at `paths`.
+    channels
+        Relative error of each channel.
+    rho
+        Correlation [p] of the residual with each sensitivity. At the optimum every rho is 0, except for parameters
+        that a prior or a bound keeps away from it.
+    simulations
+        Vehicles simulated so far.
     """
 
     iteration: int
@@ -30,7 +40,7 @@ class FitIteration:
 
 @dataclass(frozen=True, eq=False)
 class ModelValidated:
-    """A model judged on the validating runs: `which` is declared, before or after."""
+    """A model validated on the validation runs; `stage` is declared, before or after."""
 
     stage: str
     validation: Validation
@@ -38,7 +48,7 @@ class ModelValidated:
 
 @dataclass(frozen=True, eq=False)
 class ScoreTestProgress:
-    """How far a trace is: bundles of candidates looked at, and what was seen of the last one."""
+    """Progress of a score test: batches of candidates simulated, and the results of the last batch."""
 
     done: int
     total: int

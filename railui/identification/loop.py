@@ -1,65 +1,57 @@
-"""The loop: adjust, find the residual, trace it to an effect that the model lacks, add it, adjust again, judge."""
+"""The loop: calibrate, test the residual for unmodelled effects, add them, calibrate again, validate."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from railui.campaign.data_checks import check_data
 from railui.campaign.dataset import Dataset, Segment
 from railui.campaign.finding import Finding
-from railui.identification.estimation.initial_state import estimate_phases
-from railui.identification.estimation.multiple_shooting import (
-    NEAR,
-    cut_into_windows,
-    limits_hunting,
-    refit_hunting,
-    unstable_segments,
-)
-from railui.identification.estimation.output_error import STABLE, Fit, fit_output_error
+from railui.identification.context import Context, create_context
+from railui.identification.estimation.calibration import calibrate, with_phases, with_stable_start
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.multiple_shooting import refit_hunting
+from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.parallel_models import two_parallel_models
-from railui.identification.estimation.problem import reprepare_segments, prepare_segments
-from railui.identification.estimation.validation import NoiseFloor, Validation, estimate_noise_floor, validate
+from railui.identification.estimation.problem import prepare_segments
+from railui.identification.estimation.validation import Validation, validate
 from railui.identification.events import ModelValidated
 from railui.identification.structure.gain_forecast import PredictedGains, predict_validation_gain
 from railui.identification.structure.score_test import ScoreTestResult
-from railui.identification.structure.stepwise import (
-    ADEQUATE,
-    UNEXPLAINED,
-    Selection,
-    SelectionStep,
-    StepwiseSelection,
-    has_structure,
-    is_significant_gain,
-)
-from railui.identification.unmodelled.locate import (
-    Discrepancy,
-    find_run_dependence,
-    find_variation_along_track,
-    is_conclusive,
-    locate_discrepancy,
-)
+from railui.identification.structure.stepwise import SelectionStep, StepwiseSelection
+from railui.identification.unmodelled.discrepancy import find_discrepancy
+from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
-from railui.progress import Report, Watch, silent, unwatched
+from railui.progress import SILENT, Progress
 from railui.vehicle.model import Model
 
-RINGING = 4  # times that the initial state of a rig is estimated anew: it rings as long as it is recorded
-SOFTER = 20  # times that a start is made less conical
-LOOKALIKE = 1.10  # within so much of the best error, judged on what no fit saw, two laws look alike
-OF_ITS_OWN = 1 / 3  # of the excess over the floor, up to which the adjusting runs are at theirs
 METHODS = ("least-squares", "two-parallel-models")
-NOTHING = ScoreTestResult((), (), 1.0, float("inf"), 0.0)  # nothing was traced
+NO_SCORE_TEST = ScoreTestResult((), (), 1.0, float("inf"), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class LoopResult:
-    """All that the loop found; the report is made of it."""
+    """Result of the loop, from which the report is made.
 
-    dataset: Dataset
-    nominal: Model
+    Attributes
+    ----------
+    before, after
+        The calibrated model without effects, and with those selected.
+    validations
+        On the validation runs, by declared, before and after.
+    verdict
+        effect, outside (not in the library) or none.
+    windowed
+        The model without effects fitted on windows, where the vehicle hunts.
+    predicted_gains
+        On the validation runs, of the candidates of the last score test.
+    """
+
+    context: Context
     before: Fit
     after: Fit
     validations: dict[str, Validation]
@@ -69,239 +61,160 @@ class LoopResult:
     verdict: str
     discrepancy: Discrepancy | None
     seconds: float
-    seed: int
     findings: tuple[Finding, ...] = ()
-    windowed: Fit | None = None  # without an effect on windows, where the vehicle hunts
-    predicted_gains: PredictedGains = field(default_factory=dict, repr=False)  # of the last trace, on the validating runs
+    windowed: Fit | None = None
+    predicted_gains: PredictedGains = field(default_factory=dict, repr=False)
+
+    @property
+    def dataset(self) -> Dataset:
+        """The measured runs."""
+        return self.context.dataset
+
+    @property
+    def nominal(self) -> Model:
+        """The nominal model."""
+        return self.context.nominal
+
+    @property
+    def seed(self) -> int:
+        """Seed of every random draw."""
+        return self.context.seed
 
     @property
     def error_to_noise(self) -> float:
-        """Error over floor."""
+        """Validation error over noise floor."""
         return self.validations["after"].nrmse / self.noise_floor.nrmse
 
-    def validate(self, stretches: Sequence[Segment]) -> Validation:
-        """The vehicle as found, on stretches."""
-        if self.discrepancy is not None and self.discrepancy.gains:
-            return self.discrepancy.judged(self.dataset, stretches)
-        return validate(self.after.model, self.dataset, stretches)
-
-
-def nominal_model(measurement: Dataset) -> Model:
-    """The declared vehicle, what turns as each adjusting run met it: phases estimated, to be fitted with all else."""
-    model = Model(measurement.campaign.design, measurement.campaign.sensors)
-    for stretch in measurement.estimation:
-        model = estimate_phases(model, stretch, measurement.noise)
-    return model
-
-
-def calibrate(
-    measurement: Dataset,
-    declared: Model,
-    *,
-    jobs: int | None = None,
-    report: Report = silent,
-    watch: Watch = unwatched,
-) -> Fit:
-    """The declared vehicle adjusted: once for weights and initial states, once with them renewed."""
-    paths = measurement.campaign.estimated_parameters
-    free = limits_hunting(declared)
-    start = declared if free else with_stable_start(declared, measurement.estimation)
-    if start is not declared:
-        report("the declared vehicle is unstable at a speed of the campaign: the fit starts at a lower conicity")
-    cut = unstable_segments(declared, measurement.estimation, NEAR) if free else set()
-    ready = prepare_segments(start, measurement, cut_into_windows(measurement.estimation, cut))
-    fit = fit_output_error(
-        start, measurement, paths, declared, ready=ready, stable=not free, tolerance=1e-4, jobs=jobs, watch=watch
-    )
-    report(f"adjusted {len(paths)} parameters in {fit.iterations} iterations, once more with the noise as it arrives")
-    spent = fit.simulations
-    for _ in range(RINGING if declared.design.kind == "rig" else 1):
-        ready = reprepare_segments(fit.model, fit.segments, measurement)
-        fit = fit_output_error(
-            fit.model, measurement, paths, declared, ready=ready, stable=not free, jobs=jobs, watch=watch
-        )
-        spent += fit.simulations
-    return replace(fit, simulations=spent)
-
-
-def with_stable_start(declared: Model, stretches: Sequence[Segment]) -> Model:
-    """The declared vehicle, or one of lower conicity that is stable at every speed of the stretches, to start from."""
-    if declared.design.kind != "bogie":
-        return declared
-    model = declared
-    conicities = [f"contact.{where}.conicity" for where in ("leading", "trailing")]
-    for _ in range(SOFTER):
-        if not unstable_segments(model, stretches, STABLE):
-            break
-        lower = np.array([0.8 * model.design.values[c] for c in conicities])
-        model = model.with_row(conicities, lower)
-    return model
+    def validate(self, segments: Sequence[Segment]) -> Validation:
+        """Validate the final model on segments."""
+        if self.discrepancy is not None and self.discrepancy.lowers_error:
+            return self.discrepancy.validate(self.context, segments)
+        return validate(self.context, self.after.model, segments)
 
 
 def close_loop(
-    measurement: Dataset,
+    dataset: Dataset,
     *,
     without: Collection[str] = (),
     seed: int = 0,
     jobs: int | None = None,
-    report: Report = silent,
-    watch: Watch = unwatched,
+    progress: Progress = SILENT,
 ) -> LoopResult:
-    """Close the loop on a measurement. The validating runs judge; no fit sees them.
+    """Close the loop on a dataset. The validation runs select effects; no parameter is fitted to them.
 
-    `report` is told lines; `watch` gets `Judged`, the `Turn`s of the main fits, `Looked` of the trace, each `Trace`,
-    the `Sighting` about to be confirmed, its `Refit`, and `Floor`.
+    Parameters
+    ----------
+    without
+        Kinds of effects that may not be proposed.
+    progress
+        Receives messages, and as events `ModelValidated`, the `FitIteration` of the main fits, `ScoreTestProgress`,
+        each `ScoreTestResult`, the `ScoreResult` about to be refitted, its `Refit`, and the `NoiseFloor`.
     """
-    began = time.perf_counter()
-    findings = report_data_checks(measurement, report)
-    declared = nominal_model(measurement)
-    judged = {"declared": validate(declared, measurement, measurement.validation)}
-    watch(ModelValidated("declared", judged["declared"]))
-    report(f"declared vehicle: nrmse {judged['declared'].nrmse:.4f}")
-    before = calibrate(measurement, declared, jobs=jobs, report=report, watch=watch)
-    before, wild = refit_hunting(before, measurement, declared, jobs=jobs, report=report, watch=watch)
-    judged["before"] = validate(before.model, measurement, measurement.validation)
-    watch(ModelValidated("before", judged["before"]))
-    search = StepwiseSelection(measurement, declared, frozenset(without), seed, jobs, report, watch)
-    terms = search.select_effects(before, judged["before"], wild)
-    fit, judged["after"] = terms.fit, terms.judgement
-    noise = estimate_noise_floor(fit.model, measurement, measurement.validation, jobs=jobs)
-    watch(noise)
-    here = prepare_validation(fit, measurement)
-    foreseen = predict_validation_gain(here, terms.last, measurement, jobs=jobs)
-    from_here = wild if fit is before and wild is not None else fit
-    outside = find_discrepancy(
-        from_here, here, terms, noise, measurement, declared, seed=seed, jobs=jobs, report=report
-    )
-    if outside is not None and outside.gains:
-        fit, judged["after"] = outside.fit, outside.judgement
-        noise = estimate_noise_floor(fit.model, measurement, measurement.validation, jobs=jobs)
-    verdict = "outside" if outside else "effect" if terms.added else "none"
-    report(f"verdict {verdict}: nrmse {judged['after'].nrmse:.4f}, floor {noise.nrmse:.4f}")
+    started = time.perf_counter()
+    context = create_context(dataset, seed=seed, jobs=jobs, progress=progress, excluded=without)
+    findings = report_data_checks(context)
+    context = with_phases(context)
+    validations = {"declared": validate(context, context.nominal, dataset.validation)}
+    progress.event(ModelValidated("declared", validations["declared"]))
+    progress.message(f"declared vehicle: nrmse {validations['declared'].nrmse:.4f}")
+    before, windowed = refit_hunting(context, calibrate(context))
+    validations["before"] = validate(context, before.model, dataset.validation)
+    progress.event(ModelValidated("before", validations["before"]))
+    selection = StepwiseSelection(context).select_effects(before, validations["before"], windowed)
+    fit, validations["after"] = selection.fit, selection.validation
+    floor = estimate_noise_floor(context, fit.model, dataset.validation)
+    progress.event(floor)
+    validation_fit = prepare_validation(context, fit)
+    predicted_gains = predict_validation_gain(context, validation_fit, selection.final_score_test)
+    start = windowed if fit is before and windowed is not None else fit
+    error_to_noise = selection.validation.nrmse / floor.nrmse
+    discrepancy = find_discrepancy(context, start, validation_fit, selection, error_to_noise)
+    if discrepancy is not None and discrepancy.lowers_error:
+        fit, validations["after"] = discrepancy.fit, discrepancy.validation
+        floor = estimate_noise_floor(context, fit.model, dataset.validation)
+    verdict = "outside" if discrepancy else "effect" if selection.has_effects else "none"
+    progress.message(f"verdict {verdict}: nrmse {validations['after'].nrmse:.4f}, floor {floor.nrmse:.4f}")
     return LoopResult(
-        measurement, declared, before, fit, judged, noise, terms.steps, terms.last, verdict, outside,
-        time.perf_counter() - began, seed, findings, wild, foreseen,
-    )  # fmt: skip
+        context,
+        before,
+        fit,
+        validations,
+        floor,
+        selection.steps,
+        selection.final_score_test,
+        verdict,
+        discrepancy,
+        time.perf_counter() - started,
+        findings,
+        windowed,
+        predicted_gains,
+    )
 
 
-def find_discrepancy(
-    fit: Fit,
-    here: Fit | None,
-    terms: Selection,
-    noise: NoiseFloor,
-    measurement: Dataset,
-    declared: Model,
-    *,
-    seed: int = 0,
-    jobs: int | None = None,
-    report: Report = silent,
-) -> Discrepancy | None:
-    """What acts beside the terms found and is not in the catalogue; None where noise explains what they leave.
-
-    `fit`: the vehicle that the search starts from, with these terms; `here`: it on the validating runs.
-    """
-    ratio = terms.judgement.nrmse / noise.nrmse
-    if ratio <= ADEQUATE:
-        return None
-
-    def between() -> Discrepancy | None:
-        return find_run_dependence(
-            fit, here, terms.judgement, measurement, declared, seed=seed, jobs=jobs, report=report
-        )
-
-    def within() -> Discrepancy | None:
-        return find_acting_discrepancy(fit, terms, ratio, measurement, declared, jobs=jobs, report=report)
-
-    looks = (between, within) if is_at_noise_floor(fit, ratio) else (within, between)
-    return next((found for look in looks if (found := look()) is not None), None)
-
-
-def find_acting_discrepancy(
-    fit: Fit,
-    terms: Selection,
-    ratio: float,
-    measurement: Dataset,
-    declared: Model,
-    *,
-    jobs: int | None = None,
-    report: Report = silent,
-) -> Discrepancy | None:
-    """What the adjusting runs say of something that acts beside the terms found, so many times the floor being left."""
-    shaped = has_structure(terms.last)
-    along = find_variation_along_track(fit, measurement, report)
-    seen = along
-    if not ratio <= UNEXPLAINED or shaped or is_conclusive(along):
-        seen = locate_discrepancy(fit, measurement, declared, along, jobs=jobs, report=report)
-    if seen is None:
-        return None
-    gains = is_significant_gain(terms.judgement, seen.judgement, measurement.campaign.min_relative_gain)
-    # three effects that leave something of a shape are not what is missing
-    lost = ratio > UNEXPLAINED and (shaped or not terms.added)
-    return replace(seen, gains=gains) if gains or is_conclusive(seen) or lost else None
-
-
-def is_at_noise_floor(fit: Fit, ratio: float) -> bool:
-    """Are the adjusting runs at their floor, where so many times the floor is left on the validating ones?"""
-    return fit.error_to_noise - 1.0 < OF_ITS_OWN * (ratio - 1.0)
-
-
-def report_data_checks(measurement: Dataset, report: Report) -> tuple[Finding, ...]:
-    """What is wrong with the data, told before anything is fitted to them."""
-    findings = check_data(measurement)
+def report_data_checks(context: Context) -> tuple[Finding, ...]:
+    """Check the data and report the findings before anything is fitted to them."""
+    findings = check_data(context.dataset)
     for f in findings:
         if f.check != "ceiling":
-            report(f"{'check this first: ' if f.serious else ''}{f.file}: {f.text}")
+            context.progress.message(f"{'check this first: ' if f.serious else ''}{f.file}: {f.text}")
     return tuple(findings)
 
 
 def calibrate_only(
-    measurement: Dataset,
+    dataset: Dataset,
     *,
     method: str = METHODS[0],
     seed: int = 0,
     jobs: int | None = None,
-    report: Report = silent,
-    watch: Watch = unwatched,
+    progress: Progress = SILENT,
 ) -> LoopResult:
-    """The first half of the loop: the declared vehicle adjusted and judged, nothing traced.
+    """Calibrate and validate the nominal model, without any search for effects.
 
-    method: least squares over all parameters at once, or Broersen's own, one difference of two models at a time.
-    Raises ValueError for an unknown method.
+    Parameters
+    ----------
+    method
+        least-squares: all parameters at once; two-parallel-models: Broersen's method, one difference of two models at
+        a time.
+
+    Raises
+    ------
+    ValueError
+        For an unknown method.
     """
     if method not in METHODS:
         raise ValueError(f"no method {method!r}: {' or '.join(METHODS)}")
-    began = time.perf_counter()
-    findings = report_data_checks(measurement, report)
-    declared = nominal_model(measurement)
+    started = time.perf_counter()
+    context = create_context(dataset, seed=seed, jobs=jobs, progress=progress)
+    findings = report_data_checks(context)
+    context = with_phases(context)
     if method == METHODS[0]:
-        before = calibrate(measurement, declared, jobs=jobs, report=report, watch=watch)
+        before = calibrate(context)
     else:
-        start = with_stable_start(declared, measurement.estimation)
-        ready = prepare_segments(start, measurement, measurement.estimation)
-        paths = measurement.campaign.estimated_parameters
-        before, _ = two_parallel_models(start, measurement, paths, declared, ready, jobs=jobs, report=report)
-    judged = {
-        "declared": validate(declared, measurement, measurement.validation),
-        "before": validate(before.model, measurement, measurement.validation),
+        start = with_stable_start(context, dataset.estimation)
+        before, _ = two_parallel_models(context, start, prepare_segments(context, start, dataset.estimation))
+    validations = {
+        "declared": validate(context, context.nominal, dataset.validation),
+        "before": validate(context, before.model, dataset.validation),
     }
-    judged["after"] = judged["before"]
-    noise = estimate_noise_floor(before.model, measurement, measurement.validation, jobs=jobs)
-    seconds = time.perf_counter() - began
+    validations["after"] = validations["before"]
+    floor = estimate_noise_floor(context, before.model, dataset.validation)
+    step = SelectionStep(NO_SCORE_TEST, (), None)
+    seconds = time.perf_counter() - started
     return LoopResult(
-        measurement, declared, before, before, judged, noise, (SelectionStep(NOTHING, (), None),), NOTHING, "none", None,
-        seconds, seed, findings,
-    )  # fmt: skip
+        context, before, before, validations, floor, (step,), NO_SCORE_TEST, "none", None, seconds, findings
+    )
 
 
-def indistinguishable_kinds(step: SelectionStep) -> list[str]:
-    """Kinds that fit at the place of the added effect as well as it does."""
+def indistinguishable_kinds(context: Context, step: SelectionStep) -> list[str]:
+    """List the kinds that fit at the location of the added effect as well as it does."""
     if step.added is None or step.added.candidate is None:
         return []
-    best = min(float(r.held_out.sum()) for r in step.refits)
-    place = step.added.candidate.at
-    alike = [
+    ratio = context.settings.selection.indistinguishable_ratio
+    best = min(float(r.block_errors.sum()) for r in step.refits)
+    location = step.added.candidate.at
+    similar = [
         r.candidate.kind
         for r in step.refits
-        if r.candidate is not None and r.candidate.at == place and np.sqrt(r.held_out.sum() / best) <= LOOKALIKE
+        if r.candidate is not None and r.candidate.at == location and np.sqrt(r.block_errors.sum() / best) <= ratio
     ]
-    return list(dict.fromkeys([step.added.candidate.kind, *alike]))
+    return list(dict.fromkeys([step.added.candidate.kind, *similar]))

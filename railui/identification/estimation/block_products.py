@@ -1,4 +1,4 @@
-"""Series in blocks of time and their inner products: blocks keep together what is correlated in time."""
+"""Inner products of series in blocks of time: residuals correlated in time stay together in a block."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.identification.estimation.problem import FitSegment
 
+MIN_BLOCK_SAMPLES = 8
+
 
 def block_length(seconds: float, target: FitSegment) -> int:
     """Compared samples in a block of so many seconds."""
-    return max(8, round(seconds / (target.segment.dt * target.filter.every)))
+    return max(MIN_BLOCK_SAMPLES, round(seconds / (target.segment.dt * target.filter.decimation)))
 
 
 def split_into_blocks(series: FloatArray, length: int) -> FloatArray:
-    """Series [row, channel, n] as [row, channel, block, sample], the last block filled up with zeros."""
+    """Split series [row, channel, n] into [row, channel, block, sample], the last block padded with zeros."""
     rows, channels, n = series.shape
     count = -(-n // length)
     padded = np.zeros((rows, channels, count * length))
@@ -28,8 +30,8 @@ def block_gram(series: FloatArray, length: int) -> FloatArray:
     return np.asarray(cut @ cut.transpose(0, 1, 3, 2))
 
 
-def scaled_inverse(gram: FloatArray, least: float) -> FloatArray:
-    """The inverse of a symmetric matrix after scaling, without directions smaller than `least` of the largest."""
+def scaled_inverse(gram: FloatArray, cutoff: float) -> FloatArray:
+    """Invert a symmetric matrix after scaling its diagonal to 1, without directions below `cutoff` of the largest."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
     unit = gram * np.outer(scale, scale)
-    return np.asarray(np.linalg.pinv(unit, rcond=least, hermitian=True) * np.outer(scale, scale))
+    return np.asarray(np.linalg.pinv(unit, rcond=cutoff, hermitian=True) * np.outer(scale, scale))

@@ -1,4 +1,4 @@
-"""What a fit may move: paths with their bounds, priors and usual sizes."""
+"""Free parameters of a fit: paths with their bounds, priors and usual sizes."""
 
 from __future__ import annotations
 
@@ -10,18 +10,32 @@ from numpy.typing import NDArray
 
 from railui import core
 from railui.arrays import FloatArray
+from railui.identification.context import Context
 from railui.vehicle.model import Model
 from railui.vehicle.parameters import PARAMETERS
 
-PHASE = 0.3  # rad, a usual size of a phase
-CURVE = 2.0  # prior standard deviation of a measured curve's points, in its largest force
+USUAL_PHASE = 0.3  # rad
+RIG_RANGE = 100.0  # bound of a rig's parameter, in its usual size
+RIG_ANGULAR_FREQUENCY = 62.8  # rad/s: 10 Hz
+RIG_DAMPING_RATIO = 0.1
 
 
 @dataclass(frozen=True)
 class FreeParameters:
-    """The numbers that a fit moves: paths, bounds, priors (sd infinite: none), usual size of each.
+    """Numbers that a fit moves.
 
-    ratio: steps are ratios, for effect numbers whose size is not known beforehand.
+    Attributes
+    ----------
+    paths
+        Their names [p].
+    low, high
+        Bounds [p].
+    size
+        Usual size [p].
+    prior, prior_sd
+        Mean and standard deviation of the priors [p]; infinite: none.
+    ratio
+        True for numbers [p] that move by ratios: those of effects, whose size is not known beforehand.
     """
 
     paths: tuple[str, ...]
@@ -33,66 +47,85 @@ class FreeParameters:
     ratio: NDArray[np.bool_]
 
     def without_parameter(self, j: int) -> FreeParameters:
-        """The same, one number held."""
-        low, high, size, prior, sd = (
-            np.delete(x, j) for x in (self.low, self.high, self.size, self.prior, self.prior_sd)
-        )
-        return FreeParameters(
-            (*self.paths[:j], *self.paths[j + 1 :]), low, high, size, prior, sd, np.delete(self.ratio, j)
-        )
+        """Return the same without the j-th parameter, which keeps its value."""
+        numbers = (self.low, self.high, self.size, self.prior, self.prior_sd)
+        low, high, size, prior, sd = (np.delete(x, j) for x in numbers)
+        paths = (*self.paths[:j], *self.paths[j + 1 :])
+        return FreeParameters(paths, low, high, size, prior, sd, np.delete(self.ratio, j))
 
 
-def free_parameters(model: Model, paths: Sequence[str], declared: Model) -> FreeParameters:
-    """Bounds and priors of paths and of the phases of each stretch, from the list of parameters and the catalogue."""
-    low, high, size, prior, sd, ratio = [], [], [], [], [], []
-    values = declared.design.values
-    paths = model.freed(paths)
-    for path in paths:
-        now = model.value(path)
-        if "@" in path:
-            low.append(-np.inf)
-            high.append(np.inf)
-            size.append(PHASE)
-            prior.append(now)
-            sd.append(np.inf)
-            ratio.append(False)
-            continue
-        if path in PARAMETERS:
-            p = PARAMETERS[path]
-            mean = values[path]
-            usual = p.usual if np.isfinite(p.usual[1]) else (min(0.0, 10 * mean), max(10 * mean, 1.0))
-            if path.startswith("vehicle.rig"):
-                reach = 100.0 * max(abs(mean), rig_scale(model, path))
-                usual = (-reach if path.endswith("gain") else 0.0, reach)
-            low.append(min(usual[0], 0.1 * mean))
-            high.append(max(usual[1], 10 * mean))
-            size.append(max(abs(mean), 0.01 * (high[-1] - low[-1])))
-            prior.append(mean)
-            # nothing drives a free decay: its gain stays where it is
-            held = abs(mean) or 1.0 if path == "vehicle.rig.gain" else np.inf
-            sd.append(p.prior if p.prior is not None else held)
-            ratio.append(False)
-            continue
-        bounds = _effect_bounds(model, path)
-        ratio.append(bounds[0] >= 0 and now > 0)
-        low.append(max(bounds[0], 1e-4 * now) if ratio[-1] else bounds[0])
-        high.append(bounds[1])
-        size.append(max(abs(now), _curve_size(model, path), 1e-12))
-        curve = _curve_size(model, path)
-        prior.append(0.0 if curve else now)
-        sd.append(CURVE * curve if curve else np.inf)
-    a, b, c, d, e = (np.array(x, dtype=float) for x in (low, high, size, prior, sd))
-    return FreeParameters(tuple(paths), a, b, c, d, e, np.array(ratio))
+@dataclass(frozen=True)
+class _Bounds:
+    """Bounds, usual size, prior and kind of step of one number."""
+
+    low: float
+    high: float
+    size: float
+    prior: float
+    prior_sd: float
+    ratio: bool = False
+
+
+def free_parameters(context: Context, model: Model, paths: Sequence[str]) -> FreeParameters:
+    """Collect bounds and priors of paths, and of the phases of each segment, from parameter list and catalogue."""
+    freed = model.free_paths(paths)
+    rows = [_bounds(context, model, path) for path in freed]
+    low, high, size, prior, sd = (
+        np.array([getattr(row, name) for row in rows], dtype=float)
+        for name in ("low", "high", "size", "prior", "prior_sd")
+    )
+    return FreeParameters(tuple(freed), low, high, size, prior, sd, np.array([row.ratio for row in rows]))
+
+
+def _bounds(context: Context, model: Model, path: str) -> _Bounds:
+    if "@" in path:
+        return _Bounds(-np.inf, np.inf, USUAL_PHASE, model.value(path), np.inf)
+    if path in PARAMETERS:
+        return _vehicle_bounds(context, model, path)
+    return _effect_bounds(model, path, context.settings.calibration.curve_prior_sd)
+
+
+def _vehicle_bounds(context: Context, model: Model, path: str) -> _Bounds:
+    parameter = PARAMETERS[path]
+    nominal = context.nominal.design.values[path]
+    usual = parameter.usual_range
+    if not np.isfinite(usual[1]):
+        usual = (min(0.0, 10 * nominal), max(10 * nominal, 1.0))
+    if path.startswith("vehicle.rig"):
+        reach = RIG_RANGE * max(abs(nominal), rig_scale(model, path))
+        usual = (-reach if path.endswith("gain") else 0.0, reach)
+    low = min(usual[0], 0.1 * nominal)
+    high = max(usual[1], 10 * nominal)
+    # a free decay has no input, so that its gain keeps the nominal value
+    undriven = abs(nominal) or 1.0 if path == "vehicle.rig.gain" else np.inf
+    prior_sd = parameter.prior_sd if parameter.prior_sd is not None else undriven
+    return _Bounds(low, high, max(abs(nominal), 0.01 * (high - low)), nominal, prior_sd)
+
+
+def _effect_bounds(model: Model, path: str, curve_prior_sd: float) -> _Bounds:
+    now = model.value(path)
+    low, high = _catalogue_bounds(model, path)
+    ratio = low >= 0 and now > 0
+    curve = _curve_size(model, path)
+    return _Bounds(
+        low=max(low, 1e-4 * now) if ratio else low,
+        high=high,
+        size=max(abs(now), curve, 1e-12),
+        prior=0.0 if curve else now,
+        prior_sd=curve_prior_sd * curve if curve else np.inf,
+        ratio=ratio,
+    )
 
 
 def rig_scale(model: Model, path: str) -> float:
-    """A usual size of a rig's parameter where its declared value is zero: 10 Hz, a tenth of critical damping."""
-    m, w = model.design.values["vehicle.rig.mass"], 62.8
-    return {"stiffness": m * w * w, "damping": 0.2 * m * w}.get(path.rpartition(".")[2], 1.0)
+    """Usual size of a rig's parameter whose nominal value is zero: 10 Hz, a tenth of critical damping."""
+    m, w = model.design.values["vehicle.rig.mass"], RIG_ANGULAR_FREQUENCY
+    scales = {"stiffness": m * w * w, "damping": 2.0 * RIG_DAMPING_RATIO * m * w}
+    return scales.get(path.rpartition(".")[2], 1.0)
 
 
 def _curve_size(model: Model, path: str) -> float:
-    """The largest force of a measured curve, for the points where it is zero; 0 for other numbers."""
+    """Largest force of a force curve, for its points; 0 for other numbers."""
     _, number, key = path.split(".", 2)
     if not key.startswith("force."):
         return 0.0
@@ -100,12 +133,12 @@ def _curve_size(model: Model, path: str) -> float:
     return float(np.max(np.abs(force)))
 
 
-def _effect_bounds(model: Model, path: str) -> tuple[float, float]:
+def _catalogue_bounds(model: Model, path: str) -> tuple[float, float]:
     group, number, key = path.split(".", 2)
     if key.startswith("force."):
         return -np.inf, np.inf
     if group == "sensors":
-        p = next(p for p in core.record(model.sensors[int(number)].kind)["parameters"] if p["key"] == key)
+        p = next(p for p in core.effect_record(model.sensors[int(number)].kind)["parameters"] if p["key"] == key)
         return float(p["minimum"]), float(p["maximum"])
     parameter = model.design.parameter(path)
     return parameter.minimum, parameter.maximum

@@ -1,4 +1,4 @@
-"""What the measured motions determine: directions of the weighted sensitivity, profiles, parameters per stretch."""
+"""Identifiability: directions of the weighted sensitivities, profile likelihoods and parameters per track section."""
 
 from __future__ import annotations
 
@@ -8,16 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.identification.estimation.output_error import Fit, GaussNewton, block_distances, residual_variance
-from railui.progress import Report, silent
+from railui.campaign.settings.estimation import IdentifiabilitySettings
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit, residual_variance
+from railui.identification.estimation.gauss_newton import GaussNewton
 
-SURE = 0.10  # relative standard deviation up to which a number is determined
-VAGUE = 0.5  # and up to which it is so roughly
-TOLD = 0.3  # share of a direction from which a parameter is named in it
-REACH = (-3.0, -1.5, 1.5, 3.0)  # standard deviations at which a profile is taken
-NINETY = 2.706  # rise of the deviance at the ends of a 90 % interval
-BLOCKS = 5  # of time that a stretch must hold at least
-TURNS = 3  # refits of a profile's point
+PROFILE_POINTS = (-3.0, -1.5, 1.5, 3.0)  # standard deviations from the estimate
+DEVIANCE_90 = 2.706  # rise of the deviance at the ends of a 90 % interval: chi-squared of one degree of freedom
+PROFILE_ITERATIONS = 3
+PROFILE_TOLERANCE = 1e-5
+MAX_PARTNERS = 3
+BOUND_WIDTH = 1e-6  # of the usual size: an estimate so near a bound counts as being on it
+SECTION_LOOSENESS = 100.0  # variance within which a section may differ from the whole run, in that of its estimate
 DETERMINED, ROUGH = "determined", "determined roughly"
 COMBINED, UNSEEN = "only in combination", "not seen by these sensors"
 
@@ -33,66 +35,109 @@ class Direction:
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Directions, the strongest first; per path the word, its relative sd from the data alone, and its partners."""
+    """Directions and classes of the parameters.
+
+    Attributes
+    ----------
+    directions
+        The strongest first.
+    classes
+        Path, class, relative standard deviation from the data alone, and correlated paths.
+    determined_sd
+        Relative standard deviation up to which a parameter is determined.
+    """
 
     directions: tuple[Direction, ...]
     classes: tuple[tuple[str, str, float, tuple[str, ...]], ...]
+    determined_sd: float
 
     def sentences(self) -> list[str]:
-        """The same in sentences."""
-        sure = [p for p, word, _, _ in self.classes if word == DETERMINED]
-        told = [f"determined to {100 * SURE:.0f} % or better: {', '.join(sure)}"] if sure else []
-        rough = [f"{p} ({100 * sd:.0f} %)" for p, word, sd, _ in self.classes if word == ROUGH]
-        told += [f"determined roughly: {', '.join(rough)}"] if rough else []
-        pairs = {tuple(sorted({p, *partners})) for p, word, _, partners in self.classes if word == COMBINED}
-        told += [f"only this combination is determined: {', '.join(pair)}" for pair in sorted(pairs)]
-        lost = [p for p, word, _, _ in self.classes if word == UNSEEN]
-        return told + ([f"not seen by these sensors: {', '.join(lost)}"] if lost else [])
+        """Summarise the classes in sentences."""
+        lines = []
+        if determined := [p for p, word, _, _ in self.classes if word == DETERMINED]:
+            lines.append(f"determined to {100 * self.determined_sd:.0f} % or better: {', '.join(determined)}")
+        if rough := [f"{p} ({100 * sd:.0f} %)" for p, word, sd, _ in self.classes if word == ROUGH]:
+            lines.append(f"determined roughly: {', '.join(rough)}")
+        groups = {tuple(sorted({p, *partners})) for p, word, _, partners in self.classes if word == COMBINED}
+        lines += [f"only this combination is determined: {', '.join(group)}" for group in sorted(groups)]
+        if unseen := [p for p, word, _, _ in self.classes if word == UNSEEN]:
+            lines.append(f"not seen by these sensors: {', '.join(unseen)}")
+        return lines
 
 
-def analyse_identifiability(fit: Fit) -> Identifiability:
-    """Singular values of the sensitivities, weighted by noise and taken per relative change of each parameter.
+def analyse_identifiability(fit: Fit, settings: IdentifiabilitySettings) -> Identifiability:
+    """Classify parameters by the singular values of the sensitivities, weighted by noise, per relative change.
 
-    A change of a parameter by its own value counts 1; what is zero by its usual size. Priors are left out.
+    A change of a parameter by its own value counts 1, and by its usual size where it is zero. Priors are left out.
     """
-    size = np.where(np.abs(fit.x) > 0, np.abs(fit.x), fit.free.size)
-    scores = fit.normal.gram.sum(axis=1)[:, 1:, 0]
-    total = fit.normal.total[1:, 1:] * np.outer(size, size)
-    # blocks keep correlated residuals together: the factor by which white statistics are too sure
-    white = np.maximum(np.diag(fit.normal.total)[1:] * fit.normal.rss / fit.normal.samples, 1e-300)
-    factor = float(np.median(np.sum((scores - scores.mean(axis=0)) ** 2, axis=0) / white))
-    information = total / (fit.normal.rss / fit.normal.samples) / max(factor, 1e-3)
+    information = _information(fit)
     values, vectors = np.linalg.eigh(0.5 * (information + information.T))
     values = np.maximum(values, 1e-12)
-    paths = fit.free.paths
-    directions = []
-    for k in np.argsort(-values):
-        v = vectors[:, k] * np.sign(vectors[np.argmax(np.abs(vectors[:, k])), k])
-        parts = sorted(((paths[i], float(v[i])) for i in np.flatnonzero(np.abs(v) >= TOLD)), key=lambda p: -abs(p[1]))
-        directions.append(Direction(float(np.sqrt(values[k])), float(1.0 / np.sqrt(values[k])), tuple(parts)))
+    directions = tuple(
+        _direction(fit.free.paths, float(values[k]), vectors[:, k], settings.direction_part)
+        for k in np.argsort(-values)
+    )
     covariance = (vectors / values) @ vectors.T
     alone = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-12))
     together = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(together, together)
-    words = []
-    for i, path in enumerate(paths):
-        partners = tuple(
-            paths[j] for j in np.argsort(-np.abs(correlation[i])) if j != i and abs(correlation[i, j]) > 0.7
-        )
-        if together[i] <= SURE:
-            words.append((path, DETERMINED, float(together[i]), ()))
-        elif alone[i] <= VAGUE and partners:
-            words.append((path, COMBINED, float(together[i]), partners[:3]))
-        elif together[i] <= VAGUE:
-            words.append((path, ROUGH, float(together[i]), ()))
+    correlation = np.abs(covariance / np.outer(together, together))
+    classes = []
+    for i, path in enumerate(fit.free.paths):
+        order = [j for j in np.argsort(-correlation[i]) if j != i]
+        partners = tuple(fit.free.paths[j] for j in order if correlation[i, j] > settings.partner_correlation)
+        sd = float(together[i])
+        if sd <= settings.determined_sd:
+            classes.append((path, DETERMINED, sd, ()))
+        elif alone[i] <= settings.roughly_determined_sd and partners:
+            classes.append((path, COMBINED, sd, partners[:MAX_PARTNERS]))
+        elif sd <= settings.roughly_determined_sd:
+            classes.append((path, ROUGH, sd, ()))
         else:
-            words.append((path, UNSEEN, float(together[i]), ()))
-    return Identifiability(tuple(directions), tuple(words))
+            classes.append((path, UNSEEN, sd, ()))
+    return Identifiability(directions, tuple(classes), settings.determined_sd)
+
+
+def _information(fit: Fit) -> FloatArray:
+    """Fisher information [p, p] per relative change, corrected for residuals that are correlated in time."""
+    size = np.where(np.abs(fit.x) > 0, np.abs(fit.x), fit.free.size)
+    scores = fit.normal.gram.sum(axis=1)[:, 1:, 0]
+    total = fit.normal.total[1:, 1:] * np.outer(size, size)
+    # the factor by which statistics of white noise would understate the variance
+    white = np.maximum(np.diag(fit.normal.total)[1:] * fit.normal.rss / fit.normal.samples, 1e-300)
+    factor = float(np.median(np.sum((scores - scores.mean(axis=0)) ** 2, axis=0) / white))
+    return np.asarray(total / (fit.normal.rss / fit.normal.samples) / max(factor, 1e-3))
+
+
+def _direction(paths: Sequence[str], value: float, vector: FloatArray, least_part: float) -> Direction:
+    v = vector * np.sign(vector[np.argmax(np.abs(vector))])
+    parts = [(paths[int(i)], float(v[i])) for i in np.flatnonzero(np.abs(v) >= least_part)]
+    root = np.sqrt(value)
+    return Direction(float(root), float(1.0 / root), tuple(sorted(parts, key=lambda p: -abs(p[1]))))
+
+
+def parameter_flags(fit: Fit, settings: IdentifiabilitySettings) -> list[str | None]:
+    """Flag each free parameter as bound, unseen, correlated or None."""
+    sd = fit.sd
+    scaled = fit.covariance / np.outer(np.maximum(sd, 1e-300), np.maximum(sd, 1e-300))
+    off_diagonal = np.abs(scaled - np.diag(np.diag(scaled)))
+    flags: list[str | None] = []
+    for i in range(len(fit.x)):
+        width = BOUND_WIDTH * fit.free.size[i]
+        prior_sd = fit.free.prior_sd[i]
+        if fit.x[i] <= fit.free.low[i] + width or fit.x[i] >= fit.free.high[i] - width:
+            flags.append("bound")
+        elif np.isfinite(prior_sd) and sd[i] > settings.unseen_prior_share * prior_sd:
+            flags.append("unseen")
+        elif off_diagonal.size and off_diagonal[i].max() > settings.flagged_correlation:
+            flags.append("correlated")
+        else:
+            flags.append(None)
+    return flags
 
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """Deviance [point] of a parameter at values [point], all others adjusted again; ends of its 90 % interval."""
+    """Profile likelihood: deviance [point] at values [point] of a parameter, and the ends of its 90 % interval."""
 
     path: str
     values: FloatArray
@@ -101,69 +146,74 @@ class Profile:
     high: float | None
 
 
-def profile_likelihood(fit: Fit, path: str, *, jobs: int | None = None) -> Profile:
-    """The profile likelihood of one number: it is held, everything else is adjusted again.
+def profile_likelihood(context: Context, fit: Fit, path: str) -> Profile:
+    """Compute the profile likelihood of one parameter: it is fixed at points, all others are estimated again.
 
-    The deviance is scaled so that near the optimum it is that of the number's standard deviation (blocks of time).
+    The deviance is scaled so that its curvature at the estimate agrees with the standard deviation from blocks.
     """
+    context = context.in_background(context.jobs)
     j = fit.free.paths.index(path)
-    kept = [k for k in range(len(fit.x)) if k != j]
+    others = [k for k in range(len(fit.x)) if k != j]
     free = fit.free.without_parameter(j)
     sd = fit.sd[j]
-    ridge = fit.covariance[kept, j] / fit.covariance[j, j]
-    whole = GaussNewton(fit.model, fit.free, fit.segments, block=fit.block, stable=False, jobs=jobs)
-    a, _ = whole.equations(fit.normal, fit.x)
-    unit = 1.0 / np.sqrt(np.diag(a))
-    scale = float(np.linalg.inv(a * np.outer(unit, unit))[j, j]) * unit[j] ** 2 / sd**2
+    ridge = fit.covariance[others, j] / fit.covariance[j, j]
+    scale = _profile_scale(context, fit, j)
     values, deviance = [float(fit.x[j])], [0.0]
-    for reach in REACH:
+    for reach in PROFILE_POINTS:
         value = float(np.clip(fit.x[j] + reach * sd, fit.free.low[j], fit.free.high[j]))
         if value in values:
             continue
-        model = fit.model.with_row([path], np.array([value]))
-        adjuster = GaussNewton(model, free, fit.segments, block=fit.block, stable=False, jobs=jobs)
+        model = fit.model.with_path_values([path], np.array([value]))
+        optimiser = GaussNewton(context, model, free, fit.segments, block=fit.block, stable=False)
+        start = fit.x[others] + ridge * (value - fit.x[j])
         try:
-            found = adjuster.fit(fit.x[kept] + ridge * (value - fit.x[j]), tolerance=1e-5, most=TURNS)
+            refit = optimiser.fit(start, tolerance=PROFILE_TOLERANCE, max_iterations=PROFILE_ITERATIONS)
         except ValueError:
             continue  # diverges there: the interval ends before
-        own = ((value - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2
-        own -= ((fit.x[j] - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2
+        prior = ((value - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2
+        prior -= ((fit.x[j] - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2
         values.append(value)
-        deviance.append(max(found.cost + own - fit.cost, 0.0) * scale)
+        deviance.append(max(refit.cost + prior - fit.cost, 0.0) * scale)
     order = np.argsort(values)
     v, d = np.array(values)[order], np.array(deviance)[order]
     middle = int(np.argmin(d))
-    return Profile(path, v, d, _end(v[: middle + 1][::-1], d[: middle + 1][::-1]), _end(v[middle:], d[middle:]))
+    low = _interval_end(v[: middle + 1][::-1], d[: middle + 1][::-1])
+    return Profile(path, v, d, low, _interval_end(v[middle:], d[middle:]))
 
 
-def _end(values: FloatArray, deviance: FloatArray) -> float | None:
-    """Where the deviance crosses 2.706, its root linear between points; None where it does not."""
+def _profile_scale(context: Context, fit: Fit, j: int) -> float:
+    """Variance of a parameter in the cost function over its variance from blocks."""
+    optimiser = GaussNewton(context, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+    a, _ = optimiser.equations(fit.normal, fit.x)
+    unit = 1.0 / np.sqrt(np.diag(a))
+    return float(float(np.linalg.inv(a * np.outer(unit, unit))[j, j]) * unit[j] ** 2 / fit.sd[j] ** 2)
+
+
+def _interval_end(values: FloatArray, deviance: FloatArray) -> float | None:
+    """Value at which the deviance crosses 2.706, its root linear between points; None where it does not."""
     root = np.sqrt(deviance)
+    level = np.sqrt(DEVIANCE_90)
     for k in range(1, len(root)):
-        if root[k] >= np.sqrt(NINETY) > root[k - 1]:
-            part = (np.sqrt(NINETY) - root[k - 1]) / (root[k] - root[k - 1])
+        if root[k] >= level > root[k - 1]:
+            part = (level - root[k - 1]) / (root[k] - root[k - 1])
             return float(values[k - 1] + part * (values[k] - values[k - 1]))
     return None
 
 
-def profile_likelihoods(
-    fit: Fit, paths: Sequence[str], *, jobs: int | None = None, report: Report = silent
-) -> list[Profile]:
-    """The profiles of several numbers."""
-    out = []
+def profile_likelihoods(context: Context, fit: Fit, paths: Sequence[str]) -> list[Profile]:
+    """Compute the profiles of several parameters."""
+    profiles = []
     for path in paths:
-        out.append(profile_likelihood(fit, path, jobs=jobs))
-        ends = [f"{x:.5g}" if x is not None else "open" for x in (out[-1].low, out[-1].high)]
-        report(f"  profile of {path}: 90 % from {ends[0]} to {ends[1]}")
-    return out
+        profile = profile_likelihood(context, fit, path)
+        ends = [f"{x:.5g}" if x is not None else "open" for x in (profile.low, profile.high)]
+        context.progress.message(f"  profile of {path}: 90 % from {ends[0]} to {ends[1]}")
+        profiles.append(profile)
+    return profiles
 
 
 @dataclass(frozen=True, eq=False)
 class SectionEstimates:
-    """Values [stretch, path] of the parameters on stretches of track [stretch, (from, to)] in m, with their sd.
-
-    chi2 [path]: squared deviations from the common value over their variance, per stretch: about 1 where constant.
-    """
+    """Estimates [section, path] with standard deviations on track sections [section, (from, to)] in m."""
 
     paths: tuple[str, ...]
     sections: FloatArray
@@ -172,40 +222,52 @@ class SectionEstimates:
 
     @property
     def chi2(self) -> FloatArray:
-        """Reduced chi-squared [path] of the stretches' values about their common one."""
+        """Reduced chi-squared [path] of the sections' values about their common one: about 1 where constant."""
         weight = 1.0 / np.maximum(self.sd, 1e-300) ** 2
         mean = np.sum(weight * self.values, axis=0) / np.sum(weight, axis=0)
         return np.asarray(np.sum(weight * (self.values - mean) ** 2, axis=0) / max(len(self.values) - 1, 1))
 
 
-def estimate_per_section(fit: Fit, length: float) -> SectionEstimates:
-    """Every adjusted parameter on stretches of so many metres each: one step from the common values (linear).
+def estimate_per_section(context: Context, fit: Fit, length: float) -> SectionEstimates:
+    """Estimate every parameter on track sections of so many metres each, by one linear step from the common values.
 
-    Priors hold on every stretch what it alone does not determine. Raises ValueError where no stretch has as many
-    blocks of time as it needs.
+    Priors determine what a section alone does not.
+
+    Raises
+    ------
+    ValueError
+        Where no section has as many blocks of time as it needs.
     """
-    s = block_distances(fit)
+    min_blocks = context.settings.identifiability.min_section_blocks
+    s = fit.block_distances()
     gram = fit.normal.gram.sum(axis=1)
     count = max(1, int(np.ceil((s.max() - s.min()) / length)))
-    place = np.minimum(((s - s.min()) / length).astype(int), count - 1)  # what lies on the last edge is in the last
-    rows, sds, between = [], [], []
+    section = np.minimum(((s - s.min()) / length).astype(int), count - 1)  # the last edge belongs to the last section
     common = fit.covariance.diagonal() * count
-    # a stretch is held by the whole run ten times as loosely as the run knows it
-    held = 1.0 / np.maximum(100.0 * common, 1e-300) + 1.0 / fit.free.prior_sd**2
+    precision = 1.0 / np.maximum(SECTION_LOOSENESS * common, 1e-300) + 1.0 / fit.free.prior_sd**2
+    values, sds, sections = [], [], []
     for k in range(count):
-        inside, start = place == k, s.min() + k * length
-        if inside.sum() < BLOCKS:
+        inside = section == k
+        if inside.sum() < min_blocks:
             continue
-        part = gram[inside]
-        total = part.sum(axis=0)
-        variance = residual_variance(total[0, 0], max(fit.normal.samples * inside.mean(), 1.0))
-        inverse = np.linalg.pinv(total[1:, 1:] + variance * np.diag(held), rcond=1e-12, hermitian=True)
-        scores = part[:, 1:, 0] - part[:, 1:, 0].mean(axis=0)
-        rows.append(fit.x + inverse @ total[1:, 0])
-        sds.append(np.sqrt(np.maximum(np.diag(inverse @ (scores.T @ scores) @ inverse), 0.0)))
-        between.append((start, min(start + length, float(s.max()))))
-    if not rows:
-        enough = (BLOCKS + 1) * float(np.median(np.diff(s)))
+        estimate, sd = _section_estimate(fit, gram[inside], precision, float(inside.mean()))
+        start = s.min() + k * length
+        values.append(estimate)
+        sds.append(sd)
+        sections.append((start, min(start + length, float(s.max()))))
+    if not values:
+        enough = (min_blocks + 1) * float(np.median(np.diff(s)))
         least = f"give at least {enough:.0f} m" if enough > length else "measure longer runs"
         raise ValueError(f"stretches of {length:g} m are too short to estimate parameters on each, {least}")
-    return SectionEstimates(fit.free.paths, np.array(between), np.array(rows), np.array(sds))
+    return SectionEstimates(fit.free.paths, np.array(sections), np.array(values), np.array(sds))
+
+
+def _section_estimate(fit: Fit, gram: FloatArray, precision: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
+    """Estimates and standard deviations [p] from the blocks of a section, a share of all."""
+    total = gram.sum(axis=0)
+    samples = max(fit.normal.samples * share, 1.0)
+    variance = residual_variance(total[0, 0], samples, fit.normal.independent_share)
+    inverse = np.linalg.pinv(total[1:, 1:] + variance * np.diag(precision), rcond=1e-12, hermitian=True)
+    scores = gram[:, 1:, 0] - gram[:, 1:, 0].mean(axis=0)
+    sd = np.sqrt(np.maximum(np.diag(inverse @ (scores.T @ scores) @ inverse), 0.0))
+    return fit.x + inverse @ total[1:, 0], np.asarray(sd)

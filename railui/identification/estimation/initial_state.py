@@ -1,138 +1,148 @@
-"""How a run begins: the state that the vehicle is in, and the angle of what turns; from its first seconds."""
+"""Initial-state estimation: the state of the vehicle at the first sample, and phases of rotating parts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Segment, steps_for
+from railui.campaign.dataset import Segment
+from railui.campaign.settings.estimation import InitialStateSettings
+from railui.identification.context import Context
+from railui.identification.prediction import Predictor
 from railui.vehicle.model import Model
 
-START = 4.0  # seconds on which an initial state is estimated
-SCALES = (5e-3, 3e-3)  # usual displacement [m] and yaw [rad], the ridge of the estimate
-RATES = (0.05, 0.03)
-NUDGE = 1e-3  # of a usual motion, and rad: for derivatives
-QUARTER = 0.5 * np.pi
-TURNS = 2  # of Gauss and Newton; two more where phases are estimated, of which the first is in sine and cosine
+DIFFERENCE_STEP = 1e-3  # of a usual motion, and rad: for derivatives
+QUARTER_TURN = 0.5 * np.pi
+ITERATIONS = 2  # of Gauss-Newton
+PHASE_ITERATIONS = 2  # more where phases are estimated, the first of all in sine and cosine
+SAMPLES_PER_STATE = 8  # at least
+RIG_RATE_SHARE = 0.1  # usual rate of a rig: this share of its usual motion per sample
 
 
-def estimate_initial_state(model: Model, stretch: Segment, noise: Mapping[str, float]) -> FloatArray:
-    """The state [q, q'] with which a stretch begins, from its first 4 s by linear least squares, twice.
+def estimate_initial_state(context: Context, model: Model, segment: Segment) -> FloatArray:
+    """Estimate the state [q, q'] at the first sample of a segment by linear least squares, twice.
 
-    Offsets of the channels are estimated along; a ridge of usual motions holds what the sensors do not see.
+    Offsets of the channels are estimated jointly; a ridge of usual motions determines what the sensors do not.
     """
-    return _Beginning(model, stretch, noise).estimated(())[0]
+    return _InitialStateProblem(context, model, segment).solve(())[0]
 
 
-def estimate_phases(model: Model, stretch: Segment, noise: Mapping[str, float]) -> Model:
-    """The vehicle with its phases on this stretch: as fitted there, else estimated on its first 4 s.
+def estimate_phases(context: Context, model: Model, segment: Segment) -> Model:
+    """Return the model with its phases on a segment: as fitted there, or else estimated jointly with the initial state.
 
-    Beside the initial state: first as amounts of sine and cosine,
+    Notes
+    -----
+    First as amounts of sine and cosine,
 
         F_0 sin(s/r_e + phase) = F_0 cos(phase) sin(s/r_e) + F_0 sin(phase) cos(s/r_e),
 
-    of which the linear estimate is without wrong valleys, then as angles of the whole vehicle.
+    whose linear estimate has no local minima, then as angles of the complete vehicle.
     """
-    where = stretch.segment_key[0]
-    own = [path for path in model.run_paths() if f"{path}@{where}" not in model.phases]
-    if not own:
+    where = segment.segment_key[0]
+    unknown = [path for path in model.run_dependent_paths() if f"{path}@{where}" not in model.phases]
+    if not unknown:
         return model
-    scoped = [f"{path}@{where}" for path in own]
-    model = model.with_row(scoped, np.zeros(len(own)))
-    return model.with_row(scoped, _Beginning(model, stretch, noise).estimated(own)[1])
+    scoped = [f"{path}@{where}" for path in unknown]
+    model = model.with_path_values(scoped, np.zeros(len(unknown)))
+    return model.with_path_values(scoped, _InitialStateProblem(context, model, segment).solve(unknown)[1])
 
 
-class _Beginning:
-    """The first seconds of a stretch, against which vehicles begin in one state or another."""
+class _InitialStateProblem:
+    """Least-squares problem of the initial state and phases over the first seconds of a segment."""
 
-    def __init__(self, model: Model, stretch: Segment, noise: Mapping[str, float]) -> None:
-        self.model, self.stretch, self.channels = model.on(*stretch.segment_key), stretch, stretch.channels
-        self.vehicles = model.vehicles(stretch.coach_forces)
-        self.states = self.vehicles.states(self.model.single())
-        self.scale = state_scale(stretch, self.model)
-        self.steps = steps_for(self.model, stretch)
-        self.samples = n = min(stretch.samples, max(round(START / stretch.dt), 8 * len(self.scale)))
-        table = stretch.table(self.model.half_wheelbase(), self.steps)
-        self.table = np.ascontiguousarray(table[: 2 * self.steps * (n - 1) + 1])
-        columns = stretch.columns
-        self.sd = np.array([max(noise.get(c, 0.0), 0.02 * columns[c].std(), 1e-12) for c in self.channels])
-        self.x = stretch.measured(self.channels)[:, :n] / self.sd[:, None]
+    def __init__(self, context: Context, model: Model, segment: Segment) -> None:
+        settings = context.settings.initial_state
+        self.model = model.on_segment(*segment.segment_key)
+        self.segment = segment
+        self.channels = segment.channels
+        self.vehicles = model.vehicles(segment.coach_forces)
+        self.states = self.vehicles.state_count(self.model.single_batch())
+        self.scale = state_scale(settings, segment, self.model)
+        self.predictor = Predictor(self.model, segment)
+        steps = self.predictor.steps
+        wanted = max(round(settings.initial_state_duration / segment.dt), SAMPLES_PER_STATE * len(self.scale))
+        samples = min(segment.samples, wanted)
+        table = segment.table(self.model.wheelset_spacing(), steps)
+        self.table = np.ascontiguousarray(table[: 2 * steps * (samples - 1) + 1])
+        share = settings.min_channel_noise_share
+        columns = segment.columns
+        self.sd = np.array([max(context.noise.get(c, 0.0), share * columns[c].std(), 1e-12) for c in self.channels])
+        self.measured = segment.measured(self.channels)[:, :samples] / self.sd[:, None]
 
-    def estimated(self, turning: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-        """The initial state [state] and the angles [turning] in the middle of the stretch; zeros where it diverges."""
-        guess, angles, own = np.zeros(self.states), np.zeros(len(turning)), len(self.scale)
-        for turn in range(TURNS + (2 if turning else 0)):
-            first = bool(turning) and turn == 0
-            tried, on = _quadrature(len(turning)) if first else _further(angles)
-            series = self._series(guess, turning, tried, on)
+    def solve(self, rotating: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+        """Estimate the state [state] and the angles [rotating] in the middle of the segment; zeros: diverged."""
+        state = np.zeros(self.states)
+        angles = np.zeros(len(rotating))
+        count = len(self.scale)
+        for iteration in range(ITERATIONS + (PHASE_ITERATIONS if rotating else 0)):
+            in_quadrature = bool(rotating) and iteration == 0
+            tried, active = _quadrature(len(rotating)) if in_quadrature else _perturbed(angles)
+            series = self._series(state, rotating, tried, active)
             if series is None:
-                return np.zeros(self.states), np.zeros(len(turning))
-            rows = (series[1:] - series[0]) / NUDGE
-            rows[own:] *= NUDGE if first else 1.0  # the whole of what turns
-            found = self._solved(series[0], rows, guess)
-            guess = guess.copy()
-            guess[:own] += self.scale * found[:own]
-            angles = np.arctan2(found[own + 1 :: 2], found[own::2]) if first else angles + found[own:]
-        return guess, angles
+                return np.zeros(self.states), np.zeros(len(rotating))
+            rows = (series[1:] - series[0]) / DIFFERENCE_STEP
+            rows[count:] *= DIFFERENCE_STEP if in_quadrature else 1.0  # the full amount, not a derivative
+            solution = self._least_squares(series[0], rows, state)
+            state = state.copy()
+            state[:count] += self.scale * solution[:count]
+            amounts = solution[count:]
+            angles = np.arctan2(amounts[1::2], amounts[::2]) if in_quadrature else angles + amounts
+        return state, angles
 
     def _series(
-        self, guess: FloatArray, turning: Sequence[str], tried: FloatArray, on: FloatArray
+        self, state: FloatArray, rotating: Sequence[str], tried: FloatArray, active: FloatArray
     ) -> FloatArray | None:
-        """Weighted channels [lane, channel, n]: as guessed, then with each usual motion, then as the others are tried.
+        """Simulate weighted channels [lane, channel, n]: from the state, from each perturbed state, at further angles.
 
-        tried: angles [lane, turning] as guessed and of the others, on: which of them turn.
+        tried: angles [lane, rotating], the present ones first; active: amounts [lane, rotating]. None: diverged.
         """
-        model, own = self.model, len(self.scale)
-        lanes = np.array([0] * (own + 1) + list(range(1, len(tried))))
-        starts = np.tile(guess, (len(lanes), 1))
-        starts[1 : own + 1, :own] += np.diag(NUDGE * self.scale)
-        rows, (where, middle) = np.tile(model.row, (len(lanes), 1)), self.stretch.segment_key
-        model.turn(rows, where, middle, {f"{p}@{where}": tried[lanes, k] for k, p in enumerate(turning)})
+        model, count = self.model, len(self.scale)
+        lanes = np.array([0] * (count + 1) + list(range(1, len(tried))))
+        starts = np.tile(state, (len(lanes), 1))
+        starts[1 : count + 1, :count] += np.diag(DIFFERENCE_STEP * self.scale)
+        rows = np.tile(model.row, (len(lanes), 1))
+        where, middle = self.segment.segment_key
+        model.set_phases(rows, where, middle, {f"{p}@{where}": tried[lanes, k] for k, p in enumerate(rotating)})
         batch = model.batch(rows)
-        batch.amounts[:, [int(p.split(".")[1]) for p in turning]] = on[lanes]
-        series, lost = self.vehicles.simulate(
-            batch.with_initial(starts), self.table, self.stretch.dt, self.steps, self.channels
+        batch.amounts[:, [int(p.split(".")[1]) for p in rotating]] = active[lanes]
+        series, diverged = self.predictor.simulate(
+            self.channels, batch=batch.with_initial_states(starts), vehicles=self.vehicles, table=self.table
         )
-        return None if np.any(lost >= 0) else series / self.sd[None, :, None]
+        return None if np.any(diverged >= 0) else series / self.sd[None, :, None]
 
-    def _solved(self, z: FloatArray, rows: FloatArray, guess: FloatArray) -> FloatArray:
-        """How much of each row [row, channel, n] is missing in what was guessed: usual motions, then the others."""
-        own, channels, n = len(self.scale), *z.shape
+    def _least_squares(self, simulated: FloatArray, rows: FloatArray, state: FloatArray) -> FloatArray:
+        """Solve for the amount of each row [row, channel, n] in the residual; the initial state has a ridge."""
+        count, channels, n = len(self.scale), *simulated.shape
         a = np.hstack([rows.reshape(len(rows), -1).T, np.kron(np.eye(channels), np.ones((n, 1)))])
-        a = np.vstack([a, np.eye(a.shape[1])[:own]])
-        b = np.concatenate([(self.x - z).ravel(), -guess[:own] / self.scale])
+        a = np.vstack([a, np.eye(a.shape[1])[:count]])
+        b = np.concatenate([(self.measured - simulated).ravel(), -state[:count] / self.scale])
         return np.asarray(np.linalg.lstsq(a, b, rcond=None)[0][: len(rows)])
 
 
 def _quadrature(count: int) -> tuple[FloatArray, FloatArray]:
-    """Angles [lane, turning] and which turn: none, then each alone in sine and in cosine."""
-    on = np.vstack([np.zeros((1, count)), np.repeat(np.eye(count), 2, axis=0)])
-    return on * np.concatenate([[0.0], np.tile([0.0, QUARTER], count)])[:, None], on
+    """Angles and amounts [lane, rotating]: none, then each alone in sine and in cosine."""
+    active = np.vstack([np.zeros((1, count)), np.repeat(np.eye(count), 2, axis=0)])
+    return active * np.concatenate([[0.0], np.tile([0.0, QUARTER_TURN], count)])[:, None], active
 
 
-def _further(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Angles [lane, turning] and which turn: all as they are, then each a little further."""
-    tried = angles + NUDGE * np.eye(1 + len(angles), len(angles), k=-1)
+def _perturbed(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Angles and amounts [lane, rotating]: as they are, then each a little further."""
+    tried = angles + DIFFERENCE_STEP * np.eye(1 + len(angles), len(angles), k=-1)
     return tried, np.ones_like(tried)
 
 
-def state_scale(stretch: Segment, model: Model) -> FloatArray:
-    """Usual displacements and rates [state] of what an initial state is estimated of."""
-    return np.concatenate([_scales(stretch, model), _rates(stretch, model)])
-
-
-def _scales(stretch: Segment, model: Model) -> FloatArray:
-    if stretch.kind == "rig":
-        column = stretch.columns[stretch.channels[0]]
-        return np.array([max(float(np.std(column)), 1e-12)])
-    coach = [SCALES[0]] if any(e.kind == "coach_mode" for e in model.effects) and not stretch.coach_forces else []
-    return np.array([*SCALES * 3, *coach])
-
-
-def _rates(stretch: Segment, model: Model) -> FloatArray:
-    if stretch.kind == "rig":
-        return _scales(stretch, model) / stretch.dt * 0.1
-    coach = [RATES[0]] * (len(_scales(stretch, model)) - 6)
-    return np.array([*RATES * 3, *coach])
+def state_scale(settings: InitialStateSettings, segment: Segment, model: Model) -> FloatArray:
+    """Usual displacements and rates [state] of the estimated part of an initial state."""
+    if segment.kind == "rig":
+        usual = max(float(np.std(segment.columns[segment.channels[0]])), 1e-12)
+        displacement = np.array([usual])
+        return np.concatenate([displacement, displacement / segment.dt * RIG_RATE_SHARE])
+    has_coach = any(e.kind == "coach_mode" for e in model.effects) and not segment.coach_forces
+    displacements = [settings.initial_displacement, settings.initial_yaw] * 3
+    rates = [settings.initial_velocity, settings.initial_yaw_rate] * 3
+    if has_coach:
+        displacements.append(settings.initial_displacement)
+        rates.append(settings.initial_velocity)
+    return np.array([*displacements, *rates])

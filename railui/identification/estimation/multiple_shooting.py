@@ -1,7 +1,7 @@
-"""Vehicles near or beyond their hunting limit, adjusted on short windows that each begin anew.
+"""Multiple shooting: vehicles near or beyond their hunting limit are fitted on short windows.
 
-Over a whole run what a linear vehicle does there grows or dies by powers of e that no fit can follow; over a few
-seconds, with the initial state of each free, it is near to linear in its parameters (multiple shooting).
+Over a whole run the motion of such a linear vehicle grows or decays by powers of e that no fit can follow. Over a few
+seconds, with the initial state of each window free, it is nearly linear in its parameters.
 """
 
 from __future__ import annotations
@@ -10,90 +10,99 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from railui import core
-from railui.campaign.dataset import Dataset, Segment
-from railui.identification.estimation.output_error import STABLE, Fit, fit_output_error
-from railui.identification.estimation.problem import reprepare_segments, prepare_segments
-from railui.progress import Report, Watch, silent, unwatched
+from railui.campaign.dataset import Segment
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.problem import prepare_segments, reprepare_segments
 from railui.vehicle.model import Model
 
-WINDOW = 3.0  # s
-NEAR = -1.0  # 1/s, growth from which a vehicle is too near its limit for a whole run
-ROUNDS = 3  # times that further runs are cut
+MAX_ROUNDS = 3  # of cutting further segments into windows
+COARSE_TOLERANCE = 1e-4
 
-Key = tuple[str, int]
+SegmentKey = tuple[str, int]
 
 
 def limits_hunting(model: Model) -> bool:
-    """Can an effect of the model hold the hunting of its linear base?"""
-    return any(core.record(e.kind)["acts"] == "creep" or e.kind == "flange_contact" for e in model.effects)
+    """True where an effect of the model bounds the limit cycle of its linear part: a creep law or a flange."""
+    return any(core.effect_record(e.kind)["acts"] == "creep" or e.kind == "flange_contact" for e in model.effects)
 
 
-def max_growth_rate(model: Model, stretch: Segment) -> float:
-    """Growth [1/s] of the least damped small motion at the speeds of a stretch; negative: it dies."""
-    return max(model.growth(v) for v in stretch.speeds)
+def max_growth_rate(model: Model, segment: Segment) -> float:
+    """Growth rate [1/s] of the least damped small motion at the speeds of a segment; negative: it decays."""
+    return max(model.growth_rate(v) for v in segment.speeds)
 
 
-def unstable_segments(model: Model, stretches: Sequence[Segment], limit: float) -> set[Key]:
-    """The stretches on which small motions of the vehicle grow faster than the limit [1/s]."""
-    return {(s.file, s.number) for s in stretches if max_growth_rate(model, s) > limit}
+def unstable_segments(model: Model, segments: Sequence[Segment], limit: float) -> set[SegmentKey]:
+    """Select the segments on which small motions of the vehicle grow faster than the limit [1/s]."""
+    return {(s.file, s.number) for s in segments if max_growth_rate(model, s) > limit}
 
 
-def cut_into_windows(stretches: Sequence[Segment], cut: Collection[Key]) -> list[Segment]:
-    """The stretches, some of them in windows."""
-    return [w for s in stretches for w in (s.windows(WINDOW) if (s.file, s.number) in cut else [s])]
+def cut_into_windows(segments: Sequence[Segment], cut: Collection[SegmentKey], duration: float) -> list[Segment]:
+    """Replace the segments of some keys by windows of so many seconds."""
+    return [w for s in segments for w in (s.windows(duration) if (s.file, s.number) in cut else [s])]
 
 
 def windowed_files(fit: Fit) -> list[str]:
-    """The runs of a fit that were cut in windows."""
-    return list(dict.fromkeys(t.segment.file for t in fit.segments if t.segment.window_of is not None))
+    """List the runs of a fit that were cut into windows."""
+    return list(dict.fromkeys(t.segment.file for t in fit.segments if t.is_window))
 
 
-def refit_hunting(
-    before: Fit,
-    measurement: Dataset,
-    declared: Model,
-    *,
-    jobs: int | None = None,
-    report: Report = silent,
-    watch: Watch = unwatched,
-) -> tuple[Fit, Fit | None]:
-    """The adjusted vehicle, and where the data ask for one that hunts, that one, adjusted on windows.
+def refit_hunting(context: Context, before: Fit) -> tuple[Fit, Fit | None]:
+    """Fit a calibrated vehicle near its hunting limit on windows.
 
-    The first may be a better one than was given: a fit over whole runs can end beside the best where the limit is near.
+    Returns
+    -------
+    tuple
+        The calibrated vehicle, replaced by a better one where the fit over whole runs ended away from its optimum; and
+        where the data demand a vehicle that hunts, that one, fitted on windows.
     """
-    stretches = measurement.estimation
-    if declared.design.kind != "bogie" or limits_hunting(declared):
+    segments = context.dataset.estimation
+    if context.nominal.design.kind != "bogie" or limits_hunting(context.nominal):
         return before, None
-    cut = unstable_segments(before.model, stretches, NEAR)
-    if before.constrained:
-        worst = max(stretches, key=lambda s: max_growth_rate(before.model, s))
-        cut.add((worst.file, worst.number))
+    cut = _segments_near_limit(context, before)
     if not cut:
         return before, None
-    paths = measurement.campaign.estimated_parameters
-    model, spent = declared, 0
-    for _ in range(ROUNDS):
-        windows = cut_into_windows(stretches, cut)
-        count = sum(w.window_of is not None for w in windows)
-        report(f"near its hunting limit: adjusting on {count} windows of {WINDOW:g} s")
-        ready = prepare_segments(model, measurement, windows)
-        fit = fit_output_error(
-            model, measurement, paths, declared, ready=ready, stable=False, tolerance=1e-4, jobs=jobs, watch=watch
-        )
-        model, spent = fit.model, spent + fit.simulations
-        more = unstable_segments(fit.model, stretches, STABLE) - cut
-        if not more:
-            break
-        cut |= more
-    fit = fit_output_error(
-        fit.model, measurement, paths, declared, ready=reprepare_segments(fit.model, fit.segments, measurement), stable=False,
-        jobs=jobs, watch=watch,
-    )  # fmt: skip
-    if unstable_segments(fit.model, stretches, STABLE):
-        report(
-            f"the linear vehicle hunts on {', '.join(windowed_files(fit))}: adjusted on windows of {WINDOW:g} s, "
-            "the initial state of each estimated along"
+    paths = context.campaign.estimated_parameters
+    limit = context.settings.calibration.max_growth_rate
+    duration = context.settings.windows.window_duration
+    fit, spent = _fit_windows(context, cut)
+    segments_again = reprepare_segments(context, fit.model, fit.segments)
+    fit = fit_output_error(context, fit.model, paths, segments=segments_again, stable=False)
+    if unstable_segments(fit.model, segments, limit):
+        context.progress.message(
+            f"the linear vehicle hunts on {', '.join(windowed_files(fit))}: adjusted on windows of {duration:g} s, "
+            "the initial state of each estimated jointly"
         )
         return before, replace(fit, simulations=spent + fit.simulations)
-    again = fit_output_error(fit.model, measurement, paths, declared, ready=before.segments, jobs=jobs, watch=watch)
+    again = fit_output_error(context, fit.model, paths, segments=before.segments)
     return (again if again.cost < before.cost else before), None
+
+
+def _segments_near_limit(context: Context, before: Fit) -> set[SegmentKey]:
+    segments = context.dataset.estimation
+    cut = unstable_segments(before.model, segments, context.settings.windows.windowed_growth_rate)
+    if before.constrained:
+        worst = max(segments, key=lambda s: max_growth_rate(before.model, s))
+        cut.add((worst.file, worst.number))
+    return cut
+
+
+def _fit_windows(context: Context, cut: set[SegmentKey]) -> tuple[Fit, int]:
+    """Fit on windows, and cut further segments until the vehicle is stable on all others; count the simulations."""
+    segments = context.dataset.estimation
+    duration = context.settings.windows.window_duration
+    paths = context.campaign.estimated_parameters
+    model, spent = context.nominal, 0
+    for _ in range(MAX_ROUNDS):
+        windows = cut_into_windows(segments, cut, duration)
+        count = sum(w.window_of is not None for w in windows)
+        context.progress.message(f"near its hunting limit: adjusting on {count} windows of {duration:g} s")
+        prepared = prepare_segments(context, model, windows)
+        fit = fit_output_error(context, model, paths, segments=prepared, stable=False, tolerance=COARSE_TOLERANCE)
+        model, spent = fit.model, spent + fit.simulations
+        more = unstable_segments(fit.model, segments, context.settings.calibration.max_growth_rate) - cut
+        if not more:
+            break
+        cut = cut | more
+    return fit, spent

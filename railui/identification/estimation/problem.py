@@ -1,4 +1,4 @@
-"""Stretches made ready for a fit: filtered, weighted, begun, and shortened where a part of them will do."""
+"""Estimation problem: segments prepared for a fit, filtered, weighted and with their initial states."""
 
 from __future__ import annotations
 
@@ -8,155 +8,183 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import (
-    Dataset,
-    Segment,
-    comparison_filter,
-    kernel_filter,
-    simulate,
-    sosfiltfilt_or_demean,
-    steps_for,
-)
-from railui.core import Filter
+from railui.campaign.comparison import comparison_filter, kernel_filter, sosfiltfilt_or_demean, upper_band_limit
+from railui.campaign.dataset import Segment
+from railui.core import ZeroPhaseFilter
+from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, state_scale
-from railui.identification.estimation.validation import noise_weights
+from railui.identification.estimation.noise_floor import noise_weights
+from railui.identification.prediction import Predictor, required_steps
 from railui.vehicle.model import Model
 
-WEIGHED = 6  # windows of a stretch whose noise is simulated for the weights of all
-NUDGE = 1e-3  # of its usual size by which an initial state is moved for a derivative
-RIG_RATE = 400.0  # samples of a rig that count as a second of a vehicle
+WEIGHTED_WINDOWS = 6  # windows of a segment on which noise is simulated for the weights of all
+DIFFERENCE_STEP = 1e-3  # of its usual size, of an initial state
+SAMPLES_PER_PERIOD = 2.4  # of the highest frequency compared, kept at least
 
 
 @dataclass(frozen=True, eq=False)
 class InitialStateSensitivity:
-    """What the initial state of a window does to its channels: rows [state, channel, n], compared as the rest is."""
+    """Sensitivity of a window's compared channels to its initial state: rows [state, channel, n] in usual sizes."""
 
     rows: FloatArray
     inverse: FloatArray
 
     def estimate(self, series: FloatArray) -> FloatArray:
-        """The initial states [..., state], in their usual sizes, that make most of series [..., channel, n]."""
+        """Estimate the initial states [..., state], in usual sizes, that explain series [..., channel, n] best."""
         return np.asarray(np.tensordot(series, self.rows, ([-2, -1], [1, 2])) @ self.inverse)
 
     def project_out(self, series: FloatArray) -> FloatArray:
-        """Series [..., channel, n] less what the initial state can make of them."""
+        """Subtract from series [..., channel, n] the part that an initial state explains."""
         return np.asarray(series - np.tensordot(self.estimate(series), self.rows, 1))
 
 
 @dataclass(frozen=True, eq=False)
 class FitSegment:
-    """A stretch made ready for the fit: measured channels filtered and weighted [channel, kept], start, steps."""
+    """A segment prepared for a fit.
+
+    Attributes
+    ----------
+    filter
+        Comparison filter with the weights of the channels.
+    measured
+        Measured channels, filtered and weighted [channel, n].
+    initial_state
+        State [q, q'] at the first sample.
+    steps
+        RK4 steps per sample.
+    required_steps
+        Steps that the model needs where fewer are taken; 0: those taken.
+    """
 
     segment: Segment
-    filter: Filter
+    filter: ZeroPhaseFilter
     measured: FloatArray
     initial_state: FloatArray
     steps: int
     initial_sensitivity: InitialStateSensitivity | None = field(default=None, repr=False)
-    required_steps: int = 0  # steps that the vehicle asks for, where fewer are taken
+    required_steps: int = 0
+
+    @property
+    def is_window(self) -> bool:
+        """True for a window of multiple shooting."""
+        return self.segment.window_of is not None
+
+    def predictor(self, model: Model) -> Predictor:
+        """Predict the channels as `measured` has them, filtered and weighted."""
+        return Predictor(model, self.segment, self.steps, self.initial_state, self.filter)
+
+    def motion_predictor(self, model: Model) -> Predictor:
+        """Predict channels as they are, without filter and weights."""
+        return Predictor(model, self.segment, self.steps, self.initial_state)
 
     def without_initial_state(self, series: FloatArray) -> FloatArray:
-        """Series [..., channel, n] less what a window's own beginning can make of them."""
+        """Subtract from series [..., channel, n] the part that the initial state of a window explains."""
         return series if self.initial_sensitivity is None else self.initial_sensitivity.project_out(series)
 
     def trim(self, x: FloatArray) -> FloatArray:
-        """Samples [..., n] of the stretch as they are, where it is compared."""
-        cut = self.filter.cut
-        return np.asarray(x[..., cut : x.shape[-1] - cut : self.filter.every])
+        """Select the compared samples of x [..., n]."""
+        cut = self.filter.trim
+        return np.asarray(x[..., cut : x.shape[-1] - cut : self.filter.decimation])
 
     def filter_and_weight(self, x: FloatArray) -> FloatArray:
-        """Channels [channel, n] over the stretch as `y` was made of the measured ones: filtered and weighted."""
+        """Filter and weight channels [channel, n] over the segment as `measured`."""
         return self.trim(sosfiltfilt_or_demean(self.filter.sos, x)) * self.filter.weights[:, None]
 
 
-def prepare_segments(model: Model, measurement: Dataset, stretches: Sequence[Segment]) -> list[FitSegment]:
-    """Stretches prepared for a model: weights from noise and what track noise leaves, initial states estimated."""
-    ready, of_whole = [], dict[tuple[str, int], FloatArray]()
-    for stretch in stretches:
-        campaign = measurement.campaign
-        w = weights_of(model, measurement, stretch, of_whole)
-        rate = 1.0 / stretch.dt
-        every = 1 if campaign.band is None else max(1, int(rate / (2.4 * min(campaign.band[1], 0.45 * rate))))
-        y = comparison_filter(campaign, stretch, stretch.measured(stretch.channels))[:, ::every] * w[:, None]
-        start = estimate_initial_state(model, stretch, measurement.noise)
-        ready.append(
-            FitSegment(stretch, kernel_filter(campaign, stretch, w, every), y, start, steps_for(model, stretch))
-        )
-    return ready
+def prepare_segments(context: Context, model: Model, segments: Sequence[Segment]) -> list[FitSegment]:
+    """Prepare segments for a model: weights from sensor and track noise, initial states estimated."""
+    prepared = []
+    shared = dict[tuple[str, int], FloatArray]()
+    for segment in segments:
+        campaign = context.campaign
+        weights = channel_weights(context, model, segment, shared)
+        every = _decimation(campaign.band, 1.0 / segment.dt)
+        filtered = comparison_filter(campaign, segment, segment.measured(segment.channels))
+        measured = filtered[:, ::every] * weights[:, None]
+        start = estimate_initial_state(context, model, segment)
+        steps = required_steps(model, segment)
+        prepared.append(FitSegment(segment, kernel_filter(campaign, segment, weights, every), measured, start, steps))
+    return prepared
 
 
-def weights_of(
-    model: Model, measurement: Dataset, stretch: Segment, of_whole: dict[tuple[str, int], FloatArray]
+def _decimation(band: tuple[float, float] | None, rate: float) -> int:
+    """Compare every so many samples at a sampling rate [Hz]."""
+    return 1 if band is None else max(1, int(rate / (SAMPLES_PER_PERIOD * upper_band_limit(band, rate))))
+
+
+def channel_weights(
+    context: Context, model: Model, segment: Segment, shared: dict[tuple[str, int], FloatArray]
 ) -> FloatArray:
-    """The weights of a stretch [channel]; windows share those of some of them."""
-    if stretch.window_of is None:
-        return noise_weights(model, measurement, stretch)
-    key = (stretch.file, stretch.number)
-    if key not in of_whole:
-        cut = stretch.window_of.windows(stretch.samples * stretch.dt)
-        some = [noise_weights(model, measurement, w) for w in cut[:: max(len(cut) // WEIGHED, 1)]]
-        of_whole[key] = 1.0 / np.sqrt(np.mean([1.0 / w**2 for w in some], axis=0))
-    return of_whole[key]
+    """Weights of a segment [channel]; windows share those of some of them, collected in `shared`."""
+    whole = segment.window_of
+    if whole is None:
+        return noise_weights(context, model, segment)
+    key = (segment.file, segment.number)
+    if key not in shared:
+        windows = whole.windows(segment.samples * segment.dt)
+        some = [noise_weights(context, model, w) for w in windows[:: max(len(windows) // WEIGHTED_WINDOWS, 1)]]
+        shared[key] = 1.0 / np.sqrt(np.mean([1.0 / w**2 for w in some], axis=0))
+    return shared[key]
 
 
-def estimate_window_start(model: Model, target: FitSegment) -> FitSegment:
-    """A window begun anew with a model: its initial state corrected by linear least squares, and what it can do."""
-    stretch = target.segment
-    scale = state_scale(stretch, model)
+def reprepare_segments(context: Context, model: Model, prepared: Sequence[FitSegment]) -> list[FitSegment]:
+    """Renew weights and initial states of the segments of a fit for the calibrated model."""
+    return prepare_segments(context, model, [t.segment for t in prepared])
+
+
+def estimate_window_start(context: Context, model: Model, target: FitSegment) -> FitSegment:
+    """Correct the initial state of a window by linear least squares, with its sensitivity."""
+    segment = target.segment
+    scale = state_scale(context.settings.initial_state, segment, model)
     starts = np.tile(target.initial_state, (len(scale) + 1, 1))
-    starts[1:, : len(scale)] += np.diag(NUDGE * scale)
-    series, lost = simulate(
-        model, stretch, stretch.channels, batch=model.batch(np.tile(model.on(*stretch.segment_key).row, (len(starts), 1))),
-        steps=target.steps, filter=target.filter, initial=starts,
-    )  # fmt: skip
-    if np.any(lost >= 0):
-        raise ValueError(f"the vehicle diverges on {stretch.file} at {stretch.columns['t'][0]:g} s")
-    rows = (series[1:] - series[0]) / NUDGE
+    starts[1:, : len(scale)] += np.diag(DIFFERENCE_STEP * scale)
+    batch = model.batch(np.tile(model.on_segment(*segment.segment_key).row, (len(starts), 1)))
+    predictor = Predictor(model, segment, target.steps, starts, target.filter)
+    series, diverged = predictor.simulate(batch=batch)
+    if np.any(diverged >= 0):
+        raise ValueError(f"the vehicle diverges on {segment.file} at {segment.columns['t'][0]:g} s")
+    rows = (series[1:] - series[0]) / DIFFERENCE_STEP
     gram = np.tensordot(rows, rows, ([1, 2], [1, 2])) + np.eye(len(rows))
-    begun = InitialStateSensitivity(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
+    sensitivity = InitialStateSensitivity(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
     start = target.initial_state.copy()
-    start[: len(scale)] += scale * begun.estimate(target.measured - series[0])
-    return replace(target, initial_state=start, initial_sensitivity=begun)
+    start[: len(scale)] += scale * sensitivity.estimate(target.measured - series[0])
+    return replace(target, initial_state=start, initial_sensitivity=sensitivity)
 
 
 def adapt_to_model(
-    model: Model, ready: Sequence[FitSegment], measurement: Dataset, most: int | None = None
+    context: Context, model: Model, prepared: Sequence[FitSegment], max_steps: int | None = None
 ) -> list[FitSegment]:
-    """The same comparison for a model of another structure: steps (no more than `most`), initial states if they matter.
+    """Adapt segments to a model of another structure: steps (at most `max_steps`), and initial states if they matter.
 
-    That is where bodies were added, and on a rig, whose ringing lasts as long as its runs.
+    They matter where bodies were added, and on a rig, whose decay lasts as long as its record.
     """
-    out = []
-    for t in ready:
-        grown = t.segment.kind == "rig" or any(e.kind == "coach_mode" for e in model.effects)
-        start = estimate_initial_state(model, t.segment, measurement.noise) if grown else t.initial_state
-        needed = max(t.steps, steps_for(model, t.segment))
-        steps = needed if most is None else max(t.steps, min(needed, most))
-        out.append(replace(t, initial_state=start, steps=steps, required_steps=needed))
-    return out
+    adapted = []
+    for t in prepared:
+        has_other_states = t.segment.kind == "rig" or any(e.kind == "coach_mode" for e in model.effects)
+        start = estimate_initial_state(context, model, t.segment) if has_other_states else t.initial_state
+        needed = max(t.steps, required_steps(model, t.segment))
+        steps = needed if max_steps is None else max(t.steps, min(needed, max_steps))
+        adapted.append(replace(t, initial_state=start, steps=steps, required_steps=needed))
+    return adapted
 
 
-def truncate(ready: Sequence[FitSegment], measurement: Dataset, seconds: float) -> list[FitSegment]:
-    """The first seconds of every stretch (of a rig's as many samples), enough to tell candidates apart."""
-    out = []
-    for t in ready:
-        if t.segment.window_of is not None:
+def truncate(context: Context, prepared: Sequence[FitSegment], seconds: float) -> list[FitSegment]:
+    """Keep the first seconds of every segment, enough to distinguish candidates; of a rig's as many samples."""
+    truncated = []
+    for t in prepared:
+        if t.is_window:
             if t.segment.first_sample * t.segment.dt < seconds:
-                out.append(t)
+                truncated.append(t)
             continue
-        rate = RIG_RATE if t.segment.kind == "rig" else 1.0 / t.segment.dt
-        n = round(seconds * rate)
-        if n >= t.segment.samples:
-            out.append(t)
-            continue
-        stretch = t.segment.truncated(n)
-        weights, every = t.filter.weights, t.filter.every
-        y = comparison_filter(measurement.campaign, stretch, stretch.measured(stretch.channels))[:, ::every]
-        short = kernel_filter(measurement.campaign, stretch, weights, every)
-        out.append(replace(t, segment=stretch, filter=short, measured=y * weights[:, None]))
-    return out
+        rig_rate = context.settings.calibration.rig_samples_per_second
+        samples = round(seconds * (rig_rate if t.segment.kind == "rig" else 1.0 / t.segment.dt))
+        truncated.append(t if samples >= t.segment.samples else _first_samples(context, t, samples))
+    return truncated
 
 
-def reprepare_segments(model: Model, ready: Sequence[FitSegment], measurement: Dataset) -> list[FitSegment]:
-    """The stretches of a fit with weights and initial states renewed for the adjusted model."""
-    return prepare_segments(model, measurement, [t.segment for t in ready])
+def _first_samples(context: Context, target: FitSegment, samples: int) -> FitSegment:
+    segment = target.segment.truncated(samples)
+    weights, every = target.filter.weights, target.filter.decimation
+    measured = comparison_filter(context.campaign, segment, segment.measured(segment.channels))[:, ::every]
+    short = kernel_filter(context.campaign, segment, weights, every)
+    return replace(target, segment=segment, filter=short, measured=measured * weights[:, None])

@@ -1,4 +1,4 @@
-"""What may be missing: every effect of the catalogue at every place, each in a grid of shapes."""
+"""Candidates of structure detection: every effect of the library at every location, each with a grid of shapes."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ import numpy as np
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment, simulate
+from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment
+from railui.identification.prediction import Predictor
 from railui.vehicle.design_reader import PlacedEffect
-from railui.vehicle.effect_records import WHEELSET_LOCATIONS, evaluate_product
+from railui.vehicle.effects import WHEELSET_LOCATIONS, evaluate_product
 from railui.vehicle.model import Model
 
-W = 10.0  # rad/s, the corner that dampers are measured by
-QUADRATURE = 0.5 * np.pi  # what belongs to a run is seen in two phases
-LINEAR = ("spring", "viscous_damper")  # kinds that an adjusted vehicle may do without, by other values
-PACKED = 2  # kinds with at most so many shapes share their groups
+W = 10.0  # rad/s, corner frequency to which the shapes of dampers refer
+QUADRATURE = 0.5 * np.pi  # rad, between the two phases in which a periodic effect is simulated
+LINEAR = ("spring", "viscous_damper")  # kinds that other values of the estimated parameters may replace
+PACKED = 2  # shapes of a kind up to which its locations are simulated together
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect at a place, with its shapes: parameters in SI, one mapping each."""
+    """An effect at a location, with its shapes: one mapping of parameters in SI units each."""
 
     kind: str
     at: str
@@ -30,73 +31,78 @@ class Candidate:
     shapes: tuple[Mapping[str, float], ...] = field(default=(), compare=False)
 
     @property
-    def one_sided(self) -> bool:
-        """Can its strength have only one sign?"""
-        found = [p for p in core.record(self.kind)["parameters"] if p["role"] == "strength"]
-        if core.record(self.kind)["acts"] == "sensor":
+    def is_one_sided(self) -> bool:
+        """True if its strength has only one sign."""
+        strengths = [p for p in core.effect_record(self.kind)["parameters"] if p["role"] == "strength"]
+        if core.effect_record(self.kind)["acts"] == "sensor":
             return False
-        return all(p["minimum"] >= 0 for p in found)
+        return all(p["minimum"] >= 0 for p in strengths)
 
     @property
-    def phased(self) -> bool:
-        """Does it stand in two phases, every second of its shapes in quadrature to the one before?"""
-        return any(p["role"] == "run" for p in core.record(self.kind)["parameters"])
+    def has_phase(self) -> bool:
+        """True if it has a phase: every second shape is then in quadrature to the one before."""
+        return any(p["role"] == "run" for p in core.effect_record(self.kind)["parameters"])
 
     @property
     def strength(self) -> str | None:
-        """The parameter that the force is proportional to."""
-        found = [p["key"] for p in core.record(self.kind)["parameters"] if p["role"] == "strength"]
-        return found[0] if found else None
+        """Key of the parameter to which the force is proportional; None if there is none."""
+        keys = [p["key"] for p in core.effect_record(self.kind)["parameters"] if p["role"] == "strength"]
+        return keys[0] if keys else None
 
-    def scaled(self, shape: Mapping[str, float], amount: float) -> dict[str, float]:
-        """A shape whose force is so many times as large at the same motion: the strength, and with it all stiffness,
-        damping and yield, by whose ratios an effect with memory keeps its time constant or its length of slip.
+    def scale_force(self, shape: Mapping[str, float], amount: float) -> dict[str, float]:
+        """Scale the force of a shape at unchanged motion.
+
+        Stiffness, damping and yield scale with the strength, so that an effect with memory keeps its time constant or
+        its length of slip.
         """
-        record = core.record(self.kind)["parameters"]
+        record = core.effect_record(self.kind)["parameters"]
         forces = {p["key"] for p in record if p["role"] == "strength" or p["unit"].startswith("F")}
         return {key: value * amount if key in forces else value for key, value in shape.items()}
 
-    def placed(self, parameters: Mapping[str, float]) -> PlacedEffect:
-        """The effect at this place with parameters in SI."""
+    def effect_with(self, parameters: Mapping[str, float]) -> PlacedEffect:
+        """Return the effect at this location with parameters in SI units."""
         return PlacedEffect(self.kind, self.at, self.wheelset, dict(parameters))
 
 
 def list_candidates(
-    model: Model, stretches: Sequence[Segment], *, without: Collection[str] = (), loaded: bool = False
+    model: Model, segments: Sequence[Segment], *, without: Collection[str] = (), loaded: bool = False
 ) -> list[Candidate]:
-    """All candidates for a vehicle and its runs; `without` bars kinds, `loaded` the rail's flexibility."""
-    sites = _sites(model, stretches)
-    measured = {c for s in stretches for c in s.channels if c in (*COMPARED, *RIG_RESPONSES)}
-    driven = driven_places(stretches)
-    has_gauge = any(np.any(s.columns.get("gauge", np.zeros(1))) for s in stretches)
-    found = []
-    for record in core.catalogue():
+    """List all candidates for a model and its segments.
+
+    without: kinds to exclude. loaded: whether the track was measured under load, which excludes the rail's flexibility.
+    """
+    sites = _sites(model, segments)
+    measured = {c for s in segments for c in s.channels if c in (*COMPARED, *RIG_RESPONSES)}
+    prescribed = driven_locations(segments)
+    has_gauge = any(np.any(s.columns.get("gauge", np.zeros(1))) for s in segments)
+    candidates = []
+    for record in core.effect_catalogue():
         kind = str(record["kind"])
-        barred = not record["candidate"] or kind in without
-        if barred or (kind == "rail_flexibility" and loaded) or (kind == "gauge_conicity" and not has_gauge):
+        excluded = not record["candidate"] or kind in without
+        if excluded or (kind == "rail_flexibility" and loaded) or (kind == "gauge_conicity" and not has_gauge):
             continue
         for at in record["at"]:
-            known = at in measured if record["acts"] == "sensor" else (at in sites and at not in driven)
-            if not known:
+            is_possible = at in measured if record["acts"] == "sensor" else (at in sites and at not in prescribed)
+            if not is_possible:
                 continue
             shapes = tuple(_shape(record, shape, sites.get(at, {})) for shape in record["shapes"])
             if any(p["role"] == "run" for p in record["parameters"]):
-                shapes = tuple(one for s in shapes for one in (s, s | {"phase": QUADRATURE}))
+                shapes = tuple(shape for s in shapes for shape in (s, s | {"phase": QUADRATURE}))
             for wheelset in (None, 1, 2) if at in WHEELSET_LOCATIONS else (None,):
                 candidate = Candidate(kind, at, wheelset, shapes)
                 if _compatible(model, candidate):
-                    found.append(candidate)
-    return found
+                    candidates.append(candidate)
+    return candidates
 
 
-def driven_places(stretches: Sequence[Segment]) -> set[str]:
-    """Places where a measured force of the coach acts in place of everything else."""
+def driven_locations(segments: Sequence[Segment]) -> set[str]:
+    """Return the locations where a measured force of the carbody replaces all other forces."""
     pairs = (("Qy", "secondary_lateral"), ("Qpsi", "secondary_yaw"))
-    return {place for s in stretches for q, place in pairs if q in s.columns}
+    return {at for s in segments for q, at in pairs if q in s.columns}
 
 
 def _compatible(model: Model, candidate: Candidate) -> bool:
-    """Is it new, and does it leave alone what an effect of the model has superseded?"""
+    """True if the model has no such effect and none that supersedes the same element."""
     if any((e.kind, e.at, e.wheelset) == (candidate.kind, candidate.at, candidate.wheelset) for e in model.effects):
         return False
     try:
@@ -106,39 +112,40 @@ def _compatible(model: Model, candidate: Candidate) -> bool:
     return True
 
 
-def _sites(model: Model, stretches: Sequence[Segment]) -> dict[str, dict[str, float]]:
-    """Place -> the vehicle's own k, c, and its actual rms motion z, v there: what shapes are multiples of."""
-    linear = model.vehicles().sites(model.single())
-    places = [(at, w) for at, w in linear if w != core.LINKAGE]
-    channels = [f"{q}.{at}.{w}" for at, w in places for q in ("z", "v")]
+def _sites(model: Model, segments: Sequence[Segment]) -> dict[str, dict[str, float]]:
+    """Reference quantities of the shapes per location: stiffness k, damping c, rms motion z and its rate v."""
+    linear = model.vehicles().local_stiffness_and_damping(model.single_batch())
+    locations = [(at, w) for at, w in linear if w != core.LINKAGE_NUMBER]
+    channels = [f"{q}.{at}.{w}" for at, w in locations for q in ("z", "v")]
     square = np.zeros(len(channels))
-    for stretch in stretches:
-        series, lost = simulate(model, stretch, channels)
-        if lost[0] < 0:
-            square += series[0][:, series.shape[2] // 10 :].var(axis=1) / len(stretches)
+    for segment in segments:
+        series, diverged = Predictor(model, segment).simulate(channels)
+        if diverged[0] < 0:
+            square += series[0][:, series.shape[2] // 10 :].var(axis=1) / len(segments)
     rms = dict(zip(channels, np.sqrt(square), strict=True))
     values = model.design.values
     general = {"w": W, "m": values.get("vehicle.frame.mass", values.get("vehicle.rig.mass", 1.0)), "1": 1.0}
     general["h"] = values.get("contact.flange_clearance", 1.0)
     general["r"] = values.get("vehicle.geometry.rolling_radius", 1.0)
-    found: dict[str, dict[str, float]] = {"contact": dict(general), "track": dict(general)}
-    if model.design.kind == "rig":
-        found = {}
-    for at in {at for at, _ in places}:
-        same = [(a, w) for a, w in places if a == at]
+    is_rig = model.design.kind == "rig"
+    sites: dict[str, dict[str, float]] = {} if is_rig else {"contact": dict(general), "track": dict(general)}
+    for at in {at for at, _ in locations}:
+        same = [(a, w) for a, w in locations if a == at]
         z = float(np.mean([rms[f"z.{a}.{w}"] for a, w in same])) or 1e-6
         v = float(np.mean([rms[f"v.{a}.{w}"] for a, w in same])) or 1e-5
         k, c = linear[same[0]]
-        k = k or _stand_in(at, linear, general["m"], v / z)
-        found[at] = general | {"k": k, "z": z, "v": v, "F": k * z, "c": c or k * z / v}
-    return found
+        k = k or _reference_stiffness(at, linear, general["m"], v / z)
+        sites[at] = general | {"k": k, "z": z, "v": v, "F": k * z, "c": c or k * z / v}
+    return sites
 
 
-def _stand_in(at: str, linear: Mapping[tuple[str, int], tuple[float, float]], mass: float, w: float) -> float:
-    """A stiffness to measure by where none is declared: the primary spring's, or the mass at the motion's frequency."""
+def _reference_stiffness(
+    at: str, linear: Mapping[tuple[str, int], tuple[float, float]], mass: float, w: float
+) -> float:
+    """Reference stiffness where the model has none: the primary spring's, or the mass times w^2 of the motion."""
     yaw = at.endswith("_yaw")
-    for (place, _), (k, _c) in linear.items():
-        if k > 0 and place.startswith("primary") and place.endswith("_yaw") == yaw and not at.startswith("secondary"):
+    for (other, _), (k, _c) in linear.items():
+        if k > 0 and other.startswith("primary") and other.endswith("_yaw") == yaw and not at.startswith("secondary"):
             return k
     return mass * w * w
 
@@ -154,18 +161,18 @@ def _shape(record: core.Record, shape: Sequence[float], site: Mapping[str, float
 
 @dataclass(frozen=True)
 class CandidateBatch:
-    """Candidates of one kind that are simulated in one structure: placements, and lanes (candidate, shape)."""
+    """Candidates of one kind that are simulated in one structure, one lane per (candidate, shape)."""
 
     members: tuple[Candidate, ...]
     lanes: tuple[tuple[int, int], ...]
 
     @property
     def placements(self) -> list[core.Placement]:
-        """Where the members stand, as the kernel wants it."""
+        """Placements of the members for the kernel."""
         return [core.Placement(c.kind, c.at, c.wheelset) for c in self.members]
 
-    def numbers(self) -> FloatArray:
-        """Numbers [lane, all placements] with each lane's own shape at its own placement."""
+    def parameter_rows(self) -> FloatArray:
+        """Parameters [lane, parameters of all placements]: in each lane its shape at its placement."""
         rows = []
         for member, shape in self.lanes:
             row: list[float] = []
@@ -174,30 +181,35 @@ class CandidateBatch:
             rows.append(row)
         return np.array(rows)
 
-    def amounts(self, amount: float) -> FloatArray:
-        """Amounts [lane, placement]: each lane has a little of its own."""
+    def amount_rows(self, amount: float) -> FloatArray:
+        """Amounts [lane, placement]: in each lane the amount of its candidate, 0 of the others."""
         out = np.zeros((len(self.lanes), len(self.members)))
         for lane, (member, _) in enumerate(self.lanes):
             out[lane, member] = amount
         return out
 
 
-def batch_candidates(found: Sequence[Candidate]) -> list[CandidateBatch]:
-    """Candidates packed into groups: many placements of a kind with few shapes, else one placement each."""
-    out: list[CandidateBatch] = []
+def batch_candidates(candidates: Sequence[Candidate]) -> list[CandidateBatch]:
+    """Group candidates into batches: many placements of a kind with few shapes, else one placement each."""
+    batches: list[CandidateBatch] = []
     by_kind: dict[str, list[Candidate]] = {}
-    for c in found:
+    for c in candidates:
         by_kind.setdefault(c.kind, []).append(c)
     for members in by_kind.values():
-        few = len(members[0].shapes) <= PACKED and core.record(members[0].kind)["supersedes"] is None
+        few = len(members[0].shapes) <= PACKED and core.effect_record(members[0].kind)["supersedes"] is None
         packs = [members] if few else [[c] for c in members]
         for pack in packs:
             lanes = [(i, j) for i, c in enumerate(pack) for j in range(len(c.shapes))]
             size = core.LANES - 1
-            size -= size % 2 if members[0].phased else 0  # what stands in two phases is seen in both at once
-            for begin in range(0, len(lanes), size):
-                part = lanes[begin : begin + size]
+            size -= size % 2 if members[0].has_phase else 0  # both phases of a shape belong to one batch
+            for start in range(0, len(lanes), size):
+                part = lanes[start : start + size]
                 used = sorted({i for i, _ in part})
-                renamed = tuple((used.index(i), j) for i, j in part)
-                out.append(CandidateBatch(tuple(pack[i] for i in used), renamed))
-    return out
+                indices = tuple((used.index(i), j) for i, j in part)
+                batches.append(CandidateBatch(tuple(pack[i] for i in used), indices))
+    return batches
+
+
+def candidate_text(candidate: Candidate) -> str:
+    """Describe a candidate in words."""
+    return f"{candidate.kind} at {candidate.at}" + (f" {candidate.wheelset}" if candidate.wheelset else "")

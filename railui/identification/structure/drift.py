@@ -1,8 +1,8 @@
-"""A parameter that changes along the track: its course, found from the sensitivities block by block.
+"""Drift of a parameter along the track, estimated from its sensitivity per block of time.
 
-A parameter that changes slowly against the vehicle's memory (about a second) moves the output by its own
-sensitivity times its momentary deviation. So inner products per block of time are all that is needed, and a vehicle
-whose parameter follows p(s) is a blend of vehicles with constant p that run side by side.
+A parameter that changes slowly compared with the memory of the vehicle (about a second) changes the output by its
+sensitivity times its momentary deviation. Inner products per block of time therefore suffice, and a vehicle with the
+parameter p(s) is a blend of simultaneous simulations with constant p.
 """
 
 from __future__ import annotations
@@ -14,26 +14,27 @@ import numpy as np
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Dataset, Segment, comparison_filter, simulate, steps_for
+from railui.campaign.comparison import compare
+from railui.campaign.dataset import Segment
+from railui.identification.context import Context
 from railui.identification.estimation.block_products import scaled_inverse
+from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.initial_state import estimate_initial_state
-from railui.identification.estimation.output_error import Fit, block_distances
-from railui.identification.estimation.validation import Validation, compared_channels, compute_validation
+from railui.identification.estimation.validation import Validation, compute_validation
+from railui.identification.prediction import Prediction, Predictor, required_steps
 from railui.vehicle.model import Model
 
-COURSES = (3, 5, 9, 17, 33)  # knots of the courses that are tried
-BLOCKS = 1.3  # blocks per knot at least
-FINER = 0.02  # share that more knots must explain
-DRAWS = 40  # of random signs, for what chance explains
-TURNS = 4  # of the refined course
-WIDEST = 0.9  # of its value that a positive parameter may lose
+KNOT_COUNTS = (3, 5, 9, 17, 33)  # numbers of knots that are tried
+MAX_ITERATIONS = 4  # of the refinement
+RANDOM_SIGNS_SEED = 19
 
 
 @dataclass(frozen=True, eq=False)
 class Drift:
-    """A parameter and its course: values [knot] at distances [knot] with sd, share of the residual beyond chance.
+    """A parameter that varies along the track: values [knot] at distances [knot] [m], with standard deviations.
 
-    `ratios`: path -> ratio to the value, of the parameter itself (1) and of its twin on the other wheelset.
+    ratios: ratio to the value by path, of the parameter itself (1) and of those that vary in proportion. share: share
+    of the residual that the drift explains beyond chance.
     """
 
     path: str
@@ -43,156 +44,165 @@ class Drift:
     sd: FloatArray
     share: float
 
-    def at(self, s: FloatArray) -> FloatArray:
-        """The parameter at distances s [m]: linear between knots, held beyond."""
+    def value_at(self, s: FloatArray) -> FloatArray:
+        """Interpolate the parameter at distances s [m]: linear between knots, constant beyond."""
         return np.interp(s, self.distance, self.values)
 
 
 def hat_functions(s: FloatArray, knots: FloatArray) -> FloatArray:
-    """Weights [place, knot] of linear interpolation between knots, held beyond the ends.
+    """Compute weights [distance, knot] of linear interpolation between knots, constant beyond the ends.
 
-    >>> hats(np.array([0.0, 5.0, 12.0]), np.array([0.0, 10.0])).tolist()
+    >>> hat_functions(np.array([0.0, 5.0, 12.0]), np.array([0.0, 10.0])).tolist()
     [[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]]
     """
     return np.stack([np.interp(s, knots, row) for row in np.eye(len(knots))], axis=1)
 
 
-def find_drifts(fit: Fit, seed: int = 0) -> list[Drift]:
-    """Every adjusted parameter of the vehicle as a course along the track, the one that explains most first.
+def find_drifts(context: Context, fit: Fit) -> list[Drift]:
+    """Estimate the drift of every estimated parameter along the track, in descending order of the share explained.
 
-    What both wheelsets have is tried on each and on both in proportion.
+    A parameter that both wheelsets have is tried on each wheelset, and on both in proportion.
     """
     if fit.model.design.kind != "bogie":
         return []
-    s = block_distances(fit)
+    settings = context.settings.drift
+    s = fit.block_distances()
     gram = fit.normal.gram.sum(axis=1)
-    found = []
+    drifts = []
     for path, ratios in parameter_groups(fit):
         best: Drift | None = None
-        for count in COURSES:
-            if count * BLOCKS > len(s):
+        for count in KNOT_COUNTS:
+            if count * settings.blocks_per_knot > len(s):
                 break
-            one = _course(fit, gram, path, ratios, s, np.linspace(s.min(), s.max(), count), seed)
-            if best is None or one.share > best.share + FINER:
-                best = one
+            drift = _estimate_drift(context, fit, gram, path, ratios, s, np.linspace(s.min(), s.max(), count))
+            if best is None or drift.share > best.share + settings.finer_drift_share:
+                best = drift
         if best is not None:
-            found.append(best)
-    return sorted(found, key=lambda d: -d.share)
+            drifts.append(best)
+    return sorted(drifts, key=lambda d: -d.share)
 
 
 def parameter_groups(fit: Fit) -> list[tuple[str, dict[str, float]]]:
-    """What may drift: single parameters, those of both wheelsets in proportion, all creep in proportion."""
-    now = dict(zip(fit.free.paths, fit.x, strict=True))
-    out = []
-    for path in now:
+    """List the parameters that may drift: single ones, those of both wheelsets and all creep in proportion."""
+    values = dict(zip(fit.free.paths, fit.x, strict=True))
+    groups = []
+    for path in values:
         if path in fit.model.design.values:
-            out.append((path, {path: 1.0}))
+            groups.append((path, {path: 1.0}))
             twin = path.replace(".leading.", ".trailing.")
-            if twin != path and twin in now and now[path]:
-                out.append((path, {path: 1.0, twin: float(now[twin] / now[path])}))
+            if twin != path and twin in values and values[path]:
+                groups.append((path, {path: 1.0, twin: float(values[twin] / values[path])}))
     creep = [
-        f"contact.{where}.{what}_creep" for what in ("lateral", "longitudinal") for where in ("leading", "trailing")
+        f"contact.{wheelset}.{direction}_creep"
+        for direction in ("lateral", "longitudinal")
+        for wheelset in ("leading", "trailing")
     ]
-    if all(now.get(p) for p in creep):
-        out.append((creep[0], {p: float(now[p] / now[creep[0]]) for p in creep}))  # adhesion: all of it at once
-    return out
+    if all(values.get(p) for p in creep):  # adhesion changes all creep coefficients together
+        groups.append((creep[0], {p: float(values[p] / values[creep[0]]) for p in creep}))
+    return groups
 
 
-def _course(
-    fit: Fit, gram: FloatArray, path: str, ratios: Mapping[str, float], s: FloatArray, knots: FloatArray, seed: int
+def _estimate_drift(
+    context: Context,
+    fit: Fit,
+    gram: FloatArray,
+    path: str,
+    ratios: Mapping[str, float],
+    s: FloatArray,
+    knots: FloatArray,
 ) -> Drift:
-    """The linear estimate of a parameter at knots, everything else adjusted along; less what chance explains."""
+    """Linear estimate of a parameter at knots together with all others; its share is reduced by that of chance."""
     u = hat_functions(s, knots)
     j = fit.free.paths.index(path)
     others = [k for k in range(1, gram.shape[1]) if k != 1 + j]
     c = np.zeros(gram.shape[1])
     for p, ratio in ratios.items():
         c[1 + fit.free.paths.index(p)] = ratio
-    own = gram @ c  # [block, row]: every row against the drifting one
+    drifting = gram @ c  # [block, row]: products of every row with the drifting sensitivity
     prior = fit.normal.variance / fit.free.prior_sd**2
-    cross = own[:, others].T @ u
+    cross = drifting[:, others].T @ u
     inner = np.block(
         [
             [gram[:, others][:, :, others].sum(axis=0) + np.diag(np.delete(prior, j)), cross],
-            [cross.T, u.T @ ((own @ c)[:, None] * u)],
+            [cross.T, u.T @ ((drifting @ c)[:, None] * u)],
         ]
     )
-    whole = scaled_inverse(inner, 1e-8)
-    flat = scaled_inverse(gram[:, 1:, 1:].sum(axis=0) + np.diag(prior), 1e-12)
-    rng = np.random.default_rng(np.random.SeedSequence([seed, 19, j]))
-    signs = np.vstack([np.ones(len(s)), rng.choice([-1.0, 1.0], (DRAWS, len(s)))])  # as it is, then chance
-    right = np.hstack([signs @ gram[:, others, 0], signs @ (own[:, :1] * u)])
-    plain, found = signs @ gram[:, 1:, 0], right @ whole
-    explained = np.sum(right * found, axis=1) - np.sum((plain @ flat) * plain, axis=1)
+    inverse = scaled_inverse(inner, 1e-8)
+    inverse_constant = scaled_inverse(gram[:, 1:, 1:].sum(axis=0) + np.diag(prior), 1e-12)
+    rng = np.random.default_rng(np.random.SeedSequence([context.seed, RANDOM_SIGNS_SEED, j]))
+    draws = context.settings.drift.drift_draws
+    signs = np.vstack([np.ones(len(s)), rng.choice([-1.0, 1.0], (draws, len(s)))])  # the data first, then random signs
+    right = np.hstack([signs @ gram[:, others, 0], signs @ (drifting[:, :1] * u)])
+    solution, right_constant = right @ inverse, signs @ gram[:, 1:, 0]
+    explained = np.sum(right * solution, axis=1)
+    explained -= np.sum((right_constant @ inverse_constant) * right_constant, axis=1)
     chance = max(float(np.mean(explained[1:])), 0.0)
-    course = found[0, len(others) :]
-    sd = np.sqrt(np.maximum(np.diag(whole)[len(others) :], 0.0) * chance / max(len(knots) - 1, 1))
+    change = solution[0, len(others) :]
+    sd = np.sqrt(np.maximum(np.diag(inverse)[len(others) :], 0.0) * chance / max(len(knots) - 1, 1))
     share = max((float(explained[0]) - chance) / fit.normal.rss, 0.0)
-    return Drift(path, ratios, knots, fit.x[j] + course, sd, share)
+    return Drift(path, ratios, knots, fit.x[j] + change, sd, share)
 
 
-def refine_drift(fit: Fit, drift: Drift) -> Drift:
-    """The course fitted to the blended vehicles, not only to their linear forecast; the other numbers stay."""
-    low, high = _limits(fit, drift.path)
+def refine_drift(context: Context, fit: Fit, drift: Drift) -> Drift:
+    """Refine a drift by Gauss-Newton iterations on blended simulations; all other parameters stay."""
+    low, high = _limits(context, fit, drift.path)
     values = np.clip(drift.values, low, high)
-    best, least = values, np.inf
-    for _ in range(TURNS):
-        course = replace(drift, values=values)
-        a, b, misfit = np.zeros((len(values), len(values))), np.zeros(len(values)), 0.0
+    best, least_rss = values, np.inf
+    for _ in range(MAX_ITERATIONS):
+        trial = replace(drift, values=values)
+        normal, gradient, rss = np.zeros((len(values), len(values))), np.zeros(len(values)), 0.0
         for target in fit.segments:
-            z, slope = blend_series(
-                fit.model, course, target.segment, target.segment.channels, target.initial_state, target.steps
-            )
+            z, slope = blend_series(target.motion_predictor(fit.model), trial)
             r = target.measured - target.filter_and_weight(z)
             u = hat_functions(target.segment.columns["s"], drift.distance)
             d = np.stack([target.filter_and_weight(slope * u[:, k]).ravel() for k in range(len(values))])
-            a += d @ d.T
-            b += d @ r.ravel()
-            misfit += float(np.sum(r * r))
-        if misfit < least:
-            best, least = values, misfit
-        ridge = 1e-6 * np.mean(np.diag(a)) * np.eye(len(values))
-        values = np.clip(values + np.linalg.solve(a + ridge, b), low, high)
-    share = max(1.0 - least / fit.normal.rss, 0.0)
+            normal += d @ d.T
+            gradient += d @ r.ravel()
+            rss += float(np.sum(r * r))
+        if rss < least_rss:
+            best, least_rss = values, rss
+        ridge = 1e-6 * np.mean(np.diag(normal)) * np.eye(len(values))
+        values = np.clip(values + np.linalg.solve(normal + ridge, gradient), low, high)
+    share = max(1.0 - least_rss / fit.normal.rss, 0.0)
     return replace(drift, values=best, share=share)
 
 
-def _limits(fit: Fit, path: str) -> tuple[float, float]:
+def _limits(context: Context, fit: Fit, path: str) -> tuple[float, float]:
     j = fit.free.paths.index(path)
-    return max(float(fit.free.low[j]), (1.0 - WIDEST) * float(fit.x[j])), float(fit.free.high[j])
+    lowest = (1.0 - context.settings.drift.max_drift) * float(fit.x[j])
+    return max(float(fit.free.low[j]), lowest), float(fit.free.high[j])
 
 
-def blend_series(
-    model: Model, course: Drift, stretch: Segment, channels: Sequence[str], start: FloatArray | None, steps: int | None
-) -> tuple[FloatArray, FloatArray]:
-    """Channels [channel, n] of the vehicle whose parameter follows its course, and their slope with the parameter."""
-    p = course.at(stretch.columns["s"])
+def blend_series(predictor: Predictor, drift: Drift) -> tuple[FloatArray, FloatArray]:
+    """Blend simulations of a drifting parameter: channels [channel, n] and their derivative by the parameter.
+
+    Raises ValueError if a simulation diverges.
+    """
+    model, segment = predictor.model, predictor.segment
+    p = drift.value_at(segment.columns["s"])
     width = max(float(np.ptp(p)), 1e-3 * abs(float(p.mean())), 1e-12)
     grid = np.linspace(p.min() - 0.02 * width, p.max() + 0.02 * width, core.LANES)
-    rows = np.tile(model.on(*stretch.segment_key).row, (core.LANES, 1))
-    for path, ratio in course.ratios.items():
+    rows = np.tile(model.on_segment(*segment.segment_key).row, (core.LANES, 1))
+    for path, ratio in drift.ratios.items():
         rows[:, model.columns[path]] = ratio * grid
-    series, lost = simulate(model, stretch, channels, batch=model.batch(rows), steps=steps, initial=start)
-    if np.any(lost >= 0):
-        raise ValueError(f"the vehicle diverges on {stretch.file} as {course.path} changes along the track")
-    place = np.clip((p - grid[0]) / (grid[1] - grid[0]), 0.0, core.LANES - 1 - 1e-9)
-    k, part = place.astype(int), place % 1.0
+    series, diverged = predictor.simulate(batch=model.batch(rows))
+    if np.any(diverged >= 0):
+        raise ValueError(f"the simulation of {segment.file} diverges with {drift.path} varying along the track")
+    position = np.clip((p - grid[0]) / (grid[1] - grid[0]), 0.0, core.LANES - 1 - 1e-9)
+    k, part = position.astype(int), position % 1.0
     n = np.arange(len(p))
     low, high = series[k, :, n].T, series[k + 1, :, n].T
     return low + part * (high - low), (high - low) / (grid[1] - grid[0])
 
 
-def validate_drift(model: Model, course: Drift, measurement: Dataset, stretches: Sequence[Segment]) -> Validation:
-    """The error of a vehicle whose parameter follows its course."""
-    pairs, series = [], []
-    for stretch in stretches:
-        first = float(course.at(stretch.columns["s"][:1])[0])
-        here = model.with_row(list(course.ratios), first * np.array(list(course.ratios.values())))
-        start = estimate_initial_state(here, stretch, measurement.noise)
-        z, _ = blend_series(model, course, stretch, stretch.channels, start, steps_for(here, stretch))
-        series.append(z)
-        channels = compared_channels(stretch)
-        used = [stretch.channels.index(c) for c in channels]
-        x = comparison_filter(measurement.campaign, stretch, stretch.measured(channels))
-        pairs.append((channels, x, comparison_filter(measurement.campaign, stretch, z[used]), stretch.dt))
-    return compute_validation(pairs, series, [])
+def validate_drift(context: Context, model: Model, drift: Drift, segments: Sequence[Segment]) -> Validation:
+    """Validate a model with a drifting parameter."""
+    predictions = []
+    for segment in segments:
+        first = float(drift.value_at(segment.columns["s"][:1])[0])
+        initial_model = model.with_path_values(list(drift.ratios), first * np.array(list(drift.ratios.values())))
+        start = estimate_initial_state(context, initial_model, segment)
+        predictor = Predictor(model, segment, required_steps(initial_model, segment), start)
+        series, _ = blend_series(predictor, drift)
+        predictions.append(Prediction(segment, series, compare(context.campaign, segment, series)))
+    return compute_validation(context, predictions)

@@ -1,7 +1,7 @@
-"""Equivalent input signals: where a force must act to make the residual, whatever its law (thesis 6.2).
+"""Equivalent inputs: location of the forces that explain the residual, whatever their law (thesis 6.2).
 
-At every frequency the residual of all channels is compared with the answer of the adjusted vehicle to a force at a
-place. Used to say where something is missing and to draw it, never to decide that something is.
+At every frequency the residual of all channels is compared with the response of the calibrated model to forces at a
+location. The result locates a discrepancy; it never decides whether there is one.
 """
 
 from __future__ import annotations
@@ -13,27 +13,30 @@ import numpy as np
 
 from railui import core
 from railui.arrays import ComplexArray, FloatArray
-from railui.campaign.dataset import Dataset, comparison_filter, simulate
+from railui.campaign.comparison import comparison_filter
 from railui.dsp.spectra import hann
-from railui.identification.estimation.output_error import Fit, GaussNewton
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import FitSegment
+from railui.identification.prediction import Predictor
 from railui.track import input_table
 
-Port = tuple[str, int | None]  # a place and its wheelset
+Port = tuple[str, int | None]  # location and wheelset of a force
 
-DRAWS = 4
-UNIT, DELAY = 100.0, 4  # N of a pulse, and the samples ahead of it
-Pulse = tuple[tuple[float, float], ...]  # samples from its peak, and the force there of 1 N over one sample
-# a sum of pulses is the force between its samples: a cubic (Catmull and Rom 1974) at the nodes of RK4, half samples
-CUBIC: Pulse = (
+DRAWS = 4  # of the noise
+PULSE_FORCE = 100.0  # N
+PULSE_DELAY = 4  # samples before the peak of a pulse
+Pulse = tuple[tuple[float, float], ...]  # (samples from the peak, force) of a pulse of 1 N over one sample
+# a sum of these pulses interpolates a force by a cubic (Catmull and Rom 1974) at the nodes of RK4, half samples
+CUBIC_PULSE: Pulse = (
     (-2.0, 0.0), (-1.5, -0.0625), (-1.0, 0.0), (-0.5, 0.5625), (0.0, 1.0),
     (0.5, 0.5625), (1.0, 0.0), (1.5, -0.0625), (2.0, 0.0),
 )  # fmt: skip
-WIDE: Pulse = ((-2.0, 0.0), (0.0, 0.5), (2.0, 0.0))  # passes nothing at half the rate: answers may be thinned out
-SEGMENT = 5.12  # seconds of a segment of the spectra
-AS_GOOD = 0.03  # a place with fewer forces is taken within so much of the best share
-# place in reports, wheelset, the ports at which independent forces act
-SPOTS: tuple[tuple[str, int | None, tuple[Port, ...]], ...] = (
+WIDE_PULSE: Pulse = ((-2.0, 0.0), (0.0, 0.5), (2.0, 0.0))  # has no content at half the rate, which permits decimation
+WINDOW_DURATION = 5.12  # s, window of the spectra
+# reported location, wheelset, ports at which independent forces act
+FORCE_LOCATIONS: tuple[tuple[str, int | None, tuple[Port, ...]], ...] = (
     ("secondary_lateral", None, (("secondary_lateral", None),)),
     ("secondary_yaw", None, (("secondary_yaw", None),)),
     ("primary_lateral", 1, (("primary_lateral", 1),)),
@@ -54,8 +57,8 @@ SPOTS: tuple[tuple[str, int | None, tuple[Port, ...]], ...] = (
 
 
 @dataclass(frozen=True)
-class Origin:
-    """A place and the share of the residual that forces there can make, chance taken off."""
+class ForceLocation:
+    """A location and the share of the residual that its forces explain beyond chance."""
 
     at: str
     wheelset: int | None
@@ -63,42 +66,50 @@ class Origin:
     forces: int
 
 
-def locate_forces(fit: Fit, measurement: Dataset) -> list[Origin]:
-    """Places by the share of the residual that independent forces there can make, the likeliest first.
+def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
+    """Rank locations by the share of the residual that independent forces there explain.
 
-    What sensor noise and track noise leave is taken off the spectra: track noise looks like forces at the contact.
-    As many independent forces as channels make any residual, so that a place with so many is left out; no place is
-    left where a single channel was measured.
+    The contributions of sensor and track noise are subtracted from the spectra, since track noise resembles forces at
+    the contact. As many independent forces as channels explain any residual: locations with so many are left out, which
+    leaves none if a single channel was measured.
     """
     if fit.model.design.kind != "bogie":
-        return [Origin("rig", None, 1.0, 1)]
-    adjuster = GaussNewton(fit.model, fit.free, fit.segments, block=1.0, stable=False, jobs=None)
-    shares = np.zeros(len(SPOTS))
-    # number of stretches with more channels than so many forces
-    able = {n: sum(len(t.measured) > n for t in fit.segments) for n in {len(ports) for _, _, ports in SPOTS}}
+        return [ForceLocation("rig", None, 1.0, 1)]
+    quiet = context.in_background(context.jobs)
+    optimiser = GaussNewton(quiet, fit.model, fit.free, fit.segments, block=1.0, stable=False)
+    shares = np.zeros(len(FORCE_LOCATIONS))
+    # number of segments with more channels than forces, by number of forces
+    usable = {
+        n: sum(len(t.measured) > n for t in fit.segments) for n in {len(ports) for _, _, ports in FORCE_LOCATIONS}
+    }
     for target in fit.segments:
-        series, _ = adjuster.simulate(target, fit.x[None])
+        series, _ = optimiser.simulate(target, fit.x[None])
         residual = target.without_initial_state(target.measured - series[0])
-        spectra = _spectra(residual, target) - _noise(fit, target, measurement)
-        answers = _answers(fit, target)
+        spectra = _spectra(residual, target) - _noise(context, fit, target)
+        responses = _frequency_responses(fit, target)
         total = float(np.real(np.trace(spectra, axis1=1, axis2=2)).sum())
         channels = len(residual)
-        for i, (_, _, ports) in enumerate(SPOTS):
+        for i, (_, _, ports) in enumerate(FORCE_LOCATIONS):
             if len(ports) >= channels:
                 continue
-            h = np.stack([answers[p] for p in ports], axis=2)
+            h = np.stack([responses[p] for p in ports], axis=2)
             q, _ = np.linalg.qr(h)
-            made = float(np.real(np.einsum("fci,fcd,fdi->", q.conj(), spectra, q)))
+            explained = float(np.real(np.einsum("fci,fcd,fdi->", q.conj(), spectra, q)))
             chance = len(ports) / channels
-            shares[i] += (made / total - chance) / (1.0 - chance) / able[len(ports)]
-    found = [Origin(at, w, float(s), len(p)) for (at, w, p), s in zip(SPOTS, shares, strict=True) if able[len(p)]]
-    best = max((o.share for o in found), default=0.0)
+            shares[i] += (explained / total - chance) / (1.0 - chance) / usable[len(ports)]
+    locations = [
+        ForceLocation(at, wheelset, float(share), len(ports))
+        for (at, wheelset, ports), share in zip(FORCE_LOCATIONS, shares, strict=True)
+        if usable[len(ports)]
+    ]
+    best = max((o.share for o in locations), default=0.0)
+    tolerance = context.settings.discrepancy.force_location_tolerance
 
-    def order(o: Origin) -> tuple[bool, int, float]:
-        near = o.share >= best - AS_GOOD
-        return not near, o.forces if near else 0, -o.share
+    def key(o: ForceLocation) -> tuple[bool, int, float]:
+        is_as_good = o.share >= best - tolerance
+        return not is_as_good, o.forces if is_as_good else 0, -o.share
 
-    return sorted(found, key=order)
+    return sorted(locations, key=key)
 
 
 def _spectra(residual: FloatArray, target: FitSegment) -> ComplexArray:
@@ -111,64 +122,66 @@ def _spectra(residual: FloatArray, target: FitSegment) -> ComplexArray:
 
 
 def _length(target: FitSegment) -> int:
-    """Compared samples of a segment; no more than there are."""
-    dt = target.segment.dt * target.filter.every
-    return min(round(SEGMENT / dt), int(target.measured.shape[1]))
+    """Number of compared samples in a window of the spectra."""
+    dt = target.segment.dt * target.filter.decimation
+    return min(round(WINDOW_DURATION / dt), int(target.measured.shape[1]))
 
 
-def _noise(fit: Fit, target: FitSegment, measurement: Dataset) -> ComplexArray:
-    """Cross spectra of what noise leaves, the mean of a few draws."""
-    noise, campaign, stretch = measurement.noise, measurement.campaign, target.segment
-    model, channels = fit.model, stretch.channels
+def _noise(context: Context, fit: Fit, target: FitSegment) -> ComplexArray:
+    """Cross spectra [frequency, channel, channel] of the noise, the mean of a few draws."""
+    noise, campaign, segment = context.noise, context.campaign, target.segment
+    channels = segment.channels
+    predictor = target.predictor(fit.model)
     sd = np.array([noise.get(c, 0.0) for c in channels])
-    clean, _ = simulate(model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.initial_state)
+    clean, _ = predictor.simulate()
     total: ComplexArray = np.zeros((1, 1, 1), dtype=complex)
     for seed in range(DRAWS):
-        rng = np.random.default_rng(np.random.SeedSequence([seed, 17, stretch.number, stretch.run_index]))
-        table = stretch.noisy_table(noise, campaign.noise_band, rng, model.half_wheelbase(), target.steps)
-        noisy, _ = simulate(
-            model, stretch, channels, steps=target.steps, filter=target.filter, initial=target.initial_state, table=table
-        )
+        rng = np.random.default_rng(np.random.SeedSequence([seed, 17, segment.number, segment.run_index]))
+        table = segment.noisy_table(noise, campaign.noise_band, rng, fit.model.wheelset_spacing(), target.steps)
+        noisy, _ = predictor.simulate(table=table)
         white = comparison_filter(
-            campaign, stretch, sd[:, None] * rng.standard_normal((len(channels), stretch.samples))
+            campaign, segment, sd[:, None] * rng.standard_normal((len(channels), segment.samples))
         )
-        white = white[:, :: target.filter.every] * target.filter.weights[:, None]
+        white = white[:, :: target.filter.decimation] * target.filter.weights[:, None]
         total = total + _spectra(noisy[0] - clean[0] + white, target) / DRAWS
     return np.asarray(total)
 
 
-def _answers(fit: Fit, target: FitSegment) -> dict[Port, ComplexArray]:
-    """Answer [frequency, channel] of the vehicle to a short pulse at each port."""
-    ports = sorted({p for _, _, ports in SPOTS for p in ports}, key=str)
-    answers = pulses(fit, target, ports, SEGMENT, target.filter.weights, WIDE, target.filter.every)
-    return {port: np.fft.rfft(x[:, : _length(target)], axis=1).T + 1e-300 for port, x in answers.items()}
+def _frequency_responses(fit: Fit, target: FitSegment) -> dict[Port, ComplexArray]:
+    """Frequency response [frequency, channel] of the model to a force at each port."""
+    ports = sorted({p for _, _, ports in FORCE_LOCATIONS for p in ports}, key=str)
+    responses = impulse_responses(
+        fit, target, ports, WINDOW_DURATION, target.filter.weights, WIDE_PULSE, target.filter.decimation
+    )
+    return {port: np.fft.rfft(x[:, : _length(target)], axis=1).T + 1e-300 for port, x in responses.items()}
 
 
-def pulses(
+def impulse_responses(
     fit: Fit,
     target: FitSegment,
     ports: Sequence[Port],
     seconds: float,
     weights: FloatArray,
-    pulse: Pulse = CUBIC,
+    pulse: Pulse = CUBIC_PULSE,
     every: int = 1,
 ) -> dict[Port, FloatArray]:
-    """Weighted answer [channel, n] over some seconds, on even track, to a pulse of 1 N over one sample at each port.
+    """Compute weighted responses [channel, n] on even track to a pulse of 1 N over one sample at each port.
 
-    A sample is `every` of the run's; the pulse peaks at sample `DELAY`, run at the mean speed of the stretch. What the
-    vehicle does on even track without one is taken off: a wheelset that runs out is never quiet.
+    One sample is `every` samples of the run. The pulse peaks at sample PULSE_DELAY; the speed is the mean speed of the
+    segment. The motion without the pulse is subtracted: a wheelset with run-out moves on even track, too.
     """
-    stretch, dt, v = target.segment, target.segment.dt, target.segment.mean_speed
+    segment, dt, v = target.segment, target.segment.dt, target.segment.mean_speed
     n = round(seconds / (dt * every)) * every
     t = np.arange(n) * dt
-    corners = [v * dt * every * (DELAY + k) for k, _ in pulse]
-    force = [UNIT * f for _, f in pulse]
-    table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.half_wheelbase(), target.steps)
-    row = core.effect_numbers("measured_force", {"motion": corners, "force": force})
+    positions = [v * dt * every * (PULSE_DELAY + k) for k, _ in pulse]
+    force = [PULSE_FORCE * f for _, f in pulse]
+    table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.wheelset_spacing(), target.steps)
+    row = core.effect_numbers("measured_force", {"motion": positions, "force": force})
     batch = fit.model.batch(np.tile(fit.model.row, (2, 1)), np.array([row, row]), np.array([[1.0], [0.0]]))
-    out: dict[Port, FloatArray] = {}
+    predictor = Predictor(fit.model, segment, target.steps)
+    responses: dict[Port, FloatArray] = {}
     for at, wheelset in ports:
         vehicles = fit.model.vehicles((), [core.Placement("measured_force", at, wheelset, len(row), "s")])
-        series, _ = vehicles.simulate(batch, table, dt, target.steps, stretch.channels)
-        out[at, wheelset] = (series[0] - series[1])[:, ::every] * weights[:, None] / UNIT
-    return out
+        series, _ = predictor.simulate(batch=batch, vehicles=vehicles, table=table)
+        responses[at, wheelset] = (series[0] - series[1])[:, ::every] * weights[:, None] / PULSE_FORCE
+    return responses

@@ -1,4 +1,4 @@
-"""What is left of output differences once the adjustable parameters have taken their part, by inner products alone."""
+"""Projection of output differences onto the complement of the estimated parameters, by inner products alone."""
 
 from __future__ import annotations
 
@@ -12,64 +12,91 @@ from railui.arrays import FloatArray
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
 
-VANISHED = 1e-3  # share of a difference left by the projection below which nothing new is in it
-
 
 @dataclass(frozen=True, eq=False)
 class ProjectedScores:
-    """Lanes seen against a residual: rho, amount, scores [lane, block], what is left of a difference, and told.
+    """Scores of lanes against a residual, after projection.
 
-    absorbed [lane, p]: what the adjustable parameters make of one; told: is anything left after that? norms [lane,
-    block]: what is left, block by block; own: the share left.
+    rho, amount [lane]; scores [lane, block]; norm [lane] and block_norms [lane, block]: squared length of the projected
+    difference; absorbed [lane, p]: change of the estimated parameters that absorbs an amount of 1; unabsorbed_share
+    [lane]: share of the squared length that they leave; is_distinguishable [lane]: whether it is large enough.
     """
 
     rho: FloatArray
     amount: FloatArray
     scores: FloatArray
-    left: FloatArray
+    norm: FloatArray
     absorbed: FloatArray
-    told: NDArray[np.bool_]
-    norms: FloatArray
-    own: FloatArray
+    is_distinguishable: NDArray[np.bool_]
+    block_norms: FloatArray
+    unabsorbed_share: FloatArray
 
-    def sighting(self, candidate: Candidate, shape: int, lane: int) -> ScoreResult:
-        """One lane of what was seen."""
-        rho, amount, left, own = (float(x[lane]) for x in (self.rho, self.amount, self.left, self.own))
-        each = self.scores[lane], left, self.absorbed[lane], self.norms[lane]
-        return ScoreResult(candidate, shape, rho, amount, *each, own)
+    def score_result(self, candidate: Candidate, shape: int, lane: int) -> ScoreResult:
+        """Return the score result of one lane."""
+        return ScoreResult(
+            candidate,
+            shape,
+            rho=float(self.rho[lane]),
+            amount=float(self.amount[lane]),
+            scores=self.scores[lane],
+            norm=float(self.norm[lane]),
+            absorbed=self.absorbed[lane],
+            block_norms=self.block_norms[lane],
+            unabsorbed_share=float(self.unabsorbed_share[lane]),
+        )
 
 
 class Projector:
-    """Takes off what the adjustable parameters absorb.
+    """Projection that removes the part which the estimated parameters absorb.
 
-    inner [block, 1 + p, 1 + p]: products of the residual and the p sensitivities in blocks of time; precision [p, p]:
-    of the priors, in the same measure.
+    Parameters
+    ----------
+    inner
+        Inner products [block, 1 + p, 1 + p] of the residual and the p sensitivities in blocks of time.
+    precision
+        Precision [p, p] of the priors, on the scale of the inner products.
     """
 
     def __init__(self, inner: FloatArray, precision: FloatArray) -> None:
-        self.blocks = inner
+        self.block_products = inner
         gram = inner.sum(axis=0)
-        self.inner, self.right = gram[1:, 1:] + precision, gram[1:, 0]
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(self.inner), 1e-300))
-        self.inverse = linalg.pinvh(self.inner * np.outer(scale, scale), rtol=1e-10) * np.outer(scale, scale)
-        self.beta = self.inverse @ self.right
-        self.rest = float(gram[0, 0] - self.right @ self.beta)
+        self.normal_matrix, self.residual_products = gram[1:, 1:] + precision, gram[1:, 0]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(self.normal_matrix), 1e-300))
+        self.inverse = linalg.pinvh(self.normal_matrix * np.outer(scale, scale), rtol=1e-10) * np.outer(scale, scale)
+        self.estimate = self.inverse @ self.residual_products
+        self.rss = float(gram[0, 0] - self.residual_products @ self.estimate)
 
-    def seen(self, cross: FloatArray, norms: FloatArray, vanished: float = VANISHED) -> ProjectedScores:
-        """Differences by their products with residual, sensitivities [block, lane, 1 + p], themselves [block, lane].
+    def project(self, cross: FloatArray, norms: FloatArray, min_remaining_share: float) -> ProjectedScores:
+        """Project output differences and score them against the residual.
 
-        vanished: share left from which something new is told.
+        Parameters
+        ----------
+        cross
+            Inner products [block, lane, 1 + p] of the differences with the residual and the sensitivities.
+        norms
+            Squared lengths [block, lane] of the differences.
+        min_remaining_share
+            Share of the squared length from which a difference is distinguishable from the parameters.
         """
-        inner, total = self.blocks, cross.sum(axis=0)
+        inner, total = self.block_products, cross.sum(axis=0)
         beta = total[:, 1:] @ self.inverse
-        each = norms - 2 * np.einsum("lp,blp->bl", beta, cross[:, :, 1:])
-        each = each + np.einsum("blp,lp->bl", np.einsum("lp,bpq->blq", beta, inner[:, 1:, 1:]), beta)
-        left = each.sum(axis=0)
-        own = left / np.maximum(norms.sum(axis=0), 1e-300)
-        told = own > vanished
-        left = np.where(told, left, 1.0)
-        scores = cross[:, :, 0] - inner[:, 1:, 0] @ beta.T - cross[:, :, 1:] @ self.beta
-        scores = (scores + np.einsum("bpq,lp,q->bl", inner[:, 1:, 1:], beta, self.beta)).T
+        block_norms = norms - 2 * np.einsum("lp,blp->bl", beta, cross[:, :, 1:])
+        block_norms = block_norms + np.einsum("blp,lp->bl", np.einsum("lp,bpq->blq", beta, inner[:, 1:, 1:]), beta)
+        norm = block_norms.sum(axis=0)
+        unabsorbed_share = norm / np.maximum(norms.sum(axis=0), 1e-300)
+        is_distinguishable = unabsorbed_share > min_remaining_share
+        norm = np.where(is_distinguishable, norm, 1.0)
+        scores = cross[:, :, 0] - inner[:, 1:, 0] @ beta.T - cross[:, :, 1:] @ self.estimate
+        scores = (scores + np.einsum("bpq,lp,q->bl", inner[:, 1:, 1:], beta, self.estimate)).T
         projection = scores.sum(axis=1)
-        rho = projection / np.sqrt(left * max(self.rest, 1e-300))
-        return ProjectedScores(rho, projection / left, scores, left, beta, told, np.maximum(each.T, 0.0), own)
+        rho = projection / np.sqrt(norm * max(self.rss, 1e-300))
+        return ProjectedScores(
+            rho,
+            amount=projection / norm,
+            scores=scores,
+            norm=norm,
+            absorbed=beta,
+            is_distinguishable=is_distinguishable,
+            block_norms=np.maximum(block_norms.T, 0.0),
+            unabsorbed_share=unabsorbed_share,
+        )

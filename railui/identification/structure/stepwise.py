@@ -1,262 +1,276 @@
-"""Effects added one after another while the residual is structured, and dropped again where no longer needed."""
+"""Stepwise (forward-backward) selection: effects are added while the residual has structure, then superfluous ones removed."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from railui.campaign.dataset import Dataset
+from railui.campaign.settings.detection import ScoreTestSettings
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.multiple_shooting import limits_hunting
-from railui.identification.estimation.output_error import Fit, fit_output_error
+from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
+from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import reprepare_segments, truncate
-from railui.identification.estimation.validation import Validation, estimate_noise_floor, validate
+from railui.identification.estimation.validation import Validation, validate
 from railui.identification.events import ModelValidated
-from railui.identification.structure.candidates import Candidate, list_candidates
+from railui.identification.structure.candidates import Candidate, candidate_text, list_candidates
 from railui.identification.structure.couplings import find_couplings
 from railui.identification.structure.drift import find_drifts
-from railui.identification.structure.refit import Refit, cross_validation_errors, named, refit_candidates
+from railui.identification.structure.refit import Refit, cross_validation_errors, refit_candidates
 from railui.identification.structure.score_test import ScoreTestResult, score_test
 from railui.parallel import run_both
-from railui.progress import Report, Watch
 from railui.vehicle.model import Model
 
-SIGNIFICANT = 0.01  # family-wise p from which a residual is worth a fit
-STRUCTURED = 0.01  # partial rho^2 from which a residual is worth a fit
-OBVIOUS = 0.20  # and from which no test is asked: noise, whatever its colour, reaches a fiftieth
-EFFECTS = 3
-ADEQUATE = 1.10  # after over floor up to which nothing is left to find
-UNEXPLAINED = 1.5  # after over floor from which something is missing, whatever it looks like
-UNSETTLED = 1.3  # after over floor from which elements that adjusting has absorbed are tried too
-SIMPLER = 1.02  # within so much of the best misfit the simpler law is taken
-PROMISING = 0.05  # share of the adjusting runs' misfit that an effect must take to be tried with another
-CLEARLY = 1.0  # standard errors of the gain on the validating runs that it must exceed
-TRACED, GLIMPSED = 40.0, 12.0  # seconds of each stretch that the trace looks at, and those of its first look
-ROUGH_FLOOR = 5  # draws of a floor that only steers
-PLAIN = 0.10  # share that a change along the track must explain to expose an effect
-EXPOSED = 1.05  # a change along the track that explains so much more than an effect exposes it
+FINAL_TOLERANCE = 1e-5
+REMOVAL_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
 class SelectionStep:
-    """One turn of the loop: what was seen, what was fitted, what was added."""
+    """One step of the selection: the score test, the refits, and the effect added (None: none)."""
 
-    trace: ScoreTestResult
+    score_test: ScoreTestResult
     refits: tuple[Refit, ...]
     added: Refit | None
 
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """The vehicle with the effects that stand, how it was judged, every turn, and the trace of what it leaves."""
+    """The model with the selected effects, its validation, every step, and the score test of its residual."""
 
     fit: Fit
-    judgement: Validation
+    validation: Validation
     steps: tuple[SelectionStep, ...]
-    last: ScoreTestResult
+    final_score_test: ScoreTestResult
 
     @property
-    def added(self) -> bool:
-        """Does any effect stand?"""
+    def has_effects(self) -> bool:
+        """True where at least one effect is selected."""
         return any(s.added for s in self.steps)
 
 
-def is_significant_gain(old: Validation, new: Validation, share: float) -> bool:
-    """Is the error on the validating runs lower by a material share, and clearly so against its own scatter?"""
+class _Stage(NamedTuple):
+    """A model during the selection and its validation."""
+
+    fit: Fit
+    validation: Validation
+
+
+def is_significant_gain(context: Context, old: Validation, new: Validation) -> bool:
+    """True where the validation error is lower by the campaign's minimum relative gain, and clear of its scatter."""
     if not np.isfinite(new.nrmse):
         return False
     gain, sd = old.error_reduction(new)
-    return bool(gain >= 1.0 - (1.0 - share) ** 2 and gain > CLEARLY * sd)
+    least = 1.0 - (1.0 - context.campaign.min_relative_gain) ** 2
+    return bool(gain >= least and gain > context.settings.selection.gain_standard_errors * sd)
 
 
-def has_structure(seen: ScoreTestResult) -> bool:
-    """Does what is left have a shape that noise does not have?"""
-    return seen.rho2 >= STRUCTURED and (seen.p <= SIGNIFICANT or seen.rho2 >= OBVIOUS)
+def has_structure(settings: ScoreTestSettings, result: ScoreTestResult) -> bool:
+    """True where the residual has a structure that noise does not have."""
+    if result.rho2 < settings.structured_rho2:
+        return False
+    return result.p <= settings.significance_level or result.rho2 >= settings.obvious_rho2
 
 
-@dataclass(frozen=True, eq=False)
 class StepwiseSelection:
-    """The search for the effects that a measurement asks for."""
+    """Stepwise selection of the effects that a dataset supports."""
 
-    measurement: Dataset
-    declared: Model
-    without: frozenset[str]
-    seed: int
-    jobs: int | None
-    report: Report
-    watch: Watch
+    def __init__(self, context: Context) -> None:
+        self.context = context
+        self.settings = context.settings.selection
 
-    def traced(self, fit: Fit) -> ScoreTestResult:
-        """What a little of every candidate says about the residual of a fit."""
-        m = self.measurement
-        loaded = m.campaign.track == "loaded"
-        found = list_candidates(fit.model, m.estimation, without=self.without, loaded=loaded)
-        part = replace(fit, segments=tuple(truncate(fit.segments, m, TRACED)))
-        first = truncate(part.segments, m, GLIMPSED)
-        seen = score_test(part, found, first=first, jobs=self.jobs, seed=self.seed, watch=self.watch)
-        self.report(
-            f"trace: {len(seen.best)} candidates, best partial rho^2 {seen.rho2:.3f}, family-wise p {seen.p:.4f}"
+    def run_score_test(self, fit: Fit) -> ScoreTestResult:
+        """Score every candidate against the residual of a fit."""
+        context, settings = self.context, self.context.settings.score_test
+        loaded = context.campaign.track == "loaded"
+        candidates = list_candidates(fit.model, context.dataset.estimation, without=context.excluded, loaded=loaded)
+        part = replace(fit, segments=tuple(truncate(context, fit.segments, settings.score_duration)))
+        first = truncate(context, part.segments, settings.preselection_duration)
+        result = score_test(context, part, candidates, first=first)
+        context.progress.message(
+            f"score test: {len(result.best)} candidates, best partial rho^2 {result.rho2:.3f}, family-wise p {result.p:.4f}"
         )
-        self.watch(seen)
-        return seen
+        context.progress.event(result)
+        return result
 
-    def select_effects(self, before: Fit, judged: Validation, hunting: Fit | None = None) -> Selection:
-        """Effects added to the adjusted vehicle, up to three, then those dropped that are no longer needed.
+    def select_effects(self, before: Fit, validation: Validation, windowed: Fit | None = None) -> Selection:
+        """Add effects to the calibrated model, then remove those that are no longer needed.
 
-        hunting: the vehicle adjusted on windows, where one that is stable cannot follow; the search starts from it.
+        An effect that lowers the misfit on the estimation runs but not yet the error on the validation runs stays on
+        trial while the next is sought: of two missing effects, either one alone may gain nothing.
 
-        An effect that lowers the misfit of the adjusting runs but not yet the error of the validating ones stays on
-        trial while the next is looked for: of two that are missing, one alone may gain nothing.
+        Parameters
+        ----------
+        windowed
+            The model fitted on windows, where a stable one cannot follow; the selection starts from it.
         """
-        now, steps = hunting or before, list[SelectionStep]()
-        good, accepted, kept = before, judged, 0
-        stages = [(before, judged)]  # the vehicle as it was before each step, and how it was judged
-        noise = estimate_noise_floor(
-            before.model, self.measurement, self.measurement.validation, ROUGH_FLOOR, self.jobs
+        current = windowed or before
+        steps: list[SelectionStep] = []
+        stages = [_Stage(before, validation)]  # the model before each step
+        accepted, accepted_steps = stages[0], 0
+        floor = self._preliminary_floor(before)
+        self.context.progress.message(
+            f"calibrated, no effect added: NRMSE {validation.nrmse:.4f}, noise floor {floor.nrmse:.4f}"
         )
-        self.report(f"adjusted, no effect: nrmse {judged.nrmse:.4f}, noise floor {noise.nrmse:.4f}")
-        for _ in range(EFFECTS):
-            seen = self.traced(now)
-            quiet = not has_structure(seen)
-            if quiet and not accepted.nrmse > UNEXPLAINED * noise.nrmse:
-                steps.append(SelectionStep(seen, (), None))
+        for _ in range(self.settings.max_effects):
+            step, stage = self._step(current, accepted, floor, on_trial=len(steps) > accepted_steps)
+            steps.append(step)
+            if stage is None:
                 break
-            refits, chosen, trial = self._best(now, seen, bool(accepted.nrmse > UNSETTLED * noise.nrmse))
-            if chosen is None or trial is None:
-                steps.append(SelectionStep(seen, refits, None))
-                break
-            result = validate(trial.model, self.measurement, self.measurement.validation)
-            self.report(f"  with {_words(chosen)}: nrmse {result.nrmse:.4f}")
-            gains = is_significant_gain(accepted, result, self.measurement.campaign.min_relative_gain)
-            hopeful = chosen.rss <= (1.0 - PROMISING) * now.normal.rss and accepted.nrmse > ADEQUATE * noise.nrmse
-            alone = len(steps) > kept  # one on trial already, and this one does not save it
-            if not gains and (alone or not hopeful):
-                steps.append(SelectionStep(seen, refits, None))
-                break
-            now = trial
-            stages.append((trial, result))
-            steps.append(
-                SelectionStep(seen, refits, replace(chosen, fit=trial, held_out=cross_validation_errors(trial)))
-            )
-            if gains:
-                good, accepted, kept = trial, result, len(steps)
-                self.watch(ModelValidated("after", result))
-                noise = estimate_noise_floor(
-                    trial.model, self.measurement, self.measurement.validation, ROUGH_FLOOR, self.jobs
-                )
-                if result.nrmse <= (1.0 + 0.5 * (ADEQUATE - 1.0)) * noise.nrmse:
+            current = stage.fit
+            stages.append(stage)
+            if self._gains(accepted, stage):
+                accepted, accepted_steps = stage, len(steps)
+                self.context.progress.event(ModelValidated("after", stage.validation))
+                floor = self._preliminary_floor(stage.fit)
+                if stage.validation.nrmse <= (1.0 + 0.5 * (self.settings.adequate_ratio - 1.0)) * floor.nrmse:
                     break
-        steps = [s if i < kept else replace(s, added=None) for i, s in enumerate(steps)]
-        fit, accepted, steps = self._without_idle(good, accepted, steps, stages[kept - 1] if kept else None)
-        known = fit is good and kept < len(steps)
-        last = steps[kept].trace if known else self.traced(fit)
-        return Selection(fit, accepted, tuple(steps), last)
+        steps = [s if i < accepted_steps else replace(s, added=None) for i, s in enumerate(steps)]
+        previous = stages[accepted_steps - 1] if accepted_steps else None
+        final = self._remove_superfluous(accepted, steps, previous)
+        is_known = final.fit is accepted.fit and accepted_steps < len(steps)
+        last = steps[accepted_steps].score_test if is_known else self.run_score_test(final.fit)
+        return Selection(final.fit, final.validation, tuple(steps), last)
 
-    def _best(
-        self, fit: Fit, seen: ScoreTestResult, unsettled: bool
-    ) -> tuple[tuple[Refit, ...], Refit | None, Fit | None]:
-        """What the trace named, fitted; the one to add, and the vehicle with it adjusted once more."""
-        m = self.measurement
-        refits = tuple(
-            refit_candidates(
-                fit,
-                seen,
-                m,
-                self.declared,
-                m.campaign.estimated_parameters,
-                unsettled=unsettled,
-                jobs=self.jobs,
-                report=self.report,
-                watch=self.watch,
-            )
+    def _preliminary_floor(self, fit: Fit) -> NoiseFloor:
+        draws = self.context.settings.validation.preliminary_floor_draws
+        return estimate_noise_floor(self.context, fit.model, self.context.dataset.validation, draws)
+
+    def _gains(self, old: _Stage, new: _Stage) -> bool:
+        return is_significant_gain(self.context, old.validation, new.validation)
+
+    def _validated(self, fit: Fit) -> _Stage:
+        return _Stage(fit, validate(self.context, fit.model, self.context.dataset.validation))
+
+    def _step(
+        self, current: Fit, accepted: _Stage, floor: NoiseFloor, *, on_trial: bool
+    ) -> tuple[SelectionStep, _Stage | None]:
+        """Look for one more effect; None: the forward selection ends.
+
+        on_trial: an effect without a gain of its own has been added before, and only a gain with this one saves it.
+        """
+        settings, nrmse = self.settings, accepted.validation.nrmse
+        trace = self.run_score_test(current)
+        unstructured = not has_structure(self.context.settings.score_test, trace)
+        if unstructured and not nrmse > settings.unexplained_ratio * floor.nrmse:
+            return SelectionStep(trace, (), None), None
+        with_absorbed = bool(nrmse > settings.absorbed_ratio * floor.nrmse)
+        refits, chosen, fit = self._best_candidate(current, trace, with_absorbed)
+        if chosen is None or fit is None:
+            return SelectionStep(trace, refits, None), None
+        stage = self._validated(fit)
+        self.context.progress.message(f"  with {_refit_text(chosen)}: NRMSE {stage.validation.nrmse:.4f}")
+        is_promising = (
+            chosen.rss <= (1.0 - settings.trial_misfit_share) * current.normal.rss
+            and nrmse > settings.adequate_ratio * floor.nrmse
         )
-        chosen = select(refits)
+        if not self._gains(accepted, stage) and (on_trial or not is_promising):
+            return SelectionStep(trace, refits, None), None
+        errors = cross_validation_errors(self.context.settings.refit, fit)
+        return SelectionStep(trace, refits, replace(chosen, fit=fit, block_errors=errors)), stage
+
+    def _best_candidate(
+        self, fit: Fit, trace: ScoreTestResult, with_absorbed: bool
+    ) -> tuple[tuple[Refit, ...], Refit | None, Fit | None]:
+        """Refit the candidates; return also the one to add and its final fit, unless something else explains more."""
+        refits = tuple(refit_candidates(self.context, fit, trace, with_absorbed=with_absorbed))
+        chosen = simplest_refit(refits, self.settings.simpler_misfit_ratio)
         if chosen is None:
             return refits, None, None
-        trial, strangers = run_both(lambda: self._final(chosen.fit), lambda: self._strangers(fit), self.jobs)
+        final, rivals = run_both(
+            lambda: self._final_fit(chosen.fit), lambda: self._rival_explanations(fit), self.context.jobs
+        )
         share = 1.0 - chosen.rss / fit.normal.rss
-        for words, explained in strangers:
-            if explained >= max(EXPOSED * share, PLAIN):
-                self.report(f"  {words} explains more: {explained:.2f}, not {share:.2f}")
+        for text, explained in rivals:
+            if explained >= max(self.settings.rival_ratio * share, self.settings.rival_share):
+                self.context.progress.message(f"  {text} explains more: {explained:.2f}, not {share:.2f}")
                 return refits, None, None
-        return refits, chosen, trial
+        return refits, chosen, final
 
-    def _strangers(self, fit: Fit) -> list[tuple[str, float]]:
-        """What no entry of the catalogue does, and how much of the misfit it explains: these expose an effect."""
-        along, coupled = find_drifts(fit, self.seed)[:1], find_couplings(fit)[:1]
-        return [(f"{d.path} changing along the track", d.share) for d in along] + [
-            (f"a coupling of {c.text}", c.share) for c in coupled
+    def _rival_explanations(self, fit: Fit) -> list[tuple[str, float]]:
+        """Best explanations outside the library, a drift and a coupling, with their share of the misfit."""
+        drifts, couplings = find_drifts(self.context, fit)[:1], find_couplings(self.context, fit)[:1]
+        return [
+            *((f"{d.path} varying along the track", d.share) for d in drifts),
+            *((f"a coupling of {c.text}", c.share) for c in couplings),
         ]
 
-    def _final(self, fit: Fit) -> Fit:
-        """Everything adjusted once more with weights and initial states of the model as found."""
-        ready = reprepare_segments(fit.model, fit.segments, self.measurement)
+    def _final_fit(self, fit: Fit) -> Fit:
+        """Fit all parameters once more with weights and initial states of the model with the effect."""
         return fit_output_error(
-            fit.model, self.measurement, fit.free.paths, self.declared, ready=ready, stable=not limits_hunting(fit.model),
-            tolerance=1e-5, jobs=self.jobs, watch=self.watch,
-        )  # fmt: skip
+            self.context,
+            fit.model,
+            fit.free.paths,
+            segments=reprepare_segments(self.context, fit.model, fit.segments),
+            stable=not limits_hunting(fit.model),
+            tolerance=FINAL_TOLERANCE,
+        )
 
-    def _without_idle(
-        self, fit: Fit, judged: Validation, steps: list[SelectionStep], one_less: tuple[Fit, Validation] | None
-    ) -> tuple[Fit, Validation, list[SelectionStep]]:
-        """The backward pass: each effect taken out, all adjusted again; what is not missed stays out.
+    def _remove_superfluous(self, final: _Stage, steps: list[SelectionStep], previous: _Stage | None) -> _Stage:
+        """Backward pass: remove each effect without which the validation error is not significantly higher.
 
-        one_less: the vehicle as it was before the last effect came in.
+        Updates `steps`. previous: the model before the last effect was added.
         """
-        idle = True
-        while idle:
+        removed = True
+        while removed:
+            removed = False
             added = [i for i, s in enumerate(steps) if s.added]
-            idle = False
             for i in added if len(added) > 1 else ():
                 refit = steps[i].added
-                if one_less is not None and i == added[-1]:
-                    trial, result = one_less
-                else:
-                    taken = None if refit is None else self._without(fit, refit)
-                    if taken is None:
-                        continue
-                    trial, result = taken, validate(taken.model, self.measurement, self.measurement.validation)
-                self.report(f"  without {_words(refit)}: nrmse {result.nrmse:.4f}")
-                if not is_significant_gain(result, judged, self.measurement.campaign.min_relative_gain):
-                    fit, judged, idle, one_less = trial, result, True, None
+                is_last = previous is not None and i == added[-1]
+                stage = previous if is_last else self._without_effect(final.fit, refit)
+                if stage is None:
+                    continue
+                self.context.progress.message(f"  without {_refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
+                if not self._gains(stage, final):
+                    final, previous, removed = stage, None, True
                     steps[i] = replace(steps[i], added=None)
                     break
-        return fit, judged, steps
+        return final
 
-    def _without(self, fit: Fit, refit: Refit) -> Fit | None:
-        """The vehicle without one of its effects, all adjusted again; None where it cannot be fitted."""
-        index = None if refit.candidate is None else index_of(fit.model, refit.candidate)
+    def _without_effect(self, fit: Fit, refit: Refit | None) -> _Stage | None:
+        """Fit and validate the model without one of its effects; None where it cannot be fitted."""
+        candidate = None if refit is None else refit.candidate
+        index = None if candidate is None else effect_index(fit.model, candidate)
         if index is None:
             return None
-        model = fit.model.without(index)
+        model = fit.model.without_effect(index)
         try:
-            return fit_output_error(
-                model, self.measurement, [*self.measurement.campaign.estimated_parameters, *model.effect_paths()], self.declared,
-                ready=fit.segments, stable=not limits_hunting(model), tolerance=1e-4, jobs=self.jobs,
-            )  # fmt: skip
+            without = fit_output_error(
+                self.context.in_background(self.context.jobs),
+                model,
+                [*self.context.campaign.estimated_parameters, *model.effect_paths()],
+                segments=fit.segments,
+                stable=not limits_hunting(model),
+                tolerance=REMOVAL_TOLERANCE,
+            )
         except ValueError:
             return None
+        return self._validated(without)
 
 
-def index_of(model: Model, c: Candidate) -> int | None:
-    """Where a candidate stands among the effects of a model."""
+def effect_index(model: Model, c: Candidate) -> int | None:
+    """Index of a candidate among the effects of a model; None where it has none such."""
     same = [i for i, e in enumerate(model.effects) if (e.kind, e.at, e.wheelset) == (c.kind, c.at, c.wheelset)]
     return same[0] if same else None
 
 
-def _words(refit: Refit | None) -> str:
-    return "nothing" if refit is None or refit.candidate is None else named(refit.candidate)
+def _refit_text(refit: Refit | None) -> str:
+    return "nothing" if refit is None or refit.candidate is None else candidate_text(refit.candidate)
 
 
-def select(refits: Sequence[Refit]) -> Refit | None:
-    """The best fit, or the one with fewest parameters among those that are as good."""
+def simplest_refit(refits: Sequence[Refit], misfit_ratio: float) -> Refit | None:
+    """Select the refit with fewest parameters among those whose misfit is within a ratio of the best."""
     if not refits:
         return None
-    near = [r for r in refits if r.rss <= SIMPLER * refits[0].rss]
-    return min(near, key=lambda r: (len(r.fit.x), _restricted(r.candidate), r.rss))
+    near = [r for r in refits if r.rss <= misfit_ratio * refits[0].rss]
+    return min(near, key=lambda r: (len(r.fit.x), _is_on_one_wheelset(r.candidate), r.rss))
 
 
-def _restricted(candidate: Candidate | None) -> int:
-    """An effect on both wheelsets before one on a single wheelset."""
-    return 0 if candidate is None or candidate.wheelset is None else 1
+def _is_on_one_wheelset(candidate: Candidate | None) -> bool:
+    """True for an effect on a single wheelset: one on both comes first."""
+    return candidate is not None and candidate.wheelset is not None

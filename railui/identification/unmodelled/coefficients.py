@@ -1,8 +1,8 @@
-"""The sixteen coefficients of y_i, y_i', psi_i, psi_i' in the wheelset equations, freed beside the parameters.
+"""Estimation of the sixteen coefficients of y_i, y_i', psi_i, psi_i' in the wheelset equations.
 
 Together with the wheel-rail parameters they are the most that measured motions can determine (thesis 3.4, table 3.1).
-One that contradicts its derivation points to the equation in which something is missing. A coefficient that is off by
-delta acts like a force -delta times the motion on the wheelset: its sensitivity is the answer to that force.
+A coefficient that contradicts its derivation indicates the equation in which a term is missing. A deviation delta acts
+as a force -delta times the motion on the wheelset; its sensitivity is the response to that force.
 """
 
 from __future__ import annotations
@@ -12,17 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import simulate
+from railui.identification.context import Context
 from railui.identification.estimation.block_products import block_gram, scaled_inverse
-from railui.identification.estimation.output_error import Fit, GaussNewton
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import FitSegment
-from railui.identification.structure.equivalent_inputs import DELAY, pulses
-from railui.identification.structure.projection import VANISHED
+from railui.identification.structure.equivalent_inputs import PULSE_DELAY, impulse_responses
 
-MEMORY = 6.0  # s after which a pulse has died away
 PORTS = tuple((at, w) for w in (1, 2) for at in ("wheelset", "wheelset_yaw"))
 TERMS = ("y", "y'", "psi", "psi'")
-CONTRADICTS = 4.0  # standard deviations from its derivation
 UNITS = {
     ("wheelset", "y"): "N/m",
     ("wheelset", "y'"): "N*s/m",
@@ -37,9 +35,20 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Coefficient:
-    """One coefficient: its equation (lateral or yaw, of a wheelset), the motion, how far it is from its derivation.
+    """A coefficient of a wheelset equation and its deviation from the derived value.
 
-    difference, sd in `unit`; t: the ratio; share: of the squared residual that freeing it alone explains.
+    Attributes
+    ----------
+    equation
+        "lateral" or "yaw".
+    motion
+        The motion that the coefficient multiplies: y, y', psi or psi'.
+    difference, sd
+        Deviation from the derived value and its standard deviation, in `unit`.
+    share
+        Share of the squared residual that estimating this coefficient explains.
+    contradiction_sd
+        Standard deviations from which the coefficient contradicts its derivation.
     """
 
     wheelset: int
@@ -49,64 +58,71 @@ class Coefficient:
     sd: float
     unit: str
     share: float
+    contradiction_sd: float
 
     @property
     def t(self) -> float:
-        """Standard deviations from its derivation."""
+        """Deviation from the derived value in standard deviations."""
         return self.difference / self.sd if self.sd > 0 else 0.0
 
     @property
-    def contradicts(self) -> bool:
-        """Is it so far from its derivation that something is missing in its equation?"""
-        return abs(self.t) > CONTRADICTS
+    def contradicts_derivation(self) -> bool:
+        """True if the deviation indicates a missing term in the equation."""
+        return abs(self.t) > self.contradiction_sd
 
 
-def coefficients(fit: Fit) -> list[Coefficient]:
-    """All sixteen, each freed alone beside the adjusted parameters: first order, at the mean speed of each stretch.
+def estimate_coefficients(context: Context, fit: Fit) -> list[Coefficient]:
+    """Estimate each of the sixteen coefficients together with the estimated parameters, in descending order of share.
 
-    Raises ValueError for a vehicle that has no wheelsets.
+    The estimate is of first order, at the mean speed of each segment. Raises ValueError for a rig.
     """
     if fit.model.design.kind != "bogie":
         raise ValueError("a rig has no wheelset equations: leave --coefficients out")
-    adjuster = GaussNewton(fit.model, fit.free, fit.segments, block=fit.block, stable=False, jobs=1)
+    settings = context.settings.coefficients
+    background = context.in_background(1)
+    optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
     grams = []
     for target in fit.segments:
-        base, _ = adjuster.sensitivities(target, fit.x)
-        rows = np.concatenate([base, target.without_initial_state(_answers(fit, target))])
+        base, _ = optimiser.sensitivities(target, fit.x)
+        rows = np.concatenate([base, target.without_initial_state(_responses(fit, target, settings.pulse_duration))])
         grams.append(block_gram(rows, fit.block_samples(target)).sum(axis=1))
     gram = np.concatenate(grams)
-    own = 1 + len(fit.x)
+    parameters = 1 + len(fit.x)
     prior = np.diag(fit.normal.variance / fit.free.prior_sd**2)
     names = [(w, at, term) for at, w in PORTS for term in TERMS]
     total = gram.sum(axis=0)
-    projector = scaled_inverse(total[1:own, 1:own] + prior, 1e-10)
-    out = []
+    projector = scaled_inverse(total[1:parameters, 1:parameters] + prior, 1e-10)
+    coefficients = []
     for k, (wheelset, at, term) in enumerate(names):
-        i = own + k
-        absorbed = projector @ total[1:own, i]
-        left = total[i, i] - total[i, 1:own] @ absorbed
-        scores = gram[:, 0, i] - gram[:, 0, 1:own] @ absorbed
-        if left <= VANISHED * total[i, i]:
-            continue  # a parameter does the same
-        difference = float(scores.sum() / left)
-        sd = float(np.sqrt(np.sum((scores - scores.mean()) ** 2)) / left)
-        share = float(scores.sum() ** 2 / left / fit.normal.rss)
+        i = parameters + k
+        absorbed = projector @ total[1:parameters, i]
+        norm = total[i, i] - total[i, 1:parameters] @ absorbed
+        scores = gram[:, 0, i] - gram[:, 0, 1:parameters] @ absorbed
+        if norm <= context.settings.score_test.min_remaining_share * total[i, i]:
+            continue  # indistinguishable from the estimated parameters
+        difference = float(scores.sum() / norm)
+        sd = float(np.sqrt(np.sum((scores - scores.mean()) ** 2)) / norm)
+        share = float(scores.sum() ** 2 / norm / fit.normal.rss)
         equation = "yaw" if at.endswith("yaw") else "lateral"
-        out.append(Coefficient(wheelset, equation, term, difference, sd, UNITS[(at, term)], share))
-    return sorted(out, key=lambda c: -c.share)
+        unit = UNITS[at, term]
+        coefficients.append(
+            Coefficient(wheelset, equation, term, difference, sd, unit, share, settings.contradiction_sd)
+        )
+    return sorted(coefficients, key=lambda c: -c.share)
 
 
-def _answers(fit: Fit, target: FitSegment) -> FloatArray:
-    """Weighted output per unit of each coefficient [16, channel, n]: the answer to minus the motion as a force."""
-    stretch, model = target.segment, fit.model
+def _responses(fit: Fit, target: FitSegment, duration: float) -> FloatArray:
+    """Weighted output per unit of each coefficient [16, channel, n]: the response to minus the motion as a force."""
+    segment = target.segment
     motions = [f"{q}.{at}.{w}" for w in (1, 2) for at in ("wheelset", "wheelset_yaw") for q in ("z", "v")]
-    series, _ = simulate(model, stretch, motions, steps=target.steps, initial=target.initial_state)
+    series, _ = target.motion_predictor(fit.model).simulate(motions)
     by_wheelset: dict[int | None, FloatArray] = {1: series[0][:4], 2: series[0][4:]}  # y, y', psi, psi'
-    rows, n = [], stretch.samples
-    for (_, w), answer in pulses(fit, target, PORTS, MEMORY, np.ones(len(stretch.channels))).items():
-        length = 1 << int(np.ceil(np.log2(n + answer.shape[1])))
-        transfer = np.fft.rfft(answer, length, axis=1)
+    rows, n = [], segment.samples
+    weights = np.ones(len(segment.channels))
+    for (_, w), response in impulse_responses(fit, target, PORTS, duration, weights).items():
+        length = 1 << int(np.ceil(np.log2(n + response.shape[1])))
+        transfer = np.fft.rfft(response, length, axis=1)
         for motion in by_wheelset[w]:
-            moved = np.fft.irfft(transfer * np.fft.rfft(-motion, length), length, axis=1)[:, DELAY : DELAY + n]
-            rows.append(target.filter_and_weight(moved))
+            output = np.fft.irfft(transfer * np.fft.rfft(-motion, length), length, axis=1)
+            rows.append(target.filter_and_weight(output[:, PULSE_DELAY : PULSE_DELAY + n]))
     return np.array(rows)

@@ -1,4 +1,4 @@
-"""A free curve of force against motion at a place: what it explains of the residual, the vehicle adjusted with it."""
+"""Nonparametric curves of force against motion at a location: share of the residual explained, and fit."""
 
 from __future__ import annotations
 
@@ -10,23 +10,35 @@ from scipy import linalg
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Dataset, simulate
-from railui.identification.estimation.output_error import Fit, fit_output_error
+from railui.campaign.settings.discrepancy import DiscrepancySettings
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, adapt_to_model
-from railui.identification.structure.candidates import driven_places
+from railui.identification.structure.candidates import driven_locations
 from railui.vehicle.design_reader import PlacedEffect
-from railui.vehicle.effect_records import WHEELSET_LOCATIONS
-from railui.vehicle.model import Model
+from railui.vehicle.effects import WHEELSET_LOCATIONS
 
-POINTS = 9  # of a measured curve
-REACH = 2.5  # standard deviations of the motion that the curve spans to either side
-SMOOTH = 3e-3  # penalty on the bends of a curve, in its own scale
-PLACES = ("secondary_lateral", "secondary_yaw", "primary_lateral", "primary_yaw", "wheelset", "wheelset_yaw", "rig")
+TOLERANCE = 1e-5
+MAX_ITERATIONS = 15
+CURVE_LOCATIONS = (
+    "secondary_lateral",
+    "secondary_yaw",
+    "primary_lateral",
+    "primary_yaw",
+    "wheelset",
+    "wheelset_yaw",
+    "rig",
+)
 
 
 @dataclass(frozen=True)
 class CurveLocation:
-    """A place (on one wheelset or all), what its curve stands against (z or v), the grid of motion, a usual force."""
+    """Location of a force curve.
+
+    against: displacement "z" or velocity "v". grid: points [point] of the motion. size: typical force, which scales the
+    perturbations.
+    """
 
     at: str
     wheelset: int | None
@@ -35,97 +47,112 @@ class CurveLocation:
     size: float
 
 
-def fit_curve(
-    fit: Fit, measurement: Dataset, declared: Model, spot: CurveLocation, force: FloatArray, jobs: int | None
-) -> Fit | None:
-    """Everything adjusted with a free curve at a spot, from the linear estimate of its points."""
-    middle = len(force) // 2  # a constant force is not seen in the band: the curve is pinned at rest
-    points = {"motion": tuple(float(x) for x in spot.grid), "force": tuple(float(x - force[middle]) for x in force)}
+def fit_curve(context: Context, fit: Fit, location: CurveLocation, force: FloatArray) -> Fit | None:
+    """Fit all parameters together with a force curve, from the linear estimate of its points.
+
+    Returns None if the model cannot be simulated.
+    """
+    middle = len(force) // 2  # a constant force is outside the band: the curve is fixed to 0 at zero motion
+    points = {
+        "motion": tuple(float(x) for x in location.grid),
+        "force": tuple(float(x - force[middle]) for x in force),
+    }
     try:
-        model = fit.model.with_effect(PlacedEffect("measured_force", spot.at, spot.wheelset, points, spot.against))
-        more = [p for p in model.effect_paths() if p not in fit.free.paths and not p.endswith(f".force.{middle}")]
-        paths = [*fit.free.paths, *more]
+        model = fit.model.with_effect(
+            PlacedEffect("measured_force", location.at, location.wheelset, points, location.against)
+        )
+        added = [p for p in model.effect_paths() if p not in fit.free.paths and not p.endswith(f".force.{middle}")]
+        paths = [*fit.free.paths, *added]
         return fit_output_error(
-            model, measurement, paths, declared, ready=adapt_to_model(model, fit.segments, measurement), tolerance=1e-5,
-            most=15, jobs=jobs,
-        )  # fmt: skip
+            context.in_background(context.jobs),
+            model,
+            paths,
+            segments=adapt_to_model(context, model, fit.segments),
+            tolerance=TOLERANCE,
+            max_iterations=MAX_ITERATIONS,
+        )
     except ValueError:
         return None
 
 
-def curve_locations(fit: Fit) -> list[CurveLocation]:
-    """Places and what a curve there may stand against, with its grid of motion."""
-    model, stretches = fit.model, [t.segment for t in fit.segments]
-    linear = model.vehicles().sites(model.single())
-    barred = driven_places(stretches)
-    out = []
-    for at in PLACES:
-        ports = [w for place, w in linear if place == at and w != core.LINKAGE]
-        if not ports or at in barred:
+def curve_locations(settings: DiscrepancySettings, fit: Fit) -> list[CurveLocation]:
+    """List the locations of force curves, each with displacement and with velocity."""
+    model = fit.model
+    linear = model.vehicles().local_stiffness_and_damping(model.single_batch())
+    prescribed = driven_locations([t.segment for t in fit.segments])
+    locations = []
+    for at in CURVE_LOCATIONS:
+        ports = [w for other, w in linear if other == at and w != core.LINKAGE_NUMBER]
+        if not ports or at in prescribed:
             continue
         for wheelset in (None, 1, 2) if at in WHEELSET_LOCATIONS else (None,):
             if at in ("wheelset", "wheelset_yaw") and wheelset is None:
                 continue
-            used = [w for w in ports if wheelset is None or w == wheelset]
+            wheelsets = [w for w in ports if wheelset is None or w == wheelset]
             for against in ("z", "v"):
-                sd = _motion(fit, at, used, against)
-                k = linear[(at, used[0])][0]
-                size = (k if k > 0 else 1e6) * _motion(fit, at, used, "z")
-                out.append(CurveLocation(at, wheelset, against, sd * np.linspace(-REACH, REACH, POINTS), size))
-    return out
+                sd = _rms_motion(fit, at, wheelsets, against)
+                k = linear[(at, wheelsets[0])][0]
+                size = (k if k > 0 else 1e6) * _rms_motion(fit, at, wheelsets, "z")
+                grid = sd * np.linspace(-settings.curve_span, settings.curve_span, settings.curve_points)
+                locations.append(CurveLocation(at, wheelset, against, grid, size))
+    return locations
 
 
-def _motion(fit: Fit, at: str, wheelsets: Sequence[int], against: str) -> float:
+def _rms_motion(fit: Fit, at: str, wheelsets: Sequence[int], against: str) -> float:
     channels = [f"{against}.{at}.{w}" for w in wheelsets]
-    sds = [simulate(fit.model, t.segment, channels, steps=t.steps, initial=t.initial_state)[0][0].std() for t in fit.segments]
+    sds = [t.motion_predictor(fit.model).simulate(channels).series[0].std() for t in fit.segments]
     return float(np.mean(sds)) or 1e-6
 
 
-def explained(fit: Fit, bases: Sequence[FloatArray], spot: CurveLocation) -> tuple[float, FloatArray]:
-    """Share of the squared residual that a free curve explains beyond the adjustable parameters, and its forces."""
-    n = len(spot.grid)
-    own = len(bases[0])
-    size = own + n
+def explained_by_curve(
+    settings: DiscrepancySettings, fit: Fit, bases: Sequence[FloatArray], location: CurveLocation
+) -> tuple[float, FloatArray]:
+    """Estimate a force curve linearly: the share of the squared residual that it explains, and its forces [point].
+
+    The share is that beyond the estimated parameters; bases: residual and sensitivities of each segment.
+    """
+    n = len(location.grid)
+    parameters = len(bases[0])
+    size = parameters + n
     gram = np.zeros((size, size))
     for t, base in zip(fit.segments, bases, strict=True):
-        hats = _hats(fit, spot, t)
-        if hats is None:
+        sensitivities = _curve_sensitivities(fit, location, t)
+        if sensitivities is None:
             return 0.0, np.zeros(n)
-        rows = np.vstack([base.reshape(own, -1), hats.reshape(n, -1)])
+        rows = np.vstack([base.reshape(parameters, -1), sensitivities.reshape(n, -1)])
         gram += rows @ rows.T
     scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
     gram = gram * np.outer(scale, scale)
-    inner = gram[1:own, 1:own] + 1e-9 * np.eye(own - 1)
-    whole = gram[1:, 1:] + 1e-9 * np.eye(size - 1)
-    bend = np.diff(np.eye(n), 2, axis=0) / scale[own:]
-    whole[own - 1 :, own - 1 :] += SMOOTH * bend.T @ bend / np.mean(bend**2)
-    rest = gram[0, 0] - gram[0, 1:own] @ linalg.solve(inner, gram[1:own, 0], assume_a="pos")
-    solution = linalg.solve(whole, gram[1:, 0], assume_a="pos")
-    left = gram[0, 0] - gram[0, 1:] @ solution
-    force = solution[own - 1 :] * scale[own:] / scale[0]
-    return float(1.0 - left / rest), np.asarray(force)
+    normal = gram[1:parameters, 1:parameters] + 1e-9 * np.eye(parameters - 1)
+    normal_with_curve = gram[1:, 1:] + 1e-9 * np.eye(size - 1)
+    second_difference = np.diff(np.eye(n), 2, axis=0) / scale[parameters:]
+    normal_with_curve[parameters - 1 :, parameters - 1 :] += (
+        settings.curve_smoothness * second_difference.T @ second_difference / np.mean(second_difference**2)
+    )
+    rss = gram[0, 0] - gram[0, 1:parameters] @ linalg.solve(normal, gram[1:parameters, 0], assume_a="pos")
+    solution = linalg.solve(normal_with_curve, gram[1:, 0], assume_a="pos")
+    rss_with_curve = gram[0, 0] - gram[0, 1:] @ solution
+    force = solution[parameters - 1 :] * scale[parameters:] / scale[0]
+    return float(1.0 - rss_with_curve / rss), np.asarray(force)
 
 
-def _hats(fit: Fit, spot: CurveLocation, target: FitSegment) -> FloatArray | None:
-    """Output difference per unit of each point of the curve [point, channel, n]."""
-    n = len(spot.grid)
-    unit = 1e-3 * spot.size
+def _curve_sensitivities(fit: Fit, location: CurveLocation, target: FitSegment) -> FloatArray | None:
+    """Output difference per unit of force at each point of the curve [point, channel, n]; None if one diverges."""
+    n = len(location.grid)
+    unit = 1e-3 * location.size
     rows = [
         core.effect_numbers(
             "measured_force",
-            {"motion": spot.grid, "force": unit * np.eye(n)[i] if i < n else np.zeros(n)},
+            {"motion": location.grid, "force": unit * np.eye(n)[i] if i < n else np.zeros(n)},
         )
         for i in [n, *range(n)]
     ]
-    place = core.Placement("measured_force", spot.at, spot.wheelset, len(rows[0]), spot.against)
+    placement = core.Placement("measured_force", location.at, location.wheelset, len(rows[0]), location.against)
     try:
-        vehicles = fit.model.vehicles(target.segment.coach_forces, [place])
-        here = fit.model.on(*target.segment.segment_key)
-        batch = here.batch(np.tile(here.row, (n + 1, 1)), np.array(rows), np.ones((n + 1, 1)))
-        series, lost = simulate(
-            fit.model, target.segment, target.segment.channels, batch=batch, vehicles=vehicles, steps=target.steps,
-            filter=target.filter, initial=target.initial_state,
-        )  # fmt: skip
+        vehicles = fit.model.vehicles(target.segment.coach_forces, [placement])
+        model = fit.model.on_segment(*target.segment.segment_key)
+        batch = model.batch(np.tile(model.row, (n + 1, 1)), np.array(rows), np.ones((n + 1, 1)))
+        series, diverged = target.predictor(fit.model).simulate(batch=batch, vehicles=vehicles)
     except ValueError:
         return None
-    return None if np.any(lost >= 0) else target.without_initial_state((series[1:] - series[0]) / unit)
+    return None if np.any(diverged >= 0) else target.without_initial_state((series[1:] - series[0]) / unit)

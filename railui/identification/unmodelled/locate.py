@@ -1,4 +1,4 @@
-"""Outside the catalogue: where a missing force acts, and its measured curve against motion."""
+"""Localisation of a discrepancy that is not in the library, with its force curve, drift or run-to-run variation."""
 
 from __future__ import annotations
 
@@ -8,26 +8,46 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Dataset, Segment
-from railui.identification.estimation.output_error import Fit, GaussNewton
+from railui.campaign.dataset import Segment
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.validation import Validation, validate
 from railui.identification.structure.couplings import Coupling, find_couplings
 from railui.identification.structure.drift import Drift, find_drifts, refine_drift, validate_drift
-from railui.identification.structure.equivalent_inputs import Origin, locate_forces
+from railui.identification.structure.equivalent_inputs import ForceLocation, locate_forces
 from railui.identification.structure.stepwise import is_significant_gain
-from railui.identification.unmodelled.force_curve import CurveLocation, curve_locations, explained, fit_curve
-from railui.identification.unmodelled.run_dependence import RunDependence, test_run_dependence
-from railui.progress import Report, silent
+from railui.identification.unmodelled.force_curve import CurveLocation, curve_locations, explained_by_curve, fit_curve
+from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence
 from railui.vehicle.model import Model
 
-TELLING = 0.19  # share of the squared misfit from which a change along the track decides by itself
-SLIGHT = 0.02  # share from which a change along the track is worth a look
-CLEAR = 0.5  # share that a curve explains from which its place is believed
+CURVES_FITTED = 2  # of the curves that explain most
 
 
 @dataclass(frozen=True, eq=False)
 class Discrepancy:
-    """The place, the measured curve (force [points] against motion [points]) and the model that carries it."""
+    """A discrepancy that is not in the library.
+
+    Attributes
+    ----------
+    against
+        Abscissa of the curve: displacement "z", velocity "v" or distance along the track "s".
+    motion, force, sd
+        Abscissa, ordinate and its standard deviation [point]. The ordinate is a force, or the value of a parameter if
+        the abscissa is distance.
+    explained_share
+        Share of the squared residual that it explains.
+    fit, validation
+        The model with the discrepancy and its validation.
+    drift
+        Variation of a parameter along the track.
+    coupling
+        Coupling with another location, to whose motion the force is proportional.
+    run_dependence
+        Variation of a parameter from run to run; the curve shows the validation run that differs most.
+    lowers_error
+        Whether it lowers the validation error significantly.
+    """
 
     at: str
     wheelset: int | None
@@ -37,162 +57,159 @@ class Discrepancy:
     sd: FloatArray
     motion_unit: str
     force_unit: str
-    explained: float
+    explained_share: float
     fit: Fit
-    judgement: Validation
-    course: Drift | None = None
-    coupled: Coupling | None = None  # with another place, whose motion it answers
-    change: RunDependence | None = None  # from run to run: shown over the validating run that differs most
-    gains: bool = False  # does it lower the error on the validating runs by what counts?
+    validation: Validation
+    drift: Drift | None = None
+    coupling: Coupling | None = None
+    run_dependence: RunDependence | None = None
+    lowers_error: bool = False
 
-    def judged(self, measurement: Dataset, stretches: Sequence[Segment]) -> Validation:
-        """What was found judged on stretches."""
-        if self.course is not None:
-            return validate_drift(self.fit.model, self.course, measurement, stretches)
-        return validate(self.fit.model, measurement, stretches)
+    def validate(self, context: Context, segments: Sequence[Segment]) -> Validation:
+        """Validate the model with the discrepancy on segments."""
+        if self.drift is not None:
+            return validate_drift(context, self.fit.model, self.drift, segments)
+        return validate(context, self.fit.model, segments)
 
 
-def locate_discrepancy(
-    fit: Fit,
-    measurement: Dataset,
-    declared: Model,
-    changing: Discrepancy | None,
-    *,
-    jobs: int | None = None,
-    report: Report = silent,
-) -> Discrepancy | None:
-    """Say where something acts that no entry of the catalogue makes, draw its force there, adjust all with it.
+def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None) -> Discrepancy | None:
+    """Locate a force that is not in the library and fit its curve together with all parameters.
 
-    changing: what a change along the track explains, kept unless a curve explains more.
+    variation: the discrepancy of a variation along the track, which is returned unless a curve explains more.
     """
-    if changing is not None and changing.explained >= CLEAR:
-        return changing
-    origin = next(iter(locate_forces(fit, measurement)), None)
+    settings, progress = context.settings.discrepancy, context.progress
+    if variation is not None and variation.explained_share >= settings.reliable_share:
+        return variation
+    origin = next(iter(locate_forces(context, fit)), None)
     if origin is None:
-        report("  a single channel was measured: forces at any place can make what is left of it")
+        progress.message("  a single channel was measured: forces at any location can explain its residual")
     else:
-        report(f"  the rest looks like forces at {origin.at} {origin.wheelset or ''}: share {origin.share:.2f}")
-    adjuster = GaussNewton(fit.model, fit.free, fit.segments, block=1.0, stable=False, jobs=jobs)
-    bases = [adjuster.sensitivities(t, fit.x)[0] for t in fit.segments]
-    seen = [(*explained(fit, bases, spot), spot) for spot in curve_locations(fit)]
-    seen = sorted((s for s in seen if s[0] > 0), key=lambda s: -s[0])
-    if not seen:
-        return changing
-    if origin is not None and seen[0][0] < CLEAR and seen[0][0] < origin.share:
-        near = [s for s in seen if _beside(s[2], origin)]
-        seen = near or seen
+        progress.message(
+            f"  residual resembles forces at {origin.at} {origin.wheelset or ''}: share {origin.share:.2f}"
+        )
+    background = context.in_background(context.jobs)
+    optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=1.0, stable=False)
+    bases = [optimiser.sensitivities(t, fit.x)[0] for t in fit.segments]
+    curves = [(*explained_by_curve(settings, fit, bases, spot), spot) for spot in curve_locations(settings, fit)]
+    curves = sorted((c for c in curves if c[0] > 0), key=lambda c: -c[0])
+    if not curves:
+        return variation
+    if origin is not None and curves[0][0] < min(settings.reliable_share, origin.share):
+        curves = [c for c in curves if _is_at(c[2], origin)] or curves
     results = []
-    for share, force, spot in seen[:2]:
-        found = fit_curve(fit, measurement, declared, spot, force, jobs)
-        if found is not None:
-            judged = validate(found.model, measurement, measurement.validation)
-            report(f"  curve against {spot.against} at {spot.at}: explains {share:.2f}, nrmse {judged.nrmse:.4f}")
-            results.append((found.normal.rss, share, spot, found, judged))
+    for share, force, spot in curves[:CURVES_FITTED]:
+        curve_fit = fit_curve(context, fit, spot, force)
+        if curve_fit is not None:
+            validation = validate(context, curve_fit.model, context.dataset.validation)
+            progress.message(
+                f"  curve against {spot.against} at {spot.at}: explains {share:.2f}, NRMSE {validation.nrmse:.4f}"
+            )
+            results.append((curve_fit.normal.rss, share, spot, curve_fit, validation))
     if not results:
-        return changing
-    _, share, spot, found, judged = min(results, key=lambda r: r[0])
-    if changing is not None and 1.0 - found.normal.rss / fit.normal.rss < changing.explained:
-        return changing
-    at, wheelset = (spot.at, spot.wheelset) if origin is None or share >= CLEAR else (origin.at, origin.wheelset)
-    coupled = next(iter(find_couplings(fit)), None)
-    if coupled is not None and coupled.share >= max(CLEAR, share):
-        report(f"  a coupling of {coupled.text} explains {coupled.share:.2f}")
-        at, wheelset = coupled.at, coupled.wheelset
+        return variation
+    _, share, spot, curve_fit, validation = min(results, key=lambda r: r[0])
+    if variation is not None and 1.0 - curve_fit.normal.rss / fit.normal.rss < variation.explained_share:
+        return variation
+    at, wheelset = spot.at, spot.wheelset
+    if origin is not None and share < settings.reliable_share:
+        at, wheelset = origin.at, origin.wheelset
+    coupling = next(iter(find_couplings(context, fit)), None)
+    if coupling is not None and coupling.share >= max(settings.reliable_share, share):
+        progress.message(f"  a coupling of {coupling.text} explains {coupling.share:.2f}")
+        at, wheelset = coupling.at, coupling.wheelset
     else:
-        coupled = None
-    index = len(found.model.design.effects) - 1
-    curve = found.model.design.effects[index]
-    points = [j for j, p in enumerate(found.free.paths) if p.startswith(f"effects.{index}.force.")]
-    yaw = spot.at.endswith("_yaw")
-    z = "rad" if yaw else "m"
+        coupling = None
+    index = len(curve_fit.model.design.effects) - 1
+    curve = curve_fit.model.design.effects[index]
+    points = [j for j, p in enumerate(curve_fit.free.paths) if p.startswith(f"effects.{index}.force.")]
+    is_yaw = spot.at.endswith("_yaw")
+    z = "rad" if is_yaw else "m"
     return Discrepancy(
         at,
         wheelset,
         spot.against,
         spot.grid,
         np.array(curve.parameters["force"]),
-        np.insert(found.sd[points], len(spot.grid) // 2, 0.0),
+        np.insert(curve_fit.sd[points], len(spot.grid) // 2, 0.0),
         {"z": z, "v": f"{z}/s", "s": "m"}[spot.against],
-        "N*m" if yaw else "N",
+        "N*m" if is_yaw else "N",
         share if origin is None else max(share, origin.share),
-        found,
-        judged,
-        coupled=coupled,
+        curve_fit,
+        validation,
+        coupling=coupling,
     )
 
 
-def is_conclusive(seen: Discrepancy | None) -> bool:
-    """Does a change along the track explain so much that it needs no other run to believe it?"""
-    return seen is not None and seen.course is not None and seen.explained >= TELLING
+def is_conclusive(context: Context, variation: Discrepancy | None) -> bool:
+    """True if a variation along the track explains so much that no gain on the validation runs is required."""
+    least = context.settings.discrepancy.conclusive_drift_share
+    return variation is not None and variation.drift is not None and variation.explained_share >= least
 
 
-def find_variation_along_track(fit: Fit, measurement: Dataset, report: Report = silent) -> Discrepancy | None:
-    """The parameter whose change along the track explains most, where that is more than chance."""
-    seen = find_drifts(fit)
-    if not seen or seen[0].share < SLIGHT:
+def find_variation_along_track(context: Context, fit: Fit) -> Discrepancy | None:
+    """Find the parameter whose variation along the track explains most; None if chance explains as much."""
+    drifts = find_drifts(context, fit)
+    if not drifts or drifts[0].share < context.settings.discrepancy.min_drift_share:
         return None
     try:
-        course = refine_drift(fit, seen[0])
-        judged = validate_drift(fit.model, course, measurement, measurement.validation)
+        drift = refine_drift(context, fit, drifts[0])
+        validation = validate_drift(context, fit.model, drift, context.dataset.validation)
     except ValueError:
         return None
-    report(f"  {course.path} along the track: explains {course.share:.2f}, nrmse {judged.nrmse:.4f}")
-    at, wheelset = place_of(course.path, course.ratios, fit.model)
-    unit = fit.model.design.unit(course.path)
+    context.progress.message(
+        f"  {drift.path} varying along the track: explains {drift.share:.2f}, NRMSE {validation.nrmse:.4f}"
+    )
+    at, wheelset = location_of(drift.path, drift.ratios, fit.model)
+    unit = fit.model.design.unit(drift.path)
     return Discrepancy(
-        at, wheelset, "s", course.distance, course.values, course.sd, "m", unit, course.share, fit, judged, course
+        at, wheelset, "s", drift.distance, drift.values, drift.sd, "m", unit, drift.share, fit, validation, drift
     )
 
 
 def find_run_dependence(
-    fit: Fit,
-    here: Fit | None,
-    judged: Validation,
-    measurement: Dataset,
-    declared: Model,
-    *,
-    seed: int = 0,
-    jobs: int | None = None,
-    report: Report = silent,
+    context: Context, fit: Fit, validation_fit: Fit | None, validation: Validation
 ) -> Discrepancy | None:
-    """The parameter that differs from run to run, where values of its own would take a material share of the error.
+    """Find the parameter that differs from run to run; None unless separate values would lower the error significantly.
 
-    No fit sees the validating runs: the error stays that of the vehicle as adjusted.
+    No fit uses the validation runs: the reported error stays that of the calibrated model.
     """
-    if here is None or not np.isfinite(judged.nrmse):
+    if validation_fit is None or not np.isfinite(validation.nrmse):
         return None
     try:
-        change = test_run_dependence(fit, here, measurement, declared, seed=seed, jobs=jobs)
+        change = detect_run_dependence(context, fit, validation_fit)
     except ValueError:
         return None
     if change is None:
         return None
-    report(f"  {change.path} of its own on every run: nrmse {change.judged.nrmse:.4f}, p {change.p:.4f}")
-    if not is_significant_gain(judged, change.judged, measurement.campaign.min_relative_gain):
+    context.progress.message(
+        f"  {change.path} separate for every run: NRMSE {change.validation.nrmse:.4f}, p {change.p:.4f}"
+    )
+    if not is_significant_gain(context, validation, change.validation):
         return None
-    share, _ = judged.error_reduction(change.judged)
-    at, wheelset = place_of(change.path, change.ratios, fit.model)
-    adjusted = fit.model.value(change.path)
-    most = max((r for r in change.runs if r.role == "validate"), key=lambda r: abs(r.value - adjusted))
-    s = np.concatenate([s.columns["s"][[0, -1]] for s in measurement.validation if s.run_index == most.run])[[0, -1]]
-    values, sd, unit = np.full(2, most.value), np.full(2, most.sd), fit.model.design.unit(change.path)
-    return Discrepancy(at, wheelset, "s", s, values, sd, "m", unit, share, fit, judged, change=change)
+    share, _ = validation.error_reduction(change.validation)
+    at, wheelset = location_of(change.path, change.ratios, fit.model)
+    calibrated = fit.model.value(change.path)
+    extreme = max((r for r in change.runs if r.role == "validate"), key=lambda r: abs(r.value - calibrated))
+    segments = [s for s in context.dataset.validation if s.run_index == extreme.run]
+    ends = np.array([segments[0].columns["s"][0], segments[-1].columns["s"][-1]])
+    values, sd, unit = np.full(2, extreme.value), np.full(2, extreme.sd), fit.model.design.unit(change.path)
+    return Discrepancy(at, wheelset, "s", ends, values, sd, "m", unit, share, fit, validation, run_dependence=change)
 
 
-def place_of(path: str, ratios: Mapping[str, float], model: Model) -> tuple[str, int | None]:
-    """Place and wheelset of a parameter of the vehicle, or of an effect that was added."""
-    group, what, *rest = path.split(".")
+def location_of(path: str, ratios: Mapping[str, float], model: Model) -> tuple[str, int | None]:
+    """Return location and wheelset of a parameter of the vehicle, or of an added effect."""
+    group, name, *keys = path.split(".")
     if group == "effects":
-        effect = model.design.effects[int(what)]
+        effect = model.design.effects[int(name)]
         return effect.at, effect.wheelset
     if group == "contact":
-        single = len(ratios) == 1 and what in ("leading", "trailing")
-        return "contact", ("leading", "trailing").index(what) + 1 if single else None
-    yaw = rest and rest[0] in ("longitudinal_stiffness", "yaw_stiffness", "yaw_damping")
-    return f"{what}_{'yaw' if yaw else 'lateral'}", None
+        is_single = len(ratios) == 1 and name in ("leading", "trailing")
+        return "contact", ("leading", "trailing").index(name) + 1 if is_single else None
+    is_yaw = keys and keys[0] in ("longitudinal_stiffness", "yaw_stiffness", "yaw_damping")
+    return f"{name}_{'yaw' if is_yaw else 'lateral'}", None
 
 
-def _beside(spot: CurveLocation, origin: Origin) -> bool:
-    """Can a curve at the spot stand for forces at the origin?"""
-    same = ("wheelset", "wheelset_yaw") if origin.at == "contact" else (origin.at,)
-    return spot.at in same and (origin.wheelset is None or spot.wheelset in (None, origin.wheelset))
+def _is_at(spot: CurveLocation, origin: ForceLocation) -> bool:
+    """True if a curve can represent the forces at their location."""
+    locations = ("wheelset", "wheelset_yaw") if origin.at == "contact" else (origin.at,)
+    return spot.at in locations and (origin.wheelset is None or spot.wheelset in (None, origin.wheelset))

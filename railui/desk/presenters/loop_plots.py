@@ -1,0 +1,70 @@
+"""Plots of a finished loop: time series of data and models, force characteristics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from railui.campaign.comparison import cut_samples
+from railui.desk.widgets.axis import Axis
+from railui.desk.widgets.plot_data import Line, PlotData
+from railui.identification.loop import LoopResult
+from railui.io.number_format import scale_to_prefix, typeset_unit
+from railui.report.loop.figures import Window, units_of
+from railui.report.loop.force_evaluation import SuspensionForce
+
+MAX_FORCE_POINTS: Final = 4000
+LABELS: Final = {"measured": "data", "before": "calibrated", "after": "with effect"}
+LINE_ROLES: Final = {"measured": "base", "before": "other", "after": "current"}
+
+
+@dataclass(frozen=True, eq=False)
+class FinishedLoop:
+    """Result of a loop with its report and the data of its plots."""
+
+    result: LoopResult
+    report: dict[str, Any]
+    window: Window
+    series: Mapping[str, Any]
+    forces: list[SuspensionForce]
+
+
+def series_plot(finished: FinishedLoop, channel: str) -> PlotData:
+    """Plot a few seconds of one channel: data, calibrated model, model with the identified effect."""
+    window, result = finished.window, finished.result
+    segment = window.segment
+    row = segment.channels.index(channel)
+    shown = slice(window.begin, window.end)
+    t = segment.columns["t"][cut_samples(result.dataset.campaign, segment) :][shown]
+    factor, unit = display_scale(finished.series["measured"][row, shown], units_of(result, segment)[channel])
+    lines = [
+        Line(t, factor * finished.series[key][row, shown], LABELS[key], LINE_ROLES[key])
+        for key in LABELS
+        if key in finished.series
+    ]
+    return PlotData(Axis("t", "s"), Axis(channel, typeset_unit(unit)), lines)
+
+
+def force_plot(forces: SuspensionForce) -> PlotData:
+    """Plot the force at the location of an effect against the motion there."""
+    step = max(1, len(forces.motion) // MAX_FORCE_POINTS)
+    x_factor, x_unit = display_scale(forces.motion, forces.motion_unit)
+    y_factor, y_unit = display_scale(forces.after, forces.force_unit)
+    x = x_factor * forces.motion[::step]
+    lines = [
+        Line(x, y_factor * force[::step], LABELS[key], LINE_ROLES[key], is_points=True)
+        for key, force in (("before", forces.before), ("after", forces.after))
+    ]
+    return PlotData(Axis("z", typeset_unit(x_unit)), Axis("force", typeset_unit(y_unit)), lines)
+
+
+def display_scale(values: Any, unit: str) -> tuple[float, str]:
+    """Return a factor from SI to a unit scale_to_prefix to the values, and that unit."""
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    if not largest:
+        return 1.0, unit
+    number, name = scale_to_prefix(largest, unit)
+    return number / largest, name

@@ -1,0 +1,69 @@
+"""Calibration of the nominal model: its parameters estimated from the estimation runs, without any further effect."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from railui.campaign.dataset import Segment
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.initial_state import estimate_phases
+from railui.identification.estimation.multiple_shooting import cut_into_windows, limits_hunting, unstable_segments
+from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.problem import prepare_segments, reprepare_segments
+from railui.vehicle.model import Model
+
+COARSE_TOLERANCE = 1e-4
+RIG_REFITS = 4  # with renewed initial states: a rig decays as long as it is recorded
+MAX_CONICITY_STEPS = 20
+
+
+def with_phases(context: Context) -> Context:
+    """Estimate the phases of rotating parts of the nominal model on each estimation run."""
+    model = context.nominal
+    for segment in context.dataset.estimation:
+        model = estimate_phases(context, model, segment)
+    return replace(context, nominal=model)
+
+
+def calibrate(context: Context) -> Fit:
+    """Estimate the parameters of the nominal model, then once more with weights and initial states renewed."""
+    paths = context.campaign.estimated_parameters
+    segments = context.dataset.estimation
+    settings = context.settings
+    bounded = limits_hunting(context.nominal)
+    start = context.nominal if bounded else with_stable_start(context, segments)
+    if start is not context.nominal:
+        context.progress.message(
+            "the declared vehicle is unstable at a speed of the campaign: the fit starts at a lower conicity"
+        )
+    limit = settings.windows.windowed_growth_rate
+    cut = unstable_segments(context.nominal, segments, limit) if bounded else set()
+    prepared = prepare_segments(context, start, cut_into_windows(segments, cut, settings.windows.window_duration))
+    fit = fit_output_error(context, start, paths, segments=prepared, stable=not bounded, tolerance=COARSE_TOLERANCE)
+    context.progress.message(
+        f"adjusted {len(paths)} parameters in {fit.iterations} iterations, once more with the noise as it arrives"
+    )
+    spent = fit.simulations
+    for _ in range(RIG_REFITS if context.nominal.design.kind == "rig" else 1):
+        prepared = reprepare_segments(context, fit.model, fit.segments)
+        fit = fit_output_error(context, fit.model, paths, segments=prepared, stable=not bounded)
+        spent += fit.simulations
+    return replace(fit, simulations=spent)
+
+
+def with_stable_start(context: Context, segments: Sequence[Segment]) -> Model:
+    """Return the nominal model, or one of lower conicity that is stable at every speed of the segments."""
+    model, settings = context.nominal, context.settings.calibration
+    if model.design.kind != "bogie":
+        return model
+    conicities = [f"contact.{wheelset}.conicity" for wheelset in ("leading", "trailing")]
+    for _ in range(MAX_CONICITY_STEPS):
+        if not unstable_segments(model, segments, settings.max_growth_rate):
+            break
+        lower = np.array([settings.conicity_step * model.design.values[c] for c in conicities])
+        model = model.with_path_values(conicities, lower)
+    return model

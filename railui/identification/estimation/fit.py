@@ -1,0 +1,130 @@
+"""Result of a fit: estimates with their covariance, and the normal equations in blocks of time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.campaign.dataset import Segment
+from railui.campaign.settings.estimation import CalibrationSettings
+from railui.identification.estimation.block_products import block_length
+from railui.identification.estimation.free_parameters import FreeParameters
+from railui.identification.estimation.problem import FitSegment
+from railui.vehicle.model import Model
+
+MIN_HUNTING_FREQUENCY = 3.0  # rad/s, where the hunting frequency sets the length of a block
+DEFAULT_HUNTING_FREQUENCY = 6.0  # rad/s, without any segment
+OSCILLATING_FREQUENCY = 1.0  # rad/s, above which a mode counts as oscillating
+
+
+def residual_variance(rss: float, samples: float, independent_share: float) -> float:
+    """Misfit per independent sample; a precision 1/sd^2 times it is comparable with the inner products.
+
+    Neighbouring samples of a signal are correlated, so that a prior weighs more than their number suggests.
+    """
+    return rss / (independent_share * samples)
+
+
+@dataclass(frozen=True, eq=False)
+class NormalEquations:
+    """Inner products per block of time.
+
+    Attributes
+    ----------
+    gram
+        Products [block, channel, 1 + p, 1 + p] of the residual and its p sensitivities.
+    samples
+        Compared samples.
+    independent_share
+        Share of the samples that counts as independent.
+    """
+
+    gram: FloatArray
+    samples: int
+    independent_share: float
+
+    @property
+    def total(self) -> FloatArray:
+        """Sum over all blocks and channels [1 + p, 1 + p]."""
+        return np.asarray(self.gram.sum(axis=(0, 1)))
+
+    @property
+    def rss(self) -> float:
+        """The misfit: sum of the squared weighted residuals."""
+        return float(self.total[0, 0])
+
+    @property
+    def variance(self) -> float:
+        """Misfit per independent sample."""
+        return residual_variance(self.rss, self.samples, self.independent_share)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A calibrated model.
+
+    Attributes
+    ----------
+    x, covariance
+        Estimates [p] of the free parameters and their covariance [p, p].
+    cost
+        Deviance at the estimates.
+    simulations
+        Vehicles simulated.
+    constrained
+        True where the fit met the stability limit.
+    block
+        Duration [s] of a block of the normal equations.
+    """
+
+    model: Model
+    free: FreeParameters
+    x: FloatArray
+    covariance: FloatArray
+    normal: NormalEquations
+    cost: float
+    iterations: int
+    simulations: int
+    status: str
+    constrained: bool = False
+    segments: tuple[FitSegment, ...] = field(default=(), repr=False)
+    block: float = 1.0
+
+    def block_samples(self, target: FitSegment) -> int:
+        """Compared samples per block of the normal equations."""
+        return block_length(self.block, target)
+
+    @property
+    def error_to_noise(self) -> float:
+        """Error on the estimation runs over the error that noise leaves there."""
+        return float(np.sqrt(self.normal.rss / self.normal.samples))
+
+    @property
+    def sd(self) -> FloatArray:
+        """Standard deviations of the estimates [p]."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    def block_distances(self) -> FloatArray:
+        """Distance [m] in the middle of every block of the normal equations, segment after segment."""
+        middles = []
+        for target in self.segments:
+            s = target.trim(target.segment.columns["s"])
+            length = self.block_samples(target)
+            middles += [float(np.mean(s[k : k + length])) for k in range(0, len(s), length)]
+        return np.array(middles)
+
+
+def block_duration(settings: CalibrationSettings, model: Model, segments: Sequence[Segment]) -> float:
+    """Duration [s] of a block: some hunting periods of the model; a share of a rig's record."""
+    if model.design.kind != "bogie":
+        return max(s.samples * s.dt for s in segments) / settings.rig_block_count
+    eigenvalues = [model.eigenvalues(s.mean_speed)[0] for s in segments]
+    hunting = min(
+        (abs(z[np.argmax(np.where(z.imag > OSCILLATING_FREQUENCY, z.real, -np.inf))].imag) for z in eigenvalues),
+        default=DEFAULT_HUNTING_FREQUENCY,
+    )
+    period = settings.block_hunting_periods * 2.0 * np.pi / max(hunting, MIN_HUNTING_FREQUENCY)
+    return max(settings.min_block_duration, period)

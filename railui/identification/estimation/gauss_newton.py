@@ -1,0 +1,292 @@
+"""Gauss-Newton iteration of the output-error method, with Levenberg damping and batches of sixteen vehicles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy import linalg, optimize
+
+from railui.arrays import FloatArray
+from railui.campaign.dataset import Segment
+from railui.identification.context import Context
+from railui.identification.estimation.block_products import block_gram, block_length
+from railui.identification.estimation.fit import Fit, NormalEquations
+from railui.identification.estimation.free_parameters import FreeParameters
+from railui.identification.estimation.initial_state import estimate_initial_state
+from railui.identification.estimation.problem import FitSegment, estimate_window_start
+from railui.identification.events import FitIteration
+from railui.identification.prediction import Simulation
+from railui.parallel import map_threads
+from railui.vehicle.model import RADIUS, Model
+
+DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of Levenberg, tried in one batch
+STEP_SHARES = ((0, 0.3), (2, 0.5))  # further trial points: damping by its index, share of its step
+RELATIVE_STEP = 1e-5  # of the forward differences
+RELATIVE_STEP_WITH_EFFECTS = 1e-4
+ROLLING_RADIUS_STEP = 1e-6  # over a thousand turns a relative change of a radius is 6000 times as large an angle
+MIN_STEP_SIZE_SHARE = 0.1  # of the usual size of a parameter near zero
+MAX_LOG_RATIO_STEP = 1.5  # of a parameter that moves by ratios, per iteration
+MAX_ITERATIONS = 30
+
+
+class GaussNewton:
+    """Output-error least squares of one model structure over prepared segments.
+
+    Parameters
+    ----------
+    block
+        Duration [s] of a block of the normal equations.
+    stable
+        Reject linear vehicles that are unstable over a whole run.
+    reestimate_initial_states
+        Estimate the initial states anew after each iteration, as a rig needs it.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        model: Model,
+        free: FreeParameters,
+        segments: Sequence[FitSegment],
+        *,
+        block: float,
+        stable: bool,
+        reestimate_initial_states: bool = False,
+    ) -> None:
+        self.context = context
+        self.settings = context.settings.calibration
+        self.model = model
+        self.free = free
+        self.segments = list(segments)
+        self.block = block
+        self.stable = stable
+        self.reestimate_initial_states = reestimate_initial_states
+        self.shared = [j for j, p in enumerate(free.paths) if "@" not in p]  # by all segments
+        self.columns = [model.columns[free.paths[j]] for j in self.shared]
+        self.rolling_radii = {f"{p.rpartition('.')[0]}.{RADIUS}" for p in model.run_dependent_paths()}
+        self.simulations = 0
+        self.constrained = False
+        share = self.settings.independent_sample_share
+        self.independent_samples = share * sum(t.measured.size for t in segments)
+
+    def rows(self, x: FloatArray, segment: Segment | None = None) -> FloatArray:
+        """Rows [n, row] of vehicles with the free parameters x [n, p], and their phases on a segment."""
+        rows = np.tile(self.model.row, (len(x), 1))
+        rows[:, self.columns] = x[:, self.shared]
+        if segment is not None:
+            angles = {p: x[:, j] for j, p in enumerate(self.free.paths) if "@" in p}
+            self.model.set_phases(rows, *segment.segment_key, angles)
+        return rows
+
+    def simulate(self, target: FitSegment, x: FloatArray) -> Simulation:
+        """Simulate the compared channels [n, channel, sample] of vehicles with x [n, p] on a segment."""
+        self.simulations += len(x)
+        batch = self.model.batch(self.rows(x, target.segment))
+        return target.predictor(self.model).simulate(batch=batch, jobs=self.context.jobs)
+
+    def misfit(self, x: FloatArray) -> FloatArray:
+        """Sum of weighted squared residuals of each row of x [n, p]; infinite where diverged or not admissible."""
+        admissible = np.array([self._is_admissible(row) for row in x])
+        out = np.where(admissible, 0.0, np.inf)
+        if not admissible.any():
+            return out
+        for target in self.segments:
+            series, diverged = self.simulate(target, x[admissible])
+            squares = np.sum(target.without_initial_state(series - target.measured) ** 2, axis=(1, 2))
+            out[admissible] += np.where((diverged < 0) & np.isfinite(squares), squares, np.inf)
+        return out
+
+    def _is_admissible(self, x: FloatArray) -> bool:
+        """True unless a vehicle is too stiff for the samples, or unstable over a whole run."""
+        if self.model.effects and not self._steps_suffice(x):
+            return False
+        if not self.stable or self.model.design.kind != "bogie":
+            return True
+        rows = self.rows(x[None])
+        speeds = {v for t in self.segments if not t.is_window for v in t.segment.speeds}
+        growth = max((self.model.growth_rate(v, rows) for v in speeds), default=-np.inf)
+        if growth > self.settings.max_growth_rate:
+            self.constrained = True
+        return growth <= self.settings.max_growth_rate
+
+    def _steps_suffice(self, x: FloatArray) -> bool:
+        batch = self.model.batch(self.rows(x[None]))
+        try:
+            return all(
+                self.model.vehicles(t.segment.coach_forces).required_steps(batch, *t.segment.speeds, t.segment.dt)[0]
+                <= max(self.settings.max_steps_per_sample, t.steps, t.required_steps)
+                for t in self.segments
+            )
+        except ValueError:
+            return False
+
+    def difference_steps(self, x: FloatArray) -> FloatArray:
+        """Steps [p] of the forward differences, inwards at an upper bound."""
+        relative = np.full(len(x), RELATIVE_STEP_WITH_EFFECTS if self.model.effects else RELATIVE_STEP)
+        relative[[j for j, p in enumerate(self.free.paths) if p in self.rolling_radii]] = ROLLING_RADIUS_STEP
+        delta = relative * np.maximum(np.abs(x), MIN_STEP_SIZE_SHARE * self.free.size)
+        return np.where(x + delta > self.free.high, -delta, delta)
+
+    def sensitivities(self, target: FitSegment, x: FloatArray) -> Simulation:
+        """Compute the residual, then the sensitivity to each parameter [1 + p, channel, n], on a segment."""
+        delta = self.difference_steps(x)
+        key = target.segment.segment_key[0]
+        active = [j for j, p in enumerate(self.free.paths) if "@" not in p or p.endswith(f"@{key}")]
+        series, diverged = self.simulate(target, np.vstack([x, x + np.diag(delta)[active]]))
+        series[1:] -= series[0]
+        series[1:] /= delta[active, None, None]
+        series[0] = target.measured - series[0]
+        return Simulation(_expand(target.without_initial_state(series), active, len(x)), diverged)
+
+    def linearise(self, x: FloatArray) -> NormalEquations:
+        """Compute the normal equations at x [p]."""
+        grams, count = [], 0
+        self.restart_windows(x)
+        for target in self.segments:
+            series, diverged = self.sensitivities(target, x)
+            if np.any(diverged >= 0):
+                raise ValueError(f"the vehicle diverges on {target.segment.file} at a point of the fit")
+            grams.append(block_gram(series, self.block_samples(target)))
+            count += target.measured.size
+        return NormalEquations(np.concatenate(grams), count, self.settings.independent_sample_share)
+
+    def restart_windows(self, x: FloatArray) -> None:
+        """Estimate the initial states of windows at x, twice: the sensitivity is then that of the final state."""
+        if not any(t.is_window for t in self.segments):
+            return
+        context, model = self.context, self.model.with_path_values(self.free.paths, x)
+
+        def restart(t: FitSegment) -> FitSegment:
+            if not t.is_window:
+                return t
+            return estimate_window_start(context, model, estimate_window_start(context, model, t))
+
+        self.segments = list(map_threads(restart, self.segments, context.jobs))
+
+    def block_samples(self, target: FitSegment) -> int:
+        """Compared samples per block of the normal equations."""
+        return block_length(self.block, target)
+
+    def cost(self, rss: FloatArray, x: FloatArray) -> FloatArray:
+        """Deviance [n]: independent samples times the logarithm of the misfit, plus the priors."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            priors = np.sum(((x - self.free.prior) / self.free.prior_sd) ** 2, axis=-1)
+            return np.asarray(self.independent_samples * np.log(rss) + priors)
+
+    def fit(self, x: FloatArray, *, tolerance: float, max_iterations: int = MAX_ITERATIONS) -> Fit:
+        """Iterate from x [p] until two iterations, or one by far, gain less than `tolerance` of the misfit."""
+        status = "iterations"
+        x = np.clip(x, self.free.low, self.free.high)
+        normal = self.linearise(x)
+        cost = float(self.cost(np.array([normal.rss]), x[None])[0])
+        self._report(0, x, normal)
+        iteration, small_gains = 0, 0
+        for iteration in range(1, max_iterations + 1):
+            tried = self._trial_points(normal, x)
+            costs = self.cost(self.misfit(tried), tried)
+            best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
+            if not costs[best] < cost:
+                status = "converged"
+                break
+            gain = (cost - float(costs[best])) / self.independent_samples
+            x, cost = tried[best], float(costs[best])
+            if self.reestimate_initial_states:
+                cost = self._with_new_initial_states(x, cost)
+            normal = self.linearise(x)
+            self._report(iteration, x, normal)
+            small_gains = small_gains + 1 if gain < tolerance else 0
+            if small_gains >= (1 if gain < 0.1 * tolerance else 2):
+                status = "converged"
+                break
+        return Fit(
+            self.model.with_path_values(self.free.paths, x),
+            self.free,
+            x,
+            self._covariance(normal, x),
+            normal,
+            cost,
+            iteration,
+            self.simulations,
+            status,
+            self.constrained,
+            tuple(self.segments),
+            self.block,
+        )
+
+    def _trial_points(self, normal: NormalEquations, x: FloatArray) -> FloatArray:
+        """Points [n, p] of the damped steps, and shares of some of them."""
+        a, g = self.equations(normal, x)
+        steps = np.array([self._step(a, g, x, damping) for damping in DAMPINGS])
+        return np.vstack([steps, *(x + share * (steps[i] - x) for i, share in STEP_SHARES)])
+
+    def _report(self, iteration: int, x: FloatArray, normal: NormalEquations) -> None:
+        total = normal.total
+        power = np.sum([np.sum(t.measured**2, axis=1) for t in self.segments], axis=0)
+        error = np.sqrt(normal.gram[:, :, 0, 0].sum(axis=0) / np.maximum(power, 1e-300))
+        rho = total[1:, 0] / np.sqrt(np.maximum(total[0, 0] * np.diag(total)[1:], 1e-300))
+        channels = dict(zip(self.segments[0].segment.channels, error.tolist(), strict=True))
+        event = FitIteration(iteration, self.free.paths, x.copy(), channels, np.asarray(rho), self.simulations)
+        self.context.progress.event(event)
+
+    def _with_new_initial_states(self, x: FloatArray, cost: float) -> float:
+        """Estimate the initial states at x; return the cost with them, and keep them where it is lower."""
+        before, model = self.segments, self.model.with_path_values(self.free.paths, x)
+        self.segments = [
+            replace(t, initial_state=estimate_initial_state(self.context, model, t.segment)) for t in self.segments
+        ]
+        renewed = float(self.cost(self.misfit(x[None]), x[None])[0])
+        if not renewed < cost:
+            self.segments = before
+        return min(renewed, cost)
+
+    def equations(self, normal: NormalEquations, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Matrix [p, p] and right-hand side [p] of the normal equations at x, priors included."""
+        total = normal.total
+        precision = 1.0 / self.free.prior_sd**2
+        a = total[1:, 1:] / normal.variance + np.diag(precision)
+        g = total[1:, 0] / normal.variance + precision * (self.free.prior - x)
+        return a, g
+
+    def _step(self, a: FloatArray, g: FloatArray, x: FloatArray, damping: float) -> FloatArray:
+        """Take one damped step within the bounds; parameters of unknown size move by ratios."""
+        free = self.free
+        unit = np.where(free.ratio, x, 1.0)
+        a, g = a * np.outer(unit, unit), g * unit
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-30 * np.max(np.diag(a)) + 1e-300))
+        scaled = a * np.outer(scale, scale) + (damping + 1e-12) * np.eye(len(a))
+        try:
+            root = linalg.cholesky(scaled)
+        except linalg.LinAlgError:
+            root = linalg.cholesky(scaled + 1e-6 * np.eye(len(a)))
+        right = linalg.solve_triangular(root, g * scale, trans="T")
+        leap = MAX_LOG_RATIO_STEP
+        with np.errstate(divide="ignore", invalid="ignore"):
+            low = np.where(free.ratio, np.maximum(np.log(free.low / x), -leap), free.low - x) / scale
+            high = np.where(free.ratio, np.minimum(np.log(free.high / x), leap), free.high - x) / scale
+        # the solver needs an interval of some width where a bound is met
+        bounds = (np.minimum(low, -1e-12), np.maximum(high, 1e-12))
+        step = scale * optimize.lsq_linear(root, right, bounds, method="bvls").x
+        return np.clip(np.where(free.ratio, x * np.exp(step * free.ratio), x + step), free.low, free.high)
+
+    def _covariance(self, normal: NormalEquations, x: FloatArray) -> FloatArray:
+        """Covariance [p, p] from the scores of blocks, robust to correlation in time (HAC)."""
+        precision = 1.0 / self.free.prior_sd**2
+        total, blocks = normal.total, normal.gram.sum(axis=1)
+        a = total[1:, 1:] + np.diag(precision) * normal.variance
+        scores = blocks[:, 1:, 0]
+        scores = scores - scores.mean(axis=0)
+        middle = scores.T @ scores + np.diag(precision) * normal.variance**2
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
+        inverse = linalg.pinvh(a * np.outer(scale, scale)) * np.outer(scale, scale)
+        return np.asarray(inverse @ middle @ inverse)
+
+
+def _expand(series: FloatArray, active: Sequence[int], count: int) -> FloatArray:
+    """Residual and sensitivities [1 + active, ...] as [1 + count, ...]: zero for the parameters of other segments."""
+    if len(active) == count:
+        return series
+    out = np.zeros((1 + count, *series.shape[1:]))
+    out[[0, *(1 + j for j in active)]] = series
+    return out

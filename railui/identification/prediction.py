@@ -1,0 +1,122 @@
+"""Prediction of the measured channels: a model simulated on a segment, filtered and compared.
+
+Every simulation of the identification passes through a `Predictor`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.arrays import FloatArray
+from railui.campaign.campaign import Campaign
+from railui.campaign.comparison import Comparison, compare
+from railui.campaign.dataset import Segment
+from railui.core import Batch, Vehicles, ZeroPhaseFilter
+from railui.vehicle.model import Model
+
+
+class Simulation(NamedTuple):
+    """Series [vehicle, channel, n] and the sample at which each vehicle diverged [vehicle]; -1: never."""
+
+    series: FloatArray
+    diverged: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A model's motion on a segment: all channels simulated [channel, n], and the compared ones filtered.
+
+    `diverged_at` [s]: the series is NaN then.
+    """
+
+    segment: Segment
+    series: FloatArray
+    comparison: Comparison
+    diverged_at: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Predictor:
+    """A model on a segment.
+
+    Attributes
+    ----------
+    given_steps
+        RK4 steps per sample; None: as many as the model needs.
+    initial_state
+        State [q, q'] at the first sample; None: at rest.
+    filter
+        Comparison filter, applied in the kernel; None: channels as simulated.
+    """
+
+    model: Model
+    segment: Segment
+    given_steps: int | None = None
+    initial_state: FloatArray | None = None
+    filter: ZeroPhaseFilter | None = None
+
+    @cached_property
+    def steps(self) -> int:
+        """RK4 steps per sample."""
+        return self.given_steps or required_steps(self.model, self.segment)
+
+    def simulate(
+        self,
+        channels: Sequence[str] | None = None,
+        *,
+        batch: Batch | None = None,
+        vehicles: Vehicles | None = None,
+        table: FloatArray | None = None,
+        jobs: int | None = 1,
+    ) -> Simulation:
+        """Simulate the model, or other vehicles in its place, over the segment.
+
+        Parameters
+        ----------
+        channels
+            Names; all measured channels by default.
+        batch, vehicles
+            Other numbers, and another structure, than the model's. The model itself has the phases of the segment.
+        table
+            Input table in the place of the measured one, for example with noise.
+        """
+        model, segment = self.model, self.segment
+        vehicles = vehicles or model.vehicles(segment.coach_forces)
+        batch = model.on_segment(*segment.segment_key).single_batch() if batch is None else batch
+        if self.initial_state is not None:
+            batch = batch.with_initial_states(self.initial_state)
+        table = segment.table(model.wheelset_spacing(), self.steps) if table is None else table
+        names = segment.channels if channels is None else channels
+        return Simulation(
+            *vehicles.simulate(batch, table, segment.dt, self.steps, names, filter=self.filter, jobs=jobs)
+        )
+
+    def predict(self, campaign: Campaign) -> Prediction:
+        """Simulate all measured channels and compare them as the campaign defines it."""
+        series, diverged = self.simulate()
+        if diverged[0] >= 0:
+            at = float(self.segment.columns["t"][diverged[0]])
+            lost = np.full_like(series[0], np.nan)
+            return Prediction(self.segment, lost, compare(campaign, self.segment, lost), at)
+        return Prediction(self.segment, series[0], compare(campaign, self.segment, series[0]))
+
+
+def required_steps(model: Model, segment: Segment) -> int:
+    """Number of RK4 steps per sample that a model needs on a segment."""
+    return model.vehicles(segment.coach_forces).required_steps(model.single_batch(), *segment.speeds, segment.dt)[0]
+
+
+def required_steps_each(vehicles: Vehicles, batch: Batch, segment: Segment) -> NDArray[np.int64]:
+    """Number of RK4 steps per sample that each vehicle of a batch needs; -1 where too many."""
+    try:
+        return np.array(vehicles.required_steps(batch, *segment.speeds, segment.dt))
+    except ValueError:
+        if len(batch) == 1:
+            return np.array([-1])
+        return np.concatenate([required_steps_each(vehicles, batch.select([i]), segment) for i in range(len(batch))])

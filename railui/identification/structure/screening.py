@@ -1,0 +1,237 @@
+"""Screening of candidates: quick fits of each on the first part of the runs, from several starting points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from railui import core
+from railui.campaign.settings.detection import RefitSettings
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.multiple_shooting import limits_hunting
+from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.problem import FitSegment, adapt_to_model, truncate
+from railui.identification.structure.candidates import LINEAR, Candidate, candidate_text
+from railui.identification.structure.evidence import ScoreResult, signed_rho
+from railui.identification.structure.score_test import ScoreTestResult
+from railui.parallel import map_threads
+from railui.vehicle.effects import PlacedEffect
+from railui.vehicle.model import Model
+
+SCREENING_TOLERANCE = 1e-3
+FIRST_ITERATIONS = 2
+FURTHER_ITERATIONS = 4
+SLOW_ITERATIONS = 10  # of effects that converge slowly
+SHAPES_TRIED, SHAPES_TRIED_WITH_STATES = 2, 3
+# springs and dampers in parallel with these are estimated parameters of the vehicle
+ESTIMATED_ELEMENTS = (("secondary_lateral", None), ("secondary_yaw", None))
+
+T = TypeVar("T")
+R = TypeVar("R")
+StartingPoint = tuple[PlacedEffect, Mapping[str, float]]
+Screened = tuple[ScoreResult, Fit]
+
+
+def has_states(candidate: Candidate) -> bool:
+    """True for an effect with states of its own."""
+    return bool(core.effect_record(candidate.kind)["states"] > 0)
+
+
+def starting_points(settings: RefitSettings, trace: ScoreTestResult, result: ScoreResult) -> list[StartingPoint]:
+    """List the starting points of a candidate: its best shapes at their estimated amounts, and at a small one.
+
+    Each has the phases of the segments that the score test estimated with this shape.
+    """
+    candidate = result.candidate
+    same = sorted((s for s in trace.results if s.candidate == candidate), key=lambda s: -signed_rho(s))
+    count = SHAPES_TRIED_WITH_STATES if has_states(candidate) else SHAPES_TRIED
+    shapes = [(_scaled_shape(settings, s), s.phases) for s in same[:count]]
+    if candidate.strength is not None:
+        shape, phases = shapes[0]
+        shapes.append((candidate.scale_force(shape, settings.small_start), phases))
+    return [(candidate.effect_with(shape), phases) for shape, phases in shapes]
+
+
+def _scaled_shape(settings: RefitSettings, result: ScoreResult) -> dict[str, float]:
+    """Parameters of a shape at its estimated amount."""
+    candidate = result.candidate
+    shape = dict(candidate.shapes[result.shape])
+    if candidate.strength is not None:
+        wrong_sign = candidate.is_one_sided and result.amount <= 0
+        return candidate.scale_force(shape, settings.wrong_sign_start if wrong_sign else result.amount)
+    if core.effect_record(candidate.kind)["acts"] == "sensor":
+        neutral = 1.0 if "gain" in shape else 0.0
+        return {k: neutral + result.amount * (v - neutral) for k, v in shape.items()}
+    return shape
+
+
+def fit_with_effects(
+    context: Context,
+    model: Model,
+    segments: Sequence[FitSegment],
+    paths: Sequence[str],
+    *,
+    tolerance: float,
+    max_iterations: int,
+) -> Fit | None:
+    """Fit a model with effects; None where it cannot be simulated."""
+    try:
+        return fit_output_error(
+            context,
+            model,
+            paths,
+            segments=segments,
+            tolerance=tolerance,
+            max_iterations=max_iterations,
+            stable=not limits_hunting(model),
+        )
+    except ValueError:
+        return None
+
+
+class ScreeningFits:
+    """Quick fits of one candidate after another on the first part of the runs, from several starting points each.
+
+    Parameters that the data hardly determine are fixed, so that the derivatives fit into one batch of sixteen vehicles;
+    a candidate that is far behind the best is given up.
+    """
+
+    def __init__(self, context: Context, fit: Fit) -> None:
+        self.context = context
+        self.settings = context.settings.refit
+        self.model = fit.model
+        self.segments = truncate(context, fit.segments, self.settings.screening_duration)
+        # the steps suffice for much larger motions than those of a run; a fit with fewer ends where it diverges
+        refinement = context.settings.score_test.max_step_refinement
+        self.max_steps = int(refinement * max(t.steps for t in self.segments))
+        self.is_windowed = any(t.is_window for t in self.segments)
+        base = context.campaign.estimated_parameters
+        prior_share = dict(zip(fit.free.paths, fit.sd / fit.free.prior_sd, strict=True))
+        self.base = sorted(base, key=lambda p: prior_share.get(p, 0.0))
+        quiet = context.in_background(context.jobs)
+        without_effect = fit_output_error(quiet, fit.model, base, segments=self.segments, max_iterations=0)
+        self.rss_without_effect = without_effect.normal.rss
+        self.least_rss = self.rss_without_effect
+
+    @property
+    def is_settled(self) -> bool:
+        """True where little more than noise is left; with the weights, noise leaves a misfit of one per sample."""
+        noise = self.settings.settled_noise_ratio**2 * sum(t.measured.size for t in self.segments)
+        return self.least_rss <= noise + self.settings.screening_misfit_share * self.rss_without_effect
+
+    def fit_candidates(self, trace: ScoreTestResult, results: Sequence[ScoreResult]) -> list[Screened]:
+        """Fit every candidate that can be simulated by a few iterations from its best starting point.
+
+        First a few iterations of all, then more of the two that lead, then of those that are not far behind them.
+        """
+        fits = dict[ScoreResult, Fit]()
+        for s, fit in zip(results, self._map(lambda s: self._first_iterations(trace, s), results), strict=True):
+            if fit is not None:
+                fits[s] = fit
+            if self.is_windowed:  # on windows a candidate takes seconds
+                self.context.progress.message(f"  {candidate_text(s.candidate)}: first iterations on windows")
+        self.least_rss = min([self.rss_without_effect, *(f.normal.rss for f in fits.values())])
+        order = sorted(fits, key=lambda s: fits[s].normal.rss)
+        leading = self.settings.leading_candidates
+        for some in (order[:leading], order[leading:]):
+            fits.update(zip(some, self._map(lambda s: self._continue_if_close(s, fits[s]), some), strict=True))
+            self.least_rss = min([self.least_rss, *(fits[s].normal.rss for s in some)])
+        return list(fits.items())
+
+    def fit_absorbed_elements(self, trace: ScoreTestResult, tried: Sequence[ScoreResult]) -> list[Screened]:
+        """Fit springs and dampers from the nominal model, where much is left with every other candidate.
+
+        Without such an element the estimated parameters move far away to compensate for it, and near their estimates
+        the score test detects little of it.
+        """
+        known = {s.candidate for s in tried}
+        elements = [s for s in trace.best if s.candidate not in known and is_absorbed(s.candidate)]
+        started = zip(elements, self._map(self._start_element, elements), strict=True)
+        limit = self.settings.give_up_ratio * self.least_rss
+        close = [(s, fit) for s, fit in started if fit is not None and fit.normal.rss <= limit]
+        screened = []
+        continued = self._map(lambda item: self._iterate(item[1], SLOW_ITERATIONS), close)
+        for (s, _), fit in zip(close, continued, strict=True):
+            if fit.normal.rss < self.settings.absorbed_misfit_ratio * self.least_rss:
+                share = fit.normal.rss / self.rss_without_effect
+                self.context.progress.message(
+                    f"  {candidate_text(s.candidate):48s} from the nominal model, misfit {share:.4f} of that without effect"
+                )
+                screened.append((s, fit))
+                self.least_rss = fit.normal.rss
+        return screened
+
+    def _map(self, work: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
+        return map_threads(work, items, self.context.jobs)
+
+    def _start_element(self, s: ScoreResult) -> Fit | None:
+        c, strength = s.candidate, str(s.candidate.strength)
+        effect = c.effect_with({strength: self.settings.absorbed_start * c.shapes[0][strength]})
+        fit = self._start((effect, {}), self._nominal())
+        # the nominal model is far from the optimum: two iterations do not rank candidates yet
+        return None if fit is None else self._iterate(fit, FURTHER_ITERATIONS)
+
+    def _first_iterations(self, trace: ScoreTestResult, s: ScoreResult) -> Fit | None:
+        """Best fit after the first iterations from every starting point; None where none can be simulated."""
+        points = starting_points(self.settings, trace, s)
+        fits = [self._start(point) for point in points]
+        # a rig costs little, and a hunting vehicle without a bounding effect diverges: from the nominal model as well
+        if self.model.design.kind == "rig" or self.is_windowed:
+            fits += [self._start(point, self._nominal()) for point in points]
+        tries = [f for f in fits if f is not None]
+        if tries and self._bounds_hunting(tries[0]):  # the starting points separate only after more iterations
+            tries = [self._iterate(f, SLOW_ITERATIONS) for f in tries]
+        return min(tries, key=lambda f: f.cost, default=None)
+
+    def _continue_if_close(self, s: ScoreResult, fit: Fit) -> Fit:
+        """Continue a fit that may still become the best; slow ones get more iterations and a wider limit."""
+        rss, least = fit.normal.rss, self.least_rss
+        slow = self._bounds_hunting(fit) or (
+            has_states(s.candidate) and rss <= self.settings.give_up_ratio_memory * least
+        )
+        if slow or rss <= self.settings.give_up_ratio * least:
+            return self._iterate(fit, SLOW_ITERATIONS if slow else FURTHER_ITERATIONS)
+        return fit
+
+    def _bounds_hunting(self, fit: Fit) -> bool:
+        """True where an effect bounds the hunting of a vehicle that is fitted on windows."""
+        return self.is_windowed and limits_hunting(fit.model)
+
+    def _nominal(self) -> Model:
+        """Return the model with its estimated parameters back at their nominal values."""
+        nominal = self.context.nominal
+        return self.model.with_path_values(self.base, np.array([nominal.row[nominal.columns[p]] for p in self.base]))
+
+    def _start(self, point: StartingPoint, base: Model | None = None) -> Fit | None:
+        try:
+            model = (base or self.model).with_effect(*point)
+            segments = adapt_to_model(self.context, model, self.segments, self.max_steps)
+        except ValueError:
+            return None  # this starting point cannot be simulated; another may
+        effect_paths = model.effect_paths()
+        # a segment has one phase of each rotating part
+        lanes = core.LANES - 1 - len(effect_paths) - len(model.run_dependent_paths())
+        few = len(self.base) if self.is_windowed else max(lanes, len(self.base) // 2)
+        paths = [*self.base[:few], *effect_paths]
+        return self._fit(model, segments, paths, FIRST_ITERATIONS)
+
+    def _iterate(self, fit: Fit, max_iterations: int) -> Fit:
+        segments = adapt_to_model(self.context, fit.model, fit.segments, self.max_steps)
+        further = self._fit(fit.model, segments, fit.free.paths, max_iterations)
+        return further if further is not None and further.cost < fit.cost else fit
+
+    def _fit(
+        self, model: Model, segments: Sequence[FitSegment], paths: Iterable[str], max_iterations: int
+    ) -> Fit | None:
+        context = self.context.in_background(1)
+        return fit_with_effects(
+            context, model, segments, list(paths), tolerance=SCREENING_TOLERANCE, max_iterations=max_iterations
+        )
+
+
+def is_absorbed(c: Candidate) -> bool:
+    """True for a spring or damper that the estimated parameters can replace, and that is none of them."""
+    return c.strength is not None and c.kind in LINEAR and (c.at, c.wheelset) not in ESTIMATED_ELEMENTS

@@ -1,0 +1,75 @@
+"""Search for a discrepancy that no effect of the library explains, within the runs or between them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.structure.stepwise import Selection, has_structure, is_significant_gain
+from railui.identification.unmodelled.locate import (
+    Discrepancy,
+    find_run_dependence,
+    find_variation_along_track,
+    is_conclusive,
+    locate_discrepancy,
+)
+
+
+def find_discrepancy(
+    context: Context, fit: Fit, validation_fit: Fit | None, selection: Selection, error_to_noise: float
+) -> Discrepancy | None:
+    """Find what acts in addition to the selected effects and is not in the library; None where noise explains the rest.
+
+    Parameters
+    ----------
+    fit
+        The model from which the search starts, with the selected effects.
+    validation_fit
+        That model prepared on the validation runs; None where it hunts there.
+    error_to_noise
+        Validation error over noise floor.
+    """
+    if error_to_noise <= context.settings.selection.adequate_ratio:
+        return None
+
+    def between_runs() -> Discrepancy | None:
+        return find_run_dependence(context, fit, validation_fit, selection.validation)
+
+    def within_runs() -> Discrepancy | None:
+        return find_acting_discrepancy(context, fit, selection, error_to_noise)
+
+    between_first = is_at_noise_floor(context, fit, error_to_noise)
+    searches = (between_runs, within_runs) if between_first else (within_runs, between_runs)
+    for search in searches:
+        discrepancy = search()
+        if discrepancy is not None:
+            return discrepancy
+    return None
+
+
+def find_acting_discrepancy(
+    context: Context, fit: Fit, selection: Selection, error_to_noise: float
+) -> Discrepancy | None:
+    """Find a discrepancy that acts on the estimation runs."""
+    is_structured = has_structure(context.settings.score_test, selection.final_score_test)
+    is_unexplained = error_to_noise > context.settings.selection.unexplained_ratio
+    variation = find_variation_along_track(context, fit)
+    discrepancy = variation
+    explained = error_to_noise <= context.settings.selection.unexplained_ratio  # False for NaN
+    if not explained or is_structured or is_conclusive(context, variation):
+        discrepancy = locate_discrepancy(context, fit, variation)
+    if discrepancy is None:
+        return None
+    lowers_error = is_significant_gain(context, selection.validation, discrepancy.validation)
+    # effects that leave a structured residual are not the answer either
+    is_unsolved = is_unexplained and (is_structured or not selection.has_effects)
+    if lowers_error or is_conclusive(context, discrepancy) or is_unsolved:
+        return replace(discrepancy, lowers_error=lowers_error)
+    return None
+
+
+def is_at_noise_floor(context: Context, fit: Fit, error_to_noise: float) -> bool:
+    """True where the estimation runs are at their noise floor while the validation runs are not at theirs."""
+    share = context.settings.discrepancy.noise_floor_excess_share
+    return fit.error_to_noise - 1.0 < share * (error_to_noise - 1.0)
