@@ -1,4 +1,4 @@
-"""Damaged frames by the million: none may be taken for a whole one.  python -m tests.capture.soak --frames 1000000"""
+"""Millions of damaged frames: none may be accepted as valid.  python -m tests.capture.soak --frames 1000000"""
 
 from __future__ import annotations
 
@@ -10,63 +10,63 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.capture.protocol import text, wire
-from railui.capture.protocol.frames import Channel, Damaged, Frame, Refused
-from railui.capture.simulator.logger import damaged
+from railui.capture.protocol.frames import Channel, CorruptFrame, Frame, InvalidFrame
+from railui.capture.simulator.logger import damage_frame
 
 CHANNELS = tuple(Channel(f"c{i}", "m/s^2", "h", 0.001) for i in range(6))
 
 
 @dataclass
-class Soaked:
-    """What became of damaged frames."""
+class SoakResult:
+    """Counts of damaged frames."""
 
     frames: int = 0
     refused: int = 0
     wrong: int = 0
 
 
-def soak(frames: int, seed: int) -> Soaked:
-    """Damages as many frames of all kinds and both forms; `wrong` were read as something else than was sent."""
+def soak(frames: int, seed: int) -> SoakResult:
+    """Damage frames of all kinds and both forms; `wrong` counts those accepted with another content."""
     random = np.random.default_rng(seed)
-    about = (7, 200.0, "logger", "1.0", CHANNELS)
-    body, line = wire.hello_body(*about), text.hello_text(*about)
-    layout, lines = wire.layout_of(body), text.layout_of(line)
-    found = Soaked()
+    description = (7, 200.0, "logger", "1.0", CHANNELS)
+    body, line = wire.hello_body(*description), text.hello_text(*description)
+    layout, lines = wire.layout_hash(body), text.layout_hash(line)
+    result = SoakResult()
     for number in range(frames):
         data = random.bytes(12)
         values = [float(x) for x in random.normal(size=6)]
-        kinds: list[tuple[Callable[[bytes], Frame], bytes]] = [
-            (wire.decode, wire.sample(layout, number, 5000 * number, data)),
-            (wire.decode, wire.block(layout, number, 5000 * number, 4, 4 * data)),
-            (text.decode, text.sample(lines, number, 5000 * number, values)),
-            (wire.decode, wire.status(layout, number, 5000 * number, 0, 20.0, 12.0)),
-            (wire.decode, wire.hello(number, body)),
-            (text.decode, text.hello(number, line)),
+        choices: list[tuple[Callable[[bytes], Frame], bytes]] = [
+            (wire.decode, wire.encode_sample(layout, number, 5000 * number, data)),
+            (wire.decode, wire.encode_block(layout, number, 5000 * number, 4, 4 * data)),
+            (text.decode, text.encode_sample(lines, number, 5000 * number, values)),
+            (wire.decode, wire.encode_status(layout, number, 5000 * number, 0, 20.0, 12.0)),
+            (wire.decode, wire.encode_hello(number, body)),
+            (text.decode, text.encode_hello(number, line)),
         ]
-        read, frame = kinds[int(random.choice(6, p=(0.5, 0.2, 0.2, 0.04, 0.03, 0.03)))]
-        end = wire.DELIMITER if read is wire.decode else text.DELIMITER
-        for part in damaged(frame, random, end).split(end)[:-1]:
-            found.frames += 1
+        decode, frame = choices[int(random.choice(6, p=(0.5, 0.2, 0.2, 0.04, 0.03, 0.03)))]
+        end = wire.DELIMITER if decode is wire.decode else text.DELIMITER
+        for part in damage_frame(frame, random, end).split(end)[:-1]:
+            result.frames += 1
             try:
-                got = read(part)
-            except (Damaged, Refused):
-                found.refused += 1
+                decoded = decode(part)
+            except (CorruptFrame, InvalidFrame):
+                result.refused += 1
                 continue
-            found.wrong += got != read(frame[: -len(end)])
-    return found
+            result.wrong += decoded != decode(frame[: -len(end)])
+    return result
 
 
 def main() -> None:
-    """The command line."""
-    p = argparse.ArgumentParser(description=__doc__)
-    p.add_argument("--frames", type=int, default=1_000_000)
-    p.add_argument("--seed", type=int, default=0)
-    given = p.parse_args()
-    begun = time.perf_counter()
-    found = soak(given.frames, given.seed)
-    print(f"{found.frames} damaged frames, {found.refused} refused, {found.wrong} wrong ones accepted", end="")
-    print(f", {time.perf_counter() - begun:.0f} s")
-    raise SystemExit(1 if found.wrong else 0)
+    """Run the soak test from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--frames", type=int, default=1_000_000)
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    start = time.perf_counter()
+    result = soak(arguments.frames, arguments.seed)
+    print(f"{result.frames} damaged frames, {result.refused} refused, {result.wrong} wrong ones accepted", end="")
+    print(f", {time.perf_counter() - start:.0f} s")
+    raise SystemExit(1 if result.wrong else 0)
 
 
 if __name__ == "__main__":

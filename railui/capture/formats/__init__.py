@@ -1,4 +1,4 @@
-"""Files of test benches, recording cars and our own recordings, read as series on one clock."""
+"""Readers and writers of recordings: test benches, track recording cars, `railui capture`."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from railui.capture.processing.recording import Recording
-from railui.io.problems import FileProblems, one_problem
+from railui.io.problems import FileProblems, file_problem
 
-# the reader of each ending, and what it is called
+# module of this package that reads or writes each suffix
 READERS = {
     ".csv": "delimited", ".txt": "delimited", ".asc": "delimited", ".dat": "delimited", ".tsv": "delimited",
     ".mf4": "mdf", ".mdf": "mdf",
@@ -21,10 +21,10 @@ READERS = {
 WRITERS = {".mf4": "mdf", ".uff": "universal", ".h5": "hdf5", ".hdf5": "hdf5", ".mat": "matlab"}
 
 
-def ending(path: Path) -> str:
-    """The ending that tells the format, without .gz.
+def format_suffix(path: Path) -> str:
+    """Return the suffix that identifies the format, without .gz.
 
-    >>> ending(Path("RUN_A.CSV.gz"))
+    >>> format_suffix(Path("RUN_A.CSV.gz"))
     '.csv'
     """
     name = path.name.lower().removesuffix(".gz")
@@ -32,43 +32,64 @@ def ending(path: Path) -> str:
 
 
 def read_recordings(path: str | Path, clock: str | None = None, rate: float | None = None) -> list[Recording]:
-    """The series of a file, or of a directory that `railui capture` wrote; several where they have no common clock.
+    """Read the recordings of a file, or of a directory that `railui capture` wrote.
 
-    `clock` names the channel of time, `rate` [Hz] stands in where there is none. FileProblems where it cannot be
-    read.
+    Parameters
+    ----------
+    path
+        File or directory.
+    clock
+        Name of the time channel; by default it is recognised by its name.
+    rate
+        Sampling rate [Hz] of a file without a time channel.
+
+    Returns
+    -------
+    One recording, or several if the series have no common clock.
+
+    Raises
+    ------
+    FileProblems
+        If the file cannot be read.
     """
     path = Path(path)
     if path.is_dir() or (path.name.startswith("run_") and (path.parent / "raw.bin").exists()):
         from railui.capture.formats.recorded import read_recorded
 
         return read_recorded(path)
-    found = READERS.get(ending(path))
+    format_name = READERS.get(format_suffix(path))
     if not path.is_file():
-        raise one_problem(path, "cannot be read (no such file)", "give the path of a file")
-    if found is None:
-        raise one_problem(path, f"has the ending {ending(path)!r}", f"give one of {', '.join(READERS)}")
-    read: Callable[[Path, str | None, float | None], list[Recording]] = _part(found).read
+        raise file_problem(path, "cannot be read (no such file)", "give the path of a file")
+    if format_name is None:
+        raise file_problem(path, f"has the unknown suffix {format_suffix(path)!r}", f"give one of {', '.join(READERS)}")
+    read: Callable[[Path, str | None, float | None], list[Recording]] = _format_module(format_name).read
     try:
         return read(path, clock, rate)
     except FileProblems:
         raise
     except ModuleNotFoundError as error:
-        raise one_problem(path, f"needs {error.name}", "pip install 'railui[formats]'") from None
-    except Exception as error:  # readers of foreign formats raise what they like
-        raise one_problem(
-            path, f"cannot be read as {found}: {type(error).__name__}: {error}", "check the file"
+        raise file_problem(path, f"needs {error.name}", "pip install 'railui[formats]'") from None
+    except Exception as error:  # readers of foreign formats raise any exception
+        raise file_problem(
+            path, f"cannot be read as {format_name}: {type(error).__name__}: {error}", "check the file"
         ) from error
 
 
 def write_recording(path: Path, recording: Recording) -> None:
-    """Writes series in the format of the ending. ValueError for one that is not written."""
-    found = WRITERS.get(ending(path))
-    if found is None:
-        raise ValueError(f"{path.name}: written are .csv, .csv.gz, {', '.join(WRITERS)}")
-    write: Callable[[Path, Recording], None] = _part(found).write
+    """Write a recording in the format of the suffix.
+
+    Raises
+    ------
+    ValueError
+        If there is no writer for the suffix.
+    """
+    format_name = WRITERS.get(format_suffix(path))
+    if format_name is None:
+        raise ValueError(f"{path.name}: supported are .csv, .csv.gz, {', '.join(WRITERS)}")
+    write: Callable[[Path, Recording], None] = _format_module(format_name).write
     path.parent.mkdir(parents=True, exist_ok=True)
     write(path, recording)
 
 
-def _part(name: str) -> Any:
+def _format_module(name: str) -> Any:
     return import_module(f"{__name__}.{name}")

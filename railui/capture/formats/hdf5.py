@@ -1,4 +1,4 @@
-"""HDF5: every series of one dimension, with the unit and the rate that its attributes tell."""
+"""HDF5: every series of one dimension, with unit and sampling rate from its attributes."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from typing import Any
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.capture.formats.clocks import check_size, of_columns
+from railui.capture.formats.time_base import check_size, recording_from_columns
 from railui.capture.processing.recording import Recording
 
-UNITS = ("unit", "units", "Unit", "Units")
-RATES = ("rate", "fs", "sampling_rate", "sample_rate", "SampleRate")
+UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")
+RATE_ATTRIBUTES = ("rate", "fs", "sampling_rate", "sample_rate", "SampleRate")
 
 
 def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
-    """The longest series and all of their length; a series within a group is called group/name."""
+    """Read the longest series and all of the same length; a series within a group is called group/name."""
     import h5py
 
     columns: dict[str, FloatArray] = {}
     units: dict[str, str | None] = {}
     with h5py.File(path) as file:
-        rate = rate or _attribute(file, RATES, float)
+        rate = rate or _attribute(file, RATE_ATTRIBUTES, float)
 
         def visit(name: str, item: Any) -> None:
             nonlocal rate
@@ -31,13 +31,13 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
             check_size(path, name, item.size)
             values = np.squeeze(np.asarray(item[()], dtype=np.float64))
             if values.ndim == 1 and values.size > 3:
-                columns[name], units[name] = values, _attribute(item, UNITS, str)
-                rate = rate or _attribute(item, RATES, float)
+                columns[name], units[name] = values, _attribute(item, UNIT_ATTRIBUTES, str)
+                rate = rate or _attribute(item, RATE_ATTRIBUTES, float)
 
         file.visititems(visit)
     size = max((x.size for x in columns.values()), default=0)
-    kept = {name: x for name, x in columns.items() if x.size == size}
-    return [of_columns(path, kept, units, clock, rate)]
+    longest = {name: x for name, x in columns.items() if x.size == size}
+    return [recording_from_columns(path, longest, units, clock, rate)]
 
 
 def _attribute(item: Any, names: tuple[str, ...], kind: type) -> Any:
@@ -49,7 +49,7 @@ def _attribute(item: Any, names: tuple[str, ...], kind: type) -> Any:
 
 
 def write(path: Path, recording: Recording) -> None:
-    """A dataset per channel, and t."""
+    """Write a dataset per channel, and t."""
     import h5py
 
     with h5py.File(path, "w") as file:

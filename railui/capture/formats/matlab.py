@@ -1,4 +1,4 @@
-"""MATLAB files: vectors of one length, of version 7.3 as the HDF5 that it is."""
+"""MATLAB files: vectors of one length; version 7.3 is read as HDF5."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.capture.formats import hdf5
-from railui.capture.formats.clocks import check_size, of_columns
+from railui.capture.formats.time_base import check_size, recording_from_columns
 from railui.capture.processing.recording import Recording
 
-RATES = ("fs", "Fs", "rate", "sampling_rate")
+RATE_VARIABLES = ("fs", "Fs", "rate", "sampling_rate")
 
 
 def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
-    """The longest vectors and all of their length; fs or rate is the sampling rate, `units` a struct of theirs."""
+    """Read the longest vectors and all of the same length; fs or rate is the sampling rate, `units` a struct."""
     from scipy.io import loadmat, whosmat
 
     with path.open("rb") as file:
@@ -24,21 +24,23 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
             return hdf5.read(path, clock, rate)
     for name, shape, _ in whosmat(path):
         check_size(path, name, math.prod(shape))
-    found = loadmat(path, squeeze_me=True, struct_as_record=False)
+    variables = loadmat(path, squeeze_me=True, struct_as_record=False)
     columns: dict[str, FloatArray] = {
         name: np.asarray(x, dtype=np.float64)
-        for name, x in found.items()
+        for name, x in variables.items()
         if not name.startswith("__") and getattr(x, "ndim", 0) == 1 and x.dtype.kind in "fiu" and x.size > 3
     }
-    told = found.get("units")
-    units = {name: str(getattr(told, name)) if hasattr(told, name) else None for name in columns}
-    rate = rate or next((float(found[name]) for name in RATES if name in found), None)
+    unit_struct = variables.get("units")
+    units = {name: str(getattr(unit_struct, name)) if hasattr(unit_struct, name) else None for name in columns}
+    rate = rate or next((float(variables[name]) for name in RATE_VARIABLES if name in variables), None)
     size = max((x.size for x in columns.values()), default=0)
-    return [of_columns(path, {name: x for name, x in columns.items() if x.size == size}, units, clock, rate)]
+    return [
+        recording_from_columns(path, {name: x for name, x in columns.items() if x.size == size}, units, clock, rate)
+    ]
 
 
 def write(path: Path, recording: Recording) -> None:
-    """A vector per channel, t, and the units as a struct."""
+    """Write a vector per channel, t, and the units as a struct."""
     from scipy.io import savemat
 
     units = {name: recording.units.get(name) or "1" for name in recording.channels}

@@ -1,4 +1,4 @@
-"""ASAM MDF, the format of test benches and of most vehicle recorders."""
+"""ASAM MDF, the format of test benches and most vehicle recorders."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.capture.formats.clocks import Series, check_size, one_clock
+from railui.capture.formats.time_base import Series, check_size, merge_series
 from railui.capture.processing.recording import Recording
 
 
 def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
-    """Every numeric channel against its master; clock and rate are the file's own."""
+    """Read every numeric channel against its master channel; `clock` and `rate` are not used."""
     from asammdf import MDF
 
     series = []
@@ -23,11 +23,11 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
             if values.ndim == 1 and values.size > 3 and values.dtype.kind in "fiub":
                 stamps = np.asarray(signal.timestamps, float)
                 series.append(Series(signal.name, signal.unit or None, stamps, values.astype(float)))
-    return [one_clock(path, series)]
+    return [merge_series(path, series)]
 
 
 def write(path: Path, recording: Recording) -> None:
-    """One group with every channel."""
+    """Write one group with every channel."""
     from asammdf import MDF, Signal
 
     with MDF(version="4.10") as file:

@@ -1,4 +1,4 @@
-"""Measured runs as a campaign: runs, the declared vehicle, campaign.yaml, and what to know of them."""
+"""Measured runs as a campaign: run files and campaign.yaml with nominal vehicle and noise."""
 
 from __future__ import annotations
 
@@ -6,82 +6,92 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
-from railui.capture.processing.align import SAME_LINE, align
+from railui.capture.processing.align import MIN_CORRELATION, MIN_OVERLAP, find_shift
 from railui.capture.processing.measured_run import MeasuredRun, save_run
 from railui.io.atomic import relative_path, write_text
 from railui.io.schema_line import schema_name
-from railui.io.yaml_writer import flow, scalar_text
+from railui.io.yaml_writer import YamlWriter
 
-DIGITS = 3
+NOISE_DIGITS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Taken:
-    """One run of a campaign: its role, where it comes from, what was measured."""
+class CampaignRun:
+    """Run of a campaign: its role, its recording, its columns."""
 
     role: str
     source: str
     run: MeasuredRun
 
 
-def on_one_line(taken: Sequence[Taken]) -> tuple[list[Taken], list[str]]:
-    """Runs over the same line with one distance: each laid on the first by the correlation of their tracks."""
-    first, done, notes = taken[0].run.columns, [taken[0]], []
-    for one in taken[1:]:
-        columns = one.run.columns
-        if "yw" not in first or "yw" not in columns or columns["s"][-1] - columns["s"][0] < 300:
-            done.append(one)
+def align_runs(runs: Sequence[CampaignRun]) -> tuple[list[CampaignRun], list[str]]:
+    """Give runs over the same line one distance: shift each to the first by the correlation of their tracks.
+
+    Returns
+    -------
+    Runs, and a note for each that was shifted.
+    """
+    reference = runs[0]
+    aligned = [reference]
+    notes = []
+    for run in runs[1:]:
+        metres = _shift_between(reference.run, run.run)
+        if metres is None:
+            aligned.append(run)
             continue
-        shift = align(*(x for c in (first, columns) for x in (c["s"], c["yw"])))
-        if shift.correlation < SAME_LINE:
-            done.append(one)
-            continue
-        notes.append(f"{one.source} is on the line of {taken[0].source}: moved by {shift.metres:+.2f} m along it")
-        moved = {**columns, "s": columns["s"] + shift.metres}
-        done.append(replace(one, run=replace(one.run, columns=moved)))
-    return done, notes
+        notes.append(f"{run.source} is on the line of {reference.source}: moved by {metres:+.2f} m along it")
+        columns = {**run.run.columns, "s": run.run.columns["s"] + metres}
+        aligned.append(replace(run, run=replace(run.run, columns=columns)))
+    return aligned, notes
 
 
-def write_campaign(directory: Path, name: str, vehicle: Path, taken: Sequence[Taken]) -> Path:
-    """Writes run_a.csv.gz, run_b.csv.gz, ... and campaign.yaml; the vehicle stays where it lies."""
+def _shift_between(reference: MeasuredRun, run: MeasuredRun) -> float | None:
+    """Return the shift [m] of a run, None if it is too short or not on the same line."""
+    a, b = reference.columns, run.columns
+    if "yw" not in a or "yw" not in b or b["s"][-1] - b["s"][0] < MIN_OVERLAP:
+        return None
+    shift = find_shift(a["s"], a["yw"], b["s"], b["yw"])
+    return None if shift.correlation < MIN_CORRELATION else shift.metres
+
+
+def write_campaign(directory: Path, name: str, vehicle: Path, runs: Sequence[CampaignRun]) -> Path:
+    """Write run_a.csv.gz, run_b.csv.gz, ... and campaign.yaml, which refers to the vehicle's file."""
     directory.mkdir(parents=True, exist_ok=True)
     entries = []
-    for letter, one in zip(letters(len(taken)), taken, strict=True):
+    for letter, run in zip(run_letters(len(runs)), runs, strict=True):
         file = f"run_{letter}.csv.gz"
-        about = (f"from {one.source}", *one.run.notes)
-        save_run(directory / file, one.run, tuple(line.replace("\n", " ") for line in about))
-        entries.append(f"  - {flow({'file': file, 'role': one.role})}")
+        comments = (f"from {run.source}", *run.run.notes)
+        save_run(directory / file, run.run, tuple(line.replace("\n", " ") for line in comments))
+        entries.append({"file": file, "role": run.role})
+    writer = YamlWriter()
+    writer.line(f"schema: {schema_name('campaign')}")
+    writer.entry("name", name)
+    writer.entry("vehicle", relative_path(vehicle, directory))
+    writer.items("runs", entries)
+    writer.entry("noise", _largest_noise(runs))
+    return write_text(directory / "campaign.yaml", writer.text())
+
+
+def _largest_noise(runs: Sequence[CampaignRun]) -> dict[str, float]:
+    """Return the largest noise of each column over the runs, rounded."""
     noise: dict[str, float] = {}
-    for one in taken:
-        for column, sd in one.run.noise.items():
-            noise[column] = max(noise.get(column, 0.0), float(f"{sd:.{DIGITS}g}"))
-    lines = [
-        f"schema: {schema_name('campaign')}",
-        f"name: {scalar_text(name)}",
-        f"vehicle: {scalar_text(relative_path(vehicle, directory))}",
-    ]
-    lines += ["runs:", *entries, f"noise: {flow(noise)}"]
-    return write_text(directory / "campaign.yaml", "\n".join(lines) + "\n")
+    for run in runs:
+        for column, sd in run.run.noise.items():
+            noise[column] = max(noise.get(column, 0.0), float(f"{sd:.{NOISE_DIGITS}g}"))
+    return noise
 
 
-def letters(count: int) -> list[str]:
-    """a, b, ..., z, aa, ab, ...
+def run_letters(count: int) -> list[str]:
+    """Return a, b, ..., z, aa, ab, ...
 
-    >>> letters(3), letters(28)[-1]
+    >>> run_letters(3), run_letters(28)[-1]
     (['a', 'b', 'c'], 'ab')
     """
-    found = []
-    for i in range(count):
-        word, i = "", i + 1
-        while i:
-            i, digit = divmod(i - 1, 26)
+    words = []
+    for number in range(1, count + 1):
+        word = ""
+        while number:
+            number, digit = divmod(number - 1, 26)
             word = chr(97 + digit) + word
-        found.append(word)
-    return found
-
-
-def duration(run: MeasuredRun) -> float:
-    """Duration of a run [s], gaps left out."""
-    return float(run.columns["t"].size * np.median(np.diff(run.columns["t"])))
+        words.append(word)
+    return words

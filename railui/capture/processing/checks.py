@@ -1,73 +1,83 @@
-"""What a recording tells of its own sensors: gravity on the wrong axis, noise at a standstill, clocks that disagree."""
+"""Checks of a recording's sensors: gravity on the wrong axis, noise at a standstill, errors of the clock."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.capture.processing.map_model import ACCELERATIONS
-from railui.capture.processing.recording import Piece, Recording, interval_of
+from railui.capture.processing.map_schema import ACCELERATIONS
+from railui.capture.processing.recording import Recording, UniformSegment, sampling_interval
 from railui.capture.processing.sensor_map import SensorMap
-from railui.capture.processing.sensors import motion, needed, quantities
+from railui.capture.processing.sensors import distance_and_speed, required_channels, sensor_signals
 
-STANDING = 0.1  # m/s
-LONG_ENOUGH = 2.0  # s
-TILTED = 3.0  # m/s^2: more than any cant gives a lateral accelerometer
-DRIFT_TOLD, DRIFT_APPLIED = 1e-4, 1e-3  # from which a drift is told; up to which times are stretched by it
-DRIFT_ABSURD = 0.01  # no clock, but a recording played at another pace
+MAX_STANDSTILL_SPEED = 0.1  # m/s
+MIN_STANDSTILL_DURATION = 2.0  # s
+MAX_MEAN_ACCELERATION = 3.0  # m/s^2: above what any cant gives a lateral accelerometer
+MIN_REPORTED_DRIFT = 1e-4
+MAX_CORRECTED_DRIFT = 1e-3
+MIN_REPLAY_DRIFT = 0.01  # not a clock error: the recording was played at another pace
+MAX_JITTER = 0.01  # of the sampling interval
+MIN_ROWS = 4
 
 
-def standstill_checks(mapped: SensorMap, recording: Recording) -> tuple[dict[str, dict[str, float]], list[str]]:
-    """Mean and standard deviation [SI] of every sensor while the vehicle stands, and what is odd about them.
+def standstill_checks(sensor_map: SensorMap, recording: Recording) -> tuple[dict[str, dict[str, float]], list[str]]:
+    """Compute mean and standard deviation [SI] of every sensor at a standstill, and check the accelerometers.
 
-    Standing: below 0.1 m/s for 2 s at least. An accelerometer that reads more than 3 m/s^2 there, or on the mean of
-    the whole recording, sits on another axis than its map says.
+    Standstill: below 0.1 m/s for at least 2 s. An accelerometer with a mean of more than 3 m/s^2 over the whole
+    recording is mounted along another axis than the map states.
+
+    Returns
+    -------
+    "mean" and "sd" by sensor (empty without a standstill), and notes.
     """
-    names = needed(mapped, recording)
+    names = required_channels(sensor_map, recording)
     rows = np.flatnonzero(np.all([np.isfinite(recording.channels[n]) for n in names], axis=0))
-    if rows.size < 4:
+    if rows.size < MIN_ROWS:
         return {}, []
-    whole = Piece(recording.t[rows], interval_of(recording.t), {n: recording.channels[n][rows] for n in names})
-    q = quantities(mapped, recording, whole)
-    notes = []
-    for name in ACCELERATIONS:
-        if name in q and abs(np.mean(q[name])) > TILTED:
-            notes.append(
-                f"{name} reads {np.mean(q[name]):+.2f} m/s^2 on the mean: gravity is on its axis, is that the vertical?"
-            )
-    standing = _standing(motion(mapped, recording, whole)[1], whole.dt)
-    if not standing.any():
+    channels = {n: recording.channels[n][rows] for n in names}
+    whole = UniformSegment(recording.t[rows], sampling_interval(recording.t), channels)
+    signals = sensor_signals(sensor_map, recording, whole)
+    notes = [
+        f"{name} has a mean of {np.mean(signals[name]):+.2f} m/s^2: gravity is on its axis, is that the vertical?"
+        for name in ACCELERATIONS
+        if name in signals and abs(np.mean(signals[name])) > MAX_MEAN_ACCELERATION
+    ]
+    is_standing = _standstill_rows(distance_and_speed(sensor_map, recording, whole)[1], whole.dt)
+    if not is_standing.any():
         return {}, notes
-    found = {name: {"mean": float(x[standing].mean()), "sd": float(x[standing].std())} for name, x in q.items()}
-    return found, notes
+    standstill = {
+        name: {"mean": float(x[is_standing].mean()), "sd": float(x[is_standing].std())} for name, x in signals.items()
+    }
+    return standstill, notes
 
 
-def _standing(v: FloatArray, dt: float) -> np.ndarray:
-    """Rows within unbroken standstills that are long enough."""
-    still = np.concatenate(([False], np.abs(v) < STANDING, [False]))
-    edges = np.flatnonzero(np.diff(still.astype(int))).reshape(-1, 2)
-    found = np.zeros(v.size, dtype=bool)
+def _standstill_rows(v: FloatArray, dt: float) -> NDArray[np.bool_]:
+    """Return a mask of the rows within standstills of sufficient duration."""
+    is_slow = np.concatenate(([False], np.abs(v) < MAX_STANDSTILL_SPEED, [False]))
+    edges = np.flatnonzero(np.diff(is_slow.astype(int))).reshape(-1, 2)
+    mask = np.zeros(v.size, dtype=bool)
     for begin, end in edges:
-        if (end - begin) * dt >= LONG_ENOUGH:
-            found[begin:end] = True
-    return found
+        if (end - begin) * dt >= MIN_STANDSTILL_DURATION:
+            mask[begin:end] = True
+    return mask
 
 
 def time_base_notes(recording: Recording) -> list[str]:
-    """What is odd about the clock: drift against the machine that recorded, stamps that jitter."""
+    """Return notes on the clock: drift against the recording machine, jitter of the time stamps."""
     notes = []
-    drift = recording.drift
-    if drift is not None and DRIFT_TOLD < abs(drift) < DRIFT_APPLIED:
-        notes.append(f"the logger's clock is {1e6 * drift:+.0f} ppm off: its times are stretched by as much")
-    elif drift is not None and abs(drift) >= DRIFT_ABSURD:
-        notes.append(f"the logger ran {1 / (1 + drift):.3g} times as fast as the clock here: its own times are taken")
-    elif drift is not None and abs(drift) >= DRIFT_APPLIED:
+    drift = recording.drift or 0.0
+    if abs(drift) >= MIN_REPLAY_DRIFT:
+        notes.append(f"the logger ran {1 / (1 + drift):.3g} times as fast as the host's clock: its own times are used")
+    elif abs(drift) >= MAX_CORRECTED_DRIFT:
         notes.append(
-            f"the logger's clock is {100 * drift:+.2f} % off, more than a quartz can be: its own times are taken"
+            f"the logger's clock is off by {100 * drift:+.2f} %, more than a quartz can be: its own times are used"
         )
+    elif abs(drift) > MIN_REPORTED_DRIFT:
+        notes.append(f"the logger's clock is off by {1e6 * drift:+.0f} ppm: its times are corrected")
     steps = np.diff(recording.t)
-    near = steps[np.abs(steps - recording.interval) < 0.5 * recording.interval]
-    jitter = float(np.std(near)) / recording.interval if near.size else 0.0
-    if jitter > 0.01:
-        notes.append(f"time stamps jitter by {100 * jitter:.1f} % of the interval: laid anew at even ones")
+    regular = steps[np.abs(steps - recording.interval) < 0.5 * recording.interval]
+    jitter = float(np.std(regular)) / recording.interval if regular.size else 0.0
+    if jitter > MAX_JITTER:
+        notes.append(f"time stamps jitter by {100 * jitter:.1f} % of the interval: resampled at even times")
     return notes

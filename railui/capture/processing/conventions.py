@@ -1,4 +1,4 @@
-"""What is positive: the axes of programs and standards, each quantity's sign beside railui's."""
+"""Sign conventions: axes of programs and standards, and the signs that convert them to railui's."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Convention:
-    """Axes, and the sign that turns a lateral, yaw and roll quantity into railui's (x forward, y right, z down)."""
+    """Axes, and the signs that convert lateral, yaw and roll quantities to x forward, y right, z down."""
 
     name: str
     axes: str
@@ -16,7 +16,7 @@ class Convention:
     roll: int
 
     def sign(self, kind: str) -> int:
-        """The factor for lateral, yaw, roll; 1 for what has no direction.
+        """Return the factor of a lateral, yaw or roll quantity; 1 for a quantity without direction.
 
         >>> CONVENTIONS["ISO 8855"].sign("yaw"), CONVENTIONS["ISO 8855"].sign("roll")
         (-1, 1)
@@ -24,17 +24,17 @@ class Convention:
         return int(getattr(self, kind)) if kind in ("lateral", "yaw", "roll") else 1
 
 
-DOWN = "x forward, y right, z down; cross-level positive where the left rail is higher"
-# left and up: turned by half a turn round x, so y, z and rotations round them change sign, roll does not
-UP = "x forward, y left, z up; roll positive where the right side is lower"
+AXES_DOWN = "x forward, y right, z down; cross-level positive where the left rail is higher"
+# rotated by 180 degrees about x: y, z and rotations about them change sign, roll does not
+AXES_UP = "x forward, y left, z up; roll positive where the right side is lower"
 CONVENTIONS = {
     c.name: c
     for c in (
-        Convention("railui", DOWN, 1, 1, 1),
-        Convention("EN 13848", DOWN, 1, 1, 1),
-        Convention("SIMPACK", DOWN, 1, 1, 1),
-        Convention("GENSYS", DOWN, 1, 1, 1),
-        Convention("VAMPIRE", DOWN, 1, 1, 1),
-        Convention("ISO 8855", UP, -1, -1, 1),
+        Convention("railui", AXES_DOWN, 1, 1, 1),
+        Convention("EN 13848", AXES_DOWN, 1, 1, 1),
+        Convention("SIMPACK", AXES_DOWN, 1, 1, 1),
+        Convention("GENSYS", AXES_DOWN, 1, 1, 1),
+        Convention("VAMPIRE", AXES_DOWN, 1, 1, 1),
+        Convention("ISO 8855", AXES_UP, -1, -1, 1),
     )
 }

@@ -1,42 +1,52 @@
-"""A map to begin with: every channel of a recording under the quantity that its name and unit suggest."""
+"""Draft of a sensor map: every channel of a recording under the quantity that its name and unit suggest."""
 
 from __future__ import annotations
 
-from railui.capture.processing.map_model import TARGETS
+from railui.capture.processing.map_schema import QUANTITIES
 from railui.capture.processing.recording import Recording
+from railui.io.schema_line import schema_name
 from railui.io.units import UnitError, convert
-from railui.io.yaml_writer import scalar_text
+from railui.io.yaml_writer import YamlWriter, scalar_text
+
+SPEED_NAMES = ("v", "speed", "velocity")
 
 
 def draft_map(recording: Recording) -> str:
-    """The text of map.yaml; what fits no quantity by name stands in comments with what its unit allows."""
-    lines = [
-        "schema: railui.map/1",
-        f"name: {scalar_text(recording.name)}",
-        "convention: railui        # what is positive: or EN 13848, SIMPACK, ISO 8855, ...: docs/capture.md",
-        "# vehicle: design.yaml    # its wheelbase, gauge, radius and roll: needed to reconstruct the rail position",
-    ]
-    speed = next((name for name in recording.channels if name.lower() in ("v", "speed", "velocity")), None)
-    lines.append(f"speed: {{channel: {scalar_text(speed)}}}" if speed else "# speed: {channel: NAME}")
-    known = [name for name in recording.channels if name in TARGETS]
-    lines.append("sensors:")
-    for name in known:
-        lines.append(f"  {name}: {{channel: {scalar_text(name)}{_unit(recording, name)}}}")
-    for name in recording.channels:
-        if name in known or name == speed or name == recording.against:
-            continue
-        may = [target for target in TARGETS if _fits(recording.units.get(name), target)]
-        told = f"one of {', '.join(may)}" if may else "no quantity of this unit is known"
-        lines.append(f"  # NAME: {{channel: {scalar_text(name)}{_unit(recording, name)}}}    # {told}")
-    return "\n".join(lines) + "\n"
+    """Return the text of map.yaml; channels without a matching name become comments with possible quantities."""
+    writer = YamlWriter()
+    writer.line(f"schema: {schema_name('map')}")
+    writer.entry("name", recording.name)
+    writer.entry("convention", "railui", "sign convention, or EN 13848, SIMPACK, ISO 8855, ...: docs/capture.md")
+    writer.comment("vehicle: design.yaml    # its wheelbase, gauge, radius and roll: needed for the rail position")
+    speed = next((name for name in recording.channels if name.lower() in SPEED_NAMES), None)
+    if speed:
+        writer.entry("speed", {"channel": speed})
+    else:
+        writer.comment("speed: {channel: NAME}")
+    with writer.block("sensors"):
+        for name in recording.channels:
+            if name in QUANTITIES:
+                writer.line(f"{name}: {_sensor_text(recording, name)}")
+        for name in recording.channels:
+            if name not in (*QUANTITIES, speed, recording.abscissa):
+                writer.comment(f"NAME: {_sensor_text(recording, name)}    # {_suggestion(recording, name)}")
+    return writer.text()
 
 
-def _unit(recording: Recording, name: str) -> str:
-    return "" if recording.units.get(name) else ", unit: ?"
+def _sensor_text(recording: Recording, name: str) -> str:
+    """Return the flow mapping of a sensor, with a placeholder for an unknown unit."""
+    unit = "" if recording.units.get(name) else ", unit: ?"
+    return f"{{channel: {scalar_text(name)}{unit}}}"
 
 
-def _fits(unit: str | None, target: str) -> bool:
-    wanted = TARGETS[target].unit
+def _suggestion(recording: Recording, name: str) -> str:
+    """Return the quantities that the unit of a channel allows."""
+    possible = [quantity for quantity in QUANTITIES if _unit_fits(recording.units.get(name), quantity)]
+    return f"one of {', '.join(possible)}" if possible else "no quantity has this unit"
+
+
+def _unit_fits(unit: str | None, quantity: str) -> bool:
+    wanted = QUANTITIES[quantity].unit
     if unit is None:
         return True
     if unit in ("g", "gn"):

@@ -1,31 +1,43 @@
-"""How good a reconstructed track is: what both wheelsets say of the same rails, band by band."""
+"""Quality of a reconstructed track: agreement of both wheelsets' reconstructions, by wavelength band."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
-from scipy.interpolate import CubicSpline
 
 from railui.arrays import FloatArray
+from railui.capture.processing.align import parabolic_peak
+from railui.core import Spline
 from railui.dsp.integrate import highpass_gain
+from railui.dsp.spectra import coherence, tukey
 from railui.track import BANDS
 
-SPACING = 0.25  # m
-LONG = 200.0  # m: of the pieces between which coherence is taken
-AGREE = 0.9  # coherence from which both say the same
-FULL = 0.95  # gain of the filter down to which amplitudes are told
-REACH = 1.0  # m by which the delay may differ from 2a
+GRID_SPACING = 0.25  # m
+COHERENCE_SEGMENT = 200.0  # m
+MIN_COHERENCE = 0.9  # of a valid wavelength
+MIN_GAIN = 0.95  # of the high-pass at a valid wavelength
+MAX_LAG = 1.0  # m by which the delay may differ from the wheelbase
+TAPER_LENGTH = 100.0  # m, both ends together
 
 
 @dataclass(frozen=True, eq=False)
 class RailQuality:
-    """Two versions of one track compared.
+    """Comparison of two reconstructions of one track.
 
-    bands: (from, to [m], sd of their mean, rms of their difference [m]); the error of their mean is about half the
-    difference. wavelength, coherence [n]; lag [m] the delay that the correlation shows less 2a; `valid` wavelengths
-    [m] that can be trusted, None where none.
+    Attributes
+    ----------
+    bands
+        (from, to [m], standard deviation of the mean, rms of the difference [m]); the error of the mean is about
+        half the difference.
+    wavelength, coherence
+        Wavelengths [m] and magnitude-squared coherence [n].
+    correlation
+        Correlation coefficient.
+    lag
+        Delay of the second reconstruction beyond the wheelbase 2a [m], by cross-correlation.
+    valid
+        Range of reliable wavelengths [m], None if there is none.
     """
 
     bands: tuple[tuple[float, float, float, float], ...]
@@ -37,12 +49,12 @@ class RailQuality:
 
     @property
     def noise(self) -> float | None:
-        """Standard deviation [m] of their mean at wavelengths of the shortest band, where a drift does not count."""
+        """Standard deviation [m] of the mean's noise, from the shortest band, which drift does not affect."""
         return self.bands[0][3] / 2 if self.bands else None
 
 
 def band_rms(x: FloatArray, spacing: float, low: float, high: float) -> float:
-    """Root mean square of what x [n] has at wavelengths from low to high [m]; ends tapered.
+    """Return the rms of a series [n] at wavelengths from low to high [m]; the ends are tapered.
 
     >>> s = np.arange(8000) * 0.25
     >>> round(band_rms(np.sin(2 * np.pi * s / 20), 0.25, 3, 25), 2)
@@ -50,61 +62,74 @@ def band_rms(x: FloatArray, spacing: float, low: float, high: float) -> float:
     >>> round(band_rms(np.sin(2 * np.pi * s / 50), 0.25, 3, 25), 2)
     0.0
     """
-    window = signal.windows.tukey(x.size, min(1.0, 100.0 / (x.size * spacing)))
+    window = tukey(x.size, min(1.0, TAPER_LENGTH / (x.size * spacing)))
     lines = np.fft.rfft((x - x.mean()) * window)
-    n = np.fft.rfftfreq(x.size, spacing)
-    inside = (n >= 1 / high) & (n <= 1 / low)
-    return float(np.sqrt(2 * np.sum(np.abs(lines[inside]) ** 2) / x.size / np.sum(window**2)))
+    wavenumber = np.fft.rfftfreq(x.size, spacing)
+    is_in_band = (wavenumber >= 1 / high) & (wavenumber <= 1 / low)
+    return float(np.sqrt(2 * np.sum(np.abs(lines[is_in_band]) ** 2) / x.size / np.sum(window**2)))
 
 
-def compare(
+def compare_versions(
     first: FloatArray, second: FloatArray, s: FloatArray, shortest: float, natural: float, speed: float
 ) -> RailQuality:
-    """Compares two versions [n] along s [m]; `natural` [Hz] and `speed` [m/s] bound what the filter lets through."""
-    grid = np.arange(s[0], s[-1], SPACING)
-    a, b = (np.asarray(CubicSpline(s, x)(grid)) for x in (first, second))
+    """Compare two reconstructions of one track.
+
+    Parameters
+    ----------
+    first, second
+        Lateral deviations of the leading and the trailing wheelset's reconstruction [n].
+    s
+        Distance [m], [n].
+    shortest
+        Shortest wavelength that the reconstruction keeps [m].
+    natural
+        Natural frequency of its high-pass [Hz].
+    speed
+        Speed of the vehicle [m/s].
+    """
+    grid = np.arange(s[0], s[-1], GRID_SPACING)
+    a = Spline(s, first)(grid)
+    b = Spline(s, second)(grid)
     bands = tuple(
-        (low, high, band_rms(0.5 * (a + b), SPACING, low, high), band_rms(a - b, SPACING, low, high))
+        (low, high, band_rms(0.5 * (a + b), GRID_SPACING, low, high), band_rms(a - b, GRID_SPACING, low, high))
         for low, high in BANDS
-        if grid.size * SPACING > 2 * high
+        if grid.size * GRID_SPACING > 2 * high
     )
-    size = min(grid.size, round(LONG / SPACING))
-    n, coherence = signal.coherence(a, b, 1 / SPACING, nperseg=size, noverlap=size // 2)
-    keep = (n > 0) & (n <= 1 / shortest)
-    wavelength, coherence = 1 / n[keep], coherence[keep]
-    longest = speed / limit_frequency(natural)
-    a0, b0 = a - a.mean(), b - b.mean()
+    wavenumber, values = coherence(a, b, 1 / GRID_SPACING, min(grid.size, round(COHERENCE_SEGMENT / GRID_SPACING)))
+    is_kept = (wavenumber > 0) & (wavenumber <= 1 / shortest)
+    wavelength = 1 / wavenumber[is_kept]
+    a0 = a - a.mean()
+    b0 = b - b.mean()
     correlation = float(a0 @ b0 / np.sqrt((a0 @ a0) * (b0 @ b0)))
-    valid = _agreeing(wavelength, coherence, shortest, longest)
-    return RailQuality(bands, wavelength, coherence, correlation, _lag(a0, b0), valid)
+    valid = _valid_wavelengths(wavelength, values[is_kept], shortest, speed / limit_frequency(natural))
+    return RailQuality(bands, wavelength, values[is_kept], correlation, _find_lag(a0, b0), valid)
 
 
 def limit_frequency(natural: float, damping: float = np.sqrt(0.5)) -> float:
-    """The frequency [Hz] from which the zero-phase high pass lets `FULL` through."""
-    tried = natural * np.linspace(1.0, 20.0, 4000)
-    return float(tried[np.argmax(highpass_gain(tried, natural, damping) >= FULL)])
+    """Return the frequency [Hz] above which the gain of the zero-phase high-pass exceeds `MIN_GAIN`."""
+    frequency = natural * np.linspace(1.0, 20.0, 4000)
+    return float(frequency[np.argmax(highpass_gain(frequency, natural, damping) >= MIN_GAIN)])
 
 
-def _lag(a: FloatArray, b: FloatArray) -> float:
-    """By how much b is late [m]: the top of the correlation, between samples by a parabola."""
-    reach = round(REACH / SPACING)
-    middle = slice(reach, a.size - reach)
+def _find_lag(a: FloatArray, b: FloatArray) -> float:
+    """Return the lag of b [m] at the peak of the cross-correlation, between samples by a parabola."""
+    reach = round(MAX_LAG / GRID_SPACING)
+    inner = a[reach : a.size - reach]
     shifts = range(-reach, reach + 1)
-    values = np.array([float(a[middle] @ b[reach + k : a.size - reach + k]) for k in shifts])
-    k = int(np.clip(np.argmax(values), 1, len(values) - 2))
-    bend = values[k - 1] - 2 * values[k] + values[k + 1]
-    return float((k - reach + (0.5 * (values[k - 1] - values[k + 1]) / bend if bend else 0.0)) * SPACING)
+    values = np.array([float(inner @ b[reach + k : a.size - reach + k]) for k in shifts])
+    k, offset = parabolic_peak(values)
+    return float((k - reach + offset) * GRID_SPACING)
 
 
-def _agreeing(
+def _valid_wavelengths(
     wavelength: FloatArray, coherence: FloatArray, shortest: float, longest: float
 ) -> tuple[float, float] | None:
-    """The widest range of wavelengths in which both agree, inside what the filters let through."""
-    inside = (wavelength <= longest) & (wavelength >= shortest)
-    good = np.concatenate(([False], inside & (coherence >= AGREE), [False]))
-    edges = np.flatnonzero(np.diff(good.astype(int)))
+    """Return the widest range of coherent wavelengths between the limits of the filters."""
+    is_inside = (wavelength <= longest) & (wavelength >= shortest)
+    is_valid = np.concatenate(([False], is_inside & (coherence >= MIN_COHERENCE), [False]))
+    edges = np.flatnonzero(np.diff(is_valid.astype(int)))
     if not edges.size:
         return None
-    spans = [(wavelength[b - 1], wavelength[a]) for a, b in edges.reshape(-1, 2)]
-    low, high = max(spans, key=lambda span: span[1] / span[0])
+    ranges = [(wavelength[b - 1], wavelength[a]) for a, b in edges.reshape(-1, 2)]
+    low, high = max(ranges, key=lambda limits: limits[1] / limits[0])
     return float(low), float(high)

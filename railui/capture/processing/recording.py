@@ -1,4 +1,4 @@
-"""A recording as series: channels with units on one clock, and its unbroken pieces at even intervals."""
+"""Recordings: channels with units on one clock, and their unbroken segments at even intervals."""
 
 from __future__ import annotations
 
@@ -7,42 +7,69 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
+from railui.core import Spline
+from railui.runs.segments import GAP_INTERVALS, INTERVAL_TOLERANCE
 
-GAP = 1.5  # intervals
-UNEVEN = 0.01  # share of an interval by which a stamp may be off before a piece is laid anew
+MIN_SEGMENT_ROWS = 4  # of a cubic spline
+ROUNDING_MARGIN = 1e-6  # intervals
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Channels [n] by name in their units, t [s] rising with gaps; `against` is t, or s of a recording car [m]."""
+    """Series of several channels.
+
+    Attributes
+    ----------
+    name
+        Name of the recording.
+    t
+        Increasing time [s] with gaps, or the distance [m] of a track recording car, [n].
+    channels
+        Values [n] by name, in their units.
+    units
+        Units by name, None if unknown.
+    abscissa
+        "t" if `t` is a time, "s" if it is a distance.
+    drift
+        Relative drift of the logger's clock, None if unknown.
+    sources
+        Files.
+    notes
+        Remarks for the user.
+    """
 
     name: str
     t: FloatArray
     channels: Mapping[str, FloatArray]
     units: Mapping[str, str | None]
-    against: str = "t"
+    abscissa: str = "t"
     drift: float | None = None
     sources: tuple[Path, ...] = ()
     notes: list[str] = field(default_factory=list)
 
     @property
     def interval(self) -> float:
-        """Time from sample to sample, as most steps show it."""
-        return interval_of(self.t)
+        """Sampling interval, gaps ignored."""
+        return sampling_interval(self.t)
 
 
-def interval_of(t: FloatArray) -> float:
-    """The interval of stamps with gaps between them: the median, then the mean of all that are near it."""
+def sampling_interval(t: FloatArray) -> float:
+    """Return the interval of time stamps with gaps: the mean of all steps within half of their median.
+
+    >>> round(sampling_interval(np.array([0.0, 0.1, 0.2, 5.2, 5.3])), 9)
+    0.1
+    """
     steps = np.abs(np.diff(t))
-    middle = float(np.median(steps))
-    return float(np.mean(steps[np.abs(steps - middle) <= 0.5 * middle]))
+    median = float(np.median(steps))
+    return float(np.mean(steps[np.abs(steps - median) <= 0.5 * median]))
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
-    """An unbroken piece: t [n] at even intervals dt [s], channels [n]."""
+class UniformSegment:
+    """Unbroken segment: t [n] at even intervals dt [s], channels [n]."""
 
     t: FloatArray
     dt: float
@@ -52,32 +79,54 @@ class Piece:
         return int(self.t.size)
 
 
-def pieces(recording: Recording, names: tuple[str, ...], shortest: float) -> tuple[list[Piece], dict[str, int]]:
-    """The pieces in which all of some channels are there without a gap, of `shortest` [s] and more; what was counted.
+def uniform_segments(
+    recording: Recording, names: tuple[str, ...], min_duration: float
+) -> tuple[list[UniformSegment], dict[str, int]]:
+    """Find the segments of a recording in which some channels have no gap.
 
-    Stamps that jitter by more than a hundredth of the interval are laid anew by a cubic spline.
+    Time stamps that differ from even ones by more than a hundredth of the interval are resampled by a cubic spline.
+
+    Parameters
+    ----------
+    recording
+        Recording.
+    names
+        Channels that must be present.
+    min_duration
+        Shortest duration of a segment [s].
+
+    Returns
+    -------
+    Segments, and the counts rows, gaps, short, uneven, used.
     """
-    from scipy.interpolate import CubicSpline
-
-    dt, t = recording.interval, recording.t
-    good = np.all([np.isfinite(recording.channels[name]) for name in names], axis=0) if names else np.isfinite(t)
-    rows = np.flatnonzero(good)
-    cuts = np.flatnonzero(np.diff(t[rows]) > GAP * dt) + 1
-    counts = {"rows": t.size, "gaps": len(cuts), "short": 0, "uneven": 0, "used": 0}
-    found = []
+    dt = recording.interval
+    rows = _complete_rows(recording, names)
+    cuts = np.flatnonzero(np.diff(recording.t[rows]) > GAP_INTERVALS * dt) + 1
+    counts = {"rows": recording.t.size, "gaps": len(cuts), "short": 0, "uneven": 0, "used": 0}
+    segments = []
     for part in np.split(rows, cuts):
-        if part.size < 4 or (part.size - 1) * dt < shortest:
+        if part.size < MIN_SEGMENT_ROWS or (part.size - 1) * dt < min_duration:
             counts["short"] += bool(part.size)
             continue
-        at = t[part]
-        step = float((at[-1] - at[0]) / (part.size - 1))
-        even = at[0] + step * np.arange(part.size)
-        columns = {name: recording.channels[name][part] for name in names}
-        if np.max(np.abs(at - even)) > UNEVEN * step:
-            counts["uneven"] += 1
-            even = at[0] + dt * np.arange(int((at[-1] - at[0]) / dt + 1e-6) + 1)
-            columns = {name: np.asarray(CubicSpline(at, x)(even)) for name, x in columns.items()}
-            step = dt
-        counts["used"] += even.size
-        found.append(Piece(even, step, columns))
-    return found, counts
+        channels = {name: recording.channels[name][part] for name in names}
+        segment, is_uneven = _uniform_segment(recording.t[part], channels, dt)
+        counts["uneven"] += is_uneven
+        counts["used"] += len(segment)
+        segments.append(segment)
+    return segments, counts
+
+
+def _complete_rows(recording: Recording, names: tuple[str, ...]) -> NDArray[np.intp]:
+    """Return the rows in which all channels have a value."""
+    series = [recording.channels[name] for name in names] or [recording.t]
+    return np.flatnonzero(np.all(np.isfinite(series), axis=0))
+
+
+def _uniform_segment(t: FloatArray, channels: dict[str, FloatArray], dt: float) -> tuple[UniformSegment, bool]:
+    """Return an unbroken part at even intervals, and whether it had to be resampled (at the interval dt)."""
+    step = float((t[-1] - t[0]) / (t.size - 1))
+    even = t[0] + step * np.arange(t.size)
+    if np.max(np.abs(t - even)) <= INTERVAL_TOLERANCE * step:
+        return UniformSegment(even, step, channels), False
+    even = t[0] + dt * np.arange(int((t[-1] - t[0]) / dt + ROUNDING_MARGIN) + 1)
+    return UniformSegment(even, dt, {name: Spline(t, x)(even) for name, x in channels.items()}), True

@@ -1,4 +1,4 @@
-"""A map as it is read: channels to sensors in SI, with every fault told at its mark."""
+"""Sensor maps as read from a file: channels to sensors in SI, with every problem at its line."""
 
 from __future__ import annotations
 
@@ -8,31 +8,53 @@ from pathlib import Path
 from typing import Any
 
 from railui.capture.processing.conventions import CONVENTIONS
-from railui.capture.processing.map_model import (
+from railui.capture.processing.map_schema import (
     ACCELERATIONS,
-    AXES,
-    TARGETS,
+    QUANTITIES,
+    SENSOR_AXES,
     MapModel,
     RailsModel,
     SensorModel,
     SpeedModel,
 )
 from railui.io.fields import check_group
-from railui.io.problems import Findings, nearest
+from railui.io.problems import Findings, suggest_name
 from railui.io.schema_line import check_schema
-from railui.io.units import UnitError, convert, own_quantity, quantity
-from railui.io.yaml_document import load
+from railui.io.units import UnitError, convert, quantity, quantity_in_any_unit
+from railui.io.yaml_document import load_yaml
 from railui.vehicle.design_reader import Design
-from railui.vehicle.reference import vehicle_of
+from railui.vehicle.reference import load_named_design
 
-STANDARD_G = 9.80665  # m/s^2 in the unit g
+STANDARD_GRAVITY = 9.80665  # m/s^2 in the unit g
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """One sensor: quantity [SI] = factor(unit) x (mean of the channels - offset), with railui's sign."""
+    """Sensor: quantity [SI] = factor x si_factor(unit) x (mean of the channels - offset), with railui's sign.
 
-    target: str
+    Attributes
+    ----------
+    quantity
+        Name of the quantity, a key of `QUANTITIES`.
+    channels
+        Channels of the recording, of which the mean is taken.
+    unit
+        Unit of the channels, None if the recording states it.
+    factor
+        Sign and scale.
+    offset
+        Offset in the channels' unit.
+    delay
+        Delay of sensor and filter [s].
+    position
+        x, y, z from the centre of the body [m].
+    gravity
+        "raw" if the accelerometer measures y'' - g phi, else "removed".
+    noise
+        Standard deviation [SI], None if not stated.
+    """
+
+    quantity: str
     channels: tuple[str, ...]
     unit: str | None
     factor: float
@@ -42,17 +64,17 @@ class Sensor:
     gravity: str
     noise: float | None
 
-    def si(self, unit: str) -> float:
-        """What turns a number in a unit into SI. Raises UnitError where it does not fit."""
-        wanted = TARGETS[self.target].unit
+    def si_factor(self, unit: str) -> float:
+        """Return the factor from a unit to SI; raise UnitError if the unit is not one of the quantity."""
+        wanted = QUANTITIES[self.quantity].unit
         if unit in ("g", "gn", "G") and wanted == "m/s^2":
-            return STANDARD_G
+            return STANDARD_GRAVITY
         return convert(1.0, unit, wanted) if wanted else 1.0
 
 
 @dataclass(frozen=True)
-class Geometry:
-    """What the reconstruction takes of the vehicle: a, b, r [m], sigma of both wheelsets."""
+class VehicleGeometry:
+    """Geometry for the reconstruction: a, b, r [m], roll coefficient sigma of both wheelsets."""
 
     half_wheelbase: float
     half_gauge: float
@@ -62,7 +84,7 @@ class Geometry:
 
 @dataclass(frozen=True)
 class SensorMap:
-    """A map: sensors by target, speed, rails, and the vehicle where it names one."""
+    """Sensor map: sensors by quantity, speed, rails, and the vehicle if the map names one."""
 
     name: str
     source: Path
@@ -76,96 +98,111 @@ class SensorMap:
     nominal_gauge: float
 
     @property
-    def geometry(self) -> Geometry | None:
-        """None where the map names no vehicle."""
+    def geometry(self) -> VehicleGeometry | None:
+        """Geometry of the vehicle, None without a vehicle."""
         if self.design is None:
             return None
         value = self.design.value
-        rolls = value("contact.leading.roll"), value("contact.trailing.roll")
-        a, b, r = (value(f"vehicle.geometry.{name}") for name in ("half_wheelbase", "half_gauge", "rolling_radius"))
-        return Geometry(a, b, r, rolls)
+        return VehicleGeometry(
+            half_wheelbase=value("vehicle.geometry.half_wheelbase"),
+            half_gauge=value("vehicle.geometry.half_gauge"),
+            rolling_radius=value("vehicle.geometry.rolling_radius"),
+            roll=(value("contact.leading.roll"), value("contact.trailing.roll")),
+        )
 
     @property
     def noise(self) -> dict[str, float]:
-        """Stated standard deviations by target."""
+        """Stated standard deviations [SI] by quantity."""
         return {name: s.noise for name, s in self.sensors.items() if s.noise is not None}
 
 
 def load_map(path: str | Path) -> SensorMap:
-    """Reads a map; FileProblems with every fault."""
+    """Read a sensor map; raise FileProblems with every problem."""
     source = Path(path)
-    document = load(source)
+    document = load_yaml(source)
     findings = document.findings()
     data = document.value if isinstance(document.value, dict) else {}
     check_schema(data, "map", findings)
     model = check_group(MapModel, data, findings)
-    design = vehicle_of(source, data, findings, None)
+    design = load_named_design(source, data, findings, None)
     if design is not None and design.kind != "bogie":
-        findings.add("vehicle", f"is a {design.kind}: it has no wheelsets", "name the design of a bogie")
-    named = data.get("sensors")
-    for name in named if isinstance(named, dict) else {}:
-        if name not in TARGETS:
-            findings.add(f"sensors.{name}", "is no quantity that is measured", nearest(name, TARGETS), key=True)
-    findings.stop()
+        findings.add("vehicle", f"is a {design.kind}, which has no wheelsets", "name the design of a bogie")
+    entries = data.get("sensors")
+    for name in entries if isinstance(entries, dict) else {}:
+        if name not in QUANTITIES:
+            findings.add(f"sensors.{name}", "is not a measurable quantity", suggest_name(name, QUANTITIES), key=True)
+    findings.raise_errors()
     assert model is not None
-    _speed(model.speed, findings)
-    sensors = {name: _sensor(name, s, model.convention, findings) for name, s in model.sensors.items()}
-    findings.stop()
+    _check_speed(model.speed, findings)
+    sensors = {name: _read_sensor(name, s, model.convention, findings) for name, s in model.sensors.items()}
+    findings.raise_errors()
     return SensorMap(
-        model.name or source.stem, source, design, model.clock, model.rate, model.speed, sensors, model.rails,
-        model.cross_level_base, model.nominal_gauge,
-    )  # fmt: skip
+        name=model.name or source.stem,
+        source=source,
+        design=design,
+        clock=model.clock,
+        rate=model.rate,
+        speed=model.speed,
+        sensors=sensors,
+        rails=model.rails,
+        cross_level_base=model.cross_level_base,
+        nominal_gauge=model.nominal_gauge,
+    )
 
 
-def _speed(model: SpeedModel, findings: Findings) -> None:
-    ways = [key for key in ("channel", "pulses", "constant") if getattr(model, key) is not None]
-    if len(ways) > 1:
-        findings.add("speed", f"is told by {' and '.join(ways)}", "keep one of them")
+def _check_speed(model: SpeedModel, findings: Findings) -> None:
+    sources = [key for key in ("channel", "pulses", "constant") if getattr(model, key) is not None]
+    if len(sources) > 1:
+        findings.add("speed", f"is given by {' and '.join(sources)}", "keep one of them")
     if model.pulses is not None and model.radius is None:
         findings.add("speed.radius", "is missing", "add `radius: 0.46 m` of the wheel whose pulses are counted")
 
 
-def _sensor(name: str, model: SensorModel, convention: str, findings: Findings) -> Sensor:
-    target, path = TARGETS[name], f"sensors.{name}"
-    sign = CONVENTIONS[model.convention or convention].sign(target.kind) * model.sign
+def _read_sensor(name: str, model: SensorModel, convention: str, findings: Findings) -> Sensor:
+    kind = QUANTITIES[name].kind
+    path = f"sensors.{name}"
+    sign = CONVENTIONS[model.convention or convention].sign(kind) * model.sign
     if model.axis is not None:
-        wanted = AXES.get(target.kind)
+        wanted = SENSOR_AXES.get(kind)
         if wanted is None or model.axis.lstrip("-") != wanted:
-            findings.add(f"{path}.axis", f"{model.axis} is not what {name} needs", f"give the sensor along {wanted}")
+            findings.add(f"{path}.axis", f"{model.axis} is not the axis of {name}", f"use the sensor along {wanted}")
         sign *= -1 if model.axis.startswith("-") else 1
     if abs(model.sign) != 1:
-        findings.add(f"{path}.sign", f"{model.sign:g} is no sign", "write 1 or -1; a factor is the scale")
+        findings.add(f"{path}.sign", f"{model.sign:g} is not a sign", "write 1 or -1; a factor is the scale")
     if model.scale == 0:
-        findings.add(f"{path}.scale", "0 leaves nothing", "give the factor of the channel")
+        findings.add(f"{path}.scale", "0 removes the signal", "give the factor of the channel")
     if model.gravity == "removed" and name not in ACCELERATIONS:
-        findings.warn(f"{path}.gravity", "only accelerometers feel gravity", "leave it out")
+        findings.warn(f"{path}.gravity", "applies to accelerometers only", "remove it")
     sensor = Sensor(
-        name,
-        tuple(model.channel),
-        model.unit,
-        sign * model.scale,
-        0.0,
-        model.delay,
-        model.position,
-        model.gravity,
-        None,
+        quantity=name,
+        channels=tuple(model.channel),
+        unit=model.unit,
+        factor=sign * model.scale,
+        offset=0.0,
+        delay=model.delay,
+        position=model.position,
+        gravity=model.gravity,
+        noise=None,
     )
-    return _with_amounts(sensor, model, path, target.unit, findings)
+    return _with_offset_and_noise(sensor, model, path, findings)
 
 
-def _with_amounts(sensor: Sensor, model: SensorModel, path: str, unit: str, findings: Findings) -> Sensor:
-    """Offset and noise, and whether the unit fits."""
-    amounts: dict[str, Any] = {}
-    for key in ("offset", "noise"):  # an offset is in the channel's own unit
-        given = getattr(model, key)
-        try:
-            if given is not None:
-                amounts[key] = own_quantity(given) if key == "offset" else quantity(given, unit)
-        except UnitError as error:
-            findings.add(f"{path}.{key}", error.message, error.remedy)
-    if sensor.unit is not None:
-        try:
-            sensor.si(sensor.unit)
-        except UnitError as error:
-            findings.add(f"{path}.unit", error.message, error.remedy)
-    return replace(sensor, **amounts)
+def _with_offset_and_noise(sensor: Sensor, model: SensorModel, path: str, findings: Findings) -> Sensor:
+    """Read offset and noise, and check the unit."""
+    values: dict[str, Any] = {}
+    try:
+        if model.offset is not None:  # in the channel's own unit
+            values["offset"] = quantity_in_any_unit(model.offset)
+    except UnitError as error:
+        findings.add(f"{path}.offset", error.message, error.remedy)
+    try:
+        if model.noise is not None:
+            values["noise"] = quantity(model.noise, QUANTITIES[sensor.quantity].unit)
+    except UnitError as error:
+        findings.add(f"{path}.noise", error.message, error.remedy)
+    try:
+        if sensor.unit is not None:
+            sensor.si_factor(sensor.unit)
+    except UnitError as error:
+        findings.add(f"{path}.unit", error.message, error.remedy)
+    return replace(sensor, **values)

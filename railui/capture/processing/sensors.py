@@ -1,4 +1,4 @@
-"""Channels to what the sensors mean: SI, railui's signs, lags mended, distance and speed."""
+"""Sensor signals: channels converted to SI with railui's signs and without delay; distance and speed."""
 
 from __future__ import annotations
 
@@ -7,126 +7,134 @@ from collections.abc import Mapping
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.capture.processing.map_model import TARGETS
-from railui.capture.processing.recording import Piece, Recording
+from railui.capture.processing.map_schema import QUANTITIES
+from railui.capture.processing.recording import Recording, UniformSegment
 from railui.capture.processing.sensor_map import Sensor, SensorMap
-from railui.dsp.integrate import delay, lowpass
-from railui.io.problems import nearest
+from railui.dsp.integrate import compensate_delay, lowpass
+from railui.io.problems import Findings, suggest_name
 from railui.io.units import UnitError, convert
-from railui.io.yaml_document import load
+from railui.io.yaml_document import load_yaml
 from railui.runs.columns import RIG_COLUMNS
 
-WRAPS = (1 << 8, 1 << 16, 1 << 32)  # where counters of pulses begin again
-SMOOTH = 1.0  # Hz, above which a train's speed does not change
+COUNTER_PERIODS = (1 << 8, 1 << 16, 1 << 32)  # at which counters of pulses wrap
+SPEED_CORNER = 1.0  # Hz, above which the speed of a train does not change
+SPEED_NAMES = ("v", "speed", "Speed", "velocity")
 
 
-def check_channels(mapped: SensorMap, recording: Recording) -> None:
-    """Raises FileProblems that name every channel that is not there and every unit that does not fit."""
-    findings = load(mapped.source).findings()
-    known = list(recording.channels)
-    for sensor in mapped.sensors.values():
-        path = f"sensors.{sensor.target}"
+def check_channels(sensor_map: SensorMap, recording: Recording) -> None:
+    """Raise FileProblems with every channel that the recording lacks and every unit that does not match."""
+    findings = load_yaml(sensor_map.source).findings()
+    for sensor in sensor_map.sensors.values():
         for channel in sensor.channels:
-            if channel not in recording.channels:
-                findings.add(f"{path}.channel", f"{recording.name} has no channel {channel!r}", nearest(channel, known))
-                continue
-            try:
-                unit_factor(sensor, recording.units.get(channel))
-            except UnitError as error:
-                findings.add(f"{path}.channel", f"{channel}: {error.message}", error.remedy)
-    speed = mapped.speed
+            _check_channel(sensor, channel, recording, findings)
     for key in ("channel", "distance", "pulses"):
-        named = getattr(speed, key)
-        if named is not None and named not in recording.channels:
-            findings.add(f"speed.{key}", f"{recording.name} has no channel {named!r}", nearest(named, known))
-    if (
-        recording.against == "t"
-        and not set(mapped.sensors) & set(RIG_COLUMNS)
-        and speed.constant is None
-        and speed.pulses is None
-        and _speed_channel(mapped, recording) is None
-    ):
+        name = getattr(sensor_map.speed, key)
+        if name is not None and name not in recording.channels:
+            hint = suggest_name(name, list(recording.channels))
+            findings.add(f"speed.{key}", f"{recording.name} has no channel {name!r}", hint)
+    if _lacks_speed(sensor_map, recording):
         findings.add(
-            "speed", "nothing tells the speed", "add `speed: {channel: NAME}`, {pulses: ...} or {constant: ...}"
+            "speed", "the speed is not given", "add `speed: {channel: NAME}`, {pulses: ...} or {constant: ...}"
         )
-    findings.stop()
+    findings.raise_errors()
+
+
+def _check_channel(sensor: Sensor, channel: str, recording: Recording, findings: Findings) -> None:
+    key = f"sensors.{sensor.quantity}.channel"
+    if channel not in recording.channels:
+        hint = suggest_name(channel, list(recording.channels))
+        findings.add(key, f"{recording.name} has no channel {channel!r}", hint)
+        return
+    try:
+        unit_factor(sensor, recording.units.get(channel))
+    except UnitError as error:
+        findings.add(key, f"{channel}: {error.message}", error.remedy)
+
+
+def _lacks_speed(sensor_map: SensorMap, recording: Recording) -> bool:
+    is_vehicle_run = recording.abscissa == "t" and not set(sensor_map.sensors) & set(RIG_COLUMNS)
+    speed = sensor_map.speed
+    is_given = speed.constant is not None or speed.pulses is not None
+    return is_vehicle_run and not is_given and _speed_channel(sensor_map, recording) is None
 
 
 def unit_factor(sensor: Sensor, unit: str | None) -> float:
-    """What turns a channel's numbers into SI; UnitError where nobody says the unit, or it does not fit."""
-    said = sensor.unit if sensor.unit is not None else unit
-    if said is None:
-        wanted = TARGETS[sensor.target].unit
-        raise UnitError("has no unit", f"add `unit: {wanted}`, or what it is")
-    return sensor.si(said or "1")
+    """Return the factor from a channel's unit to SI; raise UnitError if there is no unit or a wrong one."""
+    stated = sensor.unit if sensor.unit is not None else unit
+    if stated is None:
+        wanted = QUANTITIES[sensor.quantity].unit
+        raise UnitError("has no unit", f"add `unit: {wanted}`, or the actual one")
+    return sensor.si_factor(stated or "1")
 
 
-def needed(mapped: SensorMap, recording: Recording) -> tuple[str, ...]:
-    """The channels that a map takes of a recording."""
-    named = [c for s in mapped.sensors.values() for c in s.channels]
-    speed = [mapped.speed.distance, mapped.speed.pulses, _speed_channel(mapped, recording)]
-    return tuple(dict.fromkeys([*named, *(c for c in speed if c is not None)]))
+def required_channels(sensor_map: SensorMap, recording: Recording) -> tuple[str, ...]:
+    """Return the channels of a recording that a map uses."""
+    channels = [c for s in sensor_map.sensors.values() for c in s.channels]
+    speed = sensor_map.speed
+    motion = [speed.distance, speed.pulses, _speed_channel(sensor_map, recording)]
+    return tuple(dict.fromkeys([*channels, *(c for c in motion if c is not None)]))
 
 
-def quantities(mapped: SensorMap, recording: Recording, piece: Piece) -> dict[str, FloatArray]:
-    """What every sensor read, [n] by target, in SI with railui's signs and its lag mended."""
-    found = {}
-    for sensor in mapped.sensors.values():
-        each = [
-            (piece.channels[c] - sensor.offset) * unit_factor(sensor, recording.units.get(c)) for c in sensor.channels
+def sensor_signals(sensor_map: SensorMap, recording: Recording, segment: UniformSegment) -> dict[str, FloatArray]:
+    """Return the signals [n] by quantity in SI, with railui's signs and their delay compensated."""
+    signals = {}
+    for sensor in sensor_map.sensors.values():
+        values = [
+            (segment.channels[c] - sensor.offset) * unit_factor(sensor, recording.units.get(c)) for c in sensor.channels
         ]
-        mean = np.mean(each, axis=0)
-        found[sensor.target] = delay(sensor.factor * np.asarray(mean), piece.dt, sensor.delay)
-    return found
+        mean = sensor.factor * np.asarray(np.mean(values, axis=0))
+        signals[sensor.quantity] = compensate_delay(mean, segment.dt, sensor.delay)
+    return signals
 
 
-def _speed_channel(mapped: SensorMap, recording: Recording) -> str | None:
-    if mapped.speed.channel is not None or mapped.speed.pulses or mapped.speed.constant:
-        return mapped.speed.channel
-    for name in ("v", "speed", "Speed", "velocity"):
-        if name in recording.channels:
-            return name
-    return None
+def _speed_channel(sensor_map: SensorMap, recording: Recording) -> str | None:
+    speed = sensor_map.speed
+    if speed.channel is not None or speed.pulses or speed.constant:
+        return speed.channel
+    return next((name for name in SPEED_NAMES if name in recording.channels), None)
 
 
-def motion(mapped: SensorMap, recording: Recording, piece: Piece, begins: float = 0.0) -> tuple[FloatArray, FloatArray]:
-    """Distance [m] and speed [m/s] along a piece; the distance goes on from `begins` where none is measured."""
-    speed = mapped.speed
+def distance_and_speed(
+    sensor_map: SensorMap, recording: Recording, segment: UniformSegment, start: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """Return distance [m] and speed [m/s] along a segment [n]; an integrated distance begins at `start` [m]."""
+    speed = sensor_map.speed
     if speed.pulses is not None:
-        return pulses(
-            piece.channels[speed.pulses], piece.dt, 2 * np.pi * (speed.radius or 0.0) / speed.per_turn, begins
-        )
-    name = _speed_channel(mapped, recording)
+        metres_per_pulse = 2 * np.pi * (speed.radius or 0.0) / speed.per_turn
+        return motion_from_pulses(segment.channels[speed.pulses], segment.dt, metres_per_pulse, start)
+    name = _speed_channel(sensor_map, recording)
     if name is not None:
         unit = speed.unit or recording.units.get(name)
-        v = piece.channels[name] * convert(1.0, unit or "m/s", "m/s")
-        v = lowpass(v, piece.dt, SMOOTH)
+        v = segment.channels[name] * convert(1.0, unit or "m/s", "m/s")
+        v = lowpass(v, segment.dt, SPEED_CORNER)
     else:
-        v = np.full(len(piece), speed.constant or 0.0)
+        v = np.full(len(segment), speed.constant or 0.0)
     if speed.distance is not None:
         unit = recording.units.get(speed.distance)
-        return piece.channels[speed.distance] * convert(1.0, unit or "m", "m"), v
-    return begins + np.concatenate(([0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * piece.dt))), v
+        return segment.channels[speed.distance] * convert(1.0, unit or "m", "m"), v
+    return start + np.concatenate(([0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * segment.dt))), v
 
 
-def pulses(count: FloatArray, dt: float, per_pulse: float, begins: float = 0.0) -> tuple[FloatArray, FloatArray]:
-    """Distance [m] and speed [m/s] from a counter of pulses that may begin again at 2^8, 2^16 or 2^32.
+def motion_from_pulses(
+    count: FloatArray, dt: float, metres_per_pulse: float, start: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """Return distance [m] and speed [m/s] from a counter of pulses [n] that may wrap at 2^8, 2^16 or 2^32.
 
-    >>> s, v = pulses(np.floor(np.arange(0, 600) * 4.0) % 256, 0.005, 0.05)
+    >>> s, v = motion_from_pulses(np.floor(np.arange(0, 600) * 4.0) % 256, 0.005, 0.05)
     >>> round(float(v[300]), 3), round(float(s[-1] - s[0]), 1)
     (40.0, 119.8)
     """
     steps = np.diff(count)
-    wrap = next(w for w in WRAPS if np.max(count) < w)
-    s = per_pulse * np.concatenate(([0.0], np.cumsum(np.where(steps < 0, steps + wrap, steps))))
-    straight = np.linspace(s[0], s[-1], s.size)
-    smooth = straight + lowpass(s - straight, dt, SMOOTH)
-    return begins + smooth, np.gradient(smooth, dt)
+    period = next(p for p in COUNTER_PERIODS if np.max(count) < p)
+    s = metres_per_pulse * np.concatenate(([0.0], np.cumsum(np.where(steps < 0, steps + period, steps))))
+    line = np.linspace(s[0], s[-1], s.size)
+    smooth = line + lowpass(s - line, dt, SPEED_CORNER)
+    return start + smooth, np.gradient(smooth, dt)
 
 
-def noise_of(mapped: SensorMap, columns: Mapping[str, object]) -> dict[str, float]:
-    """Stated noise by column of a run; of e from the sensors on both rails."""
-    stated = dict(mapped.noise)
+def column_noise(sensor_map: SensorMap, columns: Mapping[str, object]) -> dict[str, float]:
+    """Return the stated noise by column of a run; that of e_i may come from the sensors of both rails."""
+    stated = dict(sensor_map.noise)
     for i in (1, 2):
         sides = [stated.get(f"e{i}_{side}") for side in ("right", "left")]
         known = [x for x in sides if x is not None]

@@ -1,1 +1,1 @@
-"""The serial protocol: frames, fields, text lines, link."""
+"""Serial protocol: frames, fields, text lines, link, line load."""

@@ -1,4 +1,4 @@
-"""What a logger says: hello, samples, status, mark; and which of it is accepted."""
+"""Messages of a logger (hello, samples, status, mark) and the checks on a hello."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ import numpy as np
 
 from railui.arrays import FloatArray
 
-MOST_CHANNELS = 256
-MOST_BODY = 8192  # bytes of a frame, before COBS
-FASTEST = 1e5  # samples per second
-WIDTHS = {"b": 1, "B": 1, "h": 2, "H": 2, "i": 4, "I": 4, "f": 4}  # letters of Python's struct
-SOURCES = ("button", "clock", "trackside")
+MAX_CHANNELS = 256
+MAX_PAYLOAD_BYTES = 8192  # of a frame, before COBS
+MAX_SAMPLING_RATE = 1e5  # Hz
+TYPE_BYTES = {"b": 1, "B": 1, "h": 2, "H": 2, "i": 4, "I": 4, "f": 4}  # letters of Python's struct
+MARK_SOURCES = ("button", "clock", "trackside")
 UNKNOWN_TEMPERATURE, UNKNOWN_BATTERY = -32768, 0
-WORD = re.compile(r"[^\x00-\x1f\x7f,;\[\]#\"]{0,80}")
+TEXT_PATTERN = re.compile(r"[^\x00-\x1f\x7f,;\[\]#\"]{0,80}")
 
 
-class Damaged(ValueError):
-    """Bytes that are no frame: the framing or the CRC does not fit."""
+class CorruptFrame(ValueError):
+    """Bytes that are no frame: the framing or the CRC is wrong."""
 
 
-class Refused(ValueError):
-    """A frame that arrived whole and makes no sense: a fault of the logger, told with its remedy."""
+class InvalidFrame(ValueError):
+    """Frame with a correct CRC and an invalid content: a fault of the logger; the message names the remedy."""
 
 
 class Channel(NamedTuple):
-    """One channel: value = scale x number + offset, in `unit`."""
+    """Channel of a logger: value = scale x number + offset, in `unit`."""
 
     name: str
     unit: str
@@ -41,7 +41,23 @@ class Channel(NamedTuple):
 
 @dataclass(frozen=True)
 class Hello:
-    """What a logger is: `boot` differs after every start, `rate` [Hz], `layout` names this very hello."""
+    """Description of a logger and its channels.
+
+    Attributes
+    ----------
+    layout
+        Identifier of this description, the low 16 bits of the CRC-32 of its body.
+    number
+        Number of the frame.
+    boot
+        Number that differs after every start of the logger.
+    rate
+        Sampling rate [Hz].
+    device, firmware
+        Names of the logger and its firmware.
+    channels
+        Channels of a sample, in their order.
+    """
 
     layout: int
     number: int
@@ -52,47 +68,60 @@ class Hello:
     channels: tuple[Channel, ...]
 
     @cached_property
-    def row(self) -> np.dtype[np.void]:
-        """One sample as it lies in a frame."""
-        return np.dtype([(f"c{i}", f"<{np.dtype(c.type).str[1:]}") for i, c in enumerate(self.channels)])
+    def sample_dtype(self) -> np.dtype[np.void]:
+        """Binary layout of one sample in a frame."""
+        return np.dtype([(f"c{i}", little_endian(c.type)) for i, c in enumerate(self.channels)])
 
     @cached_property
-    def _common(self) -> np.dtype[np.generic] | None:
-        """The type of all channels, where they have one."""
+    def _common_dtype(self) -> np.dtype[np.generic] | None:
+        """Type of all channels, None if they differ."""
         types = {c.type for c in self.channels}
-        return np.dtype(f"<{np.dtype(types.pop()).str[1:]}") if len(types) == 1 else None
+        return np.dtype(little_endian(types.pop())) if len(types) == 1 else None
 
-    def values(self, data: bytes) -> FloatArray:
-        """Values [sample, channel] in the channels' units; Refused where the bytes are no whole samples."""
-        if not data or len(data) % self.row.itemsize:
-            raise Refused(f"{len(data)} bytes are no samples of {self.row.itemsize} bytes: does the layout fit?")
-        if self._common is not None:
-            numbers = np.frombuffer(data, self._common).reshape(-1, len(self.channels)).astype(np.float64)
+    def decode_samples(self, data: bytes) -> FloatArray:
+        """Decode the bytes of whole samples.
+
+        Returns
+        -------
+        Values [sample, channel] in the channels' units.
+
+        Raises
+        ------
+        InvalidFrame
+            If the bytes are not a whole number of samples.
+        """
+        if not data or len(data) % self.sample_dtype.itemsize:
+            raise InvalidFrame(f"{len(data)} bytes are not samples of {self.sample_dtype.itemsize} bytes each")
+        if self._common_dtype is not None:
+            numbers = np.frombuffer(data, self._common_dtype).reshape(-1, len(self.channels)).astype(np.float64)
         else:
-            rows = np.frombuffer(data, self.row)
-            numbers = np.stack([rows[name].astype(np.float64) for name in self.row.names or ()], axis=1)
-        return self.scaled(np.asarray(numbers))
+            rows = np.frombuffer(data, self.sample_dtype)
+            numbers = np.stack([rows[name].astype(np.float64) for name in self.sample_dtype.names or ()], axis=1)
+        return self.to_physical(np.asarray(numbers))
 
-    def scaled(self, numbers: FloatArray) -> FloatArray:
-        """Numbers [sample, channel] in the channels' units; what is not finite is NaN."""
+    def to_physical(self, numbers: FloatArray) -> FloatArray:
+        """Scale numbers [sample, channel] to the channels' units; infinite values become NaN."""
         scale = np.array([c.scale for c in self.channels])
-        found: FloatArray = numbers * scale + np.array([c.offset for c in self.channels])
-        found[~np.isfinite(found)] = np.nan
-        return found
+        values: FloatArray = numbers * scale + np.array([c.offset for c in self.channels])
+        values[~np.isfinite(values)] = np.nan
+        return values
 
 
 class Samples(NamedTuple):
-    """One sample or a block: `time` [us, wraps] of the first; `data` as bytes, or as numbers (text form)."""
+    """One sample or a block of samples.
+
+    `time` [us, wraps] is that of the first sample; `data` are bytes (binary form) or numbers (text form).
+    """
 
     layout: int
     number: int
     time: int
-    held: int  # samples of a block, 1 of a single one
+    sample_count: int
     data: bytes | tuple[float, ...]
 
 
 class Status(NamedTuple):
-    """How the logger is: samples it lost itself, temperature [degC] and battery [V], None where unknown."""
+    """Status of the logger: samples it missed, temperature [degC] and battery [V], None if unknown."""
 
     layout: int
     number: int
@@ -103,7 +132,7 @@ class Status(NamedTuple):
 
 
 class Mark(NamedTuple):
-    """An instant: a button, a pulse of a wall clock (utc [s], else 0), a kilometre post."""
+    """Marked instant: a button, a pulse of a wall clock (utc [s], else 0), a kilometre post."""
 
     layout: int
     number: int
@@ -116,29 +145,44 @@ class Mark(NamedTuple):
 Frame = Hello | Samples | Status | Mark
 
 
+def little_endian(letter: str) -> str:
+    """Return the little-endian numpy type of a letter of Python's struct.
+
+    >>> little_endian("h"), little_endian("f")
+    ('<i2', '<f4')
+    """
+    return f"<{np.dtype(letter).str[1:]}"
+
+
 def check_hello(rate: float, device: str, firmware: str, channels: tuple[Channel, ...]) -> None:
-    """Raises Refused for a hello that no run could be made of."""
-    if not (math.isfinite(rate) and 0 < rate <= FASTEST):
-        raise Refused(f"the hello states a rate of {rate:g} Hz: 0 to {FASTEST:g} Hz")
-    if not 1 <= len(channels) <= MOST_CHANNELS:
-        raise Refused(f"the hello claims {len(channels)} channels: 1 to {MOST_CHANNELS}")
+    """Check the content of a hello.
+
+    Raises
+    ------
+    InvalidFrame
+        If no run can be recorded with this rate, these texts or these channels.
+    """
+    if not (math.isfinite(rate) and 0 < rate <= MAX_SAMPLING_RATE):
+        raise InvalidFrame(f"the hello states a rate of {rate:g} Hz: allowed are 0 to {MAX_SAMPLING_RATE:g} Hz")
+    if not 1 <= len(channels) <= MAX_CHANNELS:
+        raise InvalidFrame(f"the hello states {len(channels)} channels: allowed are 1 to {MAX_CHANNELS}")
     for text in (device, firmware, *(c.name for c in channels), *(c.unit for c in channels)):
-        if not WORD.fullmatch(text):
-            raise Refused(f"the hello holds {text[:40]!r}: up to 80 characters without , ; [ ] # and quotes")
+        if not TEXT_PATTERN.fullmatch(text):
+            raise InvalidFrame(f"the hello contains {text[:40]!r}: up to 80 characters without , ; [ ] # and quotes")
     names = [c.name for c in channels]
     if "" in names or "t" in names or len(set(names)) < len(names):
-        raise Refused(f"channels need names of their own, none of them t: {', '.join(names)[:200]}")
+        raise InvalidFrame(f"channel names must be unique, not empty and not t: {', '.join(names)[:200]}")
     for c in channels:
-        if c.type not in WIDTHS:
-            raise Refused(f"channel {c.name} has the type {c.type!r}: one of {' '.join(WIDTHS)}")
+        if c.type not in TYPE_BYTES:
+            raise InvalidFrame(f"channel {c.name} has the type {c.type!r}: one of {' '.join(TYPE_BYTES)}")
         if not (math.isfinite(c.scale) and c.scale and math.isfinite(c.offset)):
-            raise Refused(f"channel {c.name} has scale {c.scale:g}, offset {c.offset:g}: finite, scale not 0")
+            raise InvalidFrame(f"channel {c.name} has scale {c.scale:g}, offset {c.offset:g}: finite, scale not 0")
 
 
-def short(value: float) -> float:
-    """A 32-bit float as the decimal number that was meant.
+def shortest_decimal(value: float) -> float:
+    """Return the shortest decimal number that rounds to a 32-bit float.
 
-    >>> short(float(np.float32(0.001)))
+    >>> shortest_decimal(float(np.float32(0.001)))
     0.001
     """
     return float(str(np.float32(value)))

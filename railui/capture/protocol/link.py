@@ -1,4 +1,4 @@
-"""Bytes to frames: cut at delimiters, checked, counted; which form a logger speaks is heard from its first frame."""
+"""Bytes to frames: split at delimiters, checked, counted; the first valid frame shows binary or text form."""
 
 from __future__ import annotations
 
@@ -6,116 +6,131 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from railui.capture.protocol import text, wire
-from railui.capture.protocol.frames import Damaged, Frame, Refused
+from railui.capture.protocol.frames import CorruptFrame, Frame, InvalidFrame
 
-MOST_REASONS = 20
+MAX_REASONS = 20
 
 
 @dataclass
-class Heard:
-    """What came over a link: whole frames, damaged ones, refused ones with the first reasons."""
+class LinkStatistics:
+    """Frames received on a link: valid, corrupt, invalid (with the first reasons) and truncated ones."""
 
     frames: int = 0
     crc_errors: int = 0
     refused: int = 0
-    cut: int = 0
+    truncated: int = 0
     reasons: list[str] = field(default_factory=list)
 
-    def refuse(self, reason: str) -> None:
-        """A frame that is whole and makes no sense."""
+    def add_refusal(self, reason: str) -> None:
+        """Count an invalid frame."""
         self.refused += 1
-        if reason not in self.reasons and len(self.reasons) < MOST_REASONS:
+        if reason not in self.reasons and len(self.reasons) < MAX_REASONS:
             self.reasons.append(reason)
 
-    def add(self, other: Heard) -> None:
-        """Takes over the counts of a link that was closed."""
+    def add(self, other: LinkStatistics) -> None:
+        """Add the counts of another link."""
         self.frames += other.frames
         self.crc_errors += other.crc_errors
         self.refused += other.refused
-        self.cut += other.cut
-        self.reasons += [r for r in other.reasons if r not in self.reasons][: MOST_REASONS - len(self.reasons)]
+        self.truncated += other.truncated
+        self.reasons += [r for r in other.reasons if r not in self.reasons][: MAX_REASONS - len(self.reasons)]
 
 
-class Cutter:
-    """Cuts bytes at a delimiter and reads what lies between; holds `most` bytes at most."""
+class FrameSplitter:
+    """Splitter of a byte stream at a delimiter; decodes the parts and buffers at most `max_bytes`."""
 
-    def __init__(self, delimiter: bytes, most: int, read: Callable[[bytes], Frame]) -> None:
-        self.delimiter, self.most, self.read = delimiter, most, read
-        self.heard = Heard()
-        self._rest = b""
-        self._overlong = False
+    def __init__(self, delimiter: bytes, max_bytes: int, decode: Callable[[bytes], Frame]) -> None:
+        self.delimiter = delimiter
+        self.max_bytes = max_bytes
+        self.decode = decode
+        self.statistics = LinkStatistics()
+        self._pending = b""
+        self._is_overlong = False
+
+    @property
+    def pending_bytes(self) -> int:
+        """Bytes of an incomplete frame in memory."""
+        return len(self._pending)
 
     def feed(self, data: bytes) -> list[Frame]:
-        """The frames that these bytes complete."""
+        """Return the frames that these bytes complete."""
         parts = data.split(self.delimiter)
-        parts[0] = self._rest + parts[0]
-        self._rest = parts.pop()
-        found: list[Frame] = []
-        heard, read, most = self.heard, self.read, self.most
+        parts[0] = self._pending + parts[0]
+        self._pending = parts.pop()
+        frames: list[Frame] = []
+        # local names: this loop runs once per frame of a line at full speed
+        statistics, decode, max_bytes = self.statistics, self.decode, self.max_bytes
         for part in parts:
-            if self._overlong or len(part) > most:
-                self._overlong = False
-                heard.crc_errors += 1
+            if self._is_overlong or len(part) > max_bytes:
+                self._is_overlong = False
+                statistics.crc_errors += 1
                 continue
             if not part or part == b"\r":
                 continue
             try:
-                found.append(read(part))
-            except Damaged:
-                heard.crc_errors += 1
-            except Refused as error:
-                heard.refuse(str(error))
-        if len(self._rest) > most:
-            self._rest, self._overlong = b"", True
-        heard.frames += len(found)
-        return found
+                frames.append(decode(part))
+            except CorruptFrame:
+                statistics.crc_errors += 1
+            except InvalidFrame as error:
+                statistics.add_refusal(str(error))
+        if len(self._pending) > max_bytes:
+            self._pending = b""
+            self._is_overlong = True
+        statistics.frames += len(frames)
+        return frames
 
     def close(self) -> None:
-        """The link ends: a frame under way is cut."""
-        self.heard.cut += bool(self._rest) or self._overlong
-        self._rest, self._overlong = b"", False
+        """End the stream; an incomplete frame counts as truncated."""
+        self.statistics.truncated += bool(self._pending) or self._is_overlong
+        self._pending = b""
+        self._is_overlong = False
 
 
 class Link:
-    """One connection to a logger, in binary or text form: the first whole frame decides."""
+    """Connection to a logger in binary or text form; the first valid frame decides which."""
 
     def __init__(self) -> None:
-        self._forms = {
-            "binary": Cutter(wire.DELIMITER, wire.MOST_CODED, wire.decode),
-            "text": Cutter(text.DELIMITER, text.MOST_LINE, text.decode),
+        self._splitters = {
+            "binary": FrameSplitter(wire.DELIMITER, wire.MAX_ENCODED_BYTES, wire.decode),
+            "text": FrameSplitter(text.DELIMITER, text.MAX_LINE_BYTES, text.decode),
         }
 
     @property
     def form(self) -> str | None:
-        """binary or text; None before the first whole frame."""
-        return next(iter(self._forms)) if len(self._forms) == 1 else None
+        """Form of the frames, binary or text; None before the first valid frame."""
+        return next(iter(self._splitters)) if len(self._splitters) == 1 else None
 
     @property
-    def heard(self) -> Heard:
-        """The counts so far; before the form is known those of the form that heard more."""
-        return min((cutter.heard for cutter in self._forms.values()), key=lambda h: (-h.frames, -h.crc_errors))
+    def statistics(self) -> LinkStatistics:
+        """Counts so far; before the form is known, those of the form with more frames."""
+        counts = (splitter.statistics for splitter in self._splitters.values())
+        return min(counts, key=lambda s: (-s.frames, -s.crc_errors))
+
+    @property
+    def pending_bytes(self) -> int:
+        """Bytes of incomplete frames in memory."""
+        return sum(splitter.pending_bytes for splitter in self._splitters.values())
 
     def feed(self, data: bytes) -> list[Frame]:
-        """The frames that these bytes complete; how the bytes are cut into calls makes no difference."""
-        if len(self._forms) == 1:
-            return next(iter(self._forms.values())).feed(data)
-        found: list[Frame] = []
-        for part in data.splitlines(keepends=True) if len(self._forms) > 1 else [data]:
-            found += self._decide(part)
-        return found
+        """Return the frames that these bytes complete; the division of the bytes into calls has no influence."""
+        if len(self._splitters) == 1:
+            return next(iter(self._splitters.values())).feed(data)
+        frames: list[Frame] = []
+        for part in data.splitlines(keepends=True):
+            frames += self._feed_part(part)
+        return frames
 
-    def _decide(self, data: bytes) -> list[Frame]:
-        if len(self._forms) == 1:
-            return next(iter(self._forms.values())).feed(data)
-        for name, cutter in self._forms.items():
-            if frames := cutter.feed(data):
-                self._forms = {name: cutter}
+    def _feed_part(self, data: bytes) -> list[Frame]:
+        """Return the frames of a part; keep the splitter that decodes a valid frame first."""
+        for name, splitter in self._splitters.items():
+            if frames := splitter.feed(data):
+                self._splitters = {name: splitter}
                 return frames
         return []
 
-    def close(self) -> Heard:
-        """The connection ends; returns its counts."""
-        heard = self.heard
-        for cutter in self._forms.values():
-            cutter.close()
-        return heard
+    def close(self) -> LinkStatistics:
+        """End the connection and return its counts."""
+        statistics = self.statistics
+        for splitter in self._splitters.values():
+            splitter.close()
+        return statistics

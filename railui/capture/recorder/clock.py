@@ -1,4 +1,4 @@
-"""A logger's clock: its 32 bits unwrapped, and its drift against this machine's, from samples that only arrive late."""
+"""Logger's clock: unwrapped 32-bit counter, and its drift against the host's clock."""
 
 from __future__ import annotations
 
@@ -7,59 +7,83 @@ from dataclasses import dataclass
 
 import numpy as np
 
-WRAP = 1 << 32  # us, and frames: where a logger's counters begin again
-WINDOWS = 8  # fewer tell no drift
-MOST_WINDOWS = 200
+COUNTER_PERIOD = 1 << 32  # of a logger's microseconds and frame numbers
+MIN_WINDOWS = 8  # of a drift estimate
+MAX_WINDOWS = 200
+POINTS_PER_WINDOW = 8
 
 
-class Clock:
-    """Unwraps the 32-bit microseconds of one start of a logger."""
+class LoggerClock:
+    """Unwrapped 32-bit microseconds of one start of a logger."""
 
     def __init__(self) -> None:
         self.now: int | None = None
         self.origin: int | None = None
 
-    def unwrapped(self, time: int, expected: float) -> int | None:
-        """Microseconds on a clock that does not wrap, `expected` us after the last; None where it ran back."""
+    def unwrap(self, time: int, expected: float) -> int | None:
+        """Return a time on a clock that does not wrap.
+
+        Parameters
+        ----------
+        time
+            Counter of the logger [us].
+        expected
+            Time since the last value [us], which gives the number of wraps in a long silence.
+
+        Returns
+        -------
+        Unwrapped time [us], None if the clock ran back.
+        """
         if self.now is None:
             return time
-        forward = (time - self.now) % WRAP
-        turns = max(round((expected - forward) / WRAP), 0)
-        if not turns and forward >= WRAP // 2:
+        forward = (time - self.now) % COUNTER_PERIOD
+        wraps = max(round((expected - forward) / COUNTER_PERIOD), 0)
+        if not wraps and forward >= COUNTER_PERIOD // 2:
             return None
-        return self.now + forward + turns * WRAP
+        return self.now + forward + wraps * COUNTER_PERIOD
 
 
 @dataclass(frozen=True)
 class ClockFit:
-    """time here [s] = offset + (1 + drift) time there; the standard deviation of the drift."""
+    """Clock model: host time [s] = offset + (1 + drift) logger time; standard deviation of the drift."""
 
     offset: float
     drift: float
     drift_sd: float
 
-    def here(self, there: float) -> float:
-        """The time of this machine [s] at a time of the logger [s]."""
-        return self.offset + (1.0 + self.drift) * there
+    def host_time(self, logger_time: float) -> float:
+        """Return the host time [s] at a logger time [s]."""
+        return self.offset + (1.0 + self.drift) * logger_time
 
 
 def fit_clock(points: Sequence[tuple[float, float]]) -> ClockFit | None:
-    """Fits (time there, time here) pairs [s]; None where they are too few.
+    """Fit the clock model by least squares.
 
-    A sample arrives some milliseconds late, never early: of each window of time the promptest is taken.
+    A sample arrives some milliseconds late, never early: the pair with the smallest delay of each window is used.
+
+    Parameters
+    ----------
+    points
+        Pairs (logger time, host time) [s].
+
+    Returns
+    -------
+    Fitted model, None for fewer than `MIN_WINDOWS` pairs.
     """
-    if len(points) < WINDOWS:
+    if len(points) < MIN_WINDOWS:
         return None
-    there, here = np.array(points).T
-    late = here - there
-    windows = np.array_split(np.arange(len(points)), min(MOST_WINDOWS, max(WINDOWS, len(points) // 8)))
-    best = np.array([w[np.argmin(late[w])] for w in windows if w.size])
-    x, y = there[best], late[best]
-    spread = x - x.mean()
-    power = float(spread @ spread)
+    logger_time, host_time = np.array(points).T
+    delay = host_time - logger_time
+    count = min(MAX_WINDOWS, max(MIN_WINDOWS, len(points) // POINTS_PER_WINDOW))
+    windows = np.array_split(np.arange(len(points)), count)
+    earliest = np.array([w[np.argmin(delay[w])] for w in windows if w.size])
+    x = logger_time[earliest]
+    y = delay[earliest]
+    deviation = x - x.mean()
+    power = float(deviation @ deviation)
     if power <= 0:
         return None
-    drift = float(spread @ (y - y.mean())) / power
-    rest = y - y.mean() - drift * spread
-    sd = float(np.sqrt(rest @ rest / max(len(x) - 2, 1) / power))
+    drift = float(deviation @ (y - y.mean())) / power
+    residual = y - y.mean() - drift * deviation
+    sd = float(np.sqrt(residual @ residual / max(len(x) - 2, 1) / power))
     return ClockFit(float(y.mean() - drift * x.mean()), drift, sd)

@@ -1,4 +1,4 @@
-"""What happened beside the bytes: a line per event, with the number of raw bytes that were there then."""
+"""Journal of a recording: one JSON line per event, with the number of raw bytes at that instant."""
 
 from __future__ import annotations
 
@@ -12,46 +12,47 @@ from pathlib import Path
 from typing import Any
 
 Event = dict[str, Any]
-NAME = "journal.jsonl"
+JOURNAL_FILE = "journal.jsonl"
+MAX_UNWRITTEN_BYTES = 1 << 20
 
 
 class Journal:
-    """Appends events; a line that the disk refuses is kept and tried again with the next."""
+    """Appending writer of events; a line that the disk refuses is written with the next one."""
 
     def __init__(self, path: Path) -> None:
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
         self._lock = threading.Lock()
-        self._rest = b""
+        self._unwritten = b""
 
     def add(self, at: int, event: str, **more: Any) -> Event:
-        """Writes an event at a place in the raw bytes; returns it."""
+        """Write an event at a position in the raw bytes; return it."""
         line: Event = {"at": at, "event": event, "mono": round(time.monotonic(), 6), **more}
         data = json.dumps(line, ensure_ascii=False).encode() + b"\n"
         with self._lock:
-            self._rest += data
+            self._unwritten += data
             try:
-                self._rest = self._rest[os.write(self._fd, self._rest) :]
+                self._unwritten = self._unwritten[os.write(self._fd, self._unwritten) :]
             except OSError:
-                self._rest = self._rest[: 1 << 20]
+                self._unwritten = self._unwritten[:MAX_UNWRITTEN_BYTES]
         return line
 
     def sync(self) -> None:
-        """On the disk, not only handed over."""
+        """Flush the system's buffers to the disk."""
         os.fsync(self._fd)
 
     def close(self) -> None:
-        """Closes the file."""
+        """Close the file."""
         os.close(self._fd)
 
 
 def wall_clock() -> dict[str, Any]:
-    """The one anchor of the monotonic time in the calendar."""
+    """Return the calendar time, the anchor of the monotonic times."""
     now = time.time()
     return {"wall": datetime.fromtimestamp(now, UTC).isoformat(), "wall_s": now}
 
 
 def read_journal(path: Path) -> Iterator[Event]:
-    """The events of a journal; a last line that a power cut left unfinished is left out."""
+    """Read the events of a journal; skip an unfinished last line (power cut)."""
     if not path.exists():
         return
     with path.open("rb") as file:

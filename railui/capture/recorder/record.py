@@ -1,4 +1,4 @@
-"""The recording: a thread that puts raw bytes on the disk, and beside it the runs that are read from there."""
+"""Recorder of a serial port: raw bytes to the disk in one thread, runs decoded from there."""
 
 from __future__ import annotations
 
@@ -11,75 +11,103 @@ from typing import Any
 
 import serial
 
-from railui.capture.recorder.journal import NAME as JOURNAL
-from railui.capture.recorder.journal import Event, Journal, wall_clock
-from railui.capture.recorder.replay import RAW, Replay
-from railui.capture.recorder.run_files import FULL
+from railui.capture.recorder.journal import JOURNAL_FILE, Event, Journal, wall_clock
+from railui.capture.recorder.replay import RAW_FILE, Replay
+from railui.capture.recorder.run_files import DISK_FULL_ERRORS
 
-FLUSH, SYNC = 0.25, 1.0  # s
-PAUSE = 0.02  # s in which bytes gather: the system keeps 4 kB for a serial line, 44 ms at 921600 baud
-RETRY = 0.25  # s between two attempts to open a port that is gone
-MOST_BACKLOG = 8 << 20  # bytes kept while the disk is full
-TICK = 1.0  # s between two notes of the time
+DECODE_INTERVAL = 0.25  # s
+SYNC_INTERVAL = 1.0  # s
+READ_PAUSE = 0.02  # s in which bytes gather: the system buffers 4 kB of a serial line, 44 ms at 921600 baud
+READ_TIMEOUT = 0.2  # s
+REOPEN_INTERVAL = 0.25  # s between two attempts to open a port that is gone
+TICK_INTERVAL = 1.0  # s between two journal entries of the time
+MAX_BACKLOG_BYTES = 8 << 20  # in memory while the disk is full
+
+
+def _ignore_message(text: str) -> None:
+    """Ignore a message."""
 
 
 class Recorder:
-    """Records a port into a directory. Raises serial.SerialException where the port cannot be opened."""
+    """Recorder of a port into a directory.
 
-    def __init__(self, port: str, baud: int, directory: Path, tell: Callable[[str], None] = lambda _: None) -> None:
-        self.name, self.baud, self.tell = port, baud, tell
-        self._port: serial.Serial | None = self._opened()
+    Parameters
+    ----------
+    port
+        Name of the serial port.
+    baud
+        Baud rate [bit/s].
+    directory
+        Directory of the recording, created if necessary.
+    on_message
+        Receiver of messages to the user.
+
+    Raises
+    ------
+    serial.SerialException
+        If the port cannot be opened.
+    """
+
+    def __init__(
+        self, port: str, baud: int, directory: Path, on_message: Callable[[str], None] = _ignore_message
+    ) -> None:
+        self.port_name = port
+        self.baud = baud
+        self.disk_error: OSError | None = None
+        self._on_message = on_message
+        self._port: serial.Serial | None = self._open_port()
         directory.mkdir(parents=True, exist_ok=True)
-        self._raw = os.open(directory / RAW, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
-        self.size = 0
-        self.full: OSError | None = None
+        self._raw = os.open(directory / RAW_FILE, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
+        self._raw_size = 0
         self._backlog = b""
         self._dropped = 0
-        self._journal = Journal(directory / JOURNAL)
+        self._journal = Journal(directory / JOURNAL_FILE)
         self._events: list[Event] = []
         self._lock = threading.Lock()
         self._stop = threading.Event()
-        self.replay = Replay(directory / RAW, directory)
-        self._note("open", port=port, baud=baud, **wall_clock())
+        self.replay = Replay(directory / RAW_FILE, directory)
+        self._add_event("open", port=port, baud=baud, **wall_clock())
         self._threads = [
-            threading.Thread(target=work, name=work.__name__, daemon=True) for work in (self._listen, self._keep_safe)
+            threading.Thread(target=target, name=target.__name__, daemon=True)
+            for target in (self._listen, self._sync_periodically)
         ]
 
     def run(self, seconds: float | None = None) -> Iterator[Replay]:
-        """Records until `stop`, or for so many seconds; yields four times a second for whoever watches."""
-        begun = time.monotonic()
+        """Record until `stop`, or for a time [s]; yield the decoded state four times a second."""
+        start = time.monotonic()
         for thread in self._threads:
             thread.start()
         try:
-            while not self._stop.is_set() and (seconds is None or time.monotonic() - begun < seconds):
-                self._stop.wait(FLUSH if seconds is None else min(FLUSH, max(begun + seconds - time.monotonic(), 0)))
+            while not self._stop.is_set() and (seconds is None or time.monotonic() - start < seconds):
+                remaining = DECODE_INTERVAL if seconds is None else max(start + seconds - time.monotonic(), 0)
+                self._stop.wait(min(DECODE_INTERVAL, remaining))
                 self._decode()
                 yield self.replay
         finally:
             self._finish()
 
     def stop(self) -> None:
-        """Ends the recording cleanly; from any thread or signal."""
+        """End the recording; may be called from any thread or signal handler."""
         self._stop.set()
 
-    def marker(self, text: str) -> None:
-        """Marks this instant."""
-        self._note("marker", text=text)
+    def add_marker(self, text: str) -> None:
+        """Mark this instant."""
+        self._add_event("marker", text=text)
 
-    # -- the thread of the link
+    # -- thread of the link
 
     def _listen(self) -> None:
-        ticked = 0.0
+        last_tick = 0.0
         while not self._stop.is_set():
             if self._port is None and not self._reopen():
                 self._store(b"")
-                self._stop.wait(RETRY)
+                self._stop.wait(REOPEN_INTERVAL)
                 continue
             data = self._read()
             self._store(data)
-            if data and time.monotonic() - ticked >= TICK:
-                ticked = time.monotonic()
-                self._note("tick")
+            if data and time.monotonic() - last_tick >= TICK_INTERVAL:
+                last_tick = time.monotonic()
+                self._add_event("tick")
 
     def _read(self) -> bytes:
         port = self._port
@@ -87,73 +115,79 @@ class Recorder:
         try:
             data = bytes(port.read(1))
             if data:
-                self._stop.wait(PAUSE)
+                self._stop.wait(READ_PAUSE)
                 data += bytes(port.read(port.in_waiting))
             return data
         except (serial.SerialException, OSError, TypeError) as error:
-            self._note("lost", error=str(error)[:200])
-            self.tell(f"{self.name} is gone, waiting for it")
+            self._add_event("lost", error=str(error)[:200])
+            self._on_message(f"{self.port_name} is gone, waiting for it")
             port.close()
             self._port = None
             return b""
 
     def _reopen(self) -> bool:
         try:
-            self._port = self._opened()
+            self._port = self._open_port()
         except (serial.SerialException, OSError, ValueError):
             return False
-        self._note("reopen")
-        self.tell(f"{self.name} is there again: a new segment")
+        self._add_event("reopen")
+        self._on_message(f"{self.port_name} is there again: a new segment")
         return True
 
-    def _opened(self) -> serial.Serial:
-        return serial.Serial(self.name, self.baud, timeout=0.2, exclusive=True)
+    def _open_port(self) -> serial.Serial:
+        return serial.Serial(self.port_name, self.baud, timeout=READ_TIMEOUT, exclusive=True)
 
     def _store(self, data: bytes) -> None:
-        """Bytes to the disk; while it is full they are kept, as many as memory is meant for."""
+        """Write bytes to the disk; while it is full, keep up to `MAX_BACKLOG_BYTES` in memory."""
         self._backlog += data
-        if len(self._backlog) > MOST_BACKLOG:
-            self._dropped += len(self._backlog) - MOST_BACKLOG
-            self._backlog = self._backlog[:MOST_BACKLOG]
+        if len(self._backlog) > MAX_BACKLOG_BYTES:
+            self._dropped += len(self._backlog) - MAX_BACKLOG_BYTES
+            self._backlog = self._backlog[:MAX_BACKLOG_BYTES]
         while self._backlog:
             try:
                 written = os.write(self._raw, self._backlog)
             except OSError as error:
-                if error.errno not in FULL:
-                    self.tell(f"the disk fails: {error}")
-                self._tell_full(error)
+                if error.errno not in DISK_FULL_ERRORS:
+                    self._on_message(f"the disk fails: {error}")
+                self._report_disk_error(error)
                 return
             with self._lock:
-                self.size += written
+                self._raw_size += written
             self._backlog = self._backlog[written:]
-        if self.full is not None:
-            self.full = None
-            self.tell("there is room again, recording goes on")
-            if self._dropped:
-                self._note("dropped", bytes=self._dropped)
-                self._dropped = 0
+        if self.disk_error is not None:
+            self._report_room()
 
-    def _tell_full(self, error: OSError) -> None:
-        if self.full is None:
-            self.tell(f"the disk is full ({error.strerror}): make room, {MOST_BACKLOG >> 20} MB are kept in memory")
-        self.full = error
+    def _report_disk_error(self, error: OSError) -> None:
+        if self.disk_error is None:
+            limit = f"{MAX_BACKLOG_BYTES >> 20} MB are kept in memory"
+            self._on_message(f"the disk is full ({error.strerror}): make room, {limit}")
+        self.disk_error = error
 
-    # -- beside it
+    def _report_room(self) -> None:
+        self.disk_error = None
+        self._on_message("there is room again, the recording continues")
+        if self._dropped:
+            self._add_event("dropped", bytes=self._dropped)
+            self._dropped = 0
 
-    def _note(self, event: str, **more: Any) -> None:
+    # -- journal, decoding, synchronisation
+
+    def _add_event(self, event: str, **more: Any) -> None:
         with self._lock:
-            self._events.append(self._journal.add(self.size, event, **more))
+            self._events.append(self._journal.add(self._raw_size, event, **more))
 
     def _decode(self) -> None:
         with self._lock:
-            events, self._events, size = self._events, [], self.size
-        self.replay.tell(events)
-        self.replay.highest_queue = max(self.replay.highest_queue, size - self.replay.at)
-        self.replay.step(size)
+            events = self._events
+            size = self._raw_size
+            self._events = []
+        self.replay.add_events(events)
+        self.replay.highest_queue = max(self.replay.highest_queue, size - self.replay.position)
+        self.replay.advance(size)
 
-    def _keep_safe(self) -> None:
-        """Once a second on the disk for good: a thread of its own, because a busy disk takes its time."""
-        while not self._stop.wait(SYNC):
+    def _sync_periodically(self) -> None:
+        """Synchronise the files once a second, in a thread of its own because a busy disk may block."""
+        while not self._stop.wait(SYNC_INTERVAL):
             self._sync()
 
     def _sync(self) -> None:
@@ -161,7 +195,7 @@ class Recorder:
             try:
                 sync()
             except OSError as error:
-                self._tell_full(error)
+                self._report_disk_error(error)
 
     def _finish(self) -> None:
         self._stop.set()
@@ -170,10 +204,10 @@ class Recorder:
         if self._port is not None:
             self._port.close()
         self._store(b"")
-        self._note("close")
+        self._add_event("close")
         self._decode()
         self._sync()
-        self.replay.dropped += len(self._backlog) + self._dropped
+        self.replay.dropped_bytes += len(self._backlog) + self._dropped
         self.replay.close()
         self._journal.close()
         os.close(self._raw)

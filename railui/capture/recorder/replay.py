@@ -1,4 +1,4 @@
-"""Raw bytes and journal to runs: the one way, for what is being recorded and for what was."""
+"""Raw bytes and journal to runs, during a recording and afterwards by the same code."""
 
 from __future__ import annotations
 
@@ -8,155 +8,180 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from railui.capture.recorder.assembly import Assembly
 from railui.capture.recorder.clock import ClockFit, fit_clock
-from railui.capture.recorder.journal import NAME as JOURNAL
-from railui.capture.recorder.journal import Event, read_journal
-from railui.capture.recorder.run_files import RunFiles, run_name
-from railui.capture.recorder.segments import Rows, Segment
+from railui.capture.recorder.journal import JOURNAL_FILE, Event, read_journal
+from railui.capture.recorder.run_files import RunFiles, run_file_name
+from railui.capture.recorder.session_assembler import SessionAssembler
+from railui.capture.recorder.sessions import LoggerSession, Rows
 
-RAW = "raw.bin"
-PIECE = 1 << 16
-Point = tuple[int, float, float]
+RAW_FILE = "raw.bin"
+CHUNK_BYTES = 1 << 16
+ClockPoint = tuple[int, float, float]  # boot, time of the newest sample [s], monotonic time of the host [s]
+
+
+def _ignore_rows(session: LoggerSession, rows: Rows) -> None:
+    """Ignore rows."""
 
 
 class Replay:
-    """Reads raw bytes from the disk as far as they go, with the events between them, and writes the runs."""
+    """Decoder of raw bytes on the disk, with the journal's events between them; writes the runs.
+
+    Attributes
+    ----------
+    position
+        Decoded raw bytes.
+    on_rows
+        Receiver of the rows of each session as they are decoded.
+    clock_points
+        Times of the logger and the host, per boot.
+    wall_clock_anchor
+        Calendar time and monotonic time of the host [s] at the start.
+    """
 
     def __init__(self, raw: Path, directory: Path) -> None:
-        self.assembly = Assembly()
+        self.assembly = SessionAssembler()
         self.files = RunFiles(directory)
-        self.at = 0
+        self.position = 0
         self.highest_queue = 0
-        self.points: list[Point] = []  # boot, time of the newest sample, time here [s]
-        self.anchor: tuple[float, float] | None = None  # wall clock and time here
-        self.dropped = 0
-        self.watch: Callable[[Segment, Rows], None] = lambda segment, rows: None  # gets the rows as they come
+        self.clock_points: list[ClockPoint] = []
+        self.wall_clock_anchor: tuple[float, float] | None = None
+        self.dropped_bytes = 0
+        self.on_rows: Callable[[LoggerSession, Rows], None] = _ignore_rows
         self._events: deque[Event] = deque()
         self._raw = raw.open("rb")
 
-    def tell(self, events: Iterable[Event]) -> None:
-        """Events that happened, in their order."""
+    def add_events(self, events: Iterable[Event]) -> None:
+        """Append events in their order."""
         self._events += events
 
-    def step(self, size: int) -> bool:
-        """Goes on to so many raw bytes; False where the disk is full and the runs must wait."""
-        while self.files.push():
-            while self._events and self._events[0]["at"] <= self.at:
+    def advance(self, size: int) -> bool:
+        """Decode up to a number of raw bytes; return False if the disk is full and the runs must wait."""
+        while self.files.write_pending():
+            while self._events and self._events[0]["at"] <= self.position:
                 self._apply(self._events.popleft())
-            until = min([size, self.at + PIECE] + [e["at"] for e in list(self._events)[:1]])
-            if until <= self.at:
+            end = min([size, self.position + CHUNK_BYTES] + [e["at"] for e in list(self._events)[:1]])
+            if end <= self.position:
                 return True
-            data = self._raw.read(until - self.at)
+            data = self._raw.read(end - self.position)
             if not data:
                 return True
-            self.at += len(data)
-            for segment, rows in self.assembly.feed(data):
-                self.files.add(segment, rows)
-                self.watch(segment, rows)
+            self.position += len(data)
+            for session, rows in self.assembly.feed(data):
+                self.files.add(session, rows)
+                self.on_rows(session, rows)
         return False
 
     def close(self) -> None:
-        """The end: what waits is written, or the disk is full for good."""
+        """End the recording; rows that a full disk still refuses are lost."""
         self.assembly.close()
-        self.files.push()
+        self.files.write_pending()
         self.files.close()
         self._raw.close()
 
     def _apply(self, event: Event) -> None:
         kind = event["event"]
-        newest = self.assembly.newest
+        newest = self.assembly.newest_sample
         if newest is not None and "mono" in event and kind in ("tick", "close"):
-            self.points.append((*newest, float(event["mono"])))
+            self.clock_points.append((*newest, float(event["mono"])))
         if kind == "reopen":
             self.assembly.reconnect()
         elif kind == "marker":
-            self.assembly.marker(str(event.get("text", "")))
+            self.assembly.add_marker(str(event.get("text", "")))
         elif kind == "dropped":
-            self.dropped += int(event.get("bytes", 0))
+            self.dropped_bytes += int(event.get("bytes", 0))
         elif kind == "open" and "wall_s" in event:
-            self.anchor = float(event["wall_s"]), float(event["mono"])
+            self.wall_clock_anchor = float(event["wall_s"]), float(event["mono"])
 
-    # -- what is told of it
+    # -- report
 
-    def clocks(self) -> dict[int, ClockFit | None]:
-        """The logger's clock against this machine's, per start of the logger."""
-        boots = dict.fromkeys(boot for boot, _, _ in self.points)
-        return {boot: fit_clock([(a, b) for other, a, b in self.points if other == boot]) for boot in boots}
+    def fit_clocks(self) -> dict[int, ClockFit | None]:
+        """Fit the logger's clock against the host's, per boot of the logger."""
+        boots = dict.fromkeys(boot for boot, _, _ in self.clock_points)
+        return {boot: fit_clock([(a, b) for other, a, b in self.clock_points if other == boot]) for boot in boots}
 
     def report(self) -> dict[str, Any]:
-        """Everything that was counted, per recording and per segment."""
-        heard, counts = self.assembly.total(), self.assembly.counts
-        clocks = self.clocks()
+        """Return all counts of the recording and of each session, as keys of capture.json."""
+        statistics = self.assembly.link_statistics()
+        counts = self.assembly.counts
+        clocks = self.fit_clocks()
         return {
-            "frames": heard.frames,
-            "lost": counts.lost,
-            "crc_errors": heard.crc_errors,
+            "frames": statistics.frames,
+            "lost": counts.lost_frames,
+            "crc_errors": statistics.crc_errors,
             "gaps": counts.gaps,
             "reconnects": counts.reconnects,
             "restarts": counts.restarts,
             "overruns": counts.overruns,
             "samples": counts.samples,
-            "missing_samples": counts.missing,
-            "repeated": counts.repeated,
-            "refused": heard.refused,
-            "cut": heard.cut,
-            "unnamed": counts.unnamed,
-            "other_channels": counts.relayouts,
+            "missing_samples": counts.missing_samples,
+            "repeated": counts.repeated_frames,
+            "refused": statistics.refused,
+            "cut": statistics.truncated,
+            "unnamed": counts.frames_without_hello,
+            "other_channels": counts.layout_changes,
             "clock_jumps": counts.clock_jumps,
-            "raw_bytes": self.at,
-            "dropped_bytes": self.dropped,
+            "raw_bytes": self.position,
+            "dropped_bytes": self.dropped_bytes,
             "highest_queue": self.highest_queue,
-            "segments": [self._segment(s, clocks.get(s.hello.boot)) for s in self.assembly.segments],
+            "segments": [self._session_report(s, clocks.get(s.hello.boot)) for s in self.assembly.sessions],
             "markers": [asdict(marker) for marker in self.assembly.markers],
-            "notes": self._notes(heard.reasons),
+            "notes": self._notes(statistics.reasons),
         }
 
-    def _segment(self, segment: Segment, clock: ClockFit | None) -> dict[str, Any]:
-        hello = segment.hello
+    def _session_report(self, session: LoggerSession, clock: ClockFit | None) -> dict[str, Any]:
+        hello = session.hello
         begins = None
-        if clock is not None and self.anchor is not None and segment.first is not None:
-            begins = self.anchor[0] + clock.here(segment.first) - self.anchor[1]
+        if clock is not None and self.wall_clock_anchor is not None and session.first_time is not None:
+            begins = self.wall_clock_anchor[0] + clock.host_time(session.first_time) - self.wall_clock_anchor[1]
         return {
-            "file": run_name(segment) if segment.samples else None,
-            "why": segment.why,
+            "file": run_file_name(session) if session.samples else None,
+            "why": session.reason,
             "device": hello.device,
             "firmware": hello.firmware,
             "boot": hello.boot,
             "rate": hello.rate,
             "channels": [{"name": c.name, "unit": c.unit} for c in hello.channels],
-            "samples": segment.samples,
-            "gaps": segment.gaps,
-            "missing_samples": segment.missing,
-            "first": segment.first,
-            "last": segment.last,
+            "samples": session.samples,
+            "gaps": session.gaps,
+            "missing_samples": session.missing_samples,
+            "first": session.first_time,
+            "last": session.last_time,
             "begins": begins,
             "drift": None if clock is None else clock.drift,
             "drift_sd": None if clock is None else clock.drift_sd,
-            **({"temperature": None, "battery": None} | segment.status),
+            **({"temperature": None, "battery": None} | session.status),
         }
 
     def _notes(self, reasons: list[str]) -> list[str]:
         counts = self.assembly.counts
         notes = [f"refused: {reason}" for reason in reasons]
-        if counts.unnamed:
-            notes.append(f"{counts.unnamed} frames came without the hello that names their channels")
-        if counts.repeated:
-            notes.append(f"{counts.repeated} frames came a second time and were left out")
-        if self.dropped:
-            notes.append(f"{self.dropped} bytes were lost while the disk was full")
-        if self.at and not self.assembly.total().frames:
-            notes.append(f"{self.at} bytes and no frame: is the baud rate right, and is it a logger of docs/wire.md?")
+        if counts.frames_without_hello:
+            notes.append(f"{counts.frames_without_hello} frames came without the hello that names their channels")
+        if counts.repeated_frames:
+            notes.append(f"{counts.repeated_frames} repeated frames were ignored")
+        if self.dropped_bytes:
+            notes.append(f"{self.dropped_bytes} bytes were lost while the disk was full")
+        if self.position and not self.assembly.link_statistics().frames:
+            notes.append(
+                f"{self.position} bytes without a valid frame: check the baud rate, and that the logger sends the "
+                "protocol of docs/wire.md"
+            )
         return notes
 
 
 def decode(raw: Path, directory: Path) -> Replay:
-    """Rebuilds the runs of raw bytes, with the journal that lies beside them where there is one."""
+    """Rebuild the runs of raw bytes, with the journal in the same directory if there is one.
+
+    Raises
+    ------
+    OSError
+        If the disk is full.
+    """
     directory.mkdir(parents=True, exist_ok=True)
     replay = Replay(raw, directory)
-    replay.tell(read_journal(raw.with_name(JOURNAL)))
+    replay.add_events(read_journal(raw.with_name(JOURNAL_FILE)))
     size = raw.stat().st_size
-    if not replay.step(size):
+    if not replay.advance(size):
         raise OSError(f"{directory}: the disk is full")
     replay.close()
     return replay

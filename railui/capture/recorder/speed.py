@@ -1,4 +1,4 @@
-"""What a full line costs in processor time: decoding alone, and a whole recording over a pseudo-terminal."""
+"""Processor time of a line at full speed: decoding alone, and a whole recording over a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -12,16 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from railui.capture.protocol.frames import Channel
-from railui.capture.protocol.load import BITS, link_load
+from railui.capture.protocol.load import BITS_PER_BYTE, link_load
 from railui.capture.recorder.record import Recorder
-from railui.capture.recorder.replay import RAW, Replay, decode
-from railui.capture.simulator.logger import Logger
-from railui.capture.simulator.terminal import Terminal
+from railui.capture.recorder.replay import RAW_FILE, Replay, decode
+from railui.capture.simulator.logger import SimulatedLogger
+from railui.capture.simulator.terminal import PseudoTerminal
+
+SEND_INTERVAL = 0.01  # s between two writes of the sender
+DRAIN_TIME = 0.5  # s for the recorder to read the last bytes
 
 
 @dataclass(frozen=True)
-class Cost:
-    """What came through, and the processor time of this process [s]."""
+class ProcessingCost:
+    """Received bytes, frames and samples, lost frames, and the processor time of this process [s]."""
 
     bytes: int
     frames: int
@@ -30,47 +33,42 @@ class Cost:
     cpu: float
 
 
-def line_bytes(baud: int, seconds: float, count: int, block: int) -> bytes:
-    """What a logger of so many 16-bit channels sends on a full line."""
+def simulate_line(baud: int, seconds: float, count: int, block: int) -> bytes:
+    """Return the bytes of a logger with `count` 16-bit channels that uses the whole capacity of a line."""
     channels = [Channel(f"channel_{i:02d}", "m/s^2", "h", 0.001) for i in range(count)]
-    rate = 1000.0 / link_load(channels, 1000.0, baud, block).share
+    rate = 1000.0 / link_load(channels, 1000.0, baud, block).utilisation
     samples = int(rate * seconds * 1.1) + block
     random = np.random.default_rng(0)
     series = {c.name: random.normal(0.0, 5.0, samples) for c in channels}
-    logger = Logger(channels, series, rate, block)
-    found = bytearray()
-    for _, data in logger.sent():
-        found += data
-        if len(found) >= baud / BITS * seconds:
+    logger = SimulatedLogger(channels, series, rate, block)
+    line = bytearray()
+    for _, data in logger.transmit():
+        line += data
+        if len(line) >= baud / BITS_PER_BYTE * seconds:
             break
-    return bytes(found)
+    return bytes(line)
 
 
-def decoding_cost(baud: int, seconds: float, count: int, block: int) -> Cost:
-    """Decodes a stored line into runs on the disk."""
+def measure_decoding(baud: int, seconds: float, count: int, block: int) -> ProcessingCost:
+    """Measure the decoding of a stored line into runs on the disk."""
     with tempfile.TemporaryDirectory(prefix="railui-speed-") as home:
-        raw = Path(home) / RAW
-        raw.write_bytes(line_bytes(baud, seconds, count, block))
+        raw = Path(home) / RAW_FILE
+        raw.write_bytes(simulate_line(baud, seconds, count, block))
         before = time.process_time()
-        return _cost(decode(raw, Path(home) / "runs"), time.process_time() - before)
+        return _cost_of(decode(raw, Path(home) / "runs"), time.process_time() - before)
 
 
-def recording_cost(baud: int, seconds: float, count: int, block: int) -> Cost:
-    """Records the line at its pace; what the sender costs is measured by its thread and taken off."""
-    data = line_bytes(baud, seconds, count, block)
+def measure_recording(baud: int, seconds: float, count: int, block: int) -> ProcessingCost:
+    """Measure the recording of a line at its real speed, without the processor time of the sender's thread."""
+    data = simulate_line(baud, seconds, count, block)
     with tempfile.TemporaryDirectory(prefix="railui-speed-") as home:
-        terminal = Terminal(Path(home) / "line")
+        terminal = PseudoTerminal(Path(home) / "line")
         recorder = Recorder(str(terminal.link), baud, Path(home) / "recording")
-        spent: list[float] = []
+        sender_times: list[float] = []
 
         def send() -> None:
-            step = round(baud / BITS * 0.01)
-            begun = time.monotonic()
-            for i in range(0, len(data), step):
-                time.sleep(max(begun + i / (baud / BITS) - time.monotonic(), 0.0))
-                os.write(terminal.master, data[i : i + step])
-            time.sleep(0.5)
-            spent.append(time.thread_time())
+            _send(terminal, data, baud)
+            sender_times.append(time.thread_time())
             recorder.stop()
 
         before = time.process_time()
@@ -79,11 +77,23 @@ def recording_cost(baud: int, seconds: float, count: int, block: int) -> Cost:
         for _ in recorder.run():
             pass
         sender.join()
-        cost = _cost(recorder.replay, time.process_time() - before - spent[0])
+        cost = _cost_of(recorder.replay, time.process_time() - before - sender_times[0])
         terminal.unplug()
         return cost
 
 
-def _cost(replay: Replay, cpu: float) -> Cost:
-    heard, counts = replay.assembly.total(), replay.assembly.counts
-    return Cost(replay.at, heard.frames, counts.samples, counts.lost, cpu)
+def _send(terminal: PseudoTerminal, data: bytes, baud: int) -> None:
+    """Write data to a terminal at the speed of a line."""
+    bytes_per_second = baud / BITS_PER_BYTE
+    step = round(bytes_per_second * SEND_INTERVAL)
+    start = time.monotonic()
+    for i in range(0, len(data), step):
+        time.sleep(max(start + i / bytes_per_second - time.monotonic(), 0.0))
+        os.write(terminal.master, data[i : i + step])
+    time.sleep(DRAIN_TIME)
+
+
+def _cost_of(replay: Replay, cpu: float) -> ProcessingCost:
+    frames = replay.assembly.link_statistics().frames
+    counts = replay.assembly.counts
+    return ProcessingCost(replay.position, frames, counts.samples, counts.lost_frames, cpu)

@@ -1,1 +1,1 @@
-"""A simulated logger."""
+"""Simulated logger: faults, sensors of a simulated run, pseudo-terminal."""

@@ -1,4 +1,4 @@
-"""The sensors of the demo logger: what a real bogie's would read of a simulated ride, with their noise."""
+"""Sensors of the demo logger: readings of a real bogie's sensors in a simulated run, with their noise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from railui.arrays import FloatArray
 from railui.capture.protocol.frames import Channel
 from railui.vehicle.wheel_loads import GRAVITY
 
-# what each sensor reads, its unit, the resolution of its 16 bits and its noise [SI of the unit]
+# unit of each sensor, resolution of its 16 bits, standard deviation of its noise [both in that unit]
 SENSORS: dict[str, tuple[str, float, float]] = {
     "speed": ("m/s", 0.002, 0.005),
     "box1_y": ("m/s^2", 0.004, 0.05),
@@ -26,48 +26,67 @@ SENSORS: dict[str, tuple[str, float, float]] = {
     "prim1": ("mm", 0.0005, 0.02),
     "prim2": ("mm", 0.0005, 0.02),
 }
+RANDOM_STREAM = 21  # separates the noise from other random numbers of the same seed
 
 
 @dataclass(frozen=True)
-class Wheels:
-    """Of a vehicle, what its sensors depend on: wheelbase 2a and half gauge b [m], roll sigma of both wheelsets."""
+class WheelsetGeometry:
+    """Geometry of a bogie that its sensors depend on: a and b [m], roll coefficient sigma of both wheelsets."""
 
     half_wheelbase: float
     half_gauge: float
     roll: tuple[float, float]
 
 
-def sensed(
-    ride: Mapping[str, FloatArray], wheels: Wheels, rate: float, seed: int, noise: float = 1.0
+def simulate_sensors(
+    motion: Mapping[str, FloatArray], geometry: WheelsetGeometry, rate: float, seed: int, noise: float = 1.0
 ) -> dict[str, FloatArray]:
-    """The sensors' series by channel; `ride` holds s, v, phiw, gauge and the responses in SI, `rate` samples per s.
+    """Compute the readings of the sensors.
 
     An accelerometer reads y'' - g phi, with the roll of its wheelset phi_w - sigma e/b; the frame rolls with the
-    mean of both cross-levels. A rail sensor reads where its wheel stands on its rail: e -/+ g/2 (right, left).
+    mean of both cross-levels. A rail sensor reads the position of its wheel on its rail: e -/+ g/2 (right, left).
+
+    Parameters
+    ----------
+    motion
+        s, v, phiw, gauge and the responses of the vehicle [n], in SI.
+    geometry
+        Geometry of the bogie.
+    rate
+        Sampling rate [Hz].
+    seed
+        Seed of the noise.
+    noise
+        Factor of the usual noise.
+
+    Returns
+    -------
+    Readings [n] by channel, in the units of `SENSORS`.
     """
-    s, b = ride["s"], wheels.half_gauge
-    behind = np.maximum(s - 2 * wheels.half_wheelbase, s[0])
-    phiw2, gauge2 = (np.interp(behind, s, ride[name]) for name in ("phiw", "gauge"))
-    roll1 = ride["phiw"] - wheels.roll[0] * ride["e1"] / b
-    roll2 = phiw2 - wheels.roll[1] * ride["e2"] / b
+    s = motion["s"]
+    b = geometry.half_gauge
+    trailing = np.maximum(s - 2 * geometry.half_wheelbase, s[0])
+    phiw2, gauge2 = (np.interp(trailing, s, motion[name]) for name in ("phiw", "gauge"))
+    roll1 = motion["phiw"] - geometry.roll[0] * motion["e1"] / b
+    roll2 = phiw2 - geometry.roll[1] * motion["e2"] / b
     clean = {
-        "speed": ride["v"],
-        "box1_y": ride["ay1"] - GRAVITY * roll1,
-        "box2_y": ride["ay2"] - GRAVITY * roll2,
-        "frame_y": ride["ayf"] - GRAVITY * 0.5 * (ride["phiw"] + phiw2),
-        "frame_yaw": ride["rf"],
+        "speed": motion["v"],
+        "box1_y": motion["ay1"] - GRAVITY * roll1,
+        "box2_y": motion["ay2"] - GRAVITY * roll2,
+        "frame_y": motion["ayf"] - GRAVITY * 0.5 * (motion["phiw"] + phiw2),
+        "frame_yaw": motion["rf"],
         "box1_roll": np.gradient(roll1, 1.0 / rate),
-        "rail1_right": 1e3 * (ride["e1"] - ride["gauge"] / 2),
-        "rail1_left": 1e3 * (ride["e1"] + ride["gauge"] / 2),
-        "rail2_right": 1e3 * (ride["e2"] - gauge2 / 2),
-        "rail2_left": 1e3 * (ride["e2"] + gauge2 / 2),
-        "prim1": 1e3 * ride["d1"],
-        "prim2": 1e3 * ride["d2"],
+        "rail1_right": 1e3 * (motion["e1"] - motion["gauge"] / 2),
+        "rail1_left": 1e3 * (motion["e1"] + motion["gauge"] / 2),
+        "rail2_right": 1e3 * (motion["e2"] - gauge2 / 2),
+        "rail2_left": 1e3 * (motion["e2"] + gauge2 / 2),
+        "prim1": 1e3 * motion["d1"],
+        "prim2": 1e3 * motion["d2"],
     }
-    random = np.random.default_rng([seed, 21])
+    random = np.random.default_rng([seed, RANDOM_STREAM])
     return {name: clean[name] + noise * sd * random.standard_normal(s.size) for name, (_, _, sd) in SENSORS.items()}
 
 
-def channels() -> tuple[Channel, ...]:
-    """The channels of the demo logger."""
+def demo_channels() -> tuple[Channel, ...]:
+    """Return the channels of the demo logger."""
     return tuple(Channel(name, unit, "h", step) for name, (unit, step, _) in SENSORS.items())

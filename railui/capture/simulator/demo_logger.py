@@ -1,4 +1,4 @@
-"""The demo logger as a process of its own: a simulated vehicle behind a serial port."""
+"""Demo logger in a process of its own: a simulated vehicle behind a serial port."""
 
 from __future__ import annotations
 
@@ -10,14 +10,22 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
-PATIENCE: Final = 60.0  # s until it has opened its port
+START_TIMEOUT: Final = 60.0  # s until the port is open
+POLL_INTERVAL: Final = 0.05  # s
 
 
 class DemoLogger:
-    """Runs `railui capture logger` as long as it is held; `port` is its name. RuntimeError where it does not start."""
+    """Context in which `railui capture logger` runs; `port` is the name of its port.
+
+    Raises
+    ------
+    RuntimeError
+        If the logger does not start.
+    """
 
     def __init__(self, seed: int = 0) -> None:
-        self.seed, self.port = seed, ""
+        self.seed = seed
+        self.port = ""
 
     def __enter__(self) -> Self:
         self._home = tempfile.TemporaryDirectory(prefix="railui-demo-")
@@ -25,12 +33,12 @@ class DemoLogger:
         words = [sys.executable, "-m", "railui", "capture", "logger", "--link", str(port), "-q", "--seed"]
         self._child = subprocess.Popen([*words, str(self.seed)], start_new_session=True, stdin=subprocess.DEVNULL)
         self.port = str(port)
-        until = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + START_TIMEOUT
         while not port.exists():
-            if self._child.poll() is not None or time.monotonic() > until:
+            if self._child.poll() is not None or time.monotonic() > deadline:
                 self.__exit__(None, None, None)
-                raise RuntimeError("the demo logger did not start: `railui capture logger` tells why")
-            time.sleep(0.05)
+                raise RuntimeError("the demo logger did not start: run `railui capture logger` to see why")
+            time.sleep(POLL_INTERVAL)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:

@@ -1,4 +1,4 @@
-"""A logger in software: plays series as a real one would send them, and misbehaves where it is told to."""
+"""Simulated logger: transmits series as a real logger would, with the faults that are requested."""
 
 from __future__ import annotations
 
@@ -10,15 +10,35 @@ from cobs import cobs
 
 from railui.arrays import FloatArray
 from railui.capture.protocol import text, wire
-from railui.capture.protocol.frames import Channel
+from railui.capture.protocol.frames import Channel, little_endian
 
-HELLO_EVERY, STATUS_EVERY = 5.0, 1.0  # s
-RANGES = {"b": (-128, 127), "B": (0, 255), "h": (-32768, 32767), "H": (0, 65535), "i": (-(2**31), 2**31 - 1)}
+HELLO_INTERVAL = 5.0  # s
+STATUS_INTERVAL = 1.0  # s
+INTEGER_RANGES = {"b": (-128, 127), "B": (0, 255), "h": (-32768, 32767), "H": (0, 65535), "i": (-(2**31), 2**31 - 1)}
+UINT32_RANGE = (0, 2**32 - 1)
+RANDOM_STREAM = 8  # separates the faults from other random numbers of the same seed
+MAX_JUNK_BYTES = 40
+SINGLE_FAULTS = ("restart", "relayout", "unplug", "pause", "huge_hello", "garble")
+TimedBytes = tuple[float, bytes]  # s, frame
 
 
 @dataclass(frozen=True)
 class Faults:
-    """What goes wrong on purpose: shares of the frames, and times [s] of what happens once; 0: never."""
+    """Deliberate faults: shares of the frames, and times [s] of single faults; 0 means never.
+
+    Attributes
+    ----------
+    drop, damage, junk, repeat
+        Shares of frames that are not sent, sent with changed bytes, preceded by junk, sent twice.
+    restart, relayout, unplug, pause
+        Times of a restart, other channels, an unplugged cable, a second without samples.
+    huge_hello
+        Time of a hello that claims 65535 channels.
+    garble
+        Time from which all bytes are wrong, as at a wrong baud rate.
+    seed
+        Seed of the random faults.
+    """
 
     drop: float = 0.0
     damage: float = 0.0
@@ -29,13 +49,13 @@ class Faults:
     unplug: float = 0.0
     pause: float = 0.0
     huge_hello: float = 0.0
-    garble: float = 0.0  # as at a wrong baud rate, from then on
+    garble: float = 0.0
     seed: int = 0
 
 
 @dataclass
-class Truth:
-    """What was really sent."""
+class SentCounts:
+    """Counts of what was sent."""
 
     frames: int = 0
     samples: int = 0
@@ -47,10 +67,45 @@ class Truth:
 
 
 @dataclass
-class Logger:
-    """Series by channel [n] as a logger of a `rate` [Hz] sends them, `block` samples in a frame.
+class _Transmission:
+    """State of a transmission: next sample, its time [s], clock origin [us], times of hello and status [s]."""
 
-    Time runs `drift` faster on its clock than here; `start` [us] lets the 32 bits wrap early.
+    sample: int
+    time: float
+    origin: int
+    last_hello: float
+    last_status: float
+    is_garbled: bool = False
+
+
+@dataclass
+class SimulatedLogger:
+    """Logger in software.
+
+    Parameters
+    ----------
+    channels
+        Channels of a sample.
+    series
+        Values [n] by channel.
+    rate
+        Sampling rate [Hz].
+    block
+        Samples in a frame.
+    form
+        "binary" or "text".
+    faults
+        Deliberate faults.
+    drift
+        Relative error of the logger's clock.
+    start
+        First time stamp [us]; lets the 32 bits wrap early.
+    device
+        Name of the logger.
+    hello_interval
+        Time between two hellos [s].
+    sent_counts
+        Counts of what was sent, updated by `transmit`.
     """
 
     channels: Sequence[Channel]
@@ -62,145 +117,153 @@ class Logger:
     drift: float = 0.0
     start: int = 0
     device: str = "railui demo"
-    hello_every: float = HELLO_EVERY
-    truth: Truth = field(default_factory=Truth)
+    hello_interval: float = HELLO_INTERVAL
+    sent_counts: SentCounts = field(default_factory=SentCounts)
 
     def __post_init__(self) -> None:
-        self._random = np.random.default_rng([self.faults.seed, 8])
+        self._random = np.random.default_rng([self.faults.seed, RANDOM_STREAM])
         self._boot = int(self._random.integers(1, 2**32))
-        self._number = 0
-        self._lay_out(self.channels)
+        self.next_frame_number = 0
+        self._configure(self.channels)
 
-    def _lay_out(self, channels: Sequence[Channel]) -> None:
-        self._now = tuple(channels)
-        about = (self._boot, self.rate, self.device, "1.0", self._now)
+    def _configure(self, channels: Sequence[Channel]) -> None:
+        """Set the channels, the hello and the raw numbers of the samples."""
+        self._configured = tuple(channels)
+        description = (self._boot, self.rate, self.device, "1.0", self._configured)
         if self.form == "text":
-            self._hello_text = text.hello_text(*about)
-            self._layout = text.layout_of(self._hello_text)
+            self._hello_text = text.hello_text(*description)
+            self._layout = text.layout_hash(self._hello_text)
             return
-        self._body = wire.hello_body(*about)
-        self._layout = wire.layout_of(self._body)
-        columns = [self.series[c.name] for c in self._now]
-        dtype = np.dtype([(f"c{i}", f"<{np.dtype(c.type).str[1:]}") for i, c in enumerate(self._now)])
+        self._body = wire.hello_body(*description)
+        self._layout = wire.layout_hash(self._body)
+        columns = [self.series[c.name] for c in self._configured]
+        dtype = np.dtype([(f"c{i}", little_endian(c.type)) for i, c in enumerate(self._configured)])
         self._rows = np.zeros(len(columns[0]), dtype)
-        for i, (c, column) in enumerate(zip(self._now, columns, strict=True)):
+        for i, (c, column) in enumerate(zip(self._configured, columns, strict=True)):
             raw = (column - c.offset) / c.scale
-            self._rows[f"c{i}"] = raw if c.type == "f" else np.clip(np.rint(raw), *RANGES.get(c.type, (0, 2**32 - 1)))
+            is_float = c.type == "f"
+            self._rows[f"c{i}"] = raw if is_float else np.clip(np.rint(raw), *INTEGER_RANGES.get(c.type, UINT32_RANGE))
 
     def __len__(self) -> int:
         return len(next(iter(self.series.values())))
 
-    def sent(self) -> Iterator[tuple[float, bytes]]:
-        """(when [s], bytes) in order, faults included; b"" is the cable that is pulled out and put in again."""
-        f, told, state = self.faults, -self.hello_every, -STATUS_EVERY
-        once = {name: getattr(f, name) for name in ("restart", "relayout", "unplug", "pause", "huge_hello", "garble")}
-        garbled, origin = False, self.start
-        first = 0
-        while first < len(self):
-            when = first / self.rate
-            due = [name for name, at in once.items() if at and when >= at]
-            for name in due:
-                del once[name]
-                if name == "restart":
-                    self._restart()
-                    origin, told = -round(when * 1e6), -self.hello_every
-                elif name == "relayout":
-                    self._lay_out([replace_name(c) if i else c for i, c in enumerate(self.channels[:-1])])
-                    told = -self.hello_every
-                elif name == "unplug":
-                    self.truth.unplugged += 1
-                    yield when, b""
-                elif name == "pause":
-                    first += round(self.rate)
-                    when = first / self.rate
-                elif name == "huge_hello":
-                    yield when, self._huge()
-                elif name == "garble":
-                    garbled = True
-            if when - told >= self.hello_every:
-                told = when
-                yield from self._leave(when, self._hello(), garbled, spare=True)
-            micros = origin + round(when * 1e6 * (1.0 + self.drift))
-            if when - state >= STATUS_EVERY:
-                state = when
-                yield from self._leave(when, self._status(micros), garbled)
-            count = min(self.block, len(self) - first) if self.form == "binary" else 1
-            self.truth.samples += count
-            yield from self._leave(when + (count - 1) / self.rate, self._samples(first, count, micros), garbled)
-            first += count
+    def transmit(self) -> Iterator[TimedBytes]:
+        """Yield (time [s], bytes) in order, faults included; b"" is a cable unplugged and plugged in again."""
+        state = _Transmission(0, 0.0, self.start, -self.hello_interval, -STATUS_INTERVAL)
+        remaining = {name: getattr(self.faults, name) for name in SINGLE_FAULTS}
+        while state.sample < len(self):
+            state.time = state.sample / self.rate
+            for name in [name for name, at in remaining.items() if at and state.time >= at]:
+                del remaining[name]
+                yield from self._inject(name, state)
+            if state.time - state.last_hello >= self.hello_interval:
+                state.last_hello = state.time
+                yield from self._send(state.time, self._hello(), state.is_garbled, is_protected=True)
+            clock = state.origin + round(state.time * 1e6 * (1.0 + self.drift))
+            if state.time - state.last_status >= STATUS_INTERVAL:
+                state.last_status = state.time
+                yield from self._send(state.time, self._status(clock), state.is_garbled)
+            count = min(self.block, len(self) - state.sample) if self.form == "binary" else 1
+            self.sent_counts.samples += count
+            end = state.time + (count - 1) / self.rate
+            yield from self._send(end, self._samples(state.sample, count, clock), state.is_garbled)
+            state.sample += count
 
-    def _leave(self, when: float, frame: bytes, garbled: bool, spare: bool = False) -> Iterator[tuple[float, bytes]]:
-        """A frame as it leaves: whole, not at all, changed, twice, or with junk ahead of it."""
-        self._number += 1
-        f, chance = self.faults, self._random.random(4) if not spare else np.ones(4)
-        if chance[0] < f.drop:
-            self.truth.dropped += 1
+    def _inject(self, name: str, state: _Transmission) -> Iterator[TimedBytes]:
+        """Apply a single fault."""
+        if name == "restart":
+            self._restart()
+            state.origin = -round(state.time * 1e6)
+            state.last_hello = -self.hello_interval
+        elif name == "relayout":
+            self._configure([rescaled(c) if i else c for i, c in enumerate(self.channels[:-1])])
+            state.last_hello = -self.hello_interval
+        elif name == "unplug":
+            self.sent_counts.unplugged += 1
+            yield state.time, b""
+        elif name == "pause":
+            state.sample += round(self.rate)
+            state.time = state.sample / self.rate
+        elif name == "huge_hello":
+            yield state.time, self._huge_hello()
+        elif name == "garble":
+            state.is_garbled = True
+
+    def _send(self, time: float, frame: bytes, is_garbled: bool, is_protected: bool = False) -> Iterator[TimedBytes]:
+        """Yield a frame with its random faults: dropped, preceded by junk, damaged, garbled or repeated."""
+        self.next_frame_number += 1
+        faults = self.faults
+        chance = np.ones(4) if is_protected else self._random.random(4)
+        if chance[0] < faults.drop:
+            self.sent_counts.dropped += 1
             return
-        if chance[1] < f.junk:
-            yield when, self._random.bytes(int(self._random.integers(1, 40))).replace(b"\n", b"!") + self._end()
-        if chance[2] < f.damage:
-            self.truth.damaged += 1
-            frame = damaged(frame, self._random, self._end())
-        if garbled:
+        if chance[1] < faults.junk:
+            junk = self._random.bytes(int(self._random.integers(1, MAX_JUNK_BYTES)))
+            yield time, junk.replace(b"\n", b"!") + self._delimiter()
+        if chance[2] < faults.damage:
+            self.sent_counts.damaged += 1
+            frame = damage_frame(frame, self._random, self._delimiter())
+        if is_garbled:
             frame = bytes(self._random.integers(128, 255, len(frame), dtype=np.uint8))
-        self.truth.frames += 1
-        yield when, frame
-        if chance[3] < f.repeat:
-            self.truth.repeated += 1
-            yield when, frame
+        self.sent_counts.frames += 1
+        yield time, frame
+        if chance[3] < faults.repeat:
+            self.sent_counts.repeated += 1
+            yield time, frame
 
     def _restart(self) -> None:
-        self.truth.restarts += 1
+        self.sent_counts.restarts += 1
         self._boot = (self._boot + 1) % 2**32
-        self._number = 0
-        self._lay_out(self._now)
+        self.next_frame_number = 0
+        self._configure(self._configured)
 
     def _hello(self) -> bytes:
-        """A hello with a delimiter ahead of it: junk on the line before it costs nothing then."""
+        """Encode a hello after a delimiter, which ends any junk on the line."""
         if self.form == "text":
-            return self._end() + text.hello(self._number, self._hello_text)
-        return self._end() + wire.hello(self._number, self._body)
+            return self._delimiter() + text.encode_hello(self.next_frame_number, self._hello_text)
+        return self._delimiter() + wire.encode_hello(self.next_frame_number, self._body)
 
-    def _huge(self) -> bytes:
-        """A hello that claims far more channels than it names, with a CRC that fits."""
+    def _huge_hello(self) -> bytes:
+        """Encode a hello that claims far more channels than it names, with a correct CRC."""
         if self.form == "text":
-            return text.line(f"H,0000,0,{self._boot},{self.rate},x,y,1000000,a;m;1;0")
+            return text.encode_line(f"H,0000,0,{self._boot},{self.rate},x,y,1000000,a;m;1;0")
         body = bytearray(self._body)
-        at = self._body.index(self._now[0].name.encode()) - wire.PER_CHANNEL.size - 3
+        at = self._body.index(self._configured[0].name.encode()) - wire.CHANNEL_HEADER.size - 3
         body[at : at + 2] = b"\xff\xff"
-        return wire.hello(self._number, bytes(body))
+        return wire.encode_hello(self.next_frame_number, bytes(body))
 
-    def _status(self, micros: int) -> bytes:
-        status = text.status if self.form == "text" else wire.status
-        return status(self._layout, self._number, micros, 0, 21.5, 12.4)
+    def _status(self, clock: int) -> bytes:
+        encode = text.encode_status if self.form == "text" else wire.encode_status
+        return encode(self._layout, self.next_frame_number, clock, 0, 21.5, 12.4)
 
-    def _samples(self, first: int, count: int, micros: int) -> bytes:
+    def _samples(self, first: int, count: int, clock: int) -> bytes:
         if self.form == "text":
-            values = [(float(self.series[c.name][first]) - c.offset) / c.scale for c in self._now]
-            return text.sample(self._layout, self._number, micros, values)
+            values = [(float(self.series[c.name][first]) - c.offset) / c.scale for c in self._configured]
+            return text.encode_sample(self._layout, self.next_frame_number, clock, values)
         data = self._rows[first : first + count].tobytes()
         if self.block == 1:
-            return wire.sample(self._layout, self._number, micros, data)
-        return wire.block(self._layout, self._number, micros, count, data)
+            return wire.encode_sample(self._layout, self.next_frame_number, clock, data)
+        return wire.encode_block(self._layout, self.next_frame_number, clock, count, data)
 
-    def _end(self) -> bytes:
+    def _delimiter(self) -> bytes:
         return text.DELIMITER if self.form == "text" else wire.DELIMITER
 
 
-def replace_name(channel: Channel) -> Channel:
-    """The channel after somebody gave the logger another configuration."""
+def rescaled(channel: Channel) -> Channel:
+    """Return the channel with twice the scale and no offset, as after a change of configuration."""
     return channel._replace(offset=0.0, scale=channel.scale * 2.0)
 
 
-def damaged(frame: bytes, random: np.random.Generator, end: bytes = wire.DELIMITER) -> bytes:
-    """A frame with flipped bits, a byte lost, a byte too many, cut off or overwritten; its delimiter stays."""
+def damage_frame(frame: bytes, random: np.random.Generator, end: bytes = wire.DELIMITER) -> bytes:
+    """Damage a frame: flip bits, delete or insert a byte, truncate or overwrite it; keep its delimiter."""
     body = bytearray(frame[: -len(end)])
-    before = _said(bytes(body), end)
-    while _said(bytes(body), end) == before:
-        kind, at = int(random.integers(5)), int(random.integers(len(body)))
+    original = _received(bytes(body), end)
+    while _received(bytes(body), end) == original:
+        kind = int(random.integers(5))
+        at = int(random.integers(len(body)))
         if kind == 0:
-            for place in random.integers(len(body), size=int(random.integers(1, 5))):
-                body[int(place)] ^= 1 << int(random.integers(8))
+            for position in random.integers(len(body), size=int(random.integers(1, 5))):
+                body[int(position)] ^= 1 << int(random.integers(8))
         elif kind == 1:
             del body[at]
         elif kind == 2:
@@ -213,8 +276,8 @@ def damaged(frame: bytes, random: np.random.Generator, end: bytes = wire.DELIMIT
     return bytes(body) + end
 
 
-def _said(body: bytes, end: bytes) -> bytes:
-    """What a receiver reads in a frame: some changes leave it as it was."""
+def _received(body: bytes, end: bytes) -> bytes:
+    """Return what a receiver reads in a frame, which some changes leave as it was."""
     if end != wire.DELIMITER:
         return body.removesuffix(b"\r")
     try:

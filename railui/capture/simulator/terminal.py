@@ -1,4 +1,4 @@
-"""A pseudo-terminal as a serial port: a software logger plays on it, its cable can be pulled out and put in again."""
+"""Pseudo-terminal as a serial port of a simulated logger, with a cable that can be unplugged and plugged in."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ import tty
 from collections.abc import Callable
 from pathlib import Path
 
-from railui.capture.simulator.logger import Logger
+from railui.capture.simulator.logger import SimulatedLogger
 
-LOOK, LOOKS = 0.02, 10  # s between two looks at a terminal, and as many in a row must find it empty
-LEAVE = 30.0  # s for a reader to take the last bytes
+POLL_INTERVAL = 0.02  # s
+EMPTY_POLLS = 10  # consecutive polls that must find the terminal empty
+DRAIN_TIMEOUT = 30.0  # s for a reader to take the last bytes
+MIN_SLEEP = 0.005  # s
 
 
-class Terminal:
-    """A pseudo-terminal under a name that stays while the cable is pulled and put in again."""
+class PseudoTerminal:
+    """Pseudo-terminal under a name (symbolic link) that stays the same when the cable is plugged in again."""
 
     def __init__(self, link: Path) -> None:
         self.link = link
@@ -26,66 +28,90 @@ class Terminal:
         self.plug()
 
     def plug(self) -> None:
-        """Opens it and lays the name to it."""
+        """Open the terminal and link its name to it."""
         self.master, self.slave = os.openpty()
         tty.setraw(self.slave)
-        beside = self.link.with_name(f".{self.link.name}.new")
-        beside.unlink(missing_ok=True)
-        beside.symlink_to(os.ttyname(self.slave))
-        beside.replace(self.link)
+        new_link = self.link.with_name(f".{self.link.name}.new")
+        new_link.unlink(missing_ok=True)
+        new_link.symlink_to(os.ttyname(self.slave))
+        new_link.replace(self.link)
 
     def unplug(self) -> None:
-        """Takes the name away and hangs up."""
+        """Remove the name and close the terminal."""
         self.link.unlink(missing_ok=True)
         os.close(self.slave)
         os.close(self.master)
 
     def await_reader(self, delimiter: bytes) -> None:
-        """Returns once somebody has opened the port, set it up and reads: it takes two delimiters.
+        """Wait until a reader has opened the port, set it up and taken two delimiters.
 
-        What is there while a port is opened is thrown away, so the first may be lost.
+        The system discards what arrives while a port is opened, so the first delimiter may be lost.
         """
-        own = termios.tcgetattr(self.slave)
-        while termios.tcgetattr(self.slave) == own:
-            time.sleep(LOOK)
+        settings = termios.tcgetattr(self.slave)
+        while termios.tcgetattr(self.slave) == settings:
+            time.sleep(POLL_INTERVAL)
         for _ in range(2):
             self.write(delimiter)
             self.await_empty()
 
-    def unread(self) -> int:
-        """Bytes that wait for the reader."""
+    def unread_bytes(self) -> int:
+        """Return the bytes that wait for the reader."""
         return int.from_bytes(fcntl.ioctl(self.slave, termios.FIONREAD, bytes(4)), sys.byteorder)
 
     def await_empty(self, seconds: float = float("inf")) -> None:
-        """Gives the reader so much time to take what was written.
+        """Wait until the reader has taken everything, at most for a time [s].
 
-        The system refills the reader's queue from its own a moment after it was emptied: one look would not do.
+        The system refills the reader's queue a moment after it was emptied, so one poll is not enough.
         """
-        until, empty = time.monotonic() + seconds, 0
-        while time.monotonic() < until and empty < LOOKS:
-            empty = 0 if self.unread() else empty + 1
-            time.sleep(LOOK)
+        deadline = time.monotonic() + seconds
+        empty_polls = 0
+        while time.monotonic() < deadline and empty_polls < EMPTY_POLLS:
+            empty_polls = 0 if self.unread_bytes() else empty_polls + 1
+            time.sleep(POLL_INTERVAL)
 
     def write(self, data: bytes) -> None:
-        """All of it, as fast as the reader takes it."""
+        """Write all data, blocking while the reader is behind."""
         while data:
             data = data[os.write(self.master, data) :]
 
 
+def _always() -> bool:
+    """Continue to the end."""
+    return True
+
+
 def play(
-    logger: Logger, terminal: Terminal, pace: float = 1.0, unplugged: float = 1.0, go: Callable[[], bool] = lambda: True
+    logger: SimulatedLogger,
+    terminal: PseudoTerminal,
+    pace: float = 1.0,
+    unplugged_seconds: float = 1.0,
+    should_continue: Callable[[], bool] = _always,
 ) -> None:
-    """Sends it all, `pace` times as fast as it was; unplugged for so many seconds; ends early where `go` says so."""
-    begun = time.monotonic()
-    for when, data in logger.sent():
-        ahead = begun + when / pace - time.monotonic()
-        if ahead > 0.005:
+    """Send everything a logger transmits.
+
+    Parameters
+    ----------
+    logger
+        Logger to play.
+    terminal
+        Terminal that it writes to.
+    pace
+        Speed relative to real time.
+    unplugged_seconds
+        Time between unplugging the cable and plugging it in [s].
+    should_continue
+        Function that ends the transmission early by returning False.
+    """
+    start = time.monotonic()
+    for when, data in logger.transmit():
+        ahead = start + when / pace - time.monotonic()
+        if ahead > MIN_SLEEP:
             time.sleep(ahead)
-        if not go():
+        if not should_continue():
             return
         if data:
             terminal.write(data)
         else:
             terminal.unplug()
-            time.sleep(unplugged)
+            time.sleep(unplugged_seconds)
             terminal.plug()

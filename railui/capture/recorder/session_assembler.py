@@ -1,0 +1,298 @@
+"""Frames to sessions: unwrap numbers and times, count gaps, begin a session wherever the logger changes."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.capture.protocol.frames import Frame, Hello, Mark, Samples, Status
+from railui.capture.protocol.link import Link, LinkStatistics
+from railui.capture.recorder.clock import COUNTER_PERIOD, LoggerClock
+from railui.capture.recorder.sessions import LoggerSession, Marker, PendingSamples, RecordingCounts, Rows
+from railui.runs.segments import GAP_INTERVALS
+
+MAX_PENDING_BYTES = 1 << 20  # of frames that wait for their hello
+MAX_LOST_AFTER_RESTART = 1000  # frames; a higher number is where the logger began to count, not a loss
+MICROSECONDS = 1e6
+DecodedRows = list[tuple[LoggerSession, Rows]]
+
+
+class SessionAssembler:
+    """Bytes and events of a recording, in their order, to sessions with rows; the result depends on these alone."""
+
+    def __init__(self) -> None:
+        self.counts = RecordingCounts()
+        self.sessions: list[LoggerSession] = []
+        self.markers: list[Marker] = []
+        self._closed_links = LinkStatistics()
+        self._link = Link()
+        self._session: LoggerSession | None = None
+        self._boot: int | None = None
+        self._next_number: int | None = None
+        self._is_restarted = False
+        self._clock = LoggerClock()
+        self._pending: deque[Frame] = deque()
+        self._pending_bytes = 0
+        self._reason = "begin"
+        self._overruns: int | None = None
+
+    # -- events
+
+    def feed(self, data: bytes) -> DecodedRows:
+        """Return the rows that these bytes complete, in their order."""
+        rows: DecodedRows = []
+        for frame in self._link.feed(data):
+            self._process(frame, rows)
+        self._decode_pending(rows)
+        return rows
+
+    def reconnect(self) -> None:
+        """Begin a session with the next hello, after the link was interrupted."""
+        self._close_link()
+        self.counts.reconnects += 1
+        self._reason = "reconnect"
+
+    def add_marker(self, text: str) -> None:
+        """Add a marker of the user at the newest sample."""
+        session = self._session
+        number, t = (session.number, session.last_time) if session else (None, None)
+        self.markers.append(Marker(number, t, "typed", text))
+
+    def close(self) -> None:
+        """End the recording."""
+        self._close_link()
+
+    # -- state
+
+    def link_statistics(self) -> LinkStatistics:
+        """Return the frame counts of all connections so far."""
+        total = LinkStatistics()
+        total.add(self._closed_links)
+        total.add(self._link.statistics)
+        return total
+
+    @property
+    def form(self) -> str | None:
+        """Form of the frames, binary or text; None before the first valid frame."""
+        return self._link.form
+
+    @property
+    def newest_sample(self) -> tuple[int, float] | None:
+        """Boot and time [s] of the newest sample."""
+        if self._session is None or self._session.last_time is None:
+            return None
+        return self._session.hello.boot, self._session.last_time
+
+    @property
+    def next_frame_number(self) -> int | None:
+        """Expected number of the next frame, None before the first."""
+        return self._next_number
+
+    @property
+    def pending_bytes(self) -> int:
+        """Bytes of frames that wait for their hello."""
+        return self._pending_bytes
+
+    # -- frames
+
+    def _process(self, frame: Frame, rows: DecodedRows) -> None:
+        if isinstance(frame, Hello):
+            if self._session is None or not _is_same_logger(frame, self._session.hello):
+                self._decode_pending(rows)
+                self._begin_session(frame)
+                self._process_postponed(frame.layout, rows)
+            self._count_frame(frame.number)
+        elif self._session is not None and frame.layout == self._session.hello.layout:
+            self._process_in_session(self._session, frame, rows)
+        else:
+            self._postpone(frame)
+
+    def _process_in_session(self, session: LoggerSession, frame: Frame, rows: DecodedRows) -> None:
+        skipped = self._count_frame(frame.number)
+        if skipped is None:
+            return
+        if isinstance(frame, Samples):
+            self._add_samples(session, frame, skipped, rows)
+        elif isinstance(frame, Status):
+            self._add_status(session, frame)
+        elif isinstance(frame, Mark):
+            t = self._session_time(session, frame.time)
+            self.markers.append(Marker(session.number, t, frame.source, frame.label, frame.utc or None))
+
+    def _count_frame(self, number: int) -> int | None:
+        """Count the frames lost before this one and return their number; None if the frame is repeated."""
+        if self._next_number is None or (self._is_restarted and number > MAX_LOST_AFTER_RESTART):
+            self._next_number = number
+        self._is_restarted = False
+        skipped = (number - self._next_number) % COUNTER_PERIOD
+        if skipped >= COUNTER_PERIOD // 2:
+            self.counts.repeated_frames += 1
+            return None
+        self._next_number = (number + 1) % COUNTER_PERIOD
+        self.counts.lost_frames += skipped
+        return skipped
+
+    def _add_status(self, session: LoggerSession, frame: Status) -> None:
+        previous = self._overruns if self._overruns is not None else frame.overruns
+        self.counts.overruns += (frame.overruns - previous) % COUNTER_PERIOD
+        self._overruns = frame.overruns
+        session.status = {"temperature": frame.temperature, "battery": frame.battery}
+
+    def _session_time(self, session: LoggerSession, time: int) -> float | None:
+        """Return the session time [s] of an instant [us, wrapped] near the newest sample."""
+        now = self._clock.now
+        if now is None:
+            return None
+        half = COUNTER_PERIOD // 2
+        return (now + (time - now + half) % COUNTER_PERIOD - half - session.origin) * 1e-6
+
+    # -- samples
+
+    def _add_samples(self, session: LoggerSession, frame: Samples, skipped: int, rows: DecodedRows) -> None:
+        count = self._checked_count(session.hello, frame)
+        if not count:
+            return
+        rate = session.hello.rate
+        time = self._clock.unwrap(frame.time, (skipped * count + 1) * MICROSECONDS / rate)
+        if time is None:
+            session = self._begin_after_clock_jump(session, rows)
+            time = frame.time
+        if self._clock.origin is None:
+            self._clock.origin = session.origin = time
+        t = (time - session.origin) * 1e-6
+        interval = session.update_interval(t, skipped)
+        if session.last_time is not None:
+            steps = (t - session.last_time) * rate
+            if steps <= 0:
+                self._refuse(f"a time stamp {-1e3 * steps / rate:.3g} ms before that of the previous sample")
+                return
+            if steps > GAP_INTERVALS:
+                self._count_gap(session, round(steps) - 1)
+        session.first_time = t if session.first_time is None else session.first_time
+        session.frame_time = t
+        session.frame_samples = count
+        session.last_time = t + (count - 1) * interval
+        session.samples += count
+        self.counts.samples += count
+        self._clock.now = time + round((count - 1) * interval * MICROSECONDS)
+        session.pending.append(PendingSamples(t, count, interval, frame.data))
+
+    def _checked_count(self, hello: Hello, frame: Samples) -> int:
+        """Return the number of samples of a frame; refuse it and return 0 if its data contradict the hello."""
+        size = hello.sample_dtype.itemsize
+        if isinstance(frame.data, bytes):
+            fits = len(frame.data) == frame.sample_count * size
+        else:
+            fits = len(frame.data) == len(hello.channels)
+        if fits:
+            return frame.sample_count
+        content = f"{len(frame.data)} {'bytes' if isinstance(frame.data, bytes) else 'values'}"
+        expected = f"{frame.sample_count} samples of {size} bytes, {len(hello.channels)} channels"
+        self._refuse(f"{content} instead of {expected}")
+        return 0
+
+    def _begin_after_clock_jump(self, session: LoggerSession, rows: DecodedRows) -> LoggerSession:
+        self._decode_pending(rows)
+        self.counts.clock_jumps += 1
+        self._clock = LoggerClock()
+        self._reason = "the logger's clock ran back"
+        return self._begin_session(session.hello)
+
+    def _count_gap(self, session: LoggerSession, missing: int) -> None:
+        session.gaps += 1
+        session.missing_samples += missing
+        self.counts.gaps += 1
+        self.counts.missing_samples += missing
+
+    def _decode_pending(self, rows: DecodedRows) -> None:
+        """Decode the pending samples of the session to rows."""
+        session = self._session
+        if session is None or not session.pending:
+            return
+        pending = session.pending
+        session.pending = []
+        rows.append((session, Rows(_sample_times(pending), _sample_values(session.hello, pending))))
+
+    # -- sessions
+
+    def _begin_session(self, hello: Hello) -> LoggerSession:
+        reason = self._reason
+        if self._boot is not None and hello.boot != self._boot:
+            reason = "restart" if self._session is not None else "reconnect after a restart"
+            self._count_restart()
+        elif self._session is not None and not _is_same_logger(hello, self._session.hello):
+            self.counts.layout_changes += 1
+            reason = "other channels"
+        self._boot = hello.boot
+        self._reason = "begin"
+        session = LoggerSession(len(self.sessions) + 1, hello, reason, self._clock.origin or 0)
+        self.sessions.append(session)
+        self._session = session
+        return session
+
+    def _count_restart(self) -> None:
+        self.counts.restarts += 1
+        self._next_number = 0 if self._session is not None else None
+        self._is_restarted = True
+        self._clock = LoggerClock()
+        self._overruns = None
+
+    def _close_link(self) -> None:
+        self._closed_links.add(self._link.close())
+        self._link = Link()
+        self.counts.frames_without_hello += len(self._pending)
+        self._pending.clear()
+        self._pending_bytes = 0
+        self._session = None
+
+    def _postpone(self, frame: Frame) -> None:
+        """Store a frame until its hello arrives."""
+        self._pending.append(frame)
+        self._pending_bytes += _memory_size(frame)
+        while self._pending_bytes > MAX_PENDING_BYTES:
+            self._pending_bytes -= _memory_size(self._pending.popleft())
+            self.counts.frames_without_hello += 1
+
+    def _process_postponed(self, layout: int, rows: DecodedRows) -> None:
+        """Process the stored frames of a layout."""
+        frames = self._pending
+        self._pending = deque()
+        self._pending_bytes = 0
+        for frame in frames:
+            if frame.layout == layout and self._session is not None:
+                self._process_in_session(self._session, frame, rows)
+            else:
+                self._postpone(frame)
+
+    def _refuse(self, reason: str) -> None:
+        self._link.statistics.add_refusal(reason)
+
+
+def _sample_times(pending: list[PendingSamples]) -> FloatArray:
+    """Return the times [s] of all samples of frames."""
+    counts = np.array([frame.count for frame in pending])
+    first = np.repeat(np.array([frame.t for frame in pending], dtype=np.float64), counts)
+    interval = np.repeat(np.array([frame.interval for frame in pending], dtype=np.float64), counts)
+    index = np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.asarray(first + index * interval)
+
+
+def _sample_values(hello: Hello, pending: list[PendingSamples]) -> FloatArray:
+    """Return the values [sample, channel] of all samples of frames."""
+    parts = [frame.data for frame in pending if isinstance(frame.data, bytes)]
+    if parts:
+        return hello.decode_samples(b"".join(parts))
+    return hello.to_physical(np.array([frame.data for frame in pending], dtype=np.float64))
+
+
+def _is_same_logger(a: Hello, b: Hello) -> bool:
+    return (a.layout, a.boot, a.rate, a.channels) == (b.layout, b.boot, b.rate, b.channels)
+
+
+def _memory_size(frame: Frame) -> int:
+    """Return the approximate memory [bytes] of a frame."""
+    if not isinstance(frame, Samples):
+        return 64
+    return 64 + len(frame.data) * (1 if isinstance(frame.data, bytes) else 8)

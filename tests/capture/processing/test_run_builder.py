@@ -1,0 +1,78 @@
+"""Recordings of a bogie and of a test rig to runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from railui.capture.formats import write_recording
+from railui.capture.processing.recording import Recording
+from railui.capture.processing.run_builder import build_measured_run
+from railui.capture.processing.sensor_map import load_map
+from railui.cli import cli
+from railui.cli.import_ import show_imported_run
+from railui.cli.invocation import Invocation
+from railui.runs.run import load_run
+from tests.capture.processing.test_sensor_map import SERIES, UNITS, T, write_map
+from tests.capture.simulated_runs import sensor_readings, simulated_motion
+
+
+def test_gravity_on_a_lateral_axis_gives_a_note(tmp_path: Path) -> None:
+    columns = simulated_motion()
+    signals = sensor_readings(columns)
+    names = ("ay1", "ay2", "e1_right", "e1_left", "e2_right", "e2_left", "roll_rate1")
+    channels = {name: signals[name] for name in names} | {"v": columns["v"]}
+    channels["ay1"] = channels["ay1"] + 9.81
+    units: dict[str, str | None] = {n: "m" for n in names} | {
+        "ay1": "m/s^2",
+        "ay2": "m/s^2",
+        "roll_rate1": "rad/s",
+        "v": "m/s",
+    }
+    path = write_map(tmp_path, "sensors:\n" + "".join(f"  {n}: {{channel: {n}}}\n" for n in names))
+    run = build_measured_run(Recording("a", columns["t"], channels, units), load_map(path))
+    assert any("ay1" in note and "gravity is on its axis" in note for note in run.notes)
+
+
+def test_standstill_at_the_start_is_ignored(tmp_path: Path) -> None:
+    columns = simulated_motion()
+    sensors = {name: x for name, x in sensor_readings(columns).items() if name[0] in "ae" or name == "roll_rate1"}
+    speed = np.where(columns["t"] < columns["t"][0] + 12.0, 0.0, columns["v"])
+    units: dict[str, str | None] = {"v": "m/s"}
+    units |= {name: {"a": "m/s^2", "e": "m", "r": "rad/s"}[name[0]] for name in sensors}
+    path = write_map(tmp_path, "sensors:\n" + "".join(f"  {name}: {{channel: {name}}}\n" for name in sensors))
+    run = build_measured_run(Recording("a", columns["t"], sensors | {"v": speed}, units), load_map(path))
+    assert "12 s at a standstill are ignored" in run.notes
+    assert run.columns["t"][0] >= columns["t"][0] + 12.0 and np.all(run.columns["v"] > 1.0)
+    assert run.rail_quality is not None and run.rail_quality.correlation > 0.9
+
+
+def test_recording_of_a_test_rig_becomes_a_run(tmp_path: Path) -> None:
+    write_recording(tmp_path / "bench.mf4", Recording("a", T, SERIES, UNITS))
+    (tmp_path / "map.yaml").write_text("sensors: {u: {channel: acc_y}, z: {channel: way}}\n")
+    arguments = [
+        "import",
+        str(tmp_path / "bench.mf4"),
+        "--map",
+        str(tmp_path / "map.yaml"),
+        "-o",
+        str(tmp_path / "r.csv.gz"),
+    ]
+    result = CliRunner().invoke(cli, arguments)
+    assert result.exit_code == 0, result.output
+    run = load_run(tmp_path / "r.csv.gz")
+    assert run.kind == "rig" and run.units["z"] == "mm" and np.allclose(run.columns["z"], SERIES["way"], atol=1e-9)
+
+
+def test_table_of_the_rail_position_states_units(capsys: pytest.CaptureFixture[str]) -> None:
+    quality = SimpleNamespace(valid=(3.0, 70.0), lag=0.01, bands=[(3.0, 25.0, 7e-4, 1e-4)])
+    run = SimpleNamespace(
+        columns={"t": T}, counts={"rows": len(T), "gaps": 0}, notes=(), rail_quality=quality, natural_frequency=2.0
+    )
+    show_imported_run(Invocation(), "run.csv.gz", run)  # type: ignore[arg-type]
+    shown = capsys.readouterr().out
+    assert "wavelengths [m]" in shown and "sd yw [mm]" in shown and "difference of both wheelsets [mm]" in shown

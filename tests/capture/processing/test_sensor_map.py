@@ -1,0 +1,91 @@
+"""Sensor maps: problems of a file, conversion to SI and railui's signs, draft."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from railui.capture.formats import write_recording
+from railui.capture.processing.recording import Recording
+from railui.capture.processing.run_builder import build_measured_run
+from railui.capture.processing.sensor_map import load_map
+from railui.cli import cli
+from railui.io.problems import FileProblems
+from tests.capture.simulated_runs import BOGIE, RATE
+
+T = np.arange(400) / RATE
+SERIES = {"acc_y": np.sin(20 * T), "way": 0.01 * np.cos(3 * T)}
+UNITS: dict[str, str | None] = {"acc_y": "m/s^2", "way": "mm"}
+
+
+def write_map(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "map.yaml"
+    path.write_text(f"vehicle: {BOGIE}\n{text}")
+    return path
+
+
+def test_conventions_signs_units_and_delays_are_converted(tmp_path: Path) -> None:
+    t = np.arange(round(20 * RATE)) / RATE
+    true = np.sin(2 * np.pi * 1.5 * t)
+    channels = {
+        "left_up": -true / 9.80665,  # g, y to the left
+        "turned": -true,  # the sensor points to the left
+        "late": np.sin(2 * np.pi * 1.5 * (t - 0.012)),
+        "offset": 1000 * true + 250.0,
+        "v": np.full(t.size, 40.0),
+        "yw": 1e-3 * np.sin(t),
+    }
+    units: dict[str, str | None] = {
+        "left_up": "g",
+        "turned": "m/s^2",
+        "late": "m/s^2",
+        "offset": "mm",
+        "v": "m/s",
+        "yw": "m",
+    }
+    text = """\
+sensors:
+  ay1: {channel: left_up, convention: ISO 8855, gravity: removed}
+  ay2: {channel: turned, axis: -y, gravity: removed}
+  ayf: {channel: late, delay: 12 ms, gravity: removed}
+  d1: {channel: offset, offset: 250}
+  yw: {channel: yw}
+"""
+    run = build_measured_run(Recording("a", t, channels, units), load_map(write_map(tmp_path, text)))
+    for name in ("ay1", "ay2", "d1"):
+        assert np.allclose(run.columns[name], true, atol=1e-9), name
+    assert np.max(np.abs(run.columns["ayf"] - true)[10:-10]) < 1e-4
+
+
+def test_every_problem_of_a_map_is_reported_with_its_line(tmp_path: Path) -> None:
+    text = "sensors:\n  ay1: {channel: a, axis: z}\n  ay3: {channel: b}\n  rf: {channel: c, noise: 3 mm}\n"
+    text += "speed: {pulses: p}\n"
+    path = write_map(tmp_path, text)
+    with pytest.raises(FileProblems) as unknown:
+        load_map(path)
+    assert [p.key for p in unknown.value.problems] == ["sensors.ay3"] and "did you mean" in str(unknown.value)
+    path = write_map(tmp_path, text.replace("ay3", "ay2"))
+    with pytest.raises(FileProblems) as faults:
+        load_map(path)
+    assert {p.key for p in faults.value.problems} == {"sensors.ay1.axis", "sensors.rf.noise", "speed.radius"}
+    assert all(p.line for p in faults.value.problems)
+
+
+def test_missing_channel_is_reported_with_the_nearest_name(tmp_path: Path) -> None:
+    path = write_map(tmp_path, "sensors: {ay1: {channel: box1}, e1: {channel: way}}\n")
+    recording = Recording("a", T, {"box_1": T, "way": T}, {"box_1": "m/s^2", "way": "kN"})
+    sensor_map = load_map(path)
+    with pytest.raises(FileProblems) as faults:
+        build_measured_run(recording, sensor_map)
+    message = str(faults.value)
+    assert "did you mean 'box_1'" in message and "way:" in message and "the speed is not given" in message
+
+
+def test_draft_contains_every_channel(tmp_path: Path) -> None:
+    write_recording(tmp_path / "bench.h5", Recording("a", T, SERIES, UNITS))
+    result = CliRunner().invoke(cli, ["import", str(tmp_path / "bench.h5"), "--draft", str(tmp_path / "map.yaml")])
+    text = (tmp_path / "map.yaml").read_text()
+    assert result.exit_code == 0 and all(name in text for name in SERIES) and "one of ay1, ay2, ayf" in text

@@ -1,0 +1,182 @@
+"""Frames to sessions: missing data are counted exactly, another logger begins another session."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from railui.arrays import FloatArray
+from railui.capture.protocol import wire
+from railui.capture.protocol.frames import Channel
+from railui.capture.recorder.clock import fit_clock
+from railui.capture.recorder.session_assembler import MAX_PENDING_BYTES, SessionAssembler
+from railui.capture.recorder.sessions import LoggerSession, Rows
+from railui.capture.simulator.logger import Faults, SimulatedLogger
+
+RATE = 200.0
+CHANNELS = tuple(Channel(f"c{i}", "m/s^2", "h", 0.001) for i in range(4))
+
+
+def logger(samples: int = 2000, block: int = 1, form: str = "binary", **more: float) -> SimulatedLogger:
+    random = np.random.default_rng(5)
+    series = {c.name: random.normal(size=samples) for c in CHANNELS}
+    known = {k: more.pop(k) for k in ("drift", "start") if k in more}
+    result = SimulatedLogger(CHANNELS, series, RATE, block, form, Faults(**more))  # type: ignore[arg-type]
+    return dataclasses.replace(result, **known)  # type: ignore[arg-type]
+
+
+def assemble(sender: SimulatedLogger) -> tuple[SessionAssembler, list[tuple[LoggerSession, Rows]]]:
+    assembly = SessionAssembler()
+    rows = []
+    for _, data in sender.transmit():
+        if data:
+            rows += assembly.feed(data)
+        else:
+            assembly.reconnect()
+    return assembly, rows
+
+
+def times(rows: list[tuple[LoggerSession, Rows]], session: int = 1) -> FloatArray:
+    return np.concatenate([r.t for s, r in rows if s.number == session])
+
+
+@pytest.mark.parametrize("form", ["binary", "text"])
+def test_samples_are_decoded_with_their_times(form: str) -> None:
+    sender = logger(form=form)
+    assembly, rows = assemble(sender)
+    values = np.concatenate([r.values for _, r in rows])
+    wanted = np.stack(list(sender.series.values()), axis=1)
+    assert np.max(np.abs(values - wanted)) <= (0.00051 if form == "binary" else 1e-8)
+    assert np.max(np.abs(times(rows) - np.arange(2000) / RATE)) < 1e-6
+    assert assembly.counts.lost_frames == 0 and assembly.counts.gaps == 0
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.integers(0, 2**31),
+    st.sampled_from(["binary", "text"]),
+    st.sampled_from([1, 7]),
+    st.floats(0, 0.2),
+    st.floats(0, 0.2),
+)
+def test_lost_frames_are_counted_exactly(seed: int, form: str, block: int, drop: float, damage: float) -> None:
+    sender = logger(400, block, form, drop=drop, damage=damage, junk=0.05, repeat=0.05, seed=seed)
+    assembly, _ = assemble(sender)
+    sent = sender.sent_counts
+    counts = assembly.counts
+    # frames lost after the last received one have no later number
+    tail = sender.next_frame_number - (assembly.next_frame_number or 0)
+    assert counts.lost_frames + tail == sent.dropped + sent.damaged
+    assert counts.samples + counts.missing_samples <= 400
+    assert assembly.link_statistics().frames == sent.frames + sent.repeated - _invalid_frames(
+        assembly, sent.damaged, sent.repeated
+    )
+
+
+def _invalid_frames(assembly: SessionAssembler, damaged: int, repeated: int) -> int:
+    """Return the sent frames that are invalid: damaged ones, and damaged ones that were repeated."""
+    return damaged + (repeated - assembly.counts.repeated_frames)
+
+
+def test_gap_is_counted_and_remains() -> None:
+    assembly, rows = assemble(logger(pause=3.0))
+    t = times(rows)
+    assert assembly.counts.gaps == 1 and assembly.counts.missing_samples == 200
+    assert np.max(np.diff(t)) == pytest.approx(1.005)
+
+
+def test_time_and_number_continue_when_their_counters_wrap() -> None:
+    assembly, rows = assemble(logger(start=2**32 - 3_000_000))
+    assert len(assembly.sessions) == 1 and assembly.counts.gaps == 0
+    assert times(rows)[-1] == pytest.approx(1999 / RATE, abs=1e-6)
+    late = SessionAssembler()
+    body = wire.hello_body(1, RATE, "x", "1", CHANNELS)
+    layout, data = wire.layout_hash(body), bytes(8)
+    late.feed(
+        wire.encode_hello(2**32 - 2, body)
+        + wire.encode_sample(layout, 2**32 - 1, 0, data)
+        + wire.encode_sample(layout, 0, 5000, data)
+    )
+    assert late.counts.lost_frames == 0 and late.counts.samples == 2
+
+
+def test_silence_longer_than_the_counter_follows_from_the_frame_numbers() -> None:
+    body = wire.hello_body(1, RATE, "x", "1", CHANNELS)
+    layout, data = wire.layout_hash(body), bytes(8)
+    assembly = SessionAssembler()
+    missing = 1_000_000  # 5000 s: the 32 bits of microseconds wrap after 4295 s
+    rows = assembly.feed(wire.encode_hello(0, body) + wire.encode_sample(layout, 1, 0, data))
+    rows += assembly.feed(wire.encode_sample(layout, 2 + missing, 5000 * (missing + 1) % 2**32, data))
+    assert times(rows)[-1] == pytest.approx((missing + 1) / RATE)
+    assert assembly.counts.lost_frames == missing and assembly.counts.missing_samples == missing
+
+
+def test_clock_that_runs_back_begins_a_session() -> None:
+    body = wire.hello_body(1, RATE, "x", "1", CHANNELS)
+    layout, data = wire.layout_hash(body), bytes(8)
+    assembly = SessionAssembler()
+    assembly.feed(
+        wire.encode_hello(0, body)
+        + wire.encode_sample(layout, 1, 9_000_000, data)
+        + wire.encode_sample(layout, 2, 1000, data)
+    )
+    assert assembly.counts.clock_jumps == 1 and [s.samples for s in assembly.sessions] == [1, 1]
+
+
+def test_restart_begins_a_session_without_loss() -> None:
+    assembly, rows = assemble(logger(restart=4.0))
+    assert [s.reason for s in assembly.sessions] == ["begin", "restart"]
+    assert assembly.counts.restarts == 1 and assembly.counts.lost_frames == 0
+    assert sum(r.t.size for _, r in rows) == 2000 and times(rows, 2)[0] == 0.0
+
+
+def test_other_channels_begin_a_session() -> None:
+    assembly, rows = assemble(logger(relayout=4.0))
+    _, second = assembly.sessions
+    assert second.reason == "other channels" and len(second.hello.channels) == 3
+    assert {r.values.shape[1] for s, r in rows if s is second} == {3} and assembly.counts.lost_frames == 0
+
+
+def test_samples_wait_for_their_hello_in_limited_memory() -> None:
+    body = wire.hello_body(1, RATE, "x", "1", CHANNELS)
+    layout, data = wire.layout_hash(body), bytes(8)
+    assembly = SessionAssembler()
+    count = 100_000
+    for n in range(count):
+        assembly.feed(wire.encode_sample(layout, n, 5000 * n % 2**32, data))
+    assert assembly.pending_bytes <= MAX_PENDING_BYTES and assembly.counts.frames_without_hello > 0
+    rows = assembly.feed(wire.encode_hello(count, body))
+    assert sum(r.t.size for _, r in rows) == count - assembly.counts.frames_without_hello > 10_000
+    assert assembly.counts.lost_frames == 0
+
+
+def test_samples_that_contradict_their_hello_are_refused() -> None:
+    body = wire.hello_body(1, RATE, "x", "1", CHANNELS)
+    assembly = SessionAssembler()
+    assembly.feed(wire.encode_hello(0, body) + wire.encode_sample(wire.layout_hash(body), 1, 0, bytes(6)))
+    assert assembly.counts.samples == 0 and "8 bytes" in assembly.link_statistics().reasons[0]
+
+
+def test_clock_error_leaves_no_gaps_between_blocks() -> None:
+    assembly, rows = assemble(logger(20_000, block=100, drift=0.004))
+    steps = np.diff(times(rows))
+    assert assembly.counts.gaps == 0 and assembly.link_statistics().refused == 0
+    assert np.max(np.abs(steps[10_000:] * RATE - 1.004)) < 2e-3
+
+
+def test_reconnect_begins_a_session_on_the_same_clock() -> None:
+    assembly, rows = assemble(logger(unplug=4.0))
+    assert [s.reason for s in assembly.sessions] == ["begin", "reconnect"] and assembly.counts.reconnects == 1
+    assert times(rows, 2)[0] > times(rows, 1)[-1]
+
+
+def test_clock_drift_is_estimated_from_samples_that_arrive_late() -> None:
+    random = np.random.default_rng(1)
+    there = np.arange(0.0, 600.0, 1.0)
+    here = 1000.0 + there * (1 + 50e-6) + random.exponential(0.02, there.size)
+    fit = fit_clock(list(zip(there, here, strict=True)))
+    assert fit is not None and fit.drift == pytest.approx(50e-6, abs=10e-6) and fit.drift_sd < 10e-6
