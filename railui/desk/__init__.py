@@ -1,1 +1,1 @@
-"""The desk: a terminal where a day's design work is done; the only floor that knows Textual."""
+"""Terminal user interface: panels for design, campaign, optimisation, track and capture."""

@@ -1,9 +1,10 @@
-"""The desk itself: its panels, files, keys and commands; what the panels do is in the panels."""
+"""Terminal user interface: panels, files, keys and commands."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable
+import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -13,38 +14,47 @@ from textual.app import App, ComposeResult, SystemCommand
 from textual.binding import Binding
 from textual.containers import Horizontal
 from textual.dom import DOMNode
+from textual.events import Resize
 from textual.screen import Screen
 from textual.widgets import ContentSwitcher, Footer, Static
 
-from railui.desk import log
-from railui.desk.heartbeat import Heartbeat, settled, unhindered
-from railui.desk.messages import Offered
+from railui.desk.commands import active_keys, key_commands, panel_commands
+from railui.desk.heartbeat import Heartbeat, freeze_startup_objects, tune_interpreter
+from railui.desk.messages import DesignOffered
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
+from railui.desk.panels.common import PANELS, JobPanel, PanelTabs
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.panels.track import TrackPanel
-from railui.desk.presenters.look import Case
-from railui.desk.services.ours import files_below, kind_of
+from railui.desk.presenters.choices import find_files
+from railui.desk.presenters.design_plots import VIEWS
+from railui.desk.presenters.design_results import RunConditions
+from railui.desk.services.files import file_kind, load_state, log_traceback, save_state
 from railui.desk.state.draft import Draft
-from railui.desk.widgets.dialogs import Ask, Faults, Help, Pick
-from railui.desk.widgets.tabs import PANELS, Tabs
-from railui.io.problems import FileProblems, one_problem
+from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog, ProblemsDialog, QuestionDialog
+from railui.io.problems import FileProblems, file_problem
 
-SMALLEST = (60, 18)
+MIN_COLUMNS = 60
+MIN_ROWS = 18
 
 
 class Desk(App[None]):
-    """The terminal desk of railui."""
+    """Terminal user interface of railui."""
 
     CSS_PATH = "desk.tcss"
     TITLE = "railui"
     HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012
-        (0, "-tiny"), (SMALLEST[0], "-narrow"), (100, "-mid"), (140, "-wide"),
-    ]  # fmt: skip
+        (0, "-tiny"),
+        (MIN_COLUMNS, "-narrow"),
+        (100, "-mid"),
+        (140, "-wide"),
+    ]
     VERTICAL_BREAKPOINTS = [  # noqa: RUF012
-        (0, "-flat"), (SMALLEST[1], "-low"), (36, "-high"),
-    ]  # fmt: skip
+        (0, "-flat"),
+        (MIN_ROWS, "-low"),
+        (36, "-high"),
+    ]
     BINDINGS: ClassVar[list[Any]] = [
         *(Binding(key, f"panel('{name}')", title, show=False) for name, (key, title) in PANELS.items()),
         Binding("f1", "help", "Help"),
@@ -54,19 +64,20 @@ class Desk(App[None]):
         Binding("ctrl+q", "quit", "Quit", priority=True),
     ]
 
-    def __init__(self, path: Path | None = None, *, plain: bool = False) -> None:
+    def __init__(self, path: Path | None = None, *, is_plain: bool = False) -> None:
         super().__init__()
-        self.path, self.plain = path, plain
+        self.path = path
+        self.is_plain = is_plain
         self.heartbeat = Heartbeat()
-        self.state = log.remembered()
-        self._shown = ""
-        self._beating: asyncio.Task[None] | None = None
+        self.state = load_state()
+        self._shown_name = ""
+        self._heartbeat_task: asyncio.Task[None] | None = None
 
     def compose(self) -> ComposeResult:
         with Horizontal(id="bar"):
-            yield Tabs(id="tabs")
+            yield PanelTabs(id="tabs")
             yield Static(id="status")
-        yield Static(id="small")
+        yield Static(id="too-small")
         with ContentSwitcher(initial="design"):
             yield DesignPanel(id="design")
             yield CampaignPanel(id="campaign")
@@ -76,40 +87,46 @@ class Desk(App[None]):
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
-        self.theme = "ansi-dark" if self.plain else self._theme()
-        self.screen.set_class(self.plain, "-plain")
-        if self.plain:
+        self.theme = "ansi-dark" if self.is_plain else self._last_theme()
+        self.screen.set_class(self.is_plain, "-plain")
+        if self.is_plain:
             self.animation_level = "none"
-        self._beating = asyncio.get_running_loop().create_task(self.heartbeat.beat())
-        self.call_after_refresh(settled)
+        self._heartbeat_task = asyncio.get_running_loop().create_task(self.heartbeat.beat())
+        self.call_after_refresh(freeze_startup_objects)
         self.action_panel("design")
-        panel = self.query_one(DesignPanel)
-        panel.case = Case(str(self.state.get("track", Case.track)), float(self.state.get("speed", Case.speed)))
-        panel.view = int(self.state.get("view", 0))
+        track = str(self.state.get("track", RunConditions.track))
+        speed = float(self.state.get("speed", RunConditions.speed))
+        self.design_panel.conditions = RunConditions(track, speed)
+        self.design_panel.view = int(self.state.get("view", 0))
         start = self.path or self.state.get("file")
         if start is not None and (self.path is not None or Path(start).exists()):
             self.open(Path(start))
         else:
             self.call_after_refresh(self.action_open)
 
-    def notify(self, message: str, **more: Any) -> None:
-        """Says it as it is: messages hold units in square brackets and names out of files, never markup."""
-        super().notify(message, **(more | {"markup": False}))
+    def notify(self, message: str, **options: Any) -> None:
+        """Show a message without markup, because it may contain units in square brackets and names of files."""
+        super().notify(message, **(options | {"markup": False}))
 
-    def _theme(self) -> str:
-        wanted = str(self.state.get("theme", "textual-dark"))
-        return wanted if wanted in self.available_themes else "textual-dark"
+    def _last_theme(self) -> str:
+        theme = str(self.state.get("theme", "textual-dark"))
+        return theme if theme in self.available_themes else "textual-dark"
 
-    def on_resize(self, event: Any) -> None:
-        told = f"{event.size.width} x {event.size.height}: the desk wants {SMALLEST[0]} x {SMALLEST[1]}"
-        self.query_one("#small", Static).update(told)
+    def on_resize(self, event: Resize) -> None:
+        text = f"{event.size.width} x {event.size.height}: the desk needs at least {MIN_COLUMNS} x {MIN_ROWS}"
+        self.query_one("#too-small", Static).update(text)
+
+    @property
+    def design_panel(self) -> DesignPanel:
+        """Panel with the design in work."""
+        return self.query_one(DesignPanel)
 
     # files
 
     def open(self, path: Path) -> None:
-        """Opens a design in the form, a campaign in its panel; faults of the file are shown where they stand."""
+        """Open a design, a campaign or a study in its panel, or show the problems of the file."""
         try:
-            kind = kind_of(path)
+            kind = file_kind(path)
             if kind == "campaign":
                 self.query_one(CampaignPanel).open(path)
                 self.action_panel("campaign")
@@ -120,101 +137,97 @@ class Desk(App[None]):
                 return
             draft = Draft.load(path)
         except FileProblems as error:
-            self.push_screen(Faults(str(path), error), lambda answer: self.open(path) if answer else None)
+            self.push_screen(ProblemsDialog(str(path), error), lambda answer: self.open(path) if answer else None)
             return
         except OSError as error:
-            self._fault(path, str(error))
+            self.push_screen(ProblemsDialog(str(path), file_problem(path, str(error), "")))
             return
-        self.query_one(DesignPanel).open(draft)
+        self.design_panel.open(draft)
         self.action_panel("design")
         for problem in draft.design.warnings:
             self.notify(f"{problem.key}: {problem.message}, {problem.remedy}", severity="warning", timeout=8)
 
-    def _fault(self, path: Path, what: str) -> None:
-        self.push_screen(Faults(str(path), one_problem(path, what, "")))
-
     def action_open(self) -> None:
-        here = Path.cwd()
-        choices = [(str(p), str(p.relative_to(here))) for p in files_below(here)]
-        self.push_screen(Pick("Open a design or a campaign", choices, free=True), self._opened)
+        directory = Path.cwd()
+        choices = [(str(p), str(p.relative_to(directory))) for p in find_files(directory)]
+        self.push_screen(ChoiceDialog("Open a design, campaign or study", choices, free=True), self._open_chosen)
 
-    def _opened(self, chosen: str | None) -> None:
+    def _open_chosen(self, chosen: str | None) -> None:
         if chosen is not None:
-            self._unless_unsaved(lambda: self.open(Path(chosen).expanduser()))
+            self._after_saving(lambda: self.open(Path(chosen).expanduser()))
 
     def action_save(self) -> None:
-        self.query_one(DesignPanel).save()
+        self.design_panel.save()
 
     # panels
 
     def action_panel(self, name: str) -> None:
         self.query_one(ContentSwitcher).current = name
         if name == "track":
-            form = self.query_one(DesignPanel)
-            rides = form.draft is not None and form.draft.design.kind != "rig"
-            vehicle = (form.draft.design, form.case.speed) if form.draft is not None and rides else None
-            self.query_one(TrackPanel).begin(form.case.track, vehicle)
-        self.query_one(Tabs).show(name)
+            self._show_track()
+        self.query_one(PanelTabs).show(name)
         panel = self.query_one(f"#{name}")
         first = next((w for w in panel.walk_children() if getattr(w, "can_focus", False) and w.display), None)
         if first is not None:
             self.set_focus(first)  # type: ignore[arg-type]
 
+    def _show_track(self) -> None:
+        draft, conditions = self.design_panel.draft, self.design_panel.conditions
+        vehicle = None
+        if draft is not None and draft.design.kind != "rig":
+            vehicle = (draft.design, conditions.speed)
+        self.query_one(TrackPanel).show_for(conditions.track, vehicle)
+
     @property
     def panel(self) -> DOMNode:
-        """The panel that is open."""
+        """Open panel."""
         return self.query_one(f"#{self.query_one(ContentSwitcher).current}")
 
     @on(DesignPanel.Changed)
-    def _named(self) -> None:
-        draft = self.query_one(DesignPanel).draft
-        if draft is not None:
-            status = Text(f"{draft.name}{' ●' if draft.dirty else '  '}")
-            self.query_one("#status", Static).update(status, layout=draft.name != self._shown)
-            self._shown = draft.name
-        panel = self.query_one(OptimisePanel)
-        if draft is not None and draft.design.kind != "rig":
-            panel.begin(draft.design, self.query_one(DesignPanel).case)
+    def _on_design_changed(self) -> None:
+        draft = self.design_panel.draft
+        if draft is None:
+            return
+        status = Text(f"{draft.name}{' ●' if draft.is_modified else '  '}")
+        self.query_one("#status", Static).update(status, layout=draft.name != self._shown_name)
+        self._shown_name = draft.name
+        if draft.design.kind != "rig":
+            self.query_one(OptimisePanel).suggest_plan(draft.design, self.design_panel.conditions)
 
-    @on(TrackPanel.Used)
-    def _used(self, event: TrackPanel.Used) -> None:
-        if self.query_one(DesignPanel).set("case.track", event.track):
+    @on(TrackPanel.TrackChosen)
+    def _on_track_chosen(self, event: TrackPanel.TrackChosen) -> None:
+        if self.design_panel.set("case.track", event.track):
             self.action_panel("design")
 
-    @on(OptimisePanel.Wished)
-    def _wished(self) -> None:
-        draft = self.query_one(DesignPanel).draft
+    @on(OptimisePanel.DesignRequested)
+    def _on_design_requested(self) -> None:
+        draft = self.design_panel.draft
         if draft is not None:
-            self.query_one(OptimisePanel).take_design(draft.design)
-            self.notify(f"the plan varies {draft.name} as it is now", timeout=3)
+            self.query_one(OptimisePanel).use_design(draft.design)
+            self.notify(f"the plan uses {draft.name} in its current state", timeout=3)
 
-    @on(Offered)
-    def _offered(self, event: Offered) -> None:
-        """A design that a study found goes into the form beside the declared one; undo takes it out again."""
+    @on(DesignOffered)
+    def _on_design_offered(self, event: DesignOffered) -> None:
+        """Open the design of a loop or a search in the form with the nominal design as its base."""
 
         def take() -> None:
-            draft = Draft(event.declared)
-            draft.push(event.design, event.what)
-            self.query_one(DesignPanel).open(draft)
+            draft = Draft(event.nominal)
+            draft.push(event.design, event.description)
+            self.design_panel.open(draft)
             self.action_panel("design")
-            self.notify(event.what, timeout=4)
+            self.notify(event.description, timeout=4)
 
-        self._unless_unsaved(take)
+        self._after_saving(take)
 
     # help, copying, quitting
 
     def action_help(self) -> None:
-        keys = [
-            (self.get_key_display(b.binding), b.binding.description)
-            for b in self.screen.active_bindings.values()
-            if b.binding.description
-        ]
         nodes = [self.panel, *([self.focused] if self.focused is not None else [])]
         texts = [text for node in nodes if (text := getattr(node, "HELP", None))]
-        self.push_screen(Help(texts, keys))
+        self.push_screen(HelpDialog(texts, active_keys(self.screen)))
 
     def action_help_quit(self) -> None:
-        """ctrl+c copies; ctrl+q quits."""
+        """Copy on ctrl+c; ctrl+q quits."""
         for node in (self.focused, self.panel):
             if node is not None and hasattr(node, "action_copy"):
                 node.action_copy()
@@ -222,93 +235,78 @@ class Desk(App[None]):
         self.notify("ctrl+c copies, ctrl+q quits")
 
     async def action_quit(self) -> None:
-        busy = [PANELS[str(panel.id)][1] for panel in self._busy()]
-        if not busy or isinstance(self.screen, Ask):
-            self._unless_unsaved(self._leave)
+        titles = [PANELS[str(panel.id)][1] for panel in self._busy_panels()]
+        if not titles or isinstance(self.screen, QuestionDialog):
+            self._after_saving(self._quit)
             return
 
-        def answered(answer: str | None) -> None:
+        def on_answer(answer: str | None) -> None:
             if answer == "q":
-                self._unless_unsaved(self._leave)
+                self._after_saving(self._quit)
 
-        told = (
-            f"{' and '.join(busy)} {'is' if len(busy) == 1 else 'are'} at work. What was evaluated or recorded is kept."
-        )
-        self.push_screen(Ask(told, {"q": "stop it and quit", "c": "stay here"}), answered)
+        names = " and ".join(titles)
+        question = f"{names} {'is' if len(titles) == 1 else 'are'} running. Stored evaluations and recordings remain."
+        self.push_screen(QuestionDialog(question, {"q": "stop and quit", "c": "cancel"}), on_answer)
 
-    def _busy(self) -> list[CampaignPanel | OptimisePanel | CapturePanel]:
-        """The panels in which a study runs."""
-        panels = (self.query_one(CampaignPanel), self.query_one(OptimisePanel), self.query_one(CapturePanel))
-        return [panel for panel in panels if panel.study is not None]
+    def _busy_panels(self) -> list[JobPanel]:
+        return [panel for panel in self.query(JobPanel) if panel.job is not None]
 
-    def _unless_unsaved(self, go: Any) -> None:
-        """Goes on, after asking where changes would be lost."""
-        draft = self.query_one(DesignPanel).draft
-        if draft is None or not draft.dirty:
-            go()
+    def _after_saving(self, action: Callable[[], object]) -> None:
+        """Run an action; if there are unsaved changes, ask first."""
+        draft = self.design_panel.draft
+        if draft is None or not draft.is_modified:
+            action()
             return
-        if isinstance(self.screen, Ask):
+        if isinstance(self.screen, QuestionDialog):
             return
 
-        def answered(answer: str | None) -> None:
+        def on_answer(answer: str | None) -> None:
             if answer == "s":
                 self.action_save()
-                if not draft.dirty:
-                    go()
-            elif answer == "d":
-                go()
+            if answer == "d" or (answer == "s" and not draft.is_modified):
+                action()
 
-        answers = {"s": "save", "d": "discard the changes", "c": "stay here"}
-        self.push_screen(Ask(f"{draft.name} has changes that are not saved.", answers), answered)
+        answers = {"s": "save", "d": "discard the changes", "c": "cancel"}
+        self.push_screen(QuestionDialog(f"{draft.name} has unsaved changes.", answers), on_answer)
 
-    def _leave(self) -> None:
-        panel = self.query_one(DesignPanel)
-        state = {"theme": self.theme, "track": panel.case.track, "speed": panel.case.speed, "view": panel.view}
+    def _quit(self) -> None:
+        panel = self.design_panel
+        state: dict[str, Any] = {
+            "theme": self.theme,
+            "track": panel.conditions.track,
+            "speed": panel.conditions.speed,
+            "view": panel.view % len(VIEWS),
+        }
         if panel.draft is not None and panel.draft.file.source is not None:
             state["file"] = str(panel.draft.file.source.resolve())
-        for busy in self._busy():
+        for busy in self._busy_panels():
             busy.action_stop()
-        if not self.plain:
-            log.remember(self.state | state)
+        if not self.is_plain:
+            save_state(self.state | state)
         self.exit()
 
     def get_system_commands(self, screen: Screen[Any]) -> Iterable[SystemCommand]:
         yield from super().get_system_commands(screen)
-        for name, (key, title) in PANELS.items():
-            yield SystemCommand(title, f"the {title} panel ({key})", lambda name=name: self.action_panel(name))
-        yield SystemCommand("Open", "a design or a campaign (ctrl+o)", self.action_open)
-        yield SystemCommand("Save", "the design into its file (ctrl+s)", self.action_save)
-        yield SystemCommand("Save as", "the design under a name", self.query_one(DesignPanel).save_as)
-        beat = f"the longest that the desk itself kept the screen waiting: {1e3 * self.heartbeat.longest:.0f} ms"
-        yield SystemCommand("Heartbeat", beat, lambda: self.notify(beat))
-        for node in (self.panel, self.focused):
-            for binding in getattr(node, "BINDINGS", ()):
-                if isinstance(binding, Binding) and binding.description:
-                    action, told = binding.action, f"key {self.get_key_display(binding)}"
-                    yield SystemCommand(binding.description, told, self._runner(action, node))
-
-    def _runner(self, action: str, node: Any) -> Any:
-        async def run() -> None:
-            await self.run_action(action, node)
-
-        return run
+        yield from panel_commands(self.action_panel)
+        yield SystemCommand("Open", "open a design, campaign or study (ctrl+o)", self.action_open)
+        yield SystemCommand("Save", "save the design in its file (ctrl+s)", self.action_save)
+        yield SystemCommand("Save as", "save the design in another file", self.design_panel.save_as)
+        delay = f"longest delay of the interface caused by the desk: {1e3 * self.heartbeat.longest_gap:.0f} ms"
+        yield SystemCommand("Heartbeat", delay, lambda: self.notify(delay))
+        yield from key_commands(self, [self.panel, *([self.focused] if self.focused is not None else [])])
 
     def _fatal_error(self) -> None:
-        """A fault of our own: the terminal is given back, the trace is in the log, and its name is said."""
-        import sys
-
+        """Log the traceback of an internal error, restore the terminal and print the path of the log."""
         error = sys.exc_info()[1]
         if error is not None:
-            path = log.keep_trace(error)
-            self._exit_renderables.append(
-                Text(f"railui desk: {type(error).__name__}: {error}\nthe whole trace: {path}")
-            )
+            text = f"railui desk: {type(error).__name__}: {error}\ntraceback: {log_traceback(error)}"
+            self._exit_renderables.append(Text(text))
         self._close_messages_no_wait()
 
 
 def run(path: Path | None = None, *, plain: bool = False) -> int:
-    """Opens the desk until it is quit; returns the exit code."""
-    unhindered()
-    desk = Desk(path, plain=plain)
+    """Run the desk until it is quit; return the exit code."""
+    tune_interpreter()
+    desk = Desk(path, is_plain=plain)
     desk.run()
     return desk.return_code or 0

@@ -1,4 +1,4 @@
-"""The heartbeat of the desk: the longest that the desk itself ever kept its screen waiting."""
+"""Heartbeat of the interface: the longest delay that the desk itself caused."""
 
 from __future__ import annotations
 
@@ -8,41 +8,45 @@ import sys
 import time
 from typing import Final
 
-BEAT: Final = 0.010  # s
-SWITCH: Final = 0.001  # s: a key waits no longer than this for a thread that computes
-COLLECT: Final = (20_000, 20, 20)  # objects, and rounds of the younger, until the garbage collector looks
+BEAT_INTERVAL: Final = 0.010  # s
+THREAD_SWITCH_INTERVAL: Final = 0.001  # s, bounds the delay of a key by a computing thread
+GC_THRESHOLDS: Final = (20_000, 20, 20)  # objects, and collections of the younger generations
 
 
 class Heartbeat:
-    """Beats every 10 ms in the screen's own loop; `longest` is the longest gap between two beats [s].
+    """Heartbeat of 10 ms in the event loop; `longest_gap` is the longest gap between two beats [s].
 
-    Of a gap only as much counts as the desk itself computed, on all its threads: while other programs have the
-    processor, no desk can draw.
+    Of a gap, only the processor time of the desk (all threads) counts: while other programs use the processor, no
+    interface can draw.
     """
 
     def __init__(self) -> None:
-        self.longest, self.beats = 0.0, 0
+        self.longest_gap = 0.0
+        self.beats = 0
 
     def reset(self) -> None:
-        """From now on."""
-        self.longest, self.beats = 0.0, 0
+        """Restart the measurement."""
+        self.longest_gap = 0.0
+        self.beats = 0
 
     async def beat(self) -> None:
-        """Beats until it is cancelled."""
+        """Beat until the task is cancelled."""
         last = time.perf_counter(), time.process_time()
         while True:
-            await asyncio.sleep(BEAT)
+            await asyncio.sleep(BEAT_INTERVAL)
             now = time.perf_counter(), time.process_time()
-            gap = min(now[0] - last[0], BEAT + now[1] - last[1])
-            self.longest, self.beats, last = max(self.longest, gap), self.beats + 1, now
+            gap = min(now[0] - last[0], BEAT_INTERVAL + now[1] - last[1])
+            self.longest_gap = max(self.longest_gap, gap)
+            self.beats += 1
+            last = now
 
 
-def unhindered() -> None:
-    """Lets neither threads nor the garbage collector hold the screen; `settled` belongs to it."""
-    sys.setswitchinterval(SWITCH)
-    gc.set_threshold(*COLLECT)
+def tune_interpreter() -> None:
+    """Set thread switching and garbage collection so that neither delays the interface."""
+    sys.setswitchinterval(THREAD_SWITCH_INTERVAL)
+    gc.set_threshold(*GC_THRESHOLDS)
 
 
-def settled() -> None:
-    """What is there once the desk is open stays: a collection that looks through it all takes some 0.2 s."""
+def freeze_startup_objects() -> None:
+    """Exclude the objects of the opened desk from garbage collection; a full collection takes about 0.2 s."""
     gc.freeze()

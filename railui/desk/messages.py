@@ -1,4 +1,4 @@
-"""What workers tell the desk, and what one panel hands to another."""
+"""Messages from background jobs to panels, and from one panel to another."""
 
 from __future__ import annotations
 
@@ -7,55 +7,55 @@ from typing import Any
 
 from textual.message import Message
 
-from railui.desk.presenters.look import Look
+from railui.desk.presenters.design_results import DesignResults
 from railui.vehicle.design_reader import Design
 
 
 @dataclass
-class Seen(Message):
-    """A design was looked at, and what it is compared with."""
+class DesignsEvaluated(Message):
+    """Results of a design and of the base it is compared with."""
 
-    look: Look
-    base: Look
+    current: DesignResults
+    base: DesignResults
 
 
 @dataclass
-class Failed(Message):
-    """A piece of work ended without its result."""
+class JobFailed(Message):
+    """End of a job without a result."""
 
     name: str
     text: str
-    stopped: bool = False
+    is_stopped: bool = False
 
 
 @dataclass
-class Showed(Message):
-    """Something that a study showed while it worked."""
+class ProgressEvent(Message):
+    """Intermediate result of a running job."""
 
     name: str
     event: Any
 
 
 @dataclass
-class Line(Message):
-    """A line that a study told."""
+class ProgressMessage(Message):
+    """Line of text from a running job."""
 
     name: str
     text: str
 
 
 @dataclass
-class Done(Message):
-    """A study ended with its result."""
+class JobDone(Message):
+    """End of a job with its result."""
 
     name: str
     result: Any
 
 
 @dataclass
-class Offered(Message):
-    """A design found by a study, to be taken into the form beside the declared one that it came from."""
+class DesignOffered(Message):
+    """Design from a loop or a search, to be opened in the form with the nominal design as its base."""
 
-    what: str
+    description: str
     design: Design
-    declared: Design
+    nominal: Design

@@ -129,9 +129,9 @@ def test_a_vehicle_of_bodies_takes_them_for_all_its_wheelsets(home: Path, contac
         ("wheel: wheel.txt", "contact.profiles.rail: is missing"),
         ("wheel: wheel.txt, rail: nowhere.txt", "nowhere.txt cannot be read"),
         ("wheel: wheel.txt, rail: rail.txt, gage: 1435 mm", "unknown key, did you mean 'gauge'"),
-        ("wheel: wheel.txt, rail: rail.txt, inclination: 1:0", "no inclination"),
+        ("wheel: wheel.txt, rail: rail.txt, inclination: 1:0", "not an inclination"),
         ("wheel: wheel.txt, rail: rail.txt, use: tabel", "did you mean 'table'"),
-        ("wheel: wheel.txt, rail: rail.txt, gauge: 1405 mm", "stands on its flange"),
+        ("wheel: wheel.txt, rail: rail.txt, gauge: 1405 mm", "rests on its flange"),
         ("wheel: rail.txt, rail: wheel.txt", "that is a rail"),
     ],
 )
@@ -157,7 +157,7 @@ def test_the_schema_knows_profiles_and_what_may_then_be_left_out(home: Path) -> 
 def test_a_profile_is_checked_as_any_other_file_of_ours(home: Path) -> None:
     (home / "bad.prr").write_text("spline.begin\npoint.begin\n 1.0 x\npoint.end\n")
     (problem,) = check([home / "bad.prr"])
-    assert (problem.line, problem.message) == (3, "'x' is no number")
+    assert (problem.line, problem.message) == (3, "'x' is not a number")
 
 
 def test_a_draft_on_profiles_is_saved_elsewhere_without_losing_them(home: Path) -> None:

@@ -1,4 +1,4 @@
-"""What six plots of two lines cost the screen's loop, ours and textual-plot's: `python -m tests.desk.bench_plot`.
+"""Time to draw six plots of two lines with railui and with textual-plot: `python -m tests.desk.bench_plot`.
 
 Both draw the same lines of 2,000 points at 160x48; the time is from the new data to the drawn screen.
 """
@@ -16,24 +16,24 @@ from textual.widget import Widget
 from textual_plot import HiResMode, PlotWidget
 
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.picture import Line, Picture
 from railui.desk.widgets.plot import Plot
+from railui.desk.widgets.plot_data import Line, PlotData
 
 POINTS, PLOTS, ROUNDS = 2000, 6, 15
 X = np.linspace(0.0, 10.0, POINTS)
 
 
-def lines(round_: int) -> list[np.ndarray]:
-    """Two lines that differ from round to round."""
+def line_values(round_: int) -> list[np.ndarray]:
+    """Return two lines that differ from round to round."""
     return [np.sin((5 + k) * X + round_) + 0.2 * np.sin(97 * X) for k in range(2)]
 
 
-def ours(plot: Widget, ys: list[np.ndarray]) -> None:
+def show_railui(plot: Widget, ys: list[np.ndarray]) -> None:
     assert isinstance(plot, Plot)
-    plot.show(Picture(Axis("t", "s"), Axis("y", "mm"), [Line(X, y, f"{i}", "now") for i, y in enumerate(ys)]))
+    plot.show(PlotData(Axis("t", "s"), Axis("y", "mm"), [Line(X, y, f"{i}", "current") for i, y in enumerate(ys)]))
 
 
-def theirs(plot: Widget, ys: list[np.ndarray]) -> None:
+def show_textual_plot(plot: Widget, ys: list[np.ndarray]) -> None:
     assert isinstance(plot, PlotWidget)
     plot.clear()
     for y in ys:
@@ -41,36 +41,39 @@ def theirs(plot: Widget, ys: list[np.ndarray]) -> None:
 
 
 class Bench(App[None]):
-    """Six plots and nothing else."""
+    """App with six plots."""
 
     CSS = "Grid { grid-size: 3 2; } Plot { height: 1fr; width: 1fr; }"
 
-    def __init__(self, own: bool) -> None:
+    def __init__(self, is_railui: bool) -> None:
         super().__init__()
-        self.own = own
+        self.is_railui = is_railui
 
     def compose(self) -> ComposeResult:
         with Grid():
             for _ in range(PLOTS):
-                yield Plot(Picture(Axis(""), Axis(""))) if self.own else PlotWidget()
+                yield Plot(PlotData(Axis(""), Axis(""))) if self.is_railui else PlotWidget()
 
 
-async def timed(own: bool) -> float:
-    """Median milliseconds from new data to the drawn screen."""
-    app = Bench(own)
+async def median_time(is_railui: bool) -> float:
+    """Return the median time [ms] from new data to the drawn screen."""
+    app = Bench(is_railui)
     async with app.run_test(size=(160, 48)) as pilot:
-        plots = list(app.query(Plot if own else PlotWidget))
-        found = []
+        plots = list(app.query(Plot if is_railui else PlotWidget))
+        times = []
         for round_ in range(ROUNDS):
-            began = time.perf_counter()
+            start = time.perf_counter()
             for plot in plots:
-                (ours if own else theirs)(plot, lines(round_))
+                (show_railui if is_railui else show_textual_plot)(plot, line_values(round_))
             app.screen._compositor.render_strips()
-            found.append(1e3 * (time.perf_counter() - began))
+            times.append(1e3 * (time.perf_counter() - start))
             await pilot.pause()
-        return statistics.median(found[3:])
+        return statistics.median(times[3:])
 
 
 if __name__ == "__main__":
-    for name, own in (("railui.desk.widgets.plot", True), ("textual-plot", False), ("railui.desk.widgets.plot", True)):
-        print(f"{name:18} {asyncio.run(timed(own)):6.1f} ms for {PLOTS} plots of two lines of {POINTS} points")
+    railui = ("railui.desk.widgets.plot", True)
+    for name, is_railui in (railui, ("textual-plot", False), railui):
+        print(
+            f"{name:18} {asyncio.run(median_time(is_railui)):6.1f} ms for {PLOTS} plots of two lines of {POINTS} points"
+        )

@@ -1,4 +1,4 @@
-"""A desk without a terminal: its own state directory, keys counted, waiting until its threads have answered."""
+"""Desk without a terminal: own state directory, key counter, waiting for background jobs."""
 
 from __future__ import annotations
 
@@ -14,62 +14,62 @@ from textual.pilot import Pilot
 from railui.desk.app import Desk
 
 REPOSITORY = Path(__file__).parents[2]
-QUIET = 4  # rounds without work after which nothing is on its way any more
+IDLE_ROUNDS = 4  # rounds without work after which no message is pending
 
 
-class Keys:
-    """A hand on the keys of a desk: counts what it presses."""
+class Keyboard:
+    """Keyboard of a desk that counts the keys pressed."""
 
     def __init__(self, desk: Desk, pilot: Pilot[None]) -> None:
         self.desk, self.pilot, self.count = desk, pilot, 0
 
     async def press(self, *keys: str) -> None:
-        """Presses keys, then waits until what they asked for has been answered."""
+        """Press keys and wait until their jobs are done."""
         for key in keys:
             self.count += 1
             await self.pilot.press(key)
-        await self.settle()
+        await self.wait_until_idle()
 
     async def type(self, text: str) -> None:
-        """Types a text: as many keys as it has letters."""
+        """Type a text, one key per character."""
         names = {" ": "space", "/": "slash", ".": "full_stop", "*": "asterisk", "_": "underscore", "-": "minus"}
         await self.press(*(names.get(letter, letter) for letter in text))
 
-    async def settle(self) -> None:
-        """Until no thread works for the screen and all is drawn."""
+    async def wait_until_idle(self) -> None:
+        """Wait until no background job runs and everything is drawn."""
         quiet = 0
-        while quiet < QUIET:
+        while quiet < IDLE_ROUNDS:
             busy = any(not worker.is_finished for worker in self.desk.workers)
             await self.desk.workers.wait_for_complete()
             await self.pilot.pause(0.01)
             await self.pilot.pause()
             quiet = 0 if busy else quiet + 1
 
-    async def until(self, seen: Callable[[], bool], seconds: float = 300.0) -> None:
-        """Until something is seen on the desk."""
+    async def wait_until(self, condition: Callable[[], bool], seconds: float = 300.0) -> None:
+        """Wait until a condition holds."""
         for _ in range(int(seconds / 0.05)):
-            if seen():
+            if condition():
                 return
             await asyncio.sleep(0.05)
-        raise AssertionError("it was never seen")
+        raise AssertionError("the condition was not met")
 
 
-Sitting = Callable[..., AbstractAsyncContextManager[Keys]]
+OpenDesk = Callable[..., AbstractAsyncContextManager[Keyboard]]
 
 
 @pytest.fixture
-def sit(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Sitting:
-    """Sits down at a desk: `async with sit(path, size=(120, 40)) as keys`."""
+def open_desk(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> OpenDesk:
+    """Sits down at a desk: `async with open_desk(path, size=(120, 40)) as keys`."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
     @asynccontextmanager
     async def desk(
         path: Path | None = None, size: tuple[int, int] = (120, 40), plain: bool = False
-    ) -> AsyncIterator[Keys]:
-        app = Desk(path, plain=plain)
+    ) -> AsyncIterator[Keyboard]:
+        app = Desk(path, is_plain=plain)
         async with app.run_test(size=size) as pilot:
-            keys = Keys(app, pilot)
-            await keys.settle()
+            keys = Keyboard(app, pilot)
+            await keys.wait_until_idle()
             yield keys
 
     return desk
@@ -77,5 +77,5 @@ def sit(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Sitting:
 
 @pytest.fixture
 def bogie(tmp_path: Path) -> Path:
-    """A design of one's own to change."""
+    """Copy of a design that a test may change."""
     return Path(shutil.copy(REPOSITORY / "designs/test_bogie.yaml", tmp_path))

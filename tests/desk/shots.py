@@ -1,6 +1,6 @@
-"""Real screenshots of the desk for README and docs: `make shots` sits down, works, and takes the pictures.
+"""Screenshots of the desk for README and docs: `make shots`.
 
-Writes docs/shots/NAME.svg. Every picture is of the desk at work on the bundled designs; nothing is drawn by hand.
+Writes docs/shots/NAME.svg. The desk works on the bundled designs; nothing is drawn by hand.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 from textual.pilot import Pilot
 
 from railui.desk.app import Desk
-from railui.desk.heartbeat import unhindered
+from railui.desk.heartbeat import tune_interpreter
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
 from railui.desk.panels.design import DesignPanel
@@ -28,7 +28,7 @@ FONT = re.compile(r"@font-face \{.*?\}\s*", re.DOTALL)
 
 
 def take(desk: Desk, name: str) -> None:
-    """Writes the screen as it is; with the reader's own font, nothing is fetched from elsewhere."""
+    """Write the screen as SVG with a font of the reader, so that nothing is loaded from elsewhere."""
     svg = FONT.sub("", desk.export_screenshot(title="railui", simplify=True))
     svg = svg.replace("Fira Code", "DejaVu Sans Mono")
     OUT.mkdir(exist_ok=True)
@@ -36,17 +36,17 @@ def take(desk: Desk, name: str) -> None:
     print(f"docs/shots/{name}.svg", flush=True)
 
 
-async def until(seen: Callable[[], bool]) -> None:
-    """Until something is seen, five minutes at most."""
+async def wait_until(condition: Callable[[], bool]) -> None:
+    """Wait until a condition holds, at most five minutes."""
     for _ in range(6000):
-        if seen():
+        if condition():
             return
         await asyncio.sleep(0.05)
-    raise SystemExit("the desk did not get there")
+    raise SystemExit("the condition was not met")
 
 
-async def rest(desk: Desk, pilot: Pilot[None]) -> None:
-    """Until nobody computes for the screen."""
+async def wait_until_idle(desk: Desk, pilot: Pilot[None]) -> None:
+    """Wait until no background job runs."""
     for _ in range(3):
         await desk.workers.wait_for_complete()
         await pilot.pause(0.1)
@@ -55,62 +55,62 @@ async def rest(desk: Desk, pilot: Pilot[None]) -> None:
 async def design_and_optimise() -> None:
     desk = Desk(REPOSITORY / "designs/test_bogie.yaml")
     async with desk.run_test(size=(132, 40)) as pilot:
-        await rest(desk, pilot)
+        await wait_until_idle(desk, pilot)
         panel = desk.query_one(DesignPanel)
         panel.set("vehicle.primary.lateral_stiffness", "7 MN/m")
         panel.set("vehicle.secondary.lateral_damping", "60 kN*s/m")
-        panel.side.form.choose("vehicle.secondary.lateral_damping")
-        await rest(desk, pilot)
+        panel.pane.form.select("vehicle.secondary.lateral_damping")
+        await wait_until_idle(desk, pilot)
         take(desk, "design")
         await pilot.resize_terminal(80, 24)
-        await rest(desk, pilot)
+        await wait_until_idle(desk, pilot)
         take(desk, "small")
         await pilot.resize_terminal(132, 40)
         await pilot.press("ctrl+z", "ctrl+z", "f5")
-        await rest(desk, pilot)
+        await wait_until_idle(desk, pilot)
         take(desk, "track")
     desk = Desk(REPOSITORY / "designs/studies/test_bogie.yaml")
     async with desk.run_test(size=(132, 40)) as pilot:
-        await rest(desk, pilot)
+        await wait_until_idle(desk, pilot)
         search = desk.query_one(OptimisePanel)
         assert search.plan is not None
-        search.set_plan(search.plan.changed("directory", "railui-study/test_bogie"))
+        search.set_plan(search.plan.with_value("directory", "railui-study/test_bogie"))
         await pilot.press("s")
-        await until(lambda: search.result is not None)
+        await wait_until(lambda: search.result is not None)
         await pilot.press("f")
-        await rest(desk, pilot)
+        await wait_until_idle(desk, pilot)
         take(desk, "optimise")
 
 
 async def campaign() -> None:
     desk = Desk(REPOSITORY / "designs/campaigns/worn_axle_box")
     async with desk.run_test(size=(132, 40)) as pilot:
-        await rest(desk, pilot)
+        await wait_until_idle(desk, pilot)
         panel = desk.query_one(CampaignPanel)
         await pilot.press("s")
-        await until(lambda: len(panel.progress.refits) > 0)
+        await wait_until(lambda: len(panel.history.refits) > 0)
         take(desk, "trace")
-        await until(lambda: panel.closed is not None)
-        await rest(desk, pilot)
+        await wait_until(lambda: panel.finished is not None)
+        await wait_until_idle(desk, pilot)
         take(desk, "campaign")
 
 
 async def capture() -> None:
     desk = Desk(REPOSITORY / "designs/test_bogie.yaml")
     async with desk.run_test(size=(132, 40)) as pilot:
-        await rest(desk, pilot)
+        await wait_until_idle(desk, pilot)
         panel = desk.query_one(CapturePanel)
         await pilot.press("f6", "s")
-        await until(lambda: panel.state is not None and panel.state.seconds > 6)
+        await wait_until(lambda: panel.status is not None and panel.status.seconds > 6)
         await pilot.press("m", *"weld", "enter")
-        await until(lambda: panel.state is not None and panel.state.seconds > 10)
+        await wait_until(lambda: panel.status is not None and panel.status.seconds > 10)
         take(desk, "capture")
         await pilot.press("k")
-        await until(lambda: panel.study is None)
+        await wait_until(lambda: panel.job is None)
 
 
 if __name__ == "__main__":
-    unhindered()
+    tune_interpreter()
     wanted = sys.argv[1:]
     with tempfile.TemporaryDirectory() as scratch:
         os.environ["XDG_STATE_HOME"] = scratch

@@ -1,4 +1,4 @@
-"""The screen never keeps a hand waiting: the longest gap of a 10 ms heartbeat while everything is computed anew."""
+"""Response time of the interface: the longest gap of a 10 ms heartbeat during computations."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from railui.desk.heartbeat import unhindered
+from railui.desk.heartbeat import tune_interpreter
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.design import DesignPanel
 from railui.desk.widgets.form import Form
-from tests.desk.conftest import REPOSITORY, Keys, Sitting
+from tests.desk.conftest import REPOSITORY, Keyboard, OpenDesk
 
 pytestmark = pytest.mark.asyncio
-LONGEST = 0.100  # s
+MAX_GAP = 0.100  # s
 TRIES = 5
-# a process that does nothing else: what it waits, the machine is to blame for
+# an idle process, whose delays are those of the machine
 IDLE = """
 import sys, threading, time
 longest, last, going = 0.0, time.perf_counter(), True
@@ -38,90 +38,94 @@ print(longest)
 
 
 @pytest.fixture(autouse=True)
-def quick_switches() -> Iterator[None]:
-    """As `railui desk` sets it."""
+def tuned_interpreter() -> Iterator[None]:
+    """Tune the interpreter as `railui desk` does."""
     before = sys.getswitchinterval(), gc.get_threshold()
-    unhindered()
+    tune_interpreter()
     yield
     sys.setswitchinterval(before[0])
     gc.set_threshold(*before[1])
 
 
-def told(longest: float, idle: float) -> str:
-    """Both gaps in words."""
+def gap_text(longest: float, idle: float) -> str:
+    """Return both gaps as text."""
     return f"longest gap {1e3 * longest:.0f} ms, of an idle process {1e3 * idle:.0f} ms"
 
 
-async def quietest(keys: Keys, work: Callable[[], Awaitable[None]]) -> tuple[float, float]:
-    """The longest gap in the best of a few tries, and that of an idle process meanwhile.
+async def smallest_gap(keys: Keyboard, work: Callable[[], Awaitable[None]]) -> tuple[float, float]:
+    """Return the longest gap in the best of a few tries, and that of an idle process at the same time.
 
-    A garbage collection of the tests around belongs to no desk: it is done before.
+    Garbage of other tests is collected before.
     """
-    found = []
+    gaps = []
     for _ in range(TRIES):
         gc.collect()
         with subprocess.Popen([sys.executable, "-c", IDLE], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as idle:
             await asyncio.sleep(0.2)
             keys.desk.heartbeat.reset()
             await work()
-            longest = keys.desk.heartbeat.longest
+            longest = keys.desk.heartbeat.longest_gap
             waited, _ = idle.communicate()
-        found.append((longest, float(waited)))
-        if longest < LONGEST:
+        gaps.append((longest, float(waited)))
+        if longest < MAX_GAP:
             break
-    return min(found, key=lambda pair: pair[0] - pair[1])
+    return min(gaps, key=lambda pair: pair[0] - pair[1])
 
 
 @pytest.mark.parametrize("size", [(80, 24), (160, 48)])
-async def test_sliding_a_value_never_holds_the_screen(
-    sit: Sitting, bogie: Path, size: tuple[int, int], capsys: pytest.CaptureFixture[str]
+async def test_moving_a_slider_does_not_block_the_interface(
+    open_desk: OpenDesk, bogie: Path, size: tuple[int, int], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    async with sit(bogie, size=size) as keys:
+    async with open_desk(bogie, size=size) as keys:
         panel = keys.desk.query_one(DesignPanel)
-        panel.query_one(Form).choose("vehicle.secondary.lateral_damping")
-        await keys.settle()
+        panel.query_one(Form).select("vehicle.secondary.lateral_damping")
+        await keys.wait_until_idle()
 
         async def slide() -> None:
             for _ in range(10):
                 await keys.pilot.press("right")
                 await asyncio.sleep(0.15)
 
-        longest, idle = await quietest(keys, slide)
+        longest, idle = await smallest_gap(keys, slide)
         with capsys.disabled():
-            print(f"\nheartbeat, sliding at {size}: {told(longest, idle)}")
-        assert longest < LONGEST + idle and keys.desk.heartbeat.beats > 50
+            print(f"\nheartbeat, moving a slider at {size}: {gap_text(longest, idle)}")
+        assert longest < MAX_GAP + idle and keys.desk.heartbeat.beats > 50
 
 
 @pytest.mark.parametrize("size", [(80, 24), (160, 48)])
-async def test_going_through_the_panels_never_holds_the_screen(
-    sit: Sitting, bogie: Path, size: tuple[int, int], capsys: pytest.CaptureFixture[str]
+async def test_switching_panels_does_not_block_the_interface(
+    open_desk: OpenDesk, bogie: Path, size: tuple[int, int], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    async with sit(bogie, size=size) as keys:
+    async with open_desk(bogie, size=size) as keys:
 
         async def walk() -> None:
             for key in ("f3", "f4", "f5", "f6", "f2", "v"):
                 await keys.pilot.press(key)
                 await asyncio.sleep(0.3)
 
-        await walk()  # each is drawn once
-        await keys.settle()
-        longest, idle = await quietest(keys, walk)
+        await walk()  # draw each panel once
+        await keys.wait_until_idle()
+        longest, idle = await smallest_gap(keys, walk)
         with capsys.disabled():
-            print(f"\nheartbeat, through the panels at {size}: {told(longest, idle)}")
-        assert longest < LONGEST + idle
+            print(f"\nheartbeat, switching panels at {size}: {gap_text(longest, idle)}")
+        assert longest < MAX_GAP + idle
 
 
-async def test_a_loop_beside_it_never_holds_the_screen(sit: Sitting, capsys: pytest.CaptureFixture[str]) -> None:
-    async with sit(REPOSITORY / "designs/campaigns/worn_axle_box", size=(120, 40)) as keys:
+async def test_a_running_loop_does_not_block_the_interface(
+    open_desk: OpenDesk, capsys: pytest.CaptureFixture[str]
+) -> None:
+    async with open_desk(REPOSITORY / "designs/campaigns/worn_axle_box", size=(120, 40)) as keys:
         panel = keys.desk.query_one(CampaignPanel)
 
-        async def adjust() -> None:
+        async def calibrate() -> None:
             await keys.pilot.press("s")
-            await keys.until(lambda: len(panel.progress.seen) > 100)  # adjusted, and half through its trace
+            await keys.wait_until(
+                lambda: len(panel.history.scores) > 100
+            )  # calibrated, and about half of the score test
             await keys.pilot.press("k")
-            await keys.until(lambda: panel.study is None)
+            await keys.wait_until(lambda: panel.job is None)
 
-        longest, idle = await quietest(keys, adjust)
+        longest, idle = await smallest_gap(keys, calibrate)
         with capsys.disabled():
-            print(f"\nheartbeat, adjusting and tracing: {told(longest, idle)}")
-        assert longest < LONGEST + idle
+            print(f"\nheartbeat, calibration and score test: {gap_text(longest, idle)}")
+        assert longest < MAX_GAP + idle

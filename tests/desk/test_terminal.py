@@ -1,4 +1,4 @@
-"""The desk in a real terminal: tmux sends the keys and shows the screen."""
+"""Desk in a real terminal: tmux sends the keys and captures the screen."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 TMUX = shutil.which("tmux")
-pytestmark = pytest.mark.skipif(TMUX is None, reason="tmux is not here: apt-get install tmux")
+pytestmark = pytest.mark.skipif(TMUX is None, reason="tmux is not installed: apt-get install tmux")
 
 
 class Terminal:
-    """A terminal of 120x40 in which a command runs."""
+    """Terminal of 120x40 cells that runs a command."""
 
     def __init__(self, home: Path) -> None:
         self.words = [str(TMUX), "-S", str(home / "tmux")]
@@ -41,47 +41,47 @@ class Terminal:
 
     def until(self, text: str, seconds: float = 40.0) -> str:
         for _ in range(int(seconds / 0.2)):
-            if text in (seen := self.screen()):
-                return seen
+            if text in (screen := self.screen()):
+                return screen
             time.sleep(0.2)
-        raise AssertionError(f"{text!r} was never seen on\n{self.screen()}")
+        raise AssertionError(f"{text!r} is not on\n{self.screen()}")
 
 
 @pytest.fixture
 def terminal(tmp_path: Path) -> Iterator[Terminal]:
-    found = Terminal(tmp_path)
-    yield found
-    subprocess.run([*found.words, "kill-server"], capture_output=True)
+    opened = Terminal(tmp_path)
+    yield opened
+    subprocess.run([*opened.words, "kill-server"], capture_output=True)
 
 
-def test_a_design_is_changed_and_the_terminal_given_back(terminal: Terminal, bogie: Path) -> None:
+def test_a_design_is_edited_and_the_terminal_restored(terminal: Terminal, bogie: Path) -> None:
     terminal.open(f"{sys.executable} -m railui desk {bogie}")
     terminal.until("SATISFACTORY")
     terminal.keys("/")
     terminal.until("Find a parameter")
     terminal.keys("p", "r", "i", "Enter", "5", "Space", "M", "N", "/", "m", "Enter")
-    seen = terminal.until("━━ base")  # it was ridden anew, beside what it is compared with
-    assert "displacement spectrum" in seen and "┤" in seen
+    screen = terminal.until("━━ base")  # the design was evaluated again
+    assert "displacement spectrum" in screen and "┤" in screen
     terminal.keys("C-s")
     terminal.until("saved")
     terminal.keys("C-q")
-    seen = terminal.until("ended 0")
-    assert "SATISFACTORY" not in seen  # the screen is the shell's again
+    screen = terminal.until("ended 0")
+    assert "SATISFACTORY" not in screen  # the screen belongs to the shell again
     assert "lateral_stiffness: 5 MN/m" in bogie.read_text()
 
 
-def test_railui_alone_opens_the_desk_on_a_terminal_and_helps_without_one(terminal: Terminal, bogie: Path) -> None:
+def test_railui_opens_the_desk_on_a_terminal_and_shows_help_without_one(terminal: Terminal, bogie: Path) -> None:
     terminal.open(f"cd {bogie.parent} && {sys.executable} -m railui")
-    terminal.until("Open a design or a campaign")
+    terminal.until("Open a design, campaign or study")
     terminal.keys("Enter")
     terminal.until("SATISFACTORY")
     terminal.keys("C-q")
     terminal.until("ended 0")
-    told = subprocess.run([sys.executable, "-m", "railui"], capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    assert told.returncode == 0 and "Usage: railui" in told.stdout
+    process = subprocess.run([sys.executable, "-m", "railui"], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    assert process.returncode == 0 and "Usage: railui" in process.stdout
 
 
-def test_a_fault_of_our_own_gives_the_terminal_back_and_names_the_log(terminal: Terminal, bogie: Path) -> None:
+def test_an_internal_error_restores_the_terminal_and_names_the_log(terminal: Terminal, bogie: Path) -> None:
     broken = bogie.with_name("broken.py")
     broken.write_text(
         "from pathlib import Path\n"
@@ -94,8 +94,7 @@ def test_a_fault_of_our_own_gives_the_terminal_back_and_names_the_log(terminal: 
     terminal.open(f"{sys.executable} {broken}")
     terminal.until("SATISFACTORY")
     terminal.keys("b")
-    seen = terminal.until("ended 1")
-    told = seen.replace("\n", "")  # a long path is broken over two lines
-    assert "ZeroDivisionError: on purpose" in told and "desk.log" in told
+    text = terminal.until("ended 1").replace("\n", "")  # a long path is wrapped
+    assert "ZeroDivisionError: on purpose" in text and "desk.log" in text
     log = terminal.home / "state/railui/desk.log"
     assert "on purpose" in log.read_text() and os.path.getsize(log) > 200

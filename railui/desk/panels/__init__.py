@@ -1,1 +1,1 @@
-"""The panels of the desk, one for each part of a day's work."""
+"""Panels of the desk."""

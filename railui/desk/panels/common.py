@@ -1,38 +1,129 @@
-"""What the panels share."""
+"""Shared parts of the panels: names and keys, base classes, titles, layout."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from textual.containers import Grid
+from rich.text import Text
+from textual.binding import Binding
+from textual.containers import Grid, Vertical
 from textual.content import Content
+from textual.events import Click
 from textual.widget import Widget
+from textual.widgets import Static
 
-WIDE, HIGH = 44, 11  # cells that a picture wants
+from railui.desk.services.jobs import BackgroundJob
+
+PANELS = {
+    "design": ("f2", "Design"),
+    "campaign": ("f3", "Campaign"),
+    "optimise": ("f4", "Optimise"),
+    "track": ("f5", "Track"),
+    "capture": ("f6", "Capture"),
+}
+PLOT_COLUMNS = 44  # minimum width of a plot in a grid, in cells
+PLOT_ROWS = 11  # minimum height
+
+START = Binding("s", "start", "Start")
+PAUSE = Binding("p", "pause", "Pause")
+STOP = Binding("k", "stop", "Stop")
+VIEW = Binding("v", "view(1)", "View")
+COPY = Binding("c", "copy", "Copy", show=False)
 
 
-def titled(widget: Widget, title: str | None = None, sub: str | None = None) -> None:
-    """Another title, where it is another: a title draws all that stands inside again. Its brackets are text."""
+class PanelTabs(Static):
+    """Names of the panels with their keys, in one line."""
+
+    def show(self, current: str) -> None:
+        """Mark the open panel."""
+        text = Text(no_wrap=True, overflow="ellipsis")
+        for name, (key, title) in PANELS.items():
+            text.append(f" {key.upper()} ", "dim")
+            text.append(title, "bold reverse" if name == current else "")
+            text.append(" ")
+        self.update(text)
+
+    def on_click(self, event: Click) -> None:
+        start = 0
+        for name, (key, title) in PANELS.items():
+            end = start + len(key) + len(title) + 4
+            if start <= event.x < end:
+                self.app.call_later(self.app.run_action, f"panel('{name}')")
+            start = end
+
+
+class Pane(Static):
+    """Pane of text with a title."""
+
+    def __init__(self, title: str, *, id: str) -> None:
+        super().__init__(id=id, classes="pane")
+        self.border_title = title
+
+
+class Panel(Vertical):
+    """Panel whose parts are arranged anew when it is resized and when `v` changes the view."""
+
+    def __init__(self, *, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self.view = 0  # number of the view, modulo the number of views
+
+    def arrange_parts(self) -> None:
+        """Arrange the parts of the panel."""
+        raise NotImplementedError
+
+    def on_resize(self) -> None:
+        self.arrange_parts()
+
+    def action_view(self, by: int) -> None:
+        self.view += by
+        self.arrange_parts()
+
+
+class JobPanel(Panel):
+    """Panel with a long computation that can be paused and stopped."""
+
+    def __init__(self, *, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self.job: BackgroundJob | None = None
+
+    def show_status(self) -> None:
+        """Show the state of the computation."""
+        raise NotImplementedError
+
+    def action_pause(self) -> None:
+        if self.job is not None:
+            self.job.toggle_pause()
+            self.show_status()
+
+    def action_stop(self) -> None:
+        if self.job is not None:
+            self.job.stop()
+            self.show_status()
+
+
+def set_titles(widget: Widget, title: str | None = None, sub: str | None = None) -> None:
+    """Set title and subtitle if they differ, because setting them redraws the widget; brackets are literal."""
     for border, text in (("border_title", title), ("border_subtitle", sub)):
         if text is not None and (getattr(widget, border) or "") != (content := Content(text)).markup:
             setattr(widget, border, content)
 
 
-def in_turn(owner: Widget, jobs: Sequence[Callable[[], None]]) -> None:
-    """Draws one after the other, each in a refresh of its own: so no key waits for all of them."""
+def draw_in_turn(owner: Widget, jobs: Sequence[Callable[[], None]]) -> None:
+    """Run drawing functions, each in a refresh of its own, so that no key waits for all of them."""
     if jobs:
         jobs[0]()
-        owner.call_after_refresh(in_turn, owner, jobs[1:])
+        owner.call_after_refresh(draw_in_turn, owner, jobs[1:])
 
 
-def arranged(grid: Grid, parts: Sequence[Widget], first: int, most: int = 6) -> list[Widget]:
-    """Shows as many parts of a grid as there is room for, from the chosen one on; returns those shown."""
-    columns, rows = max(1, min(3, grid.size.width // WIDE)), max(1, min(3, grid.size.height // HIGH))
-    count = min(len(parts), columns * rows, most)
+def arrange_grid(grid: Grid, parts: Sequence[Widget], first: int, max_count: int = 6) -> list[Widget]:
+    """Show as many parts of a grid as fit, from the first one on; return the parts shown."""
+    columns = max(1, min(3, grid.size.width // PLOT_COLUMNS))
+    rows = max(1, min(3, grid.size.height // PLOT_ROWS))
+    count = min(len(parts), columns * rows, max_count)
     columns = min(columns, count)
-    rows = -(-count // columns)
     order = [parts[(first + k) % len(parts)] for k in range(len(parts))]
-    grid.styles.grid_size_columns, grid.styles.grid_size_rows = columns, rows
+    grid.styles.grid_size_columns = columns
+    grid.styles.grid_size_rows = -(-count // columns)
     for k, part in enumerate(order):
         part.display = k < count
     grid.sort_children(key=lambda part: order.index(part) if part in order else len(order))

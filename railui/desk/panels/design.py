@@ -1,7 +1,8 @@
-"""The Design panel: a vehicle as a form, and on every change what it does on its track beside its base."""
+"""Design panel: form of a design and its results with those of a base."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,41 +12,41 @@ from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Grid, Horizontal, Vertical
-from textual.events import Resize
 from textual.message import Message
 from textual.widgets import Static
 
-from railui.desk.messages import Done, Failed, Seen
-from railui.desk.panels.common import arranged, titled
-from railui.desk.presenters.effects import choices, placed
-from railui.desk.presenters.look import Case, Look, laid, look, road, with_curves
-from railui.desk.presenters.quality import comparison
-from railui.desk.presenters.views import VIEWS, WINDOWS
-from railui.desk.presenters.written import value_text
-from railui.desk.services.work import Latest, Study
-from railui.desk.state.draft import Draft, Field, Moved
+from railui.desk.messages import DesignsEvaluated, JobDone, JobFailed
+from railui.desk.panels.common import COPY, VIEW, Pane, Panel, arrange_grid, set_titles
+from railui.desk.presenters.choices import effect_choices, effect_of_choice
+from railui.desk.presenters.design_form import SPEED_PATH, TRACK_PATH, design_rows
+from railui.desk.presenters.design_plots import VIEWS, WINDOWS
+from railui.desk.presenters.design_results import Comparison, RunConditions, excitation_of
+from railui.desk.presenters.ride_quality import comparison_text
+from railui.desk.services.design_jobs import compute_critical_speeds, evaluate_curving, evaluate_designs
+from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
+from railui.desk.state.draft import Draft, FileChanged
+from railui.desk.state.form_rows import value_text
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.dialogs import Name, Pick
-from railui.desk.widgets.form import Form, Head
-from railui.desk.widgets.form_side import FormSide
-from railui.desk.widgets.picture import Picture
+from railui.desk.widgets.dialogs import ChoiceDialog, InputDialog
+from railui.desk.widgets.form import Form
+from railui.desk.widgets.form_pane import FormPane
 from railui.desk.widgets.plot import Plot
-from railui.hunting.summary import stability
+from railui.desk.widgets.plot_data import PlotData
 from railui.io.problems import FileProblems
 from railui.io.units import read_speed
 
-EMPTY = Picture(Axis(""), Axis(""), wait="no design: ctrl+o opens one")
-CASE = ("case.track", "case.speed")
-OF_PROFILES = (".wheel_load", ".rolling_radius")  # on which depends what measured profiles give
+NO_PLOT = PlotData(Axis(""), Axis(""), placeholder="no design: ctrl+o opens one")
+CONDITION_PATHS = (TRACK_PATH, SPEED_PATH)
+PROFILE_INPUTS = (".wheel_load", ".rolling_radius")  # inputs of the contact parameters from profiles
 
 
-class DesignPanel(Vertical):
-    """The form on the left, what the design does on the right."""
+class DesignPanel(Panel):
+    """Form of the design on the left, its results on the right."""
 
     BINDINGS: ClassVar[list[Any]] = [
         Binding("ctrl+z", "undo", "Undo", show=False),
         Binding("ctrl+y", "redo", "Redo", show=False),
-        Binding("v", "view(1)", "View"),
+        VIEW,
         Binding("V", "view(-1)", "View back", show=False),
         Binding("b", "base", "Base"),
         Binding("x", "exchange", "A/B"),
@@ -53,279 +54,222 @@ class DesignPanel(Vertical):
         Binding("delete", "remove", "Remove effect", show=False),
         Binding("l", "limits", "Critical V"),
         Binding("t", "track", "Track", show=False),
-        Binding("c", "copy", "Copy", show=False),
+        COPY,
     ]
     HELP = """
 ## Design
-Every change rides the design anew on its track and shows riding quality, spectra, modes and series beside the **base**
-(grey): the file as it was read, or what `b` made the base. `x` exchanges the two, A against B.
-`ctrl+z` undoes, `ctrl+y` does again, `ctrl+s` saves: the numbers change in the file, its comments stay.
-`l` looks for the critical speeds: linear, of the fold, in practice on this track.
-`v` shows other pictures, `a` adds an effect of the catalogue, Delete removes the one under the cursor.
-Track and speed stand on top of the form; they belong to the desk, not to the file.
+After every change the design is simulated on its track; ride quality, spectra, modes and series are shown with those
+of the **base** (grey): the file as it was read, or the design at the last `b`. `x` swaps the two (A/B comparison).
+`ctrl+z` undoes, `ctrl+y` redoes, `ctrl+s` writes the changed numbers into the file and keeps its comments.
+`l` computes the critical speeds: linear, nonlinear, and the speed limit by ride criteria on this track.
+`v` shows other plots, `a` adds an effect of the catalogue, Delete removes the one under the cursor.
+Track and speed (top of the form) are settings of the desk, not of the file. Sum Y: sum of guiding forces of the
+leading wheelset. Flange time: proportion of time with flange contact.
 """
 
     class Changed(Message):
-        """The design, or what it rides on, is another."""
+        """The design or its run conditions have changed."""
 
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
         self.draft: Draft | None = None
-        self.case = Case()
-        self.view = 0
-        self.looks: tuple[Look, Look] | None = None
-        self.latest = Latest(self, "look")
+        self.conditions = RunConditions()
+        self.results: Comparison | None = None
+        self.result_runner = LatestJobRunner(self, "results")
 
     def compose(self) -> ComposeResult:
         with Horizontal():
-            yield FormSide("Design", "←→ slide · type · ⌫ base · / find", id="design-form")
-            with Vertical(id="answer"):
-                yield Static(id="quality")
+            yield FormPane("Design", "←→ slide · type · ⌫ base · / find", id="design-form")
+            with Vertical(id="results"):
+                yield Pane("Ride quality", id="quality")
                 with Grid(id="plots"):
                     for i, name in enumerate(VIEWS):
-                        yield Plot(EMPTY, name, id=f"view{i}", window=WINDOWS.get(name, (0.0, 1.0)))
-
-    def on_mount(self) -> None:
-        self.query_one("#quality").border_title = "Riding quality"
+                        yield Plot(NO_PLOT, name, id=f"view{i}", window=WINDOWS.get(name, (0.0, 1.0)))
 
     @property
-    def side(self) -> FormSide:
-        """The form."""
-        return self.query_one(FormSide)
+    def pane(self) -> FormPane:
+        """Form of the design."""
+        return self.query_one(FormPane)
 
     # the design
 
     def open(self, draft: Draft) -> None:
-        """Another design on the desk."""
-        self.draft, self.looks = draft, None
-        self._changed()
+        """Show another design."""
+        self.draft = draft
+        self.results = None
+        self._update()
         self.query_one(Form).focus()
 
-    def _changed(self) -> None:
-        """The form and all that is computed, anew; the last pictures stay until then."""
-        if self.draft is None:
+    def _update(self) -> None:
+        """Show the design in the form and evaluate it; the last plots stay until its results are there."""
+        draft = self.draft
+        if draft is None:
             return
-        self.side.fill(self._rows(self.draft), self.draft.base.values)
-        titled(self.side, f"{self.draft.name}{' ●' if self.draft.dirty else ''}")
-        self.latest.ask(partial(_seen, self.draft.design, self.draft.base, self.case, self.looks))
+        self.pane.fill(list(design_rows(draft, self.conditions)), draft.base.values)
+        set_titles(self.pane, f"{draft.name}{' ●' if draft.is_modified else ''}")
+        self.result_runner.submit(partial(evaluate_designs, draft.design, draft.base, self.conditions, self.results))
         self.post_message(self.Changed())
 
-    def _rows(self, draft: Draft) -> list[Head | Field]:
-        speed = Field("case.speed", "V", "speed", "m/s", self.case.speed, 5.0, 100.0, False, "the desk")
-        track = Field("case.track", "", "track", "", self.case.track, 0, 1, False, "the desk")
-        rows: list[Head | Field] = [Head("rides on"), track, speed]
-        profiles = draft.design.profiles
-        if profiles is not None:
-            rows.append(Head(f"contact: {profiles.wheel.stem} on {profiles.rail.stem}, {profiles.given['use']}"))
-        last = ""
-        for field in draft.fields():
-            if field.group != last:
-                last = field.group
-                rows.append(Head(self._heading(draft, last)))
-            rows.append(field)
-        return rows
-
-    def _heading(self, draft: Draft, group: str) -> str:
-        if group.startswith("effects."):
-            effect = draft.design.effects[int(group.split(".")[1])]
-            which = f" {effect.wheelset}" if effect.wheelset else ""
-            return f"{effect.kind.replace('_', ' ')} at {effect.at.replace('_', ' ')}{which}"
-        for whole in ("vehicle.", "bodies.", "elements."):
-            group = group.removeprefix(whole)
-        return group.replace(".", " ").replace("_", " ")
-
-    # what the form asks for
-
-    @on(Form.Wanted)
-    def _wanted(self, event: Form.Wanted) -> None:
+    @on(Form.ValueRequested)
+    def _on_value_requested(self, event: Form.ValueRequested) -> None:
         self.set(event.path, event.value, event.gesture)
 
-    @on(Form.Reset)
-    def _reset(self, event: Form.Reset) -> None:
-        if self.draft is not None and event.path not in CASE:
+    @on(Form.ResetRequested)
+    def _on_reset_requested(self, event: Form.ResetRequested) -> None:
+        if self.draft is not None and event.path not in CONDITION_PATHS:
             self.draft.reset(event.path)
-            self._changed()
+            self._update()
 
     def set(self, path: str, value: Any, gesture: str = "") -> bool:
-        """Another value at a path of the design or of the case; says what is wrong where it does not fit."""
-        trouble = ""
+        """Set a value of the design or of the run conditions; show the error and return False if it is rejected."""
         try:
-            if path in CASE:
-                self._set_case(path, value)
+            if path in CONDITION_PATHS:
+                self._set_condition(path, value)
             elif self.draft is not None:
                 self.draft.set(path, value, gesture)
         except FileProblems as error:
-            first = error.problems[0]
-            trouble = ", ".join(t for t in (first.message, first.remedy) if t)
-        except ValueError as error:
-            trouble = str(error)
-        if trouble:
-            self.side.refused(trouble)
+            problem = error.problems[0]
+            self.pane.reject(", ".join(text for text in (problem.message, problem.remedy) if text))
             return False
-        self._changed()
-        self.side.accepted()
-        if self.draft is not None and self.draft.design.profiles is not None and path.endswith(OF_PROFILES):
-            self.notify("what the profiles give stays as it is until the file is saved and read again", timeout=8)
+        except ValueError as error:
+            self.pane.reject(str(error))
+            return False
+        self._update()
+        self.pane.accept()
+        if self.draft is not None and self.draft.design.profiles is not None and path.endswith(PROFILE_INPUTS):
+            text = "contact parameters from the profiles are updated when the file is saved and read again"
+            self.notify(text, timeout=8)
         return True
 
-    def _set_case(self, path: str, value: Any) -> None:
-        case = replace(self.case, speed=read_speed(value)) if path == "case.speed" else replace(self.case, track=value)
-        road(case)
-        self.case = case
+    def _set_condition(self, path: str, value: Any) -> None:
+        change = {"speed": read_speed(value)} if path == SPEED_PATH else {"track": value}
+        conditions = replace(self.conditions, **change)
+        excitation_of(conditions)  # raises for an invalid track
+        self.conditions = conditions
 
-    # what was computed
+    # results
 
-    @on(Seen)
-    def _seen_it(self, event: Seen) -> None:
-        self.looks = (event.look, event.base)
-        if event.look.guiding_force is None or event.base.guiding_force is None:
-            self.latest.ask(partial(_curved, event.look, event.base), unless_waiting=True)
-        self._quality()
-        self._draw([(self.view + k) % len(VIEWS) for k in range(len(VIEWS))], self.looks)
+    @on(DesignsEvaluated)
+    def _on_evaluated(self, event: DesignsEvaluated) -> None:
+        self.results = (event.current, event.base)
+        if event.current.guiding_force is None or event.base.guiding_force is None:
+            self.result_runner.submit(partial(evaluate_curving, self.results), unless_waiting=True)
+        self._show_quality()
+        self._show_plots([(self.view + k) % len(VIEWS) for k in range(len(VIEWS))], self.results)
 
-    def _quality(self) -> None:
-        """The numbers, as wide as there is room for."""
+    @on(JobFailed)
+    def _on_failed(self, event: JobFailed) -> None:
+        set_titles(self.query_one("#quality"), sub="no new result")
+        self.pane.reject(event.text.splitlines()[0])
+
+    def _show_quality(self) -> None:
         quality = self.query_one("#quality", Static)
-        if self.looks is not None:
-            quality.update(comparison(*self.looks, quality.size.width), layout=False)
-            titled(quality, sub="")
+        if self.results is not None:
+            quality.update(comparison_text(*self.results, quality.size.width), layout=False)
+            set_titles(quality, sub="")
 
-    def _draw(self, order: list[int], looks: tuple[Look, Look]) -> None:
-        """One picture after the other, each in a refresh of its own: so no key waits for all of them."""
-        if looks is not self.looks:
-            return  # newer ones are being drawn
+    def _show_plots(self, order: list[int], results: Comparison) -> None:
+        """Draw the plots, each visible one in a refresh of its own, so that no key waits for all of them."""
+        if results is not self.results:
+            return  # newer results are being drawn
         for k, i in enumerate(order):
             plot = self.query_one(f"#view{i}", Plot)
-            plot.show(list(VIEWS.values())[i](*looks))
+            plot.show(list(VIEWS.values())[i](*results))
             if plot.display:
-                self.call_after_refresh(self._draw, order[k + 1 :], looks)
+                self.call_after_refresh(self._show_plots, order[k + 1 :], results)
                 return
 
-    @on(Failed)
-    def _failed(self, event: Failed) -> None:
-        titled(self.query_one("#quality"), sub="no new result")
-        self.side.refused(event.text.splitlines()[0])
+    def on_resize(self) -> None:
+        super().on_resize()
+        self.call_after_refresh(self._show_quality)
 
-    # pictures
-
-    def on_resize(self, event: Resize) -> None:
-        self._arrange()
-        self.call_after_refresh(self._quality)
-
-    def _arrange(self) -> None:
-        """As many pictures as there is room for, from the chosen one on."""
+    def arrange_parts(self) -> None:
+        """Show as many plots as fit."""
         plots = [self.query_one(f"#view{i}") for i in range(len(VIEWS))]
-        arranged(self.query_one("#plots", Grid), plots, self.view)
-
-    def action_view(self, by: int) -> None:
-        self.view = (self.view + by) % len(VIEWS)
-        self._arrange()
+        arrange_grid(self.query_one("#plots", Grid), plots, self.view)
 
     # actions
 
     def action_undo(self) -> None:
-        self._told(self.draft.undo() if self.draft else None, "undone", "nothing to undo")
+        description = self.draft.undo() if self.draft else None
+        self.notify(f"undone: {description}" if description else "nothing to undo", timeout=2)
+        self._update()
 
     def action_redo(self) -> None:
-        self._told(self.draft.redo() if self.draft else None, "done again", "nothing to do again")
-
-    def _told(self, what: str | None, done: str, nothing: str) -> None:
-        self.notify(f"{done}: {what}" if what else nothing, timeout=2)
-        self._changed()
+        description = self.draft.redo() if self.draft else None
+        self.notify(f"redone: {description}" if description else "nothing to redo", timeout=2)
+        self._update()
 
     def action_base(self) -> None:
         if self.draft is not None:
-            self.draft.compare_with_this()
-            self.notify("this is the base now", timeout=2)
-            self._changed()
+            self.draft.set_base()
+            self.notify("base set to the current design", timeout=2)
+            self._update()
 
     def action_exchange(self) -> None:
         if self.draft is not None:
-            self.draft.exchange()
-            self._changed()
+            self.draft.swap_with_base()
+            self._update()
 
     def action_limits(self) -> None:
-        """Linear critical speed, the fold below which hunting dies, and the one in practice on this track."""
+        """Compute the linear and nonlinear critical speeds and the speed limit by ride criteria on this track."""
         if self.draft is None:
             return
-        design, track = self.draft.design, self.case.track
-        self.notify("looking for the fold and for the critical speed in practice", timeout=4)
+        design, track = self.draft.design, self.conditions.track
+        self.notify("computing the nonlinear critical speed and the speed limit by ride criteria", timeout=4)
+        BackgroundJob(self, "critical speeds", lambda job: compute_critical_speeds(job, design, track))
 
-        def job(study: Study) -> Message:
-            return Done("limits", stability(design, fold=True, track=laid(track), told=study.checkpoint))
-
-        Study(self, "limits", job)
-
-    @on(Done)
-    def _limits(self, message: Done) -> None:
-        found = message.result
-
-        def speed(key: str) -> str:
-            return "none up to 90 m/s" if found[key] is None else f"{found[key]:.4g} m/s"
-
-        told = [
-            f"linear critical speed: {speed('linear_critical_speed')}",
-            f"fold, below which hunting dies: {speed('fold_speed')}",
-            f"in practice on {self.case.track.split()[0]}: {speed('practical_critical_speed')}",
-        ]
-        self.notify("\n".join(told), title="Critical speeds", timeout=30)
+    @on(JobDone)
+    def _on_critical_speeds(self, message: JobDone) -> None:
+        self.notify(message.result, title="Critical speeds", timeout=30)
 
     def action_track(self) -> None:
-        self.query_one(Form).choose("case.track")
+        self.query_one(Form).select(TRACK_PATH)
         self.query_one(Form).action_type()
 
     def action_add(self) -> None:
         if self.draft is not None:
-            self.app.push_screen(Pick("Add an effect", choices(self.draft.design)), self._add)
+            self.app.push_screen(ChoiceDialog("Add an effect", effect_choices(self.draft.design)), self._add_effect)
 
-    def _add(self, chosen: str | None) -> None:
-        if chosen is None or self.draft is None:
+    def _add_effect(self, choice: str | None) -> None:
+        if choice is None or self.draft is None:
             return
         try:
-            self.draft.with_effect(placed(chosen))
+            self.draft.add_effect(effect_of_choice(choice))
         except FileProblems as error:
             self.notify(error.problems[0].message, severity="error")
             return
-        self._changed()
-        index = len(self.draft.design.effects) - 1
-        first = next((p for p in self.draft.design.paths() if p.startswith(f"effects.{index}.")), None)
+        self._update()
+        group = f"effects.{len(self.draft.design.effects) - 1}."
+        first = next((p for p in self.draft.design.paths() if p.startswith(group)), None)
         if first is not None:
-            self.query_one(Form).choose(first)
+            self.query_one(Form).select(first)
 
     def action_remove(self) -> None:
         field = self.query_one(Form).field
         if field is not None and self.draft is not None and field.path.startswith("effects."):
-            self.draft.without_effect(int(field.path.split(".")[1]))
-            self._changed()
+            self.draft.remove_effect(int(field.path.split(".")[1]))
+            self._update()
 
     def action_copy(self) -> None:
-        """The value under the cursor, or the whole comparison where that has the keys."""
+        """Copy the value under the cursor."""
         field = self.query_one(Form).field
         if field is not None:
             self.app.copy_to_clipboard(value_text(field))
             self.notify(f"copied {value_text(field)}", timeout=2)
 
+    # saving
+
     def save(self) -> None:
-        """Saves into the file, or asks for a name."""
-        if self.draft is None:
-            return
-        try:
-            path = self.draft.save()
-        except Moved as reason:
-            self.notify(str(reason), severity="warning")
-            self.save_as()
-            return
-        except (FileProblems, OSError) as error:
-            self.notify(str(error), severity="error")
-            return
-        self.notify(f"saved {path}", timeout=3)
-        self._changed()
+        """Save the design in its file, or ask for a file name."""
+        if self.draft is not None:
+            self._save(self.draft.save)
 
     def save_as(self) -> None:
-        """Saves under a name."""
+        """Ask for a file name and save the design there."""
         if self.draft is not None:
-            begin = str(self.draft.file.source or f"{self.draft.name}.yaml")
-            self.app.push_screen(Name("Save as", begin), self._save_as)
+            path = str(self.draft.file.source or f"{self.draft.name}.yaml")
+            self.app.push_screen(InputDialog("Save as", path), self._save_as)
 
     def _save_as(self, name: str | None) -> None:
         if name is None or self.draft is None:
@@ -335,30 +279,16 @@ Track and speed stand on top of the form; they belong to the desk, not to the fi
         if path.exists() and path != self.draft.file.source:
             self.notify(f"{path} exists: choose another name", severity="error")
             return
+        self._save(partial(self.draft.save_as, path))
+
+    def _save(self, save: Callable[[], Path]) -> None:
         try:
-            self.draft.save_as(path)
+            path = save()
+        except FileChanged as reason:
+            self.notify(str(reason), severity="warning")
+            self.save_as()
         except (FileProblems, OSError) as error:
             self.notify(str(error), severity="error")
-            return
-        self.notify(f"saved {path}", timeout=3)
-        self._changed()
-
-
-def _curved(now: Look, base: Look) -> Message:
-    """The same looks with their stands in curves."""
-    found = with_curves(now) if now.guiding_force is None else now
-    return Seen(found, found if base is now else with_curves(base) if base.guiding_force is None else base)
-
-
-def _seen(design: Any, base: Any, case: Case, last: tuple[Look, Look] | None) -> Message:
-    """Looks at a design and at its base; what is known already is not computed again."""
-    known = [seen for seen in last or () if seen.case == case]
-
-    def of(wanted: Any) -> Look:
-        same = next((seen for seen in known if seen.design.resolved() == wanted.resolved()), None)
-        if same is None:
-            same = look(wanted, case)
-            known.append(same)
-        return same
-
-    return Seen(of(design), of(base))
+        else:
+            self.notify(f"saved {path}", timeout=3)
+            self._update()

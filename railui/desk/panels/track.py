@@ -1,93 +1,88 @@
-"""The Track panel: a track as it lies, its spectrum and its bands, synthetic or measured."""
+"""Track panel: lines, spectrum and bands of a track, and its sections by ride quality."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
-import numpy as np
-from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
-from textual.containers import Grid, Vertical
-from textual.events import Resize
+from textual.containers import Grid
 from textual.message import Message
 from textual.widgets import Static
 
-from railui.arrays import FloatArray
-from railui.desk.messages import Failed
-from railui.desk.panels.common import arranged, in_turn, titled
-from railui.desk.services.ours import files_below
-from railui.desk.services.work import Latest
+from railui.desk.messages import JobFailed
+from railui.desk.panels.common import COPY, VIEW, Pane, Panel, arrange_grid, draw_in_turn, set_titles
+from railui.desk.presenters.choices import find_files
+from railui.desk.presenters.track_analysis import (
+    TrackAnalysis,
+    analyse_track,
+    band_rows,
+    column_plot,
+    resolve_named_track,
+    section_caption,
+    section_rows,
+    section_window,
+    spectrum_plot,
+    summary_text,
+)
+from railui.desk.services.jobs import LatestJobRunner
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.bars import Bar, Bars
-from railui.desk.widgets.dialogs import Name, Pick
-from railui.desk.widgets.picture import Line, Picture
+from railui.desk.widgets.bars import Bars
+from railui.desk.widgets.dialogs import ChoiceDialog, InputDialog
 from railui.desk.widgets.plot import Plot
+from railui.desk.widgets.plot_data import PlotData
 from railui.ride_quality.track_assessment import assess
-from railui.track.excitation import TrackSource, is_track_file, resolve_track
-from railui.track.metrics import BANDS, NearestSpectrum, band_sd, nearest_spectrum, psd
-from railui.track.spectra import SPECTRA, spectrum_density, spectrum_sd
+from railui.track.spectra import SPECTRA
 from railui.vehicle.design_reader import Design
 
-EMPTY = Picture(Axis(""), Axis(""), wait="laying the track")
-MM = 1e3
-SPEC = "length=2000 seed=1"
-PARTS = ("track-line", "stretches", "track-spectrum", "track-bands", "track-cross", "track-gauge")
+NO_PLOT = PlotData(Axis(""), Axis(""), placeholder="loading the track")
+INITIAL_WINDOW = (0.0, 0.25)  # fraction of the track shown before zooming
+DEFAULT_SPEC = "length=2000 seed=1"
+PARTS = ("track-line", "sections", "track-spectrum", "track-bands", "track-cross", "track-gauge")
+COLUMNS = (("track-line", "yw", "mm"), ("track-cross", "phiw", "mrad"), ("track-gauge", "gauge", "mm"))
 
 
-@dataclass(frozen=True, eq=False)
-class Surveyed:
-    """A track with its densities [m^2/(rad/m)] over wavenumber [rad/m], its sd [m] per band, what it is nearest to."""
+class TrackAssessed(Message):
+    """Assessment of a track by a vehicle: see `railui.ride_quality.track_assessment`."""
 
-    name: str
-    laid: TrackSource
-    wavenumber: FloatArray
-    density: FloatArray
-    bands: FloatArray
-    nearest: NearestSpectrum | None
-
-
-class Assessed(Message):
-    """A track was judged by the ride of a vehicle: see `railui.ride_quality.track_assessment`."""
-
-    def __init__(self, vehicle: str, found: dict[str, Any]) -> None:
+    def __init__(self, vehicle: str, result: dict[str, Any]) -> None:
         super().__init__()
-        self.vehicle, self.found = vehicle, found
+        self.vehicle = vehicle
+        self.result = result
 
 
-class Survey(Message):
-    """A track was surveyed."""
+class TrackAnalysed(Message):
+    """Analysis of a track."""
 
-    def __init__(self, found: Surveyed) -> None:
+    def __init__(self, analysis: TrackAnalysis) -> None:
         super().__init__()
-        self.found = found
+        self.analysis = analysis
 
 
-class TrackPanel(Vertical):
-    """What the track is, above; its lines, its spectrum and its bands below."""
+class TrackPanel(Panel):
+    """Summary of the track above; its lines, spectrum, bands and sections below."""
 
     BINDINGS: ClassVar[list[Any]] = [
         Binding("o", "choose", "Track or file"),
         Binding("e", "edit", "Edit"),
-        Binding("u", "use", "Ride on it"),
-        Binding("v", "view(1)", "View"),
-        Binding("c", "copy", "Copy", show=False),
+        Binding("u", "use", "Use track"),
+        VIEW,
+        COPY,
     ]
     HELP = """
 ## Track
-`o` chooses one of the known spectra or a file (a track, or the track of a measured run), `e` edits the words of a
-synthetic track: `length=2000 seed=1 spacing=0.1 shortest=3 longest=150 scale=1`. `u` lets the design in the form ride
-on it. The grey line in the spectrum is the nearest of the known ones; the bands are those of EN 13848. The design in
-the form judges the track in stretches of 200 m, worst ride first; behind each stands its place by geometry, 1 the
-worst: maintenance should better the ride, not the straightness.
+`o` chooses a standard spectrum or a file (a track, or the track of a measured run), `e` edits the spec of a synthetic
+track: `length=2000 seed=1 spacing=0.1 shortest=3 longest=150 scale=1`. `u` uses the track in the Design panel.
+The grey line in the spectrum is the nearest standard spectrum; the bands are those of EN 13848. Track sections of
+200 m are ranked by the ride quality of the design in the form, worst first, with their rank by geometry (1: worst):
+maintenance should improve the vehicle response rather than the geometry alone.
 """
 
-    class Used(Message):
-        """The design in the form is to ride on this track."""
+    class TrackChosen(Message):
+        """Request to use this track in the Design panel."""
 
         def __init__(self, track: str) -> None:
             super().__init__()
@@ -95,154 +90,115 @@ worst: maintenance should better the ride, not the straightness.
 
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.name_of_track = ""
-        self.found: Surveyed | None = None
-        self.latest, self.judge = Latest(self, "survey"), Latest(self, "assess")
+        self.track_name = ""
+        self.analysis: TrackAnalysis | None = None
+        self.analysis_runner = LatestJobRunner(self, "analysis")
+        self.assessment_runner = LatestJobRunner(self, "assessment")
         self.vehicle: tuple[Design, float] | None = None
-        self.assessed: dict[str, Any] | None = None
-        self.view = 0
+        self.assessment: dict[str, Any] | None = None
 
     def compose(self) -> ComposeResult:
-        yield Static(id="track-told", classes="pane")
+        yield Pane("Track", id="track-summary")
         with Grid(id="track-parts"):
-            yield Plot(EMPTY, "Lateral deviation", id="track-line", window=(0.0, 0.25))
-            yield Plot(EMPTY, "Spectrum, lateral", id="track-spectrum")
+            yield Plot(NO_PLOT, "Lateral deviation", id="track-line", window=INITIAL_WINDOW)
+            yield Plot(NO_PLOT, "Spectrum, lateral", id="track-spectrum")
             yield Bars("Standard deviation by wavelength", "", id="track-bands")
-            yield Bars("Stretches, worst ride first", "needs a design", id="stretches", cursor=True)
-            yield Plot(EMPTY, "Cross-level", id="track-cross", window=(0.0, 0.25))
-            yield Plot(EMPTY, "Gauge deviation", id="track-gauge", window=(0.0, 0.25))
+            yield Bars("Sections, worst ride first", "needs a design", id="sections", has_cursor=True)
+            yield Plot(NO_PLOT, "Cross-level", id="track-cross", window=INITIAL_WINDOW)
+            yield Plot(NO_PLOT, "Gauge deviation", id="track-gauge", window=INITIAL_WINDOW)
 
-    def on_mount(self) -> None:
-        self.query_one("#track-told").border_title = "Track"
+    # analysis
 
-    def begin(self, track: str, vehicle: tuple[Design, float] | None) -> None:
-        """The track on which the design rides, where none was chosen here; the design that judges it, its speed."""
-        other = vehicle != self.vehicle
+    def show_for(self, track: str, vehicle: tuple[Design, float] | None) -> None:
+        """Show a track unless another one was chosen here, assessed by a design at a speed [m/s]."""
+        has_changed = vehicle != self.vehicle
         self.vehicle = vehicle
-        if not self.name_of_track:
-            self.survey(track)
-        elif other:
+        if not self.track_name:
+            self.analyse(track)
+        elif has_changed:
             self._assess()
 
-    def survey(self, track: str) -> None:
-        """Lays a track and measures what it contains, in a thread."""
-        self.name_of_track = track
-        self.latest.ask(partial(_surveyed, track))
+    def analyse(self, track: str) -> None:
+        """Analyse and assess a track on a thread."""
+        self.track_name = track
+        self.analysis_runner.submit(partial(_analysed, track))
         self._assess()
 
     def _assess(self) -> None:
         if self.vehicle is not None:
-            self.judge.ask(partial(_assessed, self.name_of_track, *self.vehicle))
+            self.assessment_runner.submit(partial(_assessed, self.track_name, *self.vehicle))
 
-    @on(Assessed)
-    def _judged(self, message: Assessed) -> None:
-        """A bar per stretch: its score, its class, how far off the order by geometry puts it."""
-        self.assessed = message.found
-        rows = [
-            Bar(
-                f"{one['from']:.0f} to {one['to']:.0f}", one["score"] / 100,
-                f"{one['score']:4.0f} {one['class'][:14]:14} #{one['rank_geometry']}", strong=i == 0,
-            )
-            for i, one in enumerate(message.found["stretches"])
-        ]  # fmt: skip
-        bars = self.query_one("#stretches", Bars)
-        bars.show(rows)
-        agreement = message.found["agreement"]
-        told = "" if agreement is None else f", correlation {agreement:.2f}"
-        titled(bars, sub=f"m, score, class, place by geometry{told}")
+    @on(TrackAssessed)
+    def _on_assessed(self, message: TrackAssessed) -> None:
+        self.assessment = message.result
+        bars = self.query_one("#sections", Bars)
+        bars.show(section_rows(message.result))
+        set_titles(bars, sub=section_caption(message.result))
 
-    @on(Bars.Chosen, "#stretches")
-    def _shown(self, event: Bars.Chosen) -> None:
-        """The line of the stretch under the cursor."""
-        if self.assessed is None or self.found is None:
-            return
-        one, track = self.assessed["stretches"][event.index], self.found.laid.track
-        plot = self.query_one("#track-line", Plot)
-        plot.window = ((one["from"] - track.s[0]) / track.length, min(1.0, (one["to"] - track.s[0]) / track.length))
-        plot.refresh()
+    @on(TrackAnalysed)
+    def _on_analysed(self, message: TrackAnalysed) -> None:
+        self.analysis = analysis = message.analysis
+        self.query_one("#track-summary", Static).update(summary_text(analysis), layout=False)
+        lines = [partial(self._show_column, analysis, *column) for column in COLUMNS]
+        draw_in_turn(self, [*lines, partial(self._show_spectrum, analysis), partial(self._show_bands, analysis)])
 
-    @on(Survey)
-    def _survey(self, message: Survey) -> None:
-        self.found = found = message.found
-        track = found.laid.track
-        text = Text(no_wrap=True, overflow="ellipsis")
-        text.append(f"{found.laid.name}\n", "bold")
-        text.append(f"{track.length:.6g} m, every {track.spacing:g} m, yw sd {MM * track.yw.std():.3g} mm\n")
-        if found.nearest is not None:
-            text.append(f"nearest known: {found.nearest.factor:.3g} times {found.nearest.name}", "dim")
-        self.query_one("#track-told", Static).update(text, layout=False)
-        columns = (("line", "yw", "mm"), ("cross", "phiw", "mrad"), ("gauge", "gauge", "mm"))
-        parts = [partial(self._column, found, *one) for one in columns]
-        in_turn(self, [*parts, partial(self._spectrum, found), partial(self._bands, found)])
-
-    def _column(self, found: Surveyed, part: str, column: str, unit: str) -> None:
-        track = found.laid.track
-        y = MM * np.asarray(getattr(track, column))
-        flat = not np.any(y)
-        wait = "zero: this spectrum has none" if flat else ""
-        lines = () if flat else (Line(track.s, y),)
-        self.query_one(f"#track-{part}", Plot).show(Picture(Axis("s", "m"), Axis(column, unit), lines, wait=wait))
-
-    def _spectrum(self, found: Surveyed) -> None:
-        lines = [Line(found.wavenumber, MM**2 * found.density, "track", "now")]
-        if found.nearest is not None:
-            known = spectrum_density(found.nearest.name, "yw", found.wavenumber)
-            lines.insert(0, Line(found.wavenumber, MM**2 * known, found.nearest.name, "base"))
-        x = Axis("wavenumber", "rad/m", log=True, low=0.02, high=10.0)
-        self.query_one("#track-spectrum", Plot).show(Picture(x, Axis("S", "mm²/(rad/m)", log=True), lines))
-
-    def _bands(self, found: Surveyed) -> None:
-        rows, most = [], float(max(found.bands.max(initial=0.0), 1e-9))
-        for (low, high), sd in zip(BANDS, found.bands, strict=True):
-            rows.append(Bar(f"{low:g} to {high:g} m", float(sd / most), f"{MM * sd:.3g} mm", strong=True))
-            for name in ("erri_b176_low", "erri_b176_high"):
-                known = spectrum_sd(name, "yw", low, high)
-                rows.append(Bar(f"  {name}", float(known / most), f"{MM * known:.3g} mm", role="base"))
-        self.query_one("#track-bands", Bars).show(rows)
-
-    @on(Failed)
-    def _failed(self, message: Failed) -> None:
+    @on(JobFailed)
+    def _on_failed(self, message: JobFailed) -> None:
         self.notify(message.text, severity="error", timeout=10)
 
-    def action_choose(self) -> None:
-        here = Path.cwd()
-        files = [str(p.relative_to(here)) for p in files_below(here, ("*.csv", "*.csv.gz"))]
-        known = [(f"{name} {SPEC}", f"{name:16} synthetic") for name in SPECTRA]
-        self.app.push_screen(Pick("A spectrum or a file", [*known, *((f, f) for f in files)], free=True), self._chosen)
+    # drawing
 
-    def _chosen(self, track: str | None) -> None:
+    def _show_column(self, analysis: TrackAnalysis, part: str, column: str, unit: str) -> None:
+        self.query_one(f"#{part}", Plot).show(column_plot(analysis, column, unit))
+
+    def _show_spectrum(self, analysis: TrackAnalysis) -> None:
+        self.query_one("#track-spectrum", Plot).show(spectrum_plot(analysis))
+
+    def _show_bands(self, analysis: TrackAnalysis) -> None:
+        self.query_one("#track-bands", Bars).show(band_rows(analysis))
+
+    @on(Bars.RowSelected, "#sections")
+    def _on_section_selected(self, event: Bars.RowSelected) -> None:
+        """Show the lateral deviation of the section under the cursor."""
+        if self.assessment is None or self.analysis is None:
+            return
+        plot = self.query_one("#track-line", Plot)
+        plot.window = section_window(self.analysis, self.assessment["stretches"][event.index])
+        plot.refresh()
+
+    def arrange_parts(self) -> None:
+        """Show as many parts as fit."""
+        grid = self.query_one("#track-parts", Grid)
+        arrange_grid(grid, [self.query_one(f"#{name}") for name in PARTS], self.view)
+
+    # actions
+
+    def action_choose(self) -> None:
+        directory = Path.cwd()
+        files = [str(p.relative_to(directory)) for p in find_files(directory, ("*.csv", "*.csv.gz"))]
+        spectra = [(f"{name} {DEFAULT_SPEC}", f"{name:16} synthetic") for name in SPECTRA]
+        choices = [*spectra, *((file, file) for file in files)]
+        self.app.push_screen(ChoiceDialog("Choose a spectrum or a file", choices, free=True), self._on_track_chosen)
+
+    def _on_track_chosen(self, track: str | None) -> None:
         if track is not None:
-            self.survey(track)
+            self.analyse(track)
 
     def action_edit(self) -> None:
-        self.app.push_screen(Name("Track", self.name_of_track), self._chosen)
+        self.app.push_screen(InputDialog("Track", self.track_name), self._on_track_chosen)
 
     def action_use(self) -> None:
-        if self.found is not None:
-            self.post_message(self.Used(self.found.name))
-
-    def action_view(self, by: int) -> None:
-        self.view = (self.view + by) % len(PARTS)
-        self._arrange()
-
-    def on_resize(self, event: Resize) -> None:
-        self._arrange()
-
-    def _arrange(self) -> None:
-        grid = self.query_one("#track-parts", Grid)
-        arranged(grid, [self.query_one(f"#{name}") for name in PARTS], self.view)
+        if self.analysis is not None:
+            self.post_message(self.TrackChosen(self.analysis.name))
 
     def action_copy(self) -> None:
-        self.app.copy_to_clipboard(self.name_of_track)
-        self.notify("copied the words of the track", timeout=2)
+        self.app.copy_to_clipboard(self.track_name)
+        self.notify("track copied", timeout=2)
 
 
 def _assessed(name: str, design: Design, speed: float) -> Message:
-    track = Path(name) if is_track_file(name) else name
-    return Assessed(design.name, assess(track, design, speed))
+    return TrackAssessed(design.name, assess(resolve_named_track(name), design, speed))
 
 
-def _surveyed(name: str) -> Message:
-    laid = resolve_track(Path(name) if is_track_file(name) else name)
-    found = psd(laid.track)
-    return Survey(Surveyed(name, laid, found.wavenumber, found.yw, band_sd(laid.track), nearest_spectrum(laid.track)))
+def _analysed(name: str) -> Message:
+    return TrackAnalysed(analyse_track(name))

@@ -1,1 +1,1 @@
-"""Texts, tables and plots that the panels show."""
+"""Presenters: texts, bar rows and plot data of the panels, without widgets."""

@@ -1,1 +1,1 @@
-"""Background work, recordings, ports, files."""
+"""Services of the desk: background jobs, files, recording."""

@@ -1,1 +1,1 @@
-"""State of a session: designs in work, search plans."""
+"""State of a session: drafts of designs, search plans, form rows."""

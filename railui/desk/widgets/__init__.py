@@ -1,1 +1,1 @@
-"""Widgets: plots, forms, dialogs, bars."""
+"""Widgets: plots, forms, bars, dialogs."""

@@ -1,4 +1,4 @@
-"""Rows of names, bars and numbers: errors per channel, parameters of a fit, a ranking."""
+"""Rows with a name, a horizontal bar and a text."""
 
 from __future__ import annotations
 
@@ -14,28 +14,31 @@ from textual.message import Message
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-EIGHTHS = " ▏▎▍▌▋▊▉█"
-LEAST, RAIL = 10, 6  # columns that names and bars have where it is narrow
+BAR_BLOCKS = " ▏▎▍▌▋▊▉█"
+MIN_NAME_COLUMNS, MIN_BAR_COLUMNS = 10, 6  # columns that names and bars have where it is narrow
 
 
 @dataclass(frozen=True)
 class Bar:
-    """A row: a name, a share 0 .. 1 as a bar (before: a paler one behind it, mark: a line across), a text behind."""
+    """Row: name, bar of a fraction 0 .. 1, text.
+
+    reference: fraction of a pale bar behind; mark: position of a line across the bar; role: style of the bar.
+    """
 
     name: str
-    share: float = 0.0
+    fraction: float = 0.0
     text: str = ""
-    before: float = 0.0
+    reference: float = 0.0
     mark: float | None = None
-    strong: bool = False
-    role: str = "now"
+    is_emphasised: bool = False
+    role: str = "current"
 
 
 class Bars(ScrollView, can_focus=True):
-    """Rows of bars that scroll; y copies them as a table."""
+    """Scrollable rows of bars."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {
-        "bars--now", "bars--base", "bars--mark", "bars--text", "bars--strong", "bars--cursor",
+        "bars--current", "bars--base", "bars--mark", "bars--text", "bars--strong", "bars--cursor",
     }  # fmt: skip
     BINDINGS: ClassVar[list[Any]] = [
         Binding("up", "go(-1)", show=False),
@@ -44,31 +47,33 @@ class Bars(ScrollView, can_focus=True):
         Binding("pagedown", "go(10)", show=False),
         Binding("y", "copy", "Copy table", show=False),
     ]
-    HELP = "\nRows of **bars**: up and down move along them, `y` copies them as a table.\n"
+    HELP = "\n**Bars**: up and down move through the rows, `y` copies them as a table.\n"
 
     @dataclass
-    class Chosen(Message):
-        """Another row is under the cursor."""
+    class RowSelected(Message):
+        """The cursor has moved to another row."""
 
         bars: Bars
         index: int
 
         @property
         def control(self) -> Bars:
-            """Which bars."""
+            """Widget that sent the message."""
             return self.bars
 
-    def __init__(self, title: str, wait: str = "", *, id: str | None = None, cursor: bool = False) -> None:
+    def __init__(self, title: str, placeholder: str = "", *, id: str | None = None, has_cursor: bool = False) -> None:
         super().__init__(id=id)
-        self.border_title, self.wait = title, wait
+        self.border_title = title
+        self.placeholder = placeholder
         self.rows: list[Bar] = []
-        self.cursor, self.at = cursor, 0
+        self.has_cursor = has_cursor
+        self.index = 0
         self.add_class("pane")
 
     def show(self, rows: Sequence[Bar]) -> None:
-        """Other rows; only those that differ are drawn."""
+        """Show rows; only changed ones are redrawn."""
         old, self.rows = self.rows, list(rows)
-        self.at = min(self.at, max(0, len(rows) - 1))
+        self.index = min(self.index, max(0, len(rows) - 1))
         if len(old) != len(rows) or self._columns(old) != self._columns(self.rows):
             self.virtual_size = Size(0, len(rows))
             self.refresh()
@@ -79,13 +84,13 @@ class Bars(ScrollView, can_focus=True):
 
     def _columns(self, rows: Sequence[Bar]) -> tuple[int, int]:
         name, text = (max((len(getattr(row, k)) for row in rows), default=0) for k in ("name", "text"))
-        return min(name, max(LEAST, self.scrollable_content_region.width - text - RAIL - 3)), text
+        return min(name, max(MIN_NAME_COLUMNS, self.scrollable_content_region.width - text - MIN_BAR_COLUMNS - 3)), text
 
     def render_line(self, y: int) -> Strip:
         width, index = self.scrollable_content_region.width, y + int(self.scroll_offset.y)
-        style = {k: self.get_component_rich_style(f"bars--{k}") for k in ("now", "base", "mark", "text", "strong")}
+        style = {k: self.get_component_rich_style(f"bars--{k}") for k in ("current", "base", "mark", "text", "strong")}
         if not self.rows and y == 0:
-            return Strip([Segment(self.wait[:width], style["base"])]).adjust_cell_length(width, self.rich_style)
+            return Strip([Segment(self.placeholder[:width], style["base"])]).adjust_cell_length(width, self.rich_style)
         if index >= len(self.rows) or width < 4:
             return Strip.blank(width, self.rich_style)
         row = self.rows[index]
@@ -93,12 +98,12 @@ class Bars(ScrollView, can_focus=True):
         rail = width - names - texts - 3
         if rail < 4:
             texts, rail = max(0, width - names - 2), 0
-        text = style["strong" if row.strong else "text"]
+        text = style["strong" if row.is_emphasised else "text"]
         segments = [Segment(f" {row.name[:names]:{names}} ", text)]
         segments += self._bar(row, rail, style)
         segments.append(Segment(f" {row.text[:texts]:>{texts}}", text))
         strip = Strip(segments).adjust_cell_length(width, self.rich_style)
-        if self.cursor and index == self.at and self.has_focus:
+        if self.has_cursor and index == self.index and self.has_focus:
             cursor = self.get_component_rich_style("bars--cursor")
             strip = strip.apply_style(type(cursor)(bgcolor=cursor.bgcolor, bold=True))
         return strip
@@ -106,42 +111,42 @@ class Bars(ScrollView, can_focus=True):
     def _bar(self, row: Bar, width: int, style: dict[str, Any]) -> list[Segment]:
         if width <= 0:
             return []
-        plain = bool(getattr(self.app, "plain", False))
+        plain = bool(getattr(self.app, "is_plain", False))
         cells: list[tuple[str, Any]] = [(" ", style["text"])] * width
-        behind = round(min(1.0, max(0.0, row.before)) * width)
+        behind = round(min(1.0, max(0.0, row.reference)) * width)
         for i in range(behind):
             cells[i] = ("." if plain else "░", style["base"])
-        eighths = round(min(1.0, max(0.0, row.share)) * width * 8)
+        eighths = round(min(1.0, max(0.0, row.fraction)) * width * 8)
         for i in range(eighths // 8):
             cells[i] = ("#" if plain else "█", style[row.role])
         if eighths % 8 and eighths // 8 < width and not plain:
-            cells[eighths // 8] = (EIGHTHS[eighths % 8], style[row.role])
+            cells[eighths // 8] = (BAR_BLOCKS[eighths % 8], style[row.role])
         if row.mark is not None and 0 <= row.mark <= 1:
             cells[min(width - 1, int(row.mark * width))] = ("|" if plain else "┃", style["mark"])
-        return [Segment(letter, one) for letter, one in cells]
+        return [Segment(character, cell_style) for character, cell_style in cells]
 
     def action_go(self, by: int) -> None:
         if not self.rows:
             return
-        if not self.cursor:
+        if not self.has_cursor:
             self.scroll_relative(y=by, animate=False)
             return
-        self.choose(min(len(self.rows) - 1, max(0, self.at + by)))
+        self.select(min(len(self.rows) - 1, max(0, self.index + by)))
 
-    def choose(self, index: int) -> None:
-        """Puts the cursor on a row."""
-        self.refresh_line(self.at)
-        self.at = index
+    def select(self, index: int) -> None:
+        """Move the cursor to a row."""
+        self.refresh_line(self.index)
+        self.index = index
         self.refresh_line(index)
         self.scroll_to_region(Region(0, index, 1, 1), animate=False)
-        self.post_message(self.Chosen(self, index))
+        self.post_message(self.RowSelected(self, index))
 
     def on_click(self, event: events.Click) -> None:
         index = event.y - self.gutter.top + int(self.scroll_offset.y)
-        if self.cursor and 0 <= index < len(self.rows):
-            self.choose(index)
+        if self.has_cursor and 0 <= index < len(self.rows):
+            self.select(index)
 
     def action_copy(self) -> None:
-        table = "".join(f"{row.name}\t{row.share:.6g}\t{row.text}\n" for row in self.rows)
+        table = "".join(f"{row.name}\t{row.fraction:.6g}\t{row.text}\n" for row in self.rows)
         self.app.copy_to_clipboard(table)
-        self.notify("copied the table", timeout=2)
+        self.notify("table copied", timeout=2)

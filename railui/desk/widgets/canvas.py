@@ -1,4 +1,4 @@
-"""A canvas of character cells: letters with styles, dots that add to dots, rows as strips."""
+"""Canvas of character cells with styles and braille dots."""
 
 from __future__ import annotations
 
@@ -8,69 +8,71 @@ from rich.segment import Segment
 from rich.style import Style
 from textual.strip import Strip
 
-from railui.desk.widgets.braille import BLANK
+from railui.desk.widgets.braille import BLANK_CODE_POINT
 
-# what a cell of dots looks like where there are letters only: by which of its halves hold dots
-PLAIN = (" ", "'", ".", ":")
+# characters for a cell with dots in neither, its upper, its lower, or both halves, without braille
+PLAIN_DOTS = (" ", "'", ".", ":")
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Where the lines stand inside a plot, in cells."""
+    """Area of the lines inside a plot, in cells."""
 
     left: int
     top: int
     width: int
     height: int
 
-    def row(self, place: float) -> int:
-        """The row of a place on the vertical axis."""
-        return self.top + min(self.height - 1, max(0, int((1 - place) * self.height)))
+    def row(self, position: float) -> int:
+        """Return the row of a position on the vertical axis."""
+        return self.top + min(self.height - 1, max(0, int((1 - position) * self.height)))
 
 
 class Canvas:
-    """Cells with a letter and a style each; dots add to dots."""
+    """Cells with a character and a style each; dots in the same cell are combined."""
 
     def __init__(self, width: int, height: int, style: Style) -> None:
         self.width, self.height, self.blank = width, height, style
-        self.letters = [[" "] * width for _ in range(height)]
+        self.characters = [[" "] * width for _ in range(height)]
         self.styles = [[style] * width for _ in range(height)]
 
-    def put(self, x: int, y: int, letter: str, style: Style, over: bool = True) -> None:
-        """One letter; not over dots unless `over`."""
-        if 0 <= x < self.width and 0 <= y < self.height and (over or not self._dotted(x, y)):
-            self.letters[y][x], self.styles[y][x] = letter, style
+    def put(self, x: int, y: int, character: str, style: Style, over: bool = True) -> None:
+        """Put a character into a cell; `over`: also over dots."""
+        if 0 <= x < self.width and 0 <= y < self.height and (over or not self._has_dots(x, y)):
+            self.characters[y][x], self.styles[y][x] = character, style
 
     def write(self, x: int, y: int, text: str, style: Style) -> None:
-        """A text from a cell on, cut at the edge."""
-        for i, letter in enumerate(text):
-            self.put(x + i, y, letter, style)
+        """Write a text from a cell on, cut at the edge."""
+        for i, character in enumerate(text):
+            self.put(x + i, y, character, style)
 
     def dots(self, x: int, y: int, bits: int, style: Style) -> None:
-        """Dots of a line in a cell; those that stand there stay, in the new colour."""
+        """Add dots to a cell; the cell takes the new style."""
         if 0 <= x < self.width and 0 <= y < self.height:
-            old = ord(self.letters[y][x]) - BLANK if self._dotted(x, y) else 0
-            self.letters[y][x], self.styles[y][x] = chr(BLANK + (old | bits)), style
+            old = ord(self.characters[y][x]) - BLANK_CODE_POINT if self._has_dots(x, y) else 0
+            self.characters[y][x], self.styles[y][x] = chr(BLANK_CODE_POINT + (old | bits)), style
 
-    def flatten(self) -> None:
-        """Dots as letters that every terminal has."""
-        for row in self.letters:
-            for i, letter in enumerate(row):
-                if BLANK < ord(letter) < BLANK + 256:
-                    bits = ord(letter) - BLANK
-                    row[i] = PLAIN[bool(bits & 0b00011011) + 2 * bool(bits & 0b11100100)]
+    def replace_dots(self) -> None:
+        """Replace dots by ASCII characters."""
+        for row in self.characters:
+            for i, character in enumerate(row):
+                if BLANK_CODE_POINT < ord(character) < BLANK_CODE_POINT + 256:
+                    bits = ord(character) - BLANK_CODE_POINT
+                    row[i] = PLAIN_DOTS[bool(bits & 0b00011011) + 2 * bool(bits & 0b11100100)]
 
     def strips(self) -> list[Strip]:
-        """The rows, neighbours of one style joined."""
-        return [self._strip(letters, styles) for letters, styles in zip(self.letters, self.styles, strict=True)]
+        """Return the rows; neighbours of the same style are joined."""
+        return [
+            self._strip(characters, styles) for characters, styles in zip(self.characters, self.styles, strict=True)
+        ]
 
-    def _strip(self, letters: list[str], styles: list[Style]) -> Strip:
+    def _strip(self, characters: list[str], styles: list[Style]) -> Strip:
         segments, start = [], 0
         for i in range(1, self.width + 1):
             if i == self.width or styles[i] is not styles[start]:
-                segments.append(Segment("".join(letters[start:i]), styles[start]))
+                segments.append(Segment("".join(characters[start:i]), styles[start]))
                 start = i
         return Strip(segments, self.width)
 
-    def _dotted(self, x: int, y: int) -> bool:
-        return BLANK < ord(self.letters[y][x]) < BLANK + 256
+    def _has_dots(self, x: int, y: int) -> bool:
+        return BLANK_CODE_POINT < ord(self.characters[y][x]) < BLANK_CODE_POINT + 256

@@ -1,4 +1,4 @@
-"""What the desk asks: a choice, a name, a file; and what it says: help, the faults of a file where they stand."""
+"""Dialogs: questions, text input, choices, problems of a file, help."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from textual.widgets.option_list import Option
 
 from railui.io.problems import FileProblems
 
-MOST_SHOWN = 400
+MAX_OPTIONS = 400
 
 
 class Dialog(ModalScreen[str | None]):
-    """A question that is answered once, however quickly keys follow one another."""
+    """Dialog with at most one answer, also if keys are pressed in quick succession."""
 
-    answered = False
+    is_answered = False
 
     def dismiss(self, result: str | None = None) -> AwaitComplete:
-        """Answers, and goes away; a second answer is none."""
-        if self.answered:
+        """Close the dialog with an answer; later answers are ignored."""
+        if self.is_answered:
             return AwaitComplete()
-        self.answered = True
+        self.is_answered = True
         return super().dismiss(result)
 
 
-class Ask(Dialog):
-    """A question with a few answers, each by its key; escape answers nothing."""
+class QuestionDialog(Dialog):
+    """Question with a key for each answer; escape closes it without an answer."""
 
     BINDINGS: ClassVar[list[Any]] = [Binding("escape", "dismiss(None)", "Back")]
 
@@ -48,8 +48,8 @@ class Ask(Dialog):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
             box.border_title = "?"
-            yield Static(self.question, markup=False, classes="said")
-            options = [Option(f"[b]{escape(key)}[/]  {escape(told)}", id=key) for key, told in self.answers.items()]
+            yield Static(self.question, markup=False, classes="question")
+            options = [Option(f"[b]{escape(key)}[/]  {escape(text)}", id=key) for key, text in self.answers.items()]
             yield OptionList(*options, compact=True)
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
@@ -65,26 +65,27 @@ class Ask(Dialog):
             self.dismiss(event.character)
 
 
-class Name(Dialog):
-    """A line to type."""
+class InputDialog(Dialog):
+    """Input of one line of text."""
 
     BINDINGS: ClassVar[list[Any]] = [Binding("escape", "dismiss(None)", "Back")]
 
-    def __init__(self, question: str, begin: str = "") -> None:
+    def __init__(self, question: str, text: str = "") -> None:
         super().__init__()
-        self.question, self.begin = question, begin
+        self.question = question
+        self.text = text
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
             box.border_title = self.question
-            yield Input(self.begin, select_on_focus=False)
+            yield Input(self.text, select_on_focus=False)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         self.dismiss(event.value.strip() or None)
 
 
-class Pick(Dialog):
-    """One of a list, narrowed by typing."""
+class ChoiceDialog(Dialog):
+    """Choice from a list that is filtered by typing."""
 
     BINDINGS: ClassVar[list[Any]] = [
         Binding("escape", "dismiss(None)", "Back"),
@@ -93,51 +94,51 @@ class Pick(Dialog):
     ]
 
     def __init__(self, title: str, choices: Sequence[tuple[str, str]], free: bool = False) -> None:
-        """choices: what is answered, what is shown; free: what was typed is an answer too."""
+        """Create the dialog; choices: (answer, text); free: typed text is an answer too."""
         super().__init__()
         self.heading, self.choices, self.free = title, list(choices), free
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog tall") as box:
             box.border_title = self.heading
-            box.border_subtitle = "type to narrow · ↑↓ · enter · esc"
-            yield Input(placeholder="type to narrow")
+            box.border_subtitle = "type to filter · ↑↓ · enter · esc"
+            yield Input(placeholder="type to filter")
             yield OptionList(compact=True)
 
     def on_mount(self) -> None:
-        self._narrow("")
+        self._filter("")
 
-    def _narrow(self, text: str) -> None:
+    def _filter(self, text: str) -> None:
         words = text.lower().split()
-        fits = [(key, shown) for key, shown in self.choices if all(w in shown.lower() for w in words)]
-        fits.sort(key=lambda fit: _distance(words, fit[1].lower()))
-        found = self.query_one(OptionList)
-        found.clear_options()
-        found.add_options([Option(Text(shown), id=key) for key, shown in fits[:MOST_SHOWN]])
-        found.highlighted = 0 if fits else None
+        matches = [(key, shown) for key, shown in self.choices if all(w in shown.lower() for w in words)]
+        matches.sort(key=lambda match: _distance(words, match[1].lower()))
+        options = self.query_one(OptionList)
+        options.clear_options()
+        options.add_options([Option(Text(shown), id=key) for key, shown in matches[:MAX_OPTIONS]])
+        options.highlighted = 0 if matches else None
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        self._narrow(event.value)
+        self._filter(event.value)
 
     def action_go(self, by: int) -> None:
-        found = self.query_one(OptionList)
-        if found.option_count:
-            found.highlighted = ((found.highlighted or 0) + by) % found.option_count
+        options = self.query_one(OptionList)
+        if options.option_count:
+            options.highlighted = ((options.highlighted or 0) + by) % options.option_count
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        found = self.query_one(OptionList)
+        options = self.query_one(OptionList)
         typed = event.value.strip()
-        if self.free and typed and (Path(typed).expanduser().exists() or not found.option_count):
+        if self.free and typed and (Path(typed).expanduser().exists() or not options.option_count):
             self.dismiss(typed)
-        elif found.highlighted is not None:
-            self.dismiss(found.get_option_at_index(found.highlighted).id)
+        elif options.highlighted is not None:
+            self.dismiss(options.get_option_at_index(options.highlighted).id)
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         self.dismiss(event.option.id)
 
 
-class Faults(Dialog):
-    """The faults of a file, each beside the line where it stands. r reads the file again."""
+class ProblemsDialog(Dialog):
+    """Problems of a file, each with the line of the file; r reads the file again."""
 
     BINDINGS: ClassVar[list[Any]] = [
         Binding("escape,q", "dismiss(None)", "Back"),
@@ -152,15 +153,16 @@ class Faults(Dialog):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog tall wide") as box:
             count = len(self.problems.problems)
-            box.border_title = Content(f"{Path(self.path).name}: {count} fault{'s' if count != 1 else ''}")
+            box.border_title = Content(f"{Path(self.path).name}: {count} problem{'s' if count != 1 else ''}")
             box.border_subtitle = "r read again · c copy · esc back"
             with VerticalScroll():
-                yield Static(self._text())
+                yield Static(self.text())
 
     def on_mount(self) -> None:
         self.query_one(VerticalScroll).focus()
 
-    def _text(self) -> Text:
+    def text(self) -> Text:
+        """Return the problems as text."""
         text = Text()
         lines: dict[str, list[str]] = {}
         for p in self.problems.problems:
@@ -169,11 +171,12 @@ class Faults(Dialog):
                     lines[p.file] = Path(p.file).read_text("utf-8").splitlines()
                 except (OSError, UnicodeDecodeError):
                     lines[p.file] = []
-            place = f":{p.line}:{p.column}" if p.line else ""
-            text.append(f"{Path(p.file).name}{place}", "bold")
+            location = f":{p.line}:{p.column}" if p.line else ""
+            text.append(f"{Path(p.file).name}{location}", "bold")
             text.append(f"  {p.key}\n" if p.key else "\n", "italic")
             if 0 < p.line <= len(lines[p.file]):
-                line, begin = lines[p.file][p.line - 1], max(0, p.column - 30)
+                line = lines[p.file][p.line - 1]
+                begin = max(0, p.column - 30)
                 text.append(f"  {line[begin : begin + 68]}\n", "dim")
                 text.append(" " * (2 + p.column - 1 - begin) + "^\n", "bold red")
             text.append(f"  {p.message}")
@@ -182,11 +185,11 @@ class Faults(Dialog):
 
     def action_copy(self) -> None:
         self.app.copy_to_clipboard(str(self.problems))
-        self.notify("copied the faults")
+        self.notify("problems copied")
 
 
-class Help(Dialog):
-    """What can be done here: the panel, the part that has the keys, all keys."""
+class HelpDialog(Dialog):
+    """Help for the panel and the focused widget, and the active keys."""
 
     BINDINGS: ClassVar[list[Any]] = [Binding("escape,q,f1,enter", "dismiss(None)", "Back")]
 
@@ -204,9 +207,9 @@ class Help(Dialog):
                 for text in self.texts:
                     yield Markdown(text.strip())
                 table = Text()
-                for key, told in self.keys:
+                for key, description in self.keys:
                     table.append(f"  {key:>14}  ", "bold")
-                    table.append(f"{told}\n")
+                    table.append(f"{description}\n")
                 yield Static(table)
 
     def on_mount(self) -> None:
@@ -214,6 +217,6 @@ class Help(Dialog):
 
 
 def _distance(words: Sequence[str], shown: str) -> int:
-    """How far from its beginning a line has the words; where they begin no word there, farther than all others."""
-    found = [re.search(rf"(?<![a-z]){re.escape(word)}", shown) for word in words]
-    return sum(match.start() if match else 1000 for match in found)
+    """Return a sort key: the sum of the positions of the words in a text; 1000 for one inside another word."""
+    matches = [re.search(rf"(?<![a-z]){re.escape(word)}", shown) for word in words]
+    return sum(match.start() if match else 1000 for match in matches)

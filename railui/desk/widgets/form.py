@@ -1,4 +1,4 @@
-"""The form of a design: one line per parameter, with a mark where it was changed, its value and a slider."""
+"""Form widget: a row per parameter with a mark for changes, its value and a slider."""
 
 from __future__ import annotations
 
@@ -15,23 +15,15 @@ from textual.message import Message
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-from railui.desk.presenters.written import symbol, value_text
-from railui.desk.state.draft import Field
+from railui.desk.state.form_rows import Field, Heading, symbol_text, value_text
 
-NAME, VALUE, SYMBOL = 22, 14, 9  # columns
-STEP = 0.02  # of a range, one press
-TYPED = frozenset("0123456789.-")
-
-
-@dataclass(frozen=True)
-class Head:
-    """A heading between the lines of a form."""
-
-    text: str
+NAME_COLUMNS, VALUE_COLUMNS, SYMBOL_COLUMNS = 22, 14, 9  # columns
+SLIDER_STEP = 0.02  # of the range, per key press
+NUMBER_CHARACTERS = frozenset("0123456789.-")
 
 
 class Form(ScrollView, can_focus=True):
-    """Lines of parameters under headings; it posts what is asked for and changes nothing itself."""
+    """Rows of parameters under headings; posts messages with the requested changes."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {
         "form--head", "form--name", "form--value", "form--rail", "form--knob", "form--mark", "form--cursor",
@@ -53,92 +45,95 @@ class Form(ScrollView, can_focus=True):
         Binding("slash", "search", "Find", show=False),
     ]
     HELP = """
-The **form**: every parameter of the design. A dot marks what differs from the file.
-Left and right slide a value through the range of real vehicles (shift: faster); a digit or Enter types it,
-with or without a unit (`4 MN/m`). Backspace takes the value of the base back, `/` finds a parameter by its name.
-Drag the slider with the mouse.
+**Form**: every parameter of the design. A dot marks values that differ from the file.
+Left and right move the slider through the range of real vehicles (shift: faster); a digit or Enter starts typing
+a value, with or without a unit (`4 MN/m`). Backspace restores the value of the base, `/` searches for a parameter.
+The mouse drags the slider.
 """
 
     @dataclass
-    class Wanted(Message):
-        """A value is wanted at a path; `gesture` joins the steps of one slide."""
+    class ValueRequested(Message):
+        """Request to set a value; `gesture` identifies one slider movement."""
 
         path: str
         value: Any
         gesture: str = ""
 
     @dataclass
-    class Typing(Message):
-        """A value is about to be typed, beginning with some letters."""
+    class EntryRequested(Message):
+        """Request to type a value, beginning with `text`."""
 
         field: Field
-        begin: str
-        more: bool = False  # letters that came before the entry had the keys
+        text: str
+        is_continued: bool = False  # typed before the input had the focus
 
     @dataclass
-    class Selected(Message):
-        """Another line is under the cursor."""
+    class FieldSelected(Message):
+        """The cursor has moved to another field."""
 
         field: Field
 
     @dataclass
-    class Reset(Message):
-        """The value of the base is wanted back."""
+    class ResetRequested(Message):
+        """Request to restore the value of the base."""
 
         path: str
 
-    class Search(Message):
-        """A parameter is looked for by its name."""
+    class SearchRequested(Message):
+        """Request to search for a parameter by name."""
 
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.rows: list[Head | Field] = []
+        self.rows: list[Heading | Field] = []
         self.base: dict[str, float] = {}
-        self.at = 0
+        self.index = 0
         self.gesture = 0
-        self.dragging, self.symbols = False, False
-        self.typing = False  # has a value been begun whose next letters belong to the entry?
+        self.is_dragging = False
+        self.has_symbols = False
+        self.is_typing = False  # whether further characters belong to the input
 
-    def fill(self, rows: Sequence[Head | Field], base: dict[str, float]) -> None:
-        """The lines anew; the cursor stays on its path."""
-        self.symbols = any(isinstance(row, Field) and row.symbol for row in rows)
-        path, old = self.field.path if self.field else None, (self.rows, self.base)
-        self.rows, self.base = list(rows), base
+    def fill(self, rows: Sequence[Heading | Field], base: dict[str, float]) -> None:
+        """Show rows; the cursor stays on its path."""
+        self.has_symbols = any(isinstance(row, Field) and row.symbol for row in rows)
+        path = self.field.path if self.field else None
+        old_rows, old_base = self.rows, self.base
+        self.rows = list(rows)
+        self.base = base
         lines = [i for i, row in enumerate(self.rows) if isinstance(row, Field)]
         same = next((i for i in lines if self.rows[i].path == path), None)  # type: ignore[union-attr]
-        self.at = same if same is not None else min(lines, key=lambda i: abs(i - self.at), default=0)
-        if (len(old[0]), old[1]) != (len(self.rows), base):
+        self.index = same if same is not None else min(lines, key=lambda i: abs(i - self.index), default=0)
+        if (len(old_rows), old_base) != (len(self.rows), base):
             self.virtual_size = Size(0, len(self.rows))
             self.refresh()
             return
-        for i, row in enumerate(self.rows):  # what did not change is not drawn again
-            if row != old[0][i]:
+        for i, row in enumerate(self.rows):
+            if row != old_rows[i]:  # only changed rows are redrawn
                 self.refresh_line(i)
 
     @property
     def field(self) -> Field | None:
-        """The field under the cursor."""
-        row = self.rows[self.at] if self.at < len(self.rows) else None
+        """Field under the cursor."""
+        row = self.rows[self.index] if self.index < len(self.rows) else None
         return row if isinstance(row, Field) else None
 
-    def choose(self, path: str) -> None:
-        """Puts the cursor on a path."""
+    def select(self, path: str) -> None:
+        """Move the cursor to a path."""
         for i, row in enumerate(self.rows):
             if isinstance(row, Field) and row.path == path:
-                self._go(i)
+                self._move_to(i)
                 return
 
-    def _go(self, index: int) -> None:
-        for line in {self.at, index}:
+    def _move_to(self, index: int) -> None:
+        for line in {self.index, index}:
             self.refresh_line(line)
-        self.at = index
+        self.index = index
         self.gesture += 1
         self.scroll_to_region(Region(0, max(0, index - 1), 1, 3), animate=False)
         if self.field is not None:
-            self.post_message(self.Selected(self.field))
+            self.post_message(self.FieldSelected(self.field))
 
     def on_resize(self) -> None:
-        self.scroll_to_region(Region(0, max(0, self.at - 1), 1, 3), animate=False)
+        self.scroll_to_region(Region(0, max(0, self.index - 1), 1, 3), animate=False)
 
     # drawing
 
@@ -147,61 +142,70 @@ Drag the slider with the mouse.
         if index >= len(self.rows) or width < 4:
             return Strip.blank(width, self.rich_style)
         row = self.rows[index]
-        if isinstance(row, Head):
+        if isinstance(row, Heading):
             text = f" {row.text} "
-            rule = ("-" if self._plain else "─") * max(0, width - len(text) - 1)
+            rule = ("-" if self._is_plain else "─") * max(0, width - len(text) - 1)
             style = self.get_component_rich_style("form--head")
             return Strip([Segment(f"{text}{rule} "[:width].ljust(width), style)], width)
         segments = self._segments(row, width)
         strip = Strip(segments).adjust_cell_length(width, self.rich_style)
-        if index == self.at:
+        if index == self.index:
             cursor = self.get_component_rich_style("form--cursor")
-            strip = strip.apply_style(Style(bgcolor=cursor.bgcolor, bold=self.has_focus, reverse=self._plain or None))
+            strip = strip.apply_style(
+                Style(bgcolor=cursor.bgcolor, bold=self.has_focus, reverse=self._is_plain or None)
+            )
         return strip
 
     @property
-    def _plain(self) -> bool:
-        return bool(getattr(self.app, "plain", False))
+    def _is_plain(self) -> bool:
+        return bool(getattr(self.app, "is_plain", False))
 
     def _segments(self, field: Field, width: int) -> list[Segment]:
         name, value, mark = (self.get_component_rich_style(f"form--{k}") for k in ("name", "value", "mark"))
-        dot = ("*" if self._plain else "●") if field.changed else " "
+        dot = ("*" if self._is_plain else "●") if field.is_changed else " "
         title = field.name
-        found = [Segment(f"{dot} ", mark)]
-        if width >= NAME + VALUE + SYMBOL + 12 and self.symbols:
-            found.append(Segment(symbol(field.symbol)[: SYMBOL - 1].ljust(SYMBOL), mark if field.changed else name))
-            names = min(NAME + 4, NAME + max(0, width - NAME - VALUE - SYMBOL - 18))
+        segments = [Segment(f"{dot} ", mark)]
+        if width >= NAME_COLUMNS + VALUE_COLUMNS + SYMBOL_COLUMNS + 12 and self.has_symbols:
+            segments.append(
+                Segment(
+                    symbol_text(field.symbol)[: SYMBOL_COLUMNS - 1].ljust(SYMBOL_COLUMNS),
+                    mark if field.is_changed else name,
+                )
+            )
+            names = min(
+                NAME_COLUMNS + 4, NAME_COLUMNS + max(0, width - NAME_COLUMNS - VALUE_COLUMNS - SYMBOL_COLUMNS - 18)
+            )
         else:
-            names = min(NAME, max(8, width - VALUE - 9))
+            names = min(NAME_COLUMNS, max(8, width - VALUE_COLUMNS - 9))
         text = value_text(field)
-        if isinstance(field.value, str) and (not field.choices or len(text) > VALUE):
+        if isinstance(field.value, str) and (not field.choices or len(text) > VALUE_COLUMNS):
             names = min(names, max(8, len(title) + 2))
-            room = max(4, width - sum(len(s.text) for s in found) - names - 1)
-            return [*found, Segment(title[: names - 1].ljust(names), name), Segment(text[:room], value)]
-        found.append(Segment(title[: names - 1].ljust(names), name))
-        found.append(Segment(text[:VALUE].rjust(VALUE), value))
-        used = sum(len(s.text) for s in found)
+            room = max(4, width - sum(len(s.text) for s in segments) - names - 1)
+            return [*segments, Segment(title[: names - 1].ljust(names), name), Segment(text[:room], value)]
+        segments.append(Segment(title[: names - 1].ljust(names), name))
+        segments.append(Segment(text[:VALUE_COLUMNS].rjust(VALUE_COLUMNS), value))
+        used = sum(len(s.text) for s in segments)
         rail = min(24, width - used - 2)
         if rail >= 5 and isinstance(field.value, float | int) and not field.choices:
-            found.append(Segment(" ", name))
-            found += self._slider(field, rail)
+            segments.append(Segment(" ", name))
+            segments += self._slider(field, rail)
         elif field.choices and rail >= 5:
-            found.append(Segment(("  < >" if self._plain else "  ‹ ›"), name))
-        return found
+            segments.append(Segment(("  < >" if self._is_plain else "  ‹ ›"), name))
+        return segments
 
     def _slider(self, field: Field, width: int) -> list[Segment]:
         rail, knob, base = (self.get_component_rich_style(f"form--{k}") for k in ("rail", "knob", "base"))
         assert isinstance(field.value, int | float)
-        at = round(field.place(float(field.value)) * (width - 1))
-        letters = [("-" if self._plain else "─", rail)] * width
+        position = round(field.position(float(field.value)) * (width - 1))
+        cells = [("-" if self._is_plain else "─", rail)] * width
         if field.path in self.base:
-            mark = "|" if self._plain else "┼"
-            letters[round(field.place(self.base[field.path]) * (width - 1))] = (mark, base)
-        letters[at] = ("o" if self._plain else "●", knob)
-        return [Segment(letter, style) for letter, style in letters]
+            mark = "|" if self._is_plain else "┼"
+            cells[round(field.position(self.base[field.path]) * (width - 1))] = (mark, base)
+        cells[position] = ("o" if self._is_plain else "●", knob)
+        return [Segment(character, style) for character, style in cells]
 
-    def _rail(self, field: Field) -> tuple[int, int]:
-        """Where the slider of a field begins, and how wide it is."""
+    def slider_position(self, field: Field) -> tuple[int, int]:
+        """Return the first column of the slider of a field and its width."""
         segments = self._segments(field, self.scrollable_content_region.width)
         single = [i for i, s in enumerate(segments) if len(s.text) == 1 and i > 3]
         if not single:
@@ -209,77 +213,79 @@ Drag the slider with the mouse.
         sliders = single[1:] if segments[single[0]].text == " " else single
         return sum(len(s.text) for s in segments[: sliders[0]]) if sliders else 0, len(sliders)
 
-    # what is asked for
+    # keys and mouse
 
     def action_go(self, by: int) -> None:
         lines = [i for i, row in enumerate(self.rows) if isinstance(row, Field)]
         if not lines:
             return
-        here = lines.index(self.at) if self.at in lines else 0
-        self._go(lines[min(len(lines) - 1, max(0, here + by))])
+        position = lines.index(self.index) if self.index in lines else 0
+        self._move_to(lines[min(len(lines) - 1, max(0, position + by))])
 
     def action_slide(self, by: int) -> None:
         field = self.field
         if field is None:
             return
         if field.choices:
-            here = field.choices.index(field.value) if field.value in field.choices else 0
-            value: Any = field.choices[(here + (1 if by > 0 else -1)) % len(field.choices)]
-            self.post_message(self.Wanted(field.path, value))
+            position = field.choices.index(field.value) if field.value in field.choices else 0
+            value: Any = field.choices[(position + (1 if by > 0 else -1)) % len(field.choices)]
+            self.post_message(self.ValueRequested(field.path, value))
         elif isinstance(field.value, int | float):
-            value = field.at(field.place(float(field.value)) + STEP * by)
-            self.post_message(self.Wanted(field.path, value, f"{field.path} {self.gesture}"))
+            value = field.value_at(field.position(float(field.value)) + SLIDER_STEP * by)
+            self.post_message(self.ValueRequested(field.path, value, f"{field.path} {self.gesture}"))
 
     def action_type(self) -> None:
         if self.field is not None:
-            self.post_message(self.Typing(self.field, "\n" if self.typing else "", more=self.typing))
+            self.post_message(
+                self.EntryRequested(self.field, "\n" if self.is_typing else "", is_continued=self.is_typing)
+            )
 
     def action_reset(self) -> None:
         if self.field is not None:
-            self.post_message(self.Reset(self.field.path))
+            self.post_message(self.ResetRequested(self.field.path))
 
     def action_search(self) -> None:
-        self.post_message(self.Search())
+        self.post_message(self.SearchRequested())
 
     def on_focus(self) -> None:
-        self.typing = False
+        self.is_typing = False
 
     def on_key(self, event: events.Key) -> None:
-        if self.typing and self.field is not None and event.is_printable:
-            event.stop()  # a quick hand: the entry has not the keys yet
+        if self.is_typing and self.field is not None and event.is_printable:
+            event.stop()  # the input does not have the focus yet
             event.prevent_default()
-            self.post_message(self.Typing(self.field, event.character or "", more=True))
-        elif event.character in TYPED and self.field is not None and not self.field.choices:
+            self.post_message(self.EntryRequested(self.field, event.character or "", is_continued=True))
+        elif event.character in NUMBER_CHARACTERS and self.field is not None and not self.field.choices:
             event.stop()
-            self.typing = True
-            self.post_message(self.Typing(self.field, event.character or ""))
+            self.is_typing = True
+            self.post_message(self.EntryRequested(self.field, event.character or ""))
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
         index = event.y + int(self.scroll_offset.y)
         if index < len(self.rows) and isinstance(self.rows[index], Field):
-            self._go(index)
-            begin, wide = self._rail(self.rows[index])  # type: ignore[arg-type]
+            self._move_to(index)
+            begin, wide = self.slider_position(self.rows[index])  # type: ignore[arg-type]
             if wide and begin <= event.x < begin + wide:
-                self.dragging = True
+                self.is_dragging = True
                 self.capture_mouse()
                 self._drag(event)
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
-        if self.dragging:
+        if self.is_dragging:
             self._drag(event)
 
     def on_mouse_up(self) -> None:
-        self.dragging = False
+        self.is_dragging = False
         self.release_mouse()
 
     def _drag(self, event: events.MouseEvent) -> None:
         field = self.field
         if field is None or not isinstance(field.value, int | float):
             return
-        begin, wide = self._rail(field)
+        begin, wide = self.slider_position(field)
         if wide > 1:
-            value = field.at((event.x - begin) / (wide - 1))
-            self.post_message(self.Wanted(field.path, value, f"{field.path} {self.gesture}"))
+            value = field.value_at((event.x - begin) / (wide - 1))
+            self.post_message(self.ValueRequested(field.path, value, f"{field.path} {self.gesture}"))
 
     def on_click(self, event: events.Click) -> None:
         if event.chain == 2:

@@ -7,22 +7,22 @@ from pathlib import Path
 import pytest
 
 from railui.desk.panels.design import DesignPanel
-from railui.desk.widgets.dialogs import Ask, Faults
-from railui.desk.widgets.form import Form, Head
+from railui.desk.widgets.dialogs import ProblemsDialog, QuestionDialog
+from railui.desk.widgets.form import Form, Heading
 from railui.desk.widgets.plot import Plot
 from railui.vehicle.design_reader import load_design
-from tests.desk.conftest import REPOSITORY, Sitting
+from tests.desk.conftest import REPOSITORY, OpenDesk
 
 pytestmark = pytest.mark.asyncio
 STIFFNESS = "vehicle.primary.lateral_stiffness"
 
 
-async def test_a_design_is_opened_changed_and_saved_within_thirteen_keys(sit: Sitting, bogie: Path) -> None:
+async def test_a_design_is_edited_and_saved_within_thirteen_keys(open_desk: OpenDesk, bogie: Path) -> None:
     text = bogie.read_text()
-    async with sit(bogie) as keys:
+    async with open_desk(bogie) as keys:
         panel = keys.desk.query_one(DesignPanel)
-        assert panel.looks is not None
-        before = panel.looks[0].quality["score"]
+        assert panel.results is not None
+        before = panel.results[0].quality["score"]
         await keys.press("slash")
         await keys.type("pri")
         await keys.press("enter")
@@ -31,54 +31,54 @@ async def test_a_design_is_opened_changed_and_saved_within_thirteen_keys(sit: Si
         await keys.type("5 MN/m")
         await keys.press("enter")
         assert panel.draft is not None and panel.draft.design.value(STIFFNESS) == 5e6
-        assert panel.looks[0].quality["score"] != before  # the design was ridden anew
-        assert panel.looks[1].quality["score"] == before  # beside its base
+        assert panel.results[0].quality["score"] != before  # the design was evaluated again
+        assert panel.results[1].quality["score"] == before  # the base was not changed
         await keys.press("ctrl+s")
         assert keys.count <= 13
     assert load_design(bogie).value(STIFFNESS) == 5e6
-    # one number is another, the rest is as somebody wrote it
+    # only one number has changed
     assert bogie.read_text() == text.replace("lateral_stiffness: 3.0 MN/m, longi", "lateral_stiffness: 5 MN/m, longi")
 
 
-async def test_a_slide_is_one_step_to_undo(sit: Sitting, bogie: Path) -> None:
-    async with sit(bogie) as keys:
+async def test_one_slider_movement_is_undone_in_one_step(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
         panel = keys.desk.query_one(DesignPanel)
         assert panel.draft is not None
-        panel.query_one(Form).choose(STIFFNESS)
+        panel.query_one(Form).select(STIFFNESS)
         await keys.press("right", "right", "right")
-        assert panel.draft.design.value(STIFFNESS) > 3e6 and panel.draft.dirty
+        assert panel.draft.design.value(STIFFNESS) > 3e6 and panel.draft.is_modified
         await keys.press("ctrl+z")
-        assert panel.draft.design.value(STIFFNESS) == 3e6 and not panel.draft.dirty
+        assert panel.draft.design.value(STIFFNESS) == 3e6 and not panel.draft.is_modified
         await keys.press("ctrl+y")
         assert panel.draft.design.value(STIFFNESS) > 3e6
 
 
-async def test_a_and_b_change_places(sit: Sitting, bogie: Path) -> None:
-    async with sit(bogie) as keys:
+async def test_the_design_and_its_base_are_swapped(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
         panel = keys.desk.query_one(DesignPanel)
         assert panel.draft is not None
-        panel.query_one(Form).choose(STIFFNESS)
+        panel.query_one(Form).select(STIFFNESS)
         await keys.press("right", "x")
         assert panel.draft.design.value(STIFFNESS) == 3e6 and panel.draft.base.value(STIFFNESS) > 3e6
         await keys.press("x")
         assert panel.draft.design.value(STIFFNESS) > 3e6 and panel.draft.base.value(STIFFNESS) == 3e6
 
 
-async def test_a_wrong_number_is_told_with_its_remedy_and_changes_nothing(sit: Sitting, bogie: Path) -> None:
-    async with sit(bogie) as keys:
+async def test_a_rejected_value_shows_the_remedy_and_changes_nothing(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
         panel = keys.desk.query_one(DesignPanel)
         assert panel.draft is not None
-        panel.query_one(Form).choose(STIFFNESS)
+        panel.query_one(Form).select(STIFFNESS)
         await keys.type("5 kg")
         await keys.press("enter")
-        assert "N/m" in panel.side.trouble and not panel.draft.dirty
-        assert panel.side.entry.has_focus  # what was typed is still there to mend
+        assert "N/m" in panel.pane.error and not panel.draft.is_modified
+        assert panel.pane.entry.has_focus  # the typed text stays for correction
         await keys.press("escape")
         assert panel.query_one(Form).has_focus
 
 
-async def test_an_effect_of_the_catalogue_is_added_and_saved(sit: Sitting, bogie: Path) -> None:
-    async with sit(bogie) as keys:
+async def test_an_effect_of_the_catalogue_is_added_and_saved(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
         await keys.press("a")
         await keys.type("free play primary lateral")
         await keys.press("enter")
@@ -91,98 +91,98 @@ async def test_an_effect_of_the_catalogue_is_added_and_saved(sit: Sitting, bogie
     assert (effect.kind, effect.at, effect.parameters["half_width"]) == ("free_play", "primary_lateral", 0.4e-3)
 
 
-async def test_a_vehicle_that_leaves_the_track_is_told_and_drawn(sit: Sitting, bogie: Path) -> None:
-    async with sit(bogie) as keys:
+async def test_a_derailing_vehicle_is_classified_and_plotted(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
         panel = keys.desk.query_one(DesignPanel)
         panel.set("case.speed", "90 m/s")
-        await keys.settle()
-        assert panel.looks is not None and panel.looks[0].quality["class"] == "dangerous"
+        await keys.wait_until_idle()
+        assert panel.results is not None and panel.results[0].quality["class"] == "dangerous"
         assert "DANGEROUS" in "".join(strip.text for strip in keys.desk.screen._compositor.render_strips())
-        assert all(plot.picture.lines for plot in panel.query(Plot) if plot.display)
+        assert all(plot.data.lines for plot in panel.query(Plot) if plot.display)
 
 
-async def test_a_faulty_file_shows_its_faults_where_they_stand(sit: Sitting, tmp_path: Path) -> None:
+async def test_problems_of_a_file_are_shown_with_their_lines(open_desk: OpenDesk, tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text("vehicle:\n  frame: {mass: 2900 N, yaw_inertia: 3300}\n")
-    async with sit(wrong) as keys:
-        assert isinstance(keys.desk.screen, Faults)
-        assert "wrong.yaml:2:" in str(keys.desk.screen._text())
+    async with open_desk(wrong) as keys:
+        assert isinstance(keys.desk.screen, ProblemsDialog)
+        assert "wrong.yaml:2:" in str(keys.desk.screen.text())
         await keys.press("escape")
-        assert not isinstance(keys.desk.screen, Faults)
+        assert not isinstance(keys.desk.screen, ProblemsDialog)
 
 
-async def test_a_file_that_somebody_else_changed_is_not_overwritten(sit: Sitting, bogie: Path) -> None:
-    async with sit(bogie) as keys:
+async def test_a_file_changed_by_another_program_is_not_overwritten(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
         panel = keys.desk.query_one(DesignPanel)
         panel.set(STIFFNESS, 4e6)
-        theirs = bogie.read_text() + "# theirs\n"
-        bogie.write_text(theirs)
+        changed_text = bogie.read_text() + "# changed_text\n"
+        bogie.write_text(changed_text)
         await keys.press("ctrl+s")
-        assert bogie.read_text() == theirs
-        assert panel.draft is not None and panel.draft.dirty
+        assert bogie.read_text() == changed_text
+        assert panel.draft is not None and panel.draft.is_modified
 
 
-async def test_quitting_asks_where_something_would_be_lost(sit: Sitting, bogie: Path) -> None:
-    async with sit(bogie) as keys:
+async def test_quitting_with_unsaved_changes_asks_first(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
         keys.desk.query_one(DesignPanel).set(STIFFNESS, 4e6)
         await keys.press("ctrl+q")
-        assert isinstance(keys.desk.screen, Ask)
+        assert isinstance(keys.desk.screen, QuestionDialog)
         await keys.press("c")
-        assert not isinstance(keys.desk.screen, Ask) and keys.desk.is_running
+        assert not isinstance(keys.desk.screen, QuestionDialog) and keys.desk.is_running
 
 
 @pytest.mark.parametrize("size", [(160, 48), (120, 40), (80, 24), (60, 18), (40, 12), (10, 4), (1, 1)])
-async def test_no_size_is_too_small_or_too_large(sit: Sitting, bogie: Path, size: tuple[int, int]) -> None:
-    async with sit(bogie, size=size) as keys:
-        assert keys.desk.query_one("#small").display == (size[0] < 60 or size[1] < 18)
+async def test_the_desk_accepts_every_terminal_size(open_desk: OpenDesk, bogie: Path, size: tuple[int, int]) -> None:
+    async with open_desk(bogie, size=size) as keys:
+        assert keys.desk.query_one("#too-small").display == (size[0] < 60 or size[1] < 18)
         await keys.pilot.resize_terminal(10, 4)
         await keys.pilot.resize_terminal(*size)
-        await keys.settle()
+        await keys.wait_until_idle()
         shown = [plot for plot in keys.desk.query_one(DesignPanel).query(Plot) if plot.display]
         assert 1 <= len(shown) <= 6
 
 
-async def test_a_contact_of_measured_profiles_says_what_it_comes_from(sit: Sitting) -> None:
-    async with sit(REPOSITORY / "designs/profiled_bogie.yaml") as keys:
+async def test_contact_parameters_from_profiles_name_their_source(open_desk: OpenDesk) -> None:
+    async with open_desk(REPOSITORY / "designs/profiled_bogie.yaml") as keys:
         panel = keys.desk.query_one(DesignPanel)
-        assert panel.draft is not None and panel.looks is not None
-        heads = [row.text for row in panel._rows(panel.draft) if isinstance(row, Head)]
-        assert "contact: s1002 on 60e1, table" in heads
+        assert panel.draft is not None and panel.results is not None
+        headings = [row.text for row in panel.pane.form.rows if isinstance(row, Heading)]
+        assert "contact: s1002 on 60e1, table" in headings
         sources = {field.path: field.source for field in panel.draft.fields()}
         assert sources["contact.leading.conicity"] == "s1002 on 60e1, sd 2 mm"
         panel.set("contact.leading.conicity", "0.3")
         sources = {field.path: field.source for field in panel.draft.fields()}
-        assert sources["contact.leading.conicity"] == "typed: the table of the profiles is scaled to it"
+        assert sources["contact.leading.conicity"] == "typed: scales the table of the profiles"
 
 
-async def test_a_vehicle_of_bodies_rides_on_the_desk(sit: Sitting) -> None:
-    async with sit(REPOSITORY / "designs/bogie_under_coach.yaml") as keys:
+async def test_a_vehicle_of_bodies_and_elements_is_evaluated(open_desk: OpenDesk) -> None:
+    async with open_desk(REPOSITORY / "designs/bogie_under_coach.yaml") as keys:
         panel = keys.desk.query_one(DesignPanel)
-        assert panel.draft is not None and panel.looks is not None
-        heads = [row.text for row in panel._rows(panel.draft) if isinstance(row, Head)]
-        assert {"body", "frame", "primary", "anti roll bar"} <= set(heads)
-        before = panel.looks[0].quality["score"]
+        assert panel.draft is not None and panel.results is not None
+        headings = [row.text for row in panel.pane.form.rows if isinstance(row, Heading)]
+        assert {"body", "frame", "primary", "anti roll bar"} <= set(headings)
+        before = panel.results[0].quality["score"]
         panel.set("vehicle.elements.secondary.lateral_stiffness", "0.4 MN/m")
-        await keys.settle()
-        assert panel.looks[0].quality["score"] != before == panel.looks[1].quality["score"]
+        await keys.wait_until_idle()
+        assert panel.results[0].quality["score"] != before == panel.results[1].quality["score"]
 
 
-async def test_no_letter_of_a_quick_hand_is_lost(sit: Sitting, bogie: Path) -> None:
-    async with sit(bogie) as keys:
+async def test_no_character_of_fast_typing_is_lost(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
         panel = keys.desk.query_one(DesignPanel)
-        panel.side.form.choose("vehicle.wheel_load")
-        await keys.settle()
-        for key in ("7", "0", "space", "k", "N", "enter"):  # at once, as a paste or a slow line delivers them
+        panel.pane.form.select("vehicle.wheel_load")
+        await keys.wait_until_idle()
+        for key in ("7", "0", "space", "k", "N", "enter"):  # at once, as pasting or a slow connection delivers them
             keys.desk.simulate_key(key)
-        await keys.settle()
+        await keys.wait_until_idle()
         assert panel.draft is not None and panel.draft.design.value("vehicle.wheel_load") == 70e3
-        assert not panel.side.entry.display
+        assert not panel.pane.entry.display
 
 
-async def test_a_dialog_is_answered_once_however_often_enter_is_pressed(sit: Sitting, bogie: Path) -> None:
-    async with sit(bogie) as keys:
+async def test_a_dialog_is_answered_once_if_enter_is_pressed_repeatedly(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
         await keys.press("slash")
         for _ in range(3):
             keys.desk.simulate_key("enter")
-        await keys.settle()
+        await keys.wait_until_idle()
         assert len(keys.desk.screen_stack) == 1

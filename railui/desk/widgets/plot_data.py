@@ -1,4 +1,4 @@
-"""What a plot shows: lines, limits and letters over two axes."""
+"""Data of a plot: lines, limits and markers over two axes."""
 
 from __future__ import annotations
 
@@ -11,42 +11,42 @@ from railui.desk.widgets.axis import Axis
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A line (or points) of a picture: its role names its colour."""
+    """Line or points of a plot; the role selects the style: current, base, other, limit."""
 
     x: FloatArray
     y: FloatArray
     label: str = ""
-    role: str = "now"
-    points: bool = False
+    role: str = "current"
+    is_points: bool = False
 
 
 @dataclass(frozen=True)
-class Level:
-    """A limit across the picture, at a value of the vertical axis (or of the horizontal one: `upright`)."""
+class LimitLine:
+    """Limit at a value of the vertical axis, or of the horizontal axis if `is_vertical`."""
 
     value: float
     label: str = ""
-    upright: bool = False
+    is_vertical: bool = False
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A letter at a point, with a word beside it."""
+    """Character at a point with a label."""
 
     x: float
     y: float
-    letter: str
+    character: str
     label: str = ""
     role: str = "limit"
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
-    """What a plot shows. `wait` is said where there are no lines yet."""
+class PlotData:
+    """Data of a plot; the placeholder is shown if there are no lines."""
 
     x: Axis
     y: Axis
     lines: Sequence[Line] = ()
-    levels: Sequence[Level] = ()
+    levels: Sequence[LimitLine] = ()
     marks: Sequence[Mark] = ()
-    wait: str = ""
+    placeholder: str = ""

@@ -1,0 +1,102 @@
+"""History of a loop: errors, fit iterations, scores and refits, collected from its events."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from railui.campaign.campaign import Campaign
+from railui.campaign.dataset import Dataset
+from railui.campaign.finding import Finding
+from railui.desk.presenters.loop_plots import FinishedLoop
+from railui.identification.estimation.noise_floor import NoiseFloor
+from railui.identification.events import FitIteration, ModelValidated, ScoreTestProgress
+from railui.identification.structure.evidence import ScoreResult, signed_rho
+from railui.identification.structure.refit import Refit
+from railui.identification.structure.score_test import ScoreTestResult
+from railui.vehicle.model import Model
+
+MIN_REDRAW_INTERVAL: Final = 0.1  # s between two updates of the ranking
+ERRORS, PARAMETERS, RANKING = "errors", "parameters", "ranking"
+
+
+class LoopHistory:
+    """State of one loop, collected from its events and its result.
+
+    errors and totals are NRMSE per channel and over all channels, by model: declared, before, after, floor.
+    """
+
+    def __init__(self, campaign: Campaign | None = None) -> None:
+        self.campaign = campaign
+        self.errors: dict[str, Mapping[str, float]] = {}
+        self.totals: dict[str, float] = {}
+        self.iteration: FitIteration | None = None
+        self.scores: dict[Any, ScoreResult] = {}
+        self.refits: dict[Any, float] = {}
+        self.fitted_model: Model | None = None
+        self.dataset: Dataset | None = None
+        self.findings: Sequence[Finding] = ()
+        self.read_error = ""
+        self.finished: FinishedLoop | None = None
+        self.lines: list[str] = []
+        self.activity = ""
+        self._last_redraw = 0.0
+
+    def add_event(self, event: object) -> str:
+        """Add an event and return the part that it changes: errors, parameters, ranking, or an empty string."""
+        if isinstance(event, ModelValidated):
+            self._set_error(event.stage, event.validation.channels, event.validation.nrmse)
+            return ERRORS
+        if isinstance(event, NoiseFloor):
+            self._set_error("floor", event.channels, event.nrmse)
+            return ERRORS
+        if isinstance(event, FitIteration):
+            self.iteration = event
+            self.activity = f"calibration: iteration {event.iteration}, {event.simulations} simulations"
+            return PARAMETERS
+        if isinstance(event, ScoreTestProgress):
+            return self._add_scores(event)
+        if isinstance(event, Refit):
+            self.refits[event.candidate] = event.rss
+            self.fitted_model = event.fit.model
+            return RANKING
+        if isinstance(event, ScoreResult):
+            self.activity = f"refit: {candidate_text(event.candidate)}"
+        elif isinstance(event, ScoreTestResult):
+            self.activity = "refit of the best candidates with all parameters"
+        return ""
+
+    def finish(self, finished: FinishedLoop) -> None:
+        """Add the result of the loop."""
+        self.finished = finished
+        self.activity = ""
+        validation = finished.result.validations["after"]
+        floor = finished.result.noise_floor
+        self._set_error("after", validation.channels, validation.nrmse)
+        self._set_error("floor", floor.channels, floor.nrmse)
+
+    def _set_error(self, model: str, channels: Mapping[str, float], total: float) -> None:
+        self.errors[model] = channels
+        self.totals[model] = total
+
+    def _add_scores(self, event: ScoreTestProgress) -> str:
+        """Add the results of a batch of candidates; the best one counts for every candidate."""
+        if event.done == 1:
+            self.scores, self.refits = {}, {}
+        self.activity = f"score test: {100 * event.done // event.total} % of the candidates"
+        for score in event.results:
+            best = self.scores.get(score.candidate)
+            if best is None or signed_rho(score) > signed_rho(best):
+                self.scores[score.candidate] = score
+        if event.done < event.total and time.monotonic() - self._last_redraw <= MIN_REDRAW_INTERVAL:
+            return ""
+        self._last_redraw = time.monotonic()
+        return RANKING
+
+
+def candidate_text(candidate: Any, is_narrow: bool = False) -> str:
+    """Return kind and location of a candidate effect."""
+    wheelset = f" {candidate.wheelset}" if candidate.wheelset else ""
+    words = [word[:3] if is_narrow else word for word in candidate.at.split("_")]
+    return f"{candidate.kind.replace('_', ' ')}, {' '.join(words)}{wheelset}"

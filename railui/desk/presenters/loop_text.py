@@ -1,0 +1,173 @@
+"""Texts of a loop: runs, data checks, identifiability, hunting."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+from rich.text import Text
+
+from railui.campaign.campaign import Campaign
+from railui.campaign.dataset import Dataset
+from railui.campaign.finding import Finding
+from railui.desk.presenters.loop_history import LoopHistory
+from railui.identification.estimation.identifiability import COMBINED, DETERMINED, ROUGH, UNSEEN
+
+COHERENCE_CHECK: Final = "ceiling"  # check of the fraction that no linear model explains, for every channel and run
+MAX_INCOHERENT_FRACTION: Final = 0.5  # larger fractions are highlighted
+CLASS_COLOURS: Final = {DETERMINED: "green", ROUGH: "yellow", COMBINED: "yellow", UNSEEN: "red"}
+SHORT_CLASSES: Final = {
+    DETERMINED: "determined",
+    ROUGH: "roughly",
+    COMBINED: "in combination",
+    UNSEEN: "not identifiable",
+}
+REPORTED_COUNTS: Final = ("gaps", "stuck", "short_stretches", "missing_rows")
+
+
+# runs and names
+
+
+def runs_text(campaign: Campaign, dataset: Dataset | None) -> Text:
+    """List the runs of a campaign: name, role and, once they are read, length and data losses."""
+    text = Text(no_wrap=True, overflow="ellipsis")
+    for i, run in enumerate(campaign.runs):
+        text.append(f"{run.name:20} {run.role:9}")
+        if dataset is not None:
+            text.append_text(run_text(dataset, i))
+        text.append("\n")
+    text.rstrip()
+    return text
+
+
+def run_text(dataset: Dataset, index: int) -> Text:
+    """Return duration, sampling rate, number of channels and data losses of a run."""
+    run = dataset.runs[index]
+    text = Text(f"{len(run) / run.rate:6.0f} s  {run.rate:.4g} Hz  {len(run.responses)} channels  ")
+    losses = [f"{n} {key.replace('_', ' ')}" for key, n in run.counts.items() if n and key in REPORTED_COUNTS]
+    text.append(", ".join(losses) or "no gaps", "yellow" if losses else "dim")
+    if run.notes:
+        text.append(f"  {run.notes[0]}", "yellow")
+    return text
+
+
+def error_text(value: float) -> str:
+    """Return a normalised error as text; `div.` if the simulation diverged."""
+    return f"{value:.3f}" if np.isfinite(value) else "div."
+
+
+def short_path(path: str) -> str:
+    """Return the name of a parameter with its group.
+
+    >>> short_path("vehicle.primary.lateral_stiffness"), short_path("vehicle.wheel_load")
+    ('lateral stiffness primary', 'wheel load')
+    """
+    *groups, name = path.split(".")
+    group = groups[-1] if groups and groups[-1] not in ("contact", "vehicle") else ""
+    return f"{name.replace('_', ' ')} {group}".strip()
+
+
+# data checks
+
+
+def data_checks_text(findings: Sequence[Finding]) -> Text:
+    """Return the findings of the data checks and the fraction of each channel that no linear model explains."""
+    text = Text()
+    faults = [f for f in findings if f.check != COHERENCE_CHECK]
+    if not faults:
+        text.append("No faults in clocks, gains, signs or gaps.\n", "green")
+    for f in faults:
+        if f.serious:
+            text.append("check this first: ", "bold red")
+        text.append(f"{f.file}: {f.text}{_interval_text(f)}\n", "" if f.serious else "yellow")
+    coherence = [f for f in findings if f.check == COHERENCE_CHECK]
+    if coherence:
+        text.append("\nNot coherent with the track (nonlinearity, other inputs, noise, varying speed):\n", "dim")
+        text.append_text(_incoherence_table(coherence))
+    text.rstrip()
+    return text
+
+
+def _interval_text(f: Finding) -> str:
+    """Return the affected time interval unless the text of the finding contains it."""
+    if f.start is None or f.end is None or f"{f.start:.0f}" in f.text:
+        return ""
+    return f" (from {f.start:.1f} to {f.end:.1f} s)"
+
+
+def _incoherence_table(findings: Sequence[Finding]) -> Text:
+    """Return a table with a row per channel and a column per run, in per cent."""
+    files = list(dict.fromkeys(f.file for f in findings))
+    fractions = {(f.channel, f.file): f.value for f in findings}
+    text = Text("  % " + "".join(f"{file.split('.')[0][:7]:>8}" for file in files) + "\n", "dim")
+    for channel in dict.fromkeys(f.channel for f in findings):
+        text.append(f"{channel:4}")
+        for file in files:
+            fraction = fractions.get((channel, file))
+            cell = "-" if fraction is None else f"{100 * fraction:.0f}"
+            text.append(f"{cell:>8}", "yellow" if (fraction or 0) > MAX_INCOHERENT_FRACTION else "")
+        text.append("\n")
+    return text
+
+
+def details_title(history: LoopHistory) -> str:
+    """Return the title of the details: data checks, after the loop also identifiability."""
+    if history.finished is not None:
+        return "Identifiability · data checks"
+    serious = sum(f.serious for f in history.findings)
+    return f"Data checks: {serious} serious" if serious else "Data checks"
+
+
+def details_text(history: LoopHistory) -> Text:
+    """Return the data checks, after the loop preceded by the identifiability of the parameters."""
+    if history.dataset is not None:
+        checks = data_checks_text(history.findings)
+    elif history.read_error:
+        checks = Text(history.read_error, "red")
+    else:
+        checks = Text("reading the runs", "dim")
+    if history.finished is None:
+        return checks
+    return identifiability_text(history.finished.report).append("\n\n").append_text(checks)
+
+
+# identifiability and hunting
+
+
+def identifiability_text(report: Mapping[str, Any]) -> Text:
+    """Return the parameters by class of identifiability, and the notes of the report."""
+    text = Text()
+    rows = report["identifiability"]["parameters"]
+    for word, colour in CLASS_COLOURS.items():
+        names = [_parameter_text(path, row) for path, row in rows.items() if row["word"] == word]
+        if names:
+            text.append(f"{word}: ", f"bold {colour}")
+            text.append(", ".join(names) + "\n")
+    for note in report["notes"]:
+        text.append(f"{note}\n", "yellow")
+    text.rstrip()
+    return text
+
+
+def identifiability_summary(report: Mapping[str, Any]) -> str:
+    """Return the number of parameters in each class of identifiability."""
+    words = [row["word"] for row in report["identifiability"]["parameters"].values()]
+    return ", ".join(f"{words.count(word)} {short}" for word, short in SHORT_CLASSES.items() if word in words)
+
+
+def hunting_note(report: Mapping[str, Any]) -> str:
+    """Return a sentence on the runs with hunting, which were fitted by multiple shooting; empty if there are none."""
+    windows = report["windows"]
+    if windows is None:
+        return ""
+    runs = ", ".join(windows["runs"])
+    return f"Hunting on {runs}: calibrated there by multiple shooting on windows of {windows['seconds']:g} s."
+
+
+def _parameter_text(path: str, row: Mapping[str, Any]) -> str:
+    """Return a parameter with its standard deviation, or with the parameters it is combined with."""
+    if row["word"] == COMBINED:
+        return f"{short_path(path)} (with {' and '.join(short_path(p) for p in row['with'])})"
+    sd = row["relative_sd"]
+    return short_path(path) if sd is None or row["word"] == UNSEEN else f"{short_path(path)} {100 * sd:.2g} %"

@@ -1,0 +1,131 @@
+"""History of a search: its generations, its result, and the Pareto front."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.arrays import FloatArray
+from railui.desk.state.plan import Plan
+from railui.optimisation.multi_objective import nondominated
+from railui.optimisation.objectives import violations
+from railui.optimisation.search import SearchState
+
+
+@dataclass(frozen=True, eq=False)
+class GenerationSummary:
+    """Summary of a generation.
+
+    x: designs [n, variable]; objectives [n, objective]; is_feasible [n]: all constraints are met; evaluations and
+    failed: counts since the start; baseline [objective]: objectives of the baseline.
+    """
+
+    x: FloatArray
+    objectives: FloatArray
+    is_feasible: NDArray[np.bool_]
+    evaluations: int
+    failed: int
+    activity: str
+    baseline: FloatArray
+
+    @property
+    def feasible_objectives(self) -> FloatArray:
+        """Objectives of the feasible designs [n, objective]."""
+        return self.objectives[self.is_feasible]
+
+
+class SearchHistory:
+    """Generations of the search of a plan, and its result."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.generations: list[GenerationSummary] = []
+        self.result: dict[str, Any] | None = None
+
+    def add(self, generation: GenerationSummary) -> bool:
+        """Add a generation; return False if it contains no new evaluations."""
+        if self.generations and generation.evaluations <= self.generations[-1].evaluations:
+            return False
+        self.generations.append(generation)
+        return True
+
+    @property
+    def completed(self) -> float:
+        """Completed fraction of the search, 0 to 1."""
+        evaluations = self.generations[-1].evaluations if self.generations else 0
+        return evaluations / (self.plan.population * self.plan.generations)
+
+    @property
+    def objective_names(self) -> list[str]:
+        """Names of the objectives."""
+        return [objective.split()[-1].replace("_", " ") for objective, _ in self.plan.objectives]
+
+    @property
+    def objective_signs(self) -> FloatArray:
+        """Signs of the objectives: 1 for one to minimise, -1 for one to maximise."""
+        return np.array([1.0 if o.startswith("minimise") else -1.0 for o, _ in self.plan.objectives])
+
+    def front(self) -> tuple[FloatArray, FloatArray]:
+        """Return designs [n, variable] and objectives [n, objective] of the Pareto front so far, or of the result."""
+        if self.result is not None:
+            pareto = self.result["pareto"]
+            x = np.array([list(design["variables"].values()) for design in pareto]).reshape(len(pareto), -1)
+            return x, _number_rows([design["objectives"] for design in pareto], len(self.plan.objectives))
+        if not self.generations:
+            return np.zeros((0, 0)), np.zeros((0, 2))
+        x = np.vstack([generation.x[generation.is_feasible] for generation in self.generations])
+        objectives = self.feasible_objectives()
+        if not len(objectives):
+            return x, objectives
+        costs = objectives * self.objective_signs
+        on_front = np.flatnonzero(nondominated(costs))
+        order = on_front[np.argsort(costs[on_front, 0], kind="stable")]
+        return x[order], objectives[order]
+
+    def feasible_objectives(self) -> FloatArray:
+        """Return the objectives of all feasible designs so far [n, objective]."""
+        if not self.generations:
+            return np.zeros((0, 2))
+        return np.vstack([generation.feasible_objectives for generation in self.generations])
+
+    def fresh_statistics(self, index: int) -> tuple[FloatArray, FloatArray] | None:
+        """Return mean and sd [objective] of a design of the front on new seeds that the search did not use.
+
+        None before the result, and for track files, which have no seeds.
+        """
+        if self.result is None or index >= len(self.result["pareto"]):
+            return None
+        fresh = self.result["pareto"][index]["fresh"]
+        mean, sd = _number_rows([fresh["mean"], fresh["sd"]], len(self.plan.objectives))
+        return (mean, sd) if np.all(np.isfinite(mean)) and np.all(np.isfinite(sd)) else None
+
+    def design_values(self, index: int) -> dict[str, float] | None:
+        """Return the variables of a design of the front by path."""
+        x, _ = self.front()
+        return dict(zip(self.plan.bounds, x[index].tolist(), strict=True)) if index < len(x) else None
+
+
+def summarise_generation(study: Any, state: SearchState) -> GenerationSummary | None:
+    """Return a summary of the latest generation; the arrays are copied because the search continues."""
+    latest = state.generation
+    if latest is None:
+        return None
+    undefined = np.full(len(study.objectives), np.nan)
+    return GenerationSummary(
+        latest.x.copy(),
+        latest.assessment.objectives.copy(),
+        np.all(violations(study, latest.assessment) <= 0, axis=1),
+        state.evaluations,
+        state.failed,
+        state.activity,
+        state.baseline.objectives[0] if state.baseline is not None else undefined,
+    )
+
+
+def _number_rows(rows: Sequence[Sequence[float | None]], width: int) -> FloatArray:
+    """Return rows of JSON numbers as an array [n, width], null as NaN."""
+    return np.array([[np.nan if v is None else v for v in row] for row in rows], dtype=float).reshape(-1, width)

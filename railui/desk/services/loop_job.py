@@ -1,0 +1,51 @@
+"""Jobs of the Campaign panel: read and check the data, run the loop, write its report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from textual.message import Message
+
+from railui.campaign.campaign import Campaign
+from railui.campaign.data_checks import check_data
+from railui.campaign.dataset import Dataset, read_dataset
+from railui.campaign.finding import Finding
+from railui.desk.messages import JobDone, ProgressEvent, ProgressMessage
+from railui.desk.presenters.loop_plots import FinishedLoop
+from railui.desk.services.jobs import BackgroundJob, DeskProgress
+from railui.identification.loop import close_loop
+from railui.report.loop.data import loop_report
+from railui.report.loop.figures import compared_series, most_informative_window
+from railui.report.loop.files import write_loop
+from railui.report.loop.force_evaluation import suspension_forces
+
+
+@dataclass(frozen=True, eq=False)
+class DataChecked:
+    """Dataset of a campaign and the findings of its data checks."""
+
+    dataset: Dataset
+    findings: Sequence[Finding]
+
+
+def check_campaign(campaign: Campaign) -> Message:
+    """Read the runs of a campaign and check their data."""
+    dataset = read_dataset(campaign)
+    return ProgressEvent("data checks", DataChecked(dataset, check_data(dataset)))
+
+
+def run_loop(job: BackgroundJob, campaign: Campaign) -> Message:
+    """Run the loop on a campaign and prepare its report and plots."""
+    result = close_loop(read_dataset(campaign), progress=DeskProgress(job))
+    window = most_informative_window(result)
+    series = compared_series(result, window.index)
+    report = loop_report(result)
+    return JobDone(job.name, FinishedLoop(result, report, window, series, suspension_forces(result, window)))
+
+
+def write_report(finished: FinishedLoop, directory: Path, lines: Sequence[str]) -> Message:
+    """Write the files of `railui loop` into a directory."""
+    write_loop(finished.result, finished.report, directory, [*lines, str(finished.report["sentence"])])
+    return ProgressMessage("loop", f"written to {directory}")
