@@ -1,4 +1,4 @@
-"""Quasi-static curving: where a vehicle stands in a curve of constant radius, by Newton with its effects."""
+"""Quasi-static curving: equilibrium of a vehicle in a curve of constant radius, by a damped Newton method."""
 
 from __future__ import annotations
 
@@ -20,22 +20,24 @@ from railui.vehicle.multibody_reader import position_terms
 from railui.vehicle.resolve import resolve_model
 from railui.vehicle.wheel_loads import GRAVITY
 
-CLOSE: Final = 1e-10  # of the wheel load: forces that are left
-ITERATIONS: Final = 80
-STUCK: Final = 1e9  # damping of a step that leads nowhere
-PARTS: Final = (1, 4, 16)  # of the curvature: a curve too sharp for one step is entered in more
-LACKING: Final = 1e-3  # of the guiding force, from which a shortfall is told
-NUDGE: Final = 1e-7  # m, rad: of the slopes
-NO_FORCE: Final = {"dry_friction", "hysteresis"}  # at rest they hold anything or nothing: see `notes`
+RESIDUAL_TOLERANCE: Final = 1e-10  # of the wheel load
+MAX_ITERATIONS: Final = 80
+MAX_DAMPING: Final = 1e9  # of the Levenberg-Marquardt step, above which the iteration has failed
+LOAD_STEPS: Final = (1, 4, 16)  # in which the curvature is applied, more if the iteration fails with fewer
+MIN_SHORTFALL: Final = 1e-3  # of the guiding force, from which a note reports it
+PERTURBATION: Final = 1e-7  # m, rad, for the differences of the Jacobian
+FORCELESS_AT_REST: Final = {"dry_friction", "hysteresis"}  # their force at rest is undetermined: see `notes`
+
+DesignLike = Design | Model | str | Path
 
 
 @dataclass(frozen=True, eq=False)
 class Equilibria:
-    """Where n vehicles stand: displacement, angle_of_attack, guiding_force [n, wheelset], wear_number [n].
+    """Equilibria of n vehicles; NaN where the iteration found none.
 
-    NaN where no equilibrium was found; residual [n]: the largest force left over, of the wheel load; shortfall [n] N:
-    what the guiding forces lack of the outward forces: what load transfer adds on inclined contacts of a vehicle
-    that rolls.
+    displacement [n, wheelset] in m, angle_of_attack [n, wheelset] in rad, guiding_force [n, wheelset] in N (of the
+    rails on a wheelset), wear_number [n] in N, residual [n]: largest unbalanced force in wheel loads, shortfall [n] in
+    N: outward less guiding forces, what load transfer adds on inclined contacts of a vehicle that rolls.
     """
 
     displacement: FloatArray
@@ -46,205 +48,244 @@ class Equilibria:
     shortfall: FloatArray
 
 
-def curve(design: Design | Model | str | Path, radius: float, cant_deficiency: float = 0.0) -> dict[str, Any]:
-    """The quasi-static curve of radius [m] (centre at +y: a right-hand curve; negative: left) of a design.
+def curve(design: DesignLike, radius: float, cant_deficiency: float = 0.0) -> dict[str, Any]:
+    """Compute the quasi-static equilibrium of a design in a curve.
 
-    displacement e_i [m], angle_of_attack psi_i [rad], guiding_force Q_yi [N] (of the rails on a wheelset),
-    wear_number [N] (sum over wheels of abs(T_x u_x) + abs(T_y u_y)), flange_contact (does abs(e_i) reach the
-    clearance?), notes. `cant_deficiency` d [m]: every body feels m g d/(2 b) outwards, and the frame what the
-    wheels carry beyond the vehicle's own bodies. None where no equilibrium is found. Raises ValueError for a
-    radius that is not a number or 0. Source: docs/theory.md, after Broersen 1976, (3.1) to (3.10).
+    Parameters
+    ----------
+    design : Design, Model or path
+        Vehicle.
+    radius : float
+        Radius [m], positive for a centre at +y (right-hand curve), negative for a left-hand curve.
+    cant_deficiency : float
+        Cant deficiency d [m]: the force m g d/(2 b) acts outward on every body; on the frames also that of the load
+        that the wheels carry beyond the vehicle's own bodies.
 
-    >>> found = curve("designs/check_bogie.yaml", 600.0)
-    >>> [round(1e3 * e, 3) for e in found["displacement"]]
+    Returns
+    -------
+    dict
+        displacement e_i [m], angle_of_attack psi_i [rad], guiding_force Q_yi [N] (of the rails on a wheelset),
+        wear_number [N] (sum over wheels of abs(T_x u_x) + abs(T_y u_y)), flange_contact (abs(e_i) >= clearance),
+        notes. None if the iteration finds no equilibrium.
+
+    Raises
+    ------
+    ValueError
+        For a radius that is 0 or not finite.
+
+    References
+    ----------
+    docs/theory.md, after Broersen 1976, (3.1) to (3.10).
+
+    Examples
+    --------
+    >>> result = curve("designs/check_bogie.yaml", 600.0)
+    >>> [round(1e3 * e, 3) for e in result["displacement"]]
     [-10.94, -3.289]
     """
     return curve_many([design], radius, cant_deficiency)[0]
 
 
-def curve_many(
-    designs: Sequence[Design | Model | str | Path], radius: float, cant_deficiency: float = 0.0
-) -> list[dict[str, Any]]:
-    """`curve` of many designs, in their order; those of one structure are solved side by side."""
+def curve_many(designs: Sequence[DesignLike], radius: float, cant_deficiency: float = 0.0) -> list[dict[str, Any]]:
+    """Return `curve` of many designs, in their order; those of one structure are solved in SIMD batches."""
     models = [resolve_model(design) for design in designs]
-    found: dict[int, dict[str, Any]] = {}
+    results: dict[int, dict[str, Any]] = {}
     for members in group_by_structure(models):
-        first = models[members[0]]
         n = len(members)
         rows = np.stack([models[i].row for i in members])
-        stands = solve_equilibria(first, rows, np.full(n, radius), np.full(n, cant_deficiency))
-        found |= {i: result_dict(models[i], stands, k, radius, cant_deficiency) for k, i in enumerate(members)}
-    return [found[i] for i in range(len(models))]
+        equilibria = solve_equilibria(models[members[0]], rows, np.full(n, radius), np.full(n, cant_deficiency))
+        results |= {i: result_dict(models[i], equilibria, k, radius, cant_deficiency) for k, i in enumerate(members)}
+    return [results[i] for i in range(len(models))]
 
 
-def curves(
-    design: Design | Model | str | Path, radii: Sequence[float], cant_deficiency: float = 0.0
-) -> list[dict[str, Any]]:
-    """`curve` of one design at many radii [m]."""
+def curves(design: DesignLike, radii: Sequence[float], cant_deficiency: float = 0.0) -> list[dict[str, Any]]:
+    """Return `curve` of one design at many radii [m]."""
     model = resolve_model(design)
     rows = np.repeat(model.row[None], len(radii), axis=0)
-    stands = solve_equilibria(model, rows, np.array(radii), np.full(len(radii), cant_deficiency))
-    return [result_dict(model, stands, k, float(radius), cant_deficiency) for k, radius in enumerate(radii)]
+    equilibria = solve_equilibria(model, rows, np.array(radii), np.full(len(radii), cant_deficiency))
+    return [result_dict(model, equilibria, k, float(radius), cant_deficiency) for k, radius in enumerate(radii)]
 
 
-def result_dict(model: Model, stands: Equilibria, k: int, radius: float, cant_deficiency: float) -> dict[str, Any]:
-    """The k-th of many stands as the keys of `curve`."""
+def result_dict(model: Model, equilibria: Equilibria, k: int, radius: float, cant_deficiency: float) -> dict[str, Any]:
+    """Return the k-th equilibrium with the keys of `curve`."""
+    is_solved = bool(np.isfinite(equilibria.wear_number[k]))
+    e = equilibria.displacement[k]
     clearance = model.design.value("contact.flange_clearance")
-    found = bool(np.isfinite(stands.wear_number[k]))
-    e = stands.displacement[k]
-    touching = [bool(abs(x) >= clearance) for x in e] if found else None
-    kinds = {effect.kind for effect in model.effects}
-    notes = [f"{kind}: without force where nothing moves" for kind in sorted(kinds & NO_FORCE)]
-    if not found:
-        notes.append(f"no equilibrium found, forces of {stands.residual[k]:.3g} wheel loads are left over")
-    elif any(touching or ()) and "flange_contact" not in kinds:
-        notes.append("e is beyond the flange clearance and the design has no flange_contact: nothing holds it there")
-    short = float(stands.shortfall[k])
-    if found and abs(short) > LACKING * float(np.abs(stands.guiding_force[k]).max()):
-        notes.append(f"guiding_force: without {short:.4g} N in all that load transfer adds on inclined contacts")
+    touching = [bool(abs(x) >= clearance) for x in e] if is_solved else None
     return {
         "radius": radius,
         "cant_deficiency": cant_deficiency,
-        "displacement": e.tolist() if found else None,
-        "angle_of_attack": stands.angle_of_attack[k].tolist() if found else None,
-        "guiding_force": stands.guiding_force[k].tolist() if found else None,
-        "wear_number": float(stands.wear_number[k]) if found else None,
+        "displacement": e.tolist() if is_solved else None,
+        "angle_of_attack": equilibria.angle_of_attack[k].tolist() if is_solved else None,
+        "guiding_force": equilibria.guiding_force[k].tolist() if is_solved else None,
+        "wear_number": float(equilibria.wear_number[k]) if is_solved else None,
         "flange_contact": touching,
-        "notes": notes,
+        "notes": _notes(model, equilibria, k, touching),
     }
 
 
+def _notes(model: Model, equilibria: Equilibria, k: int, touching: list[bool] | None) -> list[str]:
+    """Return notes on undetermined forces, a failed iteration, missing flanges and the shortfall."""
+    kinds = {effect.kind for effect in model.effects}
+    notes = [f"{kind}: without force where nothing moves" for kind in sorted(kinds & FORCELESS_AT_REST)]
+    if touching is None:
+        notes.append(f"no equilibrium found, forces of {equilibria.residual[k]:.3g} wheel loads are left over")
+        return notes
+    if any(touching) and "flange_contact" not in kinds:
+        notes.append("e is beyond the flange clearance and the design has no flange_contact: nothing holds it there")
+    shortfall = float(equilibria.shortfall[k])
+    if abs(shortfall) > MIN_SHORTFALL * float(np.abs(equilibria.guiding_force[k]).max()):
+        notes.append(f"guiding_force: without {shortfall:.4g} N in all that load transfer adds on inclined contacts")
+    return notes
+
+
 def solve_equilibria(model: Model, rows: FloatArray, radius: FloatArray, cant_deficiency: FloatArray) -> Equilibria:
-    """Where n vehicles of one structure, rows [n, row], stand in curves of radius [n] m, deficiency [n] m."""
+    """Solve the equilibria of n vehicles of one structure.
+
+    `rows`: parameters [n, row]; `radius` and `cant_deficiency` [n] in m. Raises ValueError for a radius that is 0 or
+    not finite.
+    """
     if not np.all(np.isfinite(radius)) or np.any(radius == 0):
         raise ValueError(f"a radius must be a number other than 0: {radius[~(np.abs(radius) > 0)][0]:g} m")
     vehicles, batch = model.vehicles(), model.batch(rows)
     states, dofs = vehicles.state_count(batch), vehicles.degrees_of_freedom(batch)
+    unknowns = states - len(dofs)
     curvature = 1.0 / radius
-    ahead = positions(model, rows, dofs)
-    loads = outward(model, rows, dofs, cant_deficiency, np.sign(radius))
-    scale = np.repeat(wheel_loads(model, rows).mean(axis=1)[:, None], states - len(dofs), axis=1)
-    newton = _Newton(vehicles, batch, dofs, ahead, loads, scale)
-    x, left = np.zeros((len(rows), states - len(dofs))), np.full(len(rows), np.inf)
-    for parts in PARTS:
-        open_ = np.flatnonzero(~(left <= CLOSE))
-        if not open_.size:
+    loads = outward_forces(model, rows, dofs, cant_deficiency, np.sign(radius))
+    scale = np.repeat(wheel_loads(model, rows).mean(axis=1)[:, None], unknowns, axis=1)
+    equations = _StaticEquations(vehicles, batch, dofs, longitudinal_positions(model, rows, dofs), loads, scale)
+    x, residual = np.zeros((len(rows), unknowns)), np.full(len(rows), np.inf)
+    for count in LOAD_STEPS:
+        unsolved = np.flatnonzero(~(residual <= RESIDUAL_TOLERANCE))
+        if not unsolved.size:
             break
-        here, x[open_] = newton.of(open_), 0.0
-        for part in range(1, parts + 1):
-            x[open_], left[open_] = here.solved(x[open_], curvature[open_], part / parts)
-    wheels = newton.forces(x, curvature, 1.0)[1]
-    yaw, tx, ty = wheels[:, :, 1], wheels[:, :, 4:6], wheels[:, :, 6:8]
-    wear = np.abs(np.nan_to_num(tx * wheels[:, :, 3:4])) + np.abs(ty * yaw[:, :, None])
-    lost = ~(left <= CLOSE)
-    wheels[lost] = np.nan
-    total = np.where(lost, np.nan, wear.sum(axis=(1, 2)))
-    shortfall = -loads.sum(axis=1) - wheels[:, :, 2].sum(axis=1)
-    return Equilibria(wheels[:, :, 0], wheels[:, :, 1], wheels[:, :, 2], total, left, shortfall)
+        selected, x[unsolved] = equations.select(unsolved), 0.0
+        for step in range(1, count + 1):
+            x[unsolved], residual[unsolved] = selected.solve(x[unsolved], curvature[unsolved], step / count)
+    return _equilibria(equations.forces(x, curvature, 1.0)[1], loads, residual)
 
 
-def positions(model: Model, rows: FloatArray, dofs: Sequence[str]) -> FloatArray:
-    """How far ahead of the middle of its wheelsets each degree of freedom is [n, dofs], in m."""
+def _equilibria(wheelsets: FloatArray, loads: FloatArray, residual: FloatArray) -> Equilibria:
+    """Return displacements, forces and wear numbers from the wheelset results [n, wheelset, 8] of the kernel."""
+    yaw, tx, ty = wheelsets[:, :, 1], wheelsets[:, :, 4:6], wheelsets[:, :, 6:8]
+    wear = np.abs(np.nan_to_num(tx * wheelsets[:, :, 3:4])) + np.abs(ty * yaw[:, :, None])
+    is_unsolved = ~(residual <= RESIDUAL_TOLERANCE)
+    wheelsets[is_unsolved] = np.nan
+    wear_number = np.where(is_unsolved, np.nan, wear.sum(axis=(1, 2)))
+    shortfall = -loads.sum(axis=1) - wheelsets[:, :, 2].sum(axis=1)
+    displacement, angle, force = (wheelsets[:, :, i] for i in range(3))
+    return Equilibria(displacement, angle, force, wear_number, residual, shortfall)
+
+
+def longitudinal_positions(model: Model, rows: FloatArray, dofs: Sequence[str]) -> FloatArray:
+    """Return the position [n, dof] in m of each degree of freedom ahead of the middle of the wheelsets."""
     structure, zero = model.design.structure, np.zeros(len(rows))
     if structure is None:
         a = rows[:, model.columns["vehicle.geometry.half_wheelbase"]]
         return np.stack([a * {"1": 1.0, "2": -1.0}.get(dof[-1], 0.0) for dof in dofs], axis=1)
-    at = {
+    position = {
         name: sum((f * rows[:, model.columns[path]] for f, path in position_terms(structure, member)), zero)
         for name, member in structure.members.items()
     }
-    middle = np.mean([at[wheelset.name] for wheelset in structure.wheelsets], axis=0)
-    return np.stack([at[dof.partition(".")[2]] - middle for dof in dofs], axis=1)
+    middle = np.mean([position[wheelset.name] for wheelset in structure.wheelsets], axis=0)
+    return np.stack([position[dof.partition(".")[2]] - middle for dof in dofs], axis=1)
 
 
 def wheel_loads(model: Model, rows: FloatArray) -> FloatArray:
-    """N [n, wheelset] of each wheel."""
+    """Return the static load [n, wheelset] in N of each wheel."""
     structure = model.design.structure
     if structure is None:
         return np.repeat(rows[:, model.columns["vehicle.wheel_load"]][:, None], 2, axis=1)
     return np.stack([rows[:, model.columns[w.part.number_path("wheel_load")]] for w in structure.wheelsets], axis=1)
 
 
-def outward(
+def outward_forces(
     model: Model, rows: FloatArray, dofs: Sequence[str], cant_deficiency: FloatArray, side: FloatArray
 ) -> FloatArray:
-    """Forces [n, dofs] of the cant deficiency d [n] m: m g d/(2 b) on each body, from the centre of the curve.
+    """Return the forces [n, dof] in N of the cant deficiency d [n] m: m g d/(2 b) on each body, away from the centre.
 
-    The frames also feel what the wheels carry beyond the vehicle's own bodies: a coach that is not modelled.
+    The frames also carry the load of the wheels beyond the vehicle's own bodies: a carbody that is not modelled.
+    `side` [n] is the sign of the radius.
     """
-    vehicles, found = model.vehicles(), np.zeros((len(rows), len(dofs)))
+    vehicles, forces = model.vehicles(), np.zeros((len(rows), len(dofs)))
     lateral = [i for i, dof in enumerate(dofs) if is_lateral(dof)]
-    carrying = [k for k, i in enumerate(lateral) if "wheelset" not in body_and_motion(dofs[i])[0]]
-    frames = [k for k in carrying if body_and_motion(dofs[lateral[k]])[0].startswith("frame")] or carrying[:1]
-    gauges = [i for path, i in model.columns.items() if path.endswith(".half_gauge")]
+    sprung = [k for k, i in enumerate(lateral) if "wheelset" not in body_and_motion(dofs[i])[0]]
+    frames = [k for k in sprung if body_and_motion(dofs[lateral[k]])[0].startswith("frame")] or sprung[:1]
+    gauge_columns = [i for path, i in model.columns.items() if path.endswith(".half_gauge")]
     for k, row in enumerate(rows):
         if cant_deficiency[k]:
             masses = np.array(list(vehicles.inertias(model.batch(row[None])).values()))[lateral]
-            beyond = 2 * wheel_loads(model, row[None]).sum() / GRAVITY - masses.sum()
-            masses[frames] += max(0.0, float(beyond)) / len(frames)
-            found[k, lateral] = -side[k] * masses * GRAVITY * cant_deficiency[k] / (2 * np.mean(row[gauges]))
-    return found
+            remaining = 2 * wheel_loads(model, row[None]).sum() / GRAVITY - masses.sum()
+            masses[frames] += max(0.0, float(remaining)) / len(frames)
+            forces[k, lateral] = -side[k] * masses * GRAVITY * cant_deficiency[k] / (2 * np.mean(row[gauge_columns]))
+    return forces
 
 
 @dataclass(frozen=True, eq=False)
-class _Newton:
-    """The static equations of n vehicles; unknown are positions and the effects' own states."""
+class _StaticEquations:
+    """Static equations of n vehicles; unknowns are positions and the own states of the effects."""
 
     vehicles: Vehicles
     batch: Batch
     dofs: list[str]
-    ahead: FloatArray
+    positions: FloatArray
     loads: FloatArray
     scale: FloatArray
 
-    def of(self, rows: NDArray[np.int64]) -> _Newton:
-        """Some of the vehicles."""
-        parts = (self.ahead[rows], self.loads[rows], self.scale[rows])
-        return _Newton(self.vehicles, self.batch.select(rows), self.dofs, *parts)
+    def select(self, rows: NDArray[np.int64]) -> _StaticEquations:
+        """Return the equations of some of the vehicles."""
+        parts = (self.positions[rows], self.loads[rows], self.scale[rows])
+        return _StaticEquations(self.vehicles, self.batch.select(rows), self.dofs, *parts)
 
-    def forces(self, x: FloatArray, curvature: FloatArray, part: float) -> tuple[FloatArray, FloatArray]:
-        """Forces left over [n, unknown] in wheel loads, and what is told of the wheelsets, in a part of the curve."""
+    def forces(self, x: FloatArray, curvature: FloatArray, fraction: float) -> tuple[FloatArray, FloatArray]:
+        """Return unbalanced forces [n, unknown] in wheel loads and wheelset results at a fraction of the curvature."""
         n, dofs = len(self.dofs), self.dofs
-        shift = np.zeros_like(self.ahead)
-        for i, dof in enumerate(dofs):  # what the suspension sees: the curve against the tangent in the middle
-            along = self.ahead[:, i]
-            shift[:, i] = along * curvature if dof.startswith("psi") else 0.5 * along**2 * curvature
-            shift[:, i] *= is_lateral(dof) or dof.startswith("psi")
+        offsets = np.zeros_like(self.positions)
+        for i, dof in enumerate(dofs):  # the curve relative to its tangent in the middle acts on the suspension
+            s = self.positions[:, i]
+            offsets[:, i] = s * curvature if dof.startswith("psi") else 0.5 * s**2 * curvature
+            offsets[:, i] *= is_lateral(dof) or dof.startswith("psi")
         states = np.concatenate([x[:, :n], np.zeros((len(x), n)), x[:, n:]], axis=1)
-        found, wheels = self.vehicles.static_forces(self.batch.with_initial_states(states), part * shift, part * curvature)
-        found[:, :n] += part * self.loads
-        return found / self.scale, wheels
+        batch = self.batch.with_initial_states(states)
+        forces, wheelsets = self.vehicles.static_forces(batch, fraction * offsets, fraction * curvature)
+        forces[:, :n] += fraction * self.loads
+        return forces / self.scale, wheelsets
 
-    def slopes(self, x: FloatArray, curvature: FloatArray, part: float) -> FloatArray:
-        """d forces/d unknown [n, force, unknown] by central differences."""
+    def jacobian(self, x: FloatArray, curvature: FloatArray, fraction: float) -> FloatArray:
+        """Return d forces/d unknown [n, force, unknown] by central differences."""
         n, m = x.shape
-        nudges = NUDGE * np.concatenate([np.eye(m), -np.eye(m)])
-        moved = (x[:, None] + nudges).reshape(n * 2 * m, m)
-        many = self.of(np.repeat(np.arange(n), 2 * m))
-        found = many.forces(moved, np.repeat(curvature, 2 * m), part)[0].reshape(n, 2, m, m)
-        return np.swapaxes((found[:, 0] - found[:, 1]) / (2 * NUDGE), 1, 2)
+        perturbations = PERTURBATION * np.concatenate([np.eye(m), -np.eye(m)])
+        perturbed = (x[:, None] + perturbations).reshape(n * 2 * m, m)
+        repeated = self.select(np.repeat(np.arange(n), 2 * m))
+        forces = repeated.forces(perturbed, np.repeat(curvature, 2 * m), fraction)[0].reshape(n, 2, m, m)
+        return np.swapaxes((forces[:, 0] - forces[:, 1]) / (2 * PERTURBATION), 1, 2)
 
-    def solved(self, x: FloatArray, curvature: FloatArray, part: float) -> tuple[FloatArray, FloatArray]:
-        """Levenberg and Marquardt's steps from x until nothing is left over; and what is, [n] wheel loads.
+    def solve(self, x: FloatArray, curvature: FloatArray, fraction: float) -> tuple[FloatArray, FloatArray]:
+        """Return unknowns [n, unknown] and residuals [n] in wheel loads after Levenberg-Marquardt steps from x.
 
-        They bear the corners of plays and flanges, and motions that a play leaves free.
+        The damping copes with the corners of clearances and flanges, and with motions that a clearance leaves free.
         """
-        x, left, mu = x.copy(), np.full(len(x), np.inf), np.full(len(x), 1e-6)
-        f = self.forces(x, curvature, part)[0]
-        for _ in range(ITERATIONS):
-            left = np.abs(f).max(axis=1)
-            go = np.flatnonzero((left > CLOSE) & (mu < STUCK))
-            if not go.size:
+        x, residual, mu = x.copy(), np.full(len(x), np.inf), np.full(len(x), 1e-6)
+        f = self.forces(x, curvature, fraction)[0]
+        for _ in range(MAX_ITERATIONS):
+            residual = np.abs(f).max(axis=1)
+            active = np.flatnonzero((residual > RESIDUAL_TOLERANCE) & (mu < MAX_DAMPING))
+            if not active.size:
                 break
-            here, c = self.of(go), curvature[go]
-            slopes = here.slopes(x[go], c, part)
-            squares = np.swapaxes(slopes, 1, 2) @ slopes
-            weights = np.einsum("nii->ni", squares)
-            weights = weights + 1e-12 * weights.max(axis=1, keepdims=True)
-            damped = squares + mu[go, None, None] * weights[:, :, None] * np.eye(x.shape[1])
-            step = np.linalg.solve(damped, -np.einsum("nij,ni->nj", slopes, f[go])[:, :, None])[:, :, 0]
-            f_tried = here.forces(x[go] + step, c, part)[0]
-            better = np.linalg.norm(f_tried, axis=1) < np.linalg.norm(f[go], axis=1)
-            x[go[better]], f[go[better]] = (x[go] + step)[better], f_tried[better]
-            mu[go] = np.where(better, np.maximum(0.1 * mu[go], 1e-15), 8 * np.maximum(mu[go], 1e-9))
-        return x, left
+            selected, c = self.select(active), curvature[active]
+            step = _damped_step(selected.jacobian(x[active], c, fraction), f[active], mu[active])
+            f_new = selected.forces(x[active] + step, c, fraction)[0]
+            is_better = np.linalg.norm(f_new, axis=1) < np.linalg.norm(f[active], axis=1)
+            x[active[is_better]], f[active[is_better]] = (x[active] + step)[is_better], f_new[is_better]
+            mu[active] = np.where(is_better, np.maximum(0.1 * mu[active], 1e-15), 8 * np.maximum(mu[active], 1e-9))
+        return x, residual
+
+
+def _damped_step(jacobian: FloatArray, f: FloatArray, mu: FloatArray) -> FloatArray:
+    """Return Levenberg-Marquardt steps [n, unknown] for damping mu [n], relative to the diagonal of J^T J."""
+    squares = np.swapaxes(jacobian, 1, 2) @ jacobian
+    weights = np.einsum("nii->ni", squares)
+    weights = weights + 1e-12 * weights.max(axis=1, keepdims=True)
+    damped = squares + mu[:, None, None] * weights[:, :, None] * np.eye(f.shape[1])
+    right = -np.einsum("nij,ni->nj", jacobian, f)[:, :, None]
+    return np.asarray(np.linalg.solve(damped, right)[:, :, 0])

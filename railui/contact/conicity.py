@@ -1,4 +1,4 @@
-"""Equivalent conicity by EN 15302, from rolling radii against displacement."""
+"""Equivalent conicity by EN 15302 from rolling radii over displacement, and Klingel's wavelength."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ from numpy.typing import ArrayLike
 from railui.arrays import FloatArray
 
 AMPLITUDES = 1e-3 * np.arange(10, 101) / 10.0  # m: 1 to 10 mm by 0.1
-POINTS = 4000  # of the integral over a quarter of a motion
-HALVINGS = 60
+QUADRATURE_POINTS = 4000  # of the integral over half a period
+MAX_BISECTIONS = 60
+AMPLITUDE_TOLERANCE = 1e-3  # relative
 
 
 class NoCentreError(ValueError):
-    """The rolling radius difference has no zero: there is nothing round which a wheelset could run."""
+    """The rolling radius difference has no zero, so that the wheelset has no centre of motion."""
 
 
 @dataclass(frozen=True, eq=False)
 class ConicityCurve:
-    """tan gamma_e [n] against amplitude [m]; NaN where no motion goes round the centre; `centre` [m] of the motion.
+    """Equivalent conicity tan gamma_e [n] over amplitude [n] in m; NaN if no motion goes round the centre.
 
-    Amplitudes beyond the table are left out: `left_out` holds them.
+    `centre`: centre of the motion [m]; `omitted_amplitudes`: amplitudes [m] beyond the table.
     """
 
     amplitude: FloatArray
@@ -31,41 +32,61 @@ class ConicityCurve:
     omitted_amplitudes: FloatArray
 
     def at(self, amplitude: float) -> float:
-        """tan gamma_e at an amplitude [m] of the list; NaN where it is not there."""
+        """Return tan gamma_e at one of the amplitudes [m]; NaN for any other."""
         near = np.flatnonzero(np.abs(self.amplitude - amplitude) < 1e-9)
         return float(self.tan_gamma[near[0]]) if len(near) else float("nan")
 
 
 def equivalent_conicity(y: ArrayLike, delta_r: ArrayLike, amplitudes: ArrayLike = AMPLITUDES) -> ConicityCurve:
-    """Equivalent conicity from r_1 - r_2 [m] at displacements y [m], which rise; amplitudes [m] are half the width.
+    """Compute the equivalent conicity from r_1 - r_2 over displacement.
 
-    The undamped wheelset y'' = -delta_r(y)/(2 b r) is followed through one turn: psi^2/2 = C - S(y), S the integral of
-    delta_r, gives its wavelength L (in units where 2 b r = 1), and tan gamma_e = 2 (pi/L)^2. A table whose zero is
-    shifted (unequal diameters, worn sides) has its motion between two displacements of equal S about that zero.
-    Nothing is made up beyond the table. NoCentre where delta_r never passes zero upwards; ValueError where y does not
-    rise. Source: EN 15302, annex on the integration of the equation of motion.
+    One period of the undamped wheelset y'' = -delta_r(y)/(2 b r) is integrated: psi^2/2 = C - S(y), S the integral of
+    delta_r, gives its wavelength L (in units where 2 b r = 1), and tan gamma_e = 2 (pi/L)^2. If the zero of the table
+    is shifted (unequal diameters, worn sides), the motion lies between two displacements of equal S about that zero.
+    The table is not extrapolated.
 
+    Parameters
+    ----------
+    y : array_like
+        Displacements [m], increasing.
+    delta_r : array_like
+        Rolling radius differences r_1 - r_2 [m].
+    amplitudes : array_like
+        Amplitudes [m], half the width of the motion.
+
+    Raises
+    ------
+    NoCentreError
+        If delta_r never passes zero upward.
+    ValueError
+        If y does not increase.
+
+    References
+    ----------
+    EN 15302, annex on the integration of the equation of motion.
+
+    Examples
+    --------
     >>> y = np.linspace(-0.007, 0.007, 141)
     >>> round(equivalent_conicity(y, 2 * 0.05 * y).at(3e-3), 6)
     0.05
     """
     grid, table = np.asarray(y, dtype=float), np.asarray(delta_r, dtype=float)
     if len(grid) < 3 or grid.shape != table.shape or np.any(np.diff(grid) <= 0.0):
-        raise ValueError("displacements must rise, with one rolling radius difference each, three or more")
+        raise ValueError("displacements must increase, with one rolling radius difference each, three or more")
     motion = _Motion(grid, table)
-    asked = np.asarray(amplitudes, dtype=float)
-    found = {float(a): motion.conicity(float(a)) for a in asked}
-    kept = [a for a, value in found.items() if value is not None]
+    values = {float(a): motion.conicity(float(a)) for a in np.asarray(amplitudes, dtype=float)}
+    inside = [a for a, value in values.items() if value is not None]
     return ConicityCurve(
-        np.array(kept),
-        np.array([found[a] for a in kept], dtype=float),
+        np.array(inside),
+        np.array([values[a] for a in inside], dtype=float),
         motion.centre,
-        np.array([a for a, value in found.items() if value is None]),
+        np.array([a for a, value in values.items() if value is None]),
     )
 
 
 def klingel_wavelength(half_gauge: float, rolling_radius: float, conicity: float) -> float | None:
-    """L = 2 pi sqrt(b r/lambda) [m] of a free wheelset's kinematic motion; None where the conicity is not positive.
+    """Return L = 2 pi sqrt(b r/lambda) [m] of the kinematic motion of a free wheelset; None unless lambda > 0.
 
     >>> round(klingel_wavelength(0.75, 0.46, 0.1), 3)
     11.67
@@ -74,11 +95,11 @@ def klingel_wavelength(half_gauge: float, rolling_radius: float, conicity: float
 
 
 class _Motion:
-    """Motions round the centre of a table, linear between its points."""
+    """Motions round the centre of a table that is linear between its points."""
 
     def __init__(self, y: FloatArray, table: FloatArray) -> None:
         self.centre = _centre(y, table)
-        # with its zeros among the points, the energy rises or falls all through an interval
+        # with its zeros among the points, the energy is monotonic within an interval
         passing = np.flatnonzero(table[:-1] * table[1:] < 0.0)
         zeros = y[passing] - table[passing] * np.diff(y)[passing] / np.diff(table)[passing]
         self.y, first = np.unique(np.concatenate([y, zeros, [self.centre]]), return_index=True)
@@ -94,14 +115,14 @@ class _Motion:
         }
 
     def energy(self, x: FloatArray) -> FloatArray:
-        """S(x), the integral of the table from the centre."""
+        """Return S(x), the integral of the table from the centre."""
         k = np.clip(np.searchsorted(self.y, x, "right") - 1, 0, len(self.y) - 2)
         u = x - self.y[k]
         slope = (self.table[k + 1] - self.table[k]) / (self.y[k + 1] - self.y[k])
         return np.asarray(self.sums[k] + u * (self.table[k] + 0.5 * slope * u))
 
-    def turning(self, level: float, side: int) -> float | None:
-        """Where a motion of energy `level` turns on a side of the centre; None where it leaves the table."""
+    def turning_point(self, level: float, side: int) -> float | None:
+        """Return the turning point of a motion of energy `level` on a side of the centre; None beyond the table."""
         points, reached = self.sides[side]
         i = int(np.searchsorted(reached, level, "right"))
         if i >= len(points):
@@ -110,40 +131,42 @@ class _Motion:
             return self.centre
         before, behind = points[i - 1], points[i]
         # sums + t u + (dt/dy) u^2/2 = level, u from the point before
-        left = level - self.sums[before]
+        remaining = level - self.sums[before]
         t = self.table[before]
         bend = (self.table[behind] - t) / (self.y[behind] - self.y[before])
-        root = np.sqrt(max(t * t + 2.0 * bend * left, 0.0))
+        root = np.sqrt(max(t * t + 2.0 * bend * remaining, 0.0))
         divisor = t + side * root
-        return float(self.y[before] + (2.0 * left / divisor if divisor else 0.0))
+        return float(self.y[before] + (2.0 * remaining / divisor if divisor else 0.0))
 
-    def turns(self, level: float) -> tuple[float, float] | None:
-        left, right = self.turning(level, -1), self.turning(level, 1)
+    def turning_points(self, level: float) -> tuple[float, float] | None:
+        """Return both turning points; None beyond the table."""
+        left, right = self.turning_point(level, -1), self.turning_point(level, 1)
         return None if left is None or right is None else (left, right)
 
     def conicity(self, amplitude: float) -> float | None:
-        """tan gamma_e of the motion of a half width; NaN where none goes round the centre, None beyond the table."""
+        """Return tan gamma_e for an amplitude [m]; NaN if no motion goes round the centre, None beyond the table."""
         if self.y[-1] - self.y[0] < 2.0 * amplitude * (1.0 - 1e-9):
             return None
         low, high = 0.0, float(min(self.sums[0], self.sums[-1]))
-        highest = self.turns(high * (1.0 - 1e-12)) if high > 0.0 else None
+        highest = self.turning_points(high * (1.0 - 1e-12)) if high > 0.0 else None
         if highest is None or highest[1] - highest[0] < 2.0 * amplitude * (1.0 - 1e-9):
             return None
         turns = highest
-        for _ in range(HALVINGS):
+        for _ in range(MAX_BISECTIONS):
             level = 0.5 * (low + high)
-            found = self.turns(level)
-            wide = found is None or found[1] - found[0] > 2.0 * amplitude
-            low, high = (low, level) if wide else (level, high)
-            turns = found or turns
-        if abs(turns[1] - turns[0] - 2.0 * amplitude) > 1e-3 * amplitude:
+            tried = self.turning_points(level)
+            is_too_wide = tried is None or tried[1] - tried[0] > 2.0 * amplitude
+            low, high = (low, level) if is_too_wide else (level, high)
+            turns = tried or turns
+        if abs(turns[1] - turns[0] - 2.0 * amplitude) > AMPLITUDE_TOLERANCE * amplitude:
             return float("nan")
-        return self._of(turns)
+        return self._conicity_between(turns)
 
-    def _of(self, turns: tuple[float, float]) -> float:
+    def _conicity_between(self, turns: tuple[float, float]) -> float:
+        """Return tan gamma_e of the motion between two turning points by quadrature."""
         left, right = turns
         middle, half = 0.5 * (left + right), 0.5 * (right - left)
-        theta = np.pi * ((np.arange(POINTS) + 0.5) / POINTS - 0.5)
+        theta = np.pi * ((np.arange(QUADRATURE_POINTS) + 0.5) / QUADRATURE_POINTS - 0.5)
         x = middle + half * np.sin(theta)
         level = np.interp(x, [left, right], self.energy(np.array([left, right])))
         speed = np.sqrt(2.0 * np.maximum(level - self.energy(x), 0.0))
@@ -151,7 +174,7 @@ class _Motion:
             whole = half * np.cos(theta) / speed
         if not np.isfinite(whole).all():
             return float("nan")
-        length = 2.0 * np.pi / POINTS * whole.sum()
+        length = 2.0 * np.pi / QUADRATURE_POINTS * whole.sum()
         return float(2.0 * (np.pi / length) ** 2)
 
 
@@ -169,13 +192,13 @@ def _centre(y: FloatArray, table: FloatArray) -> float:
     if table[some[turn[0]]] > 0.0:
         raise NoCentreError(
             f"the rolling radius difference falls through zero at {zeros[0] * 1e3:.3g} mm: the wheelset runs away from "
-            "it; r_1 - r_2 must be positive where the wheelset stands to the right"
+            "it; r_1 - r_2 must be positive where the wheelset is displaced to the right"
         )
     return zeros[len(zeros) // 2]
 
 
 def _zero(y: FloatArray, table: FloatArray, i: int, j: int) -> float:
-    """Between two points of opposite sign; the middle of a stretch of zeros."""
+    """Return the zero between two points of opposite sign; the middle of a range of zeros."""
     if j > i + 1:
         return float(0.5 * (y[i + 1] + y[j - 1]))
     return float(y[i] - table[i] * (y[j] - y[i]) / (table[j] - table[i]))

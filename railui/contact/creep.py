@@ -1,4 +1,4 @@
-"""Creep coefficients of the model from the profiles where they touch, the load and the material."""
+"""Creep coefficients of the model from the profiles at the contact point, the load and the material."""
 
 from __future__ import annotations
 
@@ -8,15 +8,20 @@ import numpy as np
 
 from railui.contact.geometry import ContactGeometry
 from railui.contact.hertz import POISSON_STEEL, YOUNG_STEEL, ContactEllipse, hertz
-from railui.contact.kalker import VermeulenJohnsonFactors, KalkerCoefficients, vermeulen_johnson_factors, kalker_coefficients
+from railui.contact.kalker import (
+    KalkerCoefficients,
+    VermeulenJohnsonFactors,
+    kalker_coefficients,
+    vermeulen_johnson_factors,
+)
 
 
 @dataclass(frozen=True)
 class CreepCoefficients:
-    """Contact of the right wheel at one displacement [m]: curvatures [1/m], ellipse, coefficients of table 3.1.
+    """Creep coefficients of the right wheel at one displacement [m], with curvatures [1/m] and contact ellipse.
 
     longitudinal_creep kappa_x [1], lateral_creep kappa_y [1] and spin_creep kappa_s [m] are Kalker's f11/N, f22/N and
-    f23/N times `surface`.
+    f23/N times `surface`; see Broersen 1976, table 3.1.
     """
 
     displacement: float
@@ -35,7 +40,7 @@ class CreepCoefficients:
 
     @property
     def vermeulen_johnson(self) -> tuple[float, float]:
-        """Slopes of Vermeulen and Johnson's law over Kalker's, along and across: the factors of vermeulen_johnson."""
+        """Slopes of Vermeulen and Johnson's law over Kalker's, longitudinal and lateral."""
         return np.pi / (self.factors.phi * self.kalker.c11), np.pi / (self.factors.psi * self.kalker.c22)
 
 
@@ -47,10 +52,25 @@ def creep_coefficients(
     young: float = YOUNG_STEEL,
     poisson: float = POISSON_STEEL,
 ) -> CreepCoefficients:
-    """Hertz's ellipse and Kalker's coefficients of the right wheel at a displacement [m] under a load [N].
+    """Compute Hertz's ellipse and Kalker's coefficients of the right wheel.
 
-    `surface` is the share of Kalker's coefficients that rails as they are leave (Hobbs 1967: 0.5 to 0.7; 1: clean).
-    ValueError where the contact conforms, or is so long or wide that the table has no row for it.
+    Parameters
+    ----------
+    contacts : ContactGeometry
+        Contact geometry.
+    load : float
+        Wheel load [N].
+    displacement : float
+        Lateral displacement of the wheelset [m].
+    surface : float
+        Share of Kalker's coefficients on contaminated rails (Hobbs 1967: 0.5 to 0.7; 1: clean).
+    young, poisson : float
+        Young's modulus [N/m^2] and Poisson's ratio.
+
+    Raises
+    ------
+    ValueError
+        For conforming contact, and for an ellipse longer or wider than the table of Kalker's coefficients.
     """
     pair, i = contacts.pair, contacts.index_at(displacement)
     along = float(np.cos(contacts.angle[0, i]) / (pair.radius + contacts.radius[0, i]))
@@ -63,7 +83,8 @@ def creep_coefficients(
     shear = young / (2.0 * (1.0 + poisson)) * surface
     area = ellipse.a * ellipse.b
     return CreepCoefficients(
-        float(contacts.displacement[i]), load, along, wheel, rail, ellipse, c, vermeulen_johnson_factors(ratio, poisson), surface,
+        float(contacts.displacement[i]), load, along, wheel, rail, ellipse, c,
+        vermeulen_johnson_factors(ratio, poisson), surface,
         shear * area * c.c11 / load, shear * area * c.c22 / load, shear * area**1.5 * c.c23 / load,
         float(np.sin(contacts.angle[0, i])) / (pair.radius + float(contacts.radius[0, i])),
     )  # fmt: skip

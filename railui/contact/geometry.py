@@ -1,4 +1,4 @@
-"""Where a wheelset touches its track at every displacement: rolling radii, angles, roll, leaps, where flanges begin."""
+"""Contact geometry over lateral displacement: rolling radii, angles, roll, jumps, flange contact."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from railui.arrays import FloatArray
 from railui.contact.conicity import NoCentreError, equivalent_conicity
 from railui.contact.wheelset_on_track import WheelRailPair
 
-JUMP = 1.5e-3  # m that a contact point must leap within a step of displacement beyond its usual way
+MIN_JUMP = 1.5e-3  # m of a contact point within one step of displacement
+MIN_JUMP_RATIO = 4.0  # over the median movement in the neighbouring steps
+JUMP_NEIGHBOURS = 5  # steps to either side
 FLANGE_ANGLE = np.pi / 4.0  # a contact at 45 degrees is on the flange
 
 
 @dataclass(frozen=True)
 class ContactJump:
-    """Two contact points at once on a wheel (1 right, 2 left): at which displacement, from and to where on the rail.
+    """Two-point contact of a wheel (1 right, 2 left) at a displacement [m], where the contact point jumps.
 
-    y on the rail from the track's middle [m], contact angles before and behind [rad].
+    `rail`: y on the rail from the track centre line before and after the jump [m]; `angle`: contact angles [rad].
     """
 
     wheel: int
@@ -30,11 +32,24 @@ class ContactJump:
 
 @dataclass(frozen=True, eq=False)
 class ContactGeometry:
-    """Contacts against lateral displacement e [n]; per wheel (1 right, 2 left) arrays [2, n].
+    """Contact geometry over lateral displacement e, in track-fixed co-ordinates.
 
-    radius: rolling radius less the mean one at the tape line [m]; angle: contact angle [rad], positive where the wheel
-    leans as on its tread; wheel, rail: where it touches, from the track's middle outwards [m] (the wheel's in its own
-    co-ordinates); roll: phi of the wheelset [rad]; in track-fixed co-ordinates. `notes` say where the search ended.
+    Attributes
+    ----------
+    pair : WheelRailPair
+        Profiles and their position.
+    displacement : FloatArray
+        e [n] in m.
+    radius : FloatArray
+        Rolling radii less the mean radius at the tape line [wheel, n] in m; wheel 1 right, 2 left.
+    angle : FloatArray
+        Contact angles [wheel, n] in rad, positive as on a tread.
+    wheel, rail : FloatArray
+        Contact points on wheel (in its own co-ordinates) and rail, outward from the track centre line [wheel, n] in m.
+    roll : FloatArray
+        phi of the wheelset [n] in rad.
+    notes : tuple of str
+        Ends of the search.
     """
 
     pair: WheelRailPair
@@ -53,7 +68,7 @@ class ContactGeometry:
 
     @cached_property
     def centre(self) -> float:
-        """Where the wheelset runs straight, r_1 = r_2 [m]; 0 where it has no such place."""
+        """Displacement at which r_1 = r_2 [m]; 0 if there is none."""
         try:
             return equivalent_conicity(self.displacement, self.delta_r, []).centre
         except NoCentreError:
@@ -61,21 +76,22 @@ class ContactGeometry:
 
     @cached_property
     def jumps(self) -> tuple[ContactJump, ...]:
-        """Where a contact point leaps: there the wheel touches at two points."""
-        found = []
+        """Jumps of contact points, at which a wheel has two-point contact."""
+        jumps = []
         for j in (0, 1):
-            way = np.abs(np.diff(self.rail[j]))
-            # far more than the contact moves in the steps around it
-            around = np.array([np.median(way[max(i - 5, 0) : i + 6]) for i in range(len(way))])
-            for i in np.flatnonzero(way > np.maximum(JUMP, 4.0 * around)):
+            movement = np.abs(np.diff(self.rail[j]))
+            windows = (movement[max(i - JUMP_NEIGHBOURS, 0) : i + JUMP_NEIGHBOURS + 1] for i in range(len(movement)))
+            usual = np.array([np.median(window) for window in windows])
+            for i in np.flatnonzero(movement > np.maximum(MIN_JUMP, MIN_JUMP_RATIO * usual)):
                 middle = 0.5 * (self.displacement[i] + self.displacement[i + 1])
                 x, g = self.rail[j], self.angle[j]
-                found.append(ContactJump(j + 1, float(middle), (float(x[i]), float(x[i + 1])), (float(g[i]), float(g[i + 1]))))
-        return tuple(sorted(found, key=lambda jump: abs(jump.displacement)))
+                rail, angle = (float(x[i]), float(x[i + 1])), (float(g[i]), float(g[i + 1]))
+                jumps.append(ContactJump(j + 1, float(middle), rail, angle))
+        return tuple(sorted(jumps, key=lambda jump: abs(jump.displacement)))
 
     @cached_property
     def flange_displacements(self) -> tuple[float | None, float | None]:
-        """Displacements at which the left and the right flange begin to touch: at 45 degrees, or by a leap beyond."""
+        """Displacements [m] at which the left and the right flange begin to touch, by 45 degrees or a jump."""
 
         def first(side: int) -> float | None:
             j = 0 if side > 0 else 1
@@ -94,12 +110,12 @@ class ContactGeometry:
 
     @property
     def tread_range(self) -> tuple[float, float]:
-        """Displacements between which no flange touches [m]: the first and the last of the search that are inside."""
+        """First and last displacement of the search without flange contact [m]."""
         left, right = self.flange_displacements
         e = self.displacement
         inside = e[(e > (-np.inf if left is None else left)) & (e < (np.inf if right is None else right))]
         return float(inside[0]), float(inside[-1])
 
     def index_at(self, displacement: float) -> int:
-        """Index of the displacement nearest to one [m]."""
+        """Return the index of the displacement nearest to `displacement` [m]."""
         return int(np.argmin(np.abs(self.displacement - displacement)))

@@ -1,4 +1,4 @@
-"""Creep coefficients of the contact ellipse: Kalker's linear theory, and the factors of Vermeulen and Johnson."""
+"""Creep coefficients of the contact ellipse: Kalker's linear theory, factors of Vermeulen and Johnson."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.special import ellipe, ellipk
 
 # C11, C22, C23 at Poisson's ratio 0, 1/4, 1/2: a row for a/b 0.1 to 1, then one for b/a 0.9 to 0.1
-TABLE = np.array(
+KALKER_TABLE = np.array(
     [
         [2.51, 3.31, 4.85, 2.51, 2.52, 2.53, 0.334, 0.473, 0.731],
         [2.59, 3.37, 4.81, 2.59, 2.63, 2.66, 0.483, 0.603, 0.809],
@@ -33,7 +33,8 @@ TABLE = np.array(
     ]
 )
 RATIOS = np.concatenate([np.arange(1, 11) / 10.0, 10.0 / np.arange(9, 0, -1)])
-THINNEST, THICKEST = float(RATIOS[0]), float(RATIOS[-1])
+MIN_RATIO = float(RATIOS[0])
+MAX_RATIO = float(RATIOS[-1])
 
 
 class KalkerCoefficients(NamedTuple):
@@ -45,18 +46,28 @@ class KalkerCoefficients(NamedTuple):
 
 
 def kalker_coefficients(ratio: float, poisson: float = 0.25) -> KalkerCoefficients:
-    """Kalker's linear creep coefficients for a/b (a along the rail) and Poisson's ratio; exact at the table's points.
+    """Interpolate Kalker's linear creep coefficients for a/b (a along the rail) and Poisson's ratio.
 
-    Between them monotone cubics in log(a/b), parabolas in Poisson's ratio of 1/C (which is nearly a straight line).
-    ValueError beyond the table (a/b 0.1 to 10, Poisson's ratio 0 to 0.5). Source: Kalker, Three-Dimensional Elastic
-    Bodies in Rolling Contact (1990), table E.3.
+    Exact at the points of the table; between them monotone cubics in log(a/b), parabolas in Poisson's ratio of 1/C
+    (which is nearly a straight line).
 
-    >>> kalker(0.5)
-    Kalker(c11=3.62, c22=3.01, c23=0.929)
+    Raises
+    ------
+    ValueError
+        Beyond the table (a/b 0.1 to 10, Poisson's ratio 0 to 0.5).
+
+    References
+    ----------
+    Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990), table E.3.
+
+    Examples
+    --------
+    >>> kalker_coefficients(0.5)
+    KalkerCoefficients(c11=3.62, c22=3.01, c23=0.929)
     """
-    if not THINNEST * (1 - 1e-9) <= ratio <= THICKEST * (1 + 1e-9) or not 0.0 <= poisson <= 0.5:
+    if not MIN_RATIO * (1 - 1e-9) <= ratio <= MAX_RATIO * (1 + 1e-9) or not 0.0 <= poisson <= 0.5:
         raise ValueError(f"a/b {ratio:.3g}, Poisson's ratio {poisson:.3g}: the table is for 0.1 to 10 and 0 to 0.5")
-    row = PchipInterpolator(np.log(RATIOS), np.log(TABLE))(np.clip(np.log(ratio), *np.log(RATIOS[[0, -1]])))
+    row = PchipInterpolator(np.log(RATIOS), np.log(KALKER_TABLE))(np.clip(np.log(ratio), *np.log(RATIOS[[0, -1]])))
     softness = 1.0 / np.exp(row).reshape(3, 3)
     v = poisson
     weight = np.array([8.0 * (v - 0.25) * (v - 0.5), -16.0 * v * (v - 0.5), 8.0 * v * (v - 0.25)])
@@ -71,13 +82,15 @@ class VermeulenJohnsonFactors(NamedTuple):
 
 
 def vermeulen_johnson_factors(ratio: float, poisson: float = 0.25) -> VermeulenJohnsonFactors:
-    """Factors of Vermeulen and Johnson for a/b (a along the rail) and Poisson's ratio. ValueError: a/b not positive.
+    """Return the factors of Vermeulen and Johnson for a/b (a along the rail) and Poisson's ratio.
+
+    Raises ValueError for a ratio a/b that is not positive.
 
     B, C, D: complete elliptic integrals of Jahnke and Emde. a < b: phi = B - nu (D - C), psi = B - nu (a/b)^2 C;
     a > b: phi = (b/a) (D - nu (D - C)), psi = (b/a) (D - nu C). Their slopes are 8 to 27 % above Kalker's.
     Source: Vermeulen and Johnson, Journal of Applied Mechanics 31 (1964).
 
-    >>> [round(x, 4) for x in ellipse_factors(1.0)]  # pi/4 (1 - 3 nu/4), pi/4 (1 - nu/4)
+    >>> [round(x, 4) for x in vermeulen_johnson_factors(1.0)]  # pi/4 (1 - 3 nu/4), pi/4 (1 - nu/4)
     [0.6381, 0.7363]
     """
     if not ratio > 0.0:

@@ -1,4 +1,4 @@
-"""Reading profiles of wheels and rails: SIMPACK's .prw and .prr, and text of two columns."""
+"""Reader of wheel and rail profiles: SIMPACK's .prw and .prr, and text of two columns."""
 
 from __future__ import annotations
 
@@ -19,15 +19,17 @@ if TYPE_CHECKING:
     from railui.contact.profile import Kind, Profile
 
 SIMPACK_KINDS: dict[str, Kind] = {".prw": "wheel", ".prr": "rail"}
-TYPES = {0.0: "rail", 1.0: "wheel"}
+SIMPACK_TYPES = {0.0: "rail", 1.0: "wheel"}
 SETTING = re.compile(r"\s*([A-Za-z][\w.]*)\s*=\s*('[^']*'|\S+)")
 HEADED = re.compile(r"\s*([A-Za-z]\w*)\s*(?:\[([^\]]*)\])?\s*\Z")
-MILLIMETRES, METRES = (20.0, 400.0), (0.02, 0.4)  # widths that a profile has in either
+MILLIMETRES = (20.0, 400.0)  # widths of a profile in mm
+METRES = (0.02, 0.4)  # widths of a profile in m
+MAX_INCLINATION = 0.2  # rad
 
 
 @dataclass(frozen=True)
 class _Points:
-    """Points as a file holds them [m], the line of each, what was done to them."""
+    """Points of a file [m], the line of each, notes on their transformation."""
 
     y: FloatArray
     z: FloatArray
@@ -36,11 +38,27 @@ class _Points:
 
 
 def read_profile(path: str | Path, kind: Kind, *, mirror: bool = False, smoothing: float = 0.0) -> Profile:
-    """A profile of a file; `mirror` exchanges inside and outside of a rail, `smoothing` is a wavelength [m] or 0.
+    """Read a profile.
 
-    SIMPACK's flags and units are honoured. Text has two columns, y and z, perhaps with a header `y [mm], z [mm]`.
-    A rail's y points outwards, away from the gauge face; a wheel's to either side; z up or down. Without units, mm or m
-    are told by the width. FileProblems names file, line and remedy.
+    SIMPACK's flags and units are applied. Text has two columns, y and z, optionally with a header `y [mm], z [mm]`. y
+    of a rail points outward, away from the gauge face, that of a wheel to either side; z up or down. Without units,
+    mm or m is inferred from the width.
+
+    Parameters
+    ----------
+    path : str or Path
+        File.
+    kind : {"wheel", "rail"}
+        Kind of profile.
+    mirror : bool
+        Exchange inside and outside of a rail.
+    smoothing : float
+        Cut-off wavelength of a Gaussian filter [m]; 0 for none.
+
+    Raises
+    ------
+    FileProblems
+        With file, line and remedy.
     """
     from railui.contact.profile import Profile, ProfileError
 
@@ -63,7 +81,9 @@ def read_profile(path: str | Path, kind: Kind, *, mirror: bool = False, smoothin
 def _simpack(text: str, file: str, kind: str) -> _Points:
     findings = Findings(file)
     settings: dict[str, tuple[str, int]] = {}
-    rows, lines, inside = [], [], False
+    rows: list[list[float]] = []
+    lines: list[int] = []
+    inside = False
     for number, line in enumerate(text.splitlines(), 1):
         bare = line.partition("!")[0]
         if "point.begin" in bare or "point.end" in bare:
@@ -74,53 +94,53 @@ def _simpack(text: str, file: str, kind: str) -> _Points:
                 rows.append(cells[:2])
                 lines.append(number)
         elif not inside and (found := SETTING.match(bare)):
-            # the header's type stands first; that of the original data file comes later and is another number
+            # the first type is that of the header; that of the original data file follows and is another number
             settings.setdefault(found[1], (found[2].strip("'"), number))
     findings.raise_errors()
-    told: dict[str, float] = {}
+    values: dict[str, float] = {}
     for key, (word, number) in settings.items():
         if key.split(".")[0] in ("units", "mirror", "shift", "bound", "rotate", "inversion", "type"):
             read = _numbers([word], findings, number)
             if read is not None:
-                told[key] = read[0]
+                values[key] = read[0]
     findings.raise_errors()
-    _of_kind(told, settings, kind, findings)
+    _check_kind(values, settings, kind, findings)
     if not rows:
         findings.add("", "has no points", "list them between point.begin and point.end", position=(1, 1))
     findings.raise_errors()
-    return _transformed(np.array(rows), tuple(lines), told, findings)
+    return _transformed(np.array(rows), tuple(lines), values, findings)
 
 
-def _of_kind(told: dict[str, float], settings: dict[str, tuple[str, int]], kind: str, findings: Findings) -> None:
-    name = SIMPACK_KINDS.get(Path(findings.file).suffix.lower()) or TYPES.get(told.get("type", -1.0))
+def _check_kind(values: dict[str, float], settings: dict[str, tuple[str, int]], kind: str, findings: Findings) -> None:
+    name = SIMPACK_KINDS.get(Path(findings.file).suffix.lower()) or SIMPACK_TYPES.get(values.get("type", -1.0))
     if name is not None and name != kind:
         line = settings.get("type", ("", 1))[1]
         findings.add("", f"is a {name} profile where a {kind} belongs", "give the wheel first, then the rail",
                      position=(line, 1))  # fmt: skip
 
 
-def _transformed(p: FloatArray, lines: tuple[int, ...], told: dict[str, float], findings: Findings) -> _Points:
-    """SIMPACK's processing in its own order: shift, rotation, bounds, mirrors, inversion, units."""
-    get = told.get
+def _transformed(p: FloatArray, lines: tuple[int, ...], values: dict[str, float], findings: Findings) -> _Points:
+    """Apply SIMPACK's processing in its order: shift, rotation, bounds, mirrors, inversion, units."""
+    get = values.get
     y, z = p[:, 0] + get("shift.y", 0.0), p[:, 1] + get("shift.z", 0.0)
     angle = get("rotate", 0.0) / (get("units.ang.f", 1.0) or 1.0)
     y, z = np.cos(angle) * y - np.sin(angle) * z, np.sin(angle) * y + np.cos(angle) * z
-    kept = np.ones(len(y), dtype=bool)
-    for axis, values in (("y", y), ("z", z)):
+    inside = np.ones(len(y), dtype=bool)
+    for axis, points in (("y", y), ("z", z)):
         low, high = get(f"bound.{axis}.min", 1.0), get(f"bound.{axis}.max", 0.0)
         if low <= high:
-            kept &= (values >= low) & (values <= high)
-    y, z, numbers = y[kept], z[kept], [line for line, k in zip(lines, kept, strict=True) if k]
+            inside &= (points >= low) & (points <= high)
+    y, z, numbers = y[inside], z[inside], [line for line, k in zip(lines, inside, strict=True) if k]
     notes = []
     for axis in "yz":
         if get(f"mirror.{axis}", 0.0):
             y, z = (-y, z) if axis == "y" else (y, -z)
-            notes.append(f"{axis} mirrored, as the file says")
+            notes.append(f"{axis} mirrored by a flag of the file")
     if get("inversion", 0.0):
         y, z, numbers = y[::-1], z[::-1], numbers[::-1]
     factor = get("units.len.f", 1.0)
     if not factor > 0.0:
-        findings.add("units.len.f", f"{factor:g} is no unit factor", "give lengths per metre: 1000 for mm")
+        findings.add("units.len.f", f"{factor:g} is not a unit factor", "give lengths per metre: 1000 for mm")
     findings.raise_errors()
     return _Points(y / factor, z / factor, tuple(numbers), tuple(notes))
 
@@ -140,7 +160,7 @@ def _text(text: str, file: str, kind: str) -> _Points:
             continue
         read = _numbers(cells, findings, number)
         if read is not None and len(read) < 2:
-            findings.add("", f"{bare[:30]!r} is one number", "write y and z of a point", position=(number, 1))
+            findings.add("", f"{bare[:30]!r} is a single number", "write y and z of a point", position=(number, 1))
         elif read is not None:
             rows.append(read[:2])
             lines.append(number)
@@ -149,7 +169,7 @@ def _text(text: str, file: str, kind: str) -> _Points:
     findings.raise_errors()
     p = np.array(rows)
     if factors[0] is None or factors[1] is None:
-        factors = [_guessed(float(np.ptp(p[:, 0])), kind, findings)] * 2
+        factors = [_metres_per_unit(float(np.ptp(p[:, 0])), kind, findings)] * 2
     y, z = (p[:, i] * float(factors[i] or 1.0) for i in (0, 1))
     return _Points(y, z, tuple(lines))
 
@@ -168,7 +188,7 @@ def _numbers(cells: list[str], findings: Findings, line: int) -> list[float] | N
         try:
             out.append(float(cell.replace("D", "E").replace("d", "e")))
         except ValueError:
-            findings.add("", f"{cell!r} is no number", "write y and z of a point", position=(line, 1))
+            findings.add("", f"{cell!r} is not a number", "write y and z of a point", position=(line, 1))
             return None
     return out
 
@@ -180,27 +200,27 @@ def _factor(cell: str, findings: Findings, line: int) -> float | None:
     try:
         unit = parse_unit(found[2])
         if unit.dimension != parse_unit("m").dimension:
-            raise UnitError(f"{found[2]} is no length", "write y [mm], z [mm]")
+            raise UnitError(f"{found[2]} is not a length", "write y [mm], z [mm]")
     except UnitError as error:
         findings.add("", error.message, error.remedy, position=(line, 1))
         return None
     return unit.factor
 
 
-def _guessed(width: float, kind: str, findings: Findings) -> float:
-    """Metres per unit of a profile whose file names none."""
+def _metres_per_unit(width: float, kind: str, findings: Findings) -> float:
+    """Return the factor to metres for a profile without units, from its width."""
     if MILLIMETRES[0] <= width <= MILLIMETRES[1]:
         return 1e-3
     if METRES[0] <= width <= METRES[1]:
         return 1.0
-    told = f"the {kind} profile is {width:.4g} wide: neither mm nor m"
-    findings.add("", told, "give the unit in the header, `y [mm], z [mm]`", position=(1, 1))
+    fault = f"the {kind} profile is {width:.4g} wide: neither mm nor m"
+    findings.add("", fault, "give the unit in the header, `y [mm], z [mm]`", position=(1, 1))
     findings.raise_errors()
     return 1.0
 
 
 def read_inclination(value: object) -> float:
-    """An inclination of the rails [rad]: "1:40", or an angle. UnitError where it is none.
+    """Return an inclination of the rails [rad] from "1:40" or an angle; raise UnitError for anything else.
 
     >>> round(read_inclination("1:40"), 6), read_inclination("0")
     (0.024995, 0.0)
@@ -211,8 +231,8 @@ def read_inclination(value: object) -> float:
     try:
         angle = math.atan(float(up) / float(along)) if colon else quantity(_plain(value), "rad")
     except (ValueError, ZeroDivisionError):
-        raise UnitError(f"{text!r} is no inclination", remedy) from None
-    if not abs(angle) <= 0.2:
+        raise UnitError(f"{text!r} is not an inclination", remedy) from None
+    if not abs(angle) <= MAX_INCLINATION:
         raise UnitError(f"{text!r} is an inclination of {math.degrees(angle):.3g} degrees", remedy)
     return angle
 

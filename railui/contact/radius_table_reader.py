@@ -1,4 +1,4 @@
-"""Reading tables of the rolling radius difference against displacement."""
+"""Reader of tables of the rolling radius difference over displacement."""
 
 from __future__ import annotations
 
@@ -13,15 +13,17 @@ from railui.io.problems import Findings
 from railui.io.table import read_table
 from railui.io.units import UnitError, parse_unit
 
+MIN_ROWS = 5
+
 
 def read_radius_table(path: str | Path) -> tuple[FloatArray, FloatArray]:
-    """Displacements and r_1 - r_2 [m] of a table `y [mm],delta_r [mm]`, sorted by y. FileProblems with the line."""
+    """Read displacements and r_1 - r_2 [m] of a table `y [mm],delta_r [mm]`, sorted by y; raises FileProblems."""
     table = read_table(path)
     findings = Findings(str(path))
     for name in ("y", "delta_r"):
         if name not in table.names:
-            told = f"has no column {name}, only {', '.join(table.names)}"
-            findings.add(name, told, "write the header `y [mm],delta_r [mm]`", position=table.header_position)
+            fault = f"has no column {name}, only {', '.join(table.names)}"
+            findings.add(name, fault, "write the header `y [mm],delta_r [mm]`", position=table.header_position)
     findings.raise_errors()
     columns = []
     for name in ("y", "delta_r"):
@@ -30,38 +32,42 @@ def read_radius_table(path: str | Path) -> tuple[FloatArray, FloatArray]:
             findings.add(name, "has no unit", f"write `{name} [mm]`", position=table.header_position)
             continue
         try:
-            columns.append(table.column(name) * _length(unit))
+            columns.append(table.column(name) * _metres_per_unit(unit))
         except UnitError as error:
             findings.add(name, error.message, error.remedy, position=table.header_position)
     findings.raise_errors()
     y, delta = columns
-    _checked(y, findings, table.cell_position, lambda v: ~np.isfinite(v), "is not a number")
-    _checked(delta, findings, table.cell_position, lambda v: ~np.isfinite(v), "is not a number")
+    _check(y, ~np.isfinite(y), findings, table.cell_position, "is not a number")
+    _check(delta, ~np.isfinite(delta), findings, table.cell_position, "is not a number")
     if len(y) > 1 and y[0] > y[-1]:
         y, delta = y[::-1], delta[::-1]
     else:
-        _checked(y[1:], findings, lambda i, n: table.cell_position(i + 1, n), lambda v: np.diff(y) <= 0, "does not rise")
-    if len(y) < 5:
-        findings.add("y", f"has {len(y)} rows", "give five or more", position=table.header_position)
+        not_increasing = np.concatenate([[False], np.diff(y) <= 0])
+        _check(y, not_increasing, findings, table.cell_position, "does not increase")
+    if len(y) < MIN_ROWS:
+        findings.add("y", f"has {len(y)} rows", f"give {MIN_ROWS} or more", position=table.header_position)
     findings.raise_errors()
     return y, delta
 
 
-def _checked(
+def _check(
     values: FloatArray,
+    is_faulty: NDArray[np.bool_],
     findings: Findings,
-    place: Callable[[int, str | None], tuple[int, int]],
-    bad: Callable[[FloatArray], NDArray[np.bool_]],
-    what: str,
+    position: Callable[[int, str | None], tuple[int, int]],
+    fault: str,
 ) -> None:
-    found = np.flatnonzero(bad(values))
-    if len(found):
-        i = int(found[0])
-        findings.add("y", f"{values[i] * 1e3:.4g} mm {what}", "sort the table by y, one row each", position=place(i, "y"))
+    """Report the first faulty value."""
+    faulty = np.flatnonzero(is_faulty)
+    if len(faulty):
+        i = int(faulty[0])
+        remedy = "sort the table by y, one row each"
+        findings.add("y", f"{values[i] * 1e3:.4g} mm {fault}", remedy, position=position(i, "y"))
 
 
-def _length(unit: str) -> float:
+def _metres_per_unit(unit: str) -> float:
+    """Return the factor to metres; raise UnitError for a unit that is not a length."""
     parsed = parse_unit(unit)
     if parsed.dimension != parse_unit("m").dimension:
-        raise UnitError(f"{unit} is no length", "write [mm]")
+        raise UnitError(f"{unit} is not a length", "write [mm]")
     return parsed.factor

@@ -1,4 +1,4 @@
-"""A wheelset over its track: two wheels on their axle, two rails at their gauge."""
+"""Position of wheel and rail profiles: two wheels on their axle, two rails at their gauge."""
 
 from __future__ import annotations
 
@@ -8,22 +8,26 @@ from functools import cached_property
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.contact.profile import RESAMPLING_STEP, INNER_FACE_TO_TAPE_LINE, Profile, ProfileError
+from railui.contact.profile import INNER_FACE_TO_TAPE_LINE, RESAMPLING_STEP, Profile, ProfileError
 
-BELOW = 0.014  # m below the rail top within which the gauge is measured (EN 13848-1)
+GAUGE_DEPTH = 0.014  # m below the rail top within which the gauge is measured (EN 13848-1)
+MIN_CLEARANCE = 0.02  # m, gauge less back-to-back distance
+MAX_CLEARANCE = 0.3  # m
+MAX_BACKWARD = 1e-3  # m by which a profile may turn back, as noise
+MIN_CURVATURE_POINTS = 5
 
 
 @dataclass(frozen=True, eq=False)
 class ProfileCurve:
-    """A profile as a function: h at points y that rise [m], shape [n]."""
+    """Profile as a function: h at increasing y [m], shape [n]."""
 
     y: FloatArray
     h: FloatArray
 
     def curvature(self, at: float, width: float = 2e-3) -> float:
-        """Second derivative over (1 + slope^2)^1.5 at a point [1/m], by a parabola over `width`; hollow positive."""
+        """Return the curvature at a point [1/m], of a parabola over `width` [m]; concave positive."""
         near = np.abs(self.y - at) <= 0.5 * width
-        if near.sum() < 5:
+        if near.sum() < MIN_CURVATURE_POINTS:
             return float("nan")
         x = self.y[near] - at
         c2, c1, _ = np.polyfit(x, self.h[near], 2)
@@ -32,11 +36,27 @@ class ProfileCurve:
 
 @dataclass(frozen=True, eq=False)
 class WheelRailPair:
-    """Profiles of the right-hand side and how they stand (both sides alike, but for the diameters). SI.
+    """Profiles of the right-hand side and their position; both sides are alike except for the diameters.
 
-    gauge: distance of the rails, measured `below` the rail top; back_to_back: distance of the wheels' inner faces;
-    inclination [rad] by which the rail profile is to be turned inwards; radius: mean rolling radius at the tape line;
-    diameter_difference: diameter of the right wheel less that of the left one. ProfileFault where they do not fit.
+    Attributes
+    ----------
+    wheel, rail : Profile
+        Profiles.
+    gauge : float
+        Distance between the rails [m], measured up to `below` [m] under the rail top.
+    back_to_back : float
+        Distance between the inner faces of the wheels [m].
+    inclination : float
+        Angle [rad] by which the rail profile is rotated inward.
+    radius : float
+        Mean rolling radius at the tape line [m].
+    diameter_difference : float
+        Diameter of the right wheel less that of the left wheel [m].
+
+    Raises
+    ------
+    ProfileError
+        If profiles or dimensions do not fit.
     """
 
     wheel: Profile
@@ -46,38 +66,38 @@ class WheelRailPair:
     inclination: float = 0.0
     radius: float = 0.46
     diameter_difference: float = 0.0
-    below: float = BELOW
+    below: float = GAUGE_DEPTH
 
     def __post_init__(self) -> None:
         if self.wheel.kind != "wheel" or self.rail.kind != "rail":
             raise ProfileError(
-                f"a {self.wheel.kind} profile stands where the wheel belongs, a {self.rail.kind} where the rail does",
+                f"the first profile is of a {self.wheel.kind}, the second of a {self.rail.kind}",
                 "give the wheel first, then the rail",
             )
-        room = self.gauge - self.back_to_back
-        if not 0.02 < room < 0.3:
+        clearance = self.gauge - self.back_to_back
+        if not MIN_CLEARANCE < clearance < MAX_CLEARANCE:
             raise ProfileError(
-                f"the gauge {self.gauge * 1e3:.4g} mm leaves {room * 1e3:.4g} mm to the back to back distance "
+                f"the gauge {self.gauge * 1e3:.4g} mm leaves {clearance * 1e3:.4g} mm to the back to back distance "
                 f"{self.back_to_back * 1e3:.4g} mm",
                 "give both in one unit, such as --gauge '1435 mm' --back-to-back '1360 mm'",
             )
 
     @cached_property
     def half_distance(self) -> float:
-        """Half the distance of the tape lines [m]: b of the model."""
+        """Half the distance between the tape lines [m]: b of the model."""
         return 0.5 * self.back_to_back + INNER_FACE_TO_TAPE_LINE
 
     @cached_property
     def wheel_curve(self) -> ProfileCurve:
-        """The right wheel from the tip of its flange outwards: y from the track's middle, h from the tape line."""
+        """Right wheel from the tip of its flange outward: y from the track centre line, h from the tape line."""
         _, y, h = self.wheel.resampled()
         tip = int(np.argmin(h))
-        curve = _rising(y[tip:], h[tip:], self.wheel)
+        curve = _increasing(y[tip:], h[tip:], self.wheel)
         return ProfileCurve(curve.y + self.half_distance, curve.h)
 
     @cached_property
     def rail_curve(self) -> ProfileCurve:
-        """The right rail from its gauge face outwards: y from the track's middle, h from its top."""
+        """Right rail from its gauge face outward: y from the track centre line, h from its top."""
         _, y, h = self.rail.rotated(self.inclination).resampled()
         top = float(h.max())
         inside = np.flatnonzero(h >= top - self.below)
@@ -94,20 +114,20 @@ class WheelRailPair:
         face = float(y[inside[inside >= begin]].min())
         start = int(begin + np.argmin(y[begin : crown + 1]))
         end = crown + int(np.argmax(y[crown:]))
-        curve = _rising(y[start : end + 1], h[start : end + 1], self.rail)
+        curve = _increasing(y[start : end + 1], h[start : end + 1], self.rail)
         return ProfileCurve(curve.y - face + 0.5 * self.gauge, curve.h - top)
 
 
-def _rising(y: FloatArray, h: FloatArray, profile: Profile) -> ProfileCurve:
-    """The points whose y rises; a profile that goes back by more than noise has no single height."""
+def _increasing(y: FloatArray, h: FloatArray, profile: Profile) -> ProfileCurve:
+    """Return the points with increasing y; raise ProfileError for a profile that turns back by more than noise."""
     reached = np.maximum.accumulate(y)
     back = reached - y
-    if back.max() > 1e-3:
+    if back.max() > MAX_BACKWARD:
         at = int(np.argmax(back))
         raise ProfileError(
             f"the {profile.kind} profile turns back by {back.max() * 1e3:.3g} mm at y {y[at] * 1e3:.4g} mm, "
             f"z {h[at] * 1e3:.4g} mm",
             "leave out points that are not on its running surface",
         )
-    kept = np.concatenate([[True], y[1:] > reached[:-1] + 0.02 * RESAMPLING_STEP])
-    return ProfileCurve(y[kept], h[kept])
+    is_increasing = np.concatenate([[True], y[1:] > reached[:-1] + 0.02 * RESAMPLING_STEP])
+    return ProfileCurve(y[is_increasing], h[is_increasing])

@@ -3,12 +3,12 @@
 from railui.track.input_table import (
     COLUMNS,
     Wheelbase,
+    add_track,
     distance_from_speed,
-    wheelset_distances,
     input_table,
     run_table,
     track_table,
-    add_track,
+    wheelset_distances,
 )
 from railui.track.line import Track, equally_spaced
 from railui.track.metrics import BANDS, NearestSpectrum, TrackSpectrum, band_sd, nearest_spectrum, psd
@@ -20,17 +20,17 @@ __all__ = [
     "COLUMNS",
     "QUANTITIES",
     "SPECTRA",
-    "Wheelbase",
     "NearestSpectrum",
     "Quantity",
     "Spectrum",
     "Track",
     "TrackSpec",
     "TrackSpectrum",
+    "Wheelbase",
+    "add_track",
     "band_limited_noise",
     "band_sd",
     "distance_from_speed",
-    "wheelset_distances",
     "equally_spaced",
     "input_table",
     "nearest_spectrum",
@@ -42,5 +42,5 @@ __all__ = [
     "spectrum_sd",
     "synthetic_track",
     "track_table",
-    "add_track",
+    "wheelset_distances",
 ]

@@ -1,4 +1,4 @@
-"""Input tables: what drives the vehicle, one row per half step, from splines of track and run."""
+"""Input tables of the kernel: track and carbody forces at half steps, from splines of track and run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from railui.arrays import FloatArray
 from railui.core import Spline
-from railui.track.line import Track, check_increasing
+from railui.track.line import MIN_SAMPLES, Track, check_increasing
 
 COLUMNS: Final = (
     *("s", "v"),
@@ -18,15 +18,24 @@ COLUMNS: Final = (
     *("yw2", "dyw2", "phiw2", "dphiw2", "gauge2"),  # trailing wheelset, at s - 2 a
     *("Qy", "Qpsi"),
 )
-FIRST_WHEELSET_COLUMN: Final = 2  # column where the leading wheelset's five begin
+FIRST_WHEELSET_COLUMN: Final = 2
 COLUMNS_PER_WHEELSET: Final = 5
-Wheelbase = float | tuple[float, ...]
+IRREGULARITIES: Final = ("yw", "phiw", "gauge")
+WITH_DERIVATIVE: Final = 2  # of the irregularities: yw and phiw; the gauge acts without its derivative
+START_TOLERANCE: Final = 1e-9  # m before the first sample, so that rounding of s - 2 a decides nothing
+DISTANCE_TOLERANCE: Final = 1e-12  # relative deviation of s from constant speed
+
+Wheelbase = (
+    float | tuple[float, ...]
+)  # half the wheelbase of a bogie, or distances of all wheelsets behind the first [m]
 
 
 def wheelset_distances(wheelbase: Wheelbase) -> tuple[float, ...]:
-    """How far each wheelset runs behind the first [m], of half the wheelbase of a bogie or of those distances.
+    """Return the distance [m] of each wheelset behind the first.
 
-    >>> distances_behind(1.25), distances_behind((0.0, 2.5, 19.0, 21.5))
+    `wheelbase`: half the wheelbase of a bogie, or these distances.
+
+    >>> wheelset_distances(1.25), wheelset_distances((0.0, 2.5, 19.0, 21.5))
     ((0.0, 2.5), (0.0, 2.5, 19.0, 21.5))
     """
     behind = (0.0, 2.0 * wheelbase) if isinstance(wheelbase, int | float) else tuple(float(x) for x in wheelbase)
@@ -47,19 +56,42 @@ def input_table(
     qy: ArrayLike | None = None,
     qpsi: ArrayLike | None = None,
 ) -> FloatArray:
-    """The table of half steps that drives a vehicle, shape [2 steps (n - 1) + 1, 14], columns `COLUMNS`.
+    """Compute the table of half steps that drives a vehicle.
 
-    Instead of half the wheelbase of a bogie: the distances of all wheelsets behind the first [m], (0, ...); the
-    table then has 4 + 5 columns per wheelset.
+    The track is a not-a-knot cubic spline in s with its own derivative; the trailing wheelset is at
+    s - 2 half_wheelbase, and before the first sample the track keeps its first value. s, v, qy, qpsi are cubic splines
+    in t; with constant v and s = s_0 + v (t - t_0) they are exact. Between samples the half steps are equal parts of
+    the interval.
 
-    t [s], s [m], v [m/s], yw [m], phiw [rad], gauge [m], qy [N], qpsi [N m] have n values each (None: 0);
-    `steps` Runge-Kutta steps lie between two samples. Track is a not-a-knot cubic spline in s with its own
-    derivative; the trailing wheelset meets it at s - 2 half_wheelbase [m], and before the first sample its
-    value is held. s, v, qy, qpsi are cubic splines in t; with v constant and s = s_0 + v (t - t_0) they are
-    taken exactly so. Between samples the half steps are equal parts of the interval. Raises ValueError for
-    columns of unequal length, too short or not increasing, and for steps that are no power of two. Source:
+    Parameters
+    ----------
+    t, s, v : array_like
+        Time [s], distance [m] and speed [m/s], n values each.
+    yw, phiw, gauge : array_like
+        Lateral deviation [m], cross-level [rad] and gauge deviation [m], n values each; None for 0.
+    half_wheelbase : float or tuple of float
+        Half the wheelbase of a bogie [m], or the distances of all wheelsets behind the first [m], (0, ...).
+    steps : int
+        Runge-Kutta steps between two samples, a power of two.
+    qy, qpsi : array_like, optional
+        Measured forces of the carbody [N], [N m], n values each.
+
+    Returns
+    -------
+    FloatArray
+        Table [2 steps (n - 1) + 1, 4 + 5 wheelsets]; for a bogie the columns are `COLUMNS`.
+
+    Raises
+    ------
+    ValueError
+        For columns of unequal length, too short or not increasing, and for steps that are not a power of two.
+
+    References
+    ----------
     Broersen 1976, (3.6), (3.7).
 
+    Examples
+    --------
     >>> import numpy as np
     >>> t = np.arange(5) * 0.1
     >>> table = input_table(t, 20 * t, np.full(5, 20.0), 1e-3 * t, None, None, 1.25, 1)
@@ -68,77 +100,93 @@ def input_table(
     """
     time = _column("t", t)
     n = time.size
-    place, speed = _column("s", s, n), _column("v", v, n)
-    if n < 4:
-        raise ValueError(f"a table needs 4 samples for its splines, here are {n}")
-    if steps < 1 or steps & (steps - 1):
-        raise ValueError(f"steps per sample must be a power of two: {steps}")
+    distance, speed = _column("s", s, n), _column("v", v, n)
+    _check(time, distance, steps)
     behind = wheelset_distances(half_wheelbase)
-    if np.any(np.diff(time) <= 0):
-        raise ValueError(f"time must increase: it does not after sample {int(np.argmin(np.diff(time)))}")
-    check_increasing(place)
-
-    coach = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * len(behind)
-    table = np.zeros((2 * steps * (n - 1) + 1, coach + 2))
-    run_on = place[0] + speed[0] * (time - time[0])
-    rounding = 1e-12 * max(abs(place[0]), abs(place[-1]), 1.0)
-    uniform = bool(np.all(speed == speed[0]) and np.max(np.abs(place - run_on)) <= rounding)
-    table[:, 0] = _in_equal_parts(place, 2 * steps) if uniform else _in_time(time, place, steps)
-    table[:, 1] = speed[0] if uniform else _in_time(time, speed, steps)
-    for index, name, values in ((coach, "Qy", qy), (coach + 1, "Qpsi", qpsi)):
+    carbody = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * len(behind)
+    table = np.zeros((2 * steps * (n - 1) + 1, carbody + 2))
+    at_constant_speed = distance[0] + speed[0] * (time - time[0])
+    rounding = DISTANCE_TOLERANCE * max(abs(distance[0]), abs(distance[-1]), 1.0)
+    is_uniform = bool(np.all(speed == speed[0]) and np.max(np.abs(distance - at_constant_speed)) <= rounding)
+    table[:, 0] = _subdivide(distance, 2 * steps) if is_uniform else _interpolate(time, distance, steps)
+    table[:, 1] = speed[0] if is_uniform else _interpolate(time, speed, steps)
+    for column, name, values in ((carbody, "Qy", qy), (carbody + 1, "Qpsi", qpsi)):
         if values is not None:
-            table[:, index] = _in_time(time, _column(name, values, n), steps)
-
-    given = (("yw", yw), ("phiw", phiw), ("gauge", gauge))
+            table[:, column] = _interpolate(time, _column(name, values, n), steps)
+    given = zip(IRREGULARITIES, (yw, phiw, gauge), strict=True)
     track = [np.zeros(n) if values is None else _column(name, values, n) for name, values in given]
-    _lay_track(table, place, track, behind)
+    _write_track(table, distance, track, behind)
     return table
 
 
-def _lay_track(table: FloatArray, place: FloatArray, track: list[FloatArray], behind: Sequence[float]) -> None:
+def _check(time: FloatArray, distance: FloatArray, steps: int) -> None:
+    """Raise ValueError for too few samples, a wrong number of steps, and time or distance that do not increase."""
+    if time.size < MIN_SAMPLES:
+        raise ValueError(f"a table needs {MIN_SAMPLES} samples for its splines, here are {time.size}")
+    if steps < 1 or steps & (steps - 1):
+        raise ValueError(f"steps per sample must be a power of two: {steps}")
+    if np.any(np.diff(time) <= 0):
+        raise ValueError(f"time must increase: it does not after sample {int(np.argmin(np.diff(time)))}")
+    check_increasing(distance)
+
+
+def _write_track(table: FloatArray, s: FloatArray, track: list[FloatArray], behind: Sequence[float]) -> None:
     """Write the track under every wheelset into the table."""
-    moving = [i for i in range(3) if np.any(track[i])]  # a column of zeros needs no spline
-    if not moving:
+    present = [i for i in range(len(track)) if np.any(track[i])]  # a column of zeros needs no spline
+    if not present:
         return
-    spline = Spline(place, np.stack([track[i] for i in moving], axis=1))
+    spline = Spline(s, np.stack([track[i] for i in present], axis=1))
     for number, distance in enumerate(behind):
-        base, at = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, table[:, 0] - distance
-        before = at < place[0] - 1e-9  # a nanometre: rounding of s - 2 a decides nothing
-        held = np.maximum(at, place[0]) if distance else at
-        value, slope = spline(held), spline(held, 1)
-        for j, i in enumerate(moving):
-            table[:, base + 2 * i] = value[:, j]
-            if i < 2:  # gauge is used as it is, without its derivative
-                table[:, base + 2 * i + 1] = np.where(before & (distance > 0), 0.0, slope[:, j])
+        first, location = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, table[:, 0] - distance
+        is_before = (location < s[0] - START_TOLERANCE) & (distance > 0)
+        clipped = np.maximum(location, s[0]) if distance else location
+        value, slope = spline(clipped), spline(clipped, 1)
+        for j, i in enumerate(present):
+            table[:, first + 2 * i] = value[:, j]
+            if i < WITH_DERIVATIVE:
+                table[:, first + 2 * i + 1] = np.where(is_before, 0.0, slope[:, j])
 
 
 def add_track(
-    table: FloatArray, s: FloatArray, more: Sequence[FloatArray | None], half_wheelbase: Wheelbase
+    table: FloatArray, s: FloatArray, irregularities: Sequence[FloatArray | None], half_wheelbase: Wheelbase
 ) -> FloatArray:
-    """A table with more track under every wheelset: yw, phiw, gauge [n] at the places s [m] (None: nothing).
+    """Return a table with additional track under every wheelset.
 
-    Splines add up: what comes out is the table of the sum of both tracks, to rounding.
+    Splines are additive: the result is the table of the sum of both tracks, to rounding.
+
+    Parameters
+    ----------
+    table : FloatArray
+        Input table.
+    s : FloatArray
+        Locations [n] of the additional track [m].
+    irregularities : sequence of FloatArray or None
+        yw, phiw, gauge [n]; None for 0.
+    half_wheelbase : float or tuple of float
+        As for `input_table`.
     """
     out = table.copy()
-    moving = [i for i in range(3) if more[i] is not None]
-    if not moving:
+    present = [i for i in range(len(irregularities)) if irregularities[i] is not None]
+    if not present:
         return out
-    splines = Spline(s, np.stack([x for x in more if x is not None], axis=1)).coefficients
+    coefficients = Spline(s, np.stack([x for x in irregularities if x is not None], axis=1)).coefficients
     for number, distance in enumerate(wheelset_distances(half_wheelbase)):
-        base, at = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, table[:, 0] - distance
-        held = np.maximum(at, s[0]) if distance else at
-        interval = np.clip(np.searchsorted(s, held, side="right") - 1, 0, len(s) - 2)
-        x = held - s[interval]
-        for i, factors in zip(moving, splines, strict=True):
-            c3, c2, c1, c0 = np.take(factors, interval, axis=1)
-            out[:, base + 2 * i] += ((c3 * x + c2) * x + c1) * x + c0
-            if i < 2:
+        first, location = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, table[:, 0] - distance
+        is_before = (location < s[0] - START_TOLERANCE) & (distance > 0)
+        clipped = np.maximum(location, s[0]) if distance else location
+        interval = np.clip(np.searchsorted(s, clipped, side="right") - 1, 0, len(s) - 2)
+        x = clipped - s[interval]
+        for i, powers in zip(present, coefficients, strict=True):
+            c3, c2, c1, c0 = np.take(powers, interval, axis=1)
+            out[:, first + 2 * i] += ((c3 * x + c2) * x + c1) * x + c0
+            if i < WITH_DERIVATIVE:
                 slope = (3.0 * c3 * x + 2.0 * c2) * x + c1
-                out[:, base + 2 * i + 1] += np.where((at < s[0] - 1e-9) & (distance > 0), 0.0, slope)
+                out[:, first + 2 * i + 1] += np.where(is_before, 0.0, slope)
     return out
 
 
 def _column(name: str, values: ArrayLike, n: int | None = None) -> FloatArray:
+    """Return a column as an array; raise ValueError for a wrong shape and for values that are not finite."""
     column = np.asarray(values, dtype=np.float64)
     if column.ndim != 1 or (n is not None and column.size != n):
         raise ValueError(f"column {name} has shape {column.shape}, t has {n} values")
@@ -148,41 +196,54 @@ def _column(name: str, values: ArrayLike, n: int | None = None) -> FloatArray:
     return column
 
 
-def _in_equal_parts(samples: FloatArray, parts: int) -> FloatArray:
-    """Samples with parts - 1 points laid evenly between each two, shape [parts (n - 1) + 1]."""
+def _subdivide(samples: FloatArray, parts: int) -> FloatArray:
+    """Return samples with each interval divided into equal parts, shape [parts (n - 1) + 1]."""
     fraction = np.arange(parts) / parts
     between = samples[:-1, None] + np.diff(samples)[:, None] * fraction
     return np.append(between.ravel(), samples[-1])
 
 
-def _in_time(time: FloatArray, values: FloatArray, steps: int) -> FloatArray:
-    """Values at the half steps, by the cubic spline in time; the samples themselves to the last digit."""
+def _interpolate(time: FloatArray, values: FloatArray, steps: int) -> FloatArray:
+    """Return values at the half steps by their cubic spline in time; the samples themselves are exact."""
     if np.all(values == values[0]):
         return np.full(2 * steps * (time.size - 1) + 1, values[0])
-    found = Spline(time, values)(_in_equal_parts(time, 2 * steps))
-    found[:: 2 * steps] = values
-    return found
+    interpolated = Spline(time, values)(_subdivide(time, 2 * steps))
+    interpolated[:: 2 * steps] = values
+    return interpolated
 
 
 def distance_from_speed(t: ArrayLike, v: ArrayLike) -> FloatArray:
-    """Distance [m] from the first sample: the integral of the cubic spline of v [m/s] over t [s].
+    """Return the distance [m] from the first sample: the integral of the cubic spline of v [m/s] over t [s].
 
-    >>> [round(float(x), 9) for x in distance([0.0, 1.0, 2.0, 3.0], [0.0, 2.0, 4.0, 6.0])]
+    >>> [round(float(x), 9) for x in distance_from_speed([0.0, 1.0, 2.0, 3.0], [0.0, 2.0, 4.0, 6.0])]
     [0.0, 1.0, 4.0, 9.0]
     """
     time = _column("t", t)
     powers = np.diff(time) ** np.arange(4, 0, -1)[:, None] / np.arange(4, 0, -1)[:, None]
-    factors = Spline(time, _column("v", v, time.size)).coefficients[0]
-    return np.cumsum([0.0, *np.sum(factors * powers, axis=0)])
+    coefficients = Spline(time, _column("v", v, time.size)).coefficients[0]
+    return np.cumsum([0.0, *np.sum(coefficients * powers, axis=0)])
 
 
 def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: Wheelbase, steps: int) -> tuple[FloatArray, float]:
-    """The table of one unbroken stretch of a measured run, and the interval dt [s] of its samples.
+    """Compute the table of one unbroken segment of a measured run, and the interval dt [s] of its samples.
 
-    `columns` by their names in the run file: t, v, yw, and s, phiw, gauge, Qy, Qpsi where measured (s
-    absent: the integral of v). A window from sample i to k of the stretch is rows 2 steps i to 2 steps k,
-    both included. Raises ValueError as `input_table`, and for a missing column.
+    A window from sample i to k of the segment is rows 2 steps i to 2 steps k, both included.
 
+    Parameters
+    ----------
+    columns : mapping
+        By their names in the run file: t, v, yw, and if measured s, phiw, gauge, Qy, Qpsi; by default s is the
+        integral of v.
+    half_wheelbase, steps
+        As for `input_table`.
+
+    Raises
+    ------
+    ValueError
+        As `input_table`, and for a missing column.
+
+    Examples
+    --------
     >>> import numpy as np
     >>> t = np.arange(100) / 100
     >>> table, dt = run_table({"t": t, "v": 30 + t, "yw": 1e-3 * np.sin(t)}, half_wheelbase=1.28, steps=2)
@@ -195,13 +256,13 @@ def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: Wheelbase, steps
     t = _column("t", columns["t"])
     s = columns["s"] if "s" in columns else distance_from_speed(t, columns["v"])
     track = (columns["yw"], columns.get("phiw"), columns.get("gauge"))
-    coach = (columns.get("Qy"), columns.get("Qpsi"))
-    table = input_table(t, s, columns["v"], *track, half_wheelbase, steps, *coach)
+    carbody = (columns.get("Qy"), columns.get("Qpsi"))
+    table = input_table(t, s, columns["v"], *track, half_wheelbase, steps, *carbody)
     return table, float((t[-1] - t[0]) / (t.size - 1))
 
 
 def track_table(track: Track, speed: float, half_wheelbase: Wheelbase, steps: int) -> tuple[FloatArray, float]:
-    """The table of a track at constant speed [m/s], one sample per track sample, and dt = spacing/speed [s].
+    """Compute the table of a track at constant speed [m/s], one sample per track sample, and dt = spacing/speed [s].
 
     Raises ValueError as `input_table`, and for a speed that is not positive.
 

@@ -1,4 +1,4 @@
-"""A track: what a vehicle's wheelsets meet at equally spaced places."""
+"""Track irregularities at equally spaced locations."""
 
 from __future__ import annotations
 
@@ -11,16 +11,36 @@ from numpy.typing import ArrayLike
 from railui.arrays import FloatArray
 from railui.core import Spline
 
-UNEVEN = 0.01  # share of the spacing by which an interval may differ: as for the interval of a run
+SPACING_TOLERANCE = 0.01  # relative deviation of an interval from the spacing, as for the samples of a run
+MIN_SAMPLES = 4  # for a cubic spline
 
 
 @dataclass(frozen=True, eq=False, init=False)
 class Track:
-    """s [m], yw [m], phiw [rad], gauge [m], one value each per place, and what its header says.
+    """Track irregularities under the leading wheelset, one value per location.
 
-    Columns of one length, read-only copies; phiw and gauge left out are zero. Raises ValueError where
-    columns differ in length, are not finite or not equally spaced.
+    The columns are read-only copies.
 
+    Parameters
+    ----------
+    s : array_like
+        Distance along the track [m], equally spaced.
+    yw : array_like
+        Lateral deviation of the track centre line [m].
+    phiw : array_like, optional
+        Cross-level as an angle [rad]; by default 0.
+    gauge : array_like, optional
+        Gauge deviation [m]; by default 0.
+    conventions : tuple of str
+        Lines of the header of its file.
+
+    Raises
+    ------
+    ValueError
+        For columns that differ in length, are not finite or not equally spaced.
+
+    Examples
+    --------
     >>> flat = Track(s=[0.0, 0.1, 0.2, 0.3], yw=[0.0] * 4)
     >>> round(flat.spacing, 12), len(flat), flat.length
     (0.1, 4, 0.3)
@@ -52,19 +72,19 @@ class Track:
             column.setflags(write=False)
             object.__setattr__(self, name, column)
         object.__setattr__(self, "conventions", tuple(conventions))
-        if rows < 4:
-            raise ValueError(f"a track needs 4 samples for its spline, here are {rows}")
+        if rows < MIN_SAMPLES:
+            raise ValueError(f"a track needs {MIN_SAMPLES} samples for its spline, here are {rows}")
         step = np.diff(self.s)
-        if not self.spacing > 0 or np.max(np.abs(step - self.spacing)) > UNEVEN * self.spacing:
+        if not self.spacing > 0 or np.max(np.abs(step - self.spacing)) > SPACING_TOLERANCE * self.spacing:
             i = int(np.argmax(np.abs(step - self.spacing)))
             raise ValueError(
                 f"track samples must be equally spaced and increasing: {step[i]:g} m after "
-                f"s = {self.s[i]:g} m, {self.spacing:g} m in the mean; `equally_spaced` lays them anew"
+                f"s = {self.s[i]:g} m, {self.spacing:g} m in the mean; `equally_spaced` resamples them"
             )
 
     @property
     def spacing(self) -> float:
-        """Distance of two samples [m]."""
+        """Distance between two samples [m]."""
         return float((self.s[-1] - self.s[0]) / (self.s.size - 1))
 
     @property
@@ -93,31 +113,31 @@ def equally_spaced(
     spacing: float,
     conventions: tuple[str, ...] = (),
 ) -> Track:
-    """The track that a run met, laid anew at equal spacing [m] by the cubic spline in s.
+    """Resample track irregularities at equal spacing [m] by their cubic spline in s.
 
-    Raises ValueError where s does not increase.
+    Raises ValueError if s does not increase.
 
     >>> import numpy as np
     >>> s = np.array([0.0, 0.09, 0.21, 0.3, 0.41])
     >>> [round(float(y), 9) for y in equally_spaced(s, 2 * s, spacing=0.1).yw]
     [0.0, 0.2, 0.4, 0.6, 0.8]
     """
-    place = np.asarray(s, dtype=np.float64)
-    check_increasing(place)
-    laid = place[0] + spacing * np.arange(int(np.floor((place[-1] - place[0]) / spacing + 1e-9)) + 1)
+    given = np.asarray(s, dtype=np.float64)
+    check_increasing(given)
+    even = given[0] + spacing * np.arange(int(np.floor((given[-1] - given[0]) / spacing + 1e-9)) + 1)
 
-    def lay(column: ArrayLike | None) -> FloatArray | None:
-        return None if column is None else Spline(place, np.asarray(column, dtype=np.float64))(laid)
+    def resample(column: ArrayLike | None) -> FloatArray | None:
+        return None if column is None else Spline(given, np.asarray(column, dtype=np.float64))(even)
 
-    return Track(laid, Spline(place, np.asarray(yw))(laid), lay(phiw), lay(gauge), conventions)
+    return Track(even, Spline(given, np.asarray(yw))(even), resample(phiw), resample(gauge), conventions)
 
 
 def check_increasing(s: FloatArray) -> None:
-    """Raises ValueError with the sample where distance stands still or runs back."""
+    """Raise ValueError with the sample at which the distance does not increase."""
     back = np.flatnonzero(np.diff(s) <= 0)
     if back.size:
         i = int(back[0])
         raise ValueError(
             f"distance must increase from sample to sample: s = {s[i]:g} m at sample {i}, "
-            f"{s[i + 1]:g} m at the next; leave out where the vehicle stands"
+            f"{s[i + 1]:g} m at the next; leave out samples at standstill"
         )

@@ -1,4 +1,4 @@
-"""Known spectra of track irregularities: one-sided power spectral densities per rad/m."""
+"""Published spectra of track irregularities: one-sided power spectral densities per rad/m."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HALF_GAUGE: Final = 0.75  # b [m], half the distance of the contact points, for 
 
 @dataclass(frozen=True)
 class Spectrum:
-    """A family of track spectra: its name, its source and a density per quantity (None: none stated).
+    """Published track spectrum: name, source and a density per quantity (None: not published).
 
     Densities take W [rad/m] and give m^2/(rad/m), for phiw rad^2/(rad/m), one-sided.
     """
@@ -35,12 +35,12 @@ class Spectrum:
     stated_to: float | None = None
 
     def density(self, quantity: Quantity) -> Density | None:
-        """The density of one quantity, None where the family states none."""
+        """Return the density of one quantity, None if it is not published."""
         return {"yw": self.yw, "phiw": self.phiw, "gauge": self.gauge}[quantity]
 
 
 def _erri(name: str, lateral: float, vertical: float) -> Spectrum:
-    """ERRI B176: lateral and, from the vertical constant, cross-level as an angle."""
+    """Return ERRI B176: lateral and, from the vertical constant, cross-level as an angle."""
     wc2, wr2, ws2 = 0.8246**2, 0.0206**2, 0.4380**2
 
     def yw(w: FloatArray) -> FloatArray:
@@ -58,7 +58,7 @@ def _erri(name: str, lateral: float, vertical: float) -> Spectrum:
 
 
 def _fra(number: int, lateral: float, vertical: float, ws: float) -> Spectrum:
-    """FRA class 1 to 6: constants in cm^2 rad/m, cross-level as a height over 2 b."""
+    """Return FRA class 1 to 6: constants in cm^2 rad/m, cross-level as a height over 2 b."""
     k, wc2 = 0.25, 0.8245**2
 
     def yw(w: FloatArray) -> FloatArray:
@@ -78,7 +78,7 @@ def _fra(number: int, lateral: float, vertical: float, ws: float) -> Spectrum:
 
 
 def _sncf(name: str, factor: float) -> Spectrum:
-    """SNCF: S_n(n) = A/(1 + n/n0)^3, taken one-sided per cycle/m and as lateral deviation."""
+    """Return SNCF: S_n(n) = A/(1 + n/n0)^3, taken one-sided per cycle/m and as lateral deviation."""
     a, n0 = factor * 308e-6, 0.0489
 
     def yw(w: FloatArray) -> FloatArray:
@@ -108,9 +108,7 @@ SPECTRA: Final[dict[str, Spectrum]] = {
 
 
 def spectrum_named(name: str) -> Spectrum:
-    """The family of that name.
-
-    Raises ValueError that names the nearest known family.
+    """Return the spectrum of a name; raise ValueError with the nearest known name.
 
     >>> spectrum_named("fra_4").name
     'fra_4'
@@ -123,9 +121,9 @@ def spectrum_named(name: str) -> Spectrum:
 
 
 def spectrum_density(name: str, quantity: Quantity, wavenumber: ArrayLike) -> FloatArray:
-    """One-sided power spectral density at `wavenumber` [rad/m]: m^2/(rad/m), for phiw rad^2/(rad/m).
+    """Return the one-sided power spectral density at `wavenumber` [rad/m]: m^2/(rad/m), for phiw rad^2/(rad/m).
 
-    Zero where the family states none for the quantity. Raises ValueError for an unknown name or quantity.
+    Zero if none is published for the quantity. Raises ValueError for an unknown name or quantity.
 
     >>> float(spectrum_density("erri_b176_low", "gauge", 1.0))
     0.0
@@ -140,7 +138,7 @@ def spectrum_density(name: str, quantity: Quantity, wavenumber: ArrayLike) -> Fl
 
 
 def spectrum_sd(name: str, quantity: Quantity, shortest: float, longest: float) -> float:
-    """Standard deviation [m, rad] that a spectrum holds between two wavelengths [m].
+    """Return the standard deviation [m, rad] of a spectrum between two wavelengths [m].
 
     >>> round(1e3 * spectrum_sd("erri_b176_low", "yw", 3, 25), 3)
     0.714
@@ -151,7 +149,7 @@ def spectrum_sd(name: str, quantity: Quantity, shortest: float, longest: float) 
 
     low, high = 2 * np.pi / longest, 2 * np.pi / shortest
 
-    def per_logarithm(u: float) -> float:  # S falls over decades: ln W spreads it evenly
+    def per_logarithm(u: float) -> float:  # S falls over decades: ln W distributes it evenly
         return float(spectrum_density(name, quantity, np.exp(u)) * np.exp(u))
 
     variance = quad(per_logarithm, np.log(low), np.log(high), epsabs=0.0, epsrel=1e-10)[0]

@@ -1,4 +1,4 @@
-"""Synthetic track: a sum of harmonics with the amplitudes of a known spectrum and seeded phases."""
+"""Synthetic track: a sum of harmonics with the amplitudes of a published spectrum and seeded phases."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from railui.core import Spline
 from railui.track.line import Track
 from railui.track.spectra import QUANTITIES, Quantity, Spectrum, spectrum_density, spectrum_named
 
-EASE_IN = 2.56  # m, the wheelbase 2 a of the bogie of the check values
-MOST_ROWS = 20_000_000
+EASE_IN_LENGTH = 2.56  # m, the wheelbase 2 a of the bogie of the check values
+MAX_SAMPLES = 20_000_000
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(mm|km|m|)")
 _METRES = {"": 1.0, "m": 1.0, "mm": 1e-3, "km": 1e3}
 
 
 @dataclass(frozen=True)
 class TrackSpec:
-    """What a synthetic track is made of: lengths and wavelengths in m, `scale` multiplies every amplitude.
+    """Specification of a synthetic track: lengths and wavelengths in m, `scale` multiplies every amplitude.
 
     Raises ValueError with every value that is out of range.
 
@@ -51,13 +51,13 @@ class TrackSpec:
         values = {key: f"{getattr(self, key):.15g}" for key in lengths} | {"seed": str(self.seed)}
         return " ".join([self.name, *(f"{field.name}={values[field.name]}" for field in fields(self)[1:])])
 
-    def build(self, ease_in: float = EASE_IN) -> Track:
-        """The track itself; `ease_in` [m] is the stretch over which it begins (the wheelbase 2 a)."""
+    def build(self, ease_in: float = EASE_IN_LENGTH) -> Track:
+        """Return the track; its irregularities rise from zero over `ease_in` [m] (the wheelbase 2 a)."""
         return _build(self, ease_in)
 
 
 def _problems(spec: TrackSpec) -> list[str]:
-    """What is wrong with the numbers of a spec, each with its remedy."""
+    """Return the faults of the values of a specification, each with its remedy."""
     numbers = (spec.length, spec.spacing, spec.shortest, spec.longest, spec.scale)
     if not np.all(np.isfinite(numbers)):
         return ["every value must be finite"]
@@ -68,8 +68,8 @@ def _problems(spec: TrackSpec) -> list[str]:
         found.append(f"length={spec.length:g} m must be positive")
     elif spec.spacing > 0:
         count = spec.length / spec.spacing
-        if count > MOST_ROWS + 0.5:
-            return [*found, f"length={spec.length:g} m makes {count:g} samples: 4 to {MOST_ROWS:,} are possible"]
+        if count > MAX_SAMPLES + 0.5:
+            return [*found, f"length={spec.length:g} m makes {count:g} samples: 4 to {MAX_SAMPLES:,} are possible"]
         whole = max(round(count), 1)
         if abs(count - whole) > 1e-6 * count:
             near = int(count) * spec.spacing
@@ -78,7 +78,7 @@ def _problems(spec: TrackSpec) -> list[str]:
                 f"take length={near:.10g} or {near + spec.spacing:.10g}"
             )
         elif whole < 4:
-            found.append(f"length={spec.length:g} m makes {whole} samples: 4 to {MOST_ROWS:,} are possible")
+            found.append(f"length={spec.length:g} m makes {whole} samples: 4 to {MAX_SAMPLES:,} are possible")
     if not 0 < spec.shortest < spec.longest:
         found.append(f"shortest={spec.shortest:g} m must be positive and below longest={spec.longest:g} m")
     elif spec.shortest < 2 * spec.spacing:
@@ -94,14 +94,14 @@ def _problems(spec: TrackSpec) -> list[str]:
 
 
 def _harmonics(spec: TrackSpec) -> NDArray[np.int64]:
-    """The numbers k of the harmonics 2 pi k/length inside the band, its ends included."""
+    """Return the numbers k of the harmonics 2 pi k/length inside the band, its ends included."""
     first = max(1, int(np.ceil(spec.length / spec.longest * (1 - 1e-12))))
     last = int(np.floor(spec.length / spec.shortest * (1 + 1e-12)))
     return np.arange(first, last + 1)
 
 
 def parse_spec(text: str) -> TrackSpec:
-    """Read "erri_b176_low length=2000 seed=1 spacing=0.1 shortest=3 longest=150 scale=1".
+    """Parse "erri_b176_low length=2000 seed=1 spacing=0.1 shortest=3 longest=150 scale=1".
 
     All but the name may be left out; a length may carry mm, m or km. Raises ValueError with the nearest key
     or name and with every value that is out of range.
@@ -141,15 +141,36 @@ def synthetic_track(
     longest: float = 150.0,
     scale: float = 1.0,
     *,
-    ease_in: float = EASE_IN,
+    ease_in: float = EASE_IN_LENGTH,
 ) -> Track:
-    """A track of a known spectrum: length/spacing samples from s = 0, lengths and wavelengths in m.
+    """Generate a track with a published spectrum.
 
-    A sum of harmonics W_k = 2 pi k/length between the wavelengths, of amplitude sqrt(2 S(W_k) 2 pi/length)
-    times `scale` and phases from PCG64(SeedSequence([seed, quantity])), quantity 0 yw, 1 phiw, 2 gauge; the
-    first `ease_in` metres rise along a half cosine. A quantity without a spectrum is zero, which the
-    conventions say. Raises ValueError for an unknown name (with the nearest) and for values out of range.
+    A sum of harmonics W_k = 2 pi k/length between two wavelengths, of amplitude sqrt(2 S(W_k) 2 pi/length) times
+    `scale` and phases from PCG64(SeedSequence([seed, quantity])), quantity 0 yw, 1 phiw, 2 gauge. A quantity without a
+    spectrum is zero, as the conventions of the track state.
 
+    Parameters
+    ----------
+    name : str
+        Name of the spectrum.
+    length, spacing : float
+        Length and spacing of the samples [m]; length/spacing samples from s = 0.
+    seed : int
+        Seed of the phases.
+    shortest, longest : float
+        Band of wavelengths [m].
+    scale : float
+        Factor of every amplitude.
+    ease_in : float
+        Length [m] over which the irregularities rise along a half cosine.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name (with the nearest) and for values out of range.
+
+    Examples
+    --------
     >>> track = synthetic_track("erri_b176_low", length=2000.0, seed=1)
     >>> len(track), track.spacing, float(abs(track.yw[0])), float(abs(track.gauge).max())
     (20000, 0.1, 0.0, 0.0)
@@ -167,7 +188,7 @@ def _build(spec: TrackSpec, ease_in: float) -> Track:
 
 
 def _sum_of_harmonics(spec: TrackSpec, quantity: Quantity, samples: int) -> FloatArray:
-    """Sum over k of amplitude cos(W_k s + phase), by the inverse transform."""
+    """Return the sum over k of amplitude cos(W_k s + phase), by the inverse Fourier transform."""
     k = _harmonics(spec)
     spacing_w = 2 * np.pi / spec.length
     amplitude = spec.scale * np.sqrt(2 * spectrum_density(spec.name, quantity, spacing_w * k) * spacing_w)
@@ -182,7 +203,7 @@ def _sum_of_harmonics(spec: TrackSpec, quantity: Quantity, samples: int) -> Floa
 
 
 def _conventions(spec: TrackSpec, ease_in: float) -> tuple[str, ...]:
-    """The header of a synthetic track: spectrum, sides and variable, band, seed."""
+    """Return the header of a synthetic track: spectrum, sides and variable, band, seed."""
     spectrum = spectrum_named(spec.name)
     absent = [quantity for quantity in QUANTITIES if spectrum.density(quantity) is None]
     lines = [
@@ -198,7 +219,7 @@ def _conventions(spec: TrackSpec, ease_in: float) -> tuple[str, ...]:
 
 
 def _beyond(spec: TrackSpec, spectrum: Spectrum) -> str:
-    """A remark where the band leaves the wavelengths for which the spectrum was published."""
+    """Return a remark if the band exceeds the wavelengths of the published spectrum."""
     if spectrum.stated_from is None or spectrum.stated_to is None:
         return ""
     if spec.shortest >= spectrum.stated_from and spec.longest <= spectrum.stated_to:
@@ -207,11 +228,10 @@ def _beyond(spec: TrackSpec, spectrum: Spectrum) -> str:
 
 
 def band_limited_noise(rng: np.random.Generator, s: ArrayLike, sd: float, shortest_wavelength: float) -> FloatArray:
-    """Noise of a track column at the places `s` [m]: Gaussian, flat above a wavelength [m], nothing below.
+    """Generate Gaussian noise at locations `s` [m] with a flat spectrum above a wavelength [m] and none below.
 
-    Shape of s; `sd` (its unit) is the standard deviation of the process, a record scatters about it. s need
-    be neither even nor increasing. Raises ValueError for a wavelength that is not positive or a negative
-    sd.
+    Shape of s, which need be neither even nor increasing; `sd` is the standard deviation of the process, about which
+    that of a record scatters. Raises ValueError for a wavelength that is not positive or a negative sd.
 
     >>> noise = band_limited_noise(np.random.default_rng(0), np.arange(0, 5000, 0.2), 2e-5, 2.5)
     >>> noise.shape, bool(1.9e-5 < noise.std() < 2.1e-5)
@@ -219,16 +239,16 @@ def band_limited_noise(rng: np.random.Generator, s: ArrayLike, sd: float, shorte
     """
     if not (shortest_wavelength > 0 and sd >= 0):
         raise ValueError(f"noise needs a wavelength > 0 and sd >= 0: {shortest_wavelength:g} m, sd {sd:g}")
-    place = np.asarray(s, dtype=np.float64)
-    if place.size == 0:
-        return np.zeros_like(place)
-    start, extent = float(place.min()), float(np.ptp(place))
-    step = shortest_wavelength / 10  # ten points a wave: the spline between them is good to 1e-3
-    # a period longer than the record, or its ends would be neighbours
+    location = np.asarray(s, dtype=np.float64)
+    if location.size == 0:
+        return np.zeros_like(location)
+    start, extent = float(location.min()), float(np.ptp(location))
+    step = shortest_wavelength / 10  # ten points per wave: the error of the spline between them is 1e-3
+    # a period longer than the record, else its ends would be correlated
     samples = int(np.ceil(max(1.25 * extent, 20 * shortest_wavelength) / step)) + 4
     last = int(samples * step / shortest_wavelength)
     line = np.zeros(samples // 2 + 1, dtype=np.complex128)
-    part = rng.standard_normal((2, last)) * (sd * 0.5 * samples / np.sqrt(last))
-    line[1 : last + 1] = part[0] + 1j * part[1]
+    parts = rng.standard_normal((2, last)) * (sd * 0.5 * samples / np.sqrt(last))
+    line[1 : last + 1] = parts[0] + 1j * parts[1]
     grid = start + step * np.arange(samples)
-    return Spline(grid, np.fft.irfft(line, samples))(place)
+    return Spline(grid, np.fft.irfft(line, samples))(location)

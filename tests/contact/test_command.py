@@ -56,7 +56,7 @@ def test_a_table_gives_its_conicity_as_far_as_it_reaches(tmp_path: Path) -> None
     table = tmp_path / "t.csv"
     table.write_text("y [mm],delta_r [mm]\n" + "\n".join(f"{y},{0.2 * (y - 1):.2f}" for y in range(-6, 7)))
     result = run("--delta-r", str(table), "--json", str(tmp_path / "j.json"), "--figure", str(tmp_path / "f.svg"))
-    assert result.exit_code == 0 and "left out" in result.output
+    assert result.exit_code == 0 and "omitted" in result.output
     found = json.loads((tmp_path / "j.json").read_text())
     assert found["conicity"]["amplitude"][-1] == pytest.approx(5e-3)  # about a centre at 1 mm
     assert found["conicity"]["tan_gamma"] == pytest.approx([0.1] * len(found["conicity"]["tan_gamma"]), rel=1e-6)
@@ -92,12 +92,12 @@ def test_unequal_diameters_shift_the_centre() -> None:
         ((PAIR[0],), "give a wheel and a rail"),
         ((*PAIR, "--delta-r", "t.csv"), "either two profiles or"),
         (("--delta-r", "t.csv", "--laws", "l.png"), "no contact ellipse"),
-        ((*PAIR, "--figure", "f.gif"), "is no figure"),
+        ((*PAIR, "--figure", "f.gif"), "is not the file of a figure"),
         ((*PAIR[:2], "--inclination", "40"), "write 1:40"),
         ((*PAIR, "--gauge", "1435"), "in one unit"),
         ((*PAIR, "--gauge", "1405 mm"), "1405 mm"),
         ((PAIR[1], PAIR[0]), "that is a rail"),
-        ((*PAIR, "--smooth", "1 m"), "no use"),
+        ((*PAIR, "--smooth", "1 m"), "out of range"),
     ],
 )
 def test_what_does_not_fit_is_refused_with_what_to_do(words: tuple[str, ...], told: str) -> None:

@@ -60,7 +60,7 @@ def test_a_table_without_a_centre_is_refused() -> None:
         equivalent_conicity(Y, 0.1 * Y + 2e-3)
     with pytest.raises(NoCentreError, match="falls through zero"):
         equivalent_conicity(Y, -0.1 * Y)
-    with pytest.raises(ValueError, match="must rise"):
+    with pytest.raises(ValueError, match="must increase"):
         equivalent_conicity(Y[::-1], 0.1 * Y)
 
 

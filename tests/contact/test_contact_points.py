@@ -126,7 +126,7 @@ def test_a_gauge_so_wide_that_the_wheel_falls_off_is_named() -> None:
 
 
 def test_wheel_and_rail_in_each_other_s_place_are_named() -> None:
-    with pytest.raises(ProfileError, match="a rail profile stands where the wheel belongs"):
+    with pytest.raises(ProfileError, match="the first profile is of a rail, the second of a wheel"):
         WheelRailPair(round_rail(), coned_wheel(0.05))
 
 

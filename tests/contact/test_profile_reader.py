@@ -147,9 +147,9 @@ def test_a_width_that_is_neither_mm_nor_m_asks_for_the_unit(tmp_path: Path) -> N
 
 
 def test_a_unit_that_is_no_length_and_a_word_among_numbers_are_named_at_their_line(tmp_path: Path) -> None:
-    assert "no length" in told(tmp_path / "w.txt", "y [kg], z [mm]\n1, 2\n").message
+    assert "not a length" in told(tmp_path / "w.txt", "y [kg], z [mm]\n1, 2\n").message
     problem = told(tmp_path / "w.txt", "1 2\n3 4\nfive 6\n")
-    assert (problem.line, problem.message) == (3, "'five' is no number")
+    assert (problem.line, problem.message) == (3, "'five' is not a number")
 
 
 def test_a_simpack_rail_where_a_wheel_belongs_is_named(tmp_path: Path) -> None:
@@ -181,9 +181,9 @@ def test_a_table_of_rolling_radii_is_read_either_way_up_and_its_faults_have_line
         y, delta_r = read_radius_table(path)
         assert y == pytest.approx(1e-3 * np.arange(-6, 7)) and delta_r == pytest.approx(1e-4 * np.arange(-6, 7))
     for text, line, words in (
-        ("y [mm],delta_r [mm]\n0,0\n1,1\n1,2\n3,3\n4,4\n", 4, "does not rise"),
+        ("y [mm],delta_r [mm]\n0,0\n1,1\n1,2\n3,3\n4,4\n", 4, "does not increase"),
         ("y [mm],r [mm]\n0,0\n", 1, "no column delta_r"),
-        ("y [mm],delta_r [kg]\n0,0\n", 1, "no length"),
+        ("y [mm],delta_r [kg]\n0,0\n", 1, "not a length"),
         ("y [mm],delta_r [mm]\n0,0\n1,\n2,2\n3,3\n4,4\n", 3, "is not a number"),
     ):
         path.write_text(text)

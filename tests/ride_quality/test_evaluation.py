@@ -160,7 +160,7 @@ def test_a_track_is_the_same_as_a_spec_an_object_and_a_file(tmp_path: Path) -> N
 
 def test_a_run_is_a_track_of_its_longest_stretch() -> None:
     found = ride(BOGIE, HOME / "designs/campaigns/worn_axle_box/run_a.csv.gz", 40.0)
-    assert any("longest stretch" in note for note in found["notes"])
+    assert any("longest segment" in note for note in found["notes"])
     assert 0.4 < found["weighted_acceleration"] / ride(BOGIE, LOW, 40.0)["weighted_acceleration"] < 2.5
 
 

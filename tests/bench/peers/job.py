@@ -66,7 +66,7 @@ class Job:
     @cached_property
     def table(self) -> Floats:
         """The kernel's input table of half steps."""
-        return np.ascontiguousarray(self.way.table(self.model.half_wheelbase(), 1)[: 2 * self.samples - 1])
+        return np.ascontiguousarray(self.way.table(self.model.wheelset_spacing(), 1)[: 2 * self.samples - 1])
 
     @cached_property
     def track(self) -> Floats:
@@ -100,7 +100,7 @@ class Job:
 
         def run() -> Answers:
             channels = SCORE_CHANNELS if self.full else SCORE_CHANNELS[:1]
-            found = vehicles.score(batch, self.table, self.dt, 1, channels, clearance, cascades, block=block, jobs=1)
+            found = vehicles.ride_statistics(batch, self.table, self.dt, 1, channels, clearance, cascades, block=block, jobs=1)
             return self.answers(found.displacement, found.rms[:, 0].T if self.full else None)
 
         return run
