@@ -12,13 +12,13 @@ import numpy as np
 from railui import core
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
+from railui.identification.context import Context, create_context
 from railui.identification.estimation.multiple_shooting import limits_hunting
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.validation import Validation, validate
 from railui.identification.loop import LoopResult, close_loop, indistinguishable_kinds
 from railui.vehicle.design_reader import PlacedEffect
-from railui.vehicle.model import Model
 from tests.blind.cases import PlantedCase, is_same_family
 from tests.truth.campaign import Campaign
 from tests.truth.effects import Effect
@@ -84,7 +84,7 @@ def run_case(
         row = assess(case, result)
         row = replace(row, seconds=time.perf_counter() - start, cpu=time.process_time() - cpu_start)
         if case.sort in ("catalogue", "two", "floor"):
-            row = replace(row, oracle=oracle_error(case, truth, dataset))
+            row = replace(row, oracle=oracle_error(create_context(dataset, jobs=1), case, truth))
             row = _count_coverage(row, case, truth, result)
         if excluded and row.right_class and case.effects:
             row = _repeat_without(row, case, dataset, result)
@@ -113,7 +113,7 @@ def assess(case: PlantedCase, result: LoopResult) -> TrialRow:
         at = result.discrepancy.at if result.discrepancy else ""
         place = at in EQUIVALENT_LOCATIONS.get(case.effects[0].at, (case.effects[0].at,)) if at else None
     else:
-        classes = [kinds for step in result.steps if (kinds := indistinguishable_kinds(step))]
+        classes = [kinds for step in result.steps if (kinds := indistinguishable_kinds(result.context, step))]
         first = [{x for kinds in classes for x in kinds if e.kind in kinds} | {e.kind} for e in named]
         pairs = [[(e, kinds) for e, kinds in zip(named, first, strict=True) if e.at == p.at] for p in case.effects]
         name = all(any(e.kind == p.kind for e, _ in matches) for p, matches in zip(case.effects, pairs, strict=True))
@@ -129,31 +129,33 @@ def assess(case: PlantedCase, result: LoopResult) -> TrialRow:
     )  # fmt: skip
 
 
-def oracle_error(case: PlantedCase, truth: Campaign, dataset: Dataset) -> float:
+def oracle_error(context: Context, case: PlantedCase, truth: Campaign) -> float:
     """Compute the validation error of the true structure: the best that any detection can reach."""
     try:
-        return validate_true_effects(truth.effects["a"][: len(case.effects)], truth, dataset).nrmse
+        return validate_true_effects(context, truth.effects["a"][: len(case.effects)], truth).nrmse
     except ValueError:
         return NAN
 
 
-def validate_true_effects(effects: Sequence[Effect], truth: Campaign, dataset: Dataset) -> Validation:
+def validate_true_effects(context: Context, effects: Sequence[Effect], truth: Campaign) -> Validation:
     """Validate a model with some of the true effects, as they were on the estimation run, fitted from the true values.
 
     Raises ValueError if the fit fails.
     """
-    free = dataset.campaign.estimated_parameters
-    nominal = Model(dataset.campaign.design, dataset.campaign.sensors)
+    free, dataset = context.campaign.estimated_parameters, context.dataset
     true = paths(truth.vehicle)
-    model = nominal.with_path_values(list(free), np.array([true[p] for p in free]))
+    model = context.nominal.with_path_values(list(free), np.array([true[p] for p in free]))
     for e in effects:
         model = model.with_effect(PlacedEffect(e.kind, e.at, e.wheelset, dict(e.parameters)))
     fit = fit_output_error(
-        model, dataset, [*free, *model.effect_paths()], nominal,
-        ready=prepare_segments(model, dataset, dataset.estimation), stable=not limits_hunting(model), tolerance=1e-5,
-        jobs=1,
-    )  # fmt: skip
-    return validate(fit.model, dataset, dataset.validation)
+        context,
+        model,
+        [*free, *model.effect_paths()],
+        segments=prepare_segments(context, model, dataset.estimation),
+        stable=not limits_hunting(model),
+        tolerance=1e-5,
+    )
+    return validate(context, fit.model, dataset.validation)
 
 
 def _count_coverage(row: TrialRow, case: PlantedCase, truth: Campaign, result: LoopResult) -> TrialRow:
@@ -176,7 +178,7 @@ def _count_coverage(row: TrialRow, case: PlantedCase, truth: Campaign, result: L
 
 def _repeat_without(row: TrialRow, case: PlantedCase, dataset: Dataset, result: LoopResult) -> TrialRow:
     """Repeat the loop with the planted effects and all indistinguishable ones excluded."""
-    excluded = {kind for step in result.steps for kind in indistinguishable_kinds(step)} | {
+    excluded = {kind for step in result.steps for kind in indistinguishable_kinds(result.context, step)} | {
         e.kind for e in case.effects
     }
     excluded |= {other for e in case.effects for other in _kinds() if is_same_family(e.kind, other)}

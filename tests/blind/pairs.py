@@ -13,6 +13,7 @@ from pathlib import Path
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
+from railui.identification.context import create_context
 from railui.identification.loop import close_loop
 from railui.identification.structure.stepwise import is_significant_gain
 from tests.blind.assessment import assess, validate_true_effects
@@ -34,14 +35,14 @@ def compare_pair(case: PlantedCase, directory: Path) -> str:
     """
     truth = campaign(case.order)
     write(truth, directory)
-    dataset = read_dataset(load_campaign(directory))
+    context = create_context(read_dataset(load_campaign(directory)), jobs=1)
     first, second = truth.effects["a"][:2]
-    both = validate_true_effects([first, second], truth, dataset)
-    alone = min((validate_true_effects([e], truth, dataset) for e in (first, second)), key=lambda j: j.nrmse)
+    both = validate_true_effects(context, [first, second], truth)
+    alone = min((validate_true_effects(context, [e], truth) for e in (first, second)), key=lambda j: j.nrmse)
     gain, sd = alone.error_reduction(both)
-    counts = "yes" if is_significant_gain(alone, both, dataset.campaign.min_relative_gain) else "no"
+    counts = "yes" if is_significant_gain(context, alone, both) else "no"
     cpu_start = time.process_time()
-    result = assess(case, close_loop(dataset, jobs=1))
+    result = assess(case, close_loop(context.dataset, jobs=1))
     right = (
         "both" if result.right_name else "one" if counts == "no" and result.named in case.text.split(" + ") else "NO"
     )

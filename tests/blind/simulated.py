@@ -11,8 +11,9 @@ from typing import Any
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
-from railui.identification.estimation.output_error import Fit
-from railui.identification.loop import calibrate
+from railui.identification.context import Context, create_context
+from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.fit import Fit
 from railui.vehicle.model import Model
 from tests.truth.campaign import Campaign, Order, campaign, write
 from tests.truth.effects import parse
@@ -23,11 +24,20 @@ SPEEDS = (40.0, 31.0)  # m/s
 
 @dataclass(frozen=True, eq=False)
 class SimulatedCampaign:
-    """A simulated campaign: its true vehicle, its dataset and the nominal model."""
+    """A simulated campaign: its true vehicle, and the context of its identification."""
 
     truth: Campaign
-    dataset: Dataset
-    nominal: Model
+    context: Context
+
+    @property
+    def dataset(self) -> Dataset:
+        """The simulated measurement."""
+        return self.context.dataset
+
+    @property
+    def nominal(self) -> Model:
+        """The nominal model."""
+        return self.context.nominal
 
 
 @cache
@@ -47,11 +57,10 @@ def simulated_campaign(
     with tempfile.TemporaryDirectory() as folder:
         write(truth, Path(folder))
         dataset = read_dataset(load_campaign(folder))
-    return SimulatedCampaign(truth, dataset, Model(dataset.campaign.design))
+    return SimulatedCampaign(truth, create_context(dataset, jobs=2))
 
 
 @cache
 def calibrated(*effects: str, **options: Any) -> Fit:
     """Calibrate the nominal model of such a campaign, without an added effect."""
-    case = simulated_campaign(*effects, **options)
-    return calibrate(case.dataset, case.nominal, jobs=2)
+    return calibrate(simulated_campaign(*effects, **options).context)
