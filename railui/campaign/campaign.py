@@ -228,7 +228,9 @@ def _rig_standard_deviation(value: Any, name: str, runs: tuple[RunEntry, ...]) -
     number, unit = split_quantity(value) if isinstance(value, str) else (quantity(value, "1"), "")
     if unit and label and unit != label:
         number = convert(number, unit, label)
-    return number * rate_factor(labels.get("z") or "", label, DERIVATIVE_ORDERS[name]) if name in DERIVATIVE_ORDERS else number
+    if name not in DERIVATIVE_ORDERS:
+        return number
+    return number * rate_factor(labels.get("z") or "", label, DERIVATIVE_ORDERS[name])
 
 
 def _check_band(raw: Any, findings: Findings) -> None:
