@@ -84,8 +84,8 @@ def _perturbed_rows(study: Study, cases: Sequence[Case], x: FloatArray, paths: S
     for case in cases:
         if id(case.vehicle) not in known:
             design = case.vehicle.model.design.with_values(values_by_path(study, x))
-            designs = [one for path in paths for one in _perturbed(design, path) or [design, design]]
-            known[id(case.vehicle)] = np.stack([_kernel_row(one, case) for one in designs])
+            perturbed = [each for path in paths for each in _perturbed(design, path) or [design, design]]
+            known[id(case.vehicle)] = np.stack([_kernel_row(each, case) for each in perturbed])
     return [known[id(case.vehicle)] for case in cases]
 
 

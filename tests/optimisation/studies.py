@@ -30,7 +30,7 @@ DEFAULTS = {
 }
 
 
-def small_study(directory: Path, vehicle: Path = BOGIE, **parts: str) -> Study:
+def small_study(directory: Path, vehicle: Path | str = BOGIE, **parts: str) -> Study:
     """Write and read a study; `parts` replace the defaults."""
     path = directory / "study.yaml"
     path.write_text(TEXT.format(**DEFAULTS | parts, vehicle=vehicle), "utf-8")

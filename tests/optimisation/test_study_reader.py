@@ -65,7 +65,7 @@ def test_a_single_value_is_read_as_a_list(study: Callable[..., Study]) -> None:
 
 
 def test_all_faults_are_reported_at_once(study: Callable[..., Study], problems_of: ProblemsOf) -> None:
-    found = problems_of(
+    problems = problems_of(
         lambda: study(
             (
                 "lateral_stiffness: [1 MN/m, 8 MN/m]",
@@ -84,7 +84,7 @@ def test_all_faults_are_reported_at_once(study: Callable[..., Study], problems_o
             ("population", "populaton"),
         )
     )
-    assert [(p.line, p.key) for p in found] == [
+    assert [(p.line, p.key) for p in problems] == [
         (2, "variables.vehicle.primary.lateral_stifness"),
         (2, "variables.contact.leading"),
         (2, "variables.vehicle.secondary.yaw_damping.1"),
@@ -101,7 +101,7 @@ def test_all_faults_are_reported_at_once(study: Callable[..., Study], problems_o
         (6, "method.kind"),
         (6, "method.populaton"),
     ]
-    assert "is it in km/h?" in found[5].remedy
+    assert "is it in km/h?" in problems[5].remedy
 
 
 def test_a_range_must_rise(study: Callable[..., Study], problems_of: ProblemsOf) -> None:
@@ -112,8 +112,8 @@ def test_a_track_is_checked_by_the_given_parser(study: Callable[..., Study], pro
     def refuse(text: str) -> None:
         raise ValueError(f"no spectrum in {text}")
 
-    (found,) = problems_of(lambda: study(check_track=refuse))
-    assert found.key == "cases.track.0" and found.message == "no spectrum in erri_b176_low length=2000"
+    (problem,) = problems_of(lambda: study(check_track=refuse))
+    assert problem.key == "cases.track.0" and problem.message == "no spectrum in erri_b176_low length=2000"
 
 
 @pytest.mark.parametrize("key", ["variables", "cases", "objectives", "vehicle"])

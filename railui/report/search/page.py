@@ -145,7 +145,7 @@ def _cases(study: Study) -> list[tuple[str, str]]:
         ("scenarios", "; ".join(scenario or "as designed" for scenario in scenarios)),
         ("samples of the covariance", str(c.draws)),
     ]
-    if any(RESPONSE_KEYS[key].question == "curve" for key in required_keys(study)):
+    if any(RESPONSE_KEYS[key].analysis == "curve" for key in required_keys(study)):
         rows.append(("curve", f"radius {c.radius:g} m, cant deficiency {1e3 * c.cant_deficiency:g} mm"))
     return rows
 
