@@ -16,6 +16,7 @@ from textual.containers import Horizontal
 from textual.dom import DOMNode
 from textual.events import Resize
 from textual.screen import Screen
+from textual.widget import Widget
 from textual.widgets import ContentSwitcher, Footer, Static
 
 from railui.desk.commands import active_keys, key_commands, panel_commands
@@ -167,9 +168,9 @@ class Desk(App[None]):
             self._show_track()
         self.query_one(PanelTabs).show(name)
         panel = self.query_one(f"#{name}")
-        first = next((w for w in panel.walk_children() if getattr(w, "can_focus", False) and w.display), None)
+        first = next((widget for widget in panel.query(Widget) if widget.can_focus and _is_displayed(widget)), None)
         if first is not None:
-            self.set_focus(first)  # type: ignore[arg-type]
+            self.set_focus(first)
 
     def _show_track(self) -> None:
         draft, conditions = self.design_panel.draft, self.design_panel.conditions
@@ -302,6 +303,10 @@ class Desk(App[None]):
             text = f"railui desk: {type(error).__name__}: {error}\ntraceback: {log_traceback(error)}"
             self._exit_renderables.append(Text(text))
         self._close_messages_no_wait()
+
+
+def _is_displayed(widget: Widget) -> bool:
+    return all(node.display for node in widget.ancestors_with_self)
 
 
 def run(path: Path | None = None, *, plain: bool = False) -> int:

@@ -59,7 +59,7 @@ OpenDesk = Callable[..., AbstractAsyncContextManager[Keyboard]]
 
 @pytest.fixture
 def open_desk(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> OpenDesk:
-    """Sits down at a desk: `async with open_desk(path, size=(120, 40)) as keys`."""
+    """Return a function that opens a desk: `async with open_desk(path, size=(120, 40)) as keys`."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
     @asynccontextmanager

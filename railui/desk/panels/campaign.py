@@ -72,6 +72,7 @@ the form, `w` writes the files of `railui loop`.
         yield Pane("Verdict", id="verdict")
 
     def on_mount(self) -> None:
+        self._show_runs()
         self.show_status()
 
     # the loop

@@ -50,6 +50,10 @@ class LoopView(Horizontal):
             with VerticalScroll(id="details", classes="pane"):
                 yield Static(id="details-text")
 
+    def on_mount(self) -> None:
+        self.show_details()
+        self.arrange_parts()
+
     # drawing
 
     def show(self, history: LoopHistory, has_job: bool, part: str | None = None) -> None:

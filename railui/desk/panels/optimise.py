@@ -89,7 +89,7 @@ not use. `t` opens the design in the form.
 
     def compose(self) -> ComposeResult:
         with Horizontal():
-            yield FormPane("Plan", "a variable · g objective · del · s start", id="plan")
+            yield FormPane("Plan", "a variable · g objective · del remove", id="plan")
             yield SearchView(id="search")
 
     def on_mount(self) -> None:

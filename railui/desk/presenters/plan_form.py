@@ -19,7 +19,7 @@ def plan_rows(plan: Plan) -> Iterator[Heading | Field]:
     yield Heading("objectives")
     for i, (objective, over) in enumerate(plan.objectives):
         known = OBJECTIVES if objective in OBJECTIVES else (*OBJECTIVES, objective)
-        yield _text_field(f"objectives.{i}.objective", f"objective {i + 1}", objective, known)
+        yield _text_field(f"objectives.{i}.objective", f"objective {i + 1}", objective, known, f"obj. {i + 1}")
         yield _text_field(f"objectives.{i}.over", f"objective {i + 1}: statistic over all cases", over, AGGREGATIONS)
     yield Heading("constraints")
     for i, constraint in enumerate(plan.constraints):

@@ -109,12 +109,12 @@ class DeskRecording:
 def recording_status(replay: Replay, buffer: RecordingBuffer, baud: int) -> RecordingStatus:
     """Return the current status of a recording; called on its own thread."""
     session, t, values = buffer.latest(CHART_SECONDS)
-    newest = replay.assembly.newest_sample
+    newest = replay.assembler.newest_sample
     seconds = newest[1] if newest else 0.0
     if session is None:
         return RecordingStatus(t, values, _counts(replay), seconds)
     hello = session.hello
-    markers = [m for m in replay.assembly.markers if m.t is not None and m.segment == session.number]
+    markers = [m for m in replay.assembler.markers if m.t is not None and m.segment == session.number]
     return RecordingStatus(
         t,
         values,
@@ -131,8 +131,8 @@ def recording_status(replay: Replay, buffer: RecordingBuffer, baud: int) -> Reco
 
 
 def _counts(replay: Replay) -> dict[str, int]:
-    counts = replay.assembly.counts
-    link = replay.assembly.link_statistics()
+    counts = replay.assembler.counts
+    link = replay.assembler.link_statistics()
     return {
         "samples": counts.samples,
         "frames": link.frames,
