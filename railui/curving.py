@@ -16,7 +16,7 @@ from railui.vehicle.design_reader import Design
 from railui.vehicle.dofs import body_and_motion, is_lateral
 from railui.vehicle.grouping import group_by_structure
 from railui.vehicle.model import Model
-from railui.vehicle.multibody_reader import position_terms
+from railui.vehicle.multibody import position_terms
 from railui.vehicle.resolve import resolve_model
 from railui.vehicle.wheel_loads import GRAVITY
 

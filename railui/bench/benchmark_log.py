@@ -1,4 +1,4 @@
-"""Dated results of benches: one JSON line each, with machine and commit, and the change against the last one."""
+"""Log of benchmarks: one dated JSON line each, with machine and commit, compared with the last one."""
 
 from __future__ import annotations
 
@@ -12,67 +12,75 @@ from typing import Any
 
 from railui.core import simd_level, source_hash
 
-HOME = Path(__file__).parents[2]
+REPOSITORY = Path(__file__).parents[2]
 CPUINFO = Path("/proc/cpuinfo")
 
 
 def processor_name() -> str:
-    """The processor by its maker's name, as far as the system tells it."""
+    """Return the name of the processor as the system reports it."""
     text = CPUINFO.read_text("utf-8") if CPUINFO.exists() else ""
     names = [line.partition(":")[2].strip() for line in text.splitlines() if line.startswith("model name")]
     return names[0] if names else processor() or "unknown processor"
 
 
 def source_commit() -> str:
-    """The commit that railui's sources stand at, "-dirty" where they were changed since; "" outside a repository."""
-    if not (HOME / ".git").exists():
+    """Return the commit of the sources, with "-dirty" if they were changed since; "" outside a repository."""
+    if not (REPOSITORY / ".git").exists():
         return ""
-    words = ["git", "-C", str(HOME), "describe", "--always", "--dirty", "--exclude=*"]
+    command = ["git", "-C", str(REPOSITORY), "describe", "--always", "--dirty", "--exclude=*"]
     try:
-        return subprocess.run(words, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
     except (OSError, subprocess.SubprocessError):
         return ""
 
 
 def append(file: Path, what: str, numbers: Mapping[str, float]) -> dict[str, Any] | None:
-    """Append a dated line to `file`; returns the last line before it of the same bench, machine and SIMD level.
+    """Append a dated line to `file` and return the last line before it of the same benchmark, machine and SIMD level.
 
-    Lines that are not whole are passed over: a bench was interrupted while it wrote.
+    Incomplete lines, of an interrupted benchmark, are ignored.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "history.jsonl"
-    ...     keep(file, "standard job", {"full": 40.0}) is None, keep(file, "standard job", {"full": 30.0})["numbers"]
-    (True, {'full': 40.0})
+    ...     append(file, "standard job", {"full": 40.0})
+    ...     append(file, "standard job", {"full": 30.0})["numbers"]
+    {'full': 40.0}
     """
     entry = {
-        "date": datetime.now(UTC).isoformat(timespec="seconds"), "what": what, "machine": processor_name(), "simd": simd_level(),
-        "python": python_version(), "commit": source_commit(), "kernel": source_hash()[:12], "numbers": dict(numbers),
-    }  # fmt: skip
-    same = [one for one in _lines(file) if all(one.get(key) == entry[key] for key in ("what", "machine", "simd"))]
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "what": what,
+        "machine": processor_name(),
+        "simd": simd_level(),
+        "python": python_version(),
+        "commit": source_commit(),
+        "kernel": source_hash()[:12],
+        "numbers": dict(numbers),
+    }
+    same = [each for each in _entries(file) if all(each.get(key) == entry[key] for key in ("what", "machine", "simd"))]
     file.parent.mkdir(parents=True, exist_ok=True)
-    broken = file.exists() and not file.read_bytes().endswith(b"\n")
+    is_broken = file.exists() and not file.read_bytes().endswith(b"\n")
     with file.open("a", encoding="utf-8") as out:
-        out.write("\n" * broken + json.dumps(entry) + "\n")
+        out.write("\n" * is_broken + json.dumps(entry) + "\n")
     return same[-1] if same else None
 
 
-def _lines(file: Path) -> list[dict[str, Any]]:
-    found = []
+def _entries(file: Path) -> list[dict[str, Any]]:
+    """Return the complete entries of the log."""
+    entries = []
     for line in file.read_text("utf-8").splitlines() if file.exists() else []:
         try:
-            one = json.loads(line)
+            entry = json.loads(line)
         except ValueError:
             continue
-        if isinstance(one, dict) and isinstance(one.get("numbers"), dict):
-            found.append(one)
-    return found
+        if isinstance(entry, dict) and isinstance(entry.get("numbers"), dict):
+            entries.append(entry)
+    return entries
 
 
 def describe_changes(numbers: Mapping[str, float], before: Mapping[str, Any]) -> list[str]:
-    """One line per number that was there before: what it was, and by how many per cent it changed.
+    """Return a line for each number of the last entry: old and new value, relative change.
 
-    >>> change({"full": 33.0, "new": 1.0}, {"date": "2026-01-01", "commit": "abc", "numbers": {"full": 30.0}})
+    >>> describe_changes({"full": 33.0, "new": 1.0}, {"date": "2026-01-01", "commit": "abc", "numbers": {"full": 30.0}})
     ['full: 30.0 -> 33.0, +10.0 %']
     """
     old = before["numbers"]

@@ -1,4 +1,4 @@
-"""The coach of the standard job, as designs/manchester_coach.yaml, where its sources stand."""
+"""Vehicles of the standard job: the bogie, and the coach of designs/manchester_coach.yaml, which names its sources."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What share of a core's peak the standard job reaches."""
+"""Roofline of the standard job: its share of the peak performance of a core."""
 
 from __future__ import annotations
 
@@ -10,22 +10,37 @@ from typing import Any, Final
 from railui.bench.standard_job import REPETITIONS, shortest_times
 from railui.core import run_operation_chains, simd_level
 
-TABLE: Final = Path(__file__).with_name("operations.csv")  # counted by a test of the kernel (operations.rs)
+OPERATIONS_FILE: Final = Path(__file__).with_name("operations.csv")  # counted by a test of the kernel (operations.rs)
 
-CHAIN_ROUNDS: Final = {"operations_per_second": (False, 1_000_000), "roots_per_second": (True, 100_000)}  # of milliseconds
+# square roots or not, and rounds of a chain, which take milliseconds
+CHAIN_ROUNDS: Final = {"operations_per_second": (False, 1_000_000), "roots_per_second": (True, 100_000)}
 
 
 def roofline(ns: dict[str, float], repetitions: int = REPETITIONS) -> dict[str, Any] | None:
-    """The core's peak, and of jobs (`full`, `reduced`) that take so many `ns` per design-step their share of it.
+    """Measure the peak performance of a core and the share of it that jobs (`full`, `reduced`) reach.
 
-    Peak: fused products per second on one thread, counted per lane, in chains that never leave the registers; square
-    roots per second likewise, which most cores work on beside all else. `share`: the time that all operations of a
-    design-step would take at the first rate, each counted as one, over the time that it takes. `roots_share`: the time
-    that its square roots alone would take at the second rate. Loads, stores, signs and whatever else a step needs do
-    not count, nor does sliding, which is rare. Sums and choices that a core makes beside fused products could take it
-    above one. None without vector instructions, where another form of the rate runs.
+    Peak: fused products per second on one thread, counted per lane, in chains that stay in registers; square roots per
+    second likewise, which most cores compute in parallel with other operations. Loads, stores, signs and other
+    instructions of a step do not count, nor does sliding, which is rare. Sums and choices that a core executes in
+    parallel with fused products could raise the share above one.
 
-    >>> peak({}) is None or sorted(peak({}, 1))
+    Parameters
+    ----------
+    ns : dict
+        Time per design-step [ns] by job.
+    repetitions : int
+        Repetitions of the measurement.
+
+    Returns
+    -------
+    dict or None
+        Peaks, and by job `share`: the time of all operations of a design-step at the first rate over its time, and
+        `roots_share`: likewise of its square roots at the second rate. None without vector instructions, where another
+        form of the equations runs.
+
+    Examples
+    --------
+    >>> roofline({}) is None or sorted(roofline({}, 1))
     ['operations_per_second', 'roots_per_second']
     """
     if simd_level() == "portable":
@@ -44,22 +59,23 @@ def operations() -> dict[str, dict[str, int]]:
     >>> operations()["full"]["roots"]  # one per slope, wheelset and wheel
     16
     """
-    with TABLE.open(newline="", encoding="utf-8") as file:
+    with OPERATIONS_FILE.open(newline="", encoding="utf-8") as file:
         return {row.pop("job"): {name: int(n) for name, n in row.items()} for row in csv.DictReader(file)}
 
 
 def measure_peaks(repetitions: int = REPETITIONS) -> dict[str, float]:
-    """Fused products and square roots per second, counted per lane, on one thread."""
-    seconds = shortest_times([partial(run_operation_chains, *links) for links in CHAIN_ROUNDS.values()], repetitions)
-    return {name: run_operation_chains(*CHAIN_ROUNDS[name]) / each for name, each in zip(CHAIN_ROUNDS, seconds, strict=True)}
+    """Measure fused products and square roots per second, counted per lane, on one thread."""
+    seconds = shortest_times([partial(run_operation_chains, *chain) for chain in CHAIN_ROUNDS.values()], repetitions)
+    counts = [run_operation_chains(*chain) for chain in CHAIN_ROUNDS.values()]
+    return {name: count / each for name, count, each in zip(CHAIN_ROUNDS, counts, seconds, strict=True)}
 
 
 def share_of_peak(
     operations: dict[str, int], ns: float, operations_per_second: float, roots_per_second: float
 ) -> dict[str, Any]:
-    """Operations of a design-step, and the shares of both peaks where it takes so many nanoseconds.
+    """Return the operations of a design-step and its shares of both peaks, from its time `ns` [ns].
 
-    >>> share({"fused": 6, "sums": 3, "roots": 1}, 2.0, 10e9, 1e9)
+    >>> share_of_peak({"fused": 6, "sums": 3, "roots": 1}, 2.0, 10e9, 1e9)
     {'operations': {'fused': 6, 'sums': 3, 'roots': 1}, 'share': 0.5, 'roots_share': 0.5}
     """
     per_second = 1e9 / ns

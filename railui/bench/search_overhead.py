@@ -1,4 +1,4 @@
-"""What a search costs beside the kernel: search, store and Python for generations of 256 designs x 4 cases x 1 km."""
+"""Overhead of a search over the kernel: search, cache and Python for generations of 256 designs x 4 cases x 1 km."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from railui.optimisation.design_space import DesignSpace, initial_population
 from railui.optimisation.evaluation import ResponseTable
 from railui.optimisation.multi_objective import search_pymoo
 from railui.optimisation.objectives import assess
-from railui.optimisation.search import baseline_values
 from railui.optimisation.responses import integrable_rows
+from railui.optimisation.search import baseline_values
 from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
 from railui.ride_quality.comfort import comfort_sections
@@ -43,54 +43,59 @@ method: {kind: nsga2, population: 256, generations: %d, seed: 1}
 
 
 class _Kernel:
-    """The kernel's bare work for what an evaluator was asked: one call a case, everything prepared."""
+    """Kernel time of the cases of an evaluator: one call per case, everything prepared."""
 
     def __init__(self, jobs: int) -> None:
-        self.jobs, self.seconds = jobs, 0.0
+        self.jobs = jobs
+        self.seconds = 0.0
 
     def time(self, cases: Sequence[Case], rows: Sequence[FloatArray]) -> None:
-        """Adds the seconds of the calls."""
-        for case, some in zip(cases, rows, strict=True):
-            model, road = case.vehicle.model, case.excitation
-            able, steps = integrable_rows(model, some, road)
-            sections = [np.ascontiguousarray(one) for one in comfort_sections(model, some[able], road.dt).values()]
-            vehicles, batch = model.vehicles(), model.batch(some[able])
-            clearance = np.ascontiguousarray(some[able, model.columns["contact.flange_clearance"]])
-            block, channels = max(1, round(BLOCK_DURATION / road.dt)), SCORE_CHANNELS
+        """Add the time of the calls."""
+        for case, all_rows in zip(cases, rows, strict=True):
+            model, excitation = case.vehicle.model, case.excitation
+            integrable, steps = integrable_rows(model, all_rows, excitation)
+            designs = all_rows[integrable]
+            sections = [np.ascontiguousarray(x) for x in comfort_sections(model, designs, excitation.dt).values()]
+            vehicles, batch = model.vehicles(), model.batch(designs)
+            clearance = np.ascontiguousarray(designs[:, model.columns["contact.flange_clearance"]])
+            block = max(1, round(BLOCK_DURATION / excitation.dt))
             for n in np.unique(steps):
-                here = np.flatnonzero(steps == n)
-                course = (road.table(model.wheelset_distances(), int(n)), road.dt, int(n))
-                part, weights = batch.select(here), [np.ascontiguousarray(one[here]) for one in sections]
-                begun = time.perf_counter()
-                vehicles.ride_statistics(part, *course, channels, clearance[here], weights, block=block, jobs=self.jobs)
-                self.seconds += time.perf_counter() - begun
+                members = np.flatnonzero(steps == n)
+                inputs = (excitation.table(model.wheelset_distances(), int(n)), excitation.dt, int(n))
+                group, weights = batch.select(members), [np.ascontiguousarray(x[members]) for x in sections]
+                limits = clearance[members]
+                start = time.perf_counter()
+                vehicles.ride_statistics(group, *inputs, SCORE_CHANNELS, limits, weights, block=block, jobs=self.jobs)
+                self.seconds += time.perf_counter() - start
 
 
 def measure_search_overhead(jobs: int | None = None, generations: int = GENERATIONS) -> dict[str, Any]:
-    """Seconds of a whole search, of the bare kernel for the same rides beside it, and their ratio.
+    """Measure the time of a whole search, of the bare kernel for the same rides, and their ratio.
 
-    Both in turns, generation by generation, on the same threads: what disturbs the machine disturbs both.
+    Both in turns, generation by generation, on the same threads, so that disturbances affect both alike.
     """
     threads = resolve_thread_count(jobs)
     with tempfile.TemporaryDirectory() as home:
         study = _study(Path(home), generations)
         with Session(study, Path(home) / "out", ThreadRunner(threads)) as session:
-            asked: list[tuple[Sequence[Case], Sequence[FloatArray]]] = []
+            requests: list[tuple[Sequence[Case], Sequence[FloatArray]]] = []
 
             def evaluator(cases: Sequence[Case], rows: Sequence[FloatArray], keys: Collection[str]) -> ResponseTable:
-                asked.append((cases, rows))
+                requests.append((cases, rows))
                 return session.evaluator(cases, rows, keys)
 
             cases, declared, kernel, whole = cases_of(study), baseline_values(study), _Kernel(threads), 0.0
-            first = initial_population(DesignSpace(study.variables), study.method.population, declared, study.method.seed)
+            first = initial_population(
+                DesignSpace(study.variables), study.method.population, declared, study.method.seed
+            )
             steps = search_pymoo(study, first, lambda x: assess(study, cases, x, evaluator))
             next(steps)  # to warm up: tables, pymoo
-            asked.clear()
+            requests.clear()
             for _ in range(generations - 1):
-                begun = time.perf_counter()
+                start = time.perf_counter()
                 next(steps)
-                whole += time.perf_counter() - begun
-                kernel.time(*asked.pop())
+                whole += time.perf_counter() - start
+                kernel.time(*requests.pop())
     return {
         "designs": study.method.population,
         "cases": len(cases),

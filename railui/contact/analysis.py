@@ -80,7 +80,7 @@ def _omission_notes(conicity: ConicityCurve) -> list[str]:
     notes = []
     if len(conicity.omitted_amplitudes):
         first, last = conicity.omitted_amplitudes[[0, -1]] * 1e3
-        notes.append(f"the amplitudes {first:.1f} to {last:.1f} mm reach beyond the table: omitted")
+        notes.append(f"the amplitudes {first:.1f} to {last:.1f} mm reach beyond the table: left out")
     if np.isnan(conicity.tan_gamma).any():
         undefined = conicity.amplitude[np.isnan(conicity.tan_gamma)] * 1e3
         notes.append(f"no motion round the centre at {undefined[0]:.1f} to {undefined[-1]:.1f} mm: null")
@@ -186,7 +186,7 @@ def analyse_radius_table(
     slope = weight @ (d * half) / (weight @ (d * d)) if inside > MIN_WEIGHT_INSIDE else float("nan")
     notes = _omission_notes(conicity)
     if inside <= MIN_WEIGHT_INSIDE:
-        notes.append(f"the table is too short for a standard deviation of {deviation * 1e3:g} mm")
+        notes.append(f"the table does not reach as far as a standard deviation of {deviation * 1e3:g} mm requires")
     return conicity, {
         "conicity": {"amplitude": conicity.amplitude, "tan_gamma": conicity.tan_gamma, "centre": conicity.centre},
         "conicity_3mm": conicity.at(COMPARISON_AMPLITUDE),

@@ -13,7 +13,7 @@ Value = float | str | None | Sequence[float | None]
 
 @dataclass(frozen=True)
 class Check:
-    """A value that is known, what came out here, the tolerance (absolute; None: the very same), and its source."""
+    """Expected and computed value with an absolute tolerance (None: equality) and the source of the expected value."""
 
     name: str
     expected: Value
@@ -23,17 +23,20 @@ class Check:
 
     @property
     def is_ok(self) -> bool:
-        """Is what came out what is known?"""
+        """True if the computed value agrees with the expected one."""
         if isinstance(self.expected, str) or isinstance(self.computed, str) or self.tolerance is None:
             return self.expected == self.computed
-        known, found = np.atleast_1d(np.array(self.expected, float)), np.atleast_1d(np.array(self.computed, float))
-        if known.shape != found.shape:
+        expected, computed = (
+            np.atleast_1d(np.array(self.expected, float)),
+            np.atleast_1d(np.array(self.computed, float)),
+        )
+        if expected.shape != computed.shape:
             return False
-        same = (np.abs(known - found) <= self.tolerance) | (np.isnan(known) & np.isnan(found))
+        same = (np.abs(expected - computed) <= self.tolerance) | (np.isnan(expected) & np.isnan(computed))
         return bool(np.all(same))
 
     def as_dict(self) -> dict[str, Any]:
-        """The check as a row of the JSON."""
+        """Return the check as a row of the JSON result."""
         return {
             "name": self.name,
             "expected": self.expected,

@@ -1,4 +1,4 @@
-"""Published values of wheel and rail: Kalker's coefficients, equivalent conicity."""
+"""Checks of wheel-rail contact: Kalker's coefficients, equivalent conicity."""
 
 from __future__ import annotations
 
@@ -32,40 +32,42 @@ S1002: Final = {1.435: 0.181, 1.437: 0.148, 1.432: 0.225}  # gauge [m]: tan gamm
 
 
 def kalkers_coefficients() -> Iterator[Check]:
-    """All of table E.3 for steel's neighbour, Poisson's ratio 0.25."""
+    """Yield all of table E.3 for Poisson's ratio 0.25, the column nearest to steel."""
     from railui.contact.kalker import kalker_coefficients
 
     for name, column in (("C11", 1), ("C22", 2), ("C23", 3)):
-        got = [float(kalker_coefficients(row[0])[column - 1]) for row in COEFFICIENTS]
-        told = f"{name} at a/b 0.1 to 1 and b/a 0.9 to 0.1"
-        yield Check(told, [row[column] for row in COEFFICIENTS], got, KALKER, 1e-6)
+        computed = [float(kalker_coefficients(row[0])[column - 1]) for row in COEFFICIENTS]
+        title = f"{name} at a/b 0.1 to 1 and b/a 0.9 to 0.1"
+        yield Check(title, [row[column] for row in COEFFICIENTS], computed, KALKER, 1e-6)
 
 
 def cones() -> Iterator[Check]:
-    """The equivalent conicity of a cone is its own, at any amplitude."""
+    """Yield the equivalent conicity of cones, which is their own at any amplitude."""
     from railui.contact.conicity import equivalent_conicity
 
     y = np.linspace(-8e-3, 8e-3, 161)
     for conicity in (0.05, 0.4):
-        found = equivalent_conicity(y, 2 * conicity * y, np.array([1e-3, 3e-3, 6e-3])).tan_gamma.tolist()
-        yield Check(f"equivalent conicity of a cone of {conicity:g}", [conicity] * 3, found, "by definition", 1e-5)
+        computed = equivalent_conicity(y, 2 * conicity * y, np.array([1e-3, 3e-3, 6e-3])).tan_gamma.tolist()
+        yield Check(f"equivalent conicity of a cone of {conicity:g}", [conicity] * 3, computed, "by definition", 1e-5)
 
 
 def conicity_of_the_standard(reference: Path) -> Iterator[Check]:
-    """Tables of delta r of the standard: within 0.004 of nominal for 2 to 5 mm."""
+    """Yield the conicity of the delta r tables of the standard, within 0.004 of nominal for 2 to 5 mm."""
     from railui.contact.conicity import equivalent_conicity
 
     for name, nominal in NOMINAL.items():
         table = np.genfromtxt(reference / "en15302" / f"{name}_delta_r.csv", delimiter=",", skip_header=1) * 1e-3
-        found = equivalent_conicity(table[:, 0], table[:, 1], np.array(AMPLITUDES) * 1e-3).tan_gamma.tolist()
-        told = [None if np.isnan(value) else value for value in found]
-        yield Check(f"{name}, tan gamma_e at 2 to 5 mm", nominal[1:5], told[1:5], EN_15302, 4e-3)
+        curve = equivalent_conicity(table[:, 0], table[:, 1], np.array(AMPLITUDES) * 1e-3)
+        computed = [None if np.isnan(value) else value for value in curve.tan_gamma.tolist()]
+        yield Check(f"{name}, tan gamma_e at 2 to 5 mm", nominal[1:5], computed[1:5], EN_15302, 4e-3)
         if nominal[0] is None:
-            yield Check(f"{name}, tan gamma_e at 1 mm", None, told[0], f"{EN_15302}: no orbit round the centre", 0.0)
+            yield Check(
+                f"{name}, tan gamma_e at 1 mm", None, computed[0], f"{EN_15302}: no orbit round the centre", 0.0
+            )
 
 
 def conicity_of_profiles(reference: Path) -> Iterator[Check]:
-    """S1002 on UIC60, rigid contact with roll: within 0.02 of what was worked out twice."""
+    """Yield S1002 on UIC60, rigid contact with roll, within 0.02 of two independent computations."""
     from railui.contact.conicity import equivalent_conicity
     from railui.contact.contact_points import find_contacts
     from railui.contact.profile_reader import read_profile
@@ -73,14 +75,14 @@ def conicity_of_profiles(reference: Path) -> Iterator[Check]:
 
     wheel = read_profile(reference / "profiles" / "S1002.prw", "wheel")
     rail = read_profile(reference / "profiles" / "UIC60.prr", "rail")
-    found = [find_contacts(WheelRailPair(wheel, rail, gauge=gauge)) for gauge in S1002]
-    got = [equivalent_conicity(one.displacement, one.delta_r).at(3e-3) for one in found]
-    told = "S1002 on UIC60, tan gamma_e at 3 mm, gauge 1435, 1437, 1432 mm"
-    yield Check(told, list(S1002.values()), got, "worked out twice, rigid contact with roll", 0.02)
+    geometries = [find_contacts(WheelRailPair(wheel, rail, gauge=gauge)) for gauge in S1002]
+    computed = [equivalent_conicity(each.displacement, each.delta_r).at(3e-3) for each in geometries]
+    title = "S1002 on UIC60, tan gamma_e at 3 mm, gauge 1435, 1437, 1432 mm"
+    yield Check(title, list(S1002.values()), computed, "worked out twice, rigid contact with roll", 0.02)
 
 
 GROUPS: Final[tuple[Callable[[], Iterator[Check]], ...]] = (kalkers_coefficients, cones)
-WITH_DATA: Final[dict[str, Callable[[Path], Iterator[Check]]]] = {
+REFERENCE_DATA_CHECKS: Final[dict[str, Callable[[Path], Iterator[Check]]]] = {
     "equivalent conicity, EN 15302 E1 to E4": conicity_of_the_standard,
     "equivalent conicity of S1002 on UIC60": conicity_of_profiles,
 }

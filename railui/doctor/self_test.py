@@ -1,9 +1,10 @@
-"""What a check is, and all of them in their order."""
+"""Installation self-test: all checks in their order."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,38 +12,50 @@ from railui.doctor.check import Check
 
 
 def doctor(reference: Path | None = None, jobs: int | None = None) -> dict[str, Any]:
-    """Every published value that this installation can be held to, and the machine: checks, skipped, seconds, ok.
+    """Compare published values with those that this installation computes, and check the machine.
 
-    `reference`: a directory with the data of others (en15302, profiles), without which what needs it is skipped.
-    A check that cannot even be computed fails with what was said.
+    Parameters
+    ----------
+    reference : Path, optional
+        Directory with data of third parties (en15302, profiles); checks that need them are skipped without it.
+    jobs : int, optional
+        Threads; by default all.
+
+    Returns
+    -------
+    dict
+        ok, checks, skipped, machine, seconds. A check that raises an exception fails with its message.
     """
     from railui.doctor import contact, machine, track_and_comfort, vehicles
 
-    began = time.perf_counter()
-    checks, skipped = [], []
+    start = time.perf_counter()
+    checks: list[Check] = []
+    skipped = []
     for group in (*vehicles.GROUPS, *contact.GROUPS, *track_and_comfort.GROUPS):
-        checks += _tried(group)
-    for name, by_data in contact.WITH_DATA.items():
+        checks += _run(group)
+    for name, data_check in contact.REFERENCE_DATA_CHECKS.items():
         if reference is not None:
-            checks += _tried(lambda by_data=by_data: by_data(reference))  # type: ignore[misc]
+            checks += _run(partial(data_check, reference), data_check.__name__)
         else:
             skipped.append({"name": name, "reason": "its data are not ours to ship: give --reference DIR"})
-    checks += [check for group in machine.GROUPS for check in _tried(lambda group=group: group(jobs))]  # type: ignore[misc]
+    for machine_check in machine.GROUPS:
+        checks += _run(partial(machine_check, jobs), machine_check.__name__)
     return {
-        "ok": all(check.ok for check in checks),
+        "ok": all(check.is_ok for check in checks),
         "checks": [check.as_dict() for check in checks],
         "skipped": skipped,
-        "machine": machine.told(jobs),
-        "seconds": time.perf_counter() - began,
+        "machine": machine.describe_machine(jobs),
+        "seconds": time.perf_counter() - start,
     }
 
 
-def _tried(group: Callable[[], Iterator[Check]]) -> list[Check]:
-    found: list[Check] = []
+def _run(group: Callable[[], Iterator[Check]], name: str = "") -> list[Check]:
+    """Return the checks of a group; an exception is a failed check."""
+    checks: list[Check] = []
     try:
         for check in group():
-            found.append(check)
-    except Exception as error:  # whatever it is, it is what the doctor has to tell
-        name = getattr(group, "__name__", "check").replace("_", " ")
-        found.append(Check(name, "computed", f"{type(error).__name__}: {error}", "this installation"))
-    return found
+            checks.append(check)
+    except Exception as error:  # any error is a result of the self-test
+        failed = (name or getattr(group, "__name__", "check")).replace("_", " ")
+        checks.append(Check(failed, "computed", f"{type(error).__name__}: {error}", "this installation"))
+    return checks

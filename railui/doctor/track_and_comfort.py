@@ -1,4 +1,4 @@
-"""Published values of tracks and of riding quality: spectra, weightings, the curve of comfort."""
+"""Checks of tracks and ride quality: spectra, weightings, the reduced-comfort boundary."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from railui.track import band_sd, spectrum_density, spectrum_sd, synthetic_track
 
 ERRI: Final = "ERRI B176; own integration"
 BANDS: Final = ((3.0, 25.0), (25.0, 70.0), (70.0, 150.0), (2.0, 100.0))
-SPREAD: Final = {"low": (0.714, 1.197, 1.539, 1.696), "high": (1.213, 2.035, 2.616, 2.883)}
+ERRI_SD: Final = {"low": (0.714, 1.197, 1.539, 1.696), "high": (1.213, 2.035, 2.616, 2.883)}
 FRA_LATERAL: Final = (3.3634, 1.2107, 0.4128, 0.3027, 0.0762, 0.0339)  # A_a [cm^2 rad/m], class 1 to 6
 FRA_VERTICAL: Final = (1.2107, 1.0181, 0.6816, 0.5376, 0.2095, 0.0339)
 FRA_CORNER: Final = (0.6046, 0.9308, 0.8520, 1.1312, 0.8209, 0.4380)  # Ws [rad/m]
@@ -24,50 +24,50 @@ ISO_1974: Final = {24.0: 0.100, 16.0: 0.150, 8.0: 0.224, 4.0: 0.355, 2.5: 0.50, 
 
 
 def erri_b176() -> Iterator[Check]:
-    """Standard deviations of the lateral by band, of the density and of a track laid from it."""
-    for name, expected in SPREAD.items():
-        got = [1e3 * spectrum_sd(f"erri_b176_{name}", "yw", *band) for band in BANDS]
+    """Yield lateral standard deviations by band, of the density and of a synthetic track."""
+    for name, expected in ERRI_SD.items():
+        computed = [1e3 * spectrum_sd(f"erri_b176_{name}", "yw", *band) for band in BANDS]
         bands = ", ".join(f"{low:g}-{high:g}" for low, high in BANDS)
-        yield Check(f"ERRI B176 {name}, lateral in {bands} m [mm]", expected, got, ERRI, 1e-3)
-    laid = 1e3 * band_sd(synthetic_track("erri_b176_low", length=10000.0, seed=1), [BANDS[0]])[0]
-    yield Check("a synthetic track of it, lateral in 3-25 m [mm]", 0.714, float(laid), ERRI, 5e-3)
+        yield Check(f"ERRI B176 {name}, lateral in {bands} m [mm]", expected, computed, ERRI, 1e-3)
+    sd = 1e3 * band_sd(synthetic_track("erri_b176_low", length=10000.0, seed=1), [BANDS[0]])[0]
+    yield Check("a synthetic track of it, lateral in 3-25 m [mm]", 0.714, float(sd), ERRI, 5e-3)
 
 
 def fra() -> Iterator[Check]:
-    """FRA classes at the corner wavenumber, by hand: lateral k A_a/(2 Wc^2), gauge 4 k A_v/(2 (Wc^2 + Ws^2))."""
+    """Yield FRA classes at the corner wavenumber, by hand: lateral k A_a/(2 Wc^2), gauge 4 k A_v/(2 (Wc^2 + Ws^2))."""
     wc, names = 0.8245, [f"fra_{i}" for i in range(1, 7)]
     lateral = [0.25e-4 * a / (2 * wc**2) for a in FRA_LATERAL]
     gauge = [1e-4 * a / (2 * (wc**2 + ws**2)) for a, ws in zip(FRA_VERTICAL, FRA_CORNER, strict=True)]
     for quantity, expected in (("yw", lateral), ("gauge", gauge), ("phiw", [g / 1.5**2 for g in gauge])):
-        got = [float(spectrum_density(name, quantity, wc)) for name in names]  # type: ignore[arg-type]
+        computed = [float(spectrum_density(name, quantity, wc)) for name in names]  # type: ignore[arg-type]
         unit = "rad^2/(rad/m)" if quantity == "phiw" else "m^2/(rad/m)"
-        told = f"FRA class 1 to 6, {quantity} at {wc} rad/m [{unit}]"
-        yield Check(told, expected, got, "FRA (Hamid 1983)", 1e-9 * max(expected))
+        title = f"FRA class 1 to 6, {quantity} at {wc} rad/m [{unit}]"
+        yield Check(title, expected, computed, "FRA (Hamid 1983)", 1e-9 * max(expected))
 
 
 def sncf() -> Iterator[Check]:
-    """SNCF at n0, by hand: A/8 per cycle/m, over 2 pi per rad/m."""
+    """Yield SNCF at n0, by hand: A/8 per cycle/m, over 2 pi per rad/m."""
     w, factors = 2 * np.pi * 0.0489, {"sncf_good": 0.509, "sncf_poor": 1.790}
     expected = [a * 308e-6 / 8 / (2 * np.pi) for a in factors.values()]
-    got = [float(spectrum_density(name, "yw", w)) for name in factors]
-    yield Check("SNCF good and poor at n0 [m^2/(rad/m)]", expected, got, "SNCF; one-sided per cycle taken", 1e-15)
+    computed = [float(spectrum_density(name, "yw", w)) for name in factors]
+    yield Check("SNCF good and poor at n0 [m^2/(rad/m)]", expected, computed, "SNCF; one-sided per cycle taken", 1e-15)
 
 
 def weightings() -> Iterator[Check]:
-    """W_d and W_k of ISO 2631-1:1997."""
+    """Yield W_d and W_k of ISO 2631-1:1997."""
     for name, weight, known in (("W_d", W_D, W_D_AT), ("W_k", W_K, W_K_AT)):
-        got = [float(weight.modulus(f)) for f in known]
-        told = f"{name} at {', '.join(f'{f:g}' for f in known)} Hz"
-        yield Check(told, list(known.values()), got, "ISO 2631-1:1997, table 3", 1e-3)
+        computed = [float(weight.modulus(f)) for f in known]
+        title = f"{name} at {', '.join(f'{f:g}' for f in known)} Hz"
+        yield Check(title, list(known.values()), computed, "ISO 2631-1:1997, table 3", 1e-3)
     misprint = "ISO 2631-1:1997 (the printed 0.212 is a misprint)"
     yield Check("W_d at 10 Hz", 0.2017, float(W_D.modulus(10.0)), misprint, 5e-5)
 
 
 def comfort_of_1974() -> Iterator[Check]:
-    """The reduced-comfort boundary at 1 to 2 Hz."""
-    got = [float(comfort_time(rms / 3.15)) / 3600 for rms in ISO_1974.values()]
-    told = "reduced comfort after [h], at the points of the standard"
-    yield Check(told, list(ISO_1974), got, "ISO 2631 of the 1970s, over 3.15", 1e-9)
+    """Yield the reduced-comfort boundary at 1 to 2 Hz."""
+    computed = [float(comfort_time(rms / 3.15)) / 3600 for rms in ISO_1974.values()]
+    title = "reduced comfort after [h], at the points of the standard"
+    yield Check(title, list(ISO_1974), computed, "ISO 2631 of the 1970s, over 3.15", 1e-9)
 
 
 GROUPS: Final = (erri_b176, fra, sncf, weightings, comfort_of_1974)

@@ -1,4 +1,4 @@
-"""Published values of vehicles: wheelset on springs, the bogie of the check values, Cooperrider's bogie, curves."""
+"""Checks of vehicles: wheelset on springs, reference bogie, Cooperrider's bogie, curving."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ contact:
   spin_creep: 0.25
   flange_clearance: 7e-3
 """
-TABLE: Final = {
+EIGENVALUES: Final = {
     10.0: (-2.28035, 5.38976, -738.406),
     20.0: (-4.13918, 10.98602, -350.940),
     40.0: (-4.41556, 22.55234, -147.747),
@@ -77,12 +77,12 @@ effects:
 
 
 def check_bogie() -> Design:
-    """The bogie of the check values."""
+    """Return the reference bogie."""
     return parse_design(CHECK_BOGIE)
 
 
-def one_wheelset() -> Iterator[Check]:
-    """One wheelset on springs, exact."""
+def wheelset_on_springs() -> Iterator[Check]:
+    """Yield the critical speed of a wheelset on springs, which is known exactly."""
     f11, f22, b, r = 6.563e6 / 0.60252, 6.563e6 / 0.54219, 0.7163, 0.4572
     numbers = np.array([[1022.0, 678.0, 0.0, b, r, 1.0, 1.823e5, 768800.0, 0.05, f11, f22, 0.0, 0.0, 0.0, 0.0]])
     vehicles, batch = Vehicles("wheelset"), Batch.from_arrays(numbers)
@@ -92,30 +92,33 @@ def one_wheelset() -> Iterator[Check]:
     yield Check("wheelset on springs, its frequency [Hz]", 4.334738642, float(w / (2 * np.pi)), OWN, 1e-8)
 
 
-def the_bogie() -> Iterator[Check]:
-    """Eigenvalues and critical speed of the check values."""
+def bogie_eigenvalues() -> Iterator[Check]:
+    """Yield eigenvalues and critical speed of the reference bogie."""
     model = Model(check_bogie())
-    for v, expected in TABLE.items():
+    for v, expected in EIGENVALUES.items():
         modes = modes_at(model, v)
         least = max((m for m in modes if m["imag"] > 0), key=lambda m: float(m["real"]))
-        got = (least["real"], least["imag"], min(m["real"] for m in modes))
-        yield Check(f"bogie at {v:g} m/s, least damped oscillation [1/s, rad/s]", expected[:2], got[:2], BROERSEN, 5e-6)
-        yield Check(f"bogie at {v:g} m/s, most negative eigenvalue [1/s]", expected[2], got[2], BROERSEN, 5e-4)
-    found = critical_speeds(model, model.row[None], 90.0)[0]
-    yield Check("bogie, linear critical speed [m/s]", 61.64024, found.speed if found else None, BROERSEN, 5e-6)
+        computed = (least["real"], least["imag"], min(m["real"] for m in modes))
+        yield Check(
+            f"bogie at {v:g} m/s, least damped oscillation [1/s, rad/s]", expected[:2], computed[:2], BROERSEN, 5e-6
+        )
+        yield Check(f"bogie at {v:g} m/s, most negative eigenvalue [1/s]", expected[2], computed[2], BROERSEN, 5e-4)
+    critical = critical_speeds(model, model.row[None], 90.0)[0]
+    speed = critical.speed if critical else None
+    yield Check("bogie, linear critical speed [m/s]", 61.64024, speed, BROERSEN, 5e-6)
 
 
-def in_curves() -> Iterator[Check]:
-    """The quasi-static curve of the check values."""
+def curving() -> Iterator[Check]:
+    """Yield quasi-static curving of the reference bogie."""
     for c_x, expected in CURVES:
-        found = curve(check_bogie().with_values({"vehicle.primary.longitudinal_stiffness": c_x}), 600.0)
-        got = [1e3 * x for x in (*found["displacement"], *found["angle_of_attack"])]
+        result = curve(check_bogie().with_values({"vehicle.primary.longitudinal_stiffness": c_x}), 600.0)
+        computed = [1e3 * x for x in (*result["displacement"], *result["angle_of_attack"])]
         name = f"curve of 600 m, c_x {c_x:g} N/m, e [mm] and psi [mrad]"
-        yield Check(name, expected, got, BROERSEN, 1e-3)
+        yield Check(name, expected, computed, BROERSEN, 1e-3)
 
 
 def cooperriders_bogie() -> Iterator[Check]:
-    """The Hopf bifurcation of seven degrees of freedom."""
+    """Yield the Hopf bifurcation of a bogie of seven degrees of freedom."""
     model = Model(parse_design(COOPERRIDER))
     hopf = critical_speeds(model, model.row[None], 90.0)[0]
     speed, frequency = (hopf.speed, hopf.frequency) if hopf else (None, None)
@@ -124,29 +127,36 @@ def cooperriders_bogie() -> Iterator[Check]:
 
 
 def creep_of_vermeulen_and_johnson() -> Iterator[Check]:
-    """F/(mu N) = u - u^2/3 + u^3/27, 1 beyond u = 3: the lateral force of a wheelset held at an angle."""
+    """Yield F/(mu N) = u - u^2/3 + u^3/27, 1 beyond u = 3: the lateral force of a wheelset at a fixed yaw angle."""
     mu, kappa, n, m = 0.3, 150.0, 6e4, 1000.0
     numbers = [m, 1e3, 0.0, 0.75, 0.46, n, 1e3, 1e3, 0.0, kappa, kappa, 0.0, 0.0, 0.0, 0.0]
     u = np.array([0.5, 1.0, 2.0, 3.0, 5.0])
     states = np.zeros((len(u), 4))
     states[:, 1] = u * mu / kappa
-    placed = [Placement("creep_saturation", "contact")]
-    effects, amounts = np.full((len(u), placed[0].parameter_count), mu), np.ones((len(u), 1))
+    placements = [Placement("creep_saturation", "contact")]
+    effects, amounts = np.full((len(u), placements[0].parameter_count), mu), np.ones((len(u), 1))
     batch = Batch.from_arrays(np.tile(numbers, (len(u), 1)), effects, amounts)
     row = np.array([0.0, 20.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    pushed = Vehicles("wheelset", placed).state_derivatives(batch, row, states)[:, 2] * m
+    force = Vehicles("wheelset", placements).state_derivatives(batch, row, states)[:, 2] * m
     expected = np.where(u < 3, u - u**2 / 3 + u**3 / 27, 1.0)
-    got = (pushed / (2 * mu * n)).tolist()
+    computed = (force / (2 * mu * n)).tolist()
     yield Check(
-        "creep saturation, F/(mu N) at u 0.5, 1, 2, 3, 5", expected.tolist(), got, "Vermeulen, Johnson 1964", 1e-9
+        "creep saturation, F/(mu N) at u 0.5, 1, 2, 3, 5", expected.tolist(), computed, "Vermeulen, Johnson 1964", 1e-9
     )
 
 
 def klingel() -> Iterator[Check]:
-    """Klingel's wavelength."""
+    """Yield Klingel's wavelength."""
     for conicity, expected in ((0.1, 11.670), (0.05, 16.504)):
-        got = klingel_wavelength(0.75, 0.46, conicity)
-        yield Check(f"Klingel's wavelength at conicity {conicity:g} [m]", expected, got, "Klingel 1883", 1e-3)
+        computed = klingel_wavelength(0.75, 0.46, conicity)
+        yield Check(f"Klingel's wavelength at conicity {conicity:g} [m]", expected, computed, "Klingel 1883", 1e-3)
 
 
-GROUPS: Final = (one_wheelset, the_bogie, in_curves, cooperriders_bogie, creep_of_vermeulen_and_johnson, klingel)
+GROUPS: Final = (
+    wheelset_on_springs,
+    bogie_eigenvalues,
+    curving,
+    cooperriders_bogie,
+    creep_of_vermeulen_and_johnson,
+    klingel,
+)

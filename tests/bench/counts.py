@@ -21,7 +21,11 @@ from railui.bench.standard_job import bogie_model, coach_model, coach_job, full_
 
 DESIGNS = 16
 STEPS = 20_000 - 1
-JOBS = {"full": (full_job, bogie_model), "reduced": (reduced_job, lambda: bogie_model(reduced=True)), "coach": (coach_job, coach_model)}
+JOBS = {
+    "full": (full_job, bogie_model),
+    "reduced": (reduced_job, lambda: bogie_model(reduced=True)),
+    "coach": (coach_job, coach_model),
+}
 
 
 def ride(twice: str) -> None:

@@ -78,5 +78,5 @@ def test_every_kind_of_effect_is_timed_against_none() -> None:
 def test_a_call_is_what_is_left_where_there_are_no_designs(monkeypatch: pytest.MonkeyPatch) -> None:
     a_call, a_design = 50e-6, 9e-6  # s
     times = [costs.CALLS * (a_call + n * a_design) for n in (1, 16)]
-    monkeypatch.setattr(costs, "quickest", lambda runs, repetitions: times)
+    monkeypatch.setattr(costs, "shortest_times", lambda runs, repetitions: times)
     assert costs.call_costs() == pytest.approx({"crossing_us_per_call": 50.0, "setup_us_per_design": 9.0})

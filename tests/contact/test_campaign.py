@@ -51,7 +51,7 @@ def test_a_bogie_on_measured_profiles_is_found_with_their_table(
     assert result.exit_code == 0, result.output
     found = json.loads((tmp_path / "told.json").read_text("utf-8"))
     told = " ".join(result.stdout.split())
-    assert "┃ declared ┃ profiles ┃ adjusted ┃" in told and "on 60e1.txt" in told
+    assert "┃ nominal ┃ profiles ┃ calibrated ┃" in told and "on 60e1.txt" in told
     assert least < found["before"]["nrmse"] < most
     assert undocumented([found], rows_of("loop", "adjust")) == []
     if use == "table":

@@ -56,7 +56,7 @@ def test_a_table_gives_its_conicity_as_far_as_it_reaches(tmp_path: Path) -> None
     table = tmp_path / "t.csv"
     table.write_text("y [mm],delta_r [mm]\n" + "\n".join(f"{y},{0.2 * (y - 1):.2f}" for y in range(-6, 7)))
     result = run("--delta-r", str(table), "--json", str(tmp_path / "j.json"), "--figure", str(tmp_path / "f.svg"))
-    assert result.exit_code == 0 and "omitted" in result.output
+    assert result.exit_code == 0 and "left out" in result.output
     found = json.loads((tmp_path / "j.json").read_text())
     assert found["conicity"]["amplitude"][-1] == pytest.approx(5e-3)  # about a centre at 1 mm
     assert found["conicity"]["tan_gamma"] == pytest.approx([0.1] * len(found["conicity"]["tan_gamma"]), rel=1e-6)

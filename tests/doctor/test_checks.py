@@ -38,7 +38,9 @@ def test_its_vehicles_are_those_of_the_designs(name: str, design: Design) -> Non
 
 def test_a_check_is_as_sharp_as_its_tolerance() -> None:
     assert Check("x", 1.0, 1.0009, "s", 1e-3).is_ok and not Check("x", 1.0, 1.0011, "s", 1e-3).is_ok
-    assert Check("x", [None, 1.0], [None, 1.0], "s", 0.0).is_ok and not Check("x", [None, 1.0], [0.5, 1.0], "s", 1.0).is_ok
+    assert (
+        Check("x", [None, 1.0], [None, 1.0], "s", 0.0).is_ok and not Check("x", [None, 1.0], [0.5, 1.0], "s", 1.0).is_ok
+    )
     assert not Check("x", "v3", "v4", "s").is_ok and not Check("x", 1.0, None, "s", 1.0).is_ok
 
 

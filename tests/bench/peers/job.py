@@ -100,7 +100,9 @@ class Job:
 
         def run() -> Answers:
             channels = SCORE_CHANNELS if self.full else SCORE_CHANNELS[:1]
-            found = vehicles.ride_statistics(batch, self.table, self.dt, 1, channels, clearance, cascades, block=block, jobs=1)
+            found = vehicles.ride_statistics(
+                batch, self.table, self.dt, 1, channels, clearance, cascades, block=block, jobs=1
+            )
             return self.answers(found.displacement, found.rms[:, 0].T if self.full else None)
 
         return run
