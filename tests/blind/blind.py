@@ -56,8 +56,7 @@ def _run(case: PlantedCase, directory: Path, excluded: bool) -> tuple[TrialRow |
 def _detectable_cases(case: PlantedCase, result: LoopResult) -> list[PlantedCase]:
     """Plant one of the reported minimum detectable effects, weaker, as reported and stronger, in the same vehicle."""
     min_gain, error = result.dataset.campaign.min_relative_gain, result.validations["after"].nrmse
-    min_share = result.context.settings.score_test.min_remaining_share
-    rows = minimum_detectable_effects(result.score_test, min_gain, error, result.predicted_gains, min_share)
+    rows = minimum_detectable_effects(result.score_test, min_gain, error, result.predicted_gains)
     rows = [r for r in rows if (r["kind"], r["at"]) in DETECTABLE_PARAMETERS and r["value"]]
     rng = np.random.default_rng([case.order.seed, 43])
     if not rows:

@@ -10,13 +10,13 @@ import pytest
 from click.testing import CliRunner
 
 from railui.cli import cli
-from railui.identification.estimation.identifiability import per_stretch, profile_likelihood
-from railui.identification.estimation.parallel_models import correlations
-from railui.identification.unmodelled.coefficients import coefficients
+from railui.identification.estimation.identifiability import estimate_per_section, profile_likelihood
+from railui.identification.estimation.parallel_models import residual_correlations
+from railui.identification.unmodelled.coefficients import estimate_coefficients
 from railui.io.table import write_table
 from railui.report.loop import identifiability as told
-from tests.blind.made import fitted
-from tests.capture.rides import read, ride
+from tests.blind.simulated import calibrated, simulated_campaign
+from tests.capture.simulated_runs import sensor_readings, simulated_motion
 from tests.docs.results import rows_of, sections, undocumented, unheard_of
 from tests.docs.transcript import ROOT
 
@@ -96,13 +96,13 @@ def test_every_key_of_a_search_has_its_row(home: Path) -> None:
 
 
 def test_every_key_of_what_else_adjusting_tells_has_its_row() -> None:
-    fit = fitted()
+    fit, context = calibrated(), simulated_campaign().context
     path = "contact.leading.conicity"
     further = {
-        "correlations": told.correlation_rows(correlations(fit)),
-        "coefficients": told.coefficient_rows(coefficients(fit)),
-        "stretches": told.stretch_rows(per_stretch(fit, 300.0)),
-        "profile": told.profile_rows([profile_likelihood(fit, path, jobs=2)]),
+        "correlations": told.correlation_rows(residual_correlations(context, fit)),
+        "coefficients": told.coefficient_rows(estimate_coefficients(context, fit)),
+        "stretches": told.segment_rows(estimate_per_section(context, fit, 300.0)),
+        "profile": told.profile_rows([profile_likelihood(context, fit, path)]),
     }
     assert undocumented([further], sections()["adjust"]) == []
 
@@ -113,7 +113,7 @@ def test_every_key_of_a_recording_has_its_row(home: Path) -> None:
 
 
 def test_every_key_of_an_import_has_its_row(home: Path) -> None:
-    columns, sensors = ride(), read(ride())
+    columns, sensors = simulated_motion(), sensor_readings(simulated_motion())
     names = ("ay1", "ay2", "e1_right", "e1_left", "e2_right", "e2_left", "roll_rate1")
     channels = {name: sensors[name] for name in names} | {"v": columns["v"].copy()}
     channels["v"][: len(columns["t"]) // 4] = 0.0  # it stands at first

@@ -1,4 +1,4 @@
-"""The closed loop: the bundled campaign, nothing missing, answers taken away; figures computed again as an outsider."""
+"""The loop: bundled campaign, no effect, excluded effects; its numbers recomputed with numpy and scipy."""
 
 from __future__ import annotations
 
@@ -18,39 +18,49 @@ from railui.campaign.dataset import read_dataset
 from railui.identification.loop import LoopResult, close_loop
 from railui.report.loop.data import loop_report
 from railui.report.loop.files import write_simulated
-from tests.blind.made import simulated_campaign
+from tests.blind.simulated import simulated_campaign
 from tests.docs.results import rows_of, undocumented, unheard_of
 
 ROOT = Path(__file__).parents[2]
 BUNDLED = ROOT / "designs" / "campaigns" / "worn_axle_box"
 SHARED = ROOT.parent / "shared" / "runs"
-FREE_PLAY = "free_play at=primary_lateral half_width=4e-4"
+CLEARANCE = "free_play at=primary_lateral half_width=4e-4"
 CHANNELS = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
 KEYS = {
     "schema", "version", "seed", "simd", "seconds", "campaign", "runs", "declared", "before", "after", "floor",
     "unexplained", "verdict", "effects", "outside", "classes", "ranking", "traces", "detectable", "means", "riding",
     "parameters",
 }  # fmt: skip
-# what a reader of the report wants besides: where it comes from, its first sentence, its cost, its footnotes
-BESIDES = {"profiles", "windows", "inputs", "sentence", "simulations", "notes", "gate", "identifiability"}
+# for the reader: provenance, summary, cost and notes
+READER_KEYS = {
+    "profiles",
+    "settings",
+    "windows",
+    "inputs",
+    "sentence",
+    "simulations",
+    "notes",
+    "gate",
+    "identifiability",
+}
 
 
 @dataclass(frozen=True)
-class Closed:
-    """The loop closed on the bundled campaign, its report, and where its simulated channels were written."""
+class ClosedLoop:
+    """Result of the loop on the bundled campaign, its report, and the directory of its simulated channels."""
 
-    found: LoopResult
+    result: LoopResult
     report: dict[str, Any]
     directory: Path
 
 
 @pytest.fixture(scope="module")
-def closed(tmp_path_factory: pytest.TempPathFactory) -> Closed:
-    found = close_loop(read_dataset(load_campaign(BUNDLED)), jobs=2)
+def closed(tmp_path_factory: pytest.TempPathFactory) -> ClosedLoop:
+    result = close_loop(read_dataset(load_campaign(BUNDLED)), jobs=2)
     directory = tmp_path_factory.mktemp("loop")
-    write_simulated(found, directory)
-    report = json.loads(json.dumps(loop_report(found), allow_nan=False))
-    return Closed(found, report, directory)
+    write_simulated(result, directory)
+    report = json.loads(json.dumps(loop_report(result), allow_nan=False))
+    return ClosedLoop(result, report, directory)
 
 
 def numbers(data: Any) -> Iterator[float]:
@@ -63,25 +73,25 @@ def numbers(data: Any) -> Iterator[float]:
         yield data
 
 
-def test_the_worn_axle_box_has_play_on_both_wheelsets(closed: Closed):
+def test_the_worn_axle_box_has_clearance_on_both_wheelsets(closed: ClosedLoop):
     assert closed.report["verdict"] == "effect"
-    (one,) = closed.report["effects"]
-    assert (one["kind"], one["at"], one["wheelset"]) == ("free_play", "primary_lateral", None)
-    half_width = one["parameters"]["half_width"]
+    (effect,) = closed.report["effects"]
+    assert (effect["kind"], effect["at"], effect["wheelset"]) == ("free_play", "primary_lateral", None)
+    half_width = effect["parameters"]["half_width"]
     assert half_width["unit"] == "m"
     assert 0.0 < half_width["sd"] < 0.05 * half_width["value"]
 
 
-def test_with_the_play_the_error_is_down_to_the_floor(closed: Closed):
+def test_with_the_clearance_the_error_reaches_the_noise_floor(closed: ClosedLoop):
     r = closed.report
     assert r["after"]["nrmse"] <= 1.10 * r["floor"]["nrmse"]
     assert r["after"]["nrmse"] < 0.5 * r["before"]["nrmse"] < 0.5 * r["declared"]["nrmse"]
     assert r["unexplained"] == pytest.approx(r["after"]["nrmse"] / r["floor"]["nrmse"])
 
 
-def test_the_report_has_the_keys_that_are_promised(closed: Closed):
+def test_the_report_has_the_documented_keys(closed: ClosedLoop):
     r = closed.report
-    assert set(r) == KEYS | BESIDES
+    assert set(r) == KEYS | READER_KEYS
     assert r["schema"] == "railui.loop/1"
     assert set(r["declared"]) == set(r["after"]) == {"nrmse", "channels"}
     assert set(r["before"]) == {"nrmse", "channels", "constrained"}
@@ -93,19 +103,19 @@ def test_the_report_has_the_keys_that_are_promised(closed: Closed):
     assert set(r["riding"]) == {"measured", "declared", "before", "after"}
 
 
-def test_every_key_of_the_report_has_its_row_in_the_docs_and_every_row_its_key(closed: Closed):
+def test_keys_of_the_report_and_rows_of_the_docs_agree(closed: ClosedLoop):
     rows = rows_of("loop")
     assert undocumented([closed.report], rows) == []
     assert unheard_of([closed.report], rows) == []
 
 
-def test_every_number_of_the_report_is_finite(closed: Closed):
-    found = list(numbers(closed.report))
-    assert len(found) > 300
-    assert all(math.isfinite(x) for x in found)
+def test_every_number_of_the_report_is_finite(closed: ClosedLoop):
+    result = list(numbers(closed.report))
+    assert len(result) > 300
+    assert all(math.isfinite(x) for x in result)
 
 
-def test_the_ranking_counts_nothing_among_the_candidates_and_its_weights_sum_to_one(closed: Closed):
+def test_the_ranking_includes_no_effect_and_its_weights_sum_to_one(closed: ClosedLoop):
     rows = closed.report["ranking"]
     assert [r["kind"] for r in rows].count("none") == 1
     assert rows[0]["kind"] == "free_play"
@@ -113,13 +123,13 @@ def test_the_ranking_counts_nothing_among_the_candidates_and_its_weights_sum_to_
     assert len({(r["kind"], r["at"], r["wheelset"]) for r in rows}) == len(rows)
 
 
-def test_the_class_of_the_play_holds_the_play(closed: Closed):
+def test_the_class_of_indistinguishable_kinds_contains_clearance(closed: ClosedLoop):
     classes = closed.report["classes"]
     assert classes and all("free_play" in kinds for kinds in classes)
 
 
-def by_hand(simulated: Path, run: Path, which: str) -> float:
-    """nrmse from the written files, with nothing but numpy and scipy."""
+def recompute_nrmse(simulated: Path, run: Path, which: str) -> float:
+    """Compute the NRMSE from the written files with numpy and scipy only."""
     x, z = (np.genfromtxt(path, delimiter=",", names=True, deletechars="") for path in (run, simulated))
     rate = 1.0 / np.median(np.diff(z["t"]))
     sos = signal.butter(4, [0.3, min(40.0, 0.45 * rate)], "bandpass", fs=rate, output="sos")
@@ -133,22 +143,24 @@ def by_hand(simulated: Path, run: Path, which: str) -> float:
 
 
 @pytest.mark.parametrize("which", ["declared", "before", "after"])
-def test_anybody_can_compute_the_error_again_from_the_written_files(closed: Closed, which: str):
+def test_the_error_can_be_recomputed_from_the_written_files(closed: ClosedLoop, which: str):
     simulated = closed.directory / "simulated_run_b.csv.gz"
-    assert by_hand(simulated, BUNDLED / "run_b.csv.gz", which) == pytest.approx(closed.report[which]["nrmse"], rel=1e-6)
+    assert recompute_nrmse(simulated, BUNDLED / "run_b.csv.gz", which) == pytest.approx(
+        closed.report[which]["nrmse"], rel=1e-6
+    )
 
 
-def test_the_adjusting_run_is_written_too(closed: Closed):
+def test_the_estimation_run_is_written_as_well(closed: ClosedLoop):
     simulated = closed.directory / "simulated_run_a.csv.gz"
-    assert by_hand(simulated, BUNDLED / "run_a.csv.gz", "after") < 0.5 * by_hand(
+    assert recompute_nrmse(simulated, BUNDLED / "run_a.csv.gz", "after") < 0.5 * recompute_nrmse(
         simulated, BUNDLED / "run_a.csv.gz", "before"
     )
 
 
-def test_where_nothing_is_missing_nothing_is_named():
-    found = close_loop(simulated_campaign().dataset, jobs=2)
-    report = loop_report(found)
-    assert found.verdict == report["verdict"] == "none"
+def test_without_an_unmodelled_effect_none_is_reported():
+    result = close_loop(simulated_campaign().dataset, jobs=2)
+    report = loop_report(result)
+    assert result.verdict == report["verdict"] == "none"
     assert report["effects"] == [] and report["outside"] is None and report["classes"] == []
     assert report["after"] == {k: report["before"][k] for k in ("nrmse", "channels")}
     assert report["unexplained"] < 1.10
@@ -156,21 +168,25 @@ def test_where_nothing_is_missing_nothing_is_named():
 
 
 @pytest.mark.slow
-def test_with_its_answers_taken_away_the_loop_does_not_name_another_cleanly():
-    found = close_loop(simulated_campaign(FREE_PLAY).dataset, without=("free_play", "bump_stop", "cubic_stiffness"), jobs=2)
-    outside = found.verdict == "outside" and found.discrepancy is not None and found.discrepancy.at == "primary_lateral"
-    assert outside or found.error_to_noise > 1.5
-    assert not any(e.kind in ("free_play", "bump_stop", "cubic_stiffness") for e in found.after.model.effects)
-    assert undocumented([loop_report(found)], rows_of("loop")) == []
+def test_with_the_effect_excluded_a_discrepancy_remains():
+    result = close_loop(
+        simulated_campaign(CLEARANCE).dataset, without=("free_play", "bump_stop", "cubic_stiffness"), jobs=2
+    )
+    outside = (
+        result.verdict == "outside" and result.discrepancy is not None and result.discrepancy.at == "primary_lateral"
+    )
+    assert outside or result.error_to_noise > 1.5
+    assert not any(e.kind in ("free_play", "bump_stop", "cubic_stiffness") for e in result.after.model.effects)
+    assert undocumented([loop_report(result)], rows_of("loop")) == []
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not SHARED.is_dir(), reason="no campaigns beside the repository")
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no shared campaigns next to the repository")
 @pytest.mark.parametrize(
     "name", ["blind_a", "blind_b", "low_adhesion", "nothing_missing", "stiff_friction", "worn_axle_box"]
 )
-def test_the_campaigns_beside_the_repository_end_at_their_floor(name: str):
-    found = close_loop(read_dataset(load_campaign(SHARED / name)), jobs=2)
+def test_the_shared_campaigns_end_at_their_noise_floor(name: str):
+    result = close_loop(read_dataset(load_campaign(SHARED / name)), jobs=2)
     if name == "nothing_missing":
-        assert found.verdict == "none"
-    assert found.validations["after"].nrmse <= 1.10 * found.noise_floor.nrmse
+        assert result.verdict == "none"
+    assert result.validations["after"].nrmse <= 1.10 * result.noise_floor.nrmse

@@ -59,7 +59,9 @@ class _SimulatedTruth:
         campaign, segment = self.context.campaign, self.segment
         rng = np.random.default_rng(np.random.SeedSequence([seed, self.index]))
         wheelset_spacing = self.predictor.model.wheelset_spacing()
-        table = segment.noisy_table(self.context.noise, campaign.noise_band, rng, wheelset_spacing, self.predictor.steps)
+        table = segment.noisy_table(
+            self.context.noise, campaign.noise_band, rng, wheelset_spacing, self.predictor.steps
+        )
         series, _ = self.predictor.simulate(self.channels, table=table)
         white = comparison_filter(campaign, segment, self.sd[:, None] * rng.standard_normal(series[0].shape))
         return self.clean + white, comparison_filter(campaign, segment, series[0])

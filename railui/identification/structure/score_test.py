@@ -35,7 +35,8 @@ PRESELECTION_SHARE = 0.7  # of the samples, from which a preselection on the fir
 class ScoreTestResult:
     """Score results of all shapes, the best of each candidate in descending order, family-wise p, critical score.
 
-    rss: residual sum of squares that was tested.
+    rss: residual sum of squares that was tested. min_remaining_share: share of a candidate's output difference that the
+    estimated parameters must leave.
     """
 
     results: tuple[ScoreResult, ...]
@@ -43,6 +44,7 @@ class ScoreTestResult:
     p: float
     critical_score: float
     rss: float
+    min_remaining_share: float = ScoreTestSettings.min_remaining_share
 
     @property
     def rho2(self) -> float:
@@ -81,7 +83,9 @@ def score_test(
         others = [s.extrapolate(ratio, full.block_count) for s in preselection if s.candidate not in best]
         results = (*selected, *others)
     p, critical_score = family_wise_test(results, settings, context.seed, selected)
-    return ScoreTestResult(tuple(results), _ranked(results), p, critical_score, full.projector.rss)
+    return ScoreTestResult(
+        tuple(results), _ranked(results), p, critical_score, full.projector.rss, settings.min_remaining_share
+    )
 
 
 def _ranked(results: Sequence[ScoreResult]) -> tuple[ScoreResult, ...]:

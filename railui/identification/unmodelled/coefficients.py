@@ -84,7 +84,9 @@ def estimate_coefficients(context: Context, fit: Fit) -> list[Coefficient]:
     grams = []
     for target in fit.segments:
         base, _ = optimiser.sensitivities(target, fit.x)
-        rows = np.concatenate([base, target.without_initial_state(_responses(fit, target, settings.pulse_duration))])
+        rows = np.concatenate(
+            [base, target.without_initial_state(coefficient_responses(fit, target, settings.pulse_duration))]
+        )
         grams.append(block_gram(rows, fit.block_samples(target)).sum(axis=1))
     gram = np.concatenate(grams)
     parameters = 1 + len(fit.x)
@@ -111,7 +113,7 @@ def estimate_coefficients(context: Context, fit: Fit) -> list[Coefficient]:
     return sorted(coefficients, key=lambda c: -c.share)
 
 
-def _responses(fit: Fit, target: FitSegment, duration: float) -> FloatArray:
+def coefficient_responses(fit: Fit, target: FitSegment, duration: float) -> FloatArray:
     """Weighted output per unit of each coefficient [16, channel, n]: the response to minus the motion as a force."""
     segment = target.segment
     motions = [f"{q}.{at}.{w}" for w in (1, 2) for at in ("wheelset", "wheelset_yaw") for q in ("z", "v")]

@@ -103,11 +103,7 @@ def loop_report(result: LoopResult) -> dict[str, Any]:
         "ranking": rank_candidates(result),
         "traces": significant_below_threshold(result),
         "detectable": minimum_detectable_effects(
-            result.score_test,
-            campaign.min_relative_gain,
-            validations["after"].nrmse,
-            result.predicted_gains,
-            result.context.settings.score_test.min_remaining_share,
+            result.score_test, campaign.min_relative_gain, validations["after"].nrmse, result.predicted_gains
         ),
         "means": mean_errors(result),
         "riding": ride_quality(result),

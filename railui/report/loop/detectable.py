@@ -20,12 +20,7 @@ MIN_LOG_SLOPE = 0.1  # of the amount over the parameter, below which no paramete
 
 
 def minimum_detectable_amount(
-    score: ScoreResult,
-    test: ScoreTestResult,
-    min_relative_gain: float,
-    nrmse: float,
-    predicted_gains: PredictedGains,
-    min_remaining_share: float,
+    score: ScoreResult, test: ScoreTestResult, min_relative_gain: float, nrmse: float, predicted_gains: PredictedGains
 ) -> float:
     """Return the amount of a shape that meets both criteria: family-wise score and minimum relative gain.
 
@@ -35,7 +30,7 @@ def minimum_detectable_amount(
     amounts = [score.amount_of_score(test.critical_score + POWER)]
     predicted = predicted_gains.get((score.candidate, score.shape))
     # an effect that calibration almost absorbs gains little on the estimation runs, and much at another speed
-    if score.unabsorbed_share >= min_remaining_share or not predicted:
+    if score.unabsorbed_share >= test.min_remaining_share or not predicted:
         amounts.append(GAIN_MARGIN * float(np.sqrt(gain * test.rss / score.norm)))
     if predicted:
         amounts.append(GAIN_MARGIN * float(np.sqrt(gain * nrmse**2 / predicted)))
@@ -43,11 +38,7 @@ def minimum_detectable_amount(
 
 
 def minimum_detectable_effects(
-    test: ScoreTestResult,
-    min_relative_gain: float,
-    nrmse: float,
-    predicted_gains: PredictedGains,
-    min_remaining_share: float,
+    test: ScoreTestResult, min_relative_gain: float, nrmse: float, predicted_gains: PredictedGains
 ) -> list[dict[str, Any]]:
     """Return one row per kind, location and wheelset: parameter, minimum detectable value (None: unknown), unit, power.
 
@@ -55,7 +46,7 @@ def minimum_detectable_effects(
     """
 
     def amount(score: ScoreResult) -> float:
-        return minimum_detectable_amount(score, test, min_relative_gain, nrmse, predicted_gains, min_remaining_share)
+        return minimum_detectable_amount(score, test, min_relative_gain, nrmse, predicted_gains)
 
     by_candidate: dict[Candidate, list[ScoreResult]] = {}
     for score in test.results:

@@ -1,4 +1,4 @@
-"""A vehicle that hunts between its flanges, adjusted on windows that each begin anew."""
+"""Multiple shooting: a vehicle that hunts between its flanges, fitted on windows with separate initial states."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ import pytest
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
+from railui.identification.context import Context, create_context
+from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.multiple_shooting import cut_into_windows, max_growth_rate, windowed_files
 from railui.identification.estimation.problem import estimate_window_start, prepare_segments
 from railui.identification.estimation.validation import validate
-from railui.identification.loop import calibrate, close_loop
+from railui.identification.loop import close_loop
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
 from tests.truth.bogie import Vehicle
@@ -25,7 +27,7 @@ HUNTS: Vehicle = replace(DECLARED, lam=(0.21, 0.20), kappa_x=(190.0, 185.0), kap
 
 @pytest.fixture(scope="module")
 def hunting(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
-    """60 m/s beyond, 50 m/s below the limit of the linear vehicle; flanges hold it."""
+    """60 m/s is above, 50 m/s below the linear critical speed; the flanges limit the motion."""
     words = "flange_contact at=contact " + " ".join(f"{k}={v}" for k, v in FLANGES.items())
     order = Order([parse(words)], seed=5, seconds=(30.0, 20.0), speeds=(60.0, 50.0), vehicle=HUNTS)
     folder = tmp_path_factory.mktemp("hunting")
@@ -33,47 +35,49 @@ def hunting(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return read_dataset(load_campaign(folder))
 
 
-def with_flanges(measurement: Dataset) -> Model:
+def with_flanges(dataset: Dataset) -> Context:
     flanges = PlacedEffect("flange_contact", "contact", None, FLANGES)
-    return Model(measurement.campaign.design).with_effect(flanges)
+    context = create_context(dataset)
+    return replace(context, nominal=context.nominal.with_effect(flanges))
 
 
-def test_windows_lie_side_by_side_on_the_track_of_the_whole(hunting: Dataset):
+def test_windows_share_the_track_of_the_segment(hunting: Dataset):
     (whole,) = hunting.estimation
     cut = whole.windows(3.0)
     assert np.array_equal(np.concatenate([w.columns["e1"] for w in cut]), whole.columns["e1"])
-    behind = Model(hunting.campaign.design).half_wheelbase()
+    behind = Model(hunting.campaign.design).wheelset_spacing()
     table = whole.table(behind, 2)
     assert np.array_equal(cut[5].table(behind, 2)[0], table[4 * cut[5].first_sample])
     assert cut[5].table(behind, 2).shape[0] == 4 * (cut[5].samples - 1) + 1
 
 
-def test_what_a_window_s_beginning_can_do_is_not_held_against_the_vehicle(hunting: Dataset):
+def test_the_initial_state_of_a_window_is_projected_out(hunting: Dataset):
     model = Model(hunting.campaign.design)
     (whole,) = hunting.estimation
-    ready = prepare_segments(model, hunting, cut_into_windows([whole], {(whole.file, whole.number)}))[3]
-    begun = estimate_window_start(model, ready)
+    context = create_context(hunting)
+    ready = prepare_segments(context, model, cut_into_windows([whole], {(whole.file, whole.number)}, 3.0))[3]
+    begun = estimate_window_start(context, model, ready)
     assert begun.initial_sensitivity is not None
     made = np.tensordot(np.linspace(-1.0, 1.0, len(begun.initial_sensitivity.rows)), begun.initial_sensitivity.rows, 1)
-    # the ridge of usual motions holds a little back of what the sensors hardly see
+    # the prior of typical motions retains a little of the directions that the sensors hardly observe
     assert np.sum(begun.without_initial_state(made) ** 2) < 1e-4 * np.sum(made**2)
 
 
-def test_where_flanges_are_declared_a_hunting_vehicle_is_adjusted(hunting: Dataset):
-    declared = with_flanges(hunting)
+def test_a_hunting_vehicle_with_nominal_flanges_is_calibrated(hunting: Dataset):
+    context = with_flanges(hunting)
     low = [f"contact.{w}.conicity" for w in ("leading", "trailing")]
-    fit = calibrate(hunting, declared.with_row(low, np.array([0.2, 0.2])))
+    fit = calibrate(replace(context, nominal=context.nominal.with_path_values(low, np.array([0.2, 0.2]))))
     assert max_growth_rate(fit.model, hunting.estimation[0]) > 0.0
     assert not fit.constrained and windowed_files(fit) == ["run_a.csv.gz"]
     found = dict(zip(fit.free.paths, fit.x, strict=True))
     assert found[low[1]] == pytest.approx(0.20, rel=0.10)
     assert found["vehicle.primary.lateral_stiffness"] == pytest.approx(3e6, rel=0.05)
-    assert validate(fit.model, hunting, hunting.validation).nrmse < 0.3
+    assert validate(context, fit.model, hunting.validation).nrmse < 0.3
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
-def test_flanges_that_nobody_declared_are_found(hunting: Dataset):
+def test_unmodelled_flanges_are_found(hunting: Dataset):
     found = close_loop(hunting)
     assert "flange_contact" in [e.kind for e in found.after.model.effects]
     assert found.before.constrained and found.windowed is not None

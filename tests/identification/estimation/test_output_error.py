@@ -1,4 +1,4 @@
-"""Adjustment of a bogie and of a rig to campaigns of the independent generator, whose truth is known."""
+"""Output-error estimation of a bogie and a rig from campaigns of the independent generator, whose truth is known."""
 
 from __future__ import annotations
 
@@ -10,13 +10,18 @@ import pytest
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
+from railui.campaign.settings.estimation import IdentifiabilitySettings
+from railui.identification.context import create_context
 from railui.identification.estimation.block_products import block_gram
-from railui.identification.estimation.output_error import GaussNewton, fit_output_error
-from railui.identification.estimation.validation import estimate_noise_floor, noise_weights, validate
-from railui.identification.loop import calibrate
+from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.gauss_newton import GaussNewton
+from railui.identification.estimation.identifiability import parameter_flags
+from railui.identification.estimation.noise_floor import estimate_noise_floor, noise_weights
+from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.validation import validate
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
-from tests.blind.made import calibrated, simulated_campaign
+from tests.blind.simulated import calibrated, simulated_campaign
 from tests.truth.files import paths
 from tests.truth.rig import Bench
 from tests.truth.rig import write as write_bench
@@ -28,44 +33,47 @@ def worst_decay(model: Model, speeds: set[float]) -> float:
     return max(float(model.eigenvalues(v)[0, 0].real) for v in speeds)
 
 
-def adjuster_of(fit) -> GaussNewton:
-    return GaussNewton(fit.model, fit.free, fit.targets, block=1.0, stable=False, jobs=1)
+def optimiser_of(fit) -> GaussNewton:
+    context = simulated_campaign().context
+    return GaussNewton(context, fit.model, fit.free, fit.segments, block=1.0, stable=False)
 
 
-def test_every_run_of_a_campaign_draws_noise_of_its_own():
+def test_every_run_of_a_campaign_has_its_own_noise():
     m, declared = simulated_campaign().dataset, simulated_campaign().nominal
     assert [s.run_index for s in m.segments] == [0, 1]
     first = m.estimation[0]
-    own, other = (noise_weights(declared, m, s) for s in (first, replace(first, run=1)))
+    own, other = (
+        noise_weights(simulated_campaign().context, declared, s) for s in (first, replace(first, run_index=1))
+    )
     assert np.all(own != other)
     np.testing.assert_allclose(own, other, rtol=0.2)
 
 
-def test_the_adjusted_vehicle_leaves_what_noise_leaves():
-    one, fit = simulated_campaign(), calibrated()
-    error = validate(fit.model, one.dataset, one.dataset.validation).nrmse
+def test_the_calibrated_model_leaves_the_noise():
+    case, fit = simulated_campaign(), calibrated()
+    error = validate(case.context, fit.model, case.dataset.validation).nrmse
     assert error == pytest.approx(
-        estimate_noise_floor(fit.model, one.dataset, one.dataset.validation).nrmse, rel=0.10
+        estimate_noise_floor(case.context, fit.model, case.dataset.validation).nrmse, rel=0.10
     )
 
 
-def test_adjusting_lowers_the_error_of_the_declared_vehicle():
-    one, fit = simulated_campaign(), calibrated()
-    declared = validate(one.nominal, one.dataset, one.dataset.validation).nrmse
-    assert validate(fit.model, one.dataset, one.dataset.validation).nrmse < 0.5 * declared
+def test_calibration_lowers_the_error_of_the_nominal_model():
+    case, fit = simulated_campaign(), calibrated()
+    declared = validate(case.context, case.nominal, case.dataset.validation).nrmse
+    assert validate(case.context, fit.model, case.dataset.validation).nrmse < 0.5 * declared
 
 
-def test_true_parameters_lie_within_four_deviations_where_the_sensors_see_them():
+def test_observable_parameters_lie_within_four_standard_deviations():
     truth, fit = paths(simulated_campaign().truth.vehicle), calibrated()
-    seen = [i for i, flag in enumerate(fit.flags()) if flag != "unseen"]
+    seen = [i for i, flag in enumerate(parameter_flags(fit, IdentifiabilitySettings())) if flag != "unseen"]
     off = {fit.free.paths[i]: (fit.x[i] - truth[fit.free.paths[i]]) / fit.sd[i] for i in seen}
     assert len(seen) >= 10
     assert {path: round(x, 1) for path, x in off.items() if abs(x) > 4.0} == {}
 
 
-def test_what_the_sensors_do_not_see_is_held_near_the_declared_value():
-    one, fit = simulated_campaign(), calibrated()
-    values = one.nominal.design.values
+def test_unobservable_parameters_stay_near_their_nominal_values():
+    case, fit = simulated_campaign(), calibrated()
+    values = case.nominal.design.values
     for path, x, sd in zip(fit.free.paths, fit.x, fit.free.prior_sd, strict=True):
         if np.isfinite(sd):
             assert abs(x - values[path]) < 4.0 * sd, path
@@ -73,7 +81,7 @@ def test_what_the_sensors_do_not_see_is_held_near_the_declared_value():
 
 def test_sensitivities_equal_central_differences():
     fit = calibrated()
-    by_hand = adjuster_of(fit)
+    by_hand = optimiser_of(fit)
     delta = 1e-3 * np.maximum(np.abs(fit.x), 0.1 * fit.free.size)
     tried = np.vstack([fit.x, fit.x + np.diag(delta), fit.x - np.diag(delta)])
     p, gram = len(fit.x), 0.0
@@ -82,12 +90,12 @@ def test_sensitivities_equal_central_differences():
         rows = [target.measured - z[0], *((z[1 : p + 1] - z[p + 1 :]) / (2.0 * delta[:, None, None]))]
         flat = np.stack(rows).reshape(p + 1, -1)
         gram = gram + flat @ flat.T
-    total = adjuster_of(fit).linearise(fit.x).total
+    total = optimiser_of(fit).linearise(fit.x).total
     length = np.sqrt(np.diag(gram))
     assert np.abs(total / np.outer(length, length) - gram / np.outer(length, length)).max() < 1e-3
 
 
-def test_inner_products_of_blocks_add_up_to_the_whole():
+def test_inner_products_of_blocks_add_up_to_the_total():
     series = np.random.default_rng(0).standard_normal((5, 3, 103))
     found = block_gram(series, 10)
     assert found.shape == (11, 3, 5, 5)
@@ -95,67 +103,70 @@ def test_inner_products_of_blocks_add_up_to_the_whole():
     np.testing.assert_allclose(found[2, 1], series[:, 1, 20:30] @ series[:, 1, 20:30].T, rtol=1e-12)
 
 
-def test_a_fit_does_not_return_a_vehicle_that_hunts():
-    # without the free play in the model the primary stiffness runs away
+def test_a_fit_returns_no_unstable_vehicle():
+    # without clearance in the model the primary stiffness diverges
     fit = calibrated(FREE_PLAY)
     speeds = {v for t in fit.segments for v in t.segment.speeds}
     assert worst_decay(fit.model, speeds) < 0.0
 
 
-def test_a_declared_vehicle_that_hunts_a_little_is_adjusted_to_a_stable_one():
-    one, fit = simulated_campaign(), calibrated()
+def test_a_slightly_unstable_nominal_model_is_calibrated_to_a_stable_one():
+    case, fit = simulated_campaign(), calibrated()
     speeds = {v for t in fit.segments for v in t.segment.speeds}
     found = dict(zip(fit.free.paths, fit.x, strict=True))
-    hunting = Model(one.nominal.design.with_values({p: 2.5 * x for p, x in found.items() if p.endswith("conicity")}))
+    hunting = Model(case.nominal.design.with_values({p: 2.5 * x for p, x in found.items() if p.endswith("conicity")}))
     assert worst_decay(hunting, speeds) > 0.0
-    again = calibrate(one.dataset, hunting, jobs=2)
+    again = calibrate(replace(case.context, nominal=hunting))
     assert worst_decay(again.model, speeds) < 0.0
     assert again.normal.rss == pytest.approx(fit.normal.rss, rel=0.05)
 
 
-def test_a_measured_force_of_the_coach_drives_the_vehicle():
-    one = simulated_campaign(seed=4, columns=("Qy", "Qpsi"))
-    fit = calibrate(one.dataset, one.nominal, jobs=2)
-    validate = one.dataset.validation
-    assert validate[0].coach_forces == ("Qy", "Qpsi")
+def test_a_measured_force_of_the_carbody_drives_the_vehicle():
+    case = simulated_campaign(seed=4, columns=("Qy", "Qpsi"))
+    fit = calibrate(case.context)
+    segments = case.dataset.validation
+    assert segments[0].coach_forces == ("Qy", "Qpsi")
     error, noise = (
-        validate(fit.model, one.dataset, validate).nrmse,
-        estimate_noise_floor(fit.model, one.dataset, validate).nrmse,
+        validate(case.context, fit.model, segments).nrmse,
+        estimate_noise_floor(case.context, fit.model, segments).nrmse,
     )
     assert error < 1.15 * noise
 
 
 @pytest.mark.parametrize("free", [False, True])
-def test_a_rig_is_adjusted_to_its_true_stiffness_and_damping(tmp_path: Path, free: bool):
+def test_stiffness_and_damping_of_a_rig_are_estimated(tmp_path: Path, free: bool):
     true = write_bench(Bench(seed=5, free=free, seconds=(4.0, 3.0)), tmp_path)
-    measurement = read_dataset(load_campaign(tmp_path))
-    fit = calibrate(measurement, Model(measurement.campaign.design), jobs=2)
+    dataset = read_dataset(load_campaign(tmp_path))
+    fit = calibrate(create_context(dataset, jobs=2))
     found = dict(zip(fit.free.paths, fit.x, strict=True))
     assert found["vehicle.rig.stiffness"] == pytest.approx(true.k, rel=0.01)
     assert found["vehicle.rig.damping"] == pytest.approx(true.c, rel=0.05)
 
 
-def test_a_long_record_of_a_rig_is_weighted_as_a_short_one(tmp_path: Path):
+def test_a_long_record_of_a_rig_has_the_weights_of_a_short_one(tmp_path: Path):
     write_bench(Bench(seed=5, seconds=(4.0, 3.0)), tmp_path)
-    measurement = read_dataset(load_campaign(tmp_path))
-    (short,) = measurement.estimation
+    dataset = read_dataset(load_campaign(tmp_path))
+    (short,) = dataset.estimation
     many = -(-100_000 // short.samples)
     columns = {c: np.tile(x, many) for c, x in short.columns.items()}
     columns["t"] = np.arange(many * short.samples) * short.dt
     long = replace(short, columns=columns, tables={})
-    model = Model(measurement.campaign.design)
-    assert noise_weights(model, measurement, long) == pytest.approx(noise_weights(model, measurement, short), rel=0.05)
+    model = Model(dataset.campaign.design)
+    context = create_context(dataset)
+    assert noise_weights(context, model, long) == pytest.approx(noise_weights(context, model, short), rel=0.05)
 
 
-def test_a_sensor_is_adjusted_along_and_the_digits_do_not_depend_on_the_number_of_jobs():
-    one, fit = simulated_campaign(), calibrated()
-    late = one.dataset.estimation[0]
+def test_a_fit_with_a_sensor_effect_is_independent_of_the_number_of_jobs():
+    case, fit = simulated_campaign(), calibrated()
+    late = case.dataset.estimation[0]
     columns = dict(late.columns) | {"e1": np.interp(late.columns["t"] - 0.01, late.columns["t"], late.columns["e1"])}
-    stretch = replace(late, columns=columns, tables={})
-    measurement = replace(one.dataset, segments=(stretch, *one.dataset.validation))
+    segment = replace(late, columns=columns, tables={})
+    dataset = replace(case.dataset, segments=(segment, *case.dataset.validation))
     model = replace(fit.model, sensors=(PlacedEffect("sensor_delay", "e1", None, {"delay": 0.0}),))
     free = [*fit.free.paths, "sensors.0.delay"]
-    first, second = (fit_output_error(model, measurement, free, one.nominal, most=6, jobs=jobs) for jobs in (1, 2))
+    first, second = (
+        fit_output_error(create_context(dataset, jobs=jobs), model, free, max_iterations=6) for jobs in (1, 2)
+    )
     assert first.x[-1] == pytest.approx(0.01, abs=5e-4)
     np.testing.assert_array_equal(first.x, second.x)
     np.testing.assert_array_equal(first.covariance, second.covariance)

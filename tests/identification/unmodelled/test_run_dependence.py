@@ -1,4 +1,4 @@
-"""A vehicle that is not the same from run to run: what differs, where it acts, and that no fit has seen it."""
+"""Run-to-run variation: the parameter that differs, its location, and the independence of the validation runs."""
 
 from __future__ import annotations
 
@@ -13,14 +13,16 @@ import pytest
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
-from railui.identification.estimation.output_error import Fit
-from railui.identification.estimation.validation import estimate_noise_floor, validate
-from railui.identification.loop import LoopResult, calibrate, close_loop
-from railui.identification.structure.stepwise import ADEQUATE
-from railui.identification.unmodelled.run_dependence import RunDependence, prepare_validation, test_run_dependence
+from railui.campaign.settings.detection import SelectionSettings
+from railui.identification.context import Context, create_context
+from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.noise_floor import estimate_noise_floor
+from railui.identification.estimation.validation import validate
+from railui.identification.loop import LoopResult, close_loop
+from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence, prepare_validation
 from railui.report.loop.data import loop_report
 from railui.report.loop.page import page
-from railui.vehicle.model import Model
 from tests.docs.results import rows_of, undocumented
 from tests.truth.campaign import Campaign, Order, campaign, campaigns, drawn, write
 from tests.truth.effects import effect
@@ -28,170 +30,177 @@ from tests.truth.effects import effect
 DAMPING = "vehicle.secondary.lateral_damping"
 STIFFNESS = "vehicle.secondary.lateral_stiffness"
 SEED = 3
+ADEQUATE = SelectionSettings().adequate_ratio
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A campaign whose vehicle has other numbers on some runs, the declared vehicle, and that adjusted."""
+    """A campaign whose vehicle has other parameters on some runs, with its context and the calibrated model."""
 
-    measurement: Dataset
-    declared: Model
+    context: Context
     fit: Fit
 
-    def change(self) -> RunDependence | None:
-        """What differs from run to run."""
-        here = prepare_validation(self.fit, self.measurement)
-        assert here is not None
-        return test_run_dependence(self.fit, here, self.measurement, self.declared)
+    @property
+    def dataset(self) -> Dataset:
+        """The measured runs."""
+        return self.context.dataset
+
+    def run_dependence(self) -> RunDependence | None:
+        """Detect the parameter that differs from run to run."""
+        validation_fit = prepare_validation(self.context, self.fit)
+        assert validation_fit is not None
+        return detect_run_dependence(self.context, self.fit, validation_fit)
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """What is driven: letters of the vehicle on each run as factors of its own, the speeds, what else is ordered."""
+class Scenario:
+    """Vehicles of a simulated campaign: factors on their parameters on each run, speeds, and further options."""
 
     runs: Sequence[Mapping[str, float]]
     speeds: Sequence[float] = (40.0, 31.0)
-    more: Mapping[str, float] = field(default_factory=dict)
+    options: Mapping[str, float] = field(default_factory=dict)
 
     def orders(self) -> list[Order]:
-        """One campaign for each vehicle, of which one run is taken."""
-        order = Order(seed=SEED, speeds=self.speeds, seconds=(25.0, 20.0, 20.0)[: len(self.runs)], **self.more)  # type: ignore[arg-type]
+        """Order one campaign for each vehicle, of which one run is used."""
+        order = Order(seed=SEED, speeds=self.speeds, seconds=(25.0, 20.0, 20.0)[: len(self.runs)], **self.options)  # type: ignore[arg-type]
         vehicle = drawn(order)
-        there = [replace(vehicle, **{k: times(getattr(vehicle, k), f) for k, f in run.items()}) for run in self.runs]
-        return [replace(order, vehicle=v) for v in there]
+        vehicles = [replace(vehicle, **{k: scale(getattr(vehicle, k), f) for k, f in run.items()}) for run in self.runs]
+        return [replace(order, vehicle=v) for v in vehicles]
 
 
-DRAWN = {
-    "a stronger damper": Drawn([{}, {"k_y": 1.3}]),
-    "a stiffer spring": Drawn([{}, {"c_sy": 1.5}]),
-    "worn rails": Drawn([{}, {"lam": 1.15}]),
-    "a stronger and a weaker damper": Drawn([{}, {"k_y": 1.3}, {"k_y": 0.75}], (40.0, 31.0, 35.0)),
-    "nothing": Drawn([{}, {}]),
-    "coloured noise": Drawn([{}, {}], more={"coloured": 0.02}),
-    "an unmeasured force": Drawn([{}, {}], more={"unmeasured": 100.0}),
+SCENARIOS = {
+    "a stronger damper": Scenario([{}, {"k_y": 1.3}]),
+    "a stiffer spring": Scenario([{}, {"c_sy": 1.5}]),
+    "worn rails": Scenario([{}, {"lam": 1.15}]),
+    "a stronger and a weaker damper": Scenario([{}, {"k_y": 1.3}, {"k_y": 0.75}], (40.0, 31.0, 35.0)),
+    "nothing": Scenario([{}, {}]),
+    "coloured noise": Scenario([{}, {}], options={"coloured": 0.02}),
+    "an unmeasured force": Scenario([{}, {}], options={"unmeasured": 100.0}),
 }
 
 
 @cache
-def driven(unmeasured: bool) -> dict[str, Campaign]:
-    """All campaigns with or without an unmeasured force, driven side by side."""
-    orders = {name: one.orders() for name, one in DRAWN.items() if ("unmeasured" in one.more) == unmeasured}
+def simulated(unmeasured: bool) -> dict[str, Campaign]:
+    """Simulate all campaigns with or without an unmeasured force in one batch."""
+    orders = {
+        name: scenario.orders()
+        for name, scenario in SCENARIOS.items()
+        if ("unmeasured" in scenario.options) == unmeasured
+    }
     parts = iter(campaigns([order for some in orders.values() for order in some]))
-    found = {}
+    cases = {}
     for name, some in orders.items():
-        own = [next(parts) for _ in some]
-        runs = {letter: part.runs[letter] for part, letter in zip(own, "abc", strict=False)}
-        found[name] = replace(own[0], runs=runs)
-    return found
+        selected = [next(parts) for _ in some]
+        runs = {letter: part.runs[letter] for part, letter in zip(selected, "abc", strict=False)}
+        cases[name] = replace(selected[0], runs=runs)
+    return cases
 
 
 @cache
 def case(name: str) -> Case:
-    """One of these campaigns, adjusted to its first run; all others validate."""
+    """Calibrate on the first run of one of these campaigns; all others are validation runs."""
     with tempfile.TemporaryDirectory() as folder:
-        write(driven("unmeasured" in DRAWN[name].more)[name], Path(folder))
-        measurement = read_dataset(load_campaign(folder))
-    judging = tuple(replace(s, role="validate") if s.run_index else s for s in measurement.segments)
-    measurement = replace(measurement, segments=judging)
-    declared = Model(measurement.campaign.design)
-    return Case(measurement, declared, calibrate(measurement, declared, jobs=2))
+        write(simulated("unmeasured" in SCENARIOS[name].options)[name], Path(folder))
+        dataset = read_dataset(load_campaign(folder))
+    segments = tuple(replace(s, role="validate") if s.run_index else s for s in dataset.segments)
+    dataset = replace(dataset, segments=segments)
+    context = create_context(dataset, jobs=2)
+    return Case(context, calibrate(context))
 
 
-def times(value: Any, factor: float) -> Any:
+def scale(value: Any, factor: float) -> Any:
     return tuple(x * factor for x in value) if isinstance(value, tuple) else value * factor
 
 
-def true(letter: str) -> float:
+def true_value(letter: str) -> float:
     return float(getattr(drawn(Order(seed=SEED)), letter))
 
 
-def test_a_damper_that_is_stronger_on_the_validating_run_is_found_with_its_value_on_both():
-    change = case("a stronger damper").change()
-    assert change is not None and change.path == DAMPING and change.p < 0.01
-    a, b = change.runs
+def test_a_stronger_damper_on_the_validation_run_is_estimated_on_both_runs():
+    variation = case("a stronger damper").run_dependence()
+    assert variation is not None and variation.path == DAMPING and variation.p < 0.01
+    a, b = variation.runs
     assert (a.role, b.role) == ("adjust", "validate")
-    assert a.value == pytest.approx(true("k_y"), abs=4.0 * a.sd)
-    assert b.value == pytest.approx(1.3 * true("k_y"), abs=4.0 * b.sd)
+    assert a.value == pytest.approx(true_value("k_y"), abs=4.0 * a.sd)
+    assert b.value == pytest.approx(1.3 * true_value("k_y"), abs=4.0 * b.sd)
     assert b.sd < 0.05 * b.value
 
 
-def test_with_its_own_value_the_validating_run_is_at_its_floor():
+def test_with_a_separate_value_the_validation_run_reaches_its_noise_floor():
     stronger = case("a stronger damper")
-    m, change = stronger.measurement, stronger.change()
-    least = estimate_noise_floor(stronger.fit.model, m, m.validation, 5).nrmse
-    assert change is not None and change.judged.nrmse < ADEQUATE * least
-    assert validate(stronger.fit.model, m, m.validation).nrmse > 1.1 * change.judged.nrmse
+    m, variation = stronger.dataset, stronger.run_dependence()
+    least = estimate_noise_floor(stronger.context, stronger.fit.model, m.validation, 5).nrmse
+    assert variation is not None and variation.validation.nrmse < ADEQUATE * least
+    assert validate(stronger.context, stronger.fit.model, m.validation).nrmse > 1.1 * variation.validation.nrmse
 
 
-def test_a_spring_that_is_not_adjusted_may_differ_as_well():
-    change = case("a stiffer spring").change()
-    assert change is not None and change.path == STIFFNESS
-    assert change.runs[1].value == pytest.approx(1.5 * true("c_sy"), rel=0.05)
-    assert change.runs[0].sd == 0.0  # held as declared
+def test_a_spring_that_is_not_estimated_may_differ_as_well():
+    variation = case("a stiffer spring").run_dependence()
+    assert variation is not None and variation.path == STIFFNESS
+    assert variation.runs[1].value == pytest.approx(1.5 * true_value("c_sy"), rel=0.05)
+    assert variation.runs[0].sd == 0.0  # fixed at its nominal value
 
 
 def test_the_conicity_of_both_wheelsets_differs_in_proportion():
-    change = case("worn rails").change()
-    assert change is not None and set(change.ratios) == {f"contact.{w}.conicity" for w in ("leading", "trailing")}
-    assert change.runs[1].value / change.runs[0].value == pytest.approx(1.15, rel=0.02)
+    variation = case("worn rails").run_dependence()
+    assert variation is not None and set(variation.ratios) == {f"contact.{w}.conicity" for w in ("leading", "trailing")}
+    assert variation.runs[1].value / variation.runs[0].value == pytest.approx(1.15, rel=0.02)
 
 
-def test_each_of_two_validating_runs_has_a_value_of_its_own_to_either_side():
-    change = case("a stronger and a weaker damper").change()
-    assert change is not None and change.path == DAMPING
-    assert [r.value / true("k_y") for r in change.runs[1:]] == pytest.approx([1.3, 0.75], rel=0.08)
+def test_two_validation_runs_have_separate_values():
+    variation = case("a stronger and a weaker damper").run_dependence()
+    assert variation is not None and variation.path == DAMPING
+    assert [r.value / true_value("k_y") for r in variation.runs[1:]] == pytest.approx([1.3, 0.75], rel=0.08)
 
 
 @pytest.mark.parametrize(
     "name", ["nothing", "coloured noise", pytest.param("an unmeasured force", marks=pytest.mark.slow)]
 )
-def test_of_one_vehicle_nothing_differs_however_its_noise_is_coloured_or_what_pushes_it(name: str):
-    one = case(name)
-    if (change := one.change()) is not None:  # what is more than chance is far from what counts
-        alone = validate(one.fit.model, one.measurement, one.measurement.validation)
-        assert alone.error_reduction(change.judged)[0] < 0.05
+def test_noise_and_unmeasured_forces_are_no_run_to_run_variation(name: str):
+    selected = case(name)
+    if (variation := selected.run_dependence()) is not None:  # significant, but far from relevant
+        alone = validate(selected.context, selected.fit.model, selected.dataset.validation)
+        assert alone.error_reduction(variation.validation)[0] < 0.05
 
 
 @pytest.fixture(scope="module")
 def closed() -> tuple[LoopResult, dict[str, Any]]:
-    one = close_loop(case("a stronger damper").measurement, jobs=2)
-    return one, loop_report(one)
+    result = close_loop(case("a stronger damper").dataset, jobs=2)
+    return result, loop_report(result)
 
 
-def test_the_verdict_is_outside_at_the_place_of_what_differs_and_the_sentence_tells_both_values(
+def test_the_verdict_names_the_location_and_the_sentence_both_values(
     closed: tuple[LoopResult, dict[str, Any]],
 ):
-    one, report = closed
+    result, report = closed
     assert (report["verdict"], report["outside"]["at"], report["effects"]) == ("outside", "secondary_lateral", [])
     assert f"the vehicle is not the same from run to run, {DAMPING} would be" in report["sentence"]
     a, b = report["outside"]["runs"]
     assert f"kN*s/m on {a['file']} (" in report["sentence"] and f"kN*s/m on {b['file']} (" in report["sentence"]
-    assert "not the same from run to run: secondary lateral" in page(one, report)
+    assert "not the same from run to run: secondary lateral" in page(result, report)
 
 
-def test_the_error_stays_that_of_the_vehicle_that_saw_only_its_own_runs(closed: tuple[LoopResult, dict[str, Any]]):
+def test_the_reported_error_is_that_of_the_calibrated_model(closed: tuple[LoopResult, dict[str, Any]]):
     _, report = closed
     assert report["after"]["nrmse"] == report["before"]["nrmse"] > report["outside"]["nrmse"]
     assert report["unexplained"] > 1.1
     assert report["parameters"][DAMPING]["value"] == report["outside"]["runs"][0]["value"]
 
 
-def test_what_differs_is_written_as_a_parameter_over_the_distance_of_the_run_that_asks_for_it(
+def test_the_difference_is_reported_as_a_parameter_over_distance(
     closed: tuple[LoopResult, dict[str, Any]],
 ):
-    one, report = closed
+    result, report = closed
     outside = report["outside"]
-    (stretch,) = one.dataset.validation
-    assert outside["against"] == "s" and outside["motion"] == stretch.columns["s"][[0, -1]].tolist()
+    (segment,) = result.dataset.validation
+    assert outside["against"] == "s" and outside["motion"] == segment.columns["s"][[0, -1]].tolist()
     assert outside["force"] == 2 * [outside["runs"][1]["value"]] and outside["force_unit"] == "N*s/m"
     assert undocumented([report], rows_of("loop")) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "at", "damping"), [(6018, "secondary_lateral", 1.2e5), (7007, "secondary_yaw", 3e5)])
-def test_a_damper_that_fades_as_it_heats_is_told_as_outside_at_its_place(
-    seed: int, at: str, damping: float, tmp_path: Path
-):
+def test_a_fading_damper_is_reported_as_outside_at_its_location(seed: int, at: str, damping: float, tmp_path: Path):
     fading = effect("fading_damper", at, damping=damping, energy=60.0)
     write(campaign(Order(effects=(fading,), seed=seed)), tmp_path)
     report = loop_report(close_loop(read_dataset(load_campaign(tmp_path)), jobs=2))
