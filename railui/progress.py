@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 
 class Stopped(Exception):
     """Stop requested by the receiver of progress: the computation ends and its result is discarded."""
@@ -23,15 +21,3 @@ class Progress:
 
 
 SILENT = Progress()
-
-# until every computation takes a Progress
-Watch = Callable[[object], None]
-Report = Callable[[str], None]
-
-
-def silent(_: str) -> None:
-    """Ignore a message."""
-
-
-def unwatched(_: object) -> None:
-    """Ignore an event."""

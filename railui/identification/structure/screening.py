@@ -157,8 +157,9 @@ class ScreeningFits:
         for (s, _), fit in zip(close, continued, strict=True):
             if fit.normal.rss < self.settings.absorbed_misfit_ratio * self.least_rss:
                 share = fit.normal.rss / self.rss_without_effect
+                name = candidate_text(s.candidate)
                 self.context.progress.message(
-                    f"  {candidate_text(s.candidate):48s} from the nominal model, misfit {share:.4f} of that without effect"
+                    f"  {name:48s} from the nominal model, misfit {share:.4f} of that without effect"
                 )
                 screened.append((s, fit))
                 self.least_rss = fit.normal.rss

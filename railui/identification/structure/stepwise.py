@@ -1,4 +1,4 @@
-"""Stepwise (forward-backward) selection: effects are added while the residual has structure, then superfluous ones removed."""
+"""Stepwise selection: effects are added while the residual has structure, then superfluous ones are removed."""
 
 from __future__ import annotations
 
@@ -92,7 +92,8 @@ class StepwiseSelection:
         first = truncate(context, part.segments, settings.preselection_duration)
         result = score_test(context, part, candidates, first=first)
         context.progress.message(
-            f"score test: {len(result.best)} candidates, best partial rho^2 {result.rho2:.3f}, family-wise p {result.p:.4f}"
+            f"score test: {len(result.best)} candidates, best partial rho^2 {result.rho2:.3f}, "
+            f"family-wise p {result.p:.4f}"
         )
         context.progress.event(result)
         return result
