@@ -21,6 +21,9 @@ HOME = Path(__file__).parents[2]
 BOGIE = HOME / "designs/test_bogie.yaml"
 A, B, R, SIGMA = 1.28, 0.75, 0.46, (0.05, 0.05)  # of that bogie
 WHEELS, GEOMETRY = WheelsetGeometry(A, B, SIGMA), VehicleGeometry(A, B, R, SIGMA)
+T = np.arange(400) / RATE
+SERIES = {"acc_y": np.sin(20 * T), "way": 0.01 * np.cos(3 * T)}
+UNITS: dict[str, str | None] = {"acc_y": "m/s^2", "way": "mm"}
 
 
 @cache
@@ -47,3 +50,10 @@ def sensor_readings(columns: dict[str, Floats], noise: float = 0.05, seed: int =
     sides = {f"e{i}_{j}": 1e-3 * s[f"rail{i}_{j}"] for i in (1, 2) for j in ("right", "left")}
     known = {"ay1": s["box1_y"], "ay2": s["box2_y"], "ayf": s["frame_y"], "rf": s["frame_yaw"]}
     return {**known, "roll_rate1": s["box1_roll"], **sides, "d1": 1e-3 * s["prim1"], "d2": 1e-3 * s["prim2"]}
+
+
+def write_map(tmp_path: Path, text: str) -> Path:
+    """Write a sensor map that names the bogie."""
+    path = tmp_path / "map.yaml"
+    path.write_text(f"vehicle: {BOGIE}\n{text}")
+    return path

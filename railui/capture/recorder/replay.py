@@ -39,7 +39,7 @@ class Replay:
     """
 
     def __init__(self, raw: Path, directory: Path) -> None:
-        self.assembly = SessionAssembler()
+        self.assembler = SessionAssembler()
         self.files = RunFiles(directory)
         self.position = 0
         self.highest_queue = 0
@@ -66,27 +66,27 @@ class Replay:
             if not data:
                 return True
             self.position += len(data)
-            for session, rows in self.assembly.feed(data):
+            for session, rows in self.assembler.feed(data):
                 self.files.add(session, rows)
                 self.on_rows(session, rows)
         return False
 
     def close(self) -> None:
         """End the recording; rows that a full disk still refuses are lost."""
-        self.assembly.close()
+        self.assembler.close()
         self.files.write_pending()
         self.files.close()
         self._raw.close()
 
     def _apply(self, event: Event) -> None:
         kind = event["event"]
-        newest = self.assembly.newest_sample
+        newest = self.assembler.newest_sample
         if newest is not None and "mono" in event and kind in ("tick", "close"):
             self.clock_points.append((*newest, float(event["mono"])))
         if kind == "reopen":
-            self.assembly.reconnect()
+            self.assembler.reconnect()
         elif kind == "marker":
-            self.assembly.add_marker(str(event.get("text", "")))
+            self.assembler.add_marker(str(event.get("text", "")))
         elif kind == "dropped":
             self.dropped_bytes += int(event.get("bytes", 0))
         elif kind == "open" and "wall_s" in event:
@@ -101,8 +101,8 @@ class Replay:
 
     def report(self) -> dict[str, Any]:
         """Return all counts of the recording and of each session, as keys of capture.json."""
-        statistics = self.assembly.link_statistics()
-        counts = self.assembly.counts
+        statistics = self.assembler.link_statistics()
+        counts = self.assembler.counts
         clocks = self.fit_clocks()
         return {
             "frames": statistics.frames,
@@ -123,8 +123,8 @@ class Replay:
             "raw_bytes": self.position,
             "dropped_bytes": self.dropped_bytes,
             "highest_queue": self.highest_queue,
-            "segments": [self._session_report(s, clocks.get(s.hello.boot)) for s in self.assembly.sessions],
-            "markers": [asdict(marker) for marker in self.assembly.markers],
+            "segments": [self._session_report(s, clocks.get(s.hello.boot)) for s in self.assembler.sessions],
+            "markers": [asdict(marker) for marker in self.assembler.markers],
             "notes": self._notes(statistics.reasons),
         }
 
@@ -153,7 +153,7 @@ class Replay:
         }
 
     def _notes(self, reasons: list[str]) -> list[str]:
-        counts = self.assembly.counts
+        counts = self.assembler.counts
         notes = [f"refused: {reason}" for reason in reasons]
         if counts.frames_without_hello:
             notes.append(f"{counts.frames_without_hello} frames came without the hello that names their channels")
@@ -161,7 +161,7 @@ class Replay:
             notes.append(f"{counts.repeated_frames} repeated frames were ignored")
         if self.dropped_bytes:
             notes.append(f"{self.dropped_bytes} bytes were lost while the disk was full")
-        if self.position and not self.assembly.link_statistics().frames:
+        if self.position and not self.assembler.link_statistics().frames:
             notes.append(
                 f"{self.position} bytes without a valid frame: check the baud rate, and that the logger sends the "
                 "protocol of docs/wire.md"

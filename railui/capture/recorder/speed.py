@@ -94,6 +94,6 @@ def _send(terminal: PseudoTerminal, data: bytes, baud: int) -> None:
 
 
 def _cost_of(replay: Replay, cpu: float) -> ProcessingCost:
-    frames = replay.assembly.link_statistics().frames
-    counts = replay.assembly.counts
+    frames = replay.assembler.link_statistics().frames
+    counts = replay.assembler.counts
     return ProcessingCost(replay.position, frames, counts.samples, counts.lost_frames, cpu)

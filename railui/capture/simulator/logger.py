@@ -55,7 +55,7 @@ class Faults:
 
 @dataclass
 class SentCounts:
-    """Counts of what was sent."""
+    """Counts of the transmission."""
 
     frames: int = 0
     samples: int = 0
@@ -105,7 +105,7 @@ class SimulatedLogger:
     hello_interval
         Time between two hellos [s].
     sent_counts
-        Counts of what was sent, updated by `transmit`.
+        Counts of the transmission, updated by `transmit`.
     """
 
     channels: Sequence[Channel]
@@ -277,7 +277,7 @@ def damage_frame(frame: bytes, random: np.random.Generator, end: bytes = wire.DE
 
 
 def _received(body: bytes, end: bytes) -> bytes:
-    """Return what a receiver reads in a frame, which some changes leave as it was."""
+    """Return the content that a receiver decodes; some changes of the bytes do not affect it."""
     if end != wire.DELIMITER:
         return body.removesuffix(b"\r")
     try:

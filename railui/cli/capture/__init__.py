@@ -230,15 +230,15 @@ def _diagnose(replay: Replay, recorder: Recorder, elapsed: float) -> str | None:
         question = f"is the logger on, and is {recorder.port_name} its port?"
         return f"no byte has come in {MAX_SILENCE:g} s: {question}" if elapsed > MAX_SILENCE else None
     limit = MAX_UNDECODED_SECONDS * recorder.baud / BITS_PER_BYTE
-    if replay.position > limit and not replay.assembly.link_statistics().frames:
+    if replay.position > limit and not replay.assembler.link_statistics().frames:
         return f"bytes arrive without a valid frame: is the logger set to {recorder.baud} baud?"
     return None
 
 
 def _status_line(replay: Replay) -> str:
-    counts = replay.assembly.counts
-    statistics = replay.assembly.link_statistics()
-    newest = replay.assembly.newest_sample
+    counts = replay.assembler.counts
+    statistics = replay.assembler.link_statistics()
+    newest = replay.assembler.newest_sample
     return (
         f"{newest[1] if newest else 0.0:8.1f} s  {counts.samples} samples, {statistics.frames} frames, "
         f"{counts.lost_frames} lost, {statistics.crc_errors} damaged, {counts.gaps} gaps, "

@@ -13,11 +13,7 @@ from railui.capture.formats import delimited, read_recordings, write_recording
 from railui.capture.processing.recording import Recording
 from railui.cli import cli
 from railui.io.problems import FileProblems
-from tests.capture.simulated_runs import RATE
-
-T = np.arange(400) / RATE
-SERIES = {"acc_y": np.sin(20 * T), "way": 0.01 * np.cos(3 * T)}
-UNITS: dict[str, str | None] = {"acc_y": "m/s^2", "way": "mm"}
+from tests.capture.simulated_runs import RATE, SERIES, UNITS, T
 
 
 @pytest.mark.parametrize("name", ["a.mf4", "a.uff", "a.h5", "a.mat"])

@@ -17,8 +17,7 @@ from railui.cli import cli
 from railui.cli.import_ import show_imported_run
 from railui.cli.invocation import Invocation
 from railui.runs.run import load_run
-from tests.capture.processing.test_sensor_map import SERIES, UNITS, T, write_map
-from tests.capture.simulated_runs import sensor_readings, simulated_motion
+from tests.capture.simulated_runs import SERIES, UNITS, T, sensor_readings, simulated_motion, write_map
 
 
 def test_gravity_on_a_lateral_axis_gives_a_note(tmp_path: Path) -> None:

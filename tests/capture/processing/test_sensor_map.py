@@ -14,17 +14,7 @@ from railui.capture.processing.run_builder import build_measured_run
 from railui.capture.processing.sensor_map import load_map
 from railui.cli import cli
 from railui.io.problems import FileProblems
-from tests.capture.simulated_runs import BOGIE, RATE
-
-T = np.arange(400) / RATE
-SERIES = {"acc_y": np.sin(20 * T), "way": 0.01 * np.cos(3 * T)}
-UNITS: dict[str, str | None] = {"acc_y": "m/s^2", "way": "mm"}
-
-
-def write_map(tmp_path: Path, text: str) -> Path:
-    path = tmp_path / "map.yaml"
-    path.write_text(f"vehicle: {BOGIE}\n{text}")
-    return path
+from tests.capture.simulated_runs import RATE, SERIES, UNITS, T, write_map
 
 
 def test_conventions_signs_units_and_delays_are_converted(tmp_path: Path) -> None:

@@ -137,7 +137,7 @@ def test_at_most_the_last_second_is_missing_after_a_kill(tmp_path: Path) -> None
             again = tmp_path / f"again{number}"
             replay = decode(out / "raw.bin", again)
             assert replay.position >= received
-            for segment in replay.assembly.sessions:
+            for segment in replay.assembler.sessions:
                 counted, t = (read_table(again / f"run_{segment.number:03d}.csv").column(n) for n in ("count", "t"))
                 assert np.array_equal(np.rint((t - t[0]) * 200), counted - counted[0])
                 assert counted[-1] >= 200 * (last - 1.0) - unread / FRAME_BYTES, "more than the last second is missing"
@@ -225,8 +225,8 @@ def test_raw_bytes_of_another_program_are_decoded(tmp_path: Path) -> None:
     raw = tmp_path / "minicom.cap"
     raw.write_bytes(b"\x17\x42junk" + b"".join(data for _, data in small_logger(5.0).transmit()))
     replay = decode(raw, tmp_path / "out")
-    assert replay.assembly.counts.samples >= 999
-    assert [r.t.size for r in read_recordings(tmp_path / "out")] == [replay.assembly.counts.samples]
+    assert replay.assembler.counts.samples >= 999
+    assert [r.t.size for r in read_recordings(tmp_path / "out")] == [replay.assembler.counts.samples]
 
 
 def test_many_restarts_do_not_exhaust_the_open_files(tmp_path: Path) -> None:
