@@ -126,7 +126,8 @@ def cli(ctx: click.Context) -> None:
     Ride classes are not an acceptance or running-safety assessment.
 
     \b
-    Results go to stdout, messages to stderr. Numbers are SI or carry a unit ("144 km/h").
+    Results go to stdout, messages to stderr.
+    Numbers are SI or carry a unit ("144 km/h").
     Exit codes: 0 done, 1 failed, 2 usage error or faulty file, 3 try again later,
     4 done but a limit is violated, 130 interrupted.
     """

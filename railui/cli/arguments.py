@@ -40,7 +40,7 @@ def figure_option(contents: str, name: str = "--figure") -> Decorator:
 def strict_option(what: str) -> Decorator:
     """Return the option --strict."""
     return click.option(
-        "--strict", is_flag=True, help=f"Exit code 4 where the ride class of {what} is {' or '.join(REJECTED_CLASSES)}."
+        "--strict", is_flag=True, help=f"Exit code 4 where {what} is classified {' or '.join(REJECTED_CLASSES)}."
     )
 
 

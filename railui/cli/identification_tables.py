@@ -11,11 +11,6 @@ Report = Mapping[str, Any]
 
 MAX_DETECTABLE_ROWS = 16
 DETECTABLE_KINDS = ("free_play", "dry_friction", "creep_saturation", "spring", "hysteresis", "flange_contact")
-EFFECT_TABLE_TITLES = {
-    "effect": "identified effects",
-    "none": "identified effects",
-    "outside": "effects tried, insufficient",
-}
 MIN_CHI2 = 4.0  # of the values per track section, from which a parameter is shown as varying
 MIN_RELATIVE_VARIATION = 0.01  # of a parameter between track sections
 
@@ -70,7 +65,10 @@ def effects_table(report: Report) -> Any:
             cells = quantity_cells(p["value"], p["sd"], p["unit"])
             rows.append((effect["kind"], effect["at"], wheelset, name, *cells))
     columns = ("kind", "at", "wheelset", "parameter", "value", "standard deviation")
-    return make_table(columns, rows, title=EFFECT_TABLE_TITLES[report["verdict"]])
+    title = "identified effect" + ("s" if len(report["effects"]) > 1 else "")
+    if report["verdict"] == "outside":
+        title = "effects tried, insufficient"
+    return make_table(columns, rows, title=title)
 
 
 def detectable_table(report: Report) -> Any:

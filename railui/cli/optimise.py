@@ -133,8 +133,9 @@ def _show_plan(study: Study, directory: Path, call: Invocation) -> None:
     cases = checked_cases(study)
     samples = sum(len(case.excitation.track) for case in cases)
     designs = study.method.population * study.method.generations
+    noun = "case" if len(cases) == 1 else "cases"
     call.show(
-        f"{designs} designs by {study.method.kind} on {len(cases)} cases, {designs * samples:.1e} time steps, "
+        f"{designs} designs by {study.method.kind} on {len(cases)} {noun}, {designs * samples:.1e} time steps, "
         f"then the front on {FRESH_SEED_SETS} sets of fresh seeds; to {directory}"
     )
     body = {"study": study.name, "evaluations": designs, "cases": len(cases), "samples": designs * samples}

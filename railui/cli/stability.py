@@ -48,8 +48,8 @@ def command(
 
     linear: the speed at which a mode of the linear vehicle becomes unstable. nonlinear (--fold): the saddle-node
     of limit cycles, the lowest speed at which hunting with flange contact persists. ride criteria (--track):
-    the highest speed up to which the ride class on this track stays just admissible. The three are independent
-    of each other.
+    the highest speed up to which the ride class on this track stays just admissible. None of them follows from
+    another.
     """
     from railui.hunting.summary import stability
 

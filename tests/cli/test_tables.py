@@ -1,4 +1,4 @@
-"""Tables on a terminal of 80 columns: no line is wider, no name and no number is cut short."""
+"""Tables on the terminal: sections, cells, and the width of 80 columns without truncation."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from railui.cli.tables import fit_to_width
+from railui.cli.tables import fit_to_width, make_table
 
-HEADS = (
+COLUMNS = (
     "speed [m/s]",
     "seed",
     "class",
@@ -30,27 +30,30 @@ def printed(table: Table, width: int = 80) -> list[str]:
     return console.file.getvalue().splitlines()  # type: ignore[attr-defined]
 
 
-def table(heads: tuple[str, ...], *rows: tuple[str, ...]) -> Table:
-    made = Table(*heads)
-    for row in rows:
-        made.add_row(*row)
-    return made
-
-
-def test_numbers_and_words_stay_whole_where_a_table_is_too_wide() -> None:
-    lines = printed(table(HEADS, ROW))
+def test_numbers_and_words_are_not_broken_where_a_table_is_too_wide() -> None:
+    lines = printed(make_table(COLUMNS, [ROW]))
     assert max(map(len, lines)) <= 80
     assert any(line.split() == list(ROW) for line in lines)
     assert "…" not in "".join(lines)
 
 
-def test_a_long_path_goes_on_below() -> None:
-    lines = printed(table(("path", "a", "b", "change"), (PATH, "200 kN*m/rad", "0 N*m/rad", "-100 %")), width=60)
+def test_a_long_path_is_folded() -> None:
+    row = (PATH, "200 kN*m/rad", "0 N*m/rad", "-100 %")
+    lines = printed(make_table(("path", "a", "b", "change"), [row]), width=60)
     assert max(map(len, lines)) <= 60
-    firsts = [line.split()[0] for line in lines if line.strip()]
-    assert "".join(firsts[2:]) == PATH  # below head and rule
+    first_words = [line.split()[0] for line in lines if line.strip()]
+    assert "".join(first_words[2:]) == PATH  # below head and rule
 
 
 @pytest.mark.parametrize("width", [80, 200])
-def test_a_table_that_fits_keeps_its_rules(width: int) -> None:
-    assert printed(table(("a", "b"), ("1", "2")), width)[0].startswith("┏")
+def test_a_table_that_fits_has_its_rules(width: int) -> None:
+    assert printed(make_table(("a", "b"), [("1", "2")]), width)[0].startswith("┏")
+
+
+def test_sections_are_separated_by_a_rule() -> None:
+    lines = printed(make_table(("a", "b"), [(1, 2)], [(3, 4)]))
+    assert [line[0] for line in lines] == list("┏┃┡│├│└")
+
+
+def test_an_empty_section_adds_no_rule() -> None:
+    assert printed(make_table(("a",), [(1,)], [])) == printed(make_table(("a",), [(1,)]))

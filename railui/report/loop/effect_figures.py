@@ -36,7 +36,7 @@ from railui.report.loop.force_pictures import (
 )
 from railui.report.loop.wording import effect_title, location_text
 from railui.report.numbers import display_scale
-from railui.vehicle.design_reader import PlacedEffect
+from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.effects import unit_at
 from railui.vehicle.model import Model
 

@@ -56,6 +56,7 @@ def _contents(result: LoopResult, report: Report) -> Row:
     return {
         "report": report,
         "labels": MODEL_LABELS,
+        "vehicle": result.nominal.design.name,
         "verdict": VERDICT_LABELS[report["verdict"]],
         "errors": error_rows(report),
         "bars": figures.error_bars(report),

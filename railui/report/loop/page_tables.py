@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from railui import core
+from railui.identification.estimation.identifiability import COMBINED, DETERMINED, ROUGH, UNSEEN
 from railui.report.loop.wording import MODEL_LABELS, MODELS, ROLE_LABELS, effect_title, location_text
 from railui.report.numbers import DASH, display_scale, format_number, format_percent_change, format_with_sd
 from railui.vehicle.parameters import PARAMETERS
@@ -20,12 +21,12 @@ MEANING = {
     "after": "effect added, parameters estimated again",
     "floor": "expected from the stated noise alone",
 }
-FLAGS = {
-    None: ("determined", "good"),
-    "moved": ("determined, shifted", "good"),
-    "correlated": ("only in combination with others", "fair"),
-    "unseen": ("not identifiable, prior-dominated", "poor"),
-    "bound": ("at its bound", "poor"),
+# identifiability of a parameter from the data alone: text, and how it is graded
+IDENTIFIABILITY = {
+    DETERMINED: ("determined", "good"),
+    ROUGH: ("determined roughly", "fair"),
+    COMBINED: ("only in combination with others", "fair"),
+    UNSEEN: ("not identifiable, prior-dominated", "poor"),
 }
 RIDE_QUALITY = {
     "sd_e1": ("sd of e1, leading wheelset relative to the rails", "m"),
@@ -116,10 +117,11 @@ def candidate_row(row: Report, largest_error: float = 0.0, error_without_effect:
 def parameter_rows(report: Report) -> list[Row]:
     """Return every estimated parameter in one unit per row, with its identifiability."""
     from_profiles = (report.get("profiles") or {}).get("parameters", {})
+    identifiability = report["identifiability"]["parameters"]
     rows = []
     for path, p in report["parameters"].items():
         factor, unit = display_scale([p["declared"], p["before"], p["value"]], p["unit"])
-        flag, grade = FLAGS[p["flag"]]
+        text, grade = _identifiability(identifiability.get(path), p["flag"])
         has_change = p["declared"] and p["value"] is not None
         rows.append(
             {
@@ -131,11 +133,19 @@ def parameter_rows(report: Report) -> list[Row]:
                 "profiles": format_number(_scaled(factor, from_profiles.get(path))),
                 "unit": unit,
                 "change": _change(p["value"], p["declared"], 0) if has_change else DASH,
-                "flag": flag,
+                "identifiability": text,
                 "grade": grade,
             }
         )
     return rows
+
+
+def _identifiability(found: Mapping[str, Any] | None, flag: str | None) -> tuple[str, str]:
+    """Return how well the data determine a parameter, in words, and the grade of that."""
+    text, grade = IDENTIFIABILITY[found["word"]] if found else ("", "poor")
+    if flag == "bound":
+        return "at its bound", "poor"
+    return (f"{text}, shifted" if flag == "moved" else text), grade
 
 
 def profiles_text(report: Report) -> Row | None:

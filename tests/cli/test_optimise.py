@@ -1,0 +1,53 @@
+"""railui optimise: files of a search, exit codes, plan."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from tests.cli.runner import BOGIE, document, run
+
+STUDY = """\
+name: small
+vehicle: {vehicle}
+variables: {{vehicle.secondary.yaw_damping: [5e3, 2e5]}}
+cases: {{track: erri_b176_low length=200, speed: 40 m/s, seed: [1], scenario: [{{}}]}}
+objectives: [{{minimise: weighted_acceleration}}]
+constraints: ["linear_damping >= {least}"]
+method: {{population: 4, generations: 2}}
+"""
+
+
+def test_a_search_writes_study_result_and_knee_point(tmp_path: Path) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(STUDY.format(vehicle=BOGIE, least=0.02), "utf-8")
+    result = run("optimise", str(file), "-o", str(tmp_path / "out"), "--json", "-")
+    assert result.exit_code == 0, result.stderr
+    found = document(result)
+    assert set(found) >= {"pareto", "baseline", "knee", "evaluations", "failed"}
+    assert set(found["pareto"][0]) == {"variables", "objectives", "constraints", "fresh"} == set(found["baseline"])
+    assert json.loads((tmp_path / "out/result.json").read_text("utf-8")) == found
+    assert {p.name for p in (tmp_path / "out").iterdir()} == set(
+        ["study.yaml", "vehicle.yaml", "result.json", "front.csv", "knee.yaml", "report.html", "results.sqlite", "lock"]
+    )
+    assert run("check", *map(str, (tmp_path / "out").glob("*.yaml"))).exit_code == 0
+    assert "baseline" in result.stderr and "knee point" in result.stderr
+
+
+def test_a_search_without_a_feasible_design_has_exit_code_4(tmp_path: Path) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(STUDY.format(vehicle=BOGIE, least=0.95), "utf-8")
+    result = run("optimise", str(file), "--json", "-")
+    assert result.exit_code == 4
+    assert document(result)["pareto"] == [] and "no design satisfies the constraints" in result.stderr
+    assert not (tmp_path / "railui-study/study/knee.yaml").exists()
+
+
+def test_a_dry_run_prints_the_size_of_the_search_and_writes_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(STUDY.format(vehicle=BOGIE, least=0.02), "utf-8")
+    result = run("optimise", str(file), "--dry-run", "--json", str(tmp_path / "plan.json"))
+    assert result.exit_code == 0, result.stderr
+    plan = json.loads((tmp_path / "plan.json").read_text("utf-8"))
+    assert f"8 designs by de on 1 case, {plan['samples']:.1e} time steps" in result.stdout
+    assert not (tmp_path / "railui-study").exists()

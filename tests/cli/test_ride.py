@@ -1,0 +1,92 @@
+"""railui ride: cases, statistics, overrides, usage errors."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from tests.cli.runner import BOGIE, ROOT, TRACK, document, run, run_ride
+
+
+def test_a_ride_has_its_documented_keys() -> None:
+    found = document(run_ride("--speed", "40", "--json", "-"))
+    assert set(found) >= {
+        *("score", "class", "decided_by", "comfort_hours", "comfort_clipped", "comfort_point"),
+        *("weighted_acceleration", "weighted_acceleration_1974", "flange_fraction", "flange_fractions"),
+        *("flange_fraction_gaussian", "flange_margin", "n_mv", "wz"),
+    }
+
+
+def test_several_speeds_and_seeds_are_cases_with_mean_and_standard_deviation() -> None:
+    found = document(run_ride("--speeds", "30:40:10", "--seeds", "1:3", "--json", "-"))
+    assert [(c["speed"], c["seed"]) for c in found["cases"]] == [
+        *((30.0, 1), (40.0, 1), (30.0, 2)),
+        *((40.0, 2), (30.0, 3), (40.0, 3)),
+    ]
+    scores = [case["score"] for case in found["cases"]]
+    mean = sum(scores) / 6
+    assert found["mean"]["score"] == pytest.approx(mean)
+    assert found["sd"]["score"] == pytest.approx(math.sqrt(sum((s - mean) ** 2 for s in scores) / 5))
+    assert len(found["mean"]["flange_fractions"]) == 2
+
+
+def test_a_diverged_case_makes_the_mean_null_and_is_noted() -> None:
+    words = ("ride", str(ROOT / "designs/check_bogie.yaml"), "--track", "erri_b176_high length=800")
+    found = document(run(*words, "--speeds", "30,80", "--json", "-"))
+    assert found["cases"][1]["class"] == "dangerous" and found["mean"]["comfort_hours"] is None
+    assert found["notes"][0].endswith("1 of 2 diverged")
+    assert run(*words, "--speed", "80", "--strict").exit_code == 4
+    assert run(*words, "--speed", "80").exit_code == 0
+
+
+def test_an_override_has_the_effect_of_a_value_in_the_file() -> None:
+    from railui import load, ride
+
+    path = "vehicle.primary.lateral_stiffness"
+    found = document(run_ride("--speed", "144 km/h", f"{path}=4 MN/m", "--json", "-"))
+    assert found["overrides"] == {path: "4 MN/m"}
+    assert found["score"] == ride(load(BOGIE).with_values({path: 4e6}), TRACK, 40.0)["score"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--speed", "144"), "write 144 km/h"),
+        (("--speed", "40 m"), "a unit like m/s is expected"),
+        (("--speed", "0"), "give more than 0 m/s"),
+        (("--speeds", "60:30"), "runs backwards"),
+        (("--speed", "40", "--speeds", "30,40"), "give either --speed or --speeds"),
+        ((), "give either --speed or --speeds"),
+        (("--speeds", "30", "--seeds", "1,x"), "is not a seed"),
+        (
+            ("--speed", "40", "vehicle.primary.lateral_stifness=4e6"),
+            "did you mean 'vehicle.primary.lateral_stiffness'?",
+        ),
+        (("--speed", "40", "vehicle.primary.lateral_stiffness=4 kg"), "a unit like N/m is expected"),
+        (("--speed", "40", "stiff"), "write PATH=VALUE"),
+        (("--speed", "40", "--track", "erri_b176_lo"), "did you mean erri_b176_low?"),
+        (("--speed", "40", "--track", "no.csv"), "no.csv: cannot be read"),
+        (("--speed", "40", "--track", f"{TRACK} lenght=3"), "did you mean length?"),
+    ],
+)
+def test_a_usage_error_names_its_remedy_and_has_exit_code_2(words: tuple[str, ...], message: str) -> None:
+    result = run_ride(*words)
+    assert result.exit_code == 2 and result.stdout == ""
+    assert message in " ".join(result.stderr.split())
+
+
+def test_a_vehicle_too_stiff_to_integrate_has_exit_code_1() -> None:
+    result = run_ride("--speed", "0.01 m/s")
+    assert result.exit_code == 1
+    assert result.stderr.startswith("railui: ")
+
+
+def test_a_track_file_has_no_seeds(tmp_path: Path) -> None:
+    file = str(tmp_path / "line.csv")
+    assert run("track", *TRACK.split(), "-o", file).exit_code == 0
+    words = ("ride", BOGIE, "--track", file, "--speed", "40")
+    assert document(run(*words, "--seed", "5", "--json", "-"))["seed"] is None  # nothing was random
+    refused = run(*words, "--seeds", "1,2")
+    assert refused.exit_code == 2 and "it has no seed" in refused.stderr

@@ -1,0 +1,86 @@
+"""The verdict in words."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from railui.campaign.settings.loop_settings import LoopSettings
+from railui.identification.estimation.validation import Validation
+from railui.identification.loop import LoopResult
+from railui.identification.unmodelled.run_dependence import RunDependence, RunEstimate
+from railui.report.loop.sentence import run_dependence_text, sentence
+from railui.vehicle.effects import PlacedEffect
+
+PLAY = PlacedEffect("free_play", "primary_lateral", None, {"half_width": 4.4514e-4})
+FRICTION = PlacedEffect("dry_friction", "secondary_yaw", None, {"force": 510.0, "slip_speed": 1e-3})
+SD = {"effects.0.half_width": 2.6e-6}
+
+
+def fit(*effects: PlacedEffect) -> Any:
+    paths, sd = list(SD), SimpleNamespace(tolist=lambda: list(SD.values()))
+    model = SimpleNamespace(design=SimpleNamespace(effects=effects), sensors=(), effects=effects)
+    return SimpleNamespace(free=SimpleNamespace(paths=paths), sd=sd, model=model)
+
+
+def result(verdict: str, *effects: PlacedEffect, ratio: float = 1.01, discrepancy: Any = None) -> LoopResult:
+    fields = {
+        "context": SimpleNamespace(settings=LoopSettings()),
+        "verdict": verdict,
+        "validations": {"before": SimpleNamespace(nrmse=0.3514), "after": SimpleNamespace(nrmse=0.0541)},
+        "noise_floor": SimpleNamespace(nrmse=0.0533),
+        "error_to_noise": ratio,
+        "after": fit(*effects),
+        "discrepancy": discrepancy,
+    }
+    return cast(LoopResult, SimpleNamespace(**fields))
+
+
+def test_an_effect_is_named_with_location_value_and_errors() -> None:
+    assert sentence(result("effect", PLAY)) == (
+        "Most likely unmodelled effect: clearance in the lateral primary suspension of both wheelsets, half-width "
+        "0.445 +/- 0.003 mm. Validation error 0.351 -> 0.054; expected from noise alone 0.053."
+    )
+
+
+def test_two_effects_are_named_in_the_plural() -> None:
+    text = sentence(result("effect", PLAY, FRICTION))
+    assert text.startswith("Most likely unmodelled effects: clearance in ")
+    assert "; and dry friction in the secondary suspension in yaw, force 510 N*m, slip speed 1 mrad/s." in text
+
+
+def test_no_effect_is_no_more_than_not_detected() -> None:
+    assert sentence(result("none")) == (
+        "No unmodelled effect detected. Validation error 0.054; expected from noise alone 0.053."
+    )
+
+
+def test_a_residual_that_noise_does_not_explain_comes_first() -> None:
+    text = sentence(result("none", ratio=1.7))
+    assert text.startswith("The stated noise does not explain the residual (1.7 times the noise floor). No unmodelled")
+
+
+def test_a_discrepancy_is_localised_without_naming_an_effect() -> None:
+    discrepancy = SimpleNamespace(at="contact", wheelset=2, run_dependence=None, coupling=None, drift=None)
+    assert sentence(result("outside", discrepancy=discrepancy)) == (
+        "Discrepancy that no effect of the catalogue explains, acting at the wheel-rail contact of wheelset 2. "
+        "Validation error 0.351 -> 0.054 with the identified force curve; expected from noise alone 0.053."
+    )
+
+
+@pytest.mark.parametrize(
+    ("path", "named"),
+    [
+        ("effects.0.damping", "damping of the viscous damper in the primary suspension in yaw of both wheelsets"),
+        ("contact.spin_creep", "contact.spin_creep"),
+    ],
+)
+def test_a_parameter_that_differs_between_runs_has_its_value_on_every_run(path: str, named: str) -> None:
+    effects = (PlacedEffect("viscous_damper", "primary_yaw", None, {"damping": 1e5}),)
+    model = SimpleNamespace(effects=effects, design=SimpleNamespace(unit=lambda path: "N*m*s/rad"))
+    found = cast(LoopResult, SimpleNamespace(after=SimpleNamespace(model=model)))
+    runs = (RunEstimate(0, "a.csv", "adjust", 40.0, 1.5e5, 1e3), RunEstimate(1, "b.csv", "validate", 31.0, 2e5, 2e3))
+    text = run_dependence_text(found, RunDependence(path, {path: 1.0}, runs, 5e-4, cast(Validation, None)))
+    assert f"run to run, {named} would be 150 kN*m*s/rad on a.csv (40 m/s) and 200 kN*m*s/rad on b.csv" in text
