@@ -1,4 +1,4 @@
-"""railui: bogie suspensions designed on models that measurement has corrected."""
+"""railui: railway bogie models calibrated against measurements, unmodelled effects, suspension design."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ __all__ = [
     "synthetic_track",
 ]
 
-# where each name lives: read when it is asked for, so that the import is quick
-_HOMES = {
+# module of each public name, imported on first access so that `import railui` is quick
+_MODULES = {
     "assess": "railui.ride_quality.track_assessment",
     "curve": "railui.curving",
     "loop": "railui.report.loop.data",
@@ -45,8 +45,15 @@ _HOMES = {
 
 
 def load(path: str) -> LoadedFile:
-    """Loads any of our files: a design, a campaign, a study, a run or a track; FileProblems with every fault.
+    """Load a file of any kind: a design, a campaign, a study, a run, a track or a profile.
 
+    Raises
+    ------
+    FileProblems
+        With every problem of the file.
+
+    Examples
+    --------
     >>> load("designs/test_bogie.yaml").value("contact.flange_clearance")
     0.007
     """
@@ -57,12 +64,12 @@ def load(path: str) -> LoadedFile:
 
 
 def __getattr__(name: str) -> Any:
-    if name in _HOMES:
+    if name in _MODULES:
         from importlib import import_module
 
-        return getattr(import_module(_HOMES[name]), name)
+        return getattr(import_module(_MODULES[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOMES])
+    return sorted([*globals(), *_MODULES])

@@ -1,4 +1,4 @@
-"""What holds for all tests: numpy as the command line has it, with one thread of BLAS; ctrl-c is heard."""
+"""Settings of all tests: one thread of BLAS as on the command line, and SIGINT enabled."""
 
 import os
 import signal
@@ -9,6 +9,6 @@ from tests.file_fixtures import *  # noqa: F403
 for name, count in SINGLE_THREADED_BLAS.items():
     os.environ.setdefault(name, count)
 
-# a shell without a terminal starts what runs behind it deaf to ctrl-c, and the commands that tests stop inherit it
+# a shell without a terminal starts background processes with SIGINT ignored, which tested commands would inherit
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)

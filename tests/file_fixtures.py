@@ -1,4 +1,4 @@
-"""What the tests of the files share: a bogie, a small catalogue of effects, made-up runs."""
+"""Fixtures of file tests: a bogie, a small catalogue of effects, synthetic runs."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ noise: {e1: 0.05 mm, rf: 0.3 mrad/s}
 
 
 def record(kind: str, at: list[str], supersedes: str | None = None, **parameters: tuple[Any, ...]) -> dict[str, Any]:
-    """A record as the kernel states it; each parameter: unit, default, minimum, maximum, times."""
+    """Return a catalogue record; each parameter: unit, default, minimum, maximum, times."""
     keys = ("unit", "default", "minimum", "maximum", "times")
-    told = [
+    described = [
         {
             "key": key,
             "symbol": key[0],
@@ -48,7 +48,7 @@ def record(kind: str, at: list[str], supersedes: str | None = None, **parameters
         }
         for key, p in parameters.items()
     ]
-    return {"kind": kind, "title": kind, "source": "", "at": at, "supersedes": supersedes, "parameters": told}
+    return {"kind": kind, "title": kind, "source": "", "at": at, "supersedes": supersedes, "parameters": described}
 
 
 SUSPENSIONS = ["secondary_lateral", "secondary_yaw", "primary_lateral", "primary_yaw", "rig"]
@@ -73,19 +73,19 @@ CATALOGUE = [
 
 @pytest.fixture
 def bogie() -> str:
-    """The text of a design, most of it in units."""
+    """Text of a design with units."""
     return BOGIE
 
 
 @pytest.fixture
 def catalogue() -> list[dict[str, Any]]:
-    """Some effects, as the kernel would state them."""
+    """Catalogue of some effects."""
     return CATALOGUE
 
 
 @pytest.fixture
 def shared() -> Path:
-    """Data beside the checkout; tests that need it are skipped where it is absent."""
+    """Directory of shared runs next to the checkout; skip the test if it is absent."""
     folder = Path(__file__).resolve().parents[1].parent / "shared" / "runs"
     if not folder.is_dir():
         pytest.skip("no shared runs beside the checkout")
@@ -104,16 +104,8 @@ def problems_of() -> Callable[[Callable[[], object]], list[Problem]]:
     return problems
 
 
-@pytest.fixture
-def told(
-    problems_of: Callable[[Callable[[], object]], list[Problem]],
-) -> Callable[[Callable[[], object]], list[Problem]]:
-    """Old name of problems_of."""
-    return problems_of
-
-
 def run_rows(seconds: float = 20.0, rate: float = 50.0) -> dict[str, np.ndarray]:
-    """Columns of a run that moves in every channel, keyed by header."""
+    """Return the columns of a run with noise in every channel, by header."""
     n = round(seconds * rate)
     t, wave = np.arange(n) / rate, np.random.default_rng(0)
     names = ("yw [m]", "e1 [m]", "ay1 [m/s^2]")
@@ -125,26 +117,26 @@ def run_rows(seconds: float = 20.0, rate: float = 50.0) -> dict[str, np.ndarray]
 
 
 def csv(columns: dict[str, np.ndarray], separator: str = ",") -> str:
-    """A table as text."""
+    """Return a table as CSV text."""
     rows = zip(*columns.values(), strict=True)
     return "\n".join([separator.join(columns), *(separator.join(f"{x:.9g}" for x in row) for row in rows)]) + "\n"
 
 
 @pytest.fixture
 def columns() -> Callable[..., dict[str, np.ndarray]]:
-    """Makes the columns of a run."""
+    """Function that returns the columns of a run."""
     return run_rows
 
 
 @pytest.fixture
 def as_csv() -> Callable[..., str]:
-    """Makes the text of a table."""
+    """Function that returns a table as CSV text."""
     return csv
 
 
 @pytest.fixture
 def campaign_folder(tmp_path: Path) -> Path:
-    """A campaign with its vehicle and two runs."""
+    """Directory of a campaign with its vehicle and two runs."""
     (tmp_path / "vehicle.yaml").write_text(BOGIE)
     (tmp_path / "campaign.yaml").write_text(CAMPAIGN)
     for name in ("run_a.csv", "run_b.csv"):

@@ -21,6 +21,7 @@ from railui.vehicle.parameters import (
     SETTINGS,
     Parameter,
     expand_path,
+    parse_setting,
     setting_paths,
 )
 
@@ -241,10 +242,10 @@ class Design:
         }
 
     def _with_effect_entries(self, entries: list[dict[str, Any]], findings: Findings) -> Design:
+        catalogue = self._catalogue() if entries else ()
         effects = read_effects(
-            entries, findings, "effects", self._catalogue() if entries else (), self.values, form=self.kind,
-            structure=self.structure,
-        )  # fmt: skip
+            entries, findings, "effects", catalogue, self.values, form=self.kind, structure=self.structure
+        )
         findings.raise_errors()
         return replace(self, effects=effects)
 
@@ -291,16 +292,3 @@ class Design:
             f"did you mean {ends[0]!r}?" if ends and path not in ends else suggest_name(path, [*known, *sorted(groups)])
         )
         return file_problem(name, "no such parameter", remedy, path)
-
-
-def parse_setting(path: str, value: Any) -> float | str | bool:
-    """Return the value of a word, switch or riding number; UnitError if it does not fit."""
-    if path in PARAMETERS:
-        return PARAMETERS[path].read(value)
-    choices = SETTINGS[path]
-    if isinstance(choices[0], bool) and isinstance(value, str) and value in ("true", "false"):
-        value = value == "true"
-    if not any(value is choice or (isinstance(value, str) and value == choice) for choice in choices):
-        words = [str(choice).lower() if isinstance(choice, bool) else choice for choice in choices]
-        raise UnitError(f"{value!r} is not known here", suggest_name(str(value), map(str, words)))
-    return value  # type: ignore[no-any-return]

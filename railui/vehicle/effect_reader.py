@@ -109,6 +109,10 @@ class _EffectReader:
     sensors: bool
     structure: Structure | None = None
 
+    def add(self, path: str, key: str, message: str, remedy: str) -> None:
+        """Add an error at a key of an effect."""
+        self.findings.add(join_path(path, key), message, remedy)
+
     def read(self, raw: Any, path: str) -> PlacedEffect | None:
         if not isinstance(raw, dict):
             self.findings.add(
@@ -138,45 +142,30 @@ class _EffectReader:
             return None
         record = record_of(str(raw["kind"]), self.catalogue)
         if record is None:
-            self.findings.add(
-                join_path(path, "kind"), f"unknown kind {raw['kind']!r}", suggest_name(str(raw["kind"]), kinds)
-            )
-        elif is_sensor(record) and not self.sensors:
-            self.findings.add(
-                join_path(path, "kind"),
-                f"{raw['kind']} belongs to a sensor, not to a vehicle",
-                "move it to `sensors` of the campaign",
-            )
-            return None
-        elif self.sensors and not is_sensor(record):
-            self.findings.add(
-                join_path(path, "kind"),
-                f"{raw['kind']} belongs to the vehicle, not to a sensor",
-                "move it to `effects` of the design",
-            )
+            self.add(path, "kind", f"unknown kind {raw['kind']!r}", suggest_name(str(raw["kind"]), kinds))
+        elif is_sensor(record) != self.sensors:
+            owner, other = ("the vehicle", "a sensor") if self.sensors else ("a sensor", "a vehicle")
+            remedy = "move it to `effects` of the design" if self.sensors else "move it to `sensors` of the campaign"
+            self.add(path, "kind", f"{raw['kind']} belongs to {owner}, not to {other}", remedy)
             return None
         return record
 
     def read_location(self, raw: Mapping[str, Any], record: Record, path: str) -> str | None:
         if self.sensors:
-            places = [at for at in map(str, record["at"]) if at in columns_of(self.form)]
+            locations = [at for at in map(str, record["at"]) if at in columns_of(self.form)]
         elif self.structure is not None:
-            places = self.multibody_locations(record, self.structure)
+            locations = self.multibody_locations(record, self.structure)
         else:
-            places = [at for at in map(str, record["at"]) if (at == "rig") == (self.form == "rig")]
+            locations = [at for at in map(str, record["at"]) if (at == "rig") == (self.form == "rig")]
         at = raw.get("at")
-        if at is None and len(places) == 1:
-            return places[0]
+        if at is None and len(locations) == 1:
+            return locations[0]
         if at is None:
-            self.findings.add(path, f"{record['kind']} has no location", f"add `at:`, one of {', '.join(places)}")
-        elif not places:
-            self.findings.add(
-                join_path(path, "at"), f"{record['kind']} has no location at a {self.form}", "leave it out"
-            )
-        elif at not in places:
-            self.findings.add(
-                join_path(path, "at"), f"{record['kind']} is not possible at {at!r}", suggest_name(str(at), places)
-            )
+            self.findings.add(path, f"{record['kind']} has no location", f"add `at:`, one of {', '.join(locations)}")
+        elif not locations:
+            self.add(path, "at", f"{record['kind']} has no location at a {self.form}", "leave it out")
+        elif at not in locations:
+            self.add(path, "at", f"{record['kind']} is not possible at {at!r}", suggest_name(str(at), locations))
         else:
             return str(at)
         return None
@@ -186,7 +175,7 @@ class _EffectReader:
         """Return the locations of a multibody vehicle, which has a carbody itself and takes no coach_mode."""
         if record.get("acts") == "body":
             return []
-        return [at for at, place in structure.effect_locations.items() if place.catalogue_name in record["at"]]
+        return [at for at, location in structure.effect_locations.items() if location.catalogue_name in record["at"]]
 
     def read_wheelset(self, raw: Mapping[str, Any], at: str, path: str) -> int | None:
         wheelset = raw.get("wheelset")
@@ -196,14 +185,15 @@ class _EffectReader:
             numbers = [n for n in self.structure.effect_locations[at].numbers if n]
             if wheelset not in numbers or isinstance(wheelset, bool):
                 remedy = f"write one of {numbers}, or leave the key out for all" if numbers else "leave the key out"
-                self.findings.add(join_path(path, "wheelset"), f"{at} has no number {wheelset!r}", remedy)
+                self.add(path, "wheelset", f"{at} has no number {wheelset!r}", remedy)
                 return None
             return int(wheelset)
         if at not in WHEELSET_LOCATIONS:
-            self.findings.add(join_path(path, "wheelset"), f"{at} has no wheelset", "leave the key out")
+            self.add(path, "wheelset", f"{at} has no wheelset", "leave the key out")
         elif isinstance(wheelset, bool) or wheelset not in (1, 2):
-            self.findings.add(
-                join_path(path, "wheelset"),
+            self.add(
+                path,
+                "wheelset",
                 f"{wheelset!r} is not a wheelset",
                 "write 1 (leading) or 2 (trailing), or leave the key out for both",
             )
@@ -216,8 +206,9 @@ class _EffectReader:
             return None
         against = raw.get("against", "z")
         if against not in ABSCISSAE:
-            self.findings.add(
-                join_path(path, "against"),
+            self.add(
+                path,
+                "against",
                 f"{against!r} is none of z, v, s",
                 "write the abscissa of the curve: z, v or s",
             )
@@ -265,14 +256,14 @@ class _EffectReader:
             other = read.get(key)
             if isinstance(other, tuple) and (len(other) != len(first) or len(first) < 2):
                 message = f"has {len(other)} values, {keys[0]} has {len(first)}"
-                self.findings.add(join_path(path, key), message, "give the same number of values, at least two")
+                self.add(path, key, message, "give the same number of values, at least two")
                 return
         steps = [b - a for a, b in pairwise(first)]
         if min(steps, default=0.0) <= 0.0:
             remedy = f"sort the curve by its {keys[0]}"
-            self.findings.add(join_path(path, keys[0]), "does not rise from value to value", remedy)
+            self.add(path, keys[0], "does not rise from value to value", remedy)
         elif even and max(steps) > 1.001 * min(steps):
-            self.findings.add(join_path(path, keys[0]), "has unequal steps", "space the values equally")
+            self.add(path, keys[0], "has unequal steps", "space the values equally")
 
 
 def _read_value(

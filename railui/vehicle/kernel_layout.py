@@ -7,8 +7,8 @@ from functools import cache
 
 from railui.core import BodyLayout, FloorLayout, JointLayout, KernelPoint, Layout, LinearSum, WheelsLayout
 from railui.vehicle.element_kinds import DIRECTIONS
-from railui.vehicle.multibody import Joint, Member, Part, Structure
-from railui.vehicle.multibody_reader import position_terms
+from railui.vehicle.multibody import Structure, position_terms
+from railui.vehicle.multibody_parts import Joint, Member, Part
 
 # lambda, kappa_x, kappa_y, epsilon, delta, sigma
 CONTACT = (

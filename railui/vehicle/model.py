@@ -16,7 +16,7 @@ from railui.core import Batch, Placement, Vehicles
 from railui.track import Wheelbase, wheelset_distances
 from railui.vehicle.design_reader import Design, PlacedEffect
 from railui.vehicle.kernel_layout import kernel_layout, structure_paths
-from railui.vehicle.multibody_reader import position_terms
+from railui.vehicle.multibody import position_terms
 
 RADIUS = "rolling_radius"  # parameter r_e of an effect with a rotation angle s/r_e + phase
 TURN = 2.0 * np.pi

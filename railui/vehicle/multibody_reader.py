@@ -20,13 +20,13 @@ from railui.vehicle.element_kinds import (
     POSITION,
     parameters_of_kind,
 )
-from railui.vehicle.multibody import Member, Part, Structure
+from railui.vehicle.multibody import Structure
+from railui.vehicle.multibody_checks import check_structure
+from railui.vehicle.multibody_parts import Part
 from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT, Parameter
 
 WORDS = {"wheelset": ("under", "contact"), "floor": ("body",), "body": ()}
 SIDES = ("both", "right", "left")
-MAX_DEGREES_OF_FREEDOM = 32  # 64 states, the kernel's capacity for one vehicle
-MAX_WHEELSETS = 12  # 64 columns of the input table, of which a wheelset reads five
 
 
 @dataclass
@@ -111,7 +111,7 @@ def read_structure(data: Mapping[str, Any], findings: Findings) -> tuple[Structu
     )
     contacts = _read_contacts(data.get("contact"), read)
     structure = Structure(bodies, elements, floor, contacts)
-    _check_structure(structure, read.values, findings)
+    check_structure(structure, read.values, findings)
     return (None if findings.errors() else structure), read.values
 
 
@@ -178,126 +178,3 @@ def _read_contacts(raw: Any, read: _PartReader) -> tuple[str, ...]:
     if model is not None:
         read.values |= {f"contact.{p.path}": float(getattr(model, p.path)) for p in here}
     return tuple(name for name in names if isinstance(raw[name], dict))
-
-
-def _check_structure(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
-    """Check names, limits, wheelsets, elements and floor points."""
-    _check_names(structure, findings)
-    if findings.errors():
-        return
-    members = structure.members
-    degrees = sum(m.dof_count for m in members.values())
-    if degrees > MAX_DEGREES_OF_FREEDOM:
-        remedy = "join bodies that move together"
-        findings.add(
-            "vehicle", f"has {degrees} degrees of freedom, at most {MAX_DEGREES_OF_FREEDOM} are possible", remedy
-        )
-        return
-    if len(structure.wheelsets) > MAX_WHEELSETS:
-        remedy = "model the relevant part of the train"
-        findings.add(
-            "vehicle", f"has {len(structure.wheelsets)} wheelsets, at most {MAX_WHEELSETS} are possible", remedy
-        )
-        return
-    for member in members.values():
-        if member.part.kind == "body" and {"x", "half_centres"} <= set(member.part.keys):
-            findings.add(member.part.path, "has x and half_centres", "give one of them")
-        if member.has_rotation("roll") and "height" not in member.part.keys:
-            findings.add(member.part.path, "rolls, but its centre has no height", "add `height:` above the rails")
-    for wheelset in structure.wheelsets:
-        part = wheelset.part
-        if wheelset.carrier is None and "x" not in part.keys and len(structure.wheelsets) > 1:
-            findings.add(part.path, "has no place", "add `x:`, or `under:` a body with `half_wheelbase:`")
-        if {"x", "half_wheelbase"} <= set(part.keys):
-            findings.add(part.path, "has x and half_wheelbase", "give one of them")
-        if wheelset.carrier is None and "half_wheelbase" in part.keys:
-            findings.add(part.number_path("half_wheelbase"), "needs the body between the two", "add `under:`")
-        contact = structure.contact_of(wheelset)
-        if contact not in structure.contacts:
-            remedy = suggest_name(contact, structure.contacts) if structure.contacts else "add `contact:` with a group"
-            where = part.number_path("contact") if "contact" in part.words else part.path
-            findings.add(where, f"no contact {contact!r}" if contact else "has no contact", remedy)
-    if not structure.wheelsets:
-        findings.add("vehicle.elements", "has no wheelset", "add an element `kind: wheelset`")
-    for part in structure.elements:
-        if part.kind != "wheelset":
-            _check_joint(structure, part, findings)
-    for part in structure.floor:
-        body = part.word("body")
-        if len(structure.members_named(body)) != 1:
-            names = [m.name for m in members.values()]
-            where = part.number_path("body") if body else part.path
-            findings.add(where, f"no body {body!r}" if body else "names no body", suggest_name(body, names))
-    if not findings.errors():
-        _check_order(structure, values, findings)
-
-
-def _check_names(structure: Structure, findings: Findings) -> None:
-    parts_by_name: dict[str, Part] = {}
-    for part in (*structure.bodies, *structure.elements):
-        if part.name in parts_by_name:
-            findings.add(
-                part.path, f"has the same name as {parts_by_name[part.name].path}", "rename one of them", key=True
-            )
-        parts_by_name[part.name] = part
-    families = [part.name for part in structure.bodies]
-    paired = [f"{p.name}_{i}" for p in structure.bodies if "half_centres" in p.keys for i in (1, 2)]
-    for part in structure.wheelset_parts:
-        under = part.word("under")
-        if under and under not in (*families, *paired):
-            findings.add(part.number_path("under"), f"no body {under!r}", suggest_name(under, [*families, *paired]))
-
-
-def _check_joint(structure: Structure, part: Part, findings: Findings) -> None:
-    if "between" not in part.words:
-        return
-    known = [*dict.fromkeys(m.part.name for m in structure.members.values()), *structure.members, GROUND]
-    before = len(findings.errors())
-    for i, end in enumerate(part.between):
-        if end != GROUND and not structure.members_named(end):
-            findings.add(part.number_path(f"between.{i}"), f"no body {end!r}", suggest_name(end, dict.fromkeys(known)))
-    if len(findings.errors()) > before:
-        return
-    try:
-        joints = structure.joints_of(part)
-    except ValueError as error:
-        findings.add(part.number_path("between"), str(error), "name one of them with its number, such as frame_1")
-        return
-    if any(a == b for joint in joints for a, b in [joint.ends]):
-        findings.add(part.number_path("between"), "joins a body to itself", "name two bodies")
-    if (
-        "height" not in part.keys
-        and part.kind != "anti_roll_bar"
-        and any(structure.joins_rolling_body(j) for j in joints)
-    ):
-        findings.add(part.path, "joins a body that rolls, but has no height", "add `height:` above the rails")
-
-
-def _check_order(structure: Structure, values: Mapping[str, float], findings: Findings) -> None:
-    positions = [position(structure, member, values) for member in structure.wheelsets]
-    for i in range(1, len(positions)):
-        if positions[i] >= positions[i - 1]:
-            part = structure.wheelsets[i].part
-            remedy = "list wheelsets from front to rear, with decreasing x"
-            findings.add(
-                part.path, f"{structure.wheelsets[i].name} is not behind the wheelset listed before it", remedy
-            )
-
-
-def position(structure: Structure, member: Member, values: Mapping[str, float]) -> float:
-    """Return the longitudinal position x of a member [m], positive forwards."""
-    return sum(factor * values[path] for factor, path in position_terms(structure, member))
-
-
-def position_terms(structure: Structure, member: Member) -> list[tuple[float, str]]:
-    """Return the position x of a member as a sum of (factor, path of a number)."""
-    part = member.part
-    terms: list[tuple[float, str]] = []
-    if member.carrier is not None:
-        terms += position_terms(structure, structure.members[member.carrier])
-    for key in ("half_centres", "half_wheelbase"):
-        if key in part.keys:
-            terms.append((float(member.side), part.number_path(key)))
-    if "x" in part.keys:
-        terms.append((1.0, part.number_path("x")))
-    return terms

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from railui.io.number_format import format_quantity
+from railui.io.problems import suggest_name
 from railui.io.units import UnitError, example_quantity, quantity
 
 INFINITE = math.inf
@@ -207,16 +208,7 @@ RIDING = _in_group(
         "comfort_weight", "w", "1", "weight of comfort in the score", maximum=1.0, usual_range=(0, 1), optional=True
     ),
     Parameter(
-        "admissible_flange_fraction",
-        "phi_a",
-        "1",
-        SHARE,
-        0.05,
-        "thesis chapter 2",
-        1e-6,
-        1.0,
-        True,
-        (1e-3, 0.2),
+        "admissible_flange_fraction", "phi_a", "1", SHARE, 0.05, "thesis chapter 2", 1e-6, 1.0, True, (1e-3, 0.2)
     ),
     Parameter(
         "floor_frequency",
@@ -262,6 +254,19 @@ def setting_paths(form: str) -> tuple[str, ...]:
     if form == "rig":
         return ("vehicle.rig.input",)
     return ("riding.use", "riding.guidance", "contact.gauge_widens_clearance", *(p.path for p in RIDING))
+
+
+def parse_setting(path: str, value: Any) -> float | str | bool:
+    """Return the value of a word, switch or riding number; UnitError if it does not fit."""
+    if path in PARAMETERS:
+        return PARAMETERS[path].read(value)
+    choices = SETTINGS[path]
+    if isinstance(choices[0], bool) and isinstance(value, str) and value in ("true", "false"):
+        value = value == "true"
+    if not any(value is choice or (isinstance(value, str) and value == choice) for choice in choices):
+        words = [str(choice).lower() if isinstance(choice, bool) else choice for choice in choices]
+        raise UnitError(f"{value!r} is not known here", suggest_name(str(value), map(str, words)))
+    return value  # type: ignore[no-any-return]
 
 
 def expand_path(path: str, known: list[str]) -> list[str]:

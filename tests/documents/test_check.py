@@ -1,4 +1,4 @@
-"""Checking any file: what it is, all that is wrong with it; and the schemas for editors."""
+"""Recognising and checking files of every kind, and schemas for editors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from railui.runs.run import Run
 from railui.vehicle.design_reader import Design
 from railui.vehicle.parameters import PARAMETERS
 
-Told = Callable[[Callable[[], object]], list[Problem]]
+ProblemsOf = Callable[[Callable[[], object]], list[Problem]]
 Records = list[dict[str, Any]]
 
 
@@ -38,16 +38,16 @@ def test_a_file_is_recognised_by_its_schema_its_keys_or_its_columns(campaign_fol
     assert {path: recognise(path) for path in kinds} == kinds
 
 
-def test_what_is_none_of_ours_is_told(tmp_path: Path, told: Told) -> None:
+def test_a_file_of_no_known_kind_is_reported(tmp_path: Path, problems_of: ProblemsOf) -> None:
     (tmp_path / "a.yaml").write_text("colour: red\n")
     (tmp_path / "a.csv").write_text("height [mm],width [mm]\n0,0\n")
     (tmp_path / "loop.json").write_text('{"schema": "railui.loop/1"}')
     for name in ("a.yaml", "a.csv"):
-        assert told(lambda name=name: recognise(tmp_path / name))[0].message == "is not a file of railui"
-    assert "is a loop" in told(lambda: recognise(tmp_path / "loop.json"))[0].message
+        assert problems_of(lambda name=name: recognise(tmp_path / name))[0].message == "is not a file of railui"
+    assert "is a loop" in problems_of(lambda: recognise(tmp_path / "loop.json"))[0].message
 
 
-def test_each_file_loads_as_what_it_is(campaign_folder: Path) -> None:
+def test_each_file_is_loaded_by_its_reader(campaign_folder: Path) -> None:
     assert isinstance(load(campaign_folder), Campaign)
     assert isinstance(load(campaign_folder / "vehicle.yaml"), Design)
     assert isinstance(load(campaign_folder / "run_a.csv"), Run)
@@ -88,7 +88,7 @@ def test_noise_of_a_column_that_no_run_has_is_a_warning(campaign_folder: Path) -
     assert [(p.key, p.severity, p.line) for p in check([campaign_folder])] == [("noise.d2", "warning", 6)]
 
 
-def test_problems_print_place_key_what_and_remedy_in_order() -> None:
+def test_problems_print_position_key_message_and_remedy() -> None:
     findings = Findings("f.yaml", {"": (1, 1), "a": (2, 3), "a.b": (4, 5)})
     findings.add("a.b", "is wrong", "mend it")
     findings.add("a.c", "is missing", "add it")
@@ -98,7 +98,7 @@ def test_problems_print_place_key_what_and_remedy_in_order() -> None:
     assert set(caught.value.problems[0].as_dict()) >= {"file", "line", "column", "key", "message", "remedy"}
 
 
-def test_the_nearest_name_is_told_or_all_of_few() -> None:
+def test_the_nearest_name_is_reported_or_all_of_few() -> None:
     assert suggest_name("Mass", ["yaw_inertia", "mass"]) == "did you mean 'mass'?"
     assert suggest_name("colour", ["mass", "yaw_inertia"]) == "known are mass, yaw_inertia"
     assert suggest_name("colour", [f"name_{i}" for i in range(40)] + ["colossal"]) == "the nearest is 'colossal'"
@@ -113,7 +113,7 @@ def test_a_schema_is_json_and_names_its_version(kind: str, catalogue: Records) -
     assert made["$id"] == f"railui.{kind}/1" and made["title"] == kind
 
 
-def test_every_parameter_stands_in_the_schema_with_unit_and_default(catalogue: Records) -> None:
+def test_every_parameter_is_in_the_schema_with_unit_and_default(catalogue: Records) -> None:
     made = json_schema("design", catalogue)
 
     def resolved(entry: dict[str, Any]) -> dict[str, Any]:
@@ -135,6 +135,6 @@ def test_the_schema_lists_every_effect_but_no_sensor(catalogue: Records) -> None
     assert [entry["properties"]["kind"]["const"] for entry in sensors] == ["sensor_gain", "sensor_offset"]
 
 
-def test_another_schema_is_refused() -> None:
+def test_another_schema_is_rejected() -> None:
     with pytest.raises(ValueError, match="design, campaign, study"):
         json_schema("loop", [])

@@ -1,4 +1,4 @@
-"""JSON Schemas: every design of ours fits, what the reader refuses does not."""
+"""JSON Schemas accept the designs of the package and reject what the readers reject."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def faults(kind: str, data: Any) -> list[str]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_files_of_ours_fit_their_schema(kind: str) -> None:
+def test_designs_campaigns_and_studies_fit_their_schema(kind: str) -> None:
     Draft202012Validator.check_schema(json_schema(kind))
     assert FILES[kind]
     for file in FILES[kind]:
@@ -41,7 +41,7 @@ def test_files_of_ours_fit_their_schema(kind: str) -> None:
         ("cooperrider", ("contact", "wheels", "conicty"), 0.1),
     ],
 )
-def test_what_a_reader_refuses_does_not_fit(file: str, path: tuple[str, ...], value: Any) -> None:
+def test_the_schema_rejects_what_a_reader_rejects(file: str, path: tuple[str, ...], value: Any) -> None:
     data = yaml.safe_load((HOME / f"designs/{file}.yaml").read_text("utf-8"))
     group = data
     for key in path[:-1]:

@@ -1,1 +1,1 @@
-"""Readers against what nobody should write."""
+"""Readers on damaged and random input."""

@@ -1,4 +1,4 @@
-"""Every reader reads its file or tells its faults, and nothing else: the corpus as it is, and with bytes that slip."""
+"""Every reader reads a file or raises FileProblems: corpus, randomly changed bytes, random bytes."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ CORPUS = Path(__file__).parent / "corpus"
 DESIGNS = Path(__file__).parents[2] / "designs"
 
 
-def laid(wheel: Path, rail: Path) -> ContactGeometry | None:
-    """A wheel on a rail; a pair that does not fit is told by the search."""
+def contacts_of(wheel: Path, rail: Path) -> ContactGeometry | None:
+    """Return the contacts of a wheel on a rail; None if the profiles do not fit."""
     pair = read_profile(wheel, "wheel"), read_profile(rail, "rail")
     try:
         return find_contacts(WheelRailPair(*pair, inclination=0.025), step=1e-3)
@@ -43,8 +43,8 @@ def laid(wheel: Path, rail: Path) -> ContactGeometry | None:
 
 
 READERS: dict[str, Callable[[Path], object]] = {
-    "wheel": lambda path: laid(path, DESIGNS / "profiles" / "60e1.txt"),
-    "rail": lambda path: laid(DESIGNS / "profiles" / "s1002.txt", path),
+    "wheel": lambda path: contacts_of(path, DESIGNS / "profiles" / "60e1.txt"),
+    "rail": lambda path: contacts_of(DESIGNS / "profiles" / "s1002.txt", path),
     "delta_r": read_radius_table,
     "design": load_design,
     "campaign": load_campaign,
@@ -54,7 +54,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     "track": load_track,
     "delimited": read_recordings,
 }
-WHOLE = {
+VALID_FILES = {
     "wheel": DESIGNS / "profiles" / "s1002.txt",
     "rail": DESIGNS / "profiles" / "60e1.txt",
     "delta_r": CORPUS / "delta_r" / "whole.csv",
@@ -67,11 +67,11 @@ WHOLE = {
     "delimited": CORPUS / "delimited" / "semicolon_latin.csv",
 }
 quick = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-slips = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 9), st.binary(max_size=6)), min_size=1, max_size=4)
-Slips = list[tuple[float, int, bytes]]
+byte_edits = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 9), st.binary(max_size=6)), min_size=1, max_size=4)
+ByteEdits = list[tuple[float, int, bytes]]
 
 
-def read_or_told(kind: str, path: Path) -> None:
+def read_or_rejected(kind: str, path: Path) -> None:
     try:
         READERS[kind](path)
     except FileProblems as error:
@@ -79,8 +79,8 @@ def read_or_told(kind: str, path: Path) -> None:
         assert all(problem.message and problem.file for problem in error.problems)
 
 
-def slipped(data: bytes, edits: Slips) -> bytes:
-    """The bytes with some of them replaced."""
+def with_edits(data: bytes, edits: ByteEdits) -> bytes:
+    """Return the bytes with some of them replaced."""
     for where, length, piece in edits:
         i = int(where * len(data))
         data = data[:i] + piece + data[i + length :]
@@ -90,54 +90,56 @@ def slipped(data: bytes, edits: Slips) -> bytes:
 @pytest.mark.parametrize(
     "path", [p for kind in READERS for p in sorted((CORPUS / kind).iterdir())], ids=lambda p: p.name
 )
-def test_what_once_came_is_read_or_told(path: Path) -> None:
-    read_or_told(path.parent.name, path)
+def test_files_of_the_corpus_are_read_or_rejected(path: Path) -> None:
+    read_or_rejected(path.parent.name, path)
 
 
 @pytest.mark.parametrize("kind", READERS)
 @quick
-@given(edits=slips)
-def test_a_whole_file_with_bytes_that_slip_is_read_or_told(kind: str, tmp_path: Path, edits: Slips) -> None:
-    whole = WHOLE[kind]
+@given(edits=byte_edits)
+def test_a_whole_file_with_bytes_changed_at_random_is_read_or_rejected(
+    kind: str, tmp_path: Path, edits: ByteEdits
+) -> None:
+    whole = VALID_FILES[kind]
     path = tmp_path / whole.name
-    path.write_bytes(slipped(whole.read_bytes(), edits))
-    read_or_told(kind, path)
+    path.write_bytes(with_edits(whole.read_bytes(), edits))
+    read_or_rejected(kind, path)
 
 
 @pytest.mark.parametrize("ending", [".mf4", ".uff", ".h5", ".mat", ".csv.gz"])
 @settings(parent=quick, max_examples=15)
 @given(data=st.binary(max_size=200))
-def test_a_file_of_another_program_that_is_none_is_told(ending: str, tmp_path: Path, data: bytes) -> None:
+def test_invalid_files_of_other_programs_are_rejected(ending: str, tmp_path: Path, data: bytes) -> None:
     path = tmp_path / f"bench{ending}"
     path.write_bytes(data)
-    read_or_told("delimited", path)
+    read_or_rejected("delimited", path)
 
 
 @pytest.mark.parametrize("name", ["run_1.csv", "capture.json"])
 @quick
 @given(data=st.binary(max_size=120))
-def test_a_recording_whose_files_were_damaged_is_read_or_told(name: str, tmp_path: Path, data: bytes) -> None:
+def test_a_recording_whose_files_were_damaged_is_read_or_rejected(name: str, tmp_path: Path, data: bytes) -> None:
     (tmp_path / "run_1.csv").write_text("t [s],a [m/s^2]\n" + "".join(f"{0.01 * i:.2f},{i}\n" for i in range(50)))
     (tmp_path / "capture.json").write_text('{"segments": [{"file": "run_1.csv", "boot": 1, "channels": []}]}')
     (tmp_path / name).write_bytes(data)
-    read_or_told("delimited", tmp_path)
+    read_or_rejected("delimited", tmp_path)
 
 
 CHANNELS = [Channel("a", "m/s^2", "h", 0.001, 0.0)]
 BODY = wire.hello_body(1, 100.0, "logger", "1", CHANNELS)
-SPEECH = wire.encode_hello(0, BODY) + b"".join(
+STREAM = wire.encode_hello(0, BODY) + b"".join(
     wire.encode_sample(wire.layout_hash(BODY), i, 10 * i, bytes([i, 0])) for i in range(1, 20)
 )
 
 
 @quick
-@given(edits=slips)
-def test_frames_with_bytes_that_slip_are_counted(edits: Slips) -> None:
+@given(edits=byte_edits)
+def test_frames_with_bytes_changed_at_random_are_counted(edits: ByteEdits) -> None:
     link = Link()
-    link.feed(slipped(SPEECH, edits))
-    heard = link.close()
-    # nine bytes lie in two frames at most
-    assert 20 - 2 * len(edits) <= heard.frames <= 20
+    link.feed(with_edits(STREAM, edits))
+    statistics = link.close()
+    # nine bytes belong to two frames at most
+    assert 20 - 2 * len(edits) <= statistics.frames <= 20
 
 
 @pytest.mark.parametrize("path", sorted((CORPUS / "frames").iterdir()), ids=lambda p: p.name)
@@ -149,8 +151,8 @@ def test_bytes_that_are_no_frames_make_none(path: Path) -> None:
 
 @quick
 @given(payload=st.binary(max_size=300))
-def test_any_body_with_a_right_crc_is_a_frame_or_refused(payload: bytes) -> None:
-    """What counts its own channels and lengths may claim what it likes: claims are checked, not believed."""
+def test_any_body_with_a_valid_crc_is_a_frame_or_rejected(payload: bytes) -> None:
+    """Channel counts and lengths in a frame are checked, not trusted."""
     link = Link()
     link.feed(wire.encode_frame(payload))
     line = payload.replace(b"\n", b" ")

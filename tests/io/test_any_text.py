@@ -1,4 +1,4 @@
-"""Whatever stands in a file, it is read or its faults are told: nothing else comes out."""
+"""Any text is read or rejected with FileProblems."""
 
 from __future__ import annotations
 
@@ -84,14 +84,18 @@ def read_or_told(path: Path) -> None:
 
 @quick
 @given(edits=slips)
-def test_a_design_with_slips_is_read_or_told(bogie: str, tmp_path: Path, edits: list[tuple[float, int, str]]) -> None:
+def test_a_design_with_random_edits_is_read_or_rejected(
+    bogie: str, tmp_path: Path, edits: list[tuple[float, int, str]]
+) -> None:
     (tmp_path / "vehicle.yaml").write_text(slipped(bogie, edits))
     read_or_told(tmp_path / "vehicle.yaml")
 
 
 @quick
 @given(edits=slips)
-def test_a_campaign_with_slips_is_read_or_told(campaign_folder: Path, edits: list[tuple[float, int, str]]) -> None:
+def test_a_campaign_with_random_edits_is_read_or_rejected(
+    campaign_folder: Path, edits: list[tuple[float, int, str]]
+) -> None:
     path = campaign_folder / "campaign.yaml"
     whole = path.read_text()
     path.write_text(slipped(whole, edits))
@@ -101,7 +105,7 @@ def test_a_campaign_with_slips_is_read_or_told(campaign_folder: Path, edits: lis
 
 @quick
 @given(edits=slips)
-def test_a_run_with_slips_is_read_or_told(
+def test_a_run_with_random_edits_is_read_or_rejected(
     columns: Callable[..., dict[str, np.ndarray]],
     as_csv: Callable[..., str],
     tmp_path: Path,
@@ -117,7 +121,9 @@ def test_a_run_with_slips_is_read_or_told(
     path=st.sampled_from(["name", "vehicle.wheel_load", "contact.leading.roll", "effects.0.x", "a.b"]),
     value=st.sampled_from([1.5, "x", [1], {"a": 2}, True]),
 )
-def test_an_edit_changes_what_was_asked_or_is_refused(bogie: str, edits: list[Any], path: str, value: Any) -> None:
+def test_an_edit_changes_the_requested_path_only_or_is_rejected(
+    bogie: str, edits: list[Any], path: str, value: Any
+) -> None:
     text = slipped(bogie, edits)
     try:
         before = parse_yaml(text)

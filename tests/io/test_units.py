@@ -1,4 +1,4 @@
-"""Quantities: units are read, converted and written as people write them."""
+"""Reading, converting and writing quantities."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_a_yaw_stiffness_may_leave_the_radian_out() -> None:
         ("1 m", "1"),
     ],
 )
-def test_another_dimension_is_refused_with_an_example(text: str, unit: str) -> None:
+def test_another_dimension_is_rejected_with_an_example(text: str, unit: str) -> None:
     with pytest.raises(UnitError) as caught:
         quantity(text, unit)
     assert "expected" in caught.value.message
@@ -91,18 +91,18 @@ def test_another_dimension_is_refused_with_an_example(text: str, unit: str) -> N
 @pytest.mark.parametrize(
     "text", ["3 m/", "3 (m", "3 m^", "3 m^99", "3 *m", "3 m*", "3 foo", "7,5 mm", "x", "", "1e999 m"]
 )
-def test_what_is_no_quantity_is_refused(text: str) -> None:
+def test_text_that_is_not_a_quantity_is_rejected(text: str) -> None:
     with pytest.raises(UnitError):
         quantity(text, "m")
 
 
 @pytest.mark.parametrize("value", [None, True, [1], {"a": 1}, math.inf, math.nan])
-def test_what_is_no_number_is_refused(value: object) -> None:
+def test_text_that_is_not_a_number_is_rejected(value: object) -> None:
     with pytest.raises(UnitError):
         quantity(value, "m")
 
 
-def test_a_decimal_comma_is_told_with_the_right_text() -> None:
+def test_a_decimal_comma_is_reported_with_the_right_text() -> None:
     with pytest.raises(UnitError, match=r"7\.5 mm"):
         quantity("7,5 mm", "m")
 
@@ -118,7 +118,7 @@ def test_a_displayed_value_reads_back(value: float, unit: str) -> None:
 
 
 @given(finite, st.sampled_from(SI))
-def test_a_suited_unit_leaves_the_quantity_as_it_is(value: float, unit: str) -> None:
+def test_a_prefix_does_not_change_the_quantity(value: float, unit: str) -> None:
     number, name = scale_to_prefix(value, unit)
     assert parse_unit(name).is_compatible(parse_unit(unit))
     assert convert(number, name, unit) == pytest.approx(value, rel=1e-14)
@@ -129,7 +129,7 @@ REACH = {"N": (1.0, 1e12), "N*s/m": (1.0, 1e12), "Hz": (1.0, 1e6), "m": (1e-6, 1
 
 
 @given(st.floats(0.0, 1.0), st.sampled_from(list(REACH)), st.sampled_from([1.0, -1.0]))
-def test_a_suited_unit_brings_the_number_between_one_and_a_thousand(share: float, unit: str, sign: float) -> None:
+def test_a_prefix_scales_the_number_between_1_and_1000(share: float, unit: str, sign: float) -> None:
     low, high = REACH[unit]
     value = min(max(low * (high / low) ** share, low), math.nextafter(high, 0.0))
     assert 1.0 <= abs(scale_to_prefix(sign * value, unit)[0]) <= 1000.0

@@ -1,4 +1,4 @@
-"""Editing and writing: comments survive, nothing but the value changes, files appear whole."""
+"""Editing and writing files: only the value changes, comments remain, writing is atomic."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from railui.vehicle.design import Adjustment
 from railui.vehicle.design_reader import PlacedEffect, load_design, parse_design
 from railui.vehicle.parameters import FORMS
 
-Told = Callable[[Callable[[], object]], list[Problem]]
+ProblemsOf = Callable[[Callable[[], object]], list[Problem]]
 Records = list[dict[str, Any]]
 
 
@@ -36,7 +36,7 @@ def test_a_text_value_is_written_as_it_is(bogie: str) -> None:
     assert edit_values(bogie, {"vehicle.wheel_load": "60 kN"}) == bogie.replace("55 kN", "60 kN")
 
 
-def test_an_absent_key_is_added_in_the_style_of_its_group() -> None:
+def test_an_absent_key_is_added_in_the_style_of_the_group() -> None:
     text = "a: {b: 1}  # flow\nc:\n  d: 2  # block\n  # tail\n\ne:\n"
     assert edit_values(text, {"a.x": 3, "c.y": 4, "e.z": 5, "f.g": "on"}) == (
         "a: {b: 1, x: 3}  # flow\nc:\n  d: 2  # block\n  y: 4\n  # tail\n\ne: {z: 5}\nf: {g: on}\n"
@@ -66,8 +66,8 @@ def test_a_text_block_is_replaced_whole() -> None:
 
 
 @pytest.mark.parametrize(("text", "path"), [("l: &a {x: 1}\nt: *a\n", "t.x"), ("a: [1]\n", "a.3"), ("a: b\n", "a.c")])
-def test_what_cannot_be_edited_is_refused(text: str, path: str, told: Told) -> None:
-    assert told(lambda: edit_values(text, {path: 2}))[0].key == path
+def test_an_impossible_edit_is_rejected(text: str, path: str, problems_of: ProblemsOf) -> None:
+    assert problems_of(lambda: edit_values(text, {path: 2}))[0].key == path
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
@@ -144,7 +144,7 @@ def test_hashes_are_those_of_the_bytes(tmp_path: Path) -> None:
     assert sha256("abc").startswith("ba7816bf")
 
 
-def test_json_of_one_form_has_no_nan() -> None:
+def test_canonical_json_rejects_nan() -> None:
     assert canonical_json({"b": 0.1, "a": [None, "ü"]}) == '{"a":[null,"ü"],"b":0.1}'
     with pytest.raises(ValueError, match="JSON"):
         canonical_json(float("nan"))

@@ -99,7 +99,9 @@ def batch(
     effects = [[] for _ in vehicles] if effects is None else effects
     rows = [[x for e in own for x in effect_row(v, e)] for v, own in zip(vehicles, effects, strict=True)]
     amounts = np.full((len(vehicles), len(effects[0])), amount)
-    return Batch.from_arrays(np.array([numbers(v) for v in vehicles]), np.array(rows).reshape(len(rows), -1), amounts, **more)
+    return Batch.from_arrays(
+        np.array([numbers(v) for v in vehicles]), np.array(rows).reshape(len(rows), -1), amounts, **more
+    )
 
 
 def table(run: Table, a: float, steps: int) -> Floats:

@@ -85,7 +85,7 @@ def test_measured_coach_forces_drive_the_frame(qy: float, qpsi: float) -> None:
     assert max(apart(found, kernel(vehicle, straight(3.0))).values()) > 0.05
 
 
-def test_a_measured_coach_force_leaves_out_everything_else_at_its_place() -> None:
+def test_a_measured_coach_force_replaces_other_forces_at_its_location() -> None:
     run, vehicle = driven(straight(2.0), 3e3), uneven(4)
     there = [
         parse("dry_friction at=secondary_lateral force=2000 slip_speed=0.02"),
@@ -113,7 +113,7 @@ def test_a_run_starts_from_the_state_that_it_is_given() -> None:
     assert_same(found, simulate(vehicle, run, steps=1, state=state), ROUNDING)
 
 
-def test_the_states_of_the_effects_stand_behind_those_of_the_bodies() -> None:
+def test_states_of_effects_follow_those_of_the_bodies() -> None:
     run, vehicle = straight(1.0), uneven(7)
     effects = [
         parse("coach_mode at=secondary_lateral mass=15e3 stiffness=3e5 damping=2e4"),
@@ -128,7 +128,7 @@ def test_the_states_of_the_effects_stand_behind_those_of_the_bodies() -> None:
     assert_same(kernel(vehicle, run, effects, 2, state=state), truth, ROUNDING)
 
 
-def test_a_lane_at_another_share_of_the_speed_is_a_run_at_that_speed() -> None:
+def test_a_lane_with_a_speed_scale_is_a_run_at_the_scaled_speed() -> None:
     run, vehicle, share = straight(3.0), uneven(8), 1.1
     faster = replace(run, t=run.t / share, v=run.v * share)
     pair = batch([vehicle, vehicle], speed_scale=np.array([1.0, share]))

@@ -1,4 +1,4 @@
-"""A vehicle has the same digits alone, in every lane, on any number of threads, beside those with more in them."""
+"""A coach gives identical digits alone, in every lane, on any number of threads, and with richer neighbours."""
 
 from __future__ import annotations
 
@@ -64,11 +64,11 @@ def alone(what: str) -> Floats:
 
 
 @pytest.mark.parametrize("what", LESS)
-def test_coaches_that_have_more_leave_the_one_between_them_its_digits(what: str) -> None:
+def test_neighbours_with_more_elements_do_not_change_a_coach(what: str) -> None:
     assert np.array_equal(series([rich(1), poor(what), rich(2)])[1], alone(what))
 
 
-def test_what_the_coaches_are_beside_each_other_moves_none_of_their_digits() -> None:
+def test_coaches_of_different_elements_do_not_change_each_other() -> None:
     found = series([poor(what) for what in LESS] + [rich(k) for k in range(9)])
     for k, what in enumerate(LESS):
         assert np.array_equal(found[k], alone(what)), what
@@ -83,7 +83,7 @@ def test_a_coach_has_the_same_digits_in_every_lane(jobs: int) -> None:
 
 @pytest.mark.parametrize("model", [MODEL, bogie_model()], ids=["coach", "bogie"])
 @pytest.mark.parametrize("friction", [0.35, 0.03], ids=["creeping", "sliding"])
-def test_a_share_of_the_saturation_beside_it_moves_no_digit_of_a_vehicle(model: Model, friction: float) -> None:
+def test_neighbours_with_other_amounts_of_saturation_do_not_change_a_vehicle(model: Model, friction: float) -> None:
     own, rows = len(parameter_paths(model.design)), np.tile(model.row, (3, 1))
     rows[:, [column for path, column in model.columns.items() if path.endswith(".friction")]] = friction
     shares = np.array([[1.0, 1.0], [0.5, 1.0], [0.0, 1.0]])  # of the saturation, of the flange
@@ -97,6 +97,6 @@ def test_a_share_of_the_saturation_beside_it_moves_no_digit_of_a_vehicle(model: 
     assert not np.array_equal(together[0], together[1])
 
 
-def test_what_a_coach_goes_without_moves_it() -> None:
+def test_removing_an_element_changes_the_motion_of_a_coach() -> None:
     standard = series([MODEL.row])[0]
     assert [what for what in LESS if np.array_equal(alone(what), standard)] == ["no bump stops"]

@@ -1,4 +1,4 @@
-"""A vehicle that leaves the rails is reported with its place, and nobody else notices."""
+"""A diverging vehicle is reported with its sample and does not affect others."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from railui.core import Batch, ZeroPhaseFilter, Vehicles
+from railui.core import Batch, Vehicles, ZeroPhaseFilter
 from tests.kernel.pairs import CHANNELS, Floats, batch, interval, straight, structure, table, uneven
 from tests.truth.bogie import Vehicle
 from tests.truth.effects import Effect, parse
@@ -44,7 +44,7 @@ def together(
 
 @WITH
 @LOST
-def test_a_vehicle_that_diverges_is_reported_and_its_neighbours_keep_their_digits(
+def test_a_diverging_vehicle_is_reported_and_does_not_change_its_neighbours(
     lost: Vehicle, effects: Sequence[Effect]
 ) -> None:
     found, where = together([CALM[0], lost, *CALM[1:]], effects)
@@ -80,7 +80,7 @@ def test_the_sample_reported_is_where_the_vehicle_had_left_the_rails() -> None:
     assert np.abs(found[0, 8:, where[0] :]).max() == 0.0  # put to rest
 
 
-def test_a_score_of_a_vehicle_that_diverged_says_so_and_leaves_its_neighbour_alone() -> None:
+def test_ride_statistics_report_divergence_without_affecting_neighbours() -> None:
     made, drive = structure(CALM[0]), (table(FASTEST, 1.28, 2), interval(FASTEST), 2, CHANNELS[:2])
     rides = made.ride_statistics(batch([CALM[1], TOO_STIFF]), *drive, np.full(2, 7e-3))
     alone = made.ride_statistics(batch([CALM[1]]), *drive, np.full(1, 7e-3))
@@ -88,7 +88,7 @@ def test_a_score_of_a_vehicle_that_diverged_says_so_and_leaves_its_neighbour_alo
     assert np.array_equal(rides.displacement[0], alone.displacement[0])
 
 
-def test_a_rig_has_units_of_its_own_and_diverges_only_far_beyond_them() -> None:
+def test_the_divergence_limit_of_a_rig_does_not_depend_on_its_units() -> None:
     t = np.arange(2001) / 100.0
     rows = np.zeros((4001, 5))
     rows[:, 2] = 1e6

@@ -1,4 +1,4 @@
-"""Every effect of the catalogue at every place of a bogie, alone and together, against the independent generator."""
+"""Every effect at every location of a bogie, alone and combined, verified against the independent generator."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_an_effect_moves_the_bogie_as_it_moves_the_generator_s(kind: str, at: st
     assert_same(found, truths(kind)[at, wheelset], ROUNDING)
 
 
-def test_every_catalogued_kind_of_the_generator_is_in_the_kernel_s_list_and_the_other_way_round() -> None:
+def test_the_generator_and_the_kernel_have_the_same_kinds_of_effects() -> None:
     assert {r["kind"] for r in core.effect_catalogue()} == {kind for kind, known in KINDS.items() if known.catalogued}
 
 

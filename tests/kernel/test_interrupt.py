@@ -1,4 +1,4 @@
-"""Ctrl-c stops a long call of the kernel."""
+"""Interrupting a long call of the kernel."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 LONG = """
 import signal, time
 import numpy as np
-from railui.core import Filter
+from railui.core import ZeroPhaseFilter
 from tests.kernel.pairs import batch, interval, straight, structure, table, uneven
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -22,13 +22,13 @@ run, vehicle = straight(20.0, rate=400.0), uneven()
 one = batch([vehicle])
 some = one.select(np.zeros(20_000, int))
 made, rows = structure(vehicle), table(run, vehicle.a, 2)
-mean = Filter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 0, np.ones(1), len(run.t))
+mean = ZeroPhaseFilter(np.zeros((0, 6)), np.zeros((0, 2)), 0, 0, np.ones(1), len(run.t))
 print("ready", flush=True)
 try:
     if CALL == "simulate":
         made.simulate(some, rows, interval(run), 2, ["e1"], filter=mean, jobs=2)
     else:
-        made.score(some, rows, interval(run), 2, ["e1", "e2"], np.full(len(some), 7e-3), jobs=2)
+        made.ride_statistics(some, rows, interval(run), 2, ["e1", "e2"], np.full(len(some), 7e-3), jobs=2)
 except KeyboardInterrupt:
     print("stopped", time.process_time(), flush=True)
 else:

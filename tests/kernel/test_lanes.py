@@ -1,4 +1,4 @@
-"""The same digits on any number of threads, in any lane, beside any neighbours, and at amount 0."""
+"""Identical digits on any number of threads, in any lane, with any neighbours, and at amount 0."""
 
 from __future__ import annotations
 
@@ -94,14 +94,14 @@ def beside(k: int, neighbours: Batch) -> Floats:
     return np.asarray(series(made, between)[1])
 
 
-def test_neighbours_whose_wheels_slide_leave_a_vehicle_its_digits() -> None:
+def test_sliding_neighbours_do_not_change_a_vehicle() -> None:
     sliding = [parse("creep_saturation at=contact friction=0.01"), *EFFECTS[1:]]
     neighbours = batch([replace(uneven(k), a=1.28) for k in (50, 51)], [sliding] * 2)
     assert np.array_equal(beside(4, neighbours), alone(True)[4])
 
 
 @pytest.mark.parametrize("amount", [0.0, 0.05, 0.7])
-def test_neighbours_with_other_amounts_leave_a_vehicle_its_digits(amount: float) -> None:
+def test_neighbours_with_other_amounts_do_not_change_a_vehicle(amount: float) -> None:
     neighbours = batch([replace(uneven(k), a=1.28) for k in (50, 51)], [EFFECTS] * 2, amount)
     assert np.array_equal(beside(7, neighbours), alone(True)[7])
 
@@ -113,7 +113,9 @@ OTHERS = [parse("spring at=primary_lateral stiffness=1e6"), parse("creep_saturat
 
 def sensors() -> list[Effect]:
     numbers = {"sensor_delay": {"delay": 0.01}, "sensor_gain": {"gain": 1.3}, "sensor_offset": {"offset": 0.2}}
-    return [Effect(r["kind"], "ayf", None, numbers[r["kind"]]) for r in core.effect_catalogue() if r["acts"] == "sensor"]
+    return [
+        Effect(r["kind"], "ayf", None, numbers[r["kind"]]) for r in core.effect_catalogue() if r["acts"] == "sensor"
+    ]
 
 
 EVERYWHERE = [*(effect(k, at, w, **strong(k, at)) for k, at, w in spots()), *sensors()]
@@ -184,7 +186,7 @@ def scaled(one: Effect, factor: float) -> Effect:
     [each for one in EVERYWHERE for each in chosen(one)],
     ids=lambda e: f"{e.kind}-{e.at}-{e.wheelset}-{e.parameters.get('against', '')}",
 )
-def test_lanes_of_other_numbers_and_amounts_of_a_law_ride_as_each_alone(one: Effect) -> None:
+def test_lanes_with_other_numbers_and_amounts_of_a_law_behave_as_alone(one: Effect) -> None:
     run, factors = straight(0.5), (1.0, 0.8, 0.65, 0.9)
     vehicles = [replace(uneven(seed), a=1.28) for seed in range(60, 64)]
     # no 0: a bogie on which nothing acts in any lane is the plain one, which may be summed in another order

@@ -1,4 +1,4 @@
-"""The kernel against DOP853 to eleven digits, and the order with which its steps converge to it."""
+"""Kernel against DOP853 to eleven digits, and the order of convergence of its steps."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_the_flanges_touch_and_the_creep_forces_saturate() -> None:
 
 @pytest.mark.parametrize("channel", ["e1", "e2", "psi1"])
 @pytest.mark.parametrize(("flange", "within"), [(False, 1e-5), (True, 1e-4)], ids=["free", "flange"])
-def test_one_step_per_sample_is_near_enough(channel: str, flange: bool, within: float) -> None:
+def test_one_step_per_sample_is_accurate_enough(channel: str, flange: bool, within: float) -> None:
     effects = FLANGE if flange else SLIP
     assert enough(VEHICLE, RUN, effects) == 1
     assert error(kernel(VEHICLE, RUN, effects, 1), exact(flange), channel) < within

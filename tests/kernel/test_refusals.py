@@ -1,4 +1,4 @@
-"""What does not fit a vehicle is refused in words where it enters: behind the door the kernel reads without looking."""
+"""Arguments that do not fit a vehicle are rejected at the interface, since the kernel does not check bounds."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_it_is_refused_in_words(what: str) -> None:
+def test_a_faulty_definition_is_rejected_with_a_message(what: str) -> None:
     ask, says = REFUSED[what]
     with pytest.raises(ValueError, match=says):
         ask()

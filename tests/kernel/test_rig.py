@@ -79,20 +79,20 @@ def change(found: Mapping[str, Floats], other: Mapping[str, Floats]) -> float:
     return apart({"z": found["z"]}, other)["z"]
 
 
-def test_every_effect_that_may_stand_at_a_rig_is_tried_here() -> None:
+def test_every_effect_that_may_be_at_a_rig_is_tried_here() -> None:
     assert {r["kind"] for r in core.effect_catalogue() if "rig" in r["at"]} == set(EFFECTS)
 
 
 @pytest.mark.parametrize("kind", INPUTS)
 @pytest.mark.parametrize("gain", [1.0, -0.7])
-def test_a_linear_rig_answers_its_input(kind: str, gain: float) -> None:
+def test_a_linear_rig_responds_as_the_reference(kind: str, gain: float) -> None:
     rig, u = Rig(gain=gain, input=kind), shaken(kind)
     assert_same(kernel(rig, u), respond(rig, T, u, steps=STEPS), 1e-5)
 
 
 @pytest.mark.parametrize("kind", INPUTS)
 @pytest.mark.parametrize("name", EFFECTS)
-def test_a_rig_with_an_effect_answers_its_input(kind: str, name: str) -> None:
+def test_a_rig_with_an_effect_responds_as_the_reference(kind: str, name: str) -> None:
     rig, u, one = Rig(input=kind), shaken(kind), [effect(name, "rig", **EFFECTS[name])]
     # over a moving base the two take different co-ordinates, whose steps err differently at the corners of a law
     steps, within = (2 * STEPS, 1e-5) if kind == "base_displacement" else (STEPS, ROUNDING)
@@ -138,7 +138,7 @@ def test_a_blown_off_damper_at_a_rig_gives_no_more_than_its_limit() -> None:
     assert np.abs(force).max() < 30.0 * (1.0 + 1e-9)
 
 
-def test_a_base_that_moves_from_the_first_sample_finds_the_mass_at_rest() -> None:
+def test_a_base_moving_from_the_first_sample_starts_with_the_mass_at_rest() -> None:
     rig, u = Rig(gain=0.8, input="base_displacement"), 2e-3 * np.cos(15.0 * T + 0.5)
     found = kernel(rig, u)
     assert found["z"][0] == pytest.approx(0.0, abs=1e-15)

@@ -1,4 +1,4 @@
-"""What stands between a simulated channel and a measured one: sensor laws, and the filter that both go through."""
+"""Sensor effects and the filter of simulated channels."""
 
 from __future__ import annotations
 
@@ -60,14 +60,14 @@ def test_every_lane_goes_through_the_filter_by_itself() -> None:
     assert np.array_equal(found[1], single[0])
 
 
-def test_kept_is_what_a_filter_gives() -> None:
+def test_output_length_is_the_length_of_the_filtered_series() -> None:
     sos = band_pass(0.4, 25.0)
     for cut, every in ((0, 1), (10, 1), (10, 4), (133, 3)):
         band = ZeroPhaseFilter(sos, signal.sosfilt_zi(sos), 100, cut, np.ones(1), every)
         assert through(band, ("e1",)).shape[2] == band.output_length(len(RUN.t))
 
 
-def test_a_stretch_too_short_for_its_filter_is_an_error_with_the_numbers() -> None:
+def test_a_segment_too_short_for_its_filter_is_an_error_with_the_numbers() -> None:
     sos = band_pass(0.4, 25.0)
     with pytest.raises(ValueError, match="800"):
         through(ZeroPhaseFilter(sos, signal.sosfilt_zi(sos), 900, 0, np.ones(len(CHANNELS))))
@@ -119,7 +119,7 @@ def test_a_sensor_gives_gain_times_the_late_signal_plus_offset_however_it_is_lis
     assert np.allclose(kernel(VEHICLE, RUN, faults)["ayf"], 2.0 * late + 0.5, rtol=0.0, atol=1e-12)
 
 
-def test_sensors_see_what_the_generator_s_sensors_see() -> None:
+def test_sensor_effects_agree_with_those_of_the_generator() -> None:
     found, truth = kernel(VEHICLE, RUN, SENSORS)["ayf"], simulate(VEHICLE, RUN, SENSORS, 1)["ayf"]
     assert np.abs(found - truth)[10:].max() < 2e-3 * truth.std()  # eight points here, a cubic spline there
 

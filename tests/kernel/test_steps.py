@@ -1,4 +1,4 @@
-"""Steps per sample: as many as a case needs by itself, enough for stiff laws, and a plain word where too many."""
+"""Steps per sample: independent of neighbours, enough for stiff laws, an error if too many."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ VEHICLE = uneven(40)
 RUN = straight(1.2)
 
 
-def test_the_steps_of_a_case_are_not_raised_by_its_neighbours() -> None:
+def test_neighbours_do_not_raise_the_steps_of_a_vehicle() -> None:
     stiff = replace(VEHICLE, c_x=200e6)
     made, t = structure(VEHICLE), interval(RUN)
     few, many = (made.required_steps(batch([v]), 40.0, 40.0, t)[0] for v in (VEHICLE, stiff))
@@ -61,7 +61,7 @@ STIFF = {
 
 
 @pytest.mark.parametrize("name", STIFF)
-def test_a_stiff_law_gets_steps_at_which_it_is_within_a_thousandth_of_twice_as_many(name: str) -> None:
+def test_a_stiff_law_gets_enough_steps_for_an_error_of_0_1_percent(name: str) -> None:
     effects = [parse(word) for word in STIFF[name]]
     steps = enough(VEHICLE, RUN, effects)
     found, twice = (kernel(VEHICLE, RUN, effects, n) for n in (steps, 2 * steps))
@@ -84,7 +84,7 @@ def test_wheels_that_slide_do_not_damp_the_rail() -> None:
     assert enough(VEHICLE, RUN, [rail]) < 8 < enough(VEHICLE, RUN, [rail, slip])
 
 
-def test_a_case_too_stiff_for_its_samples_is_an_error_with_the_numbers_and_the_remedy() -> None:
+def test_a_vehicle_too_stiff_for_its_samples_is_an_error_with_a_remedy() -> None:
     with pytest.raises(ValueError, match=r"needs \d+ steps per sample of 0\.005 s, 64 are allowed; .*soften"):
         enough(VEHICLE, RUN, [parse("spring at=primary_yaw stiffness=1e12")])
     with pytest.raises(ValueError, match=r"needs \d+ steps per sample of 0\.005 s, 64 are allowed; raise the mass"):

@@ -1,4 +1,4 @@
-"""A run: columns in SI, what ends a stretch, and what is refused with its line."""
+"""Runs: columns in SI, segments, positions of faults."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from railui.io import table, table_cells
 from railui.io.problems import Problem
 from railui.runs.run import Run, load_run
 
-Told = Callable[[Callable[[], object]], list[Problem]]
+ProblemsOf = Callable[[Callable[[], object]], list[Problem]]
 Columns = Callable[..., dict[str, np.ndarray]]
 Csv = Callable[..., str]
 
@@ -38,7 +38,7 @@ def lines(text: str) -> list[str]:
     return text.rstrip("\n").split("\n")
 
 
-def test_a_whole_run_is_one_stretch(written: Written, columns: Columns, as_csv: Csv) -> None:
+def test_a_whole_run_is_one_segment(written: Written, columns: Columns, as_csv: Csv) -> None:
     run = load_run(written(as_csv(columns())))
     assert (run.kind, run.rate, run.segments, len(run)) == ("bogie", 50.0, (slice(0, 1000),), 1000)
     assert run.responses == ("e1", "ay1") and run.coach_forces == () and run.unknown_columns == ()
@@ -46,8 +46,8 @@ def test_a_whole_run_is_one_stretch(written: Written, columns: Columns, as_csv: 
 
 
 def test_units_become_si(written: Written, columns: Columns, as_csv: Csv) -> None:
-    told = columns()
-    text = as_csv(told).replace("v [m/s]", "v [km/h]").replace("yw [m]", "yw [mm]").replace("t [s]", "t [ms]")
+    recorded = columns()
+    text = as_csv(recorded).replace("v [m/s]", "v [km/h]").replace("yw [m]", "yw [mm]").replace("t [s]", "t [ms]")
     text = text.replace("e1 [m]", "e1 [µm]")
     rows = [x.split(",") for x in lines(text)]
     for row in rows[1:]:
@@ -55,12 +55,12 @@ def test_units_become_si(written: Written, columns: Columns, as_csv: Csv) -> Non
     run = load_run(written("\n".join(",".join(row) for row in rows)))
     assert run.rate == 50.0
     assert run.columns["v"][0] == pytest.approx(40 / 3.6)
-    np.testing.assert_allclose(run.columns["yw"], told["yw [m]"] * 1e-3, rtol=1e-8)
-    np.testing.assert_allclose(run.columns["e1"], told["e1 [m]"] * 1e-6, rtol=1e-8)
+    np.testing.assert_allclose(run.columns["yw"], recorded["yw [m]"] * 1e-3, rtol=1e-8)
+    np.testing.assert_allclose(run.columns["e1"], recorded["e1 [m]"] * 1e-6, rtol=1e-8)
     assert run.units["yw"] == "mm"
 
 
-def test_what_may_be_absent_is_filled_and_said(written: Written, columns: Columns, as_csv: Csv) -> None:
+def test_absent_columns_are_filled_and_noted(written: Written, columns: Columns, as_csv: Csv) -> None:
     run = load_run(written(as_csv(columns())))
     np.testing.assert_allclose(run.columns["s"], 40.0 * run.columns["t"], atol=1e-9)
     assert not run.columns["phiw"].any() and not run.columns["gauge"].any()
@@ -71,29 +71,31 @@ def test_what_may_be_absent_is_filled_and_said(written: Written, columns: Column
     )
 
 
-def test_unknown_columns_are_kept_and_named_but_not_used(written: Written, columns: Columns, as_csv: Csv) -> None:
-    told = columns() | {"door [1]": np.full(1000, np.nan), "e9": np.ones(1000)}
-    run = load_run(written(as_csv(told)))
+def test_unknown_columns_are_listed_but_not_used(written: Written, columns: Columns, as_csv: Csv) -> None:
+    recorded = columns() | {"door [1]": np.full(1000, np.nan), "e9": np.ones(1000)}
+    run = load_run(written(as_csv(recorded)))
     assert run.unknown_columns == ("door", "e9")
     assert np.all(run.unknown_values["e9"] == 1) and run.counts["used"] == 1000
 
 
-def test_missing_columns_and_wrong_units_are_told_at_the_header(
-    written: Written, columns: Columns, as_csv: Csv, told: Told
+def test_missing_columns_and_wrong_units_are_reported_at_the_header(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
 ) -> None:
     text = "# tour 3\n" + as_csv(columns()).replace("yw [m]", "yW [m]").replace("ay1 [m/s^2]", "ay1 [m/s]").replace(
         "e1 [m]", "e1"
     )
-    found = told(lambda: load_run(written(text)))
+    found = problems_of(lambda: load_run(written(text)))
     assert [(p.line, p.column, p.key) for p in found] == [(2, 1, "yw"), (2, 22, "e1"), (2, 25, "ay1")]
     assert found[0].remedy == "did you mean 'yW'?"
     assert found[1].remedy == "write `e1 [m]`"
     assert "the unit m/s does not fit the acceleration of the leading axle boxes" in found[2].message
 
 
-def test_a_run_without_any_response_is_refused(written: Written, columns: Columns, as_csv: Csv, told: Told) -> None:
+def test_a_run_without_any_response_is_rejected(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
+) -> None:
     text = as_csv({k: v for k, v in columns().items() if k[:2] not in ("e1", "ay")})
-    assert "no response is measured" in told(lambda: load_run(written(text)))[0].message
+    assert "no response is measured" in problems_of(lambda: load_run(written(text)))[0].message
     assert load_run(written(text), responses=False).responses == ()
 
 
@@ -104,15 +106,15 @@ def usable(run: Run) -> list[tuple[int, int]]:
     return [(s.start, s.stop) for s in run.segments]
 
 
-def test_missing_rows_end_a_stretch(written: Written, columns: Columns, as_csv: Csv) -> None:
-    told = {k: np.delete(v, slice(700, 710)) for k, v in columns(30.0).items()}
-    run = load_run(written(as_csv(told)))
+def test_missing_rows_end_a_segment(written: Written, columns: Columns, as_csv: Csv) -> None:
+    recorded = {k: np.delete(v, slice(700, 710)) for k, v in columns(30.0).items()}
+    run = load_run(written(as_csv(recorded)))
     assert usable(run) == [(0, 700), (700, 1490)]
     assert (run.counts["gaps"], run.counts["missing_rows"]) == (1, 10)
 
 
 @pytest.mark.parametrize("cell", ["", "nan", "NaN", "NA", " "])
-def test_an_empty_cell_ends_a_stretch(cell: str, written: Written, columns: Columns, as_csv: Csv) -> None:
+def test_an_empty_cell_ends_a_segment(cell: str, written: Written, columns: Columns, as_csv: Csv) -> None:
     rows = lines(as_csv(columns(30.0)))
     row = rows[701].split(",")
     rows[701] = ",".join([*row[:3], cell, *row[4:]])
@@ -130,11 +132,11 @@ def test_empty_cells_at_both_ends_of_a_row_are_read(written: Written, columns: C
     assert (run.counts["gaps"], run.counts["nan_rows"]) == (1, 2)
 
 
-def test_a_channel_stuck_for_a_second_ends_a_stretch(written: Written, columns: Columns, as_csv: Csv) -> None:
-    told = columns(30.0)
-    told["e1 [m]"][700:750] = 1e-3
-    told["ay1 [m/s^2]"][100:149] = 0.5  # one sample short of a second
-    run = load_run(written(as_csv(told)))
+def test_a_channel_stuck_for_a_second_ends_a_segment(written: Written, columns: Columns, as_csv: Csv) -> None:
+    recorded = columns(30.0)
+    recorded["e1 [m]"][700:750] = 1e-3
+    recorded["ay1 [m/s^2]"][100:149] = 0.5  # one sample short of a second
+    run = load_run(written(as_csv(recorded)))
     assert usable(run) == [(0, 700), (750, 1500)]
     assert (run.counts["stuck"], run.counts["stuck_rows"]) == (1, 50)
 
@@ -143,9 +145,9 @@ def test_a_constant_speed_is_not_stuck(written: Written, columns: Columns, as_cs
     assert load_run(written(as_csv(columns()))).counts["stuck"] == 0
 
 
-def test_stretches_under_ten_seconds_are_counted_not_used(written: Written, columns: Columns, as_csv: Csv) -> None:
-    told = {k: np.delete(v, [499, 700]) for k, v in columns(30.0).items()}
-    run = load_run(written(as_csv(told)))
+def test_segments_under_ten_seconds_are_counted_not_used(written: Written, columns: Columns, as_csv: Csv) -> None:
+    recorded = {k: np.delete(v, [499, 700]) for k, v in columns(30.0).items()}
+    run = load_run(written(as_csv(recorded)))
     assert usable(run) == [(699, 1498)]
     assert (run.counts["short_stretches"], run.counts["unused_rows"], run.counts["stretches"]) == (2, 699, 1)
 
@@ -154,27 +156,29 @@ def test_ten_seconds_are_enough(written: Written, columns: Columns, as_csv: Csv)
     assert usable(load_run(written(as_csv(columns(10.0))))) == [(0, 500)]
 
 
-def test_a_run_without_any_usable_stretch_is_refused(
-    written: Written, columns: Columns, as_csv: Csv, told: Told
+def test_a_run_without_any_usable_segment_is_rejected(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
 ) -> None:
-    found = told(lambda: load_run(written(as_csv(columns(9.9)))))
+    found = problems_of(lambda: load_run(written(as_csv(columns(9.9)))))
     assert "no segment of 10 s is without interruption" in found[0].message
 
 
 def test_standing_still_is_not_used(written: Written, columns: Columns, as_csv: Csv) -> None:
-    told = columns(30.0)
-    told["v [m/s]"][:200] = 0.0
-    run = load_run(written(as_csv(told)))
+    recorded = columns(30.0)
+    recorded["v [m/s]"][:200] = 0.0
+    run = load_run(written(as_csv(recorded)))
     assert usable(run) == [(200, 1500)] and run.counts["standing_rows"] == 200
 
 
-def test_a_dead_channel_is_left_out_and_named(written: Written, columns: Columns, as_csv: Csv, told: Told) -> None:
+def test_a_dead_channel_is_left_out_and_named(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
+) -> None:
     run_columns = columns() | {"d1 [m]": np.full(1000, 2e-3), "d2 [m]": np.full(1000, np.nan)}
     run = load_run(written(as_csv(run_columns)))
     assert run.responses == ("e1", "ay1")
     assert run.notes[:2] == ("d1 is 0.002 throughout: not used", "d2 has no value: not used")
     dead = columns() | {"yw [m]": np.full(1000, 1e-3)}
-    assert told(lambda: load_run(written(as_csv(dead))))[0].key == "yw"
+    assert problems_of(lambda: load_run(written(as_csv(dead))))[0].key == "yw"
 
 
 def test_a_track_of_zeros_is_a_straight_line(written: Written, columns: Columns, as_csv: Csv) -> None:
@@ -185,42 +189,44 @@ def test_a_track_of_zeros_is_a_straight_line(written: Written, columns: Columns,
 # time
 
 
-def test_rows_out_of_order_are_told_with_their_line(
-    written: Written, columns: Columns, as_csv: Csv, told: Told
+def test_rows_out_of_order_are_reported_with_their_line(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
 ) -> None:
     rows = lines("# a\n" + as_csv(columns()))
     rows[300], rows[301] = rows[301], rows[300]
-    found = told(lambda: load_run(written("\n".join(rows))))
+    found = problems_of(lambda: load_run(written("\n".join(rows))))
     assert (found[0].line, found[0].column, found[0].key) == (302, 1, "t")
     assert "out of order" in found[0].message
 
 
-def test_a_repeated_time_stamp_is_told_with_its_line(
-    written: Written, columns: Columns, as_csv: Csv, told: Told
+def test_a_repeated_time_stamp_is_reported_with_its_line(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
 ) -> None:
     rows = lines(as_csv(columns()))
     rows.insert(401, rows[400])
-    found = told(lambda: load_run(written("\n".join(rows))))
+    found = problems_of(lambda: load_run(written("\n".join(rows))))
     assert (found[0].line, found[0].key) == (402, "t") and "a second time" in found[0].message
 
 
-def test_an_uneven_interval_is_told_with_its_line(written: Written, columns: Columns, as_csv: Csv, told: Told) -> None:
+def test_an_uneven_interval_is_reported_with_its_line(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
+) -> None:
     late = columns()
     late["t [s]"][500] += 0.011 * 0.02
-    found = told(lambda: load_run(written(as_csv(late))))
+    found = problems_of(lambda: load_run(written(as_csv(late))))
     assert (found[0].line, found[0].key) == (502, "t") and "1 more rows" in found[0].message
     slightly = columns()
     slightly["t [s]"][500] += 0.008 * 0.02
     assert load_run(written(as_csv(slightly))).rate == 50.0
 
 
-def test_distance_that_stands_still_is_told_with_its_line(
-    written: Written, columns: Columns, as_csv: Csv, told: Told
+def test_distance_that_does_not_increase_is_reported_with_its_line(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
 ) -> None:
     rows = columns()
     rows["s [m]"] = 40 * rows["t [s]"]
     rows["s [m]"][501] = rows["s [m]"][500]
-    found = told(lambda: load_run(written(as_csv(rows))))
+    found = problems_of(lambda: load_run(written(as_csv(rows))))
     assert (found[0].line, found[0].key) == (503, "s")
 
 
@@ -240,8 +246,10 @@ def test_decimal_comma_with_semicolons_is_recognised(written: Written, columns: 
     np.testing.assert_array_equal(comma.columns["e1"], point.columns["e1"])
 
 
-def test_decimal_comma_without_semicolons_is_told(written: Written, columns: Columns, as_csv: Csv, told: Told) -> None:
-    found = told(lambda: load_run(written(as_csv(columns()).replace(".", ","))))
+def test_decimal_comma_without_semicolons_is_reported(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
+) -> None:
+    found = problems_of(lambda: load_run(written(as_csv(columns()).replace(".", ","))))
     assert found[0].line == 2 and "semicolons" in found[0].remedy
 
 
@@ -273,20 +281,20 @@ def test_gzip_is_recognised_by_its_bytes(written: Callable[..., Path], columns: 
     assert load_run(written(packed, "run.csv.gz")).sha256 == load_run(written(packed, "run.csv")).sha256
 
 
-def test_faulty_cells_are_told_all_at_once_with_line_and_column(
-    written: Written, columns: Columns, as_csv: Csv, told: Told
+def test_faulty_cells_are_reported_together_with_line_and_column(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
 ) -> None:
     rows = lines(as_csv(columns()))
     rows[10] = "0.18,40,abc,1,1"
     rows[20] = "0.38,40,1,1"
     rows[30] = "0.58,4_0,1,1,1"
-    found = told(lambda: load_run(written("\n".join(rows))))
+    found = problems_of(lambda: load_run(written("\n".join(rows))))
     assert [(p.line, p.column, p.key) for p in found] == [(11, 9, "yw"), (21, 1, ""), (31, 6, "v")]
     assert found[1].message == "has 4 cells, the header has 5"
 
 
-def test_names_that_stand_twice_are_told(written: Written, told: Told) -> None:
-    found = told(lambda: load_run(written("t [s],e1 [m],e1 [mm],[m]\n0,1,2,3\n")))
+def test_duplicate_names_are_reported(written: Written, problems_of: ProblemsOf) -> None:
+    found = problems_of(lambda: load_run(written("t [s],e1 [m],e1 [mm],[m]\n0,1,2,3\n")))
     assert [(p.line, p.column) for p in found] == [(1, 14), (1, 22)]
 
 
@@ -301,38 +309,40 @@ def test_names_that_stand_twice_are_told(written: Written, told: Told) -> None:
         (gzip.compress(b"t [s]\n" + bytes(1000), mtime=0)[:-9], "damaged"),
     ],
 )
-def test_what_is_no_table_is_told(data: bytes, what: str, written: Written, told: Told) -> None:
-    assert what in told(lambda: load_run(written(data)))[0].message
+def test_a_file_that_is_not_a_table_is_reported(
+    data: bytes, what: str, written: Written, problems_of: ProblemsOf
+) -> None:
+    assert what in problems_of(lambda: load_run(written(data)))[0].message
 
 
-def test_an_absent_file_is_told(tmp_path: Path, told: Told) -> None:
-    assert "cannot be read" in told(lambda: load_run(tmp_path / "no.csv"))[0].message
+def test_an_absent_file_is_reported(tmp_path: Path, problems_of: ProblemsOf) -> None:
+    assert "cannot be read" in problems_of(lambda: load_run(tmp_path / "no.csv"))[0].message
 
 
-def test_too_many_rows_numbers_or_bytes_are_refused(
-    written: Written, columns: Columns, as_csv: Csv, told: Told, monkeypatch: pytest.MonkeyPatch
+def test_too_many_rows_numbers_or_bytes_are_rejected(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     packed = written(gzip.compress(as_csv(columns()).encode()))
     monkeypatch.setattr(table, "MAX_ROWS", 999)
-    assert "more than 999 rows" in told(lambda: load_run(packed))[0].message
+    assert "more than 999 rows" in problems_of(lambda: load_run(packed))[0].message
     monkeypatch.setattr(table, "MAX_ROWS", 1000)
     assert load_run(packed).counts["rows"] == 1000
     monkeypatch.setattr(table, "MAX_VALUES", 1001)
-    assert "more than 1001 numbers" in told(lambda: load_run(packed))[0].message
+    assert "more than 1001 numbers" in problems_of(lambda: load_run(packed))[0].message
     monkeypatch.setattr(table, "MAX_VALUES", 10**6)
     monkeypatch.setattr(table, "MAX_BYTES", 1000)
-    assert "uncompressed" in told(lambda: load_run(packed))[0].message
+    assert "uncompressed" in problems_of(lambda: load_run(packed))[0].message
 
 
-def test_a_line_without_an_end_is_refused_before_it_fills_the_memory(
-    written: Written, told: Told, monkeypatch: pytest.MonkeyPatch
+def test_a_line_without_an_end_is_rejected_before_it_fills_the_memory(
+    written: Written, problems_of: ProblemsOf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(table, "BLOCK_BYTES", 1 << 16)
     packed = written(gzip.compress(b"t [s],v [m/s]\n" + b"1," * (2 << 20)))
-    assert "a line of more than" in told(lambda: load_run(packed))[0].message
+    assert "a line of more than" in problems_of(lambda: load_run(packed))[0].message
 
 
-def test_blocks_join_without_a_seam(
+def test_blocks_are_joined_without_loss(
     written: Written, columns: Columns, as_csv: Csv, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = written(as_csv(columns()))
@@ -341,7 +351,7 @@ def test_blocks_join_without_a_seam(
     np.testing.assert_array_equal(load_run(path).columns["e1"], whole)
 
 
-def test_the_careful_way_reads_the_same_numbers(
+def test_parsing_cell_by_cell_reads_the_same_numbers(
     written: Written, columns: Columns, as_csv: Csv, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = written(as_csv(columns()))
@@ -383,14 +393,14 @@ def test_rates_of_a_rig_follow_the_unit_of_its_motion(written: Written) -> None:
     assert load_run(written(rig(z="V", vz="V", az="arb"))).units["az"] == "arb"
 
 
-def test_a_rig_without_motion_is_no_rig(written: Written, told: Told) -> None:
-    found = told(lambda: load_run(written(rig()), "bogie"))
+def test_a_rig_without_motion_is_no_rig(written: Written, problems_of: ProblemsOf) -> None:
+    found = problems_of(lambda: load_run(written(rig()), "bogie"))
     assert [p.key for p in found] == ["v", "yw", ""]
 
 
-def test_a_rig_faster_than_100_khz_is_refused(written: Written, told: Told) -> None:
+def test_a_rig_faster_than_100_khz_is_rejected(written: Written, problems_of: ProblemsOf) -> None:
     assert load_run(written(rig(1e5))).rate == 1e5
-    assert "more than 100000 Hz" in told(lambda: load_run(written(rig(2e5))))[0].message
+    assert "more than 100000 Hz" in problems_of(lambda: load_run(written(rig(2e5))))[0].message
 
 
 # the shared runs

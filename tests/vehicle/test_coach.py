@@ -1,4 +1,4 @@
-"""The whole coach from its design file against the second opinion by Newton and Euler."""
+"""Coach of a design file, verified against an independent Newton-Euler model."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def test_it_has_seventeen_degrees_of_freedom_and_four_wheelsets() -> None:
 
 
 @pytest.mark.parametrize("speed", [10.0, 40.0, 90.0])
-def test_eigenvalues_are_those_of_the_second_opinion(speed: float) -> None:
+def test_eigenvalues_agree_with_the_independent_model(speed: float) -> None:
     found = np.sort_complex(MODEL.eigenvalues(speed)[0])
     known = np.sort_complex(np.linalg.eigvals(truth.state_matrix(COACH, speed)))
     apart = [np.abs(known - z).min() for z in found]
     assert np.max(apart) < 1e-9 * np.abs(known).max()
 
 
-def test_its_rate_of_change_is_that_of_the_second_opinion_wherever_it_stands() -> None:
+def test_state_derivatives_agree_with_the_independent_model_in_random_states() -> None:
     rng = np.random.default_rng(5)
     for _ in range(20):
         x = np.concatenate([rng.normal(0.0, 0.02, 17), rng.normal(0.0, 0.1, 17)])
@@ -49,7 +49,7 @@ def test_its_rate_of_change_is_that_of_the_second_opinion_wherever_it_stands() -
         assert found == pytest.approx(known, rel=1e-9, abs=1e-8)
 
 
-def test_a_simulation_agrees_with_the_second_opinion() -> None:
+def test_a_simulation_agrees_with_the_independent_model() -> None:
     road = Excitation(resolve_track(TRACK), 55.0)
     table = road.table(MODEL.wheelset_spacing(), 1)
     channels = MODEL.vehicles().degrees_of_freedom(MODEL.single_batch())
@@ -59,7 +59,7 @@ def test_a_simulation_agrees_with_the_second_opinion() -> None:
     assert np.abs(found[0].T - known).max(axis=0) == pytest.approx(0.0, abs=1e-4 * known.std(axis=0).min())
 
 
-def test_a_rolling_line_to_one_side_is_met_by_one_wheelset_after_the_other() -> None:
+def test_wheelsets_meet_an_offset_running_line_one_after_the_other() -> None:
     edge = PlacedEffect("rolling_line", "contact", None, {"place": (100.0, 100.001), "offset": (0.0, 2e-3)})
     worn, row = Model(MODEL.design.with_effects([edge])), np.zeros(24)
     behind = MODEL.wheelset_distances()
@@ -100,6 +100,6 @@ def test_a_softer_anti_roll_bar_lets_the_body_roll_more_slowly() -> None:
     assert slow[0] < slow[1]
 
 
-def test_its_hunting_dies_below_its_linear_critical_speed() -> None:
+def test_hunting_decays_below_the_linear_critical_speed() -> None:
     found = find_limit_cycles(MODEL, [70.0, 80.0, 90.0], diagram=False)
     assert found.is_subcritical and found.critical_speed == pytest.approx(76.97, abs=0.05)  # linear: 82.59 m/s

@@ -1,4 +1,4 @@
-"""Cooperrider's bogie from its design file: the published critical speed, and the equations as they were published."""
+"""Cooperrider's bogie of a design file: published critical speed and equations."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ def test_eigenvalues_are_those_of_the_published_equations(speed: float) -> None:
     assert np.abs(found - known).max() < 1e-9 * np.abs(known).max()
 
 
-def test_an_eigenvalue_of_the_state_matrix_is_one_of_the_kernel() -> None:
+def test_eigenvalues_of_the_state_matrix_equal_those_of_the_kernel() -> None:
     matrix = MODEL.vehicles().state_matrix(MODEL.single_batch(), 50.0)[0]
     assert np.sort_complex(np.linalg.eigvals(matrix)) == pytest.approx(np.sort_complex(MODEL.eigenvalues(50.0)[0]))
 
 
-def test_the_rate_of_change_is_that_of_the_published_equations_with_creep_and_flange() -> None:
+def test_state_derivatives_agree_with_the_published_equations() -> None:
     vehicles, batch = MODEL.vehicles(), MODEL.single_batch()
     rng = np.random.default_rng(1)
     for _ in range(20):
@@ -61,7 +61,7 @@ def test_a_simulation_over_a_track_is_that_of_the_published_equations() -> None:
     assert np.abs(found[0].T - known).max(axis=0) == pytest.approx(0.0, abs=1e-4 * known.std(axis=0).min())
 
 
-def test_any_of_its_numbers_may_be_changed_from_outside() -> None:
+def test_every_number_of_the_vehicle_can_be_changed() -> None:
     softer = Model(MODEL.design.with_values({"vehicle.elements.primary.longitudinal_stiffness": "1 MN/m"}))
     assert softer.eigenvalues(60.0)[0][0] != pytest.approx(MODEL.eigenvalues(60.0)[0][0])
     wider = Model(MODEL.design.with_values({"vehicle.elements.wheelset.half_wheelbase": 1.2}))

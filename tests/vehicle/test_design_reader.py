@@ -1,4 +1,4 @@
-"""A design file: numbers by dotted path, defaults, overrides, and every fault at its place."""
+"""Design files: numbers by dotted path, defaults, overrides, positions of faults."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from railui.io.yaml_document import parse_yaml
 from railui.vehicle.design_reader import Design, PlacedEffect, load_design, parse_design
 from railui.vehicle.parameters import DEFAULT_ESTIMATED, FORMS, PARAMETERS
 
-Told = Callable[[Callable[[], object]], list[Problem]]
+ProblemsOf = Callable[[Callable[[], object]], list[Problem]]
 Records = list[dict[str, Any]]
 
 
-def test_quantities_stand_in_si_under_their_dotted_paths(bogie: str) -> None:
+def test_quantities_are_in_si_by_dotted_path(bogie: str) -> None:
     design = parse_design(bogie)
     assert design.kind == "bogie"
     assert design.values["vehicle.wheel_load"] == 55e3
@@ -32,7 +32,7 @@ def test_quantities_stand_in_si_under_their_dotted_paths(bogie: str) -> None:
     assert list(design.values) == [p.path for p in FORMS["bogie"]]
 
 
-def test_a_key_left_out_takes_its_default(bogie: str) -> None:
+def test_an_absent_key_takes_its_default(bogie: str) -> None:
     design = parse_design(bogie)
     assert design.value("vehicle.secondary.yaw_damping") == 0.0
     assert design.value("contact.spin_creep") == 0.25
@@ -40,7 +40,7 @@ def test_a_key_left_out_takes_its_default(bogie: str) -> None:
     assert design.gauge_widens_clearance is False
 
 
-def test_a_design_of_the_documents_loads_with_its_effects(bogie: str, catalogue: Records) -> None:
+def test_a_design_with_effects_loads(bogie: str, catalogue: Records) -> None:
     text = bogie + (
         "effects:\n  - {kind: free_play, at: primary_lateral, wheelset: 2, half_width: 0.3 mm}\n"
         "riding: {use: long_distance, journey: 4 h, comfort_weight: 0.6, admissible_flange_fraction: 0.05,"
@@ -63,19 +63,19 @@ def test_riding_defaults_depend_on_the_use(bogie: str, use: str, journey: float,
     assert riding.cushion_frequency is None
 
 
-def test_a_cushion_needs_both_its_numbers(bogie: str, told: Told) -> None:
-    found = told(lambda: parse_design(f"{bogie}riding: {{cushion_frequency: 4 Hz}}\n"))
+def test_a_seat_cushion_requires_frequency_and_damping(bogie: str, problems_of: ProblemsOf) -> None:
+    found = problems_of(lambda: parse_design(f"{bogie}riding: {{cushion_frequency: 4 Hz}}\n"))
     assert [p.key for p in found] == ["riding"]
 
 
-def test_several_faults_are_told_at_once_each_at_its_place(bogie: str, told: Told) -> None:
+def test_several_faults_are_reported_together_with_positions(bogie: str, problems_of: ProblemsOf) -> None:
     text = (
         bogie.replace("mass: 2900", "mas: 2900")
         .replace("8 MN/m", "8 MN")
         .replace("conicity: 0.15", "conicity: wide", 1)
         .replace("55 kN", "-55 kN")
     )
-    found = told(lambda: parse_design(text + "tyres: 4\n", "b.yaml"))
+    found = problems_of(lambda: parse_design(text + "tyres: 4\n", "b.yaml"))
     assert [(p.line, p.column, p.key) for p in found] == [
         (3, 14, "vehicle.frame.mass"),
         (3, 15, "vehicle.frame.mas"),
@@ -89,17 +89,17 @@ def test_several_faults_are_told_at_once_each_at_its_place(bogie: str, told: Tol
     assert "a unit like N/m is expected, write for example '3.0 MN/m'" in lines[3]
 
 
-def test_a_key_at_the_wrong_level_is_told_where_it_belongs(bogie: str, told: Told) -> None:
-    assert "contact.leading.conicity" in told(lambda: parse_design(bogie + "conicity: 0.1\n"))[0].remedy
+def test_a_key_at_the_wrong_level_is_reported_with_its_path(bogie: str, problems_of: ProblemsOf) -> None:
+    assert "contact.leading.conicity" in problems_of(lambda: parse_design(bogie + "conicity: 0.1\n"))[0].remedy
 
 
-def test_a_yaml_1_1_merge_key_is_told_how_to_write_it(bogie: str, told: Told) -> None:
+def test_a_yaml_1_1_merge_key_is_rejected_with_the_remedy(bogie: str, problems_of: ProblemsOf) -> None:
     text = bogie.replace("  leading:  {", "  leading: &l {").replace("  trailing: {", "  trailing: {<<: *l, ")
-    assert "merge keys" in told(lambda: parse_design(text))[0].remedy
+    assert "merge keys" in problems_of(lambda: parse_design(text))[0].remedy
 
 
 @pytest.mark.parametrize("path", [p.path for p in FORMS["bogie"]])
-def test_a_missing_number_is_told_or_has_a_default(bogie: str, path: str, told: Told) -> None:
+def test_a_missing_number_is_reported_or_has_a_default(bogie: str, path: str, problems_of: ProblemsOf) -> None:
     data = parse_yaml(bogie).value
     *groups, key = path.split(".")
     here = data
@@ -108,32 +108,34 @@ def test_a_missing_number_is_told_or_has_a_default(bogie: str, path: str, told: 
     here.pop(key, None)
     text = json.dumps(data)
     if PARAMETERS[path].default is None:
-        assert [p.key for p in told(lambda: parse_design(text))] == [path]
+        assert [p.key for p in problems_of(lambda: parse_design(text))] == [path]
     else:
         assert parse_design(text).value(path) == PARAMETERS[path].default
 
 
 @pytest.mark.parametrize("mass", ["0", "-1", "0 kg"])
-def test_masses_must_be_positive(bogie: str, mass: str, told: Told) -> None:
-    found = told(lambda: parse_design(bogie.replace("mass: 2900", f"mass: {mass}")))
+def test_masses_must_be_positive(bogie: str, mass: str, problems_of: ProblemsOf) -> None:
+    found = problems_of(lambda: parse_design(bogie.replace("mass: 2900", f"mass: {mass}")))
     assert "too small for the mass of the bogie frame" in found[0].message
 
 
-def test_a_stiffness_may_be_zero_but_not_negative(bogie: str, told: Told) -> None:
+def test_a_stiffness_may_be_zero_but_not_negative(bogie: str, problems_of: ProblemsOf) -> None:
     assert parse_design(bogie.replace("3.0 MN/m", "0")).value("vehicle.primary.lateral_stiffness") == 0
-    assert len(told(lambda: parse_design(bogie.replace("3.0 MN/m", "-1 N/m")))) == 1
+    assert len(problems_of(lambda: parse_design(bogie.replace("3.0 MN/m", "-1 N/m")))) == 1
 
 
 @pytest.mark.parametrize("key", ["bodies", "elements"])
-def test_bodies_and_elements_stand_under_their_names(key: str, told: Told) -> None:
-    found = told(lambda: parse_design(f"vehicle: {{{key}: []}}"))
+def test_bodies_and_elements_must_be_groups_of_names(key: str, problems_of: ProblemsOf) -> None:
+    found = problems_of(lambda: parse_design(f"vehicle: {{{key}: []}}"))
     assert "not a group of names" in found[0].message and found[0].key == f"vehicle.{key}"
 
 
-def test_a_newer_schema_is_refused_and_none_accepted(bogie: str, told: Told) -> None:
+def test_a_newer_schema_is_rejected_and_a_missing_one_accepted(bogie: str, problems_of: ProblemsOf) -> None:
     assert parse_design("schema: railui.design/1\n" + bogie).name == "test bogie"
-    assert "newer" in told(lambda: parse_design("schema: railui.design/2\n" + bogie))[0].message
-    assert "not the schema of a design" in told(lambda: parse_design("schema: railui.study/1\n" + bogie))[0].message
+    assert "newer" in problems_of(lambda: parse_design("schema: railui.design/2\n" + bogie))[0].message
+    assert (
+        "not the schema of a design" in problems_of(lambda: parse_design("schema: railui.study/1\n" + bogie))[0].message
+    )
 
 
 # wheel loads and masses
@@ -143,7 +145,7 @@ def test_a_bogie_with_an_unknown_coach_gives_no_warning(bogie: str) -> None:
     assert parse_design(bogie).warnings == ()
 
 
-def test_wheels_that_carry_less_than_the_bogie_weighs_give_a_warning(bogie: str) -> None:
+def test_wheel_loads_below_the_weight_of_the_bogie_give_a_warning(bogie: str) -> None:
     (warning,) = parse_design(bogie.replace("55 kN", "14 kN")).warnings
     assert (warning.line, warning.column, warning.severity) == (6, 15, "warning")
     assert "4 N is 56 kN" in warning.message and "64.75 kN" in warning.message
@@ -172,9 +174,9 @@ def test_a_rig_is_one_mass_with_its_defaults() -> None:
     }
 
 
-def test_a_rig_has_no_contact_and_no_frame(told: Told) -> None:
+def test_a_rig_has_no_contact_and_no_frame(problems_of: ProblemsOf) -> None:
     text = "vehicle: {rig: {mass: 1, input: forse}, frame: {mass: 2}}\ncontact: {}\n"
-    found = told(lambda: parse_design(text))
+    found = problems_of(lambda: parse_design(text))
     assert [p.key for p in found] == ["vehicle.rig.input", "vehicle.frame", "contact"]
     assert found[0].remedy == "did you mean 'force'?"
 
@@ -189,15 +191,15 @@ def test_a_path_may_name_a_group(bogie: str) -> None:
     assert len([p for name in DEFAULT_ESTIMATED["bogie"] for p in design.expand(name)]) == 17
 
 
-def test_an_unknown_path_names_the_nearest(bogie: str, told: Told) -> None:
+def test_an_unknown_path_names_the_nearest(bogie: str, problems_of: ProblemsOf) -> None:
     design = parse_design(bogie)
-    assert "contact.leading" in told(lambda: design.expand("contact.leadin"))[0].remedy
-    assert "contact.leading.conicity" in told(lambda: design.value("contact.leading.conicty"))[0].remedy
-    assert "contact.leading.conicity" in told(lambda: design.with_values({"conicity": 1}))[0].remedy
-    assert "group of 6" in told(lambda: design.with_values({"contact.leading": 1}))[0].message
+    assert "contact.leading" in problems_of(lambda: design.expand("contact.leadin"))[0].remedy
+    assert "contact.leading.conicity" in problems_of(lambda: design.value("contact.leading.conicty"))[0].remedy
+    assert "contact.leading.conicity" in problems_of(lambda: design.with_values({"conicity": 1}))[0].remedy
+    assert "group of 6" in problems_of(lambda: design.with_values({"contact.leading": 1}))[0].message
 
 
-def test_overrides_are_checked_and_leave_the_original_alone(bogie: str, told: Told) -> None:
+def test_overrides_are_checked_and_leave_the_original_alone(bogie: str, problems_of: ProblemsOf) -> None:
     design = parse_design(bogie)
     changed = design.with_values(
         {"vehicle.primary.lateral_stiffness": "4 kN/m", "riding.use": "local", "riding.journey": "2 h"}
@@ -206,10 +208,10 @@ def test_overrides_are_checked_and_leave_the_original_alone(bogie: str, told: To
     assert (changed.riding.journey, changed.riding.comfort_weight) == (7200.0, 0.4)
     assert design.value("vehicle.primary.lateral_stiffness") == 3e6
     wrong = {"vehicle.primary.lateral_stiffness": "4 kN", "riding.use": "fast", "vehicle.frame.mass": -1}
-    assert sorted(p.key for p in told(lambda: design.with_values(wrong))) == sorted(wrong)
+    assert sorted(p.key for p in problems_of(lambda: design.with_values(wrong))) == sorted(wrong)
 
 
-def test_every_parameter_tells_unit_symbol_and_caption(bogie: str) -> None:
+def test_every_parameter_has_unit_symbol_and_caption(bogie: str) -> None:
     design = parse_design(bogie)
     assert design.unit("vehicle.secondary.yaw_damping") == "N*m*s/rad"
     assert design.unit("riding.journey") == "s"
@@ -220,14 +222,14 @@ def test_every_parameter_tells_unit_symbol_and_caption(bogie: str) -> None:
         assert p.default is None or p.read(p.default) == p.default
 
 
-def test_what_the_sensors_barely_see_has_a_prior() -> None:
+def test_poorly_observable_parameters_have_a_prior() -> None:
     held = {path.rsplit(".", 1)[1] for path, p in PARAMETERS.items() if p.prior_sd}
     assert held == {"contact_angle", "roll", "spin_creep"}
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(changes=st.dictionaries(st.sampled_from([p.path for p in FORMS["bogie"]]), st.floats(0.001, 0.09), max_size=6))
-def test_any_values_within_range_are_taken_as_they_are(bogie: str, changes: dict[str, float]) -> None:
+def test_values_within_range_are_read_unchanged(bogie: str, changes: dict[str, float]) -> None:
     changed = parse_design(bogie).with_values(changes)
     assert {p: changed.values[p] for p in changes} == changes
 
@@ -237,14 +239,14 @@ def test_a_design_travels_between_processes(bogie: str) -> None:
     assert pickle.loads(pickle.dumps(design)) == design
 
 
-def test_a_design_is_read_from_a_file_or_a_text(bogie: str, tmp_path: Path, told: Told) -> None:
+def test_a_design_is_read_from_a_file_or_a_text(bogie: str, tmp_path: Path, problems_of: ProblemsOf) -> None:
     path = tmp_path / "slow.yaml"
     path.write_text(bogie.replace("name: test bogie   # declared\n", ""))
     design = load_design(path)
     assert (design.name, design.source) == ("slow", path)
     assert len(design.sha256) == 64
     assert load_design(bogie).values == design.values == load_design(str(path)).values
-    assert "cannot be read" in told(lambda: load_design(tmp_path / "absent.yaml"))[0].message
+    assert "cannot be read" in problems_of(lambda: load_design(tmp_path / "absent.yaml"))[0].message
 
 
 # adjustment
@@ -262,13 +264,11 @@ def test_an_adjustment_holds_names_and_covariance(bogie: str) -> None:
 @pytest.mark.parametrize(
     "covariance", ["[[1, 2]]", "[[1, 2], [3, 4]]", "[[-1, 0], [0, 1]]", "[[.nan, 0], [0, 1]]", "[[1], [1]]"]
 )
-def test_a_covariance_that_is_none_is_refused(bogie: str, covariance: str, told: Told) -> None:
-    assert told(lambda: parse_design(bogie + ADJUSTED % covariance))[0].key == "adjustment.covariance"
+def test_an_invalid_covariance_is_rejected(bogie: str, covariance: str, problems_of: ProblemsOf) -> None:
+    assert problems_of(lambda: parse_design(bogie + ADJUSTED % covariance))[0].key == "adjustment.covariance"
 
 
-def test_resolved_designs_differ_where_they_do_something_else(bogie: str) -> None:
+def test_the_content_of_designs_differs_if_they_behave_differently(bogie: str) -> None:
     design: Design = parse_design(bogie)
-    assert (
-        design.content() == parse_design(bogie.replace("55 kN", "55000 N").replace("test bogie", "other")).content()
-    )
+    assert design.content() == parse_design(bogie.replace("55 kN", "55000 N").replace("test bogie", "other")).content()
     assert design.content() != design.with_values({"contact.spin_creep": 0.3}).content()

@@ -1,4 +1,4 @@
-"""Effects in files: kind, place, wheelset and numbers, checked against the catalogue."""
+"""Effects in files: kind, location, wheelset and numbers, checked against the catalogue."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from railui.io.units import parse_unit
 from railui.vehicle.design_reader import Design, PlacedEffect, parse_design
 from railui.vehicle.effects import default_at, range_at, unit_at
 
-Told = Callable[[Callable[[], object]], list[Problem]]
+ProblemsOf = Callable[[Callable[[], object]], list[Problem]]
 Records = list[dict[str, Any]]
 
 
@@ -46,7 +46,7 @@ def with_effects(bogie: str, catalogue: Records) -> Callable[[str], Design]:
         ("1", "contact", "1"),
     ],
 )
-def test_a_unit_word_becomes_the_unit_of_its_place(word: str, at: str, unit: str) -> None:
+def test_a_unit_product_becomes_the_unit_of_its_location(word: str, at: str, unit: str) -> None:
     assert unit_at(word, at) == unit
     parse_unit(unit)
 
@@ -77,7 +77,7 @@ def test_a_parameter_left_out_is_a_multiple_of_the_declared_spring(
     }  # the optional blow-off stays off
 
 
-def test_a_place_that_is_the_only_one_may_be_left_out(with_effects: Callable[[str], Design]) -> None:
+def test_the_only_possible_location_may_be_omitted(with_effects: Callable[[str], Design]) -> None:
     assert with_effects("  - {kind: creep_saturation}\n").effects[0].at == "contact"
 
 
@@ -89,8 +89,10 @@ def test_the_flange_clearance_is_one_number(with_effects: Callable[[str], Design
     assert given.with_values({"contact.flange_clearance": "9 mm"}).value("effects.0.clearance") == 0.008
 
 
-def test_every_fault_of_the_effects_is_told_at_its_place(with_effects: Callable[[str], Design], told: Told) -> None:
-    found = told(
+def test_every_fault_of_effects_is_reported_with_its_path(
+    with_effects: Callable[[str], Design], problems_of: ProblemsOf
+) -> None:
+    found = problems_of(
         lambda: with_effects(
             "  - {kind: freeplay, at: primary_lateral}\n"
             "  - {kind: free_play, at: primary, wheelset: 3}\n"
@@ -123,55 +125,58 @@ def test_every_fault_of_the_effects_is_told_at_its_place(with_effects: Callable[
     assert "campaign" in found[9].remedy
 
 
-def test_two_effects_that_supersede_one_term_name_each_other(with_effects: Callable[[str], Design], told: Told) -> None:
+def test_effects_that_supersede_the_same_term_are_both_named(
+    with_effects: Callable[[str], Design], problems_of: ProblemsOf
+) -> None:
     play = "  - {kind: free_play, at: secondary_lateral}\n"
-    found = told(lambda: with_effects(play + "  - {kind: coach_mode}\n"))
+    found = problems_of(lambda: with_effects(play + "  - {kind: coach_mode}\n"))
     assert found[0].key == "effects.1"
     assert "coach_mode and free_play (effects.0) both supersede the linear stiffness" in found[0].message
 
 
-def test_the_same_law_on_either_wheelset_is_no_conflict(with_effects: Callable[[str], Design], told: Told) -> None:
+def test_the_same_law_on_either_wheelset_is_no_conflict(
+    with_effects: Callable[[str], Design], problems_of: ProblemsOf
+) -> None:
     one = "  - {kind: free_play, at: primary_lateral, wheelset: 1}\n"
     two = one.replace("1}", "2}")
     assert len(with_effects(one + two).effects) == 2
-    assert len(told(lambda: with_effects(one + two.replace(", wheelset: 2", "")))) == 1
+    assert len(problems_of(lambda: with_effects(one + two.replace(", wheelset: 2", "")))) == 1
 
 
-def test_a_curve_stands_against_motion_speed_or_distance(with_effects: Callable[[str], Design], told: Told) -> None:
+def test_the_abscissa_of_a_curve_is_motion_speed_or_distance(
+    with_effects: Callable[[str], Design], problems_of: ProblemsOf
+) -> None:
     curve = "  - {{kind: measured_force, at: primary_lateral, against: {0}, motion: [{1}], force: [-2 kN, 0, 2 kN]}}\n"
     effect = with_effects(curve.format("v", "-10 mm/s, 0, 10 mm/s")).effects[0]
     assert effect.against == "v"
     assert effect.parameters == {"motion": (-0.01, 0.0, 0.01), "force": (-2e3, 0.0, 2e3)}
     assert hash(effect) == hash(PlacedEffect(effect.kind, effect.at, None, effect.parameters, "v"))
-    assert "does not rise" in told(lambda: with_effects(curve.format("z", "0, 0, 1")))[0].message
-    assert (
-        "has 3 values, motion has 2"
-        in told(lambda: with_effects(curve.format("z", "0, 1")))[0].message
-    )
-    assert "unit mm/s" in told(lambda: with_effects(curve.format("z", "0, 1 mm/s, 2")))[0].message
-    assert told(lambda: with_effects(curve.format("x", "0, 1, 2")))[0].key == "effects.0.against"
+    assert "does not rise" in problems_of(lambda: with_effects(curve.format("z", "0, 0, 1")))[0].message
+    assert "has 3 values, motion has 2" in problems_of(lambda: with_effects(curve.format("z", "0, 1")))[0].message
+    assert "unit mm/s" in problems_of(lambda: with_effects(curve.format("z", "0, 1 mm/s, 2")))[0].message
+    assert problems_of(lambda: with_effects(curve.format("x", "0, 1, 2")))[0].key == "effects.0.against"
 
 
-def test_at_a_rig_numbers_are_in_the_units_of_the_run(catalogue: Records, told: Told) -> None:
+def test_at_a_rig_numbers_are_in_the_units_of_the_run(catalogue: Records, problems_of: ProblemsOf) -> None:
     text = "vehicle: {rig: {mass: 1, stiffness: 4}}\neffects: [{kind: free_play, at: rig, half_width: %s}]\n"
     assert parse_design(text % 0.2, catalogue=catalogue).value("effects.0.half_width") == 0.2
     assert parse_design(text % "0.3 mm", catalogue=catalogue).value("effects.0.half_width") == 0.3e-3
     # 5 mm mean nothing there, so there is no default
-    assert "no default" in told(lambda: parse_design(text % "", catalogue=catalogue))[0].message
+    assert "no default" in problems_of(lambda: parse_design(text % "", catalogue=catalogue))[0].message
 
 
-def test_effects_added_by_a_program_are_checked_too(bogie: str, catalogue: Records, told: Told) -> None:
+def test_effects_added_by_a_program_are_checked_too(bogie: str, catalogue: Records, problems_of: ProblemsOf) -> None:
     design = parse_design(bogie, catalogue=catalogue)
     play = PlacedEffect("free_play", "primary_lateral", 2, {"half_width": 4e-4})
     assert design.with_effects([play]).effects == (play,)
-    assert told(lambda: design.with_effects([play, play]))[0].key == "effects.1"
+    assert problems_of(lambda: design.with_effects([play, play]))[0].key == "effects.1"
     assert (
         design.with_effects([play]).with_values({"effects.0.half_width": "0.5 mm"}).value("effects.0.half_width")
         == 5e-4
     )
 
 
-def test_the_record_of_an_effect_tells_unit_and_range(with_effects: Callable[[str], Design]) -> None:
+def test_the_record_of_an_effect_has_unit_and_range(with_effects: Callable[[str], Design]) -> None:
     design = with_effects("  - {kind: gauge_conicity}\n  - {kind: spring, at: primary_lateral}\n")
     gauge, spring = design.parameter("effects.0.per_gauge"), design.parameter("effects.1.stiffness")
     assert (gauge.unit, gauge.minimum, gauge.maximum) == ("1/m", -100.0, 100.0)

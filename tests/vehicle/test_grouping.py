@@ -1,4 +1,4 @@
-"""Designs side by side, whatever they share and whatever not: every law of the catalogue, each as it is alone."""
+"""Designs in one batch behave as alone, for every effect of the catalogue."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def ridden(found: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_designs_of_a_law_ride_side_by_side_as_each_alone(kind: str) -> None:
+def test_designs_in_a_batch_have_the_same_ride_quality_as_alone(kind: str) -> None:
     designs, road = company(kind), excitation_of(TRACK, 40.0)
     together = ride_many(designs, TRACK, 40.0)
     for design, found in zip(designs, together, strict=True):
@@ -62,14 +62,14 @@ def test_designs_of_a_law_ride_side_by_side_as_each_alone(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_designs_of_a_law_stand_in_a_curve_side_by_side_as_each_alone(kind: str) -> None:
+def test_designs_in_a_batch_have_the_same_equilibrium_in_a_curve_as_alone(kind: str) -> None:
     designs = company(kind)[:12]
     for design, found in zip(designs, curve_many(designs, 800.0, 0.05), strict=True):
         assert found == curve(design, 800.0, 0.05), design.effects
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_designs_of_a_law_are_as_stable_side_by_side_as_each_alone(kind: str) -> None:
+def test_designs_in_a_batch_have_the_same_stability_as_alone(kind: str) -> None:
     models = [Model(design) for design in company(kind)[:24]]
     for members in group_by_structure(models):
         together = linear_stability_many(models[members[0]], np.stack([models[i].row for i in members]), [20.0, 60.0])

@@ -1,4 +1,4 @@
-"""Vehicles without eigenvalues: a state matrix that is not finite, or on which an iteration does not end."""
+"""Vehicles whose eigenvalues are undefined: a state matrix that is not finite, or an iteration that fails."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def weightless(model: Model) -> np.ndarray:
 
 
 @pytest.mark.parametrize("scaled", [False, True])
-def test_a_vehicle_without_eigenvalues_leaves_the_others_of_its_batch_theirs(scaled: bool):
+def test_a_vehicle_without_eigenvalues_does_not_affect_its_batch(scaled: bool):
     model = resolve_model(BOGIE)
     rows = weightless(model)
     found = eigenvalues(model, rows, np.array([40.0, 40.0])) if scaled else model.eigenvalues(40.0, rows)
@@ -94,7 +94,7 @@ def test_a_search_counts_a_vehicle_without_eigenvalues_as_unstable():
     assert found["linear_critical_speed"].tolist() == [whole["linear_critical_speed"][0], 0.0]
 
 
-def test_stability_of_a_vehicle_without_eigenvalues_is_refused():
+def test_stability_of_a_vehicle_without_eigenvalues_is_rejected():
     model = resolve_model(BOGIE)
     with pytest.raises(ValueError, match=r"state matrix of this vehicle is not finite.*masses"):
         stability(model.with_path_values([MASS], np.array([NEXT_TO_NOTHING])), [10.0, 20.0])

@@ -1,4 +1,4 @@
-"""Vehicles of bodies and elements as files: every fault at its mark, every number under one name."""
+"""Multibody vehicles in files: positions of faults, paths of numbers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ HOME = Path(__file__).parents[2]
 TEXT = (HOME / "designs/cooperrider.yaml").read_text("utf-8")
 
 
-def told(text: str) -> tuple[Problem, ...]:
+def problems_of(text: str) -> tuple[Problem, ...]:
     with pytest.raises(FileProblems) as caught:
         parse_design(text, "bogie.yaml")
     return caught.value.problems
@@ -46,20 +46,20 @@ ELEMENTS = "vehicle.elements"
         ("at: contact, friction", "at: primary_vertical, friction", "effects.0.at", "not possible"),
     ],
 )
-def test_a_fault_is_told_at_its_mark(old: str, new: str, key: str, says: str) -> None:
-    found = told(changed(old, new))
+def test_a_fault_is_reported_with_its_path(old: str, new: str, key: str, says: str) -> None:
+    found = problems_of(changed(old, new))
     assert [p.key for p in found] == [key] and says in found[0].message + found[0].remedy, found
     assert found[0].line > 1 and found[0].column > 1
 
 
-def test_a_spring_without_stiffness_is_told() -> None:
-    found = told(changed("yaw_stiffness: 2.710e6", "#"))
+def test_a_spring_without_stiffness_is_reported() -> None:
+    found = problems_of(changed("yaw_stiffness: 2.710e6", "#"))
     assert found[0].key == "vehicle.elements.pivot" and "has no stiffness" in found[0].message
 
 
-def test_all_faults_are_told_at_once() -> None:
+def test_all_faults_are_reported_together() -> None:
     text = changed("mass: 1022", "mass: -1").replace("kind: damper", "kind: dampr")
-    assert len(told(text)) >= 3
+    assert len(problems_of(text)) >= 3
 
 
 def test_every_number_is_an_override() -> None:
@@ -69,7 +69,7 @@ def test_every_number_is_an_override() -> None:
         assert design.parameter(path).path == path
 
 
-def test_a_group_stands_for_all_its_numbers() -> None:
+def test_a_group_of_paths_expands_to_its_numbers() -> None:
     found = bogie().expand("vehicle.elements.primary")
     assert "vehicle.elements.primary.lateral_stiffness" in found and len(found) == 8
 
@@ -79,7 +79,7 @@ def test_an_unknown_override_names_the_nearest() -> None:
         bogie().with_values({"vehicle.elements.primary.latral_stiffness": 1e6})
 
 
-def test_an_effect_at_an_element_takes_its_default_from_what_stands_there() -> None:
+def test_an_effect_at_an_element_takes_its_default_from_that_element() -> None:
     text = TEXT + "  - {kind: bump_stop, at: secondary_lateral}\n"
     design = parse_design(text)
     assert design.value("effects.2.stiffness") == pytest.approx(3 * 2 * 1.823e5)
@@ -87,8 +87,8 @@ def test_an_effect_at_an_element_takes_its_default_from_what_stands_there() -> N
     assert softer.value("effects.2.stiffness") == pytest.approx(3 * 2 * 1e5)
 
 
-def test_a_place_is_told_by_its_number() -> None:
-    found = told(TEXT + "  - {kind: free_play, at: primary_lateral, wheelset: 3, half_width: 1 mm}\n")
+def test_an_unknown_number_of_a_location_is_reported() -> None:
+    found = problems_of(TEXT + "  - {kind: free_play, at: primary_lateral, wheelset: 3, half_width: 1 mm}\n")
     assert found[0].key == "effects.2.wheelset" and "1, 2" in found[0].remedy
 
 
@@ -99,7 +99,7 @@ load:
 """
 
 
-def test_a_state_of_loading_changes_what_it_names_and_tare_is_as_declared_again() -> None:
+def test_a_load_state_changes_its_values_and_tare_restores_them() -> None:
     design = parse_design(TEXT + LOAD)
     laden = design.with_values({"load.state": "laden", "vehicle.elements.wheelset.mass": 1100})
     assert laden.value("vehicle.bodies.frame.mass") == 4000 and laden.load_state == "laden"
@@ -107,13 +107,13 @@ def test_a_state_of_loading_changes_what_it_names_and_tare_is_as_declared_again(
     assert tare.value("vehicle.bodies.frame.mass") == 2918 and tare.value("vehicle.elements.wheelset.mass") == 1100
 
 
-def test_a_file_may_stand_in_a_state_of_loading() -> None:
+def test_a_file_may_select_a_load_state() -> None:
     design = parse_design(TEXT + LOAD.replace("load:\n", "load:\n  state: laden\n"))
     assert design.value("vehicle.bodies.frame.mass") == 4000
 
 
-def test_an_unknown_state_of_loading_and_an_unknown_path_in_one_are_told() -> None:
-    found = told(TEXT + "load: {state: empty, laden: {vehicle.bodies.frame.mas: 4 t}}\n")
+def test_unknown_load_states_and_unknown_paths_in_them_are_reported() -> None:
+    found = problems_of(TEXT + "load: {state: empty, laden: {vehicle.bodies.frame.mas: 4 t}}\n")
     assert {p.key for p in found} == {"load.state", "load.laden.vehicle.bodies.frame.mas"}
     with pytest.raises(FileProblems, match="laden"):
         parse_design(TEXT + LOAD).with_values({"load.state": "ladn"})
@@ -134,14 +134,14 @@ def test_a_laden_design_is_written_laden_and_can_be_unloaded() -> None:
     assert found.with_values({"load.state": "tare"}).values == tare.values
 
 
-def test_more_bodies_than_are_stepped_are_refused_before_they_are_joined() -> None:
+def test_too_many_bodies_are_rejected_before_they_are_joined() -> None:
     crowd = "".join(f"    body_{i}: {{mass: 1000, yaw_inertia: 500}}\n" for i in range(3000))
-    (problem,) = told(changed("  bodies:\n", f"  bodies:\n{crowd}"))
+    (problem,) = problems_of(changed("  bodies:\n", f"  bodies:\n{crowd}"))
     assert problem.key == "vehicle" and "6007 degrees of freedom, at most 32" in str(problem)
 
 
-def test_more_wheelsets_than_a_track_is_read_for_are_refused() -> None:
+def test_too_many_wheelsets_are_rejected() -> None:
     one = "kind: wheelset, mass: 1022, yaw_inertia: 678, half_gauge: 0.7163, rolling_radius: 0.4572, wheel_load: 66 kN"
     more = "".join(f"    axle_{i}: {{{one}, x: {-i}}}\n" for i in range(11))
-    (problem,) = told(changed("  elements:\n", f"  elements:\n{more}"))
+    (problem,) = problems_of(changed("  elements:\n", f"  elements:\n{more}"))
     assert problem.key == "vehicle" and "13 wheelsets, at most 12" in str(problem)
