@@ -16,15 +16,14 @@ from textual.containers import Horizontal
 from textual.dom import DOMNode
 from textual.events import Resize
 from textual.screen import Screen
-from textual.widget import Widget
 from textual.widgets import ContentSwitcher, Footer, Static
 
-from railui.desk.commands import active_keys, key_commands, panel_commands
+from railui.desk.commands import active_keys, file_commands, key_commands, panel_commands
 from railui.desk.heartbeat import Heartbeat, freeze_startup_objects, tune_interpreter
 from railui.desk.messages import DesignOffered
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
-from railui.desk.panels.common import PANELS, JobPanel, PanelTabs
+from railui.desk.panels.common import PANELS, JobPanel, PanelTabs, first_focusable
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.panels.track import TrackPanel
@@ -45,17 +44,8 @@ class Desk(App[None]):
 
     CSS_PATH = "desk.tcss"
     TITLE = "railui"
-    HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012
-        (0, "-tiny"),
-        (MIN_COLUMNS, "-narrow"),
-        (100, "-mid"),
-        (140, "-wide"),
-    ]
-    VERTICAL_BREAKPOINTS = [  # noqa: RUF012
-        (0, "-flat"),
-        (MIN_ROWS, "-low"),
-        (36, "-high"),
-    ]
+    HORIZONTAL_BREAKPOINTS = [(0, "-tiny"), (MIN_COLUMNS, "-narrow"), (100, "-mid"), (140, "-wide")]  # noqa: RUF012
+    VERTICAL_BREAKPOINTS = [(0, "-flat"), (MIN_ROWS, "-low"), (36, "-high")]  # noqa: RUF012
     BINDINGS: ClassVar[list[Any]] = [
         *(Binding(key, f"panel('{name}')", title, show=False) for name, (key, title) in PANELS.items()),
         Binding("f1", "help", "Help"),
@@ -70,7 +60,7 @@ class Desk(App[None]):
         self.path = path
         self.is_plain = is_plain
         self.heartbeat = Heartbeat()
-        self.state = load_state()
+        self.state = load_state()  # of the last session
         self._shown_name = ""
         self._heartbeat_task: asyncio.Task[None] | None = None
 
@@ -167,10 +157,8 @@ class Desk(App[None]):
         if name == "track":
             self._show_track()
         self.query_one(PanelTabs).show(name)
-        panel = self.query_one(f"#{name}")
-        first = next((widget for widget in panel.query(Widget) if widget.can_focus and _is_displayed(widget)), None)
-        if first is not None:
-            self.set_focus(first)
+        if (widget := first_focusable(self.panel)) is not None:
+            self.set_focus(widget)
 
     def _show_track(self) -> None:
         draft, conditions = self.design_panel.draft, self.design_panel.conditions
@@ -181,7 +169,7 @@ class Desk(App[None]):
 
     @property
     def panel(self) -> DOMNode:
-        """Open panel."""
+        """Panel that is open."""
         return self.query_one(f"#{self.query_one(ContentSwitcher).current}")
 
     @on(DesignPanel.Changed)
@@ -222,9 +210,11 @@ class Desk(App[None]):
 
     # help, copying, quitting
 
+    def _active_nodes(self) -> list[DOMNode]:
+        return [self.panel, *([self.focused] if self.focused is not None else [])]
+
     def action_help(self) -> None:
-        nodes = [self.panel, *([self.focused] if self.focused is not None else [])]
-        texts = [text for node in nodes if (text := getattr(node, "HELP", None))]
+        texts = [text for node in self._active_nodes() if (text := getattr(node, "HELP", None))]
         self.push_screen(HelpDialog(texts, active_keys(self.screen)))
 
     def action_help_quit(self) -> None:
@@ -245,8 +235,8 @@ class Desk(App[None]):
             if answer == "q":
                 self._after_saving(self._quit)
 
-        names = " and ".join(titles)
-        question = f"{names} {'is' if len(titles) == 1 else 'are'} running. Stored evaluations and recordings remain."
+        subject = f"{' and '.join(titles)} {'is' if len(titles) == 1 else 'are'}"
+        question = f"{subject} running. Stored evaluations and recordings remain."
         self.push_screen(QuestionDialog(question, {"q": "stop and quit", "c": "cancel"}), on_answer)
 
     def _busy_panels(self) -> list[JobPanel]:
@@ -289,24 +279,17 @@ class Desk(App[None]):
     def get_system_commands(self, screen: Screen[Any]) -> Iterable[SystemCommand]:
         yield from super().get_system_commands(screen)
         yield from panel_commands(self.action_panel)
-        yield SystemCommand("Open", "open a design, campaign or study (ctrl+o)", self.action_open)
-        yield SystemCommand("Save", "save the design in its file (ctrl+s)", self.action_save)
-        yield SystemCommand("Save as", "save the design in another file", self.design_panel.save_as)
+        yield from file_commands(self.action_open, self.action_save, self.design_panel.save_as)
         delay = f"longest delay of the interface caused by the desk: {1e3 * self.heartbeat.longest_gap:.0f} ms"
         yield SystemCommand("Heartbeat", delay, lambda: self.notify(delay))
-        yield from key_commands(self, [self.panel, *([self.focused] if self.focused is not None else [])])
+        yield from key_commands(self, self._active_nodes())
 
     def _fatal_error(self) -> None:
         """Log the traceback of an internal error, restore the terminal and print the path of the log."""
-        error = sys.exc_info()[1]
-        if error is not None:
+        if (error := sys.exc_info()[1]) is not None:
             text = f"railui desk: {type(error).__name__}: {error}\ntraceback: {log_traceback(error)}"
             self._exit_renderables.append(Text(text))
         self._close_messages_no_wait()
-
-
-def _is_displayed(widget: Widget) -> bool:
-    return all(node.display for node in widget.ancestors_with_self)
 
 
 def run(path: Path | None = None, *, plain: bool = False) -> int:

@@ -19,6 +19,15 @@ def panel_commands(show: Callable[[str], object]) -> Iterator[SystemCommand]:
         yield SystemCommand(title, f"{title} panel ({key})", lambda name=name: show(name))
 
 
+def file_commands(
+    open_file: Callable[[], object], save: Callable[[], object], save_as: Callable[[], object]
+) -> Iterator[SystemCommand]:
+    """Yield the commands for files."""
+    yield SystemCommand("Open", "open a design, campaign or study (ctrl+o)", open_file)
+    yield SystemCommand("Save", "save the design in its file (ctrl+s)", save)
+    yield SystemCommand("Save as", "save the design in another file", save_as)
+
+
 def key_commands(app: App[Any], nodes: list[DOMNode]) -> Iterator[SystemCommand]:
     """Yield a command per key binding of widgets."""
     for node in nodes:

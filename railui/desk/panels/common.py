@@ -8,6 +8,7 @@ from rich.text import Text
 from textual.binding import Binding
 from textual.containers import Grid, Vertical
 from textual.content import Content
+from textual.dom import DOMNode
 from textual.events import Click
 from textual.widget import Widget
 from textual.widgets import Static
@@ -106,6 +107,14 @@ def set_titles(widget: Widget, title: str | None = None, sub: str | None = None)
     for border, text in (("border_title", title), ("border_subtitle", sub)):
         if text is not None and (getattr(widget, border) or "") != (content := Content(text)).markup:
             setattr(widget, border, content)
+
+
+def first_focusable(panel: DOMNode) -> Widget | None:
+    """Return the first displayed widget of a panel that can have the focus."""
+    for widget in panel.query(Widget):
+        if widget.can_focus and all(node.display for node in widget.ancestors_with_self):
+            return widget
+    return None
 
 
 def draw_in_turn(owner: Widget, jobs: Sequence[Callable[[], None]]) -> None:

@@ -49,10 +49,10 @@ class DesignPanel(Panel):
         VIEW,
         Binding("V", "view(-1)", "View back", show=False),
         Binding("b", "base", "Base"),
-        Binding("x", "exchange", "A/B"),
+        Binding("x", "swap", "A/B"),
         Binding("a", "add", "Effect"),
         Binding("delete", "remove", "Remove effect", show=False),
-        Binding("l", "limits", "Critical V"),
+        Binding("l", "critical_speeds", "Critical V"),
         Binding("t", "track", "Track", show=False),
         COPY,
     ]
@@ -206,12 +206,12 @@ leading wheelset. Flange time: proportion of time with flange contact.
             self.notify("base set to the current design", timeout=2)
             self._update()
 
-    def action_exchange(self) -> None:
+    def action_swap(self) -> None:
         if self.draft is not None:
             self.draft.swap_with_base()
             self._update()
 
-    def action_limits(self) -> None:
+    def action_critical_speeds(self) -> None:
         """Compute the linear and nonlinear critical speeds and the speed limit by ride criteria on this track."""
         if self.draft is None:
             return

@@ -36,8 +36,10 @@ class Draft:
     """Editable design with undo, redo, a base for comparison, and saving that preserves comments."""
 
     def __init__(self, design: Design) -> None:
-        self.file, self.base = design, design
-        self.revisions, self.index = [Revision(design, "as read")], 0
+        self.file = design
+        self.base = design
+        self.revisions = [Revision(design, "as read")]
+        self.index = 0
         self.line_numbers = _line_numbers(design.source)
 
     @classmethod
@@ -116,7 +118,7 @@ class Draft:
         self.push(self.base, "swap A and B")
         self.base = current
 
-    # the file
+    # file
 
     def changes(self) -> dict[str, Any]:
         """Return the differences from the file by path; all effects if their kinds or locations differ."""
@@ -146,8 +148,8 @@ class Draft:
     def save_as(self, path: Path) -> Path:
         """Write a new file: the one that was read with its comments and the changes, or a complete new one."""
         source = self.file.source
-        same = source is not None and source.exists() and sha256_file(source) == self.file.sha256
-        if same and source is not None and self.design.adjustment == self.file.adjustment:
+        is_unchanged = source is not None and source.exists() and sha256_file(source) == self.file.sha256
+        if is_unchanged and source is not None and self.design.adjustment == self.file.adjustment:
             changes = self.changes()
             if self.design.profiles is not None and path.resolve().parent != source.resolve().parent:
                 changes |= {f"contact.profiles.{k}": v for k, v in self.design.profiles.files(path.parent).items()}
@@ -163,7 +165,7 @@ class Draft:
         self.line_numbers = _line_numbers(path)
         return path
 
-    # the form
+    # form
 
     def fields(self) -> Iterator[Field]:
         """Yield the fields of every parameter in the order of the form."""
@@ -175,16 +177,15 @@ class Draft:
 
     def _number_field(self, p: Parameter) -> Field:
         value, file, base = (_value(d, p.path) for d in (self.design, self.file, self.base))
-        return Field(
-            p.path, p.symbol, p.caption, p.unit, value, *slider_range(p, (value, base)),
-            is_changed=value != file, source=self._source(p),
-        )  # fmt: skip
+        low, high = slider_range(p, (value, base))
+        is_changed = value != file
+        return Field(p.path, p.symbol, p.caption, p.unit, value, low, high, is_changed, source=self._source(p))
 
     def _choice_field(self, path: str) -> Field:
         value, file = self.design.setting(path), self.file.setting(path)
         title = path.rpartition(".")[2].replace("_", " ")
-        place = self.line_numbers.get(path)
-        source = f"line {place}" if place else "default"
+        line = self.line_numbers.get(path)
+        source = f"line {line}" if line else "default"
         return Field(path, "", title, "", value, 0.0, 1.0, value != file, source, SETTINGS[path])
 
     def _source(self, p: Parameter) -> str:
@@ -199,12 +200,12 @@ class Draft:
 
     def _profile_source(self, path: str) -> str:
         """Return the source of a contact parameter that is computed from the profiles."""
-        profiles, changed = self.design.profiles, _value(self.design, path) != _value(self.file, path)
+        profiles = self.design.profiles
         assert profiles is not None
-        if not changed:
+        if _value(self.design, path) == _value(self.file, path):
             return f"{profiles.wheel.stem} on {profiles.rail.stem}, sd {1e3 * profiles.settings['sd']:g} mm"
-        scaled = profiles.settings["use"] == "table" and path.endswith(("conicity", "gravitational_stiffness"))
-        return "typed: scales the table of the profiles" if scaled else "typed: differs from the profiles"
+        is_scaled = profiles.settings["use"] == "table" and path.endswith(("conicity", "gravitational_stiffness"))
+        return "typed: scales the table of the profiles" if is_scaled else "typed: differs from the profiles"
 
 
 def _location(effect: PlacedEffect) -> tuple[Any, ...]:
@@ -223,4 +224,4 @@ def _line_numbers(source: Path | None) -> dict[str, int]:
     if source is None:
         return {}
     findings = parse_yaml(read_text(source), str(source)).findings()
-    return {path: place[0] for path, place in findings.positions.items()}
+    return {path: position[0] for path, position in findings.positions.items()}

@@ -38,8 +38,13 @@ class Bars(ScrollView, can_focus=True):
     """Scrollable rows of bars."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {
-        "bars--current", "bars--base", "bars--mark", "bars--text", "bars--strong", "bars--cursor",
-    }  # fmt: skip
+        "bars--current",
+        "bars--base",
+        "bars--mark",
+        "bars--text",
+        "bars--strong",
+        "bars--cursor",
+    }
     BINDINGS: ClassVar[list[Any]] = [
         Binding("up", "go(-1)", show=False),
         Binding("down", "go(1)", show=False),

@@ -26,9 +26,15 @@ class Form(ScrollView, can_focus=True):
     """Rows of parameters under headings; posts messages with the requested changes."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {
-        "form--head", "form--name", "form--value", "form--rail", "form--knob", "form--mark", "form--cursor",
+        "form--head",
+        "form--name",
+        "form--value",
+        "form--rail",
+        "form--knob",
+        "form--mark",
+        "form--cursor",
         "form--base",
-    }  # fmt: skip
+    }
     BINDINGS: ClassVar[list[Any]] = [
         Binding("up", "go(-1)", "Up", show=False),
         Binding("down", "go(1)", "Down", show=False),

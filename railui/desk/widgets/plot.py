@@ -25,9 +25,15 @@ class Plot(Widget, can_focus=True):
     """Plot in character cells with a cursor and zoom along the horizontal axis."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {
-        "plot--axis", "plot--grid", "plot--label", "plot--current", "plot--base", "plot--other", "plot--limit",
+        "plot--axis",
+        "plot--grid",
+        "plot--label",
+        "plot--current",
+        "plot--base",
+        "plot--other",
+        "plot--limit",
         "plot--cursor",
-    }  # fmt: skip
+    }
     BINDINGS: ClassVar[list[Any]] = [
         Binding("left", "move(-1)", "Cursor", show=False),
         Binding("right", "move(1)", "Cursor", show=False),
@@ -87,8 +93,12 @@ The mouse moves the cursor too; its wheel zooms.
         if width < 4 or height < 2:
             return canvas.strips()
         if not self.data.lines:
-            canvas.write(max(0, (width - len(self.data.placeholder)) // 2), height // 2, self.data.placeholder,
-                         self._style("label"))  # fmt: skip
+            canvas.write(
+                max(0, (width - len(self.data.placeholder)) // 2),
+                height // 2,
+                self.data.placeholder,
+                self._style("label"),
+            )
             return canvas.strips()
         x, y = self.scales()
         bare = width < MIN_SIZE_WITH_AXES[0] or height < MIN_SIZE_WITH_AXES[1]
@@ -144,7 +154,7 @@ The mouse moves the cursor too; its wheel zooms.
     def _limits(self, canvas: Canvas, frame: Frame, x: Scale, y: Scale, labels: bool = False) -> None:
         """Draw the limits (below the lines), or their labels (above the lines)."""
         style = self._style("limit")
-        for limit in self.data.levels:
+        for limit in self.data.limits:
             position = float((x if limit.is_vertical else y).position(limit.value))
             if not 0 <= position <= 1:
                 continue

@@ -47,6 +47,6 @@ class PlotData:
     x: Axis
     y: Axis
     lines: Sequence[Line] = ()
-    levels: Sequence[LimitLine] = ()
+    limits: Sequence[LimitLine] = ()
     marks: Sequence[Mark] = ()
     placeholder: str = ""
