@@ -23,7 +23,7 @@ from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
 from railui.desk.services.loop_job import DataChecked, check_campaign, run_loop, write_report
 from railui.desk.widgets.dialogs import InputDialog
 from railui.identification.events import FitIteration, ScoreTestProgress
-from railui.report.loop.files import ForeignFiles, calibrated_design, check_directory
+from railui.report.loop.files import ForeignFilesError, calibrated_design, check_directory
 
 
 class CampaignPanel(JobPanel):
@@ -212,7 +212,7 @@ the form, `w` writes the files of `railui loop`.
         directory = Path(name).expanduser()
         try:
             check_directory(directory)
-        except ForeignFiles as error:
+        except ForeignFilesError as error:
             self.notify(str(error), severity="error")
             return
         self.notify(f"writing {directory}")

@@ -23,6 +23,7 @@ SHORT_CLASSES: Final = {
     COMBINED: "in combination",
     UNSEEN: "not identifiable",
 }
+ROLE_NAMES: Final = {"adjust": "estimation", "validate": "validation"}
 REPORTED_COUNTS: Final = ("gaps", "stuck", "short_stretches", "missing_rows")
 
 
@@ -33,7 +34,7 @@ def runs_text(campaign: Campaign, dataset: Dataset | None) -> Text:
     """List the runs of a campaign: name, role and, once they are read, length and data losses."""
     text = Text(no_wrap=True, overflow="ellipsis")
     for i, run in enumerate(campaign.runs):
-        text.append(f"{run.name:20} {run.role:9}")
+        text.append(f"{run.name:20} {ROLE_NAMES.get(run.role, run.role):11}")
         if dataset is not None:
             text.append_text(run_text(dataset, i))
         text.append("\n")
