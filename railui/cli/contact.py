@@ -126,9 +126,9 @@ def _analyse_table(file: str, sd: float, figure: str | None, call: Invocation) -
         raise file_problem(file, str(fault), remedy, "delta_r") from None
     call.warn([note for note in body["notes"] if "left out" in note or "does not reach" in note])
     if figure is not None:
-        from railui.report.figures.contact import table_figure
+        from railui.report.figures.contact import draw_radius_table
 
-        table_figure(y, delta_r, conicity.amplitude, conicity.tan_gamma, figure)
+        draw_radius_table(y, delta_r, conicity.amplitude, conicity.tan_gamma, figure)
         call.info(f"wrote {figure}")
     call.show(_conicity_table(conicity.amplitude, conicity.tan_gamma, conicity.centre))
     call.write_json(call.document("contact", body, [file]))
@@ -169,14 +169,14 @@ def _report_pair(
     body = result_dict(result, sd)
     call.warn([note for note in body["notes"] if "noise" in note or note.startswith(("no ", "beyond"))])
     if figure is not None:
-        from railui.report.figures.contact import contact_figure
+        from railui.report.figures.contact import draw_contact
 
-        contact_figure(result, figure, sd)
+        draw_contact(result, figure, sd)
         call.info(f"wrote {figure}")
     if laws is not None and result.creep is not None:
-        from railui.report.figures.contact import laws_figure
+        from railui.report.figures.contact import draw_creep_laws
 
-        laws_figure(result.creep, laws)
+        draw_creep_laws(result.creep, laws)
         call.info(f"wrote {laws}")
     call.show(_parameters_table(body))
     call.write_json(call.document("contact", body, list(files)))

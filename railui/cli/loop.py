@@ -41,7 +41,7 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     from railui.io.atomic import check_directory_writable
     from railui.report.figures.drawing import preload_in_background
     from railui.report.loop.data import loop_report
-    from railui.report.loop.files import ForeignFiles, check_directory, write_loop
+    from railui.report.loop.files import ForeignFilesError, check_directory, write_loop
 
     excluded = excluded_kinds(without)
     source = campaign_file(campaign)
@@ -51,7 +51,7 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     directory = Path(out) if out is not None else source.parent / "railui-loop"
     try:
         check_directory(directory)
-    except ForeignFiles as error:
+    except ForeignFilesError as error:
         raise usage_error(str(error)) from None
     check_directory_writable(directory)
     preload_in_background()

@@ -1,4 +1,4 @@
-"""Words of files never become markup of a page: a report may be opened by somebody who did not write the study."""
+"""Names from files never become markup of a page, since its reader may not be the author of the study."""
 
 from __future__ import annotations
 

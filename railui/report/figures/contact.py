@@ -11,7 +11,7 @@ from railui.arrays import FloatArray
 from railui.contact.analysis import ContactAnalysis
 from railui.contact.creep import CreepCoefficients
 from railui.contact.profile import Profile
-from railui.report.figures.creep_laws import LEFT, RIGHT, draw_laws
+from railui.report.figures.creep_laws import LEFT_COLOUR, RIGHT_COLOUR, draw_laws
 from railui.report.figures.drawing import figure_file
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 MAX_CONTACT_ANGLE = 75.0  # degrees of the angle axis
 
 
-def contact_figure(result: ContactAnalysis, file: str | Path, deviation: float) -> None:
+def draw_contact(result: ContactAnalysis, file: str | Path, deviation: float) -> None:
     """Write a figure of the contact of a pair of profiles in six diagrams; the file name determines the format."""
     with figure_file(file, 11.0, 6.6) as figure:
         axes = figure.subplots(2, 3)
@@ -42,18 +42,18 @@ def contact_figure(result: ContactAnalysis, file: str | Path, deviation: float) 
             draw_laws(axes[1, 2], result.creep)
 
 
-def table_figure(
+def draw_radius_table(
     y: FloatArray, delta_r: FloatArray, amplitude: FloatArray, tan_gamma: FloatArray, file: str | Path
 ) -> None:
     """Write a figure of a table of rolling radii and its equivalent conicity."""
     with figure_file(file, 7.6, 3.3) as figure:
         first, second = figure.subplots(1, 2)
-        first.plot(1e3 * y, 1e3 * delta_r, color=RIGHT)
+        first.plot(1e3 * y, 1e3 * delta_r, color=RIGHT_COLOUR)
         first.set(xlabel="lateral displacement [mm]", ylabel="$r_1 - r_2$ [mm]", title="rolling radius difference")
         _conicity(second, amplitude, tan_gamma, None)
 
 
-def laws_figure(creep: CreepCoefficients, file: str | Path) -> None:
+def draw_creep_laws(creep: CreepCoefficients, file: str | Path) -> None:
     """Write a figure of the creep laws: along the rail, and across it with the spin of the contact angle."""
     with figure_file(file, 9.4, 4.0) as figure:
         first, second = figure.subplots(1, 2)
@@ -67,10 +67,10 @@ def _profiles(ax: Axes, result: ContactAnalysis) -> None:
     rail, wheel = pair.rail_curve, pair.wheel_curve
     level = float(np.interp(contacts.rail[0, i], rail.y, rail.h) - np.interp(contacts.wheel[0, i], wheel.y, wheel.h))
     ax.plot(1e3 * rail.y, 1e3 * rail.h, color="#555555", label=_label(pair.rail))
-    ax.plot(1e3 * wheel.y, 1e3 * (wheel.h + level), color=RIGHT, label=_label(pair.wheel))
+    ax.plot(1e3 * wheel.y, 1e3 * (wheel.h + level), color=RIGHT_COLOUR, label=_label(pair.wheel))
     shown = np.abs(contacts.displacement) < 8.05e-3
     marks = 1e3 * np.interp(contacts.rail[0, shown], rail.y, rail.h)
-    ax.plot(1e3 * contacts.rail[0, shown], marks, ".", ms=3.5, color=LEFT, label="contacts, -8 to 8 mm")
+    ax.plot(1e3 * contacts.rail[0, shown], marks, ".", ms=3.5, color=LEFT_COLOUR, label="contacts, -8 to 8 mm")
     ax.set(xlabel="from the track centre [mm]", ylabel="height [mm]", title="right wheel on its rail, e = 0")
     ax.set_aspect("equal", adjustable="datalim")
     ax.legend(frameon=False, fontsize=7, loc="lower right")
@@ -97,7 +97,7 @@ def _mark_flanges(ax: Axes, result: ContactAnalysis) -> None:
                 textcoords="offset points",
             )
     for jump in result.contacts.jumps:
-        ax.axvline(1e3 * jump.displacement, color=RIGHT if jump.wheel == 1 else LEFT, lw=0.5, alpha=0.5)
+        ax.axvline(1e3 * jump.displacement, color=RIGHT_COLOUR if jump.wheel == 1 else LEFT_COLOUR, lw=0.5, alpha=0.5)
     ax.set_xlabel("lateral displacement e [mm]")
 
 
@@ -109,7 +109,7 @@ def _displacement_range(result: ContactAnalysis) -> float:
 def _rolling(ax: Axes, result: ContactAnalysis) -> None:
     contacts = result.contacts
     e, curve = 1e3 * contacts.displacement, 1e3 * contacts.delta_r
-    ax.plot(e, curve, color=RIGHT)
+    ax.plot(e, curve, color=RIGHT_COLOUR)
     reach = _displacement_range(result)
     inside = np.abs(contacts.displacement) < 0.97 * min(reach / 1.18, reach)
     top = 1.6 * float(np.abs(curve[inside]).max()) if inside.any() else 1.0
@@ -120,7 +120,7 @@ def _rolling(ax: Axes, result: ContactAnalysis) -> None:
 
 def _angles(ax: Axes, result: ContactAnalysis) -> None:
     contacts = result.contacts
-    for j, (colour, name) in enumerate(((RIGHT, "right wheel"), (LEFT, "left wheel"))):
+    for j, (colour, name) in enumerate(((RIGHT_COLOUR, "right wheel"), (LEFT_COLOUR, "left wheel"))):
         ax.plot(1e3 * contacts.displacement, np.degrees(contacts.angle[j]), color=colour, label=name)
     reach = 1e3 * _displacement_range(result)
     ax.set(xlim=(-reach, reach), ylim=(-5, MAX_CONTACT_ANGLE), ylabel="contact angle [degrees]", title="contact angles")
@@ -130,7 +130,7 @@ def _angles(ax: Axes, result: ContactAnalysis) -> None:
 
 def _roll(ax: Axes, result: ContactAnalysis) -> None:
     contacts, reach = result.contacts, _displacement_range(result)
-    ax.plot(1e3 * contacts.displacement, 1e3 * contacts.roll, color=RIGHT)
+    ax.plot(1e3 * contacts.displacement, 1e3 * contacts.roll, color=RIGHT_COLOUR)
     inside = np.abs(contacts.displacement) < reach / 1.18
     top = 1.6e3 * float(np.abs(contacts.roll[inside]).max()) if inside.any() else 1.0
     ax.set(xlim=(-1e3 * reach, 1e3 * reach), ylim=(-top, top), ylabel="roll [mrad]", title="roll of the wheelset")
@@ -138,15 +138,15 @@ def _roll(ax: Axes, result: ContactAnalysis) -> None:
 
 
 def _conicity(ax: Axes, amplitude: FloatArray, tan_gamma: FloatArray, deviation: float | None) -> None:
-    ax.plot(1e3 * amplitude, tan_gamma, color=RIGHT)
+    ax.plot(1e3 * amplitude, tan_gamma, color=RIGHT_COLOUR)
     at = np.flatnonzero(np.abs(amplitude - 3e-3) < 1e-9)
     if len(at) and np.isfinite(tan_gamma[at[0]]):
-        ax.plot(3.0, tan_gamma[at[0]], "o", ms=4, color=LEFT)
+        ax.plot(3.0, tan_gamma[at[0]], "o", ms=4, color=LEFT_COLOUR)
         ax.annotate(
             f"{tan_gamma[at[0]]:.3f} at 3 mm",
             (3.0, float(tan_gamma[at[0]])),
             fontsize=7.5,
-            color=LEFT,
+            color=LEFT_COLOUR,
             xytext=(4, -11),
             textcoords="offset points",
         )

@@ -13,7 +13,7 @@ from railui.report.figures.drawing import BLUE, GREEN, ORANGE
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-RIGHT, LEFT, THIRD = BLUE, ORANGE, GREEN
+RIGHT_COLOUR, LEFT_COLOUR, THIRD_COLOUR = BLUE, ORANGE, GREEN
 DASHED, DOTTED = (0, (3, 2)), (0, (1, 2))
 FRICTION, SPEED = 0.35, 40.0  # m/s
 MAX_CREEPAGE = 0.01  # of the axes
@@ -51,9 +51,15 @@ def _laws(creep: CreepCoefficients) -> list[tuple[str, str, dict[str, float], st
     """Return name, kind, parameters, colour and dashes of each law."""
     x, y = creep.vermeulen_johnson
     return [
-        ("Shen-Hedrick-Elkins", "shen_hedrick_elkins", {}, RIGHT, "-"),
-        (f"the same, surface {creep.surface:g}", "shen_hedrick_elkins", {"surface": creep.surface}, RIGHT, DASHED),
-        ("Vermeulen-Johnson", "vermeulen_johnson", {"longitudinal_factor": x, "lateral_factor": y}, LEFT, "-"),
-        ("Polach, clean", "polach", {}, THIRD, "-"),
-        ("Polach, dry rail (2005)", "polach", DRY, THIRD, DASHED),
+        ("Shen-Hedrick-Elkins", "shen_hedrick_elkins", {}, RIGHT_COLOUR, "-"),
+        (
+            f"the same, surface {creep.surface:g}",
+            "shen_hedrick_elkins",
+            {"surface": creep.surface},
+            RIGHT_COLOUR,
+            DASHED,
+        ),
+        ("Vermeulen-Johnson", "vermeulen_johnson", {"longitudinal_factor": x, "lateral_factor": y}, LEFT_COLOUR, "-"),
+        ("Polach, clean", "polach", {}, THIRD_COLOUR, "-"),
+        ("Polach, dry rail (2005)", "polach", DRY, THIRD_COLOUR, DASHED),
     ]

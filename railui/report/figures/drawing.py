@@ -42,8 +42,8 @@ STYLE: Any = {
     "path.simplify_threshold": 0.3,
 }
 DRAWING_MODULES = ("matplotlib.backends.backend_svg", "matplotlib.figure", "jinja2")  # of the pages
-Sketch = tuple[str, str, Callable[["Axes"], None]]  # name, alternative text, drawing function
-LEFT, RIGHT = 0.66, 0.12  # inch, margins of the axes of a picture
+Drawing = tuple[str, str, Callable[["Axes"], None]]  # name, alternative text, drawing function
+LEFT_MARGIN, RIGHT_MARGIN = 0.66, 0.12  # inch, margins of the axes of a picture
 # no date and no program in a file, so that equal figures are equal bytes
 FILE_METADATA: dict[str, Any] = {"svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}, "png": None}
 
@@ -86,7 +86,7 @@ def draw_picture(
 
 
 def draw_pictures(
-    sketches: Iterable[Sketch], size: tuple[float, float], top: float = 0.24, bottom: float = 0.42
+    sketches: Iterable[Drawing], size: tuple[float, float], top: float = 0.24, bottom: float = 0.42
 ) -> Iterator[Picture]:
     """Draw figures one after another in the same axes, since making ticks takes most of the time."""
     import matplotlib
@@ -97,9 +97,9 @@ def draw_pictures(
         with matplotlib.rc_context({**STYLE, "svg.hashsalt": name}):
             if ax is None:
                 figure = Figure(figsize=size)
-                wide, high = size[0] - LEFT - RIGHT, size[1] - bottom - top
-                ax = figure.add_axes((LEFT / size[0], bottom / size[1], wide / size[0], high / size[1]))
-                ax.yaxis.set_label_coords(-(LEFT - 0.14) / wide, 0.5)
+                wide, high = size[0] - LEFT_MARGIN - RIGHT_MARGIN, size[1] - bottom - top
+                ax = figure.add_axes((LEFT_MARGIN / size[0], bottom / size[1], wide / size[0], high / size[1]))
+                ax.yaxis.set_label_coords(-(LEFT_MARGIN - 0.14) / wide, 0.5)
             else:
                 _clear(ax)
             draw(ax)

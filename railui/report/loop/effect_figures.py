@@ -36,8 +36,7 @@ from railui.report.loop.force_pictures import (
 )
 from railui.report.loop.wording import effect_title, location_text
 from railui.report.numbers import display_scale
-from railui.vehicle.effects import PlacedEffect
-from railui.vehicle.effects import unit_at
+from railui.vehicle.effects import PlacedEffect, unit_at
 from railui.vehicle.model import Model
 
 if TYPE_CHECKING:
@@ -86,17 +85,18 @@ def _suspension(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, t
     dt, settled = evaluation.segment.dt, evaluation.settled
     curves, v = total_force(evaluation, at, w, z)
     superseded = str(core.effect_record(effect.kind)["supersedes"] or "")
-    own = restoring_force(z, dt, mass, [effect], k, c)[0] - restoring_force(z, dt, mass, [], k, c)[0]
-    own = own + ("stiffness" in superseded) * k * z + ("damping" in superseded) * c * v
-    depends_on_speed = explained_variance(v[settled], own[settled]) > explained_variance(z[settled], own[settled])
-    main_motion = ("v", v) if depends_on_speed else ("z", z)
+    effect_force = restoring_force(z, dt, mass, [effect], k, c)[0] - restoring_force(z, dt, mass, [], k, c)[0]
+    effect_force = effect_force + ("stiffness" in superseded) * k * z + ("damping" in superseded) * c * v
+    by_speed, by_displacement = (explained_variance(x[settled], effect_force[settled]) for x in (v, z))
+    main_motion = ("v", v) if by_speed > by_displacement else ("z", z)
     heading = total_force_title(evaluation, at, w)
     note = "Force that resists the motion, over the motion of the validation run."
-    if np.std(own - curves["after"]) < MIN_RELATIVE_DIFFERENCE * np.std(own):  # no other element at this location
+    is_only_element = np.std(effect_force - curves["after"]) < MIN_RELATIVE_DIFFERENCE * np.std(effect_force)
+    if is_only_element:
         picture = suspension_picture(evaluation, f"{name}-whole", heading, curves, main_motion, at)
         return EffectFigure(title, (picture,), note)
     total = suspension_picture(evaluation, f"{name}-whole", heading, curves, ("z", z), at)
-    single = suspension_picture(evaluation, f"{name}-own", "the effect alone", {"after": own}, main_motion, at)
+    single = suspension_picture(evaluation, f"{name}-own", "the effect alone", {"after": effect_force}, main_motion, at)
     return EffectFigure(title, (total, single), note)
 
 

@@ -13,7 +13,7 @@ from railui.campaign.comparison import comparison_filter, cut_samples
 from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment
 from railui.dsp.spectra import periodogram, welch
 from railui.identification.loop import LoopResult
-from railui.report.figures.drawing import BLUE, ORANGE, Picture, Sketch, axis_label, draw_picture, draw_pictures
+from railui.report.figures.drawing import BLUE, ORANGE, Drawing, Picture, axis_label, draw_picture, draw_pictures
 from railui.report.loop.wording import MODEL_LABELS, MODELS
 from railui.report.numbers import display_scale
 from railui.runs.columns import columns_of
@@ -154,7 +154,7 @@ def channel_pictures(result: LoopResult, window: Window, channels: Sequence[str]
     return list(zip(excerpts, spectra, strict=True))
 
 
-def _series(result: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Sketch:
+def _series(result: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Drawing:
     """Return the drawing of the excerpt of a channel."""
     segment = window.segment
     row = segment.channels.index(channel)
@@ -173,7 +173,7 @@ def _series(result: LoopResult, window: Window, series: Mapping[str, FloatArray]
     return f"series-{channel}", f"{channel} over time: {LINES_TEXT}", draw
 
 
-def _spectrum(result: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Sketch:
+def _spectrum(result: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Drawing:
     """Return the drawing of the power spectral density of a channel over the whole segment."""
     segment, band = window.segment, result.dataset.campaign.band
     row = segment.channels.index(channel)

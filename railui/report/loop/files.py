@@ -25,7 +25,7 @@ NUMBER_FORMAT = "%.9g"
 MODELS = ("declared", "before", "after")
 
 
-class ForeignFiles(ValueError):
+class ForeignFilesError(ValueError):
     """Directory with files that a loop did not write."""
 
 
@@ -34,13 +34,13 @@ def check_directory(directory: Path) -> None:
     if not directory.exists():
         return
     if not directory.is_dir():
-        raise ForeignFiles(f"{directory} is a file: name a directory")
+        raise ForeignFilesError(f"{directory} is a file: name a directory")
     foreign = [
         f.name for f in sorted(directory.iterdir()) if f.name not in LOOP_FILES and not _is_simulated_file(f.name)
     ]
     if foreign:
         names = ", ".join(foreign[:3])
-        raise ForeignFiles(f"{directory} contains other files ({names}): name a new directory with -o")
+        raise ForeignFilesError(f"{directory} contains other files ({names}): name a new directory with -o")
 
 
 def _is_simulated_file(name: str) -> bool:

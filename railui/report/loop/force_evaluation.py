@@ -18,8 +18,7 @@ from railui.identification.loop import LoopResult
 from railui.identification.prediction import Predictor
 from railui.report.loop.figures import Window, units_of
 from railui.report.loop.wording import location_text
-from railui.vehicle.effects import PlacedEffect
-from railui.vehicle.effects import unit_at
+from railui.vehicle.effects import PlacedEffect, unit_at
 from railui.vehicle.model import Model, effect_row
 
 MASS_FACTOR = 1e9  # on the mass of a body: the forces under test do not move it

@@ -13,15 +13,15 @@ from railui.identification.unmodelled.coefficients import Coefficient
 
 def identifiability(result: LoopResult) -> dict[str, Any]:
     """Return singular values of the weighted sensitivity per relative change, their directions, and sentences."""
-    found = analyse_identifiability(result.after, result.context.settings.identifiability)
+    analysis = analyse_identifiability(result.after, result.context.settings.identifiability)
     return {
-        "singular_values": [d.singular_value for d in found.directions],
-        "directions": [{"sd": d.sd, "parts": dict(d.parts)} for d in found.directions],
+        "singular_values": [d.singular_value for d in analysis.directions],
+        "directions": [{"sd": d.sd, "parts": dict(d.parts)} for d in analysis.directions],
         "parameters": {
             path: {"word": word, "relative_sd": sd, "with": list(partners)}
-            for path, word, sd, partners in found.classes
+            for path, word, sd, partners in analysis.classes
         },
-        "words": found.sentences(),
+        "words": analysis.sentences(),
     }
 
 
@@ -50,21 +50,28 @@ def coefficient_rows(coefficients: Sequence[Coefficient]) -> list[dict[str, Any]
     ]
 
 
-def segment_rows(found: SectionEstimates) -> dict[str, Any]:
+def segment_rows(estimates: SectionEstimates) -> dict[str, Any]:
     """Return parameters per track section, with chi-squared of their variation."""
     return {
-        "between": found.sections.tolist(),
+        "between": estimates.sections.tolist(),
         "unit": "m",
         "parameters": {
-            path: {"values": found.values[:, k].tolist(), "sd": found.sd[:, k].tolist(), "chi2": float(found.chi2[k])}
-            for k, path in enumerate(found.paths)
+            path: {
+                "values": estimates.values[:, k].tolist(),
+                "sd": estimates.sd[:, k].tolist(),
+                "chi2": float(estimates.chi2[k]),
+            }
+            for k, path in enumerate(estimates.paths)
         },
     }
 
 
-def correlation_rows(found: Correlations) -> dict[str, Any]:
+def correlation_rows(correlations: Correlations) -> dict[str, Any]:
     """Return rho per parameter and channel, and lambda per parameter, of two parallel models."""
     return {
-        path: {"rho": dict(zip(found.channels, map(float, found.rho[k]), strict=True)), "lambda": float(found.steps[k])}
-        for k, path in enumerate(found.paths)
+        path: {
+            "rho": dict(zip(correlations.channels, map(float, correlations.rho[k]), strict=True)),
+            "lambda": float(correlations.steps[k]),
+        }
+        for k, path in enumerate(correlations.paths)
     }

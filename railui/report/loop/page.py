@@ -39,10 +39,10 @@ MAIN_CHANNELS = 4  # shown; the others are folded
 
 def write_page(result: LoopResult, report: Report, path: str | Path) -> Path:
     """Write report.html of a loop, with its figures inside."""
-    return write_text(path, page(result, report))
+    return write_text(path, render_page(result, report))
 
 
-def page(result: LoopResult, report: Report) -> str:
+def render_page(result: LoopResult, report: Report) -> str:
     """Return the page as HTML."""
     return render_template("loop/page.html.j2", _contents(result, report))
 

@@ -10,8 +10,7 @@ from railui.identification.unmodelled.run_dependence import RunDependence
 from railui.io.number_format import format_quantity
 from railui.report.loop.wording import effect_title, location_phrase
 from railui.report.numbers import quantity_with_sd
-from railui.vehicle.effects import PlacedEffect
-from railui.vehicle.effects import parameter_unit
+from railui.vehicle.effects import PlacedEffect, parameter_unit
 
 
 def sentence(result: LoopResult) -> str:

@@ -1,4 +1,4 @@
-"""Figures drawn one after another in the same axes are those that are drawn alone."""
+"""Figures drawn one after another in the same axes equal those drawn alone."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def logarithmic(ax: Axes, height: float) -> None:
 
 
 @pytest.mark.parametrize("draw", [linear, logarithmic])
-def test_nothing_of_one_figure_is_seen_in_the_next(draw: Callable[[Axes, float], None]) -> None:
+def test_nothing_of_one_figure_remains_in_the_next(draw: Callable[[Axes, float], None]) -> None:
     def sketch(height: float) -> tuple[str, str, Callable[[Axes], None]]:
         return f"of {height:g}", "a curve", lambda ax: draw(ax, height)
 

@@ -1,4 +1,4 @@
-"""Contact parameters of measured profiles beside those that a loop found."""
+"""Contact parameters of measured profiles, for comparison with calibrated ones."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from railui.contact.linearisation import linearise
-from railui.report.loop.page import parameters, profiled
+from railui.report.loop.page_tables import parameter_rows, profiles_text
 from railui.report.loop.profiles import profile_parameters
 from railui.vehicle.contact_profiles import ContactProfiles
 from railui.vehicle.design_reader import load_design
@@ -27,34 +27,37 @@ def profiles(tmp_path: Path) -> ContactProfiles:
     return found
 
 
-def test_each_wheelset_s_parameters_are_linearised_over_its_own_measured_motion(profiles: ContactProfiles) -> None:
-    told = profile_parameters(profiles, PATHS, MEASURED)
-    assert told is not None and told["deviation"] == [2e-3, 1e-3]
+def test_the_parameters_of_a_wheelset_are_linearised_over_its_measured_motion(profiles: ContactProfiles) -> None:
+    result = profile_parameters(profiles, PATHS, MEASURED)
+    assert result is not None and result["deviation"] == [2e-3, 1e-3]
     for where, sd in (("leading", 2e-3), ("trailing", 1e-3)):
         expected = linearise(profiles.geometry(), sd).conicity
-        assert told["parameters"][f"contact.{where}.conicity"] == pytest.approx(expected, rel=1e-9)
-    assert told["parameters"]["contact.leading.conicity"] < 0.95 * told["parameters"]["contact.trailing.conicity"]
-    assert 0.0 < told["parameters"]["contact.spin_creep"] < 1.0
-    assert "vehicle.frame.mass" not in told["parameters"]
+        assert result["parameters"][f"contact.{where}.conicity"] == pytest.approx(expected, rel=1e-9)
+    assert result["parameters"]["contact.leading.conicity"] < 0.95 * result["parameters"]["contact.trailing.conicity"]
+    assert 0.0 < result["parameters"]["contact.spin_creep"] < 1.0
+    assert "vehicle.frame.mass" not in result["parameters"]
 
 
-def test_a_design_without_profiles_has_none_beside() -> None:
+def test_a_design_without_profiles_has_no_parameters_of_them() -> None:
     assert profile_parameters(None, PATHS, MEASURED) is None
-    assert profiled({}) is None
+    assert profiles_text({}) is None
 
 
-def test_profiles_that_are_gone_are_told_and_nothing_is_made_up(profiles: ContactProfiles) -> None:
+def test_missing_profile_files_are_noted_without_parameters(profiles: ContactProfiles) -> None:
     profiles.wheel.unlink()
-    told = profile_parameters(profiles, PATHS, {})
-    assert told is not None and "wheel.txt" in told["note"] and told["parameters"] == {}
+    result = profile_parameters(profiles, PATHS, {})
+    assert result is not None and "wheel.txt" in result["note"] and result["parameters"] == {}
 
 
-def test_the_page_shows_them_in_the_unit_of_the_row(profiles: ContactProfiles) -> None:
+def test_the_page_shows_them_in_the_unit_of_the_parameter(profiles: ContactProfiles) -> None:
     row = {"declared": 0.15, "before": 0.2, "value": 0.21, "sd": 0.002, "unit": "1", "flag": None}
-    report = {"parameters": {PATHS[0]: row, PATHS[3]: {**row, "unit": "kg"}},
-              "profiles": profile_parameters(profiles, PATHS, MEASURED)}  # fmt: skip
-    first, other = parameters(report)
+    report = {
+        "parameters": {PATHS[0]: row, PATHS[3]: {**row, "unit": "kg"}},
+        "profiles": profile_parameters(profiles, PATHS, MEASURED),
+        "identifiability": {"parameters": {}},
+    }
+    first, other = parameter_rows(report)
     assert float(first["profiles"]) == pytest.approx(0.206, abs=0.003)
     assert other["profiles"] in ("", "–")
-    head = profiled(report)
+    head = profiles_text(report)
     assert head is not None and (head["e1"], head["e2"]) == ("2", "1")

@@ -1,4 +1,4 @@
-"""The page of a search shows what its result holds: front, knee, baseline, spread, failures, where it comes from."""
+"""The page of an optimisation: front, knee point, baseline, spread, failures, provenance."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from railui.cli import cli
 from railui.optimisation.study import Variable
 from railui.report.numbers import format_number
-from railui.report.search.page import chosen
+from railui.report.search.page import selected_designs
 from tests.execution.small import write_study
 
 
@@ -30,15 +30,15 @@ class Page(HTMLParser):
         self.feed(text)
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        told = dict(attrs)
+        given = dict(attrs)
         if tag == "section":
-            self.section = told.get("id") or ""
+            self.section = given.get("id") or ""
         elif tag == "tr":
             self.rows.setdefault(self.section, []).append([])
         elif tag in ("td", "th") and self.rows.get(self.section):
             self.rows[self.section][-1].append("")
         elif tag == "img":
-            self.pictures.setdefault(self.section, []).append(told.get("src") or "")
+            self.pictures.setdefault(self.section, []).append(given.get("src") or "")
 
     def handle_data(self, data: str) -> None:
         self.words[self.section] = self.words.get(self.section, "") + data
@@ -56,7 +56,7 @@ def searched(tmp_path_factory: pytest.TempPathFactory) -> tuple[Page, dict[str, 
     return Page(text), json.loads((home / "out" / "result.json").read_text("utf-8")), text
 
 
-def test_every_design_of_the_front_stands_in_the_table_with_its_numbers(searched: tuple[Page, dict[str, Any], str]):
+def test_every_design_of_the_front_is_in_the_table_with_its_objectives(searched: tuple[Page, dict[str, Any], str]):
     page, result, _ = searched
     rows = page.rows["table"][1:]
     assert [int(row[0]) for row in rows] == list(range(len(result["pareto"])))
@@ -64,12 +64,12 @@ def test_every_design_of_the_front_stands_in_the_table_with_its_numbers(searched
         assert [format_number(x) for x in point["objectives"]] == row[3:5]
 
 
-def test_the_knee_stands_beside_the_vehicle_as_it_is_with_the_spread_on_fresh_seeds(
+def test_baseline_and_knee_point_are_shown_with_their_spread_on_fresh_seeds(
     searched: tuple[Page, dict[str, Any], str],
 ):
     page, result, _ = searched
     head, *rows = page.rows["chosen"]
-    assert head[2] == "as it is" and head[3] == f"knee ({result['knee']})"
+    assert head[2] == "baseline" and head[3] == f"knee point ({result['knee']})"
     aims = [row for row in rows if row[0].startswith(("minimise", "maximise"))]
     knee = result["pareto"][result["knee"]]
     assert [row[2] for row in aims] == [format_number(x) for x in result["baseline"]["objectives"]]
@@ -78,8 +78,8 @@ def test_the_knee_stands_beside_the_vehicle_as_it_is_with_the_spread_on_fresh_se
     assert len(fresh) == len(aims) and all("±" in cell for cell in fresh)
 
 
-def test_a_value_is_marked_where_it_stands_on_a_bound_of_its_range_as_the_search_walks_it():
-    """Over two decades 1.5e3 is a tenth of the way from 1e3, though a two-hundredth of the difference."""
+def test_a_value_at_a_bound_of_the_search_range_is_marked():
+    """Over two decades the search is logarithmic: 1.5e3 is 9 % of the way from 1e3 to 1e5."""
     path = "vehicle.secondary.yaw_damping"
     study = SimpleNamespace(variables=[Variable(path, 1e3, 1e5, "N*m*s/rad")], constraints=[])
 
@@ -87,11 +87,11 @@ def test_a_value_is_marked_where_it_stands_on_a_bound_of_its_range_as_the_search
         return {"variables": {path: value}, "objectives": [], "constraints": []}
 
     report = {"baseline": point(1.5e3), "pareto": [point(1e5)], "knee": 0, "aims": [], "limits": []}
-    told = chosen(study, report)  # type: ignore[arg-type]
-    assert told["rows"] == [{"name": path, "unit": "kN·m·s/rad", "cells": ["1.50", "100 (bound)"]}]
+    table = selected_designs(study, report)  # type: ignore[arg-type]
+    assert table["rows"] == [{"name": path, "unit": "kN·m·s/rad", "cells": ["1.50", "100 (bound)"]}]
 
 
-def test_the_search_tells_its_designs_failures_and_sources(searched: tuple[Page, dict[str, Any], str]):
+def test_the_page_shows_designs_failures_and_sources(searched: tuple[Page, dict[str, Any], str]):
     page, result, _ = searched
     assert ["designs", str(result["evaluations"])] in page.rows["search"]
     assert ["failed", str(result["failed"])] in page.rows["search"]
@@ -100,7 +100,7 @@ def test_the_search_tells_its_designs_failures_and_sources(searched: tuple[Page,
         assert source["sha256"][:12] in page.words["provenance"]
 
 
-def test_front_parallel_coordinates_progress_and_sensitivities_are_drawn_and_nothing_is_fetched(
+def test_every_section_has_its_pictures_and_nothing_is_fetched(
     searched: tuple[Page, dict[str, Any], str],
 ):
     page, _, text = searched

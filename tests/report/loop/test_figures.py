@@ -1,0 +1,37 @@
+"""The excerpt of the runs that the report shows."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from railui.report.loop import figures
+
+SAMPLES, DT = 4000, 0.01
+
+
+def result(monkeypatch: pytest.MonkeyPatch, **series: np.ndarray) -> Any:
+    """Return a loop result with one validation segment of 40 s and these compared series."""
+    monkeypatch.setattr(figures, "compared_series", lambda _, index: {k: x[None] for k, x in series.items()})
+    return SimpleNamespace(dataset=SimpleNamespace(validation=[SimpleNamespace(kind="bogie", dt=DT)]))
+
+
+def burst(begin: int, end: int) -> np.ndarray:
+    n = np.arange(SAMPLES)
+    return np.where((n >= begin) & (n < end), np.sin(n), 0.0)
+
+
+def test_the_excerpt_has_the_largest_reduction_of_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    x = np.sin(np.arange(SAMPLES))
+    series = {"measured": x, "before": x + burst(2000, 2500), "after": x + 2.0 * burst(3000, 3500)}
+    window = figures.most_informative_window(result(monkeypatch, **series))
+    assert (window.begin, window.end) == (pytest.approx(2000, abs=3), pytest.approx(2500, abs=3))
+
+
+def test_without_an_effect_the_excerpt_has_the_largest_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    measured = 0.1 * burst(0, SAMPLES) + burst(1000, 1500)
+    window = figures.most_informative_window(result(monkeypatch, measured=measured))
+    assert (window.begin, window.end) == (pytest.approx(1000, abs=3), pytest.approx(1500, abs=3))
