@@ -3,7 +3,8 @@
 pytest -m slow tests/identification/test_settings_sensitivity.py -k worn_axle_box -s
 
 Prints the settings on which a verdict or an effect depends and writes all outcomes to
-target/settings_sensitivity.json. A setting that the reference run does not read cannot change it and is not varied.
+target/settings_sensitivity.json. A setting that the reference run does not read cannot change it and is not varied;
+one that is read after the calibration only leaves the calibrated model as it is, which is then not fitted again.
 """
 
 from __future__ import annotations
@@ -21,7 +22,10 @@ from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.campaign.settings.declaration import Setting
 from railui.campaign.settings.loop_settings import SETTINGS, LoopSettings
+from railui.identification import loop
+from railui.identification.events import ModelValidated
 from railui.identification.loop import LoopResult, close_loop
+from railui.progress import Progress
 
 ROOT = Path(__file__).parents[2]
 SHARED = ROOT.parent / "shared" / "runs"
@@ -108,28 +112,66 @@ def outcome(result: LoopResult) -> Outcome:
     )
 
 
-def run_with(dataset: Dataset, setting: Setting, value: float | int) -> Outcome:
+class CalibrationReads(Progress):
+    """Settings that have been read when the calibrated model has been validated."""
+
+    def __init__(self, read: set[str]) -> None:
+        self._read = read
+        self.names: frozenset[str] = frozenset()
+
+    def event(self, event: object) -> None:
+        """Keep what has been read up to the end of the calibration."""
+        if isinstance(event, ModelValidated) and event.stage == "before":
+            self.names = frozenset(self._read)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Result of the loop with default settings, and which of them are read, in all and by the calibration."""
+
+    result: LoopResult
+    read: frozenset[str]
+    read_by_calibration: frozenset[str]
+
+
+def run_reference(dataset: Dataset) -> Reference:
+    """Run the loop with default settings."""
+    read: set[str] = set()
+    progress = CalibrationReads(read)
+    result = close_loop(with_settings(dataset, recording(LoopSettings(), read)), jobs=2, progress=progress)
+    return Reference(result, frozenset(read), progress.names)
+
+
+def run_with(dataset: Dataset, reference: Reference, setting: Setting, value: float | int) -> Outcome:
     """Run the loop with one setting changed; an exception is an outcome as well."""
     settings = LoopSettings().with_values({setting.name: value})
+    result = reference.result
+    with pytest.MonkeyPatch.context() as patch:
+        if setting.name not in reference.read_by_calibration:
+            patch.setattr(loop, "calibrate", lambda context: result.before)
+            patch.setattr(loop, "refit_hunting", lambda context, before: (before, result.windowed))
+        return _run(with_settings(dataset, settings))
+
+
+def _run(dataset: Dataset) -> Outcome:
     try:
-        return outcome(close_loop(with_settings(dataset, settings), jobs=2))
+        return outcome(close_loop(dataset, jobs=2))
     except (ValueError, ArithmeticError) as error:
         return Outcome(f"{type(error).__name__}: {error}", (), "", math.nan, math.nan)
 
 
-def vary_settings(dataset: Dataset, reference: Outcome, read: set[str]) -> list[dict[str, Any]]:
+def vary_settings(dataset: Dataset, reference: Reference) -> Iterator[dict[str, Any]]:
     """Vary every setting that the reference run reads; one row per setting and variation."""
-    rows = []
+    concluded = outcome(reference.result)
     for setting in SETTINGS.values():
-        for factor in VARIATIONS if setting.name in read else ():
+        for factor in VARIATIONS if setting.name in reference.read else ():
             value = varied_value(setting, factor)
             row: dict[str, Any] = {"setting": setting.name, "default": setting.default, "value": value}
             if value == setting.default:
-                rows.append(row | {"note": "at its bound"})
+                yield row | {"note": "at its bound"}
                 continue
-            changed = run_with(dataset, setting, value)
-            rows.append(row | asdict(changed) | {"decisive": not changed.agrees_with(reference)})
-    return rows
+            changed = run_with(dataset, reference, setting, value)
+            yield row | asdict(changed) | {"decisive": not changed.agrees_with(concluded)}
 
 
 def table(name: str, reference: Outcome, rows: list[dict[str, Any]], unread: list[str]) -> str:
@@ -160,17 +202,19 @@ def write_report(name: str, entry: dict[str, Any]) -> None:
 @pytest.mark.parametrize(("name", "directory"), campaign_directories(), ids=[n for n, _ in campaign_directories()])
 def test_each_setting_is_varied_by_a_fifth(name: str, directory: Path):
     dataset = read_dataset(load_campaign(directory))
-    read: set[str] = set()
-    reference = outcome(close_loop(with_settings(dataset, recording(LoopSettings(), read)), jobs=2))
-    assert reference.verdict in ("effect", "none", "outside")
+    reference = run_reference(dataset)
+    concluded = outcome(reference.result)
+    assert concluded.verdict in ("effect", "none", "outside")
     if name in REFERENCES:
-        assert (reference.verdict, list(reference.effects)) == REFERENCES[name]
-    rows = vary_settings(dataset, reference, read)
-    unread = [name for name in SETTINGS if name not in read]
-    print(table(name, reference, rows, unread))
-    write_report(name, {"reference": asdict(reference), "rows": rows, "not_read": unread})
+        assert (concluded.verdict, list(concluded.effects)) == REFERENCES[name]
+    unread = [setting for setting in SETTINGS if setting not in reference.read]
+    rows: list[dict[str, Any]] = []
+    for row in vary_settings(dataset, reference):
+        rows.append(row)
+        write_report(name, {"reference": asdict(concluded), "rows": rows, "not_read": unread})
+    print(table(name, concluded, rows, unread))
     assert {row["setting"] for row in rows} | set(unread) == set(SETTINGS)
-    assert len(rows) == len(VARIATIONS) * len(read)
+    assert len(rows) == len(VARIATIONS) * len(reference.read)
     assert all("note" in row or "decisive" in row for row in rows)
 
 

@@ -17,7 +17,7 @@ from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.problem import FitSegment, estimate_window_start
 from railui.identification.events import FitIteration
-from railui.identification.prediction import Simulation
+from railui.identification.prediction import Simulation, required_steps_each
 from railui.parallel import map_threads
 from railui.vehicle.model import RADIUS, Model
 
@@ -112,15 +112,14 @@ class GaussNewton:
         return growth <= self.settings.max_growth_rate
 
     def _steps_suffice(self, x: FloatArray) -> bool:
+        """True unless a vehicle needs more integration steps than a fit may take."""
         batch = self.model.batch(self.rows(x[None]))
-        try:
-            return all(
-                self.model.vehicles(t.segment.coach_forces).required_steps(batch, *t.segment.speeds, t.segment.dt)[0]
-                <= max(self.settings.max_steps_per_sample, t.steps, t.required_steps)
-                for t in self.segments
-            )
-        except ValueError:
-            return False
+        for t in self.segments:
+            vehicles = self.model.vehicles(t.segment.coach_forces)
+            steps = required_steps_each(vehicles, batch, t.segment)[0]
+            if not 0 <= steps <= max(self.settings.max_steps_per_sample, t.steps, t.required_steps):
+                return False
+        return True
 
     def difference_steps(self, x: FloatArray) -> FloatArray:
         """Steps [p] of the forward differences, inwards at an upper bound."""
