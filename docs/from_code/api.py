@@ -1,11 +1,13 @@
-"""The page of the Python API: the public names, in their order, from their docstrings."""
+"""Page of the Python API: the public names in their order, from their docstrings."""
 
 import railui
+import railui.core
 
 INTRODUCTION = """# Python
 
-Every command has a function of the same name that returns what the command's JSON holds. All numbers are SI; everything that
-is wrong raises `railui.io.problems.FileProblems` (a `ValueError`) with file, line, key and remedy.
+`assess`, `curve`, `loop`, `optimise`, `ride` and `stability` return the data that the command of the same name writes as JSON.
+All numbers are SI. Faulty input raises `railui.io.problems.FileProblems` (a `ValueError`) with file, line, key and
+remedy.
 
 ```python
 import railui
@@ -13,16 +15,16 @@ import railui
 design = railui.load("designs/test_bogie.yaml")
 stiffer = design.with_values({"vehicle.primary.lateral_stiffness": "4 MN/m"})
 for vehicle in (design, stiffer):
-    answer = railui.ride(vehicle, "erri_b176_low length=2000 seed=1", "144 km/h")
-    print(answer["score"], answer["class"], answer["decided_by"])
+    result = railui.ride(vehicle, "erri_b176_low length=2000 seed=1", "144 km/h")
+    print(result["score"], result["class"], result["decided_by"])
 ```
 
-The names below are read when they are asked for, so `import railui` is quick.
+The names are imported on first access, so `import railui` is quick.
 """
 CONTACT = """
 ## Contact
 
-What `railui contact` is made of, see [contact](../contact.md).
+The functions behind `railui contact`, see [contact](../contact.md).
 
 ::: railui.contact
     options:
@@ -30,14 +32,24 @@ What `railui contact` is made of, see [contact](../contact.md).
       show_root_toc_entry: false
       heading_level: 3
 """
-KERNEL = """
+KERNEL_MEMBERS = (
+    "effect_catalogue",
+    "parameter_paths",
+    "simd_level",
+    "Batch",
+    "Vehicles",
+    "Placement",
+    "ZeroPhaseFilter",
+    "RideStatistics",
+)
+KERNEL = f"""
 ## The kernel
 
-`railui.core` is the one door to the kernel: batches of vehicles of one structure, rows of numbers in SI.
+`railui.core` is the interface to the kernel: batches of vehicles of one structure, rows of numbers in SI.
 
 ::: railui.core
     options:
-      members: [catalogue, parameters, simd, Batch, Vehicles, Placement, Filter, Rides]
+      members: [{", ".join(KERNEL_MEMBERS)}]
       show_root_heading: false
       show_root_toc_entry: false
       heading_level: 3
@@ -45,10 +57,13 @@ KERNEL = """
 
 
 def page() -> str:
-    """One section for each public name."""
-    homes = railui._HOMES
-    parts = [INTRODUCTION]
-    for name in railui.__all__:
-        home = homes.get(name, "railui")
-        parts.append(f"\n::: {home}.{name}\n")
-    return "".join([*parts, CONTACT, KERNEL])
+    """Return one section for each public name; ValueError where the kernel lacks a listed one."""
+    missing = [name for name in KERNEL_MEMBERS if name not in railui.core.__all__]
+    if missing:
+        raise ValueError(f"railui.core has no {', '.join(missing)}")
+    names = [f"\n::: {_module(name)}.{name}\n" for name in railui.__all__]
+    return "".join([INTRODUCTION, *names, CONTACT, KERNEL])
+
+
+def _module(name: str) -> str:
+    return str(getattr(getattr(railui, name), "__module__", "railui"))

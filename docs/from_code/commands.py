@@ -1,10 +1,10 @@
-"""The page of the commands: what each says of itself, its options, and an example that a test runs."""
+"""Page of the commands: help text, options, and an example that a test runs."""
 
 import inspect
 from pathlib import Path
 
 import click
-from words import code, plain, table
+from markdown_text import code, plain, table
 
 from railui.cli import COMMANDS, cli
 
@@ -12,17 +12,17 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 COMMON = ("json_to", "quiet", "verbose", "seed", "jobs", "help")
 INTRODUCTION = """# Commands
 
-stdout is data, stderr is narration. Numbers are SI or carry a unit (`"144 km/h"`). A vehicle's numbers are overridden by their
-path behind the design: `vehicle.primary.lateral_stiffness=4e6`. `railui COMMAND --help` tells what stands here.
+Results go to stdout, messages to stderr. Numbers are SI or carry a unit (`"144 km/h"`). `path=value` after a design overrides a
+number of the vehicle: `vehicle.primary.lateral_stiffness=4e6`. `railui COMMAND --help` prints the text of this page.
 
 | exit code | meaning |
 | --- | --- |
 | 0 | done |
 | 1 | failed |
-| 2 | wrong use, or a wrong file: every fault with file, line, column, key and remedy |
-| 3 | may work later |
+| 2 | usage error or faulty file: every problem with file, line, column, key and remedy |
+| 3 | temporary failure: try again later |
 | 4 | done, but a limit is violated |
-| 130 | interrupted with ctrl-c; what was found is kept, the same command goes on |
+| 130 | interrupted with ctrl-c; an interrupted search is continued by the same command |
 
 Options of every command that computes:
 
@@ -30,34 +30,34 @@ Options of every command that computes:
 
 
 def page() -> str:
-    """All commands in the order of `railui --help`."""
+    """Return a section for each command in the order of `railui --help`."""
     context = click.Context(cli, info_name="railui")
-    first = cli.get_command(context, "ride")
-    assert first is not None
-    shared = table(("option", "meaning"), [_row(p) for p in first.params if p.name in COMMON])
-    parts = [INTRODUCTION, shared]
-    for name, question in COMMANDS.items():
+    ride = cli.get_command(context, "ride")
+    assert ride is not None
+    common = table(("option", "meaning"), [_row(p) for p in ride.params if p.name in COMMON])
+    parts = [INTRODUCTION, common]
+    for name, summary in COMMANDS.items():
         command = cli.get_command(context, name)
         assert command is not None
-        parts += [f"\n## railui {name}\n\n{question}\n\n", _section(f"railui {name}", command), _example(name)]
-        for part in command.commands.values() if isinstance(command, click.Group) else ():
-            parts += [f"\n### railui {name} {part.name}\n\n", _section(f"railui {name} {part.name}", part),
-                      _example(f"{name}_{part.name}")]  # fmt: skip
+        parts += [f"\n## railui {name}\n\n{summary}\n\n", _section(f"railui {name}", command), _example(name)]
+        for sub in command.commands.values() if isinstance(command, click.Group) else ():
+            title = f"railui {name} {sub.name}"
+            parts += [f"\n### {title}\n\n", _section(title, sub), _example(f"{name}_{sub.name}")]
     return "".join(parts)
 
 
 def _section(name: str, command: click.Command) -> str:
     context = click.Context(command, info_name=name, terminal_width=100)
     usage = command.get_usage(context).removeprefix("Usage: ")
-    own = [p for p in command.params if isinstance(p, click.Option) and p.name not in COMMON]
-    told = [f"```\n{usage}\n```\n\n", _help(command.help or "")]
-    if own:
-        told += ["\n", table(("option", "meaning"), [_row(p) for p in own])]
-    return "".join(told)
+    options = [p for p in command.params if isinstance(p, click.Option) and p.name not in COMMON]
+    parts = [f"```\n{usage}\n```\n\n", _help(command.help or "")]
+    if options:
+        parts += ["\n", table(("option", "meaning"), [_row(p) for p in options])]
+    return "".join(parts)
 
 
 def _help(text: str) -> str:
-    """Paragraphs of a help text; those that are to stay as they are typed (\\b) as code."""
+    """Return the paragraphs of a help text; preformatted ones (\\b) as code."""
     paragraphs = []
     for paragraph in inspect.cleandoc(text).split("\n\n"):
         if paragraph.startswith("\b"):
@@ -72,11 +72,11 @@ def _row(option: click.Parameter) -> tuple[str, str]:
     names = ", ".join(code(name) for name in option.opts)
     metavar = "" if option.is_flag or option.count else f" {code(option.make_metavar(click.Context(cli)))}"
     default = option.default if isinstance(option.default, int | float | str) and not option.is_flag else None
-    told = f" Default {code(default)}." if default not in (None, 0, "") else ""
-    return names + metavar, plain(option.help or "") + told
+    suffix = f" Default {code(default)}." if default not in (None, 0, "") else ""
+    return names + metavar, plain(option.help or "") + suffix
 
 
 def _example(name: str) -> str:
-    """The example kept in a file; a command without one fails the build."""
+    """Return the example of a command; a missing file fails the build."""
     text = (EXAMPLES / f"{name}.md").read_text()
     return f"\n**Example**\n\n{text}"

@@ -1,4 +1,4 @@
-"""A griffe extension: examples in docstrings (`>>>`) are set as code."""
+"""Griffe extension: format the examples of docstrings (`>>>`) as code."""
 
 import re
 from typing import Any
@@ -9,7 +9,7 @@ EXAMPLE = re.compile(r"(?:^>>> .*\n?(?:^(?!>>> ).+\n?)*)+", re.M)
 
 
 class Doctests(griffe.Extension):
-    """Fences the examples before the docstrings are read as Markdown."""
+    """Fence the examples before the docstrings are parsed as Markdown."""
 
     def on_instance(self, *, obj: griffe.Object, **_: Any) -> None:
         if obj.docstring is not None:

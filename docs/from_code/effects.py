@@ -1,4 +1,4 @@
-"""The catalogue of effects: every record of the kernel with formula, source, parameters, and a picture of its force."""
+"""Page of the catalogue of effects: formula, source, parameters and force diagram of every record of the kernel."""
 
 import io
 import re
@@ -8,7 +8,7 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from words import code, letters, plain, table
+from markdown_text import code, plain, symbol, table
 
 from railui.cli.effects import REFERENCE_BOGIE, resolve_parameter
 from railui.core import effect_catalogue
@@ -24,13 +24,13 @@ AMPLITUDES = (1.5e-3, 3e-3, 5e-3)  # m
 FREQUENCY = 1.6  # Hz: 10 rad/s, the reference motion of the defaults
 INTRODUCTION = f"""# Catalogue of effects
 
-What the linear model lacks, as laws at places. Each is simulated, searched for in a residual, fitted, written in designs and
-reported from the same record in the kernel; this page is written from those records, the formula is the comment above the law.
+Effects that the linear model lacks, each a law at a location. Simulation, structure detection, fitting, designs and reports use the
+same record of the kernel; this page is generated from those records. The formula is the comment above the law.
 
-z is the deflection at the place, v its speed, F the force on what stands above it. Defaults and ranges are told at the first
-place for the bogie of the examples; what they are multiples of stands in `times` of `railui effects --json -`. Pictures: what
-resists a sinusoidal motion of {", ".join(f"{1e3 * a:g}" for a in AMPLITUDES)} mm at {FREQUENCY} Hz at `primary_lateral` with
-the defaults, the declared spring included (grey: the spring alone), computed by the kernel.
+z is the deflection at the location, v its speed, F the force on the body above it. Defaults and ranges are those at the first
+location for the bogie of the examples; `times` of `railui effects --json -` gives the quantity that they are multiples of. The diagrams
+show the restoring force against a sinusoidal motion of {", ".join(f"{1e3 * a:g}" for a in AMPLITUDES)} mm at {FREQUENCY} Hz at
+`primary_lateral` with the defaults, including the nominal spring (grey: the spring alone), computed by the kernel.
 
 ```yaml
 effects:
@@ -40,45 +40,44 @@ effects:
 
 
 def formula(kind: str) -> str:
-    """The formula above the law in the kernel; ValueError where a file has none."""
+    """Return the formula above the law in the kernel; ValueError where a file has none."""
     text = (SOURCES / f"{kind}.rs").read_text()
-    found = LAW.search(text) or STRUCT.search(text)
-    if found is None:
+    match = LAW.search(text) or STRUCT.search(text)
+    if match is None:
         raise ValueError(f"rust_core/src/effects/{kind}.rs: no formula above its law")
-    return "\n".join(line.strip().lstrip("/").strip() for line in found[1].splitlines())
+    return "\n".join(line.strip().lstrip("/").strip() for line in match[1].splitlines())
 
 
 def page() -> str:
-    """One section for each record, in the order of the kernel."""
-    drawn = {record["kind"] for record in effect_catalogue() if _is_drawn(record)}
-    return INTRODUCTION + "".join(_section(record, record["kind"] in drawn) for record in effect_catalogue())
+    """Return one section for each record, in the order of the kernel."""
+    return INTRODUCTION + "".join(map(_section, effect_catalogue()))
 
 
-def _section(record: dict[str, Any], drawn: bool) -> str:
-    places = [str(at) for at in record["at"]]
+def _section(record: dict[str, Any]) -> str:
+    locations = [str(at) for at in record["at"]]
     kind, title = str(record["kind"]), str(record["title"])
-    words = [f"acts on: {record['acts']}", f"at {', '.join(map(code, places))}"]
-    words += [f"takes the place of the declared {record['supersedes']}"] if record["supersedes"] else []
-    words += ["carries states of its own"] if record["states"] else []
-    words += ["passive"] if record["dissipates"] else []
-    words += ["odd" if record["odd"] else "not odd"]
-    words += [] if record["candidate"] else ["no candidate of the trace"]
+    properties = [f"acts on: {record['acts']}", f"at {', '.join(map(code, locations))}"]
+    properties += [f"replaces the nominal {record['supersedes']}"] if record["supersedes"] else []
+    properties += ["has internal states"] if record["states"] else []
+    properties += ["passive"] if record["dissipates"] else []
+    properties += ["odd" if record["odd"] else "not odd"]
+    properties += [] if record["candidate"] else ["not a candidate of the score test"]
     parts = [
-        f"\n## {kind}\n\n{plain(title[0].upper() + title[1:])}; {'; '.join(words)}.\n\n```\n{formula(kind)}\n```\n\n"
+        f"\n## {kind}\n\n{plain(title[0].upper() + title[1:])}; {'; '.join(properties)}.\n\n```\n{formula(kind)}\n```\n\n"
     ]
-    rows = [_parameter(resolve_parameter(p, places)) for p in record["parameters"]]
+    rows = [_parameter(resolve_parameter(p, locations)) for p in record["parameters"]]
     parts.append(table(("key", "letter", "unit", "default", "range", "origin of the default"), rows))
-    if drawn:
+    if _is_drawn(record):
         parts.append(f"\n![force against motion of {kind}](laws/{kind}.svg)\n")
     return "".join([*parts, f"\nSource: {plain(str(record['source']))}.\n"])
 
 
 def _parameter(p: dict[str, Any]) -> tuple[str, ...]:
-    def told(value: float | None) -> str:
+    def formatted(value: float | None) -> str:
         return "" if value is None else plain(format_quantity(value, p["unit"]))
 
-    ends = f"{told(p['minimum'])} to {told(p['maximum'])}" if p["minimum"] is not None else ""
-    return code(p["key"]), letters(p["symbol"]), code(p["unit"]), told(p["default"]), ends, plain(p["origin"])
+    limits = f"{formatted(p['minimum'])} to {formatted(p['maximum'])}" if p["minimum"] is not None else ""
+    return code(p["key"]), symbol(p["symbol"]), code(p["unit"]), formatted(p["default"]), limits, plain(p["origin"])
 
 
 def _is_drawn(record: dict[str, Any]) -> bool:
@@ -90,7 +89,7 @@ def _is_drawn(record: dict[str, Any]) -> bool:
 
 
 def pictures() -> Iterator[tuple[str, bytes]]:
-    """Force against motion of every law at a suspension, as SVG."""
+    """Yield the force diagram of every suspension law as SVG."""
     for record in effect_catalogue():
         if _is_drawn(record):
             yield str(record["kind"]), _picture(record)
@@ -98,17 +97,17 @@ def pictures() -> Iterator[tuple[str, bytes]]:
 
 def _picture(record: dict[str, Any]) -> bytes:
     at = "primary_lateral"
-    here = site_quantities(at, REFERENCE_BOGIE)
+    site = site_quantities(at, REFERENCE_BOGIE)
     values = {p["key"]: resolve_parameter(p, [at])["default"] for p in record["parameters"]}
-    mass, k = here["m"], here["k"]
+    mass, k = site["m"], site["k"]
     effect = PlacedEffect(record["kind"], "rig", None, {key: x for key, x in values.items() if x is not None})
     t = np.linspace(0.0, 2.0 / FREQUENCY, 2000)
     figure, ax = plt.subplots(figsize=(4.6, 3.0), constrained_layout=True)
     for amplitude, shade in zip(AMPLITUDES, ("#9ecae1", "#4292c6", "#08519c"), strict=True):
         z = amplitude * np.sin(2 * np.pi * FREQUENCY * t)
         force, _ = restoring_force(z, t[1], mass, [effect], k, 0.0)
-        last = t >= 1.0 / FREQUENCY
-        ax.plot(1e3 * z[last], 1e-3 * force[last], color=shade, lw=1.5)
+        last_period = t >= 1.0 / FREQUENCY
+        ax.plot(1e3 * z[last_period], 1e-3 * force[last_period], color=shade, lw=1.5)
     ax.plot(
         [-1e3 * z.max(), 1e3 * z.max()], [-1e-3 * k * z.max(), 1e-3 * k * z.max()], color="#999999", lw=0.9, ls="--"
     )

@@ -1,11 +1,11 @@
-"""List of files: every file of the kernel and of the package with its first line."""
+"""Page of the list of files: every file of the kernel and of the package with its first line."""
 
 import ast
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from words import code, plain, table
+from markdown_text import code, plain, table
 
 ROOT = Path(__file__).parents[2]
 INTRODUCTION = """# List of files
@@ -34,6 +34,6 @@ def first_line(file: Path) -> str:
     """Return the first line of a file's docstring or module comment; empty without one."""
     text = file.read_text("utf-8")
     if file.suffix == ".rs":
-        found = re.match(r"//! ?(.*)", text)
-        return found[1] if found else ""
+        match = re.match(r"//! ?(.*)", text)
+        return match[1] if match else ""
     return (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]

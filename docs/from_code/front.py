@@ -1,4 +1,4 @@
-"""The first page: the README, its links turned to the pages of the site."""
+"""First page: the README with the links of the site."""
 
 import re
 from pathlib import Path
@@ -7,7 +7,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def page() -> str:
-    """README.md with links as the site has them; files that the site does not have are named only."""
+    """Return README.md with links to the pages of the site; files outside the site become plain names."""
     text = (ROOT / "README.md").read_text()
     text = text.replace("](docs/", "](")
-    return re.sub(r"\[([^\]]+)\]\((LICENSE|CHANGELOG\.md)\)", r"`\1`", text)
+    return re.sub(r"\[([^\]]+)\]\((LICENSE|CHANGELOG\.md|CONTRIBUTING\.md)\)", r"`\1`", text)

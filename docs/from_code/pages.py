@@ -1,4 +1,4 @@
-"""Pages that are written from the code when the site is built, so that they cannot differ from it."""
+"""Write the pages that are generated from the code when the site is built."""
 
 import sys
 from pathlib import Path

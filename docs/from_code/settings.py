@@ -1,6 +1,6 @@
-"""The page of the loop's settings: every threshold with unit, value, meaning and provenance, from their declarations."""
+"""Page of the loop's settings: every threshold with unit, value, meaning and provenance, from their declarations."""
 
-from words import code, plain, table
+from markdown_text import code, plain, table
 
 from railui.campaign.settings.declaration import Setting
 from railui.campaign.settings.loop_settings import SETTINGS, LoopSettings
