@@ -1,1 +1,1 @@
-"""What knows every kind of file: check, recognise, compare, save, describe."""
+"""Files of every kind: recognition, checking, comparison, saving, JSON Schema."""

@@ -198,9 +198,12 @@ def fill_from_profiles(
 
 
 def _merge(
-    data: Mapping[str, Any], contact: dict[str, Any], groups: Mapping[str, dict[str, Any]],
-    numbers: Mapping[str, float], table: Sequence[dict[str, Any]] = (),
-) -> dict[str, Any]:  # fmt: skip
+    data: Mapping[str, Any],
+    contact: dict[str, Any],
+    groups: Mapping[str, dict[str, Any]],
+    numbers: Mapping[str, float],
+    table: Sequence[dict[str, Any]] = (),
+) -> dict[str, Any]:
     """Add contact numbers that the design lacks, and append the table to its effects."""
     group_numbers = {key: value for key, value in numbers.items() if key not in SHARED_KEYS}
     shared = {key: numbers[key] for key in SHARED_KEYS if key in numbers}
@@ -272,9 +275,18 @@ def _check_half_gauge(data: Mapping[str, Any], form: str, model: ProfilesModel, 
 
 @lru_cache(maxsize=8)
 def _cached_geometry(
-    wheel: Path, rail: Path, stamp: tuple[str, str], radius: float, *, gauge: float, back_to_back: float,
-    inclination: float, diameter_difference: float, mirror_rail: bool, smoothing: float,
-) -> ContactGeometry:  # fmt: skip
+    wheel: Path,
+    rail: Path,
+    stamp: tuple[str, str],
+    radius: float,
+    *,
+    gauge: float,
+    back_to_back: float,
+    inclination: float,
+    diameter_difference: float,
+    mirror_rail: bool,
+    smoothing: float,
+) -> ContactGeometry:
     """Compute the contact geometry of two files with the hashes `stamp`; cached, since it takes about 0.1 s."""
     from railui.contact.contact_points import find_contacts
     from railui.contact.wheelset_on_track import WheelRailPair
@@ -284,6 +296,3 @@ def _cached_geometry(
         read_profile(rail, "rail", mirror=mirror_rail, smoothing=smoothing),
     )
     return find_contacts(WheelRailPair(*sides, gauge, back_to_back, inclination, radius, diameter_difference))
-
-
-__all__ = ["ContactProfiles", "ProfilesModel", "fill_from_profiles"]

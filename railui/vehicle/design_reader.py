@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +14,7 @@ from railui.io.fields import check_group
 from railui.io.problems import Findings, suggest_name
 from railui.io.schema_line import check_schema
 from railui.io.yaml_document import Document, parse_yaml, read_text
-from railui.vehicle.contact_profiles import fill_from_profiles
+from railui.vehicle.contact_profiles import ContactProfiles, fill_from_profiles
 from railui.vehicle.design import Adjustment, Design, RidingSettings
 from railui.vehicle.design_schema import design_model
 from railui.vehicle.effect_reader import read_effects
@@ -62,29 +64,26 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         return None
     check_schema(data, "design", findings)
     form, data = _detect_kind(data, findings)
-    loads, data = data.get("load"), {key: value for key, value in data.items() if key != "load"}
-    data, profiles = (
-        (data, None) if form == "rig" else fill_from_profiles(data, findings, source and source.parent, form)
-    )
+    load_states = data.get("load")
+    data = {key: value for key, value in data.items() if key != "load"}
+    profiles: ContactProfiles | None = None
+    if form != "rig":
+        data, profiles = fill_from_profiles(data, findings, source and source.parent, form)
     structure: Structure | None = None
     structure_values: dict[str, float] = {}
     if form == "vehicle":
         structure, structure_values = read_structure(data, findings)
         data = _without_structure(data)
-    extra = [p.path for p in FORMS.get(form, ())] + list(setting_paths(form))
-    model = check_group(design_model(form), data, findings, extra=extra)
-    values = (
-        _readable_numbers(data, form)
-        if model is None
-        else {p.path: float(_get(model, p.path)) for p in FORMS.get(form, ())}
-    )
-    values |= structure_values
+    known_paths = [*(p.path for p in FORMS.get(form, ())), *setting_paths(form)]
+    model = check_group(design_model(form), data, findings, extra=known_paths)
+    values = _read_numbers(data, model, form) | structure_values
+    has_structure = form != "vehicle" or structure is not None
     entries = data.get("effects")
     effects: tuple[PlacedEffect, ...] = ()
-    if isinstance(entries, list) and entries and not (form == "vehicle" and structure is None):
-        known = kernel_catalogue() if catalogue is None else catalogue
-        effects = read_effects(entries, findings, "effects", known, values, form=form, structure=structure)
-    if model is None or (form == "vehicle" and structure is None):
+    if isinstance(entries, list) and entries and has_structure:
+        records = kernel_catalogue() if catalogue is None else catalogue
+        effects = read_effects(entries, findings, "effects", records, values, form=form, structure=structure)
+    if model is None or not has_structure:
         return None
     _check_cushion(model, form, findings)
     if form == "bogie":
@@ -96,7 +95,7 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         kind=form,
         values=values,
         effects=effects,
-        settings={p: _get(model, p) for p in setting_paths(form) if _is_given(data, p)},
+        settings={path: _get(model, path) for path in setting_paths(form) if _is_given(data, path)},
         source=source,
         sha256=sha256_file(source) if source else sha256(document.text),
         warnings=findings.warnings(),
@@ -104,7 +103,7 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         structure=structure,
         profiles=profiles,
     )
-    return _add_adjustment(read_load_states(loads, design, findings), model, findings)
+    return _add_adjustment(read_load_states(load_states, design, findings), model, findings)
 
 
 def _without_structure(data: dict[str, Any]) -> dict[str, Any]:
@@ -147,17 +146,18 @@ def _is_given(data: Any, path: str) -> bool:
     return True
 
 
-def _readable_numbers(data: dict[str, Any], form: str) -> dict[str, float]:
-    """Return the readable numbers of a faulty design, for the defaults of its effects."""
+def _read_numbers(data: dict[str, Any], model: Any, form: str) -> dict[str, float]:
+    """Return the numbers of a design; the readable ones of a faulty design, on which defaults of effects depend."""
+    parameters = FORMS.get(form, ())
+    if model is not None:
+        return {p.path: float(_get(model, p.path)) for p in parameters}
     values: dict[str, float] = {}
-    for p in FORMS.get(form, ()):
-        here: Any = data
+    for p in parameters:
+        value: Any = data
         for step in p.path.split("."):
-            here = here.get(step) if isinstance(here, dict) else None
-        try:
-            values[p.path] = p.read(p.default if here is None else here)
-        except ValueError:
-            continue
+            value = value.get(step) if isinstance(value, dict) else None
+        with contextlib.suppress(ValueError):
+            values[p.path] = p.read(p.default if value is None else value)
     return values
 
 
@@ -175,26 +175,23 @@ def _add_adjustment(design: Design, model: Any, findings: Findings) -> Design:
     for i, name in enumerate(given.names):
         if name not in known:
             findings.add(f"adjustment.names.{i}", f"no such parameter {name!r}", suggest_name(name, sorted(known)))
-    n, rows = len(given.names), given.covariance
-    whole = len(rows) == n and all(len(row) == n for row in rows)
-    if not whole:
-        findings.add(
-            "adjustment.covariance",
-            f"is not {n} by {n}, as adjustment.names asks",
-            "give one row and column for each name",
-        )
-    elif not all(math.isfinite(x) for row in rows for x in row) or any(rows[i][i] < 0 for i in range(n)):
-        findings.add(
-            "adjustment.covariance",
-            "has a value that is not finite or a negative variance",
-            "take the file that the adjustment wrote",
-        )
-    elif any(
-        abs(rows[i][j] - rows[j][i]) > 1e-6 * math.sqrt(rows[i][i] * rows[j][j]) for i in range(n) for j in range(i)
-    ):
-        findings.add("adjustment.covariance", "is not symmetric", "take the file that the adjustment wrote")
-    adjustment = Adjustment(given.campaign, given.sha256, tuple(given.names), tuple(map(tuple, rows)))
+    _check_covariance(given.covariance, len(given.names), findings)
+    adjustment = Adjustment(given.campaign, given.sha256, tuple(given.names), tuple(map(tuple, given.covariance)))
     return replace(design, adjustment=adjustment)
+
+
+def _check_covariance(rows: Sequence[Sequence[float]], n: int, findings: Findings) -> None:
+    path, remedy = "adjustment.covariance", "take the file that the adjustment wrote"
+    if len(rows) != n or any(len(row) != n for row in rows):
+        findings.add(path, f"is not {n} by {n}, as adjustment.names requires", "give one row and column for each name")
+        return
+    variances = [rows[i][i] for i in range(n)]
+    if not all(math.isfinite(x) for row in rows for x in row) or any(variance < 0 for variance in variances):
+        findings.add(path, "has a value that is not finite or a negative variance", remedy)
+        return
+    pairs = ((i, j) for i in range(n) for j in range(i))
+    if any(abs(rows[i][j] - rows[j][i]) > 1e-6 * math.sqrt(variances[i] * variances[j]) for i, j in pairs):
+        findings.add(path, "is not symmetric", remedy)
 
 
 __all__ = ["Adjustment", "Design", "PlacedEffect", "RidingSettings", "load_design", "parse_design"]

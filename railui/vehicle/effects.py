@@ -148,33 +148,36 @@ def site_quantities(at: str, values: Mapping[str, float]) -> dict[str, float]:
     Keys are k, c, z, v, w, F, m, h, r; those that the vehicle does not have are absent.
     """
     get = values.get
-    b_c, primary = get("vehicle.geometry.half_spring_base", 0.0), "vehicle.primary"
-    springs = {
-        "secondary_lateral": (
-            get("vehicle.secondary.lateral_stiffness"),
-            get("vehicle.secondary.lateral_damping"),
-        ),
-        "secondary_yaw": (get("vehicle.secondary.yaw_stiffness"), get("vehicle.secondary.yaw_damping")),
-        "primary_lateral": (2 * get(f"{primary}.lateral_stiffness", 0.0), 0.0),
-        "primary_yaw": (2 * b_c * b_c * get(f"{primary}.longitudinal_stiffness", 0.0), 0.0),
-        "rig": (get("vehicle.rig.stiffness"), get("vehicle.rig.damping")),
-    }
-    # a multibody vehicle has these values from `Design.values_with_sites`
-    k, c = springs.get(at, (None, None)) if "vehicle.frame.mass" in values or at == "rig" else (
-        get(f"site.{at}.stiffness"), get(f"site.{at}.damping")
-    )  # fmt: skip
+    stiffness, damping = _stiffness_and_damping(at, values)
     known = {
-        "k": k,
-        "c": c,
+        "k": stiffness,
+        "c": damping,
         "m": get("vehicle.rig.mass") if at == "rig" else get("vehicle.frame.mass"),
         "h": get("contact.flange_clearance"),
         "r": get("vehicle.geometry.rolling_radius") or get("site.rolling_radius"),
     }
     if at != "rig":
         # without a damper: the one with the spring's force at 10 rad/s
-        known["c"] = c or (k / REFERENCE_MOTION["w"] if k else None)
-        known |= REFERENCE_MOTION | {"F": k * REFERENCE_MOTION["z"] if k else None}
+        known["c"] = damping or (stiffness / REFERENCE_MOTION["w"] if stiffness else None)
+        known |= REFERENCE_MOTION | {"F": stiffness * REFERENCE_MOTION["z"] if stiffness else None}
     return {name: value for name, value in known.items() if value}
+
+
+def _stiffness_and_damping(at: str, values: Mapping[str, float]) -> tuple[float | None, float | None]:
+    get = values.get
+    if at != "rig" and "vehicle.frame.mass" not in values:  # multibody: from `Design.values_with_sites`
+        return get(f"site.{at}.stiffness"), get(f"site.{at}.damping")
+    half_base = get("vehicle.geometry.half_spring_base", 0.0)
+    lateral = 2 * get("vehicle.primary.lateral_stiffness", 0.0)
+    yaw = 2 * half_base * half_base * get("vehicle.primary.longitudinal_stiffness", 0.0)
+    springs: dict[str, tuple[float | None, float | None]] = {
+        "secondary_lateral": (get("vehicle.secondary.lateral_stiffness"), get("vehicle.secondary.lateral_damping")),
+        "secondary_yaw": (get("vehicle.secondary.yaw_stiffness"), get("vehicle.secondary.yaw_damping")),
+        "primary_lateral": (lateral, 0.0),
+        "primary_yaw": (yaw, 0.0),
+        "rig": (get("vehicle.rig.stiffness"), get("vehicle.rig.damping")),
+    }
+    return springs.get(at, (None, None))
 
 
 def evaluate_product(word: str, numbers: Mapping[str, float]) -> float | None:

@@ -131,7 +131,7 @@ class Model:
 
         Parameters
         ----------
-        stretch : str
+        segment : str
             Run and segment, such as "1.0".
         middle : float
             Distance s in the middle of the segment [m].
@@ -151,7 +151,7 @@ class Model:
         Parameters
         ----------
         rows : array [n, row]
-        stretch : str
+        segment : str
             Run and segment.
         middle : float
             Distance s in the middle of the segment [m].

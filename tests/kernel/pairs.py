@@ -1,8 +1,8 @@
 """One case for two implementations: a bogie of the independent generator as rows and a table of the kernel.
 
 Both take fourth-order Runge-Kutta steps over the same splines. With as many steps per sample they make the same
-error of discretisation, so what is left between them is rounding: a law, a sign or a term that differs shows at
-once, however coarse the steps are. How good the steps are is asked of the reference (test_reference.py).
+error of discretisation, so their difference is rounding: a different law, sign or term is visible
+with any step size. The accuracy of the steps is tested against the reference (test_reference.py).
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from tests.truth.tracks import eased, met, quantities
 
 Floats = NDArray[np.float64]
 CHANNELS = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2", "psi1", "psi2")
-ROUNDING = 1e-9  # of a channel's standard deviation: what two orders of summation may make of 1e-16
+ROUNDING = 1e-9  # of a channel's standard deviation; rounding of 1e-16 after different orders of summation
 
 
-def uneven(seed: int = 0) -> Vehicle:
-    """A bogie no two of whose wheel-rail parameters are alike, and nothing as declared."""
+def asymmetric_bogie(seed: int = 0) -> Vehicle:
+    """Return a bogie whose wheel-rail parameters all differ from each other and from the nominal ones."""
     rng = np.random.default_rng([seed, 31])
     fixed = ("vehicle.geometry.rolling_radius", "contact.flange_clearance")
     drawn = {path: x if path in fixed else x * rng.uniform(0.85, 1.15) for path, x in paths(DECLARED).items()}
@@ -39,28 +39,28 @@ def uneven(seed: int = 0) -> Vehicle:
 
 
 @cache
-def straight(seconds: float = 2.0, rate: float = 200.0, speed: float = 40.0, scale: float = 1.0) -> Table:
-    """A run at constant speed over B176 high that begins smoothly, so that nothing rings from its first sample."""
+def tangent_run(seconds: float = 2.0, rate: float = 200.0, speed: float = 40.0, scale: float = 1.0) -> Table:
+    """Return a run at constant speed over B176 high with a smooth beginning, without an initial transient."""
     return eased(met(speed, seconds, 3, level="high", scale=scale, rate=rate, spread=0.0), 2.56)
 
 
 @cache
-def wandering(seconds: float = 10.0) -> Table:
-    """A run whose speed rises by 3 m/s in 10 s, at most 0.5 m/s^2."""
+def accelerating_run(seconds: float = 10.0) -> Table:
+    """Return a run whose speed rises by 3 m/s in 10 s, at most 0.5 m/s^2."""
     t = np.arange(round(200.0 * seconds)) / 200.0
     v, s = 31.0 - 1.6 * np.cos(0.3 * t), 31.0 * t - 1.6 / 0.3 * np.sin(0.3 * t)
     rails = {name: one.along(s) for name, one in quantities("high", 100.0 * np.ceil(s[-1] / 100.0 + 1.0), 4).items()}
     return eased(Table(t, s, v, rails["yw"], rails["phiw"], rails["gauge"]), 2.56)
 
 
-def driven(run: Table, qy: float = 0.0, qpsi: float = 0.0) -> Table:
-    """The run with measured forces of the coach of this size [N, N*m]; 0: not measured."""
+def with_coach_forces(run: Table, qy: float = 0.0, qpsi: float = 0.0) -> Table:
+    """Return the run with measured coach forces of this amplitude [N, N*m]; 0 for no measurement."""
     smooth = [np.sin(2.0 * np.pi * run.s / length + 0.4) for length in (31.0, 47.0)]
     return replace(run, Qy=qy * smooth[0] if qy else None, Qpsi=qpsi * smooth[1] if qpsi else None)
 
 
-def spots(kinds: Sequence[str] = ()) -> Iterator[tuple[str, str, int | None]]:
-    """Every kind of the catalogue at every place of a bogie where it may stand: kind, place, wheelset (None: both)."""
+def effect_locations(kinds: Sequence[str] = ()) -> Iterator[tuple[str, str, int | None]]:
+    """Yield kind, location and wheelset (None for both) of every possible effect of a bogie."""
     for record in core.effect_catalogue():
         if record["acts"] != "sensor" and (not kinds or record["kind"] in kinds):
             for at in (at for at in record["at"] if at != "rig"):
@@ -68,23 +68,23 @@ def spots(kinds: Sequence[str] = ()) -> Iterator[tuple[str, str, int | None]]:
                     yield record["kind"], at, wheelset
 
 
-# ------------------------------------------------------------------------------------------------- the kernel's side
+# ------------------------------------------------------------------------------------------------- kernel
 
 
 def numbers(vehicle: Vehicle) -> Floats:
-    """A vehicle's numbers in the kernel's order, shape [30]."""
+    """Return the numbers of a vehicle in the kernel's order [30]."""
     values = paths(vehicle)
     return np.array([values[path] for path in core.parameter_paths("bogie")])
 
 
 def effect_row(vehicle: Vehicle, one: Effect) -> list[float]:
-    """An effect's numbers in the kernel's order; what the generator leaves to the vehicle is written out."""
+    """Return the numbers of an effect in the kernel's order, with those that the generator takes from the vehicle."""
     own = {"flange_contact": {"clearance": vehicle.clearance}}.get(one.kind, {})
     return core.effect_numbers(one.kind, {**own, **one.parameters})
 
 
 def structure(vehicle: Vehicle, effects: Sequence[Effect] = (), run: Table | None = None) -> Vehicles:
-    """The kernel's structure of a vehicle with effects on a run, whose measured coach forces drive it."""
+    """Return the kernel's structure of a vehicle with effects and with the measured coach forces of a run."""
     placed = [
         Placement(e.kind, e.at, e.wheelset, len(effect_row(vehicle, e)), e.parameters.get("against")) for e in effects
     ]
@@ -95,7 +95,7 @@ def structure(vehicle: Vehicle, effects: Sequence[Effect] = (), run: Table | Non
 def batch(
     vehicles: Sequence[Vehicle], effects: Sequence[Sequence[Effect]] | None = None, amount: float = 1.0, **more: Any
 ) -> Batch:
-    """Vehicles of one structure, a row each, every effect at one amount."""
+    """Return a batch of vehicles of one structure, every effect with the same amount."""
     effects = [[] for _ in vehicles] if effects is None else effects
     rows = [[x for e in own for x in effect_row(v, e)] for v, own in zip(vehicles, effects, strict=True)]
     amounts = np.full((len(vehicles), len(effects[0])), amount)
@@ -105,17 +105,17 @@ def batch(
 
 
 def table(run: Table, a: float, steps: int) -> Floats:
-    """The input table of a run for a wheelbase 2a [m]."""
+    """Return the input table of a run for a wheelbase 2a [m]."""
     return input_table(run.t, run.s, run.v, run.yw, run.phiw, run.gauge, a, steps, run.Qy, run.Qpsi)
 
 
 def interval(run: Table) -> float:
-    """Time between two samples [s]."""
+    """Return the sampling interval [s]."""
     return float((run.t[-1] - run.t[0]) / (len(run.t) - 1))
 
 
-def enough(vehicle: Vehicle, run: Table, effects: Sequence[Effect] = ()) -> int:
-    """Steps per sample that the kernel chooses for a case."""
+def required_steps(vehicle: Vehicle, run: Table, effects: Sequence[Effect] = ()) -> int:
+    """Return the steps per sample that the kernel requires for a case."""
     made = structure(vehicle, effects, run)
     return made.required_steps(batch([vehicle], [effects]), float(run.v.min()), float(run.v.max()), interval(run))[0]
 
@@ -129,7 +129,7 @@ def kernel(
     amount: float = 1.0,
     state: Floats | None = None,
 ) -> dict[str, Floats]:
-    """Channels of one vehicle along a run by the kernel; state: q then q', then those of the effects."""
+    """Simulate a vehicle on a run by the kernel; state: q, q', then the states of the effects."""
     one = batch([vehicle], [effects], amount, initial=None if state is None else np.array(state, float)[None])
     made = structure(vehicle, effects, run)
     found, lost = made.simulate(one, table(run, vehicle.a, steps), interval(run), steps, channels)
@@ -137,20 +137,20 @@ def kernel(
     return dict(zip(channels, found[0], strict=True))
 
 
-# --------------------------------------------------------------------------------------------------- the comparison
+# --------------------------------------------------------------------------------------------------- comparison
 
 
-def apart(found: Mapping[str, Floats], truth: Mapping[str, Floats]) -> dict[str, float]:
-    """Largest difference of each channel in units of its own standard deviation."""
+def relative_differences(found: Mapping[str, Floats], truth: Mapping[str, Floats]) -> dict[str, float]:
+    """Return the largest difference of each channel relative to its standard deviation."""
     return {c: float(np.abs(x - truth[c]).max() / truth[c].std()) for c, x in found.items()}
 
 
 def assert_same(found: Mapping[str, Floats], truth: Mapping[str, Floats], within: float) -> None:
-    """Every channel within a share of its standard deviation."""
-    beyond = {c: f"{x:.2g}" for c, x in apart(found, truth).items() if not x < within}
-    assert not beyond, f"apart by {beyond} of the standard deviation, {within:g} is allowed"
+    """Assert that every channel differs by less than `within` times its standard deviation."""
+    beyond = {c: f"{x:.2g}" for c, x in relative_differences(found, truth).items() if not x < within}
+    assert not beyond, f"differences {beyond} of the standard deviation, {within:g} is allowed"
 
 
 def change(found: Mapping[str, Floats], other: Mapping[str, Floats], channel: str = "e1") -> float:
     """How far an effect moves a channel, in units of its standard deviation."""
-    return apart({channel: found[channel]}, other)[channel]
+    return relative_differences({channel: found[channel]}, other)[channel]

@@ -11,17 +11,17 @@ import pytest
 from tests.kernel.pairs import (
     CHANNELS,
     ROUNDING,
-    apart,
+    accelerating_run,
     assert_same,
+    asymmetric_bogie,
     batch,
-    driven,
     interval,
     kernel,
-    straight,
+    relative_differences,
     structure,
     table,
-    uneven,
-    wandering,
+    tangent_run,
+    with_coach_forces,
 )
 from tests.truth.bogie import Vehicle
 from tests.truth.effects import parse
@@ -30,14 +30,14 @@ from tests.truth.march import simulate, simulate_many
 
 
 def test_seventeen_uneven_bogies_side_by_side_are_the_generator_s() -> None:
-    run, vehicles = straight(10.0), [uneven(seed) for seed in range(17)]
+    run, vehicles = tangent_run(10.0), [asymmetric_bogie(seed) for seed in range(17)]
     truths = simulate_many(vehicles, [run] * 17, steps=1)
     for vehicle, truth in zip(vehicles, truths, strict=True):
         assert_same(kernel(vehicle, run), truth, ROUNDING)
 
 
 def test_every_number_of_a_bogie_moves_it_as_it_moves_the_generator_s() -> None:
-    run, base = straight(2.0), uneven()
+    run, base = tangent_run(2.0), asymmetric_bogie()
     letters = ["m_b", "I_zb", "m_a", "I_za", "I_ya", "a", "b", "b_c", "r", "N", "c_y", "c_x", "c_sy", "c_spsi"]
     letters += ["k_y", "k_psi", "kappa_s", *(f"{x}{i}" for x in WHEEL_RAIL for i in (0, 1))]
     assert len(letters) == len(paths(base)) - 1  # the clearance stands in an effect
@@ -46,7 +46,7 @@ def test_every_number_of_a_bogie_moves_it_as_it_moves_the_generator_s() -> None:
     for letter, vehicle, truth in zip(letters, moved, truths, strict=True):
         found = kernel(vehicle, run)
         assert_same(found, truth, ROUNDING)
-        assert max(apart(found, plain).values()) > 1e-4, letter
+        assert max(relative_differences(found, plain).values()) > 1e-4, letter
 
 
 WHEEL_RAIL = ("lam", "kappa_x", "kappa_y", "epsilon", "delta", "sigma")
@@ -63,7 +63,7 @@ def nudged(vehicle: Vehicle, letter: str) -> Vehicle:
 
 @pytest.mark.parametrize("steps", [2, 4])
 def test_steps_between_the_samples_read_the_same_track(steps: int) -> None:
-    run, vehicle = straight(2.0), uneven(1)
+    run, vehicle = tangent_run(2.0), asymmetric_bogie(1)
     assert_same(kernel(vehicle, run, steps=steps), simulate(vehicle, run, steps=steps), ROUNDING)
 
 
@@ -72,21 +72,21 @@ BETWEEN_SAMPLES = 5e-5
 
 
 def test_coefficients_follow_a_speed_that_wanders() -> None:
-    run, vehicle = wandering(), uneven(2)
+    run, vehicle = accelerating_run(), asymmetric_bogie(2)
     assert np.ptp(run.v) > 1.5
     assert_same(kernel(vehicle, run, steps=2), simulate(vehicle, run, steps=2), BETWEEN_SAMPLES)
 
 
 @pytest.mark.parametrize(("qy", "qpsi"), [(3e3, 0.0), (0.0, 2e3), (3e3, 2e3)], ids=["Qy", "Qpsi", "both"])
 def test_measured_coach_forces_drive_the_frame(qy: float, qpsi: float) -> None:
-    run, vehicle = driven(straight(3.0), qy, qpsi), uneven(3)
+    run, vehicle = with_coach_forces(tangent_run(3.0), qy, qpsi), asymmetric_bogie(3)
     found = kernel(vehicle, run)
     assert_same(found, simulate(vehicle, run, steps=1), ROUNDING)
-    assert max(apart(found, kernel(vehicle, straight(3.0))).values()) > 0.05
+    assert max(relative_differences(found, kernel(vehicle, tangent_run(3.0))).values()) > 0.05
 
 
 def test_a_measured_coach_force_replaces_other_forces_at_its_location() -> None:
-    run, vehicle = driven(straight(2.0), 3e3), uneven(4)
+    run, vehicle = with_coach_forces(tangent_run(2.0), 3e3), asymmetric_bogie(4)
     there = [
         parse("dry_friction at=secondary_lateral force=2000 slip_speed=0.02"),
         parse("coach_mode at=secondary_lateral mass=15e3 stiffness=3e5 damping=2e4"),
@@ -96,16 +96,16 @@ def test_a_measured_coach_force_replaces_other_forces_at_its_location() -> None:
     assert np.array_equal(kernel(vehicle, run, there)["e1"], kernel(bare, run)["e1"])
     found = kernel(vehicle, run, [*there, *beside])
     assert_same(found, simulate(vehicle, run, [*there, *beside], steps=1), ROUNDING)
-    assert apart(found, kernel(vehicle, run))["e1"] > 1e-2
+    assert relative_differences(found, kernel(vehicle, run))["e1"] > 1e-2
 
 
 def test_a_wandering_speed_and_measured_forces_go_together() -> None:
-    run, vehicle = driven(wandering(6.0), 3e3, 2e3), uneven(5)
+    run, vehicle = with_coach_forces(accelerating_run(6.0), 3e3, 2e3), asymmetric_bogie(5)
     assert_same(kernel(vehicle, run, steps=2), simulate(vehicle, run, steps=2), BETWEEN_SAMPLES)
 
 
 def test_a_run_starts_from_the_state_that_it_is_given() -> None:
-    run, vehicle = straight(2.0), uneven(6)
+    run, vehicle = tangent_run(2.0), asymmetric_bogie(6)
     state = np.random.default_rng(1).normal(0.0, 1.0, 12) * np.array([3e-3, 1e-3] * 3 + [0.05, 0.02] * 3)
     found = kernel(vehicle, run, state=state)
     assert found["e1"][0] == pytest.approx(state[2] - run.yw[0] - vehicle.r * run.phiw[0])
@@ -114,7 +114,7 @@ def test_a_run_starts_from_the_state_that_it_is_given() -> None:
 
 
 def test_states_of_effects_follow_those_of_the_bodies() -> None:
-    run, vehicle = straight(1.0), uneven(7)
+    run, vehicle = tangent_run(1.0), asymmetric_bogie(7)
     effects = [
         parse("coach_mode at=secondary_lateral mass=15e3 stiffness=3e5 damping=2e4"),
         parse("hysteresis at=primary_lateral stiffness=6e6 yield=1500"),
@@ -129,7 +129,7 @@ def test_states_of_effects_follow_those_of_the_bodies() -> None:
 
 
 def test_a_lane_with_a_speed_scale_is_a_run_at_the_scaled_speed() -> None:
-    run, vehicle, share = straight(3.0), uneven(8), 1.1
+    run, vehicle, share = tangent_run(3.0), asymmetric_bogie(8), 1.1
     faster = replace(run, t=run.t / share, v=run.v * share)
     pair = batch([vehicle, vehicle], speed_scale=np.array([1.0, share]))
     found, _ = structure(vehicle).simulate(pair, table(run, vehicle.a, 2), interval(run), 2, CHANNELS)

@@ -10,14 +10,14 @@ import pytest
 from scipy import signal
 
 from railui.core import Batch, Vehicles, ZeroPhaseFilter
-from tests.kernel.pairs import CHANNELS, Floats, batch, interval, straight, structure, table, uneven
+from tests.kernel.pairs import CHANNELS, Floats, asymmetric_bogie, batch, interval, structure, table, tangent_run
 from tests.truth.bogie import Vehicle
 from tests.truth.effects import Effect, parse
 
 LOOK = 64  # samples between two looks at divergence
-FASTEST = straight(4.0, rate=400.0, speed=100.0)
+FASTEST = tangent_run(4.0, rate=400.0, speed=100.0)
 QUIET = {"c_y": 2e7, "c_x": 4e7, "k_y": 1.5e5, "k_psi": 1.5e5, "lam": (0.02, 0.02)}  # calm at 100 m/s
-CALM = [replace(uneven(seed), a=1.28, **QUIET) for seed in range(6)]  # type: ignore[arg-type]
+CALM = [replace(asymmetric_bogie(seed), a=1.28, **QUIET) for seed in range(6)]  # type: ignore[arg-type]
 HUNTING = replace(CALM[0], lam=(3.0, 3.0), kappa_x=(2e3, 2e3), kappa_y=(2e3, 2e3))
 TOO_STIFF = replace(CALM[0], c_y=3e9, c_x=8e9)  # steps many times too long: overflows long before the next look
 LOST = pytest.mark.parametrize("lost", [HUNTING, TOO_STIFF], ids=["hunting", "steps too long"])

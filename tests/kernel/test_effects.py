@@ -13,15 +13,15 @@ from railui.core import Placement
 from tests.kernel.pairs import (
     ROUNDING,
     assert_same,
+    asymmetric_bogie,
     batch,
     change,
-    driven,
+    effect_locations,
     interval,
     kernel,
-    spots,
-    straight,
     table,
-    uneven,
+    tangent_run,
+    with_coach_forces,
 )
 from tests.truth.effects import KINDS, effect, parse
 from tests.truth.march import simulate, simulate_many
@@ -50,7 +50,7 @@ SHAPE = {
 }
 
 
-def strong(kind: str, at: str) -> dict[str, Any]:
+def strong_effect(kind: str, at: str) -> dict[str, Any]:
     """Parameters in the size of what happens at a place: strong, and no stiffer than one step per sample bears."""
     z, v, k = USUAL[at]
     words: dict[str, dict[str, Any]] = {
@@ -92,21 +92,21 @@ def strong(kind: str, at: str) -> dict[str, Any]:
     return words[kind]
 
 
-RUN, VEHICLE = straight(1.5), uneven(11)
+RUN, VEHICLE = tangent_run(1.5), asymmetric_bogie(11)
 
 
 @cache
 def truths(kind: str) -> dict[tuple[str, int | None], dict[str, Any]]:
     """The generator's answer for a kind at all its places, in one batch."""
-    places = [(at, wheelset) for _, at, wheelset in spots([kind])]
-    effects = [[effect(kind, at, wheelset, **strong(kind, at))] for at, wheelset in places]
+    places = [(at, wheelset) for _, at, wheelset in effect_locations([kind])]
+    effects = [[effect(kind, at, wheelset, **strong_effect(kind, at))] for at, wheelset in places]
     found = simulate_many([VEHICLE] * len(places), [RUN] * len(places), effects, 1)
     return dict(zip(places, found, strict=True))
 
 
-@pytest.mark.parametrize(("kind", "at", "wheelset"), list(spots()))
+@pytest.mark.parametrize(("kind", "at", "wheelset"), list(effect_locations()))
 def test_an_effect_moves_the_bogie_as_it_moves_the_generator_s(kind: str, at: str, wheelset: int | None) -> None:
-    found = kernel(VEHICLE, RUN, [effect(kind, at, wheelset, **strong(kind, at))])
+    found = kernel(VEHICLE, RUN, [effect(kind, at, wheelset, **strong_effect(kind, at))])
     assert change(found, kernel(VEHICLE, RUN)) > 1e-3
     assert_same(found, truths(kind)[at, wheelset], ROUNDING)
 
@@ -195,7 +195,7 @@ def test_effects_together_move_the_bogie_as_they_move_the_generator_s(name: str)
 
 
 def test_a_curve_against_speed_is_read_at_the_speed() -> None:
-    places = [(at, wheelset) for _, at, wheelset in spots(["measured_force"]) if wheelset != 2]
+    places = [(at, wheelset) for _, at, wheelset in effect_locations(["measured_force"]) if wheelset != 2]
     effects = []
     for at, wheelset in places:
         z, v, k = USUAL[at]
@@ -208,20 +208,20 @@ def test_a_curve_against_speed_is_read_at_the_speed() -> None:
 
 
 def test_a_curve_against_the_distance_is_a_coach_force_that_was_measured_along_it() -> None:
-    run = driven(straight(3.0), 3e3)
+    run = with_coach_forces(tangent_run(3.0), 3e3)
     assert run.Qy is not None
     grid = np.arange(run.s[0], run.s[-1] + 0.04, 0.05)
     force = 3e3 * np.sin(2.0 * np.pi * grid / 31.0 + 0.4)
     numbers = core.effect_numbers("measured_force", {"motion": grid, "force": force})
-    bare = batch([uneven(3)])
+    bare = batch([asymmetric_bogie(3)])
     bare.numbers[
         0, [core.parameter_paths("bogie").index(f"vehicle.secondary.lateral_{x}") for x in ("stiffness", "damping")]
     ] = 0.0
     made = core.Vehicles("bogie", [Placement("measured_force", "frame", None, len(numbers), "s")])
     one = core.Batch.from_arrays(bare.numbers, np.array([numbers]), np.ones((1, 1)))
-    run_0 = straight(3.0)
-    found, _ = made.simulate(one, table(run_0, uneven(3).a, 2), interval(run), 2, ["e1", "ayf"])
-    truth = simulate(uneven(3), run, steps=2)
+    run_0 = tangent_run(3.0)
+    found, _ = made.simulate(one, table(run_0, asymmetric_bogie(3).a, 2), interval(run), 2, ["e1", "ayf"])
+    truth = simulate(asymmetric_bogie(3), run, steps=2)
     # linear between points 0.05 m apart: (2 pi 0.05/31)^2/8 = 1.3e-5 of the force
     assert_same(dict(zip(("e1", "ayf"), found[0], strict=True)), truth, 1e-4)
 
@@ -238,7 +238,7 @@ def test_a_curve_against_the_distance_is_a_coach_force_that_was_measured_along_i
 )
 def test_a_blown_off_damper_comes_back_in_time(word: str) -> None:
     # with the force held but not the damper's state, the error was of first order: 6e-4 here
-    run, one = straight(1.0), [parse(word)]
+    run, one = tangent_run(1.0), [parse(word)]
     free = [effect(one[0].kind, one[0].at, one[0].wheelset, **{**one[0].parameters, "blow_off": 1e9})]
     truth = simulate(VEHICLE, run, one, 16)
     found = kernel(VEHICLE, run, one, 8)

@@ -15,10 +15,10 @@ LONG = """
 import signal, time
 import numpy as np
 from railui.core import ZeroPhaseFilter
-from tests.kernel.pairs import batch, interval, straight, structure, table, uneven
+from tests.kernel.pairs import asymmetric_bogie, batch, interval, structure, table, tangent_run
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
-run, vehicle = straight(20.0, rate=400.0), uneven()
+run, vehicle = tangent_run(20.0, rate=400.0), asymmetric_bogie()
 one = batch([vehicle])
 some = one.select(np.zeros(20_000, int))
 made, rows = structure(vehicle), table(run, vehicle.a, 2)

@@ -22,21 +22,21 @@ from tests.kernel.pairs import (
     ROUNDING,
     Floats,
     assert_same,
+    asymmetric_bogie,
     batch,
+    effect_locations,
     interval,
     kernel,
-    spots,
-    straight,
     structure,
     table,
-    uneven,
+    tangent_run,
 )
-from tests.kernel.test_effects import strong
+from tests.kernel.test_effects import strong_effect
 from tests.truth.bogie import Vehicle
 from tests.truth.effects import KINDS, Effect, effect, parse
 from tests.truth.road import Table
 
-RUN = straight(1.0)
+RUN = tangent_run(1.0)
 EFFECTS = [
     parse("creep_saturation at=contact friction=0.05"),
     parse("flange_contact at=contact clearance=0.002 stiffness=14.6e6"),
@@ -52,7 +52,7 @@ COUNT = 33
 def many(with_effects: bool) -> tuple[Vehicles, Batch]:
     """Thirty-three different bogies of one structure."""
     effects = EFFECTS if with_effects else []
-    vehicles = [replace(uneven(seed), a=1.28) for seed in range(COUNT)]
+    vehicles = [replace(asymmetric_bogie(seed), a=1.28) for seed in range(COUNT)]
     return structure(vehicles[0], effects), batch(vehicles, [effects] * COUNT)
 
 
@@ -96,13 +96,13 @@ def beside(k: int, neighbours: Batch) -> Floats:
 
 def test_sliding_neighbours_do_not_change_a_vehicle() -> None:
     sliding = [parse("creep_saturation at=contact friction=0.01"), *EFFECTS[1:]]
-    neighbours = batch([replace(uneven(k), a=1.28) for k in (50, 51)], [sliding] * 2)
+    neighbours = batch([replace(asymmetric_bogie(k), a=1.28) for k in (50, 51)], [sliding] * 2)
     assert np.array_equal(beside(4, neighbours), alone(True)[4])
 
 
 @pytest.mark.parametrize("amount", [0.0, 0.05, 0.7])
 def test_neighbours_with_other_amounts_do_not_change_a_vehicle(amount: float) -> None:
-    neighbours = batch([replace(uneven(k), a=1.28) for k in (50, 51)], [EFFECTS] * 2, amount)
+    neighbours = batch([replace(asymmetric_bogie(k), a=1.28) for k in (50, 51)], [EFFECTS] * 2, amount)
     assert np.array_equal(beside(7, neighbours), alone(True)[7])
 
 
@@ -118,12 +118,12 @@ def sensors() -> list[Effect]:
     ]
 
 
-EVERYWHERE = [*(effect(k, at, w, **strong(k, at)) for k, at, w in spots()), *sensors()]
+EVERYWHERE = [*(effect(k, at, w, **strong_effect(k, at)) for k, at, w in effect_locations()), *sensors()]
 
 
 @pytest.mark.parametrize("one", EVERYWHERE, ids=lambda e: f"{e.kind}-{e.at}-{e.wheelset}")
 def test_amount_zero_is_the_vehicle_without_the_effect_to_the_last_digit(one: Effect) -> None:
-    vehicle, run = uneven(20), straight(0.5)
+    vehicle, run = asymmetric_bogie(20), tangent_run(0.5)
     # a wheelset has one law of creep
     others = [o for o in OTHERS if not {"creep forces"} & {KINDS[o.kind].supersedes} & {KINDS[one.kind].supersedes}]
     ones = [1.0] * len(others)
@@ -145,13 +145,13 @@ def with_amounts(vehicle: Vehicle, effects: Sequence[Effect], run: Table, amount
 @pytest.mark.parametrize("one", EVERYWHERE, ids=lambda e: f"{e.kind}-{e.at}-{e.wheelset}")
 def test_amount_zero_of_the_only_effect_is_the_plain_bogie(one: Effect) -> None:
     # the plain bogie may be summed in another order
-    vehicle, run = uneven(21), straight(0.5)
+    vehicle, run = asymmetric_bogie(21), tangent_run(0.5)
     assert_same(kernel(vehicle, run, [one], amount=0.0), kernel(vehicle, run), ROUNDING)
 
 
 @pytest.mark.parametrize("one", EVERYWHERE, ids=lambda e: f"{e.kind}-{e.at}-{e.wheelset}")
 def test_a_small_amount_moves_the_vehicle_in_proportion(one: Effect) -> None:
-    vehicle, run = uneven(22), straight(0.5)
+    vehicle, run = asymmetric_bogie(22), tangent_run(0.5)
     plain = with_amounts(vehicle, [one], run, [0.0])
     tiny, twice = (with_amounts(vehicle, [one], run, [a]) - plain for a in (1e-4, 2e-4))
     moved = np.abs(tiny).max(axis=1)
@@ -187,8 +187,8 @@ def scaled(one: Effect, factor: float) -> Effect:
     ids=lambda e: f"{e.kind}-{e.at}-{e.wheelset}-{e.parameters.get('against', '')}",
 )
 def test_lanes_with_other_numbers_and_amounts_of_a_law_behave_as_alone(one: Effect) -> None:
-    run, factors = straight(0.5), (1.0, 0.8, 0.65, 0.9)
-    vehicles = [replace(uneven(seed), a=1.28) for seed in range(60, 64)]
+    run, factors = tangent_run(0.5), (1.0, 0.8, 0.65, 0.9)
+    vehicles = [replace(asymmetric_bogie(seed), a=1.28) for seed in range(60, 64)]
     # no 0: a bogie on which nothing acts in any lane is the plain one, which may be summed in another order
     amounts = np.array([[1.0], [0.4], [0.05], [1.0]])
     some = replace(batch(vehicles, [[scaled(one, f)] for f in factors]), amounts=amounts)

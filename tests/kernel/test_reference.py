@@ -8,12 +8,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.kernel.pairs import Floats, enough, kernel, straight, uneven
+from tests.kernel.pairs import Floats, asymmetric_bogie, kernel, required_steps, tangent_run
 from tests.truth.effects import Effect, parse
 from tests.truth.reference import reference
 
 # 40 m/s and a sample every 0.1 m; the reference costs 10 ms a sample
-RUN, VEHICLE = straight(0.45, rate=400.0), uneven(50)
+RUN, VEHICLE = tangent_run(0.45, rate=400.0), asymmetric_bogie(50)
 SLIP = [parse("creep_saturation at=contact friction=0.2")]
 CLEARANCE = 1.5e-3  # m: narrow, so that the flanges touch many times in 18 m
 FLANGE = [*SLIP, parse(f"flange_contact at=contact clearance={CLEARANCE} stiffness=14.6e6")]
@@ -45,7 +45,7 @@ def test_the_flanges_touch_and_the_creep_forces_saturate() -> None:
 @pytest.mark.parametrize(("flange", "within"), [(False, 1e-5), (True, 1e-4)], ids=["free", "flange"])
 def test_one_step_per_sample_is_accurate_enough(channel: str, flange: bool, within: float) -> None:
     effects = FLANGE if flange else SLIP
-    assert enough(VEHICLE, RUN, effects) == 1
+    assert required_steps(VEHICLE, RUN, effects) == 1
     assert error(kernel(VEHICLE, RUN, effects, 1), exact(flange), channel) < within
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from railui.core import Batch, Placement, Vehicles, effect_numbers
-from tests.kernel.pairs import batch, interval, straight, structure, uneven
+from tests.kernel.pairs import asymmetric_bogie, batch, interval, structure, tangent_run
 
-VEHICLE = uneven(40)
-RUN = straight(1.2)
+VEHICLE = asymmetric_bogie(40)
+RUN = tangent_run(1.2)
 MADE, ONE, T = structure(VEHICLE), batch([VEHICLE]), interval(RUN)
 TABLE = np.column_stack([np.zeros(201), np.full(201, 40.0), np.zeros((201, 12))])
 CHANNELS = ("e1", "e2", "ayf")

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from railui import core
 from railui.core import Batch, Placement, Vehicles
-from tests.kernel.pairs import ROUNDING, Floats, apart, assert_same
+from tests.kernel.pairs import ROUNDING, Floats, assert_same, relative_differences
 from tests.truth.effects import Effect, effect, parse
 from tests.truth.rig import Rig, respond
 
@@ -76,7 +76,7 @@ def kernel(
 
 
 def change(found: Mapping[str, Floats], other: Mapping[str, Floats]) -> float:
-    return apart({"z": found["z"]}, other)["z"]
+    return relative_differences({"z": found["z"]}, other)["z"]
 
 
 def test_every_effect_that_may_be_at_a_rig_is_tried_here() -> None:

@@ -9,11 +9,21 @@ import pytest
 from scipy import signal
 
 from railui.core import ZeroPhaseFilter
-from tests.kernel.pairs import CHANNELS, Floats, batch, interval, kernel, straight, structure, table, uneven
+from tests.kernel.pairs import (
+    CHANNELS,
+    Floats,
+    asymmetric_bogie,
+    batch,
+    interval,
+    kernel,
+    structure,
+    table,
+    tangent_run,
+)
 from tests.truth.effects import effect, parse
 from tests.truth.march import simulate
 
-VEHICLE, RUN = uneven(60), straight(4.0)
+VEHICLE, RUN = asymmetric_bogie(60), tangent_run(4.0)
 DT = interval(RUN)
 
 
@@ -22,7 +32,7 @@ def band_pass(low: float, high: float, order: int = 4) -> Floats:
 
 
 def through(filter: ZeroPhaseFilter, channels: tuple[str, ...] = CHANNELS, vehicles: int = 1) -> Floats:
-    some = [uneven(60 + k) for k in range(vehicles)]
+    some = [asymmetric_bogie(60 + k) for k in range(vehicles)]
     return structure(VEHICLE).simulate(batch(some), table(RUN, VEHICLE.a, 1), DT, 1, channels, filter=filter)[0]
 
 
@@ -54,9 +64,11 @@ def test_every_lane_goes_through_the_filter_by_itself() -> None:
     sos = band_pass(0.4, 25.0)
     band = ZeroPhaseFilter(sos, signal.sosfilt_zi(sos), 100, 40, np.ones(2))
     found = structure(VEHICLE).simulate(
-        batch([uneven(61), uneven(62)]), table(RUN, 1.28, 1), DT, 1, ("e1", "ayf"), filter=band
+        batch([asymmetric_bogie(61), asymmetric_bogie(62)]), table(RUN, 1.28, 1), DT, 1, ("e1", "ayf"), filter=band
     )[0]
-    single = structure(VEHICLE).simulate(batch([uneven(62)]), table(RUN, 1.28, 1), DT, 1, ("e1", "ayf"), filter=band)[0]
+    single = structure(VEHICLE).simulate(
+        batch([asymmetric_bogie(62)]), table(RUN, 1.28, 1), DT, 1, ("e1", "ayf"), filter=band
+    )[0]
     assert np.array_equal(found[1], single[0])
 
 

@@ -7,11 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.kernel.pairs import apart, batch, enough, interval, kernel, straight, structure, uneven
+from tests.kernel.pairs import (
+    asymmetric_bogie,
+    batch,
+    interval,
+    kernel,
+    relative_differences,
+    required_steps,
+    structure,
+    tangent_run,
+)
 from tests.truth.effects import parse
 
-VEHICLE = uneven(40)
-RUN = straight(1.2)
+VEHICLE = asymmetric_bogie(40)
+RUN = tangent_run(1.2)
 
 
 def test_neighbours_do_not_raise_the_steps_of_a_vehicle() -> None:
@@ -63,29 +72,29 @@ STIFF = {
 @pytest.mark.parametrize("name", STIFF)
 def test_a_stiff_law_gets_enough_steps_for_an_error_of_0_1_percent(name: str) -> None:
     effects = [parse(word) for word in STIFF[name]]
-    steps = enough(VEHICLE, RUN, effects)
+    steps = required_steps(VEHICLE, RUN, effects)
     found, twice = (kernel(VEHICLE, RUN, effects, n) for n in (steps, 2 * steps))
-    assert apart(found, twice)["e1"] < 1e-3
+    assert relative_differences(found, twice)["e1"] < 1e-3
 
 
 def test_a_friction_spring_on_a_slow_sampled_track_stays_finite() -> None:
     # a sample every 0.2 m at 40 m/s; k/F_y 2e4 1/m
     effects = [parse("hysteresis at=primary_lateral stiffness=6e6 yield=300")]
-    assert enough(VEHICLE, RUN, effects) > enough(VEHICLE, RUN)
-    found, twice = (kernel(VEHICLE, RUN, effects, n * enough(VEHICLE, RUN, effects)) for n in (1, 2))
+    assert required_steps(VEHICLE, RUN, effects) > required_steps(VEHICLE, RUN)
+    found, twice = (kernel(VEHICLE, RUN, effects, n * required_steps(VEHICLE, RUN, effects)) for n in (1, 2))
     assert all(np.isfinite(x).all() for x in found.values())
-    assert max(apart(found, twice).values()) < 1e-3
+    assert max(relative_differences(found, twice).values()) < 1e-3
 
 
 def test_wheels_that_slide_do_not_damp_the_rail() -> None:
     # creep alone would hold u' back to 46 1/s, sliding leaves k_r/c_r = 2e4 1/s
     rail = parse("rail_flexibility at=track stiffness=2e7 damping=1e3")
     slip = parse("creep_saturation at=contact friction=0.05")
-    assert enough(VEHICLE, RUN, [rail]) < 8 < enough(VEHICLE, RUN, [rail, slip])
+    assert required_steps(VEHICLE, RUN, [rail]) < 8 < required_steps(VEHICLE, RUN, [rail, slip])
 
 
 def test_a_vehicle_too_stiff_for_its_samples_is_an_error_with_a_remedy() -> None:
     with pytest.raises(ValueError, match=r"needs \d+ steps per sample of 0\.005 s, 64 are allowed; .*soften"):
-        enough(VEHICLE, RUN, [parse("spring at=primary_yaw stiffness=1e12")])
+        required_steps(VEHICLE, RUN, [parse("spring at=primary_yaw stiffness=1e12")])
     with pytest.raises(ValueError, match=r"needs \d+ steps per sample of 0\.005 s, 64 are allowed; raise the mass"):
-        enough(replace(VEHICLE, m_a=1.0), RUN)
+        required_steps(replace(VEHICLE, m_a=1.0), RUN)

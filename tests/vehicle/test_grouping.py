@@ -18,8 +18,8 @@ from railui.vehicle.effect_reader import ABSCISSAE
 from railui.vehicle.effects import has_abscissa
 from railui.vehicle.grouping import group_by_structure
 from railui.vehicle.model import Model
-from tests.kernel.pairs import spots
-from tests.kernel.test_effects import strong
+from tests.kernel.pairs import effect_locations
+from tests.kernel.test_effects import strong_effect
 
 HOME = Path(__file__).parents[2]
 BOGIE = load_design(HOME / "designs/test_bogie.yaml")
@@ -30,10 +30,10 @@ SHARES = (1.0, 0.99)  # of the numbers of a law; a radius of the run-out stays n
 
 def placed(kind: str, share: float) -> Iterator[PlacedEffect]:
     """A law at all its places of a bogie, at both wheelsets and at each, with every choice that it leaves."""
-    for _, at, wheelset in spots([kind]):
+    for _, at, wheelset in effect_locations([kind]):
         words = {
             key: tuple(share * y for y in x) if isinstance(x, list) else share * x
-            for key, x in strong(kind, at).items()
+            for key, x in strong_effect(kind, at).items()
         }
         for against in ABSCISSAE if has_abscissa(core.effect_record(kind)) else (None,):
             yield PlacedEffect(kind, at, wheelset, words, against)

@@ -12,8 +12,8 @@ from railui.core import matrix_eigenvalues
 from railui.hunting.critical_speed import linear_stability_many
 from railui.hunting.summary import stability
 from railui.identification.estimation.free_parameters import free_parameters
+from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.multiple_shooting import unstable_segments
-from railui.identification.estimation.output_error import GaussNewton
 from railui.identification.estimation.problem import prepare_segments
 from railui.vehicle.linear import eigenvalues
 from railui.vehicle.model import Model
@@ -74,16 +74,16 @@ def test_eigenvalues_of_a_matrix_are_sorted_by_their_real_part():
 
 
 def test_a_trial_model_without_eigenvalues_is_not_allowed_in_a_fit():
-    one = simulated_campaign("free_play at=primary_lateral half_width=4e-4")
-    model, stretches = one.nominal, one.dataset.estimation
-    ready = prepare_segments(model, one.dataset, stretches)
-    free = free_parameters(model, [MASS], model)
-    adjuster = GaussNewton(model, free, ready, block=1.0, stable=True, jobs=1)
+    campaign = simulated_campaign("free_play at=primary_lateral half_width=4e-4")
+    context, model, segments = campaign.context, campaign.nominal, campaign.dataset.estimation
+    free = free_parameters(context, model, [MASS])
+    prepared = prepare_segments(context, model, segments)
+    optimiser = GaussNewton(context, model, free, prepared, block=1.0, stable=True)
     x = np.array([[model.value(MASS)], [NEXT_TO_NOTHING]])
-    costs = adjuster.misfit(x)
-    assert np.isfinite(costs[0]) and costs[1] == np.inf and adjuster.constrained
+    costs = optimiser.misfit(x)
+    assert np.isfinite(costs[0]) and costs[1] == np.inf and optimiser.constrained
     light = model.with_path_values([MASS], np.array([NEXT_TO_NOTHING]))
-    assert unstable_segments(light, stretches, 0.0) == {(s.file, s.number) for s in stretches}
+    assert unstable_segments(light, segments, 0.0) == {(s.file, s.number) for s in segments}
 
 
 def test_a_search_counts_a_vehicle_without_eigenvalues_as_unstable():
