@@ -53,7 +53,7 @@ def test_a_loop_on_a_driven_rig_finds_its_friction(tmp_path: Path):
 def test_a_loop_on_a_rig_without_friction_candidates_ends_outside(tmp_path: Path, free: bool):
     excluded = [*SLOW, "dry_friction", "quadratic_damper", "asymmetric_damper", "viscous_damper", "measured_force"]
     data, page = close_and_report(
-        simulated_rig(tmp_path, seed=1, free=free, effects=[FRICTION]), tmp_path / "out", barred
+        simulated_rig(tmp_path, seed=1, free=free, effects=[FRICTION]), tmp_path / "out", excluded
     )
     assert data["verdict"] == "outside" and data["outside"]["at"] == "rig"
     assert len(data["outside"]["motion"]) == len(data["outside"]["force"])

@@ -22,7 +22,7 @@ from railui.identification.estimation.validation import validate
 from railui.identification.loop import LoopResult, close_loop
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence, prepare_validation
 from railui.report.loop.data import loop_report
-from railui.report.loop.page import page
+from railui.report.loop.page import render_page
 from tests.docs.results import rows_of, undocumented
 from tests.truth.campaign import Campaign, Order, campaign, campaigns, drawn, write
 from tests.truth.effects import effect
@@ -177,7 +177,7 @@ def test_the_verdict_names_the_location_and_the_sentence_both_values(
     assert f"the vehicle is not the same from run to run, {DAMPING} would be" in report["sentence"]
     a, b = report["outside"]["runs"]
     assert f"kN*s/m on {a['file']} (" in report["sentence"] and f"kN*s/m on {b['file']} (" in report["sentence"]
-    assert "not the same from run to run: secondary lateral" in page(result, report)
+    assert "not the same from run to run: secondary lateral" in render_page(result, report)
 
 
 def test_the_reported_error_is_that_of_the_calibrated_model(closed: tuple[LoopResult, dict[str, Any]]):
