@@ -116,7 +116,7 @@ def close_loop(
     context = with_phases(context)
     validations = {"declared": validate(context, context.nominal, dataset.validation)}
     progress.event(ModelValidated("declared", validations["declared"]))
-    progress.message(f"declared vehicle: nrmse {validations['declared'].nrmse:.4f}")
+    progress.message(f"nominal model: NRMSE {validations['declared'].nrmse:.4f} on the validation runs")
     before, windowed = refit_hunting(context, calibrate(context))
     validations["before"] = validate(context, before.model, dataset.validation)
     progress.event(ModelValidated("before", validations["before"]))
@@ -133,7 +133,7 @@ def close_loop(
         fit, validations["after"] = discrepancy.fit, discrepancy.validation
         floor = estimate_noise_floor(context, fit.model, dataset.validation)
     verdict = "outside" if discrepancy else "effect" if selection.has_effects else "none"
-    progress.message(f"verdict {verdict}: nrmse {validations['after'].nrmse:.4f}, floor {floor.nrmse:.4f}")
+    progress.message(f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}")
     return LoopResult(
         context,
         before,

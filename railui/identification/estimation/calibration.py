@@ -38,14 +38,14 @@ def calibrate(context: Context) -> Fit:
     start = context.nominal if bounded else with_stable_start(context, segments)
     if start is not context.nominal:
         context.progress.message(
-            "the declared vehicle is unstable at a speed of the campaign: the fit starts at a lower conicity"
+            "the nominal model is unstable at a speed of the campaign: the fit starts at a lower conicity"
         )
     limit = settings.windows.windowed_growth_rate
     cut = unstable_segments(context.nominal, segments, limit) if bounded else set()
     prepared = prepare_segments(context, start, cut_into_windows(segments, cut, settings.windows.window_duration))
     fit = fit_output_error(context, start, paths, segments=prepared, stable=not bounded, tolerance=COARSE_TOLERANCE)
     context.progress.message(
-        f"adjusted {len(paths)} parameters in {fit.iterations} iterations, once more with the noise as it arrives"
+        f"estimated {len(paths)} parameters in {fit.iterations} iterations; estimating again with renewed noise weights"
     )
     spent = fit.simulations
     for _ in range(RIG_REFITS if context.nominal.design.kind == "rig" else 1):

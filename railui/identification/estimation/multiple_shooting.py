@@ -71,8 +71,8 @@ def refit_hunting(context: Context, before: Fit) -> tuple[Fit, Fit | None]:
     fit = fit_output_error(context, fit.model, paths, segments=segments_again, stable=False)
     if unstable_segments(fit.model, segments, limit):
         context.progress.message(
-            f"the linear vehicle hunts on {', '.join(windowed_files(fit))}: adjusted on windows of {duration:g} s, "
-            "the initial state of each estimated jointly"
+            f"the linear vehicle hunts on {', '.join(windowed_files(fit))}: estimated on windows of "
+            f"{duration:g} s, together with the initial state of each window (multiple shooting)"
         )
         return before, replace(fit, simulations=spent + fit.simulations)
     again = fit_output_error(context, fit.model, paths, segments=before.segments)
@@ -97,7 +97,9 @@ def _fit_windows(context: Context, cut: set[SegmentKey]) -> tuple[Fit, int]:
     for _ in range(MAX_ROUNDS):
         windows = cut_into_windows(segments, cut, duration)
         count = sum(w.window_of is not None for w in windows)
-        context.progress.message(f"near its hunting limit: adjusting on {count} windows of {duration:g} s")
+        context.progress.message(
+            f"the vehicle is near its hunting limit: estimating on {count} windows of {duration:g} s"
+        )
         prepared = prepare_segments(context, model, windows)
         fit = fit_output_error(context, model, paths, segments=prepared, stable=False, tolerance=COARSE_TOLERANCE)
         model, spent = fit.model, spent + fit.simulations
