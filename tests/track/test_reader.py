@@ -12,7 +12,7 @@ from railui.io.problems import Problem
 from railui.io.table import read_table, write_table
 from railui.track.reader import load_track, save_track
 
-Told = Callable[[Callable[[], object]], list[Problem]]
+ProblemsOf = Callable[[Callable[[], object]], list[Problem]]
 S = 0.1 * np.arange(500)
 YW = 1e-3 * np.sin(S)
 
@@ -33,35 +33,35 @@ def test_a_track_in_millimetres_is_read_in_metres(tmp_path: Path) -> None:
     np.testing.assert_allclose(load_track(path).phiw, 1e-3 * YW, rtol=1e-8)
 
 
-def told_lines(told: Told, path: Path) -> list[tuple[int, int, str]]:
-    return [(p.line, p.column, p.key) for p in told(lambda: load_track(path))]
+def problem_positions(problems_of: ProblemsOf, path: Path) -> list[tuple[int, int, str]]:
+    return [(p.line, p.column, p.key) for p in problems_of(lambda: load_track(path))]
 
 
-def test_faults_of_a_track_are_told_with_their_line(tmp_path: Path, told: Told) -> None:
+def test_faults_of_a_track_are_reported_with_their_line(tmp_path: Path, problems_of: ProblemsOf) -> None:
     path = tmp_path / "a.csv"
     bad = S.copy()
     bad[100] += 0.005
     write_table(path, {"s [m]": bad, "yw [m]": YW}, ["two comments", "here"])
-    assert told_lines(told, path) == [(104, 1, "s")]
+    assert problem_positions(problems_of, path) == [(104, 1, "s")]
     hole = YW.copy()
     hole[7] = np.nan
     write_table(path, {"s [m]": S, "yw [m]": hole})
-    assert told_lines(told, path) == [(9, 5, "yw")]
+    assert problem_positions(problems_of, path) == [(9, 5, "yw")]
     write_table(path, {"s [m]": S, "y [m]": YW})
-    assert told_lines(told, path) == [(1, 1, "yw")]
+    assert problem_positions(problems_of, path) == [(1, 1, "yw")]
     write_table(path, {"s [m]": S, "yw [kg]": YW})
-    assert told_lines(told, path) == [(1, 7, "yw")]
+    assert problem_positions(problems_of, path) == [(1, 7, "yw")]
 
 
 @pytest.mark.parametrize("spacing", [0.02, 2.0, -0.1])
-def test_the_spacing_must_be_possible(tmp_path: Path, spacing: float, told: Told) -> None:
+def test_the_spacing_must_be_within_its_limits(tmp_path: Path, spacing: float, problems_of: ProblemsOf) -> None:
     path = save_track(tmp_path / "a.csv", spacing * np.arange(50), np.zeros(50))
-    assert told(lambda: load_track(path))[0].key == "s"
+    assert problems_of(lambda: load_track(path))[0].key == "s"
 
 
 def test_a_run_is_also_a_track(tmp_path: Path, columns: Callable[..., dict[str, np.ndarray]]) -> None:
-    told = {k: np.delete(v, 600) for k, v in columns(30.0).items() if not k.startswith(("e1", "ay"))}
-    track = load_track(write_table(tmp_path / "run.csv", told))
+    table = {k: np.delete(v, 600) for k, v in columns(30.0).items() if not k.startswith(("e1", "ay"))}
+    track = load_track(write_table(tmp_path / "run.csv", table))
     assert track.from_run and track.s.size == 899  # the longer of its two stretches
     assert np.all(np.diff(track.s) > 0)
 
