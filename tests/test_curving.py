@@ -25,11 +25,11 @@ def stiff(c_x: float) -> Design:
 
 
 def test_without_yaw_stiffness_every_wheelset_rolls_radially() -> None:
-    found = curve(stiff(1e-6), 600.0)
+    result = curve(stiff(1e-6), 600.0)
     b, r, lam = 0.75, 0.46, 0.18
-    assert found["displacement"] == pytest.approx([-b * r / (lam * 600)] * 2, rel=1e-4)
-    assert 1e3 * np.array(found["angle_of_attack"]) == pytest.approx([-0.127] * 2, abs=5e-4)
-    assert found["guiding_force"] == pytest.approx([0.0, 0.0], abs=1e-2)
+    assert result["displacement"] == pytest.approx([-b * r / (lam * 600)] * 2, rel=1e-4)
+    assert 1e3 * np.array(result["angle_of_attack"]) == pytest.approx([-0.127] * 2, abs=5e-4)
+    assert result["guiding_force"] == pytest.approx([0.0, 0.0], abs=1e-2)
 
 
 @pytest.mark.parametrize(
@@ -37,17 +37,17 @@ def test_without_yaw_stiffness_every_wheelset_rolls_radially() -> None:
     [(8e6, (-10.940, -3.289), (-1.417, 0.843)), (8e7, (-15.270, -5.715), (-2.434, 1.583))],
 )
 def test_the_check_values(c_x: float, e: tuple[float, float], psi: tuple[float, float]) -> None:
-    found = curve(stiff(c_x), 600.0)
-    assert 1e3 * np.array(found["displacement"]) == pytest.approx(e, abs=5e-4)
-    assert 1e3 * np.array(found["angle_of_attack"]) == pytest.approx(psi, abs=5e-4)
+    result = curve(stiff(c_x), 600.0)
+    assert 1e3 * np.array(result["displacement"]) == pytest.approx(e, abs=5e-4)
+    assert 1e3 * np.array(result["angle_of_attack"]) == pytest.approx(psi, abs=5e-4)
 
 
 def test_creepages_and_forces_are_those_of_the_model() -> None:
-    # (3.3)-(3.5) with e and psi as found; no cross-level, one conicity
-    found = curve(CHECK, 600.0)
+    # (3.3)-(3.5) with e and psi of the result; no cross-level, one conicity
+    result = curve(CHECK, 600.0)
     n, kx, ky, ks, lam, eps, delta, sig, b, r = 55e3, 130, 120, 0.25, 0.18, 8, 0.05, 0.05, 0.75, 0.46
     wear = 0.0
-    for e, psi, q in zip(found["displacement"], found["angle_of_attack"], found["guiding_force"], strict=True):
+    for e, psi, q in zip(result["displacement"], result["angle_of_attack"], result["guiding_force"], strict=True):
         q_y = 0.0
         for j in (1, 2):
             s = (-1) ** j
@@ -58,7 +58,7 @@ def test_creepages_and_forces_are_those_of_the_model() -> None:
             q_y -= (-1) ** (j + 1) * n * gamma + t_y
             wear += abs(t_x * u_x) + abs(t_y * u_y)
         assert q == pytest.approx(q_y, rel=1e-6)
-    assert found["wear_number"] == pytest.approx(wear, rel=1e-6)
+    assert result["wear_number"] == pytest.approx(wear, rel=1e-6)
 
 
 def test_a_curve_to_the_left_is_its_mirror_image() -> None:
@@ -70,27 +70,27 @@ def test_a_curve_to_the_left_is_its_mirror_image() -> None:
 
 def test_guiding_forces_carry_the_whole_cant_deficiency() -> None:
     for effects in ([], [FLANGE, CREEP]):
-        found = curve(CHECK.with_effects(effects), 800.0, 0.1)
-        assert sum(found["guiding_force"]) == pytest.approx(4 * 55e3 * 0.1 / (2 * 0.75), rel=1e-6)
-        assert not any(note.startswith("guiding_force") for note in found["notes"])
+        result = curve(CHECK.with_effects(effects), 800.0, 0.1)
+        assert sum(result["guiding_force"]) == pytest.approx(4 * 55e3 * 0.1 / (2 * 0.75), rel=1e-6)
+        assert not any(note.startswith("guiding_force") for note in result["notes"])
 
 
-def test_what_guiding_forces_lack_where_a_vehicle_rolls_is_told() -> None:
+def test_a_note_reports_the_shortfall_of_guiding_forces_in_roll() -> None:
     """The wheels of the coach carry its weight, so N d/(2 b) is asked of each, on eight wheels."""
-    found = curve(HOME / "designs/manchester_coach.yaml", 600.0, 0.1)
+    result = curve(HOME / "designs/manchester_coach.yaml", 600.0, 0.1)
     asked = 8 * 54.546e3 * 0.1 / (2 * 0.75)
-    (note,) = (note for note in found["notes"] if note.startswith("guiding_force"))
-    assert float(note.split()[2]) == pytest.approx(asked - sum(found["guiding_force"]), rel=1e-3)
-    assert 0.0 < asked - sum(found["guiding_force"]) < 0.15 * asked
+    (note,) = (note for note in result["notes"] if note.startswith("guiding_force"))
+    assert float(note.split()[2]) == pytest.approx(asked - sum(result["guiding_force"]), rel=1e-3)
+    assert 0.0 < asked - sum(result["guiding_force"]) < 0.15 * asked
 
 
-def test_a_flange_holds_the_wheelset_near_its_clearance() -> None:
-    found = curve(CHECK.with_effects([FLANGE]), 600.0)
-    assert found["flange_contact"] == [True, False]
-    assert -8.5e-3 < found["displacement"][0] < -7e-3
+def test_a_flange_keeps_the_wheelset_near_its_clearance() -> None:
+    result = curve(CHECK.with_effects([FLANGE]), 600.0)
+    assert result["flange_contact"] == [True, False]
+    assert -8.5e-3 < result["displacement"][0] < -7e-3
 
 
-def test_a_free_play_wider_than_the_motion_is_no_spring() -> None:
+def test_a_clearance_wider_than_the_motion_is_no_spring() -> None:
     play = PlacedEffect("free_play", "primary_yaw", None, {"half_width": 0.1})
     assert curve(CHECK.with_effects([play]), 600.0)["displacement"] == pytest.approx(
         curve(stiff(1e-6), 600.0)["displacement"], rel=1e-6
@@ -108,20 +108,20 @@ def test_a_rail_yields_by_what_the_wheelset_presses_on_it() -> None:
     assert on(1e8) - plain == pytest.approx(10 * (on(1e9) - plain), rel=0.1)
 
 
-def test_many_designs_are_found_as_each_alone() -> None:
+def test_many_designs_have_the_equilibria_of_each_alone() -> None:
     designs = [stiff(c) for c in (1e6, 5e6, 2e7)] + [CHECK.with_effects([FLANGE])]
     together = curve_many(designs, 500.0, 0.05)
-    for design, found in zip(designs, together, strict=True):
+    for design, result in zip(designs, together, strict=True):
         alone = curve(design, 500.0, 0.05)
-        assert found["displacement"] == pytest.approx(alone["displacement"], rel=1e-9)
+        assert result["displacement"] == pytest.approx(alone["displacement"], rel=1e-9)
 
 
-def test_what_cannot_be_is_refused() -> None:
+def test_invalid_radii_are_rejected() -> None:
     with pytest.raises(ValueError, match="radius"):
         curve(CHECK, 0.0)
 
 
-def test_the_command_tells_keys_and_cases(tmp_path: Path) -> None:
+def test_the_command_writes_all_keys_and_cases(tmp_path: Path) -> None:
     design = str(HOME / "designs/check_bogie.yaml")
     done = CliRunner().invoke(cli, ["curve", design, "--radius", "600", "--json", "-", "-q"])
     assert done.exit_code == 0, done.output

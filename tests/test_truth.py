@@ -77,9 +77,9 @@ PLACED = [
 
 
 def swinging(vehicle: Vehicle, V: float) -> complex:
-    found = Bogie([vehicle]).eigenvalues(V)[0]
-    found = found[found.imag > 1e-6]
-    return complex(found[np.argmax(found.real)])
+    result = Bogie([vehicle]).eigenvalues(V)[0]
+    result = result[result.imag > 1e-6]
+    return complex(result[np.argmax(result.real)])
 
 
 def one_point(V: float, count: int, values: Array | float = 0.0) -> Point:
@@ -89,7 +89,7 @@ def one_point(V: float, count: int, values: Array | float = 0.0) -> Point:
     return Point(0.0, row)
 
 
-def test_nothing_of_the_second_opinion_imports_the_kernel() -> None:
+def test_the_independent_model_does_not_import_the_kernel() -> None:
     files = list((Path(__file__).parent / "truth").glob("*.py"))
     assert len(files) > 10
     for path in files:
@@ -132,9 +132,9 @@ def test_a_wheelset_on_springs_hunts_at_its_exact_speed() -> None:
     none = {"epsilon": (0.0, 0.0), "delta": (0.0, 0.0), "sigma": (0.0, 0.0)}
     springs = {"c_y": s_y / 2, "c_x": s_psi / 2, "m_b": 1e30, "I_zb": 1e30}  # a frame that does not move
     wheelset = Vehicle(m_a=m, I_za=inertia, b=b, r=r, N=N, **creep, **none, **springs)  # type: ignore[arg-type]
-    found = brentq(lambda V: swinging(wheelset, V).real, 50.0, 90.0, xtol=1e-9)
+    result = brentq(lambda V: swinging(wheelset, V).real, 50.0, 90.0, xtol=1e-9)
     assert exact == pytest.approx(69.83360931998, rel=1e-12)
-    assert found == pytest.approx(exact, rel=1e-6)
+    assert result == pytest.approx(exact, rel=1e-6)
     assert swinging(wheelset, exact).imag / (2 * np.pi) == pytest.approx(4.334738642, rel=1e-6)
 
 
@@ -188,8 +188,8 @@ def test_wheel_by_wheel_and_collapsed_contact_forces_are_the_same() -> None:
 def test_track_bands_have_the_published_standard_deviations(
     level: str, shortest: float, longest: float, sd: float
 ) -> None:
-    found = harmonics(lambda W: lateral(W, level), 20e3, 1, 0, shortest, longest).sd
-    assert found * 1e3 == pytest.approx(sd, abs=0.004)
+    result = harmonics(lambda W: lateral(W, level), 20e3, 1, 0, shortest, longest).sd
+    assert result * 1e3 == pytest.approx(sd, abs=0.004)
 
 
 def test_a_track_by_fourier_transform_is_the_sum_of_its_harmonics() -> None:
@@ -210,7 +210,7 @@ def test_recorder_noise_has_its_size_and_nothing_below_its_wavelength() -> None:
 
 
 @pytest.mark.parametrize("one", [e for e in PLACED if KINDS[e.kind].silent], ids=lambda e: f"{e.kind}-{e.at}")
-def test_an_effect_is_silent_at_rest(one: Effect) -> None:
+def test_an_effect_has_no_force_at_rest(one: Effect) -> None:
     bogie = Bogie([DECLARED], [[one]])
     carried = bogie.rate(np.zeros((bogie.size, 1)), one_point(40.0, 1))
     aged = 12 if one.kind == "ageing_friction" else None  # a contact at rest goes on healing
@@ -235,7 +235,7 @@ def around(kind: str, cycles: int = 6) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("kind", [k for k, known in KINDS.items() if known.cycle and known.law])
-def test_over_a_closed_cycle_no_energy_is_made(kind: str) -> None:
+def test_no_energy_is_generated_over_a_closed_cycle(kind: str) -> None:
     gained, moved = around(kind, 3 if KINDS[kind].states else 1)
     if KINDS[kind].cycle == "loss":
         assert gained < -0.01 * moved
@@ -282,7 +282,7 @@ def quick(seconds: float = 1.0, level: str = "high") -> Table:
     return eased(met(40.0, seconds, 3, level=level, spread=0.0), 2.56)
 
 
-def test_neutral_parameters_leave_the_vehicle_as_it_is() -> None:
+def test_neutral_parameters_do_not_change_the_vehicle() -> None:
     run, v = quick(), DECLARED
     plain = simulate(v, run, [], 2)
     neutral = [
@@ -303,7 +303,7 @@ def test_a_measured_curve_of_a_spring_is_that_spring() -> None:
     assert np.allclose(as_curve["e1"], as_spring["e1"], rtol=0.0, atol=1e-12)
 
 
-def test_a_measured_coach_force_stands_for_the_whole_secondary_suspension() -> None:
+def test_a_measured_coach_force_replaces_the_secondary_suspension() -> None:
     run = quick(2.0)
     secondary = [parse("dry_friction at=secondary_lateral force=1500 slip_speed=0.02")]
     truth = simulate(DECLARED, run, secondary, 4)
@@ -333,7 +333,7 @@ def test_sensors_delay_scale_and_shift_their_own_channel_only() -> None:
     assert np.array_equal(seen["ay1"], plain["ay1"])
 
 
-def test_vehicles_side_by_side_run_as_they_do_alone() -> None:
+def test_vehicles_of_a_batch_run_as_alone() -> None:
     run = quick(0.5)
     effects = [[PLACED[0]], [], [parse("hysteresis at=primary_yaw wheelset=2 stiffness=1e7 yield=3e3")]]
     together = simulate_many([DECLARED, CHECK, DECLARED], [run] * 3, effects, 3)
@@ -350,7 +350,7 @@ def test_an_initial_state_is_in_the_model_s_order() -> None:
     assert seen["d1"][0] == pytest.approx(3e-5 - 1e-5 - DECLARED.a * 2e-5)
 
 
-def test_two_effects_that_supersede_one_spring_are_refused() -> None:
+def test_two_effects_that_supersede_one_spring_are_rejected() -> None:
     play = parse("free_play at=secondary_lateral half_width=1e-3")
     coach = parse("coach_mode at=secondary_lateral mass=1e4 stiffness=2e5 damping=3e4")
     with pytest.raises(ValueError, match="coach_mode and free_play"):
@@ -368,15 +368,15 @@ def test_steps_converge_to_the_reference_with_the_fourth_order() -> None:
     assert error[0] / error[1] > 12.0 and error[1] / error[2] > 12.0
 
 
-def test_steps_come_near_the_reference_with_flanges_and_free_play() -> None:
+def test_steps_approach_the_reference_with_flanges_and_clearance() -> None:
     run = quick(0.4)
     effects = [
         effect("flange_contact", "contact", clearance=1e-3, stiffness=14.6e6),
         effect("free_play", "primary_lateral", 2, half_width=2e-4),
     ]
-    exact, found = reference(DECLARED, run, effects), simulate(DECLARED, run, effects, 8)
+    exact, result = reference(DECLARED, run, effects), simulate(DECLARED, run, effects, 8)
     assert np.abs(exact["e1"]).max() > 1e-3
-    assert np.abs(found["e1"] - exact["e1"]).max() < 1e-4 * exact["e1"].std()
+    assert np.abs(result["e1"] - exact["e1"]).max() < 1e-4 * exact["e1"].std()
 
 
 # -------------------------------------------------------------------------------------------- campaigns
@@ -391,14 +391,14 @@ def short() -> Campaign:
     return campaign(SHORT)
 
 
-def test_a_campaign_is_the_same_again_and_its_runs_are_not(short: Campaign) -> None:
+def test_a_campaign_is_repeatable_and_its_runs_differ(short: Campaign) -> None:
     again, other = campaigns([SHORT, replace(SHORT, seed=6)])
     assert np.array_equal(again.runs["b"]["e1"], short.runs["b"]["e1"])
     assert not np.allclose(short.runs["a"]["yw"], other.runs["a"]["yw"])
     assert short.effects["a"][0].parameters["phase"] != short.effects["b"][0].parameters["phase"]
 
 
-def test_recorded_columns_carry_the_noise_that_is_declared(short: Campaign) -> None:
+def test_recorded_columns_have_the_declared_noise(short: Campaign) -> None:
     for name, sd in {"e1": 5e-5, "ayf": 0.02, "rf": 3e-4, "yw": 2e-5, "gauge": 5e-5, "Qy": 100.0}.items():
         noise = short.runs["a"][name] - short.clean["a"][name]
         assert noise.std() == pytest.approx(sd, rel=0.3), name
@@ -461,7 +461,7 @@ def test_a_base_that_moves_and_one_that_is_accelerated_are_the_same_rig() -> Non
     assert np.abs(moved - shaken).max() < 1e-5 * np.abs(shaken).max()
 
 
-def test_a_bench_gives_two_runs_and_a_true_rig_near_the_declared() -> None:
+def test_a_bench_gives_two_runs_and_a_rig_near_the_nominal_one() -> None:
     rig, runs = bench_runs(Bench([parse("free_play at=rig half_width=5e-4")], 2, free=True, seconds=(1.0, 0.5)))
     assert list(runs["a"]) == ["t", "z", "az"] and len(runs["b"]["t"]) == 500
     assert 0.0 < abs(rig.k / Rig().k - 1.0) <= 0.2

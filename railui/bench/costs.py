@@ -116,8 +116,8 @@ def single_design_times(length: float = TRACK_LENGTH, repetitions: int = REPETIT
         return score_job(bogie_model(), spread_designs(bogie_model(), designs), 1, length)
 
     runs = full(1), reduced_job(spread_designs(bogie_model(reduced=True), 1), 1), full(1 + PARAMETER_COUNT)
-    one, reduced, all_ = (shortest_times([run], CALLS * repetitions)[0] for run in runs)
-    return {"full_ms": 1e3 * one, "reduced_ms": 1e3 * reduced, "jacobian_of_15": all_ / one}
+    single, reduced, jacobian = (shortest_times([run], CALLS * repetitions)[0] for run in runs)
+    return {"full_ms": 1e3 * single, "reduced_ms": 1e3 * reduced, "jacobian_of_15": jacobian / single}
 
 
 def call_costs(repetitions: int = REPETITIONS) -> dict[str, float]:

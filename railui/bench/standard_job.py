@@ -175,9 +175,9 @@ def shortest_times(
     times: list[list[float]] = [[] for _ in runs]
     for _ in range(max(1, repetitions)):
         for run, each in zip(runs, times, strict=True):
-            begun = clock()
+            start = clock()
             run()
-            each.append(clock() - begun)
+            each.append(clock() - start)
     return [min(each) for each in times]
 
 

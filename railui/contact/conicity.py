@@ -171,25 +171,25 @@ class _Motion:
         level = np.interp(x, [left, right], self.energy(np.array([left, right])))
         speed = np.sqrt(2.0 * np.maximum(level - self.energy(x), 0.0))
         with np.errstate(divide="ignore"):
-            whole = half * np.cos(theta) / speed
-        if not np.isfinite(whole).all():
+            integrand = half * np.cos(theta) / speed
+        if not np.isfinite(integrand).all():
             return float("nan")
-        length = 2.0 * np.pi / QUADRATURE_POINTS * whole.sum()
+        length = 2.0 * np.pi / QUADRATURE_POINTS * integrand.sum()
         return float(2.0 * (np.pi / length) ** 2)
 
 
 def _centre(y: FloatArray, table: FloatArray) -> float:
-    """The middle one of the zeros of delta_r: what the motions of all sizes go round."""
-    some = np.flatnonzero(table)
-    turn = np.flatnonzero(np.sign(table[some[1:]]) != np.sign(table[some[:-1]]))
-    zeros = [_zero(y, table, int(some[i]), int(some[i + 1])) for i in turn]
+    """Return the middle zero of delta_r, the centre of motions of all amplitudes."""
+    nonzero = np.flatnonzero(table)
+    sign_changes = np.flatnonzero(np.sign(table[nonzero[1:]]) != np.sign(table[nonzero[:-1]]))
+    zeros = [_zero(y, table, int(nonzero[i]), int(nonzero[i + 1])) for i in sign_changes]
     if not zeros:
-        sign = "zero" if not len(some) else "positive" if table[some[0]] > 0 else "negative"
+        sign = "zero" if not len(nonzero) else "positive" if table[nonzero[0]] > 0 else "negative"
         raise NoCentreError(
             f"the rolling radius difference is {sign} from {y[0] * 1e3:g} to {y[-1] * 1e3:g} mm: "
             "the wheelset has no centre in this table"
         )
-    if table[some[turn[0]]] > 0.0:
+    if table[nonzero[sign_changes[0]]] > 0.0:
         raise NoCentreError(
             f"the rolling radius difference falls through zero at {zeros[0] * 1e3:.3g} mm: the wheelset runs away from "
             "it; r_1 - r_2 must be positive where the wheelset is displaced to the right"

@@ -166,10 +166,10 @@ def _solve_roll(
 def _check_centre(pair: WheelRailPair, centre: tuple[float, _ContactPoint, _ContactPoint]) -> None:
     """Raise ProfileError if the wheelset does not run on its treads in the middle of the track."""
     for name, point in (("right", centre[1]), ("left", centre[2])):
-        place = f"y {(point.rail - 0.5 * pair.gauge) * 1e3:.4g} mm of the rail (from its gauge face)"
+        location = f"y {(point.rail - 0.5 * pair.gauge) * 1e3:.4g} mm of the rail (from its gauge face)"
         at = f"at gauge {pair.gauge * 1e3:.5g} mm and back to back {pair.back_to_back * 1e3:.5g} mm"
         if not np.isfinite(point.gap) or point.end:
-            where = f"beyond the end of a profile ({point.end}, {place})" if np.isfinite(point.gap) else "nowhere"
+            where = f"beyond the end of a profile ({point.end}, {location})" if np.isfinite(point.gap) else "nowhere"
             raise ProfileError(
                 f"no contact {at}: in the middle of the track the {name} wheel touches {where}",
                 "check gauge, back to back distance and units, or measure the profiles further out",
@@ -177,11 +177,11 @@ def _check_centre(pair: WheelRailPair, centre: tuple[float, _ContactPoint, _Cont
         if abs(np.arctan(point.slope)) >= FLANGE_ANGLE:
             raise ProfileError(
                 f"no running contact {at}: in the middle of the track the {name} wheel rests on its flange "
-                f"({np.degrees(np.arctan(point.slope)):.0f} degrees, {place})",
+                f"({np.degrees(np.arctan(point.slope)):.0f} degrees, {location})",
                 "widen the gauge, or check which side of the profiles is the inside",
             )
         if point.wheel - pair.half_distance < FLANGE_TIP:
             raise ProfileError(
-                f"the rail lies above the tread {at}: the {name} wheel rests on the tip of its flange, {place}",
+                f"the rail lies above the tread {at}: the {name} wheel rests on the tip of its flange, {location}",
                 "check the gauge and the heights of both profiles",
             )

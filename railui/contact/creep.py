@@ -74,7 +74,7 @@ def creep_coefficients(
     """
     pair, i = contacts.pair, contacts.index_at(displacement)
     along = float(np.cos(contacts.angle[0, i]) / (pair.radius + contacts.radius[0, i]))
-    # heights: hollow is positive, for both; a convex wheel is hollow seen from the rail
+    # curvatures of heights are positive for concave profiles; a convex wheel is concave as seen from the rail
     wheel = pair.wheel_curve.curvature(float(contacts.wheel[0, i]))
     rail = -pair.rail_curve.curvature(float(contacts.rail[0, i]))
     ellipse = hertz(load, along, wheel + rail, young, poisson)

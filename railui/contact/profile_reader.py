@@ -93,9 +93,9 @@ def _simpack(text: str, file: str, kind: str) -> _Points:
             if cells is not None and len(cells) >= 2:
                 rows.append(cells[:2])
                 lines.append(number)
-        elif not inside and (found := SETTING.match(bare)):
+        elif not inside and (setting := SETTING.match(bare)):
             # the first type is that of the header; that of the original data file follows and is another number
-            settings.setdefault(found[1], (found[2].strip("'"), number))
+            settings.setdefault(setting[1], (setting[2].strip("'"), number))
     findings.raise_errors()
     values: dict[str, float] = {}
     for key, (word, number) in settings.items():
@@ -194,13 +194,13 @@ def _numbers(cells: list[str], findings: Findings, line: int) -> list[float] | N
 
 
 def _factor(cell: str, findings: Findings, line: int) -> float | None:
-    found = HEADED.match(cell)
-    if not found or not found[2]:
+    header = HEADED.match(cell)
+    if not header or not header[2]:
         return None
     try:
-        unit = parse_unit(found[2])
+        unit = parse_unit(header[2])
         if unit.dimension != parse_unit("m").dimension:
-            raise UnitError(f"{found[2]} is not a length", "write y [mm], z [mm]")
+            raise UnitError(f"{header[2]} is not a length", "write y [mm], z [mm]")
     except UnitError as error:
         findings.add("", error.message, error.remedy, position=(line, 1))
         return None

@@ -17,7 +17,7 @@ from railui.hunting.modes import modes_at
 from railui.vehicle.design_reader import Design, parse_design
 from railui.vehicle.model import Model
 
-OWN: Final = "own, worked out twice independently"
+INDEPENDENT: Final = "own, worked out twice independently"
 BROERSEN: Final = "Broersen 1976, chapters 2 to 4, derived again"
 KAAS_PETERSEN: Final = "Cooperrider 1972, Kaas-Petersen 1986; bifurcation.de, exd10: 68.66 m/s"
 
@@ -88,8 +88,8 @@ def wheelset_on_springs() -> Iterator[Check]:
     vehicles, batch = Vehicles("wheelset"), Batch.from_arrays(numbers)
     v = optimize.brentq(lambda v: vehicles.eigenvalues(batch, v)[0, 0].real, 50.0, 90.0, xtol=1e-12, rtol=1e-14)
     w = abs(vehicles.eigenvalues(batch, v)[0, 0].imag)
-    yield Check("wheelset on springs, critical speed [m/s]", 69.83360931998, float(v), OWN, 1e-8)
-    yield Check("wheelset on springs, its frequency [Hz]", 4.334738642, float(w / (2 * np.pi)), OWN, 1e-8)
+    yield Check("wheelset on springs, critical speed [m/s]", 69.83360931998, float(v), INDEPENDENT, 1e-8)
+    yield Check("wheelset on springs, its frequency [Hz]", 4.334738642, float(w / (2 * np.pi)), INDEPENDENT, 1e-8)
 
 
 def bogie_eigenvalues() -> Iterator[Check]:

@@ -118,8 +118,9 @@ class _Shooting:
         """Choose scales, samples and steps for periods near one motion."""
         speed, frequency = float(motion.speeds[0]), float(motion.frequencies[0])
         samples = max(MIN_SAMPLES_PER_PERIOD, round(speed / frequency / SAMPLE_SPACING))
+        slowest, fastest = MIN_SPEED_FACTOR * speed, MAX_SPEED_FACTOR * speed
         longest_dt = 1.25 * SAMPLE_SPACING / speed  # that at the lowest speed
-        steps = runs.vehicles.required_steps(runs.single, MIN_SPEED_FACTOR * speed, MAX_SPEED_FACTOR * speed, longest_dt)[0]
+        steps = runs.vehicles.required_steps(runs.single, slowest, fastest, longest_dt)[0]
         table = level_track(samples + 1, 1.0).table(runs.model.wheelset_spacing(), steps)
         series, _ = runs.run(motion.states, np.array([speed]), table, speed, SAMPLE_SPACING / speed, steps)
         size = np.abs(series[0, len(runs.wheelsets) :]).max(axis=1)

@@ -61,36 +61,36 @@ def _problems(spec: TrackSpec) -> list[str]:
     numbers = (spec.length, spec.spacing, spec.shortest, spec.longest, spec.scale)
     if not np.all(np.isfinite(numbers)):
         return ["every value must be finite"]
-    found = []
+    faults = []
     if not 0.05 <= spec.spacing <= 1:
-        found.append(f"spacing={spec.spacing:g} m is outside 0.05 to 1 m")
+        faults.append(f"spacing={spec.spacing:g} m is outside 0.05 to 1 m")
     if spec.length <= 0:
-        found.append(f"length={spec.length:g} m must be positive")
+        faults.append(f"length={spec.length:g} m must be positive")
     elif spec.spacing > 0:
         count = spec.length / spec.spacing
         if count > MAX_SAMPLES + 0.5:
-            return [*found, f"length={spec.length:g} m makes {count:g} samples: 4 to {MAX_SAMPLES:,} are possible"]
+            return [*faults, f"length={spec.length:g} m makes {count:g} samples: 4 to {MAX_SAMPLES:,} are possible"]
         whole = max(round(count), 1)
         if abs(count - whole) > 1e-6 * count:
             near = int(count) * spec.spacing
-            found.append(
+            faults.append(
                 f"length={spec.length:g} m is not a whole number of spacings of {spec.spacing:g} m: "
                 f"take length={near:.10g} or {near + spec.spacing:.10g}"
             )
         elif whole < 4:
-            found.append(f"length={spec.length:g} m makes {whole} samples: 4 to {MAX_SAMPLES:,} are possible")
+            faults.append(f"length={spec.length:g} m makes {whole} samples: 4 to {MAX_SAMPLES:,} are possible")
     if not 0 < spec.shortest < spec.longest:
-        found.append(f"shortest={spec.shortest:g} m must be positive and below longest={spec.longest:g} m")
+        faults.append(f"shortest={spec.shortest:g} m must be positive and below longest={spec.longest:g} m")
     elif spec.shortest < 2 * spec.spacing:
-        found.append(f"shortest={spec.shortest:g} m needs spacing={spec.shortest / 2:g} or less")
+        faults.append(f"shortest={spec.shortest:g} m needs spacing={spec.shortest / 2:g} or less")
     elif spec.length > 0 and not _harmonics(spec).size:
         band = f"{spec.shortest:g} to {spec.longest:g} m"
-        found.append(f"no wavelength {spec.length:g}/k m lies in {band}: take a greater length")
+        faults.append(f"no wavelength {spec.length:g}/k m lies in {band}: take a greater length")
     if not 0 <= spec.seed < math.inf or int(spec.seed) != spec.seed:
-        found.append(f"seed={spec.seed:g} must be a whole number from 0")
+        faults.append(f"seed={spec.seed:g} must be a whole number from 0")
     if spec.scale < 0:
-        found.append(f"scale={spec.scale:g} must not be negative")
-    return found
+        faults.append(f"scale={spec.scale:g} must not be negative")
+    return faults
 
 
 def _harmonics(spec: TrackSpec) -> NDArray[np.int64]:

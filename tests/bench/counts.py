@@ -16,8 +16,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from railui.bench.benchmark_log import describe_changes, append
-from railui.bench.standard_job import bogie_model, coach_model, coach_job, full_job, reduced_job, spread_designs
+from railui.bench.benchmark_log import append, describe_changes
+from railui.bench.standard_job import bogie_model, coach_job, coach_model, full_job, reduced_job, spread_designs
 
 DESIGNS = 16
 STEPS = 20_000 - 1
@@ -43,20 +43,20 @@ def counted(twice: str) -> int:
     with tempfile.TemporaryDirectory() as folder:
         words = ["valgrind", "--tool=cachegrind", "--cache-sim=no", f"--cachegrind-out-file={folder}/out"]
         words += [sys.executable, "-m", "tests.bench.counts", "--ride", twice]
-        told = subprocess.run(words, env=surroundings, capture_output=True, text=True)
-    found = re.search(r"I\s+refs:\s+([\d,]+)", told.stderr)
-    if told.returncode or not found:
-        raise SystemExit(f"valgrind did not count:\n{told.stderr[-2000:]}")
-    return int(found[1].replace(",", ""))
+        completed = subprocess.run(words, env=surroundings, capture_output=True, text=True)
+    result = re.search(r"I\s+refs:\s+([\d,]+)", completed.stderr)
+    if completed.returncode or not result:
+        raise SystemExit(f"valgrind did not count:\n{completed.stderr[-2000:]}")
+    return int(result[1].replace(",", ""))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--keep", type=Path, help="append the result, dated, and tell the change against the last one")
     parser.add_argument("--ride", help=argparse.SUPPRESS)
-    told = parser.parse_args()
-    if told.ride is not None:
-        ride(told.ride)
+    args = parser.parse_args()
+    if args.ride is not None:
+        ride(args.ride)
         return
     if shutil.which("valgrind") is None:
         print("skipped: valgrind is not installed, and it is what counts instructions", file=sys.stderr)
@@ -65,7 +65,7 @@ def main() -> None:
     numbers = {name: (counted(name) - once) / (DESIGNS * STEPS) for name in JOBS}
     for name, number in numbers.items():
         print(f"{name:8s} {number:7.1f} instructions per design-step")
-    if told.keep and (before := append(told.keep, "instructions per design-step", numbers)):
+    if args.keep and (before := append(args.keep, "instructions per design-step", numbers)):
         print(f"since {before['date'][:10]}, {before['commit']}:", *describe_changes(numbers, before), sep="\n  ")
 
 

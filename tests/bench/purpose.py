@@ -51,16 +51,16 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("campaign", nargs="?", type=Path, default=CAMPAIGN)
     parser.add_argument("--output", type=Path, default=HOME / "railui-study/purpose")
-    told = parser.parse_args()
-    looped = told.output / "loop"
+    args = parser.parse_args()
+    looped = args.output / "loop"
     if not (looped / "adjusted.yaml").exists():
-        words = [sys.executable, "-m", "railui", "loop", str(told.campaign), "-o", str(looped), "-q"]
+        words = [sys.executable, "-m", "railui", "loop", str(args.campaign), "-o", str(looped), "-q"]
         subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
-    files = {"declared": told.campaign / "vehicle.yaml", "adjusted": looped / "adjusted.yaml"}
+    files = {"declared": args.campaign / "vehicle.yaml", "adjusted": looped / "adjusted.yaml"}
     vehicles = {name: load_design(file) for name, file in files.items()}
-    study = study_of(told.output)
-    found = {name: searched(study, design, told.output / name) for name, design in vehicles.items()}
-    knees = {name: one["pareto"][one["knee"]] for name, one in found.items() if one["knee"] is not None}
+    study = study_of(args.output)
+    result = {name: searched(study, design, args.output / name) for name, design in vehicles.items()}
+    knees = {name: one["pareto"][one["knee"]] for name, one in result.items() if one["knee"] is not None}
     x = np.array([baseline_values(study), *(list(knee["variables"].values()) for knee in knees.values())])
     ridden = ride_quality(cases_of(study), x)
     fresh = fresh_objectives(study, x, evaluate_in_process())
@@ -75,7 +75,7 @@ def main() -> None:
         for aim, mean, sd in zip(study.objectives, aims.mean(axis=0), aims.std(axis=0, ddof=1), strict=True):
             print(f"  {aim.key}, {aim.over}, fresh: {mean:.4g} +/- {sd:.2g}")
     if "declared" in knees:
-        predicted = found["declared"]["pareto"][found["declared"]["knee"]]["objectives"]
+        predicted = result["declared"]["pareto"][result["declared"]["knee"]]["objectives"]
         print(f"\nThe declared model promised of its optimum: {', '.join(f'{value:.4g}' for value in predicted)}")
     different = fresh[:, -1] - fresh[:, -2]
     for j, aim in enumerate(study.objectives):

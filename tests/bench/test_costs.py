@@ -10,7 +10,7 @@ import pytest
 
 from railui.bench import costs
 from railui.bench.roofline import CHAIN_ROUNDS, operations, roofline, share_of_peak
-from railui.bench.standard_job import bogie_model, standard_excitation, ride_job, spread_designs
+from railui.bench.standard_job import bogie_model, ride_job, spread_designs, standard_excitation
 from railui.bench.step_error import effect_cases
 from railui.core import run_operation_chains, simd_level
 
@@ -18,7 +18,7 @@ WAY = standard_excitation(length=50.0)
 SLOPES, WHEELSETS, WHEELS = 4, 2, 2
 
 
-def test_a_square_root_per_slope_and_wheel_and_one_per_wheelset_where_both_creep_alike() -> None:
+def test_square_roots_are_counted_per_slope_wheel_and_wheelset() -> None:
     jobs = operations()
     assert jobs["full"]["roots"] == SLOPES * WHEELSETS * WHEELS
     assert jobs["reduced"]["roots"] == SLOPES * WHEELSETS
@@ -44,38 +44,38 @@ def test_links_of_chains_are_counted_per_lane() -> None:
     assert each[10] % (10 * {"portable": 4, "v3": 4, "v4": 8}[simd_level()]) == 0
 
 
-def test_a_share_is_the_time_at_the_peak_over_the_time_that_was_taken() -> None:
+def test_a_share_is_the_time_at_the_peak_over_the_measured_time() -> None:
     counts = dict.fromkeys(operations()["full"], 10)
-    found = share_of_peak(counts, 20.0, 6e9, 1e9)
-    assert found == {"operations": counts, "share": pytest.approx(0.5), "roots_share": pytest.approx(0.5)}
+    result = share_of_peak(counts, 20.0, 6e9, 1e9)
+    assert result == {"operations": counts, "share": pytest.approx(0.5), "roots_share": pytest.approx(0.5)}
     assert share_of_peak(counts, 40.0, 6e9, 1e9)["share"] == pytest.approx(0.25)
 
 
 @pytest.mark.skipif(simd_level() == "portable", reason="the plain form is not compiled for it")
-def test_no_job_is_beyond_the_peak() -> None:
-    found: Any = roofline({"full": 1e3, "reduced": 1e3}, 1)
-    assert all(found[rate] > 0 for rate in CHAIN_ROUNDS)
+def test_no_job_exceeds_the_peak() -> None:
+    result: Any = roofline({"full": 1e3, "reduced": 1e3}, 1)
+    assert all(result[rate] > 0 for rate in CHAIN_ROUNDS)
     for job in ("full", "reduced"):
-        assert 0 < found[job]["share"] < 1 and 0 < found[job]["roots_share"] < 1
+        assert 0 < result[job]["share"] < 1 and 0 < result[job]["roots_share"] < 1
 
 
 def test_scaling_has_every_number_of_threads() -> None:
     threads = (os.cpu_count() or 1) + 1
-    found = costs.thread_scaling(threads, 16, 50.0, 1)
-    assert [row["threads"] for row in found] == list(range(1, threads + 1))
-    assert found[0]["times_one"] == 1.0
-    for row in found:
-        assert row["times_one"] == pytest.approx(row["designs_per_second"] / found[0]["designs_per_second"])
+    result = costs.thread_scaling(threads, 16, 50.0, 1)
+    assert [row["threads"] for row in result] == list(range(1, threads + 1))
+    assert result[0]["times_one"] == 1.0
+    for row in result:
+        assert row["times_one"] == pytest.approx(row["designs_per_second"] / result[0]["designs_per_second"])
 
 
 def test_every_kind_of_effect_is_timed_against_none() -> None:
-    found = costs.effect_costs(1, 20.0, 1)
-    assert [row["effects"] for row in found] == [kinds for vehicle, kinds, _ in effect_cases() if vehicle == "bogie"]
-    assert found[0]["effects"] == "none" and found[0]["over_none"] == 0.0
-    assert np.allclose([r["ns_per_design_step"] - r["over_none"] for r in found], found[0]["ns_per_design_step"])
+    result = costs.effect_costs(1, 20.0, 1)
+    assert [row["effects"] for row in result] == [kinds for vehicle, kinds, _ in effect_cases() if vehicle == "bogie"]
+    assert result[0]["effects"] == "none" and result[0]["over_none"] == 0.0
+    assert np.allclose([r["ns_per_design_step"] - r["over_none"] for r in result], result[0]["ns_per_design_step"])
 
 
-def test_a_call_is_what_is_left_where_there_are_no_designs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_cost_of_a_call_is_the_intercept_without_designs(monkeypatch: pytest.MonkeyPatch) -> None:
     a_call, a_design = 50e-6, 9e-6  # s
     times = [costs.CALLS * (a_call + n * a_design) for n in (1, 16)]
     monkeypatch.setattr(costs, "shortest_times", lambda runs, repetitions: times)

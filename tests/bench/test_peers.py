@@ -8,7 +8,7 @@ from tests.bench.peers.job import Job, difference, jobs
 
 
 @pytest.mark.parametrize("job", jobs(), ids=lambda job: job.name)
-def test_the_equations_written_for_peers_ride_as_the_kernel_does(job: Job) -> None:
+def test_the_equations_for_peers_agree_with_the_kernel(job: Job) -> None:
     job = job.part(designs=20, samples=1500)
     e, acceleration = ridden(job)
     assert np.max(np.abs(e)) > (job.clearance if job.full else 0.004)  # the full job touches the flange

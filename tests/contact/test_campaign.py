@@ -23,19 +23,17 @@ UNITS = {"t": "s", "v": "m/s", "yw": "m", "phiw": "rad", "e1": "m", "e2": "m", "
 def measure(path: Path, seed: int, speed: float) -> None:
     """A run of the bogie on S1002 and 60E1, with noise."""
     track = railui.synthetic_track("erri_b176_high", length=1200.0, seed=seed)
-    found = railui.simulate(load_design(DESIGNS / "profiled_bogie.yaml"), track, speed)
-    n = len(found["e1"])
+    result = railui.simulate(load_design(DESIGNS / "profiled_bogie.yaml"), track, speed)
+    n = len(result["e1"])
     rng = np.random.default_rng(seed)
-    columns = {"t": found["t"], "v": np.full(n, speed), "yw": track.yw[:n], "phiw": track.phiw[:n]}
-    columns |= {c: found[c] + sd * rng.standard_normal(n) for c, sd in NOISE.items()}
+    columns = {"t": result["t"], "v": np.full(n, speed), "yw": track.yw[:n], "phiw": track.phiw[:n]}
+    columns |= {c: result[c] + sd * rng.standard_normal(n) for c, sd in NOISE.items()}
     header = ",".join(f"{c} [{UNITS[c]}]" for c in columns)
     np.savetxt(path, np.stack(list(columns.values()), 1), "%.9g", ",", header=header, comments="")
 
 
 @pytest.mark.parametrize(("use", "least", "most"), [("table", 0.0, 0.05), ("linearised", 0.2, 0.6)])
-def test_a_bogie_on_measured_profiles_is_found_with_their_table(
-    tmp_path: Path, use: str, least: float, most: float
-) -> None:
+def test_a_bogie_with_measured_profiles_is_identified(tmp_path: Path, use: str, least: float, most: float) -> None:
     for name, seed, speed in (("a", 1, 40.0), ("b", 2, 36.0)):
         measure(tmp_path / f"{name}.csv", seed, speed)
     text = (DESIGNS / "profiled_bogie.yaml").read_text("utf-8").replace("use: table", f"use: {use}")
@@ -47,14 +45,14 @@ def test_a_bogie_on_measured_profiles_is_found_with_their_table(
         "name: profiles\nvehicle: vehicle.yaml\nruns:\n  - {file: a.csv, role: adjust}\n"
         f"  - {{file: b.csv, role: validate}}\nnoise: {{{noise}}}\n"
     )
-    result = CliRunner().invoke(cli, ["adjust", str(tmp_path), "-q", "--json", str(tmp_path / "told.json")])
+    result = CliRunner().invoke(cli, ["adjust", str(tmp_path), "-q", "--json", str(tmp_path / "result.json")])
     assert result.exit_code == 0, result.output
-    found = json.loads((tmp_path / "told.json").read_text("utf-8"))
-    told = " ".join(result.stdout.split())
-    assert "┃ nominal ┃ profiles ┃ calibrated ┃" in told and "on 60e1.txt" in told
-    assert least < found["before"]["nrmse"] < most
-    assert undocumented([found], rows_of("loop", "adjust")) == []
+    identified = json.loads((tmp_path / "result.json").read_text("utf-8"))
+    printed = " ".join(result.stdout.split())
+    assert "┃ nominal ┃ profiles ┃ calibrated ┃" in printed and "on 60e1.txt" in printed
+    assert least < identified["before"]["nrmse"] < most
+    assert undocumented([identified], rows_of("loop", "adjust")) == []
     if use == "table":
-        values = {path: p["value"] for path, p in found["parameters"].items()}
+        values = {path: p["value"] for path, p in identified["parameters"].items()}
         assert values["vehicle.primary.lateral_stiffness"] == pytest.approx(3.0e6, rel=0.01)
         assert values["vehicle.secondary.yaw_damping"] == pytest.approx(30e3, rel=0.03)

@@ -27,15 +27,15 @@ def document(*words: str) -> dict[str, Any]:
     return found
 
 
-def test_the_json_has_the_keys_that_others_build_on() -> None:
-    found = document(*PAIR, "--gauge", "1435 mm", "--back-to-back", "1.36")
-    assert list(found)[:5] == ["schema", "version", "inputs", "seed", "simd"]
-    amplitude, tan_gamma = found["conicity"]["amplitude"], found["conicity"]["tan_gamma"]
+def test_the_json_has_the_documented_keys() -> None:
+    result = document(*PAIR, "--gauge", "1435 mm", "--back-to-back", "1.36")
+    assert list(result)[:5] == ["schema", "version", "inputs", "seed", "simd"]
+    amplitude, tan_gamma = result["conicity"]["amplitude"], result["conicity"]["tan_gamma"]
     assert amplitude == pytest.approx(1e-3 * np.arange(10, 101) / 10) and len(tan_gamma) == len(amplitude)
     assert tan_gamma[20] == pytest.approx(0.181, abs=0.01)
-    assert set(found["conicity_parameters"]) == {"conicity", "gravitational_stiffness", "contact_angle", "roll"}
-    assert all(value > 0 for value in found["conicity_parameters"].values())
-    assert found["creep"]["longitudinal_creep"] == pytest.approx(140, rel=0.05)
+    assert set(result["conicity_parameters"]) == {"conicity", "gravitational_stiffness", "contact_angle", "roll"}
+    assert all(value > 0 for value in result["conicity_parameters"].values())
+    assert result["creep"]["longitudinal_creep"] == pytest.approx(140, rel=0.05)
 
 
 def test_s1002_at_1_to_20_hardly_guides() -> None:
@@ -52,7 +52,7 @@ def test_the_surface_and_the_load_are_those_of_the_ellipse() -> None:
     assert clean["lateral_creep"] == pytest.approx(light["lateral_creep"] / 0.6, rel=1e-9)
 
 
-def test_a_table_gives_its_conicity_as_far_as_it_reaches(tmp_path: Path) -> None:
+def test_a_table_gives_its_conicity_within_its_range(tmp_path: Path) -> None:
     table = tmp_path / "t.csv"
     table.write_text("y [mm],delta_r [mm]\n" + "\n".join(f"{y},{0.2 * (y - 1):.2f}" for y in range(-6, 7)))
     result = run("--delta-r", str(table), "--json", str(tmp_path / "j.json"), "--figure", str(tmp_path / "f.svg"))
@@ -73,7 +73,7 @@ def test_figures_are_written_whole(tmp_path: Path) -> None:
     assert laws.read_bytes()[:4] == b"\x89PNG"
 
 
-def test_a_name_with_dollars_is_no_formula(tmp_path: Path) -> None:
+def test_a_name_with_dollar_signs_is_not_typeset(tmp_path: Path) -> None:
     wheel, figure = tmp_path / "a$_{b$.txt", tmp_path / "f.svg"
     wheel.write_text(Path(PAIR[0]).read_text())
     assert run(str(wheel), *PAIR[1:], "--figure", str(figure)).exit_code == 0
@@ -81,13 +81,13 @@ def test_a_name_with_dollars_is_no_formula(tmp_path: Path) -> None:
 
 
 def test_unequal_diameters_shift_the_centre() -> None:
-    found = document(*PAIR, "--diameter-difference", "1 mm")
-    assert found["conicity"]["centre"] < -2e-4
-    assert found["diameter_difference"] == 1e-3
+    result = document(*PAIR, "--diameter-difference", "1 mm")
+    assert result["conicity"]["centre"] < -2e-4
+    assert result["diameter_difference"] == 1e-3
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "expected"),
     [
         ((PAIR[0],), "give a wheel and a rail"),
         ((*PAIR, "--delta-r", "t.csv"), "either two profiles or"),
@@ -100,14 +100,14 @@ def test_unequal_diameters_shift_the_centre() -> None:
         ((*PAIR, "--smooth", "1 m"), "out of range"),
     ],
 )
-def test_what_does_not_fit_is_refused_with_what_to_do(words: tuple[str, ...], told: str) -> None:
+def test_invalid_options_are_rejected_with_a_remedy(words: tuple[str, ...], expected: str) -> None:
     result = run(*words)
     assert result.exit_code == 2
-    assert told in " ".join(result.output.split())
+    assert expected in " ".join(result.output.split())
     assert "Traceback" not in result.output
 
 
-def test_faults_of_both_files_are_told_at_once(tmp_path: Path) -> None:
+def test_faults_of_both_files_are_reported_together(tmp_path: Path) -> None:
     for name in ("w.txt", "r.txt"):
         (tmp_path / name).write_text("1 2\nx 3\n")
     result = run(str(tmp_path / "w.txt"), str(tmp_path / "r.txt"))
@@ -115,6 +115,6 @@ def test_faults_of_both_files_are_told_at_once(tmp_path: Path) -> None:
 
 
 def test_a_motion_beyond_the_treads_is_null_with_its_reason() -> None:
-    found = document(*PAIR, "--gauge", "1428 mm")
-    assert found["harmonic_parameters"]["conicity"] is None
-    assert any("amplitude of 3 mm" in note and "beyond the treads" in note for note in found["notes"])
+    result = document(*PAIR, "--gauge", "1428 mm")
+    assert result["harmonic_parameters"]["conicity"] is None
+    assert any("amplitude of 3 mm" in note and "beyond the treads" in note for note in result["notes"])

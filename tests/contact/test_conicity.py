@@ -17,9 +17,9 @@ Y = np.linspace(-7e-3, 7e-3, 141)
 @given(st.floats(0.005, 0.6), st.floats(1e-3, 6e-3))
 def test_a_cone_has_its_own_conicity_at_every_amplitude(conicity: float, amplitude: float) -> None:
     # r_1 - r_2 = 2 tan(gamma) y
-    found = equivalent_conicity(Y, 2.0 * conicity * Y, [amplitude])
-    assert found.tan_gamma[0] == pytest.approx(conicity, rel=1e-6)
-    assert found.centre == pytest.approx(0.0, abs=1e-12)
+    result = equivalent_conicity(Y, 2.0 * conicity * Y, [amplitude])
+    assert result.tan_gamma[0] == pytest.approx(conicity, rel=1e-6)
+    assert result.centre == pytest.approx(0.0, abs=1e-12)
 
 
 def test_a_cubic_spring_has_the_period_of_the_elliptic_integral() -> None:
@@ -33,29 +33,29 @@ def test_a_cubic_spring_has_the_period_of_the_elliptic_integral() -> None:
 
 @given(st.floats(-2e-3, 2e-3))
 def test_unequal_diameters_shift_the_centre_and_leave_a_cone_its_conicity(shift: float) -> None:
-    found = equivalent_conicity(Y, 0.3 * (Y - shift), [3e-3])
-    assert found.centre == pytest.approx(shift, abs=1e-9)
-    assert found.tan_gamma[0] == pytest.approx(0.15, rel=1e-6)
+    result = equivalent_conicity(Y, 0.3 * (Y - shift), [3e-3])
+    assert result.centre == pytest.approx(shift, abs=1e-9)
+    assert result.tan_gamma[0] == pytest.approx(0.15, rel=1e-6)
 
 
-def test_beyond_the_table_nothing_is_made_up() -> None:
-    found = equivalent_conicity(Y, 0.1 * Y)
-    assert found.amplitude[-1] == pytest.approx(7e-3)
-    assert found.omitted_amplitudes[0] == pytest.approx(7.1e-3)
+def test_the_table_is_not_extrapolated() -> None:
+    result = equivalent_conicity(Y, 0.1 * Y)
+    assert result.amplitude[-1] == pytest.approx(7e-3)
+    assert result.omitted_amplitudes[0] == pytest.approx(7.1e-3)
     shifted = equivalent_conicity(Y, 0.1 * (Y - 1.5e-3))
     assert shifted.amplitude[-1] == pytest.approx(5.5e-3)
 
 
-def test_two_wells_have_no_motion_round_their_middle_until_it_goes_round_both() -> None:
+def test_small_motions_between_two_wells_have_no_conicity() -> None:
     # S = y^4/4 - h^2 y^2/2: a motion round both wells turns beyond h sqrt(2)
     h = 2e-3
-    found = equivalent_conicity(Y, 1e5 * (Y**3 - h * h * Y), np.array([1e-3, 2.7e-3, 2.9e-3, 4e-3]))
-    assert np.isnan(found.tan_gamma[:2]).all()
-    assert np.isfinite(found.tan_gamma[2:]).all()
-    assert found.centre == pytest.approx(0.0, abs=1e-12)
+    result = equivalent_conicity(Y, 1e5 * (Y**3 - h * h * Y), np.array([1e-3, 2.7e-3, 2.9e-3, 4e-3]))
+    assert np.isnan(result.tan_gamma[:2]).all()
+    assert np.isfinite(result.tan_gamma[2:]).all()
+    assert result.centre == pytest.approx(0.0, abs=1e-12)
 
 
-def test_a_table_without_a_centre_is_refused() -> None:
+def test_a_table_without_a_centre_is_rejected() -> None:
     with pytest.raises(NoCentreError, match="no centre"):
         equivalent_conicity(Y, 0.1 * Y + 2e-3)
     with pytest.raises(NoCentreError, match="falls through zero"):
@@ -70,8 +70,8 @@ def test_the_tables_of_the_standard_have_their_nominal_conicity(name: str) -> No
     amplitude, nominal, upper, lower = np.genfromtxt(
         reference(f"en15302/{name}_conicity.csv"), delimiter=",", skip_header=1
     ).T
-    found = equivalent_conicity(y, delta_r, amplitude * 1e-3)
-    at = np.array([found.at(a * 1e-3) for a in amplitude])
+    result = equivalent_conicity(y, delta_r, amplitude * 1e-3)
+    at = np.array([result.at(a * 1e-3) for a in amplitude])
     near = (amplitude > 1.999) & (amplitude < 5.001)
     assert np.abs(at - nominal)[near].max() < 0.004
     known = np.isfinite(at)

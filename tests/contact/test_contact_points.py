@@ -34,12 +34,12 @@ def test_cones_roll_about_the_point_where_their_normals_meet() -> None:
     # phi = -sigma e/b: the axle rises by gamma e on one side and sinks on the other over the distance of the contacts,
     # and its centre lies r above them: sigma = b gamma/(b' - r gamma), b' where they touch
     contacts = find_contacts(cones(0.05))
-    found = linearise(contacts, 1e-3)
+    result = linearise(contacts, 1e-3)
     pair = contacts.pair
     touching = float(contacts.rail[0, contacts.index_at(0.0)])
     expected = pair.half_distance * 0.05 / (touching - 0.46 * 0.05)
-    assert found.roll == pytest.approx(expected, rel=2e-3)
-    assert found.contact_angle == pytest.approx(0.05, rel=1e-3)
+    assert result.roll == pytest.approx(expected, rel=2e-3)
+    assert result.contact_angle == pytest.approx(0.05, rel=1e-3)
 
 
 def test_two_arcs_have_the_conicity_of_wickens() -> None:
@@ -62,12 +62,12 @@ def test_both_sides_change_places_with_the_sign_of_the_displacement() -> None:
     assert contacts.roll == pytest.approx(-contacts.roll[::-1], abs=1e-8)
 
 
-def test_unequal_diameters_shift_the_centre_by_what_the_cone_makes_up_for() -> None:
+def test_unequal_diameters_shift_the_centre_of_cones() -> None:
     # r_1 - r_2 = 2 gamma e + (d_1 - d_2)/2, and of a twentieth less as the axle rolls
     contacts = find_contacts(cones(0.05, diameter_difference=4e-4))
-    found = equivalent_conicity(contacts.displacement, contacts.delta_r)
-    assert found.centre == pytest.approx(-4e-4 / (4 * 0.05), rel=0.01)
-    assert found.at(2e-3) == pytest.approx(conicity_of_cones(0.05, contacts), rel=0.01)
+    result = equivalent_conicity(contacts.displacement, contacts.delta_r)
+    assert result.centre == pytest.approx(-4e-4 / (4 * 0.05), rel=0.01)
+    assert result.at(2e-3) == pytest.approx(conicity_of_cones(0.05, contacts), rel=0.01)
 
 
 def test_the_inclination_of_the_rail_moves_the_contact_of_a_cone_across_the_head() -> None:
@@ -76,7 +76,7 @@ def test_the_inclination_of_the_rail_moves_the_contact_of_a_cone_across_the_head
     assert canted.angle[0, canted.index_at(0.0)] == pytest.approx(upright.angle[0, upright.index_at(0.0)], abs=1e-4)
 
 
-def test_flange_contact_begins_where_the_play_is_used_up() -> None:
+def test_flange_contact_begins_at_the_end_of_the_clearance() -> None:
     contacts = find_contacts(cones(0.05))
     left, right = contacts.flange_displacements
     assert left is not None and right is not None
@@ -93,8 +93,8 @@ def test_s1002_on_uic60_has_the_published_conicity(gauge: float, conicity: float
     wheel = read_profile(reference("profiles/S1002.prw"), "wheel")
     rail = read_profile(reference("profiles/UIC60.prr"), "rail")
     contacts = find_contacts(WheelRailPair(wheel, rail, gauge=gauge))
-    found = equivalent_conicity(contacts.displacement, contacts.delta_r)
-    assert found.at(3e-3) == pytest.approx(conicity, abs=0.01)
+    result = equivalent_conicity(contacts.displacement, contacts.delta_r)
+    assert result.at(3e-3) == pytest.approx(conicity, abs=0.01)
 
 
 def test_noise_is_smoothed_away() -> None:
@@ -115,27 +115,27 @@ def test_noise_is_smoothed_away() -> None:
 # ---------------------------------------------------------------------------------------------------- what does not fit
 
 
-def test_a_gauge_too_narrow_for_the_flanges_is_named() -> None:
+def test_a_gauge_too_narrow_for_the_flanges_is_reported() -> None:
     with pytest.raises(ProfileError, match=r"1405 mm.*flange"):
         find_contacts(cones(0.05, gauge=1.405))
 
 
-def test_a_gauge_so_wide_that_the_wheel_falls_off_is_named() -> None:
+def test_a_gauge_too_wide_for_the_wheels_is_reported() -> None:
     with pytest.raises(ProfileError, match=r"no contact at gauge 1630 mm"):
         find_contacts(cones(0.05, gauge=1.63))
 
 
-def test_wheel_and_rail_in_each_other_s_place_are_named() -> None:
+def test_exchanged_wheel_and_rail_are_reported() -> None:
     with pytest.raises(ProfileError, match="the first profile is of a rail, the second of a wheel"):
         WheelRailPair(round_rail(), coned_wheel(0.05))
 
 
-def test_a_gauge_in_another_unit_is_named() -> None:
+def test_a_gauge_in_another_unit_is_reported() -> None:
     with pytest.raises(ProfileError, match="in one unit"):
         cones(0.05, gauge=1435.0)
 
 
-def test_a_rail_without_its_gauge_face_is_named() -> None:
+def test_a_rail_without_its_gauge_face_is_reported() -> None:
     rail = round_rail()
     kept = rail.h > -0.008
     short = replace(rail, y=rail.y[kept], h=rail.h[kept])
@@ -143,7 +143,7 @@ def test_a_rail_without_its_gauge_face_is_named() -> None:
         find_contacts(WheelRailPair(coned_wheel(0.05), short))
 
 
-def test_a_rail_is_no_wheel_and_a_wheel_no_rail() -> None:
+def test_profiles_of_the_wrong_kind_are_rejected() -> None:
     wheel, rail = coned_wheel(0.05), round_rail()
     with pytest.raises(ProfileError, match="that is a rail"):
         Profile.from_points("wheel", rail.y, rail.h)

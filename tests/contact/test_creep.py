@@ -13,7 +13,7 @@ from railui import core
 from railui.contact.contact_points import find_contacts
 from railui.contact.creep import creep_coefficients
 from railui.contact.hertz import hertz
-from railui.contact.kalker import vermeulen_johnson_factors, kalker_coefficients
+from railui.contact.kalker import kalker_coefficients, vermeulen_johnson_factors
 from tests.contact.shapes import cones
 
 
@@ -21,26 +21,26 @@ def test_a_ball_on_a_plane_has_a_circle_of_contact() -> None:
     # a^3 = 3 P R/(4 E*), E* = E/(2 (1 - nu^2)) for two bodies of one material; p_0 = 3 P/(2 pi a^2); d = a^2/R
     P, R, E, nu = 55e3, 0.3, 210e9, 0.28
     a = (3 * P * R / (4 * E / (2 * (1 - nu**2)))) ** (1 / 3)
-    found = hertz(P, 1 / R, 1 / R, E, nu)
-    assert (found.a, found.b) == pytest.approx((a, a), rel=1e-9)
-    assert found.pressure == pytest.approx(3 * P / (2 * np.pi * a * a), rel=1e-9)
-    assert found.approach == pytest.approx(a * a / R, rel=1e-9)
+    result = hertz(P, 1 / R, 1 / R, E, nu)
+    assert (result.a, result.b) == pytest.approx((a, a), rel=1e-9)
+    assert result.pressure == pytest.approx(3 * P / (2 * np.pi * a * a), rel=1e-9)
+    assert result.approach == pytest.approx(a * a / R, rel=1e-9)
 
 
 @given(st.floats(0.3, 3.0), st.floats(1.0, 30.0), st.floats(1e3, 2e5))
 def test_the_ellipse_obeys_hertz_s_two_conditions(along: float, across: float, load: float) -> None:
     # curvature/2 = 3 P/(4 pi E*) integral_0^inf dw/((a^2 + w) sqrt((a^2 + w)(b^2 + w) w))
-    found = hertz(load, along, across)
+    result = hertz(load, along, across)
     modulus = 210e9 / (2 * (1 - 0.28**2))
-    a2, b2 = found.a**2, found.b**2
+    a2, b2 = result.a**2, result.b**2
     factor = 3 * load / (4 * np.pi * modulus)
     # which is Carlson's (2/3) R_D(0, b^2, a^2)
     assert factor * 2 / 3 * elliprd(0, b2, a2) == pytest.approx(along / 2, rel=1e-6)
     assert factor * 2 / 3 * elliprd(0, a2, b2) == pytest.approx(across / 2, rel=1e-6)
-    assert factor * 2 * elliprf(0, a2, b2) == pytest.approx(found.approach, rel=1e-6)
+    assert factor * 2 * elliprf(0, a2, b2) == pytest.approx(result.approach, rel=1e-6)
 
 
-def test_a_conforming_contact_is_refused() -> None:
+def test_a_conforming_contact_is_rejected() -> None:
     with pytest.raises(ValueError, match="conforming"):
         hertz(55e3, 2.0, -0.1)
 
@@ -63,7 +63,7 @@ def test_kalker_s_coefficients_lie_between_their_neighbours() -> None:
         kalker_coefficients(0.05)
 
 
-def test_the_factors_of_kaas_petersen_s_bogie_are_those_of_one_ellipse_across_and_along() -> None:
+def test_kaas_petersen_s_factors_are_those_of_one_ellipse() -> None:
     # he divides the longitudinal creepage by 0.60252, the lateral one by 0.54219: of steel, the other way round
     ratio = brentq(lambda x: vermeulen_johnson_factors(x, 0.3).psi - 0.60252, 1.0, 3.0)
     assert ratio == pytest.approx(1.672, abs=1e-3)
@@ -108,7 +108,7 @@ def test_a_law_begins_with_the_linear_slope_and_ends_at_the_friction_limit(kind:
     assert 0.98 * 0.3 * N < size[1] <= 0.3 * N * (1 + 1e-12)
 
 
-def test_the_laws_lie_within_a_tenth_of_the_limit_of_each_other_where_there_is_no_spin() -> None:
+def test_creep_laws_agree_within_a_tenth_of_the_limit_without_spin() -> None:
     creep = np.linspace(1e-5, 0.02, 400)
     sizes = [np.linalg.norm(forces(kind, creep), axis=1) for kind in LAWS]
     assert np.ptp(sizes, axis=0).max() < 0.1 * 0.3 * N

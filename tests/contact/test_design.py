@@ -50,27 +50,27 @@ def design(home: Path, contact: str, name: str = "design.yaml", bodies: bool = F
 PAIR = "  profiles: {wheel: wheel.txt, rail: rail.txt, gauge: 1435 mm, sd: 1.5 mm"
 
 
-def test_the_parameters_of_cones_stand_where_the_design_names_none(home: Path) -> None:
-    found = load_design(design(home, f"{PAIR}}}")).values
+def test_profiles_supply_parameters_that_the_design_omits(home: Path) -> None:
+    result = load_design(design(home, f"{PAIR}}}")).values
     expected = linearise(find_contacts(cones(0.05)), 1.5e-3)
     for where in ("leading", "trailing"):
-        assert found[f"contact.{where}.conicity"] == pytest.approx(expected.conicity, rel=1e-6)
-        assert found[f"contact.{where}.gravitational_stiffness"] == pytest.approx(
+        assert result[f"contact.{where}.conicity"] == pytest.approx(expected.conicity, rel=1e-6)
+        assert result[f"contact.{where}.gravitational_stiffness"] == pytest.approx(
             expected.gravitational_stiffness, rel=1e-4
         )
-        assert found[f"contact.{where}.roll"] == pytest.approx(expected.roll, rel=1e-6)
-        assert 50 < found[f"contact.{where}.lateral_creep"] < found[f"contact.{where}.longitudinal_creep"] < 300
-    assert found["contact.flange_clearance"] == pytest.approx(5.65e-3, abs=1e-4)
+        assert result[f"contact.{where}.roll"] == pytest.approx(expected.roll, rel=1e-6)
+        assert 50 < result[f"contact.{where}.lateral_creep"] < result[f"contact.{where}.longitudinal_creep"] < 300
+    assert result["contact.flange_clearance"] == pytest.approx(5.65e-3, abs=1e-4)
 
 
-def test_what_the_design_names_stands_beside_its_profiles(home: Path) -> None:
-    found = load_design(design(home, f"{PAIR}}}\n  leading: {{conicity: 0.3}}\n  flange_clearance: 8 mm")).values
-    assert found["contact.leading.conicity"] == 0.3
-    assert found["contact.trailing.conicity"] == pytest.approx(0.0527, abs=2e-4)
-    assert found["contact.flange_clearance"] == 0.008
+def test_parameters_of_the_design_override_its_profiles(home: Path) -> None:
+    result = load_design(design(home, f"{PAIR}}}\n  leading: {{conicity: 0.3}}\n  flange_clearance: 8 mm")).values
+    assert result["contact.leading.conicity"] == 0.3
+    assert result["contact.trailing.conicity"] == pytest.approx(0.0527, abs=2e-4)
+    assert result["contact.flange_clearance"] == 0.008
 
 
-def test_the_table_of_a_cone_is_straight_and_gives_the_ride_of_its_linear_model(home: Path) -> None:
+def test_the_table_of_a_cone_gives_the_ride_of_its_linear_model(home: Path) -> None:
     wheel = design(home, f"{PAIR}, use: table}}")
     straight = design(home, f"{PAIR}, use: linearised}}", "linear.yaml")
     table, linear = load_design(wheel), load_design(straight)
@@ -83,7 +83,7 @@ def test_the_table_of_a_cone_is_straight_and_gives_the_ride_of_its_linear_model(
     assert scores[0] == pytest.approx(scores[1], rel=0.02)
 
 
-def test_the_table_of_a_worn_wheel_rides_as_its_own_curve_and_not_as_its_slope(home: Path) -> None:
+def test_the_table_of_a_worn_wheel_is_nonlinear(home: Path) -> None:
     pair = PAIR.replace("wheel.txt", "worn.txt")
     rides = [
         railui.ride(load_design(design(home, f"{pair}, use: {use}}}")), ROUGH, 40.0)["weighted_acceleration"]
@@ -92,7 +92,7 @@ def test_the_table_of_a_worn_wheel_rides_as_its_own_curve_and_not_as_its_slope(h
     assert abs(rides[0] / rides[1] - 1.0) > 0.01
 
 
-def test_a_saved_design_holds_its_numbers_and_names_its_profiles_from_where_it_lies(home: Path) -> None:
+def test_a_saved_design_refers_to_its_profiles_by_relative_path(home: Path) -> None:
     there = home / "elsewhere"
     there.mkdir()
     first = load_design(design(home, f"{PAIR}}}"))
@@ -104,7 +104,7 @@ def test_a_saved_design_holds_its_numbers_and_names_its_profiles_from_where_it_l
     assert again.profiles is not None and again.profiles.sha256 is not None
 
 
-def test_a_saved_design_whose_profiles_are_gone_stands_with_a_warning(home: Path) -> None:
+def test_a_saved_design_without_its_profiles_loads_with_a_warning(home: Path) -> None:
     save_design(load_design(design(home, f"{PAIR}}}")), home / "saved.yaml")
     (home / "wheel.txt").unlink()
     again = load_design(home / "saved.yaml")
@@ -114,17 +114,17 @@ def test_a_saved_design_whose_profiles_are_gone_stands_with_a_warning(home: Path
 
 
 @pytest.mark.parametrize("contact", ["", "\n  leading: {roll: 0.04}\n  trailing: {}", "\n  wheels: {conicity: 0.2}"])
-def test_a_vehicle_of_bodies_takes_them_for_all_its_wheelsets(home: Path, contact: str) -> None:
-    found: Design = load_design(design(home, f"{PAIR}}}{contact}", bodies=True))
-    groups = {path.split(".")[1] for path in found.values if path.count(".") == 2 and path.startswith("contact.")}
+def test_profiles_apply_to_all_wheelsets_of_a_multibody_vehicle(home: Path, contact: str) -> None:
+    result: Design = load_design(design(home, f"{PAIR}}}{contact}", bodies=True))
+    groups = {path.split(".")[1] for path in result.values if path.count(".") == 2 and path.startswith("contact.")}
     assert groups == ({"leading", "trailing"} if "leading" in contact else {"wheels"})
-    assert [e.kind for e in found.effects][-1] == "profile_shape"
-    ridden = railui.ride(found, TRACK, 40.0)
+    assert [e.kind for e in result.effects][-1] == "profile_shape"
+    ridden = railui.ride(result, TRACK, 40.0)
     assert ridden["score"] is not None
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "expected"),
     [
         ("wheel: wheel.txt", "contact.profiles.rail: is missing"),
         ("wheel: wheel.txt, rail: nowhere.txt", "nowhere.txt cannot be read"),
@@ -135,15 +135,15 @@ def test_a_vehicle_of_bodies_takes_them_for_all_its_wheelsets(home: Path, contac
         ("wheel: rail.txt, rail: wheel.txt", "that is a rail"),
     ],
 )
-def test_what_is_wrong_is_named_at_its_key(home: Path, words: str, told: str) -> None:
+def test_faults_are_reported_at_their_key(home: Path, words: str, expected: str) -> None:
     with pytest.raises(FileProblems) as error:
         load_design(design(home, f"  profiles: {{{words}}}"))
-    assert told in str(error.value)
+    assert expected in str(error.value)
     assert len(error.value.problems) <= 2 and "contact.leading" not in str(error.value)
     assert all(problem.line for problem in error.value.problems if problem.file.endswith(".yaml"))
 
 
-def test_the_schema_knows_profiles_and_what_may_then_be_left_out(home: Path) -> None:
+def test_the_schema_allows_profiles_and_omitted_parameters(home: Path) -> None:
     known = Draft202012Validator(json_schema("design"))
     for bodies in (False, True):
         data = yaml.safe_load(design(home, f"{PAIR}}}\n  leading: {{roll: 0.04}}", bodies=bodies).read_text())
@@ -154,13 +154,13 @@ def test_the_schema_knows_profiles_and_what_may_then_be_left_out(home: Path) -> 
     assert list(known.iter_errors(data))
 
 
-def test_a_profile_is_checked_as_any_other_file_of_ours(home: Path) -> None:
+def test_profiles_can_be_checked(home: Path) -> None:
     (home / "bad.prr").write_text("spline.begin\npoint.begin\n 1.0 x\npoint.end\n")
     (problem,) = check([home / "bad.prr"])
     assert (problem.line, problem.message) == (3, "'x' is not a number")
 
 
-def test_a_draft_on_profiles_is_saved_elsewhere_without_losing_them(home: Path) -> None:
+def test_a_draft_saved_elsewhere_still_refers_to_its_profiles(home: Path) -> None:
     there = home / "elsewhere"
     there.mkdir()
     draft = Draft.load(design(home, f"{PAIR}}}"))
@@ -170,7 +170,7 @@ def test_a_draft_on_profiles_is_saved_elsewhere_without_losing_them(home: Path) 
     assert again.profiles is not None and again.profiles.wheel == home / "wheel.txt"
 
 
-def test_a_draft_whose_table_was_taken_out_is_linearised(home: Path) -> None:
+def test_a_draft_without_its_table_is_linearised(home: Path) -> None:
     draft = Draft.load(design(home, f"{PAIR}}}"))
     draft.remove_effect(0)
     assert load_design(draft.save()).effects == ()
@@ -178,7 +178,7 @@ def test_a_draft_whose_table_was_taken_out_is_linearised(home: Path) -> None:
     assert load_design(again).effects == ()
 
 
-def test_wheels_rails_and_tables_of_rolling_radii_are_known_by_their_columns(home: Path) -> None:
+def test_wheels_rails_and_radius_tables_are_recognised(home: Path) -> None:
     (home / "t.csv").write_text("y [mm],delta_r [mm]\n" + "\n".join(f"{y},{0.1 * y:.2f}" for y in range(-6, 7)))
     assert check([home / "wheel.txt", home / "rail.txt", home / "t.csv"]) == []
     (home / "t.csv").write_text("y [mm],delta_r [mm]\n1,1\n0,1\n2,1\n")

@@ -8,7 +8,7 @@ from scipy.special import erf
 
 from railui.contact.contact_points import find_contacts
 from railui.contact.geometry import ContactGeometry
-from railui.contact.linearisation import fit_forms, linearise_harmonically, linearise
+from railui.contact.linearisation import fit_forms, linearise, linearise_harmonically
 from tests.contact.shapes import cones, conicity_of_cones
 
 
@@ -25,13 +25,13 @@ E = np.linspace(-0.012, 0.012, 2401)
 @pytest.mark.parametrize("sd", [1e-3, 2e-3, 3e-3])
 def test_a_cubic_has_the_statistical_slope_lambda_plus_three_cubic_variances(sd: float) -> None:
     # E[e (l e + l l3 e^3)]/s^2 = l (1 + 3 l3 s^2)
-    found = linearise(bent(0.1 * E * (1 + 2e4 * E**2), E), sd)
-    assert found.conicity == pytest.approx(0.1 * (1 + 3 * 2e4 * sd**2), rel=2e-3)
+    result = linearise(bent(0.1 * E * (1 + 2e4 * E**2), E), sd)
+    assert result.conicity == pytest.approx(0.1 * (1 + 3 * 2e4 * sd**2), rel=2e-3)
 
 
 def test_a_cubic_has_the_harmonic_slope_lambda_plus_three_quarters() -> None:
-    found = linearise_harmonically(bent(0.1 * E * (1 + 2e4 * E**2), E), 4e-3)
-    assert found.conicity == pytest.approx(0.1 * (1 + 0.75 * 2e4 * 16e-6), rel=1e-3)
+    result = linearise_harmonically(bent(0.1 * E * (1 + 2e4 * E**2), E), 4e-3)
+    assert result.conicity == pytest.approx(0.1 * (1 + 0.75 * 2e4 * 16e-6), rel=1e-3)
 
 
 def test_play_has_the_statistical_slope_of_stassen() -> None:
@@ -41,14 +41,14 @@ def test_play_has_the_statistical_slope_of_stassen() -> None:
     assert linearise(bent(curve, E), s).conicity == pytest.approx(0.3 * (1 - erf(h / s / np.sqrt(2))), rel=2e-3)
 
 
-def test_a_motion_that_the_geometry_does_not_hold_has_no_parameters() -> None:
+def test_a_motion_beyond_the_geometry_has_no_parameters() -> None:
     narrow = np.linspace(-4e-3, 4e-3, 801)
-    found = linearise(bent(0.1 * narrow, narrow), 3e-3)
-    assert np.isnan(found.conicity) and found.beyond > 0.1
+    result = linearise(bent(0.1 * narrow, narrow), 3e-3)
+    assert np.isnan(result.conicity) and result.beyond > 0.1
     assert np.isnan(linearise_harmonically(bent(0.1 * narrow, narrow), 5e-3).conicity)
 
 
-def test_the_forms_find_the_curves_they_are_the_forms_of() -> None:
+def test_the_fitted_forms_recover_their_own_curves() -> None:
     cubic = fit_forms(bent(0.1 * E * (1 + 2e4 * E**2), E), 2e-3)
     assert (cubic.polynomial_conicity, cubic.cubic) == pytest.approx((0.1, 2e4), rel=1e-6)
     line = fit_forms(bent(0.1 * E + 0.4 * (E - np.clip(E, -3e-3, 3e-3)), E), 2e-3)
@@ -59,6 +59,6 @@ def test_the_forms_find_the_curves_they_are_the_forms_of() -> None:
 
 def test_a_cone_is_linear_whatever_the_motion() -> None:
     contacts = find_contacts(cones(0.05))
-    found = [linearise(contacts, s).conicity for s in (5e-4, 1e-3, 2e-3)]
-    assert found == pytest.approx([conicity_of_cones(0.05, contacts)] * 3, rel=2e-3)
-    assert linearise_harmonically(contacts, 3e-3).conicity == pytest.approx(found[0], rel=2e-3)
+    result = [linearise(contacts, s).conicity for s in (5e-4, 1e-3, 2e-3)]
+    assert result == pytest.approx([conicity_of_cones(0.05, contacts)] * 3, rel=2e-3)
+    assert linearise_harmonically(contacts, 3e-3).conicity == pytest.approx(result[0], rel=2e-3)

@@ -17,18 +17,18 @@ from railui.vehicle.design_reader import Design, load_design, parse_design
 HOME = Path(__file__).parents[2]
 
 
-def test_every_published_value_comes_out_within_ten_seconds_of_a_processor() -> None:
+def test_all_published_values_agree_within_ten_seconds() -> None:
     begun = time.process_time()
-    found = doctor()
+    result = doctor()
     busy = time.process_time() - begun
-    assert [check["name"] for check in found["checks"] if not check["ok"]] == []
-    assert len(found["checks"]) > 30 and busy < 10
+    assert [check["name"] for check in result["checks"] if not check["ok"]] == []
+    assert len(result["checks"]) > 30 and busy < 10
 
 
 @pytest.mark.parametrize(
     ("name", "design"), [("check_bogie", check_bogie()), ("cooperrider", parse_design(COOPERRIDER))]
 )
-def test_its_vehicles_are_those_of_the_designs(name: str, design: Design) -> None:
+def test_the_vehicles_of_the_self_test_are_those_of_the_designs(name: str, design: Design) -> None:
     file = load_design(HOME / f"designs/{name}.yaml")
     assert dict(design.values) == pytest.approx(dict(file.values), rel=1e-12)
     assert [(e.kind, dict(e.parameters)) for e in design.effects] == [
@@ -36,7 +36,7 @@ def test_its_vehicles_are_those_of_the_designs(name: str, design: Design) -> Non
     ]
 
 
-def test_a_check_is_as_sharp_as_its_tolerance() -> None:
+def test_a_check_depends_on_its_tolerance() -> None:
     assert Check("x", 1.0, 1.0009, "s", 1e-3).is_ok and not Check("x", 1.0, 1.0011, "s", 1e-3).is_ok
     assert (
         Check("x", [None, 1.0], [None, 1.0], "s", 0.0).is_ok and not Check("x", [None, 1.0], [0.5, 1.0], "s", 1.0).is_ok
@@ -44,7 +44,7 @@ def test_a_check_is_as_sharp_as_its_tolerance() -> None:
     assert not Check("x", "v3", "v4", "s").is_ok and not Check("x", 1.0, None, "s", 1.0).is_ok
 
 
-def test_a_check_that_fails_is_told_and_exits_with_4(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_check_is_reported_with_exit_code_4(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("railui.doctor.track_and_comfort.spectrum_sd", lambda *_: 1.0)
     monkeypatch.setattr("railui.doctor.track_and_comfort.comfort_time", lambda *_: 1 / 0)
     done = CliRunner().invoke(cli, ["doctor", "--json", "-", "-q"])

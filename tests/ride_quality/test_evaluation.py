@@ -42,38 +42,38 @@ def same(one: dict[str, Any], other: dict[str, Any]) -> bool:
     return {**one, **own} == {**other, **own}
 
 
-def test_displacements_are_mean_spread_and_share_of_contact_of_the_series() -> None:
+def test_displacement_statistics_are_those_of_the_series() -> None:
     tight = BOGIE.with_values({"contact.flange_clearance": 2e-3})
     series = simulate(tight, LOW, 40.0, ["e1", "e2"])
-    found = ride(tight, LOW, 40.0)
+    result = ride(tight, LOW, 40.0)
     e = np.array([series["e1"], series["e2"]])
-    assert found["statistics"]["mean_e"] == pytest.approx(e.mean(axis=1), rel=1e-6, abs=1e-12)
-    assert found["statistics"]["sd_e"] == pytest.approx(e.std(axis=1), rel=1e-9)
-    assert found["flange_fractions"] == pytest.approx((np.abs(e) >= 2e-3).mean(axis=1), abs=1e-12)
-    assert 0 < found["flange_fraction"] == max(found["flange_fractions"])
+    assert result["statistics"]["mean_e"] == pytest.approx(e.mean(axis=1), rel=1e-6, abs=1e-12)
+    assert result["statistics"]["sd_e"] == pytest.approx(e.std(axis=1), rel=1e-9)
+    assert result["flange_fractions"] == pytest.approx((np.abs(e) >= 2e-3).mean(axis=1), abs=1e-12)
+    assert 0 < result["flange_fraction"] == max(result["flange_fractions"])
 
 
 def test_weighted_accelerations_are_those_of_the_filtered_series() -> None:
     x = simulate(BOGIE, LOW, 40.0, ["ayf"])["ayf"]
-    found = ride(BOGIE, LOW, 40.0)
+    result = ride(BOGIE, LOW, 40.0)
     for name, sections in comfort_cascades(BOGIE.riding, 0.0025).items():
         rms = float(np.sqrt(np.mean(signal.sosfilt(sections.copy(), x) ** 2)))
-        told = 4.42 * rms**0.3 if name == "wz" else rms
-        assert found[name] == pytest.approx(told, rel=1e-9), name
+        expected = 4.42 * rms**0.3 if name == "wz" else rms
+        assert result[name] == pytest.approx(expected, rel=1e-9), name
 
 
 def test_the_reference_weighs_in_the_frequency_domain() -> None:
     x = simulate(BOGIE, LOW, 40.0, ["ayf"])["ayf"]
     point = comfort_point_transfer(BOGIE.riding)
-    found = ride(BOGIE, LOW, 40.0)["reference"]
+    result = ride(BOGIE, LOW, 40.0)["reference"]
     wd = weighted_rms(x, 0.0025, lambda f: point.modulus(f) * W_D.modulus(f))
-    assert found["weighted_acceleration"] == pytest.approx(wd, rel=1e-12)
+    assert result["weighted_acceleration"] == pytest.approx(wd, rel=1e-12)
 
 
-def test_streaming_and_reference_agree_within_three_per_cent_on_two_kilometres() -> None:
-    found = ride(BOGIE, "erri_b176_low length=2000 seed=1", 40.0)
-    for key, value in found["reference"].items():
-        assert found[key] == pytest.approx(value, rel=0.03), key
+def test_streaming_and_reference_agree_within_three_per_cent() -> None:
+    result = ride(BOGIE, "erri_b176_low length=2000 seed=1", 40.0)
+    for key, value in result["reference"].items():
+        assert result[key] == pytest.approx(value, rel=0.03), key
 
 
 def test_blocks_of_five_seconds_give_n_mv_from_five_minutes_on() -> None:
@@ -92,7 +92,7 @@ def all_same(found: list[dict[str, Any]], expected: list[dict[str, Any]]) -> boo
 def company() -> list[Design]:
     """Twenty-three designs of two structures, two wheelbases and two uses."""
     rng = np.random.default_rng(1)
-    found = []
+    result = []
     for i in range(23):
         base = with_effects(CREEP) if i % 3 == 0 else BOGIE
         changes: dict[str, Any] = {"vehicle.primary.lateral_stiffness": float(rng.uniform(2e6, 5e6))}
@@ -100,11 +100,11 @@ def company() -> list[Design]:
             changes["vehicle.geometry.half_wheelbase"] = 1.1
         if i % 5 == 0:
             changes["riding.use"] = "local"
-        found.append(base.with_values(changes))
-    return found
+        result.append(base.with_values(changes))
+    return result
 
 
-def test_a_design_rides_the_same_alone_and_in_any_company_on_any_threads() -> None:
+def test_results_do_not_depend_on_the_batch_or_the_number_of_threads() -> None:
     designs = company()
     road = excitation_of(LOW, 40.0)
     alone = [simulate_rides([Model(design)], road, 1)[0] for design in designs]
@@ -115,24 +115,24 @@ def test_a_design_rides_the_same_alone_and_in_any_company_on_any_threads() -> No
     assert same(ride(designs[0], LOW, 40.0), alone[0])
 
 
-def test_a_stiff_design_takes_more_steps_and_leaves_its_neighbours_theirs() -> None:
+def test_a_stiff_design_does_not_change_the_steps_of_others() -> None:
     stiff = BOGIE.with_values({"vehicle.primary.lateral_stiffness": 3e8})
-    found = ride_many([BOGIE, stiff, BOGIE], LOW, 40.0)
-    assert found[1]["steps"] > found[0]["steps"] == found[2]["steps"] == 1
-    assert same(found[0], found[2]) and same(found[1], ride(stiff, LOW, 40.0))
+    result = ride_many([BOGIE, stiff, BOGIE], LOW, 40.0)
+    assert result[1]["steps"] > result[0]["steps"] == result[2]["steps"] == 1
+    assert same(result[0], result[2]) and same(result[1], ride(stiff, LOW, 40.0))
 
 
-def test_a_vehicle_that_diverges_is_dangerous_and_told_where() -> None:
-    found = ride(CHECK, "erri_b176_high length=1000 seed=1", 80.0)
-    assert found["class"] == "dangerous" and found["score"] == 0.0
-    assert 0 < found["diverged"]["at_s"] < 1000
-    assert found["weighted_acceleration"] is None and found["reference"] is None
-    assert any("diverged" in note for note in found["notes"])
+def test_a_diverging_vehicle_is_dangerous_with_its_location() -> None:
+    result = ride(CHECK, "erri_b176_high length=1000 seed=1", 80.0)
+    assert result["class"] == "dangerous" and result["score"] == 0.0
+    assert 0 < result["diverged"]["at_s"] < 1000
+    assert result["weighted_acceleration"] is None and result["reference"] is None
+    assert any("diverged" in note for note in result["notes"])
     series = simulate(CHECK, "erri_b176_high length=1000 seed=1", 80.0)
     assert np.isnan(series["e1"][-1]) and np.isfinite(series["e1"][0])
 
 
-def test_a_note_tells_where_no_step_can_follow_a_motion() -> None:
+def test_a_note_reports_a_motion_that_steps_do_not_resolve() -> None:
     text = {"kind": "bump_stop", "at": "primary_lateral", "gap": 5e-4}
     hard, soft = (ride(with_effects(text | {"stiffness": k}), "erri_b176_high length=300", 40.0) for k in (1e9, 1e5))
     assert any("steps: " in note and "instead of" in note for note in hard["notes"])
@@ -140,13 +140,13 @@ def test_a_note_tells_where_no_step_can_follow_a_motion() -> None:
 
 
 @pytest.mark.parametrize("speed", [5.0, 20.0, 60.0, 90.0, 120.0])
-def test_what_a_score_rests_on_is_right_to_a_ten_thousandth_at_any_speed(speed: float) -> None:
+def test_score_statistics_are_exact_to_1e_4_at_any_speed(speed: float) -> None:
     model, road = bogie_model(), excitation_of("erri_b176_high length=300 seed=1", speed)
     taken = model.vehicles().required_steps(model.single_batch(), speed, speed, road.dt)[0]
-    found, exact = (ride_statistics(model, model.row[None], road, steps=np.array([n])) for n in (taken, 16 * taken))
+    result, exact = (ride_statistics(model, model.row[None], road, steps=np.array([n])) for n in (taken, 16 * taken))
     for key in ("mean_e", "sd_e", "weighted_acceleration", "weighted_acceleration_1974"):
         scale = np.hypot(exact["mean_e"], exact["sd_e"]) if key.endswith("_e") else exact[key]
-        assert np.max(np.abs(found[key] - exact[key]) / scale) < 1e-4
+        assert np.max(np.abs(result[key] - exact[key]) / scale) < 1e-4
 
 
 def test_a_track_is_the_same_as_a_spec_an_object_and_a_file(tmp_path: Path) -> None:
@@ -158,10 +158,10 @@ def test_a_track_is_the_same_as_a_spec_an_object_and_a_file(tmp_path: Path) -> N
     assert (spec["seed"], track["seed"], table["track"]) == (1, None, "line.csv")
 
 
-def test_a_run_is_a_track_of_its_longest_stretch() -> None:
-    found = ride(BOGIE, HOME / "designs/campaigns/worn_axle_box/run_a.csv.gz", 40.0)
-    assert any("longest segment" in note for note in found["notes"])
-    assert 0.4 < found["weighted_acceleration"] / ride(BOGIE, LOW, 40.0)["weighted_acceleration"] < 2.5
+def test_a_run_is_a_track_of_its_longest_segment() -> None:
+    result = ride(BOGIE, HOME / "designs/campaigns/worn_axle_box/run_a.csv.gz", 40.0)
+    assert any("longest segment" in note for note in result["notes"])
+    assert 0.4 < result["weighted_acceleration"] / ride(BOGIE, LOW, 40.0)["weighted_acceleration"] < 2.5
 
 
 def test_a_speed_may_carry_its_unit() -> None:
@@ -169,23 +169,23 @@ def test_a_speed_may_carry_its_unit() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, np.inf, np.nan])
-def test_a_speed_that_is_none_is_refused(speed: float) -> None:
+def test_an_invalid_speed_is_rejected(speed: float) -> None:
     with pytest.raises(ValueError, match="speed must be positive"):
         ride(BOGIE, LOW, speed)
 
 
-def test_another_seed_takes_the_place_of_the_specs() -> None:
+def test_a_seed_replaces_that_of_the_spec() -> None:
     assert same(ride(BOGIE, LOW, 40.0, seed=7), ride(BOGIE, LOW.replace("seed=1", "seed=7"), 40.0))
     with pytest.raises(ValueError, match="no seed"):
         ride(BOGIE, resolve_track(LOW).track, 40.0, seed=2)
 
 
-def test_a_rig_rides_no_track() -> None:
+def test_a_rig_cannot_run_on_a_track() -> None:
     with pytest.raises(FileProblems, match="rides no track"):
         ride(load_design("vehicle: {rig: {mass: 95}}"), LOW, 40.0)
 
 
-def test_a_wide_gauge_widens_the_clearance_only_where_it_is_asked_for() -> None:
+def test_gauge_widens_the_clearance_only_if_requested() -> None:
     laid = resolve_track(LOW)
     gauge = 4e-3 * np.sin(2 * np.pi * laid.track.s / 37)
     track = Track(laid.track.s, laid.track.yw, laid.track.phiw, gauge)
@@ -193,41 +193,41 @@ def test_a_wide_gauge_widens_the_clearance_only_where_it_is_asked_for() -> None:
     widened = tight.with_values({"contact.gauge_widens_clearance": True})
     e1 = simulate(tight, track, 40.0, ["e1"])["e1"]
     assert ride(tight, track, 40.0)["flange_fractions"][0] == pytest.approx((np.abs(e1) >= 2e-3).mean())
-    found = ride(widened, track, 40.0)
-    assert found["flange_fractions"][0] == pytest.approx((np.abs(e1) >= 2e-3 + gauge / 2).mean())
-    assert found["statistics"]["sd_e"][0] == pytest.approx(np.sqrt(e1.var() + (gauge / 2).var()))
+    result = ride(widened, track, 40.0)
+    assert result["flange_fractions"][0] == pytest.approx((np.abs(e1) >= 2e-3 + gauge / 2).mean())
+    assert result["statistics"]["sd_e"][0] == pytest.approx(np.sqrt(e1.var() + (gauge / 2).var()))
 
 
-def test_goods_are_judged_by_rms_and_peak_of_the_load() -> None:
+def test_goods_are_scored_by_rms_and_peak_at_the_load() -> None:
     limits = {"riding.use": "goods", "riding.rms_limit": 1.0, "riding.peak_limit": 5.0}
     goods = BOGIE.with_values(limits)
     x = simulate(goods, LOW, 40.0, ["ayf"])["ayf"]
     felt = signal.sosfilt(discretise(comfort_point_transfer(goods.riding), 0.0025), x)
     model = Model(goods)
-    found = ride_statistics(model, model.row[None], excitation_of(LOW, 40.0))
-    assert found["acceleration"][0] == pytest.approx(np.sqrt(np.mean(felt**2)), rel=1e-9)
-    assert found["acceleration_peak"][0] == pytest.approx(np.abs(felt).max(), rel=1e-9)
+    result = ride_statistics(model, model.row[None], excitation_of(LOW, 40.0))
+    assert result["acceleration"][0] == pytest.approx(np.sqrt(np.mean(felt**2)), rel=1e-9)
+    assert result["acceleration_peak"][0] == pytest.approx(np.abs(felt).max(), rel=1e-9)
     assert ride(goods, LOW, 40.0)["decided_by"].startswith("score")
     with pytest.raises(FileProblems, match="rms_limit"):
         ride(BOGIE.with_values({"riding.use": "goods"}), LOW, 40.0)
 
 
-def test_a_coach_in_the_model_is_the_comfort_point() -> None:
+def test_a_modelled_carbody_is_the_comfort_point() -> None:
     coach = {"kind": "coach_mode", "at": "secondary_lateral", "mass": 12e3, "stiffness": 3e5, "damping": 3e4}
     design = with_effects(coach)
     series = simulate(design, LOW, 40.0, ["z.frame.0", "z.secondary_lateral.0"])
     y_coach = series["z.frame.0"] - series["z.secondary_lateral.0"]
     felt = signal.sosfilt(discretise(W_D, 0.0025), np.gradient(np.gradient(y_coach, 0.0025), 0.0025))
-    found = ride(design, LOW, 40.0)
-    assert found["comfort_point"].startswith("coach")
-    assert found["weighted_acceleration"] == pytest.approx(np.sqrt(np.mean(felt**2)), rel=2e-3)
+    result = ride(design, LOW, 40.0)
+    assert result["comfort_point"].startswith("coach")
+    assert result["weighted_acceleration"] == pytest.approx(np.sqrt(np.mean(felt**2)), rel=2e-3)
 
 
-def test_a_road_keeps_few_tables() -> None:
-    road = Excitation(resolve_track("erri_b176_low length=200"), 40.0)
-    for a in np.linspace(1.0, 1.5, 12):
-        road.table(float(a), 1)
-    assert len(road._tables) <= 8 and road.table(1.5, 1) is road.table(1.5, 1)
+def test_an_excitation_caches_a_limited_number_of_tables() -> None:
+    excitation = Excitation(resolve_track("erri_b176_low length=200"), 40.0)
+    tables = [excitation.table(float(a), 1) for a in np.linspace(1.0, 1.5, 12)]
+    assert excitation.table(1.5, 1) is tables[-1]
+    assert excitation.table(1.0, 1) is not tables[0]
 
 
 def test_a_renamed_design_is_the_same_vehicle() -> None:

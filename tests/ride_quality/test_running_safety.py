@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from railui.ride_quality.evaluation import ride
-from railui.ride_quality.running_safety import GuidingForces, instability_rms, force_limit, characteristic_values, running_safety, sliding_mean
+from railui.ride_quality.running_safety import (
+    GuidingForces,
+    characteristic_values,
+    force_limit,
+    instability_rms,
+    running_safety,
+    sliding_mean,
+)
 from railui.track.excitation import Excitation, resolve_track
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
@@ -22,9 +29,9 @@ TRACK = "erri_b176_high length=400 seed=1"
 def series(model: Model, channels: list[str], speed: float = 45.0) -> dict[str, np.ndarray]:
     road = Excitation(resolve_track(TRACK), speed)
     table = road.table(model.wheelset_spacing(), 1)
-    found, lost = model.vehicles().simulate(model.single_batch(), table, road.dt, 1, channels)
+    result, lost = model.vehicles().simulate(model.single_batch(), table, road.dt, 1, channels)
     assert lost[0] == -1
-    return dict(zip(channels, found[0], strict=True))
+    return dict(zip(channels, result[0], strict=True))
 
 
 def test_the_limit_is_ten_kilonewtons_and_two_thirds_of_the_wheel_load() -> None:
@@ -49,11 +56,11 @@ def guided(right: np.ndarray, left: np.ndarray, transferred: np.ndarray) -> Guid
 def test_a_quotient_is_the_force_outwards_over_the_wheel_load_at_that_side() -> None:
     """Y outwards is Y at the right wheel and -Y at the left; dQ loads the right wheel and unloads the left."""
     even = np.ones(1000)
-    found = guided(10e3 * even, -6e3 * even, 5e3 * even)
-    assert found.total == pytest.approx(np.full((4, 981), 4e3), rel=1e-9)
-    assert found.wheels[:, :, 500] == pytest.approx(np.tile([10e3, 6e3], (4, 1)), rel=1e-9)
-    assert found.quotient is not None
-    assert found.quotient[0, :, 500] == pytest.approx([10.0 / 59.546, 6.0 / 49.546], rel=1e-9)
+    result = guided(10e3 * even, -6e3 * even, 5e3 * even)
+    assert result.total == pytest.approx(np.full((4, 981), 4e3), rel=1e-9)
+    assert result.wheels[:, :, 500] == pytest.approx(np.tile([10e3, 6e3], (4, 1)), rel=1e-9)
+    assert result.quotient is not None
+    assert result.quotient[0, :, 500] == pytest.approx([10.0 / 59.546, 6.0 / 49.546], rel=1e-9)
 
 
 def test_a_wheel_that_lifts_has_no_quotient() -> None:
@@ -63,8 +70,12 @@ def test_a_wheel_that_lifts_has_no_quotient() -> None:
 
 def test_a_stretch_is_told_its_own_forces_and_how_much_of_it_lies_above_the_limit() -> None:
     half = np.where(np.arange(2000) < 1000, 60e3, 0.0)
-    found = guided(half, 0 * half, 0 * half)
-    whole, first, last = found.section_maxima(0, 2000), found.section_maxima(0, 900), found.section_maxima(1100, 2000)
+    result = guided(half, 0 * half, 0 * half)
+    whole, first, last = (
+        result.section_maxima(0, 2000),
+        result.section_maxima(0, 900),
+        result.section_maxima(1100, 2000),
+    )
     assert whole["share_above_limit"] == pytest.approx(0.5, abs=0.02)
     assert first["share_above_limit"] == 1.0 and last["share_above_limit"] == 0.0
     assert first["sum_of_guiding_forces"] == pytest.approx(60e3, rel=0.02)
@@ -75,9 +86,9 @@ def test_a_stretch_is_told_its_own_forces_and_how_much_of_it_lies_above_the_limi
 def test_instability_is_the_rms_of_what_swings_within_two_hertz_of_the_strongest() -> None:
     t = np.arange(8000) / 400.0
     swing = sum(a * np.sin(2 * np.pi * f * t) for a, f in ((5e3, 5.0), (4e3, 5.8), (3e3, 12.0)))  # 2 beats in 100 m
-    found = instability_rms(swing, 400.0, 0.1)
-    assert found["dominant_frequency"] == pytest.approx(5.0, abs=0.1)
-    assert found["rms_100m"] == pytest.approx(np.hypot(5e3, 4e3) / np.sqrt(2.0), rel=0.03)
+    result = instability_rms(swing, 400.0, 0.1)
+    assert result["dominant_frequency"] == pytest.approx(5.0, abs=0.1)
+    assert result["rms_100m"] == pytest.approx(np.hypot(5e3, 4e3) / np.sqrt(2.0), rel=0.03)
 
 
 def test_guiding_forces_balance_what_accelerates_a_wheelset() -> None:
@@ -106,40 +117,42 @@ def test_load_transfer_bears_the_moments_of_all_bodies_about_the_track() -> None
     start[0, freedoms.index("phi.frame_1")] = roll = 1e-3
     road = Excitation(resolve_track("erri_b176_low length=20 scale=1e-9"), 40.0)
     batch = COACH.single_batch().with_initial_states(start)
-    found, _ = COACH.vehicles().simulate(
+    result, _ = COACH.vehicles().simulate(
         batch, road.table(COACH.wheelset_spacing(), 1), road.dt, 1, ["dQ1", "dQ2", "dQ3"]
     )
     moment = 2 * values["vehicle.elements.primary.vertical_stiffness"] * roll  # y is 1 m
     lateral = 2 * values["vehicle.elements.primary.lateral_stiffness"] * roll * (0.46 - 0.6) * 0.46
-    rates = COACH.vehicles().state_derivatives(COACH.single_batch(), road.table(COACH.wheelset_spacing(), 1)[0], start)[0]
+    rates = COACH.vehicles().state_derivatives(COACH.single_batch(), road.table(COACH.wheelset_spacing(), 1)[0], start)[
+        0
+    ]
     inertia = values["vehicle.elements.wheelset.mass"] * 0.46 * rates[17 + freedoms.index("y.wheelset_1")]
-    assert found[0, 0, 0] == pytest.approx((moment + lateral - inertia) / 1.5, rel=1e-6)
-    assert found[0, 1, 0] == pytest.approx(found[0, 0, 0], rel=1e-6) and abs(found[0, 2, 0]) < 1e-6 * abs(
-        found[0, 0, 0]
+    assert result[0, 0, 0] == pytest.approx((moment + lateral - inertia) / 1.5, rel=1e-6)
+    assert result[0, 1, 0] == pytest.approx(result[0, 0, 0], rel=1e-6) and abs(result[0, 2, 0]) < 1e-6 * abs(
+        result[0, 0, 0]
     )
 
 
 def test_a_ride_tells_the_quantities_of_the_standard_by_name() -> None:
-    found = ride(COACH, TRACK, 45.0)["forces"]
-    assert found is not None and found["load_transfer"] and len(found["wheelsets"]) == 4
-    one = found["wheelsets"][0]
+    result = ride(COACH, TRACK, 45.0)["forces"]
+    assert result is not None and result["load_transfer"] and len(result["wheelsets"]) == 4
+    one = result["wheelsets"][0]
     assert one["limit"] == pytest.approx(10e3 + 2 * 54.546e3 / 3)
     assert one["sum_of_guiding_forces"] > 0 and 0 <= one["share_above_limit"] <= 1
     assert one["rms_100m"] > 0 and 0.4 <= one["dominant_frequency"] < 20
-    assert found["derailment_quotient"] == max(q for w in found["wheelsets"] for q in w["derailment_quotient"])
+    assert result["derailment_quotient"] == max(q for w in result["wheelsets"] for q in w["derailment_quotient"])
 
 
 def test_a_planar_bogie_has_its_static_wheel_load_and_says_so() -> None:
-    found = running_safety(BOGIE, Excitation(resolve_track(TRACK), 40.0))
-    assert found is not None and not found["load_transfer"] and "planar" in found["notes"][0]
-    one = found["wheelsets"][0]
+    result = running_safety(BOGIE, Excitation(resolve_track(TRACK), 40.0))
+    assert result is not None and not result["load_transfer"] and "planar" in result["notes"][0]
+    one = result["wheelsets"][0]
     assert one["derailment_quotient"] == pytest.approx(np.array(one["guiding_force"]) / 55e3)
 
 
 def test_guiding_forces_may_stand_for_flange_contact_in_the_score() -> None:
     model = Model(COACH.design.with_values({"riding.guidance": "lateral_force"}))
-    found = ride(model, TRACK, 45.0)
+    result = ride(model, TRACK, 45.0)
     Y = series(model, ["Y1", "Y2", "Y3", "Y4"])
     shares = [float(np.mean(np.abs(y) >= force_limit(54.546e3))) for y in Y.values()]
-    assert found["flange_fractions"] == pytest.approx(shares, abs=1e-12)
-    assert any("guiding forces" in note for note in found["notes"])
+    assert result["flange_fractions"] == pytest.approx(shares, abs=1e-12)
+    assert any("guiding forces" in note for note in result["notes"])

@@ -1,4 +1,4 @@
-"""Riding quality: the table of ISO 2631, flange contact of a Gaussian, score and class by hand."""
+"""Score and class of a ride."""
 
 import json
 import math
@@ -10,25 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from railui.ride_quality.comfort import (
-    ISO_2631_1974,
-    is_comfort_time_clipped,
-    comfort_index,
-    comfort_time,
     goods_index,
-    n_mv,
-    sperling_wz,
 )
-from railui.ride_quality.guidance import guidance_index, log_flange_fraction_gaussian
 from railui.ride_quality.score import CLASSES, SCORE_KEYS, classify, evaluate_ride, score_many
 
 CLEARANCE = 0.007
+
+
 LONG = SimpleNamespace(use="long_distance", journey=4 * 3600.0, comfort_weight=0.6, admissible_flange_fraction=0.05)
+
+
 LOCAL = SimpleNamespace(use="local", journey=3600.0, comfort_weight=0.4, admissible_flange_fraction=0.05)
-
-
-def gaussian_share(mean, sd, clearance):
-    """phi_G itself."""
-    return np.exp(log_flange_fraction_gaussian(mean, sd, clearance))
 
 
 def ride(**more):
@@ -45,106 +37,6 @@ def ride(**more):
     return fair | more
 
 
-# --- comfort
-
-
-def test_reduced_comfort_is_reached_at_the_points_of_the_table_over_315():
-    hours = {
-        0.100: 24,
-        0.150: 16,
-        0.224: 8,
-        0.355: 4,
-        0.50: 2.5,
-        0.85: 1,
-        1.25: 25 / 60,
-        1.5: 16 / 60,
-        2.0: 1 / 60,
-    }
-    assert {limit: seconds / 3600 for seconds, limit in ISO_2631_1974} == pytest.approx(hours)
-    for limit, time in hours.items():
-        assert float(comfort_time(limit / 3.15)) == pytest.approx(3600 * time, rel=1e-12)
-
-
-def test_between_two_points_the_curve_is_straight_in_logarithms():
-    # by hand: half way in the logarithm between 1 h and 25 min
-    rms = math.sqrt(0.85 * 1.25) / 3.15
-    assert float(comfort_time(rms)) == pytest.approx(math.sqrt(3600 * 1500), rel=1e-12)
-
-
-def test_outside_the_table_the_time_is_clipped_and_says_so():
-    assert float(comfort_time(0.0)) == pytest.approx(24 * 3600)
-    assert float(comfort_time(0.02)) == pytest.approx(24 * 3600)
-    assert float(comfort_time(5.0)) == pytest.approx(60)
-    assert is_comfort_time_clipped([0.0, 0.02, 0.1, 0.6, 0.64]).tolist() == [True, True, False, False, True]
-
-
-@given(st.floats(0, 10), st.floats(0, 10))
-def test_more_acceleration_never_gives_more_time(one, other):
-    calm, rough = sorted((one, other))
-    assert float(comfort_time(calm)) >= float(comfort_time(rough))
-
-
-def test_comfort_is_even_in_the_logarithm_of_time():
-    assert comfort_index([60.0, 86400.0, math.sqrt(60 * 86400), 1.0]) == pytest.approx([0, 1, 0.5, 0])
-
-
-def test_sperlings_wz_is_442_times_the_rms_to_the_power_03():
-    assert float(sperling_wz(0.3)) == pytest.approx(4.42 * math.exp(0.3 * math.log(0.3)), rel=1e-12)
-    assert float(sperling_wz(0.0)) == 0.0
-
-
-def test_n_mv_is_six_times_the_95th_percentile_of_blocks_and_absent_under_60():
-    blocks = np.arange(101) / 100
-    assert n_mv(blocks) == pytest.approx(6 * 0.95)
-    assert n_mv(blocks[:59]) is None
-    assert n_mv(blocks[:60]) is not None
-
-
-# --- guidance
-
-
-def test_the_gaussian_share_of_flange_contact_is_the_sum_of_both_tails():
-    m, sd, c = 1e-3, 3e-3, 7e-3
-    by_hand = 0.5 * math.erfc((c - m) / (math.sqrt(2) * sd)) + 0.5 * math.erfc((c + m) / (math.sqrt(2) * sd))
-    assert float(gaussian_share(m, sd, c)) == pytest.approx(by_hand, rel=1e-12)
-    assert float(gaussian_share(-m, sd, c)) == pytest.approx(by_hand, rel=1e-12)
-
-
-def test_the_logarithm_of_the_share_goes_on_where_the_share_itself_is_no_longer_a_number():
-    # far out: 2 exp(-x^2/2)/(x sqrt(2 pi)) (1 - 1/x^2), x = c/sd
-    x = 70.0
-    by_hand = math.log(2) - x**2 / 2 - math.log(x * math.sqrt(2 * math.pi)) + math.log1p(-1 / x**2 + 3 / x**4)
-    assert float(log_flange_fraction_gaussian(0.0, 1e-4, 7e-3)) == pytest.approx(by_hand, rel=1e-9)
-    assert float(gaussian_share(0.0, 1e-4, 7e-3)) == 0.0
-
-
-def test_a_wheelset_that_stands_still_touches_or_does_not():
-    assert gaussian_share([0.0, 8e-3, -8e-3, 7e-3], 0.0, 7e-3) == pytest.approx([0, 1, 1, 0.5])
-
-
-@given(st.floats(-0.02, 0.02), st.floats(0, 0.05), st.floats(0, 0.05))
-def test_shares_lie_between_0_and_1_and_grow_with_the_standard_deviation(mean, one, other):
-    small, large = sorted((one, other))
-    found = [float(gaussian_share(mean, sd, CLEARANCE)) for sd in (small, large)]
-    assert min(found) >= 0 and max(found) <= 1
-    if abs(mean) < CLEARANCE:
-        assert found[0] <= found[1] * (1 + 1e-12)
-
-
-def test_guidance_is_0_at_the_admissible_share_and_1_at_a_millionth():
-    shares = np.log([0.05, 1e-6, math.sqrt(0.05e-6), 0.2, 1e-9])
-    assert guidance_index(shares, 0.05) == pytest.approx([0, 1, 0.5, 0, 1], abs=1e-12)
-    assert float(guidance_index(-np.inf, 0.05)) == 1.0
-
-
-def test_an_admissible_share_of_a_millionth_or_less_is_refused():
-    with pytest.raises(ValueError, match="admissible_flange_fraction"):
-        guidance_index(-5.0, 1e-6)
-
-
-# --- score and class
-
-
 def test_the_score_is_the_weighted_sum_of_both_parts():
     # by hand; leading wheelset: x = 6.9/2 and 7.1/2, trailing 6.8/1.5 and 7.2/1.5
     tails = [0.5 * (math.erfc(3.45 / math.sqrt(2)) + math.erfc(3.55 / math.sqrt(2)))]
@@ -153,21 +45,21 @@ def test_the_score_is_the_weighted_sum_of_both_parts():
     slope = math.log(8 / 4) / math.log(0.224 / 0.355)  # 0.1 * 3.15 lies between 8 h and 4 h
     hours = 4 * math.exp(slope * math.log(0.315 / 0.355))
     comfort = math.log(60 * hours) / math.log(1440)
-    found = evaluate_ride(ride(), LONG, CLEARANCE)
-    assert found["comfort_hours"] == pytest.approx(hours, rel=1e-12)
-    assert found["flange_fraction_gaussian"] == pytest.approx(max(tails), rel=1e-12)
-    assert found["flange_margin"] == pytest.approx(3.45, rel=1e-12)
-    assert found["score"] == pytest.approx(100 * (0.6 * comfort + 0.4 * guidance), rel=1e-12)
-    assert found["wz"] == pytest.approx(4.42 * 0.12**0.3)
-    assert found["n_mv"] == pytest.approx(0.48)
-    assert found["flange_fraction"] == 0.001 and found["flange_fractions"] == [0.001, 0.0]
+    result = evaluate_ride(ride(), LONG, CLEARANCE)
+    assert result["comfort_hours"] == pytest.approx(hours, rel=1e-12)
+    assert result["flange_fraction_gaussian"] == pytest.approx(max(tails), rel=1e-12)
+    assert result["flange_margin"] == pytest.approx(3.45, rel=1e-12)
+    assert result["score"] == pytest.approx(100 * (0.6 * comfort + 0.4 * guidance), rel=1e-12)
+    assert result["wz"] == pytest.approx(4.42 * 0.12**0.3)
+    assert result["n_mv"] == pytest.approx(0.48)
+    assert result["flange_fraction"] == 0.001 and result["flange_fractions"] == [0.001, 0.0]
 
 
 def test_a_result_has_the_keys_of_the_command_and_goes_into_json():
-    found = evaluate_ride(ride(block_rms=[]), LONG, CLEARANCE)
-    assert list(found) == [*SCORE_KEYS, "notes"]
-    assert found["n_mv"] is None and any("n_mv" in note for note in found["notes"])
-    json.loads(json.dumps(found, allow_nan=False))
+    result = evaluate_ride(ride(block_rms=[]), LONG, CLEARANCE)
+    assert list(result) == [*SCORE_KEYS, "notes"]
+    assert result["n_mv"] is None and any("n_mv" in note for note in result["notes"])
+    json.loads(json.dumps(result, allow_nan=False))
 
 
 def test_classes_begin_at_20_40_60_80():
@@ -201,24 +93,24 @@ def test_a_limit_that_lowers_nothing_is_not_named():
     assert reason == "score 45.0: comfort 0.20, guidance 0.80, the weaker is comfort"
 
 
-def test_a_vehicle_that_diverged_is_dangerous_and_has_no_numbers():
+def test_a_diverged_ride_is_dangerous_without_values():
     for lost in (ride(diverged=True), ride(sd_e=[np.nan, 1.0]), ride(weighted_acceleration=np.inf)):
-        found = evaluate_ride(lost, LONG, CLEARANCE)
-        assert (found["score"], found["class"]) == (0.0, "dangerous")
-        assert found["comfort_hours"] is None and found["flange_margin"] is None
-        assert set(found) == {*SCORE_KEYS, "notes"}
-        json.loads(json.dumps(found, allow_nan=False))
+        result = evaluate_ride(lost, LONG, CLEARANCE)
+        assert (result["score"], result["class"]) == (0.0, "dangerous")
+        assert result["comfort_hours"] is None and result["flange_margin"] is None
+        assert set(result) == {*SCORE_KEYS, "notes"}
+        json.loads(json.dumps(result, allow_nan=False))
 
 
-def test_a_vehicle_that_does_not_move_has_full_marks_and_no_margin():
+def test_a_vehicle_without_motion_has_the_full_score_and_no_margin():
     still = ride(mean_e=[0.0, 0.0], sd_e=[0.0, 0.0], flange_fractions=[0.0, 0.0], wz=0.0)
-    found = evaluate_ride(still | {"weighted_acceleration_1974": 0.0}, LONG, CLEARANCE)
-    assert found["score"] == pytest.approx(100) and found["class"] == "very good"
-    assert found["comfort_clipped"] is True and found["flange_margin"] is None
-    assert any("24 h" in note for note in found["notes"])
+    result = evaluate_ride(still | {"weighted_acceleration_1974": 0.0}, LONG, CLEARANCE)
+    assert result["score"] == pytest.approx(100) and result["class"] == "very good"
+    assert result["comfort_clipped"] is True and result["flange_margin"] is None
+    assert any("24 h" in note for note in result["notes"])
 
 
-def test_goods_are_judged_by_rms_and_peak_against_their_limits():
+def test_goods_are_scored_by_rms_and_peak_against_their_limits():
     assert float(goods_index(0.5, None, 2.0, None)) == pytest.approx(1 - 0.5 / 2)
     assert float(goods_index(0.5, 3.0, 2.0, 4.0)) == pytest.approx(1 - 3 / 4)
     assert float(goods_index(3.0, None, 2.0, None)) == 0.0
@@ -229,7 +121,7 @@ def test_goods_are_judged_by_rms_and_peak_against_their_limits():
     assert load["score"] - passengers["score"] == pytest.approx(100 * 0.4 * (0.75 - comfort))
 
 
-def test_goods_without_a_limit_are_refused():
+def test_goods_without_a_limit_are_rejected():
     with pytest.raises(ValueError, match="rms_limit"):
         evaluate_ride(ride(acceleration=0.5), SimpleNamespace(**(vars(LOCAL) | {"use": "goods"})), CLEARANCE)
 
@@ -244,15 +136,15 @@ def test_many_rides_at_once_are_the_same_as_one_after_the_other():
         "weighted_acceleration_1974": rng.uniform(0, 1, 20),
         "diverged": np.arange(20) == 7,
     }
-    found = score_many(many, LONG, CLEARANCE)
-    assert all(not np.any(np.isnan(values)) for values in found.values())
+    result = score_many(many, LONG, CLEARANCE)
+    assert all(not np.any(np.isnan(values)) for values in result.values())
     for i in range(20):
         alone = evaluate_ride({name: values[i] for name, values in many.items()}, LONG, CLEARANCE)
-        assert found["score"][i] == alone["score"]
+        assert result["score"][i] == alone["score"]
         if i != 7:
-            assert found["flange_margin"][i] == alone["flange_margin"]
-            assert found["comfort_hours"][i] == alone["comfort_hours"]
-    assert found["weighted_acceleration"][7] == np.inf and found["flange_margin"][7] == -np.inf
+            assert result["flange_margin"][i] == alone["flange_margin"]
+            assert result["comfort_hours"][i] == alone["comfort_hours"]
+    assert result["weighted_acceleration"][7] == np.inf and result["flange_margin"][7] == -np.inf
 
 
 @given(st.floats(0, 2), st.floats(0, 2), st.floats(1e-5, 0.02), st.floats(1e-5, 0.02), st.floats(0, 1))
@@ -271,7 +163,7 @@ def test_less_acceleration_and_less_motion_never_lower_the_score(rms, other_rms,
 
 
 @given(st.floats(1e-4, 1e-2), st.floats(1e-4, 1e-2), st.floats(-5e-3, 5e-3), st.floats(-5e-3, 5e-3))
-def test_it_does_not_matter_which_wheelset_is_the_worse(sd1, sd2, m1, m2):
+def test_the_order_of_the_wheelsets_does_not_matter(sd1, sd2, m1, m2):
     forward = evaluate_ride(ride(mean_e=[m1, m2], sd_e=[sd1, sd2]), LONG, CLEARANCE)
     backward = evaluate_ride(ride(mean_e=[-m2, -m1], sd_e=[sd2, sd1]), LONG, CLEARANCE)
     for key in ("score", "flange_margin", "flange_fraction_gaussian"):

@@ -14,7 +14,7 @@ from scipy import signal, stats
 from railui.cli import cli
 from railui.ride_quality.evaluation import excitation_of, ride, simulate
 from railui.ride_quality.running_safety import characteristic_values, running_safety
-from railui.ride_quality.track_assessment import rank_correlation, severity, ranks, assess, band_pass
+from railui.ride_quality.track_assessment import assess, band_pass, rank_correlation, ranks, severity
 from railui.track import Track, band_sd, synthetic_track
 from railui.track.reader import save_track
 from railui.vehicle.design_reader import load_design
@@ -35,35 +35,35 @@ def faulty_line(*faults: tuple[float, float, float, float]) -> Track:
 
 
 @pytest.mark.parametrize("design", [BOGIE, HOME / "designs/manchester_coach.yaml"])
-def test_the_guiding_forces_of_stretches_are_those_of_the_ride(design: Path) -> None:
+def test_guiding_forces_of_sections_are_those_of_the_ride(design: Path) -> None:
     line = synthetic_track("erri_b176_high", length=1000.0, seed=3)
-    found = assess(line, design, 40.0, section_length=250.0)
+    result = assess(line, design, 40.0, section_length=250.0)
     whole = running_safety(resolve_model(design), excitation_of(line, 40.0))
     assert whole is not None
-    sums = [one["sum_of_guiding_forces"] for one in found["stretches"]]
+    sums = [one["sum_of_guiding_forces"] for one in result["stretches"]]
     of_wheelsets = max(one["sum_of_guiding_forces"] for one in whole["wheelsets"])
     # a percentile of the whole lies between those of its parts
     assert min(sums) < of_wheelsets <= max(sums)
-    assert min(sums) > 0 and found["sum_of_guiding_forces_limit"] == whole["wheelsets"][0]["limit"]
-    quotients = [one["derailment_quotient"] for one in found["stretches"]]
+    assert min(sums) > 0 and result["sum_of_guiding_forces_limit"] == whole["wheelsets"][0]["limit"]
+    quotients = [one["derailment_quotient"] for one in result["stretches"]]
     assert min(quotients) < whole["derailment_quotient"] <= max(quotients)
-    assert any("planar" in note for note in found["notes"]) == (design == BOGIE)
+    assert any("planar" in note for note in result["notes"]) == (design == BOGIE)
 
 
-def test_a_stretch_has_what_the_whole_ride_does_in_it() -> None:
+def test_a_section_has_the_statistics_of_the_whole_ride_in_it() -> None:
     line = synthetic_track("erri_b176_high", length=1000.0, seed=3)
-    found = assess(line, BOGIE, 40.0, section_length=250.0)
+    result = assess(line, BOGIE, 40.0, section_length=250.0)
     e = np.array([simulate(BOGIE, line, 40.0, [c])[c] for c in ("e1", "e2")])
-    for one in found["stretches"]:
+    for one in result["stretches"]:
         a, b = np.searchsorted(line.s, [one["from"] - 0.01, one["to"] + 0.01])
         assert one["largest_e"] == pytest.approx(np.abs(e[:, a:b]).max(), rel=1e-9)
         assert one["flange_fractions"] == pytest.approx((np.abs(e[:, a:b]) >= 7e-3).mean(axis=1), abs=1e-12)
     # mean squares of equal stretches add up to that of the ride
-    rms = [one["weighted_acceleration"] for one in found["stretches"]]
+    rms = [one["weighted_acceleration"] for one in result["stretches"]]
     assert np.sqrt(np.mean(np.square(rms))) == pytest.approx(ride(BOGIE, line, 40.0)["weighted_acceleration"], rel=1e-3)
 
 
-def test_where_the_gauge_widens_the_clearance_a_stretch_has_room_as_wide_as_under_each_wheelset() -> None:
+def test_gauge_widens_the_clearance_of_a_section_under_each_wheelset() -> None:
     """The margin is (c + mean g/2 - abs(mean e))/sd, sd^2 = var e + var g/2, the trailing wheelset 2a behind."""
     design = load_design(BOGIE).with_values({"contact.gauge_widens_clearance": True, "contact.flange_clearance": 2e-3})
     line = synthetic_track("fra_3", length=1000.0, seed=3)
@@ -80,7 +80,7 @@ def test_where_the_gauge_widens_the_clearance_a_stretch_has_room_as_wide_as_unde
         assert one["flange_margin"] == pytest.approx(min(margins), rel=1e-3)
 
 
-def test_of_two_stretches_alike_in_class_and_score_the_one_that_touches_more_is_worse() -> None:
+def test_flange_contact_ranks_sections_of_equal_class_and_score() -> None:
     more, less, none = ({"class": "dangerous", "score": 0.0, "flange_fraction": x} for x in (0.8, 0.6, None))
     assert severity(more) > severity(less) > severity(none)
     assert severity(less) > severity(more | {"score": 10.0}) > severity(more | {"class": "good"})
@@ -89,25 +89,25 @@ def test_of_two_stretches_alike_in_class_and_score_the_one_that_touches_more_is_
 def test_the_worst_geometry_is_not_the_worst_ride() -> None:
     # short waves that the vehicle does not follow, and smaller ones as long as it hunts
     line = faulty_line((400.0, 600.0, 4.0, 2.5e-3), (1200.0, 1400.0, 11.1, 1.2e-3))
-    found = assess(line, BOGIE, 40.0)["stretches"]
-    assert (found[0]["from"], found[0]["rank_geometry"]) == (pytest.approx(1200.0), 2)
-    worst = next(one for one in found if one["rank_geometry"] == 1)
+    result = assess(line, BOGIE, 40.0)["stretches"]
+    assert (result[0]["from"], result[0]["rank_geometry"]) == (pytest.approx(1200.0), 2)
+    worst = next(one for one in result if one["rank_geometry"] == 1)
     assert worst["from"] == pytest.approx(400.0)
-    assert worst["sd_yw"] > 1.5 * found[0]["sd_yw"] and worst["score"] > found[0]["score"] + 3
+    assert worst["sd_yw"] > 1.5 * result[0]["sd_yw"] and worst["score"] > result[0]["score"] + 3
 
 
-def test_stretches_cover_the_track_once_and_come_worst_first() -> None:
-    found = assess(synthetic_track("fra_4", length=930.0, seed=2), BOGIE, 40.0, section_length=200.0)["stretches"]
-    along = sorted((one["from"], one["to"]) for one in found)
+def test_sections_cover_the_track_once_worst_first() -> None:
+    result = assess(synthetic_track("fra_4", length=930.0, seed=2), BOGIE, 40.0, section_length=200.0)["stretches"]
+    along = sorted((one["from"], one["to"]) for one in result)
     assert [round(a) for a, _ in along] == [0, 200, 400, 600, 800]
     assert all(b + 0.1 == pytest.approx(a) for (_, b), (a, _) in pairwise(along))
     assert along[-1][1] == pytest.approx(930.0, abs=0.2)
-    scores = [one["score"] for one in found if one["class"] == found[-1]["class"]]
+    scores = [one["score"] for one in result if one["class"] == result[-1]["class"]]
     assert scores == sorted(scores)
 
 
 @pytest.mark.parametrize("stretch", [1.0, 2.0, 3.9, float("nan"), 400.0])
-def test_a_stretch_too_short_or_too_long_is_refused_with_its_range(stretch: float) -> None:
+def test_a_section_too_short_or_too_long_is_rejected_with_its_range(stretch: float) -> None:
     with pytest.raises(ValueError, match=r"section of .* cannot be assessed: give a length between 4 m and the length"):
         assess("erri_b176_low length=400", BOGIE, 60.0, section_length=stretch)
     done = CliRunner().invoke(
@@ -116,10 +116,10 @@ def test_a_stretch_too_short_or_too_long_is_refused_with_its_range(stretch: floa
     assert done.exit_code == 2 and "between 4 m" in done.output
 
 
-def test_the_shortest_stretches_are_assessed_whatever_the_last_piece_is() -> None:
+def test_the_shortest_sections_are_assessed_with_any_last_piece() -> None:
     for length in np.arange(40.0, 44.0, 0.5):
-        found = assess(f"erri_b176_low length={length}", BOGIE, 60.0, section_length=4.0)
-        assert all(np.isfinite(one["sum_of_guiding_forces"]) for one in found["stretches"])
+        result = assess(f"erri_b176_low length={length}", BOGIE, 60.0, section_length=4.0)
+        assert all(np.isfinite(one["sum_of_guiding_forces"]) for one in result["stretches"])
 
 
 def test_the_percentile_of_a_single_mean_is_that_mean() -> None:
@@ -132,33 +132,33 @@ def test_waves_of_a_band_have_its_standard_deviation() -> None:
 
 
 def test_a_vehicle_that_leaves_the_track_is_dangerous_from_there_on() -> None:
-    found = assess("erri_b176_high length=2000", HOME / "designs/check_bogie.yaml", 80.0)
-    assert found["stretches"][0]["class"] == "dangerous" and found["stretches"][0]["largest_e"] is None
-    assert "left the track" in " ".join(found["notes"])
+    result = assess("erri_b176_high length=2000", HOME / "designs/check_bogie.yaml", 80.0)
+    assert result["stretches"][0]["class"] == "dangerous" and result["stretches"][0]["largest_e"] is None
+    assert "left the track" in " ".join(result["notes"])
 
 
-def test_the_command_tells_stretches_draws_and_is_strict(tmp_path: Path) -> None:
+def test_the_command_prints_sections_draws_and_rejects_faulty_input(tmp_path: Path) -> None:
     line = synthetic_track("fra_1", length=1000.0, seed=1)
     save_track(tmp_path / "line.csv", line.s, line.yw, line.phiw, line.gauge, conventions=line.conventions)
     words = ["assess", str(tmp_path / "line.csv"), str(BOGIE), "--speed", "60", "--json", str(tmp_path / "a.json")]
     done = CliRunner().invoke(cli, [*words, "--figure", str(tmp_path / "a.svg"), "--strict"])
     assert done.exit_code == 4, done.output
-    told = json.loads((tmp_path / "a.json").read_text())
-    assert {"from", "to", "score", "flange_fraction"} <= set(told["stretches"][0])
-    assert len(told["inputs"]) == 2 and (tmp_path / "a.svg").read_text().count("<svg") == 1
+    result = json.loads((tmp_path / "a.json").read_text())
+    assert {"from", "to", "score", "flange_fraction"} <= set(result["stretches"][0])
+    assert len(result["inputs"]) == 2 and (tmp_path / "a.svg").read_text().count("<svg") == 1
     assert CliRunner().invoke(cli, [*words, "--stretch", "3 km"]).exit_code == 2
     assert CliRunner().invoke(cli, ["assess", "fra_9", str(BOGIE), "--speed", "40"]).exit_code == 2
 
 
-def test_places_in_an_order_and_agreement_of_two_are_those_of_scipy() -> None:
+def test_ranks_and_rank_correlation_agree_with_scipy() -> None:
     sd = np.array([0.3, 0.1, 0.3, 0.7, 0.2, 0.1, 0.1])
-    badness = [(-1.0, -float(score), 0.0) for score in (40, 60, 40, 20, 50, 55, 70)]
+    severities = [(-1.0, -float(score), 0.0) for score in (40, 60, 40, 20, 50, 55, 70)]
     assert [first for first, _ in ranks(-sd)] == stats.rankdata(-sd, method="min").tolist()
-    ranks = [sorted(badness).index(b) for b in badness]
-    assert rank_correlation(sd, badness) == pytest.approx(stats.spearmanr(sd, ranks).statistic, rel=1e-12)
+    order = [sorted(severities).index(s) for s in severities]
+    assert rank_correlation(sd, severities) == pytest.approx(stats.spearmanr(sd, order).statistic, rel=1e-12)
 
 
-def test_a_line_in_a_band_is_level_as_detrend_has_it() -> None:
+def test_a_band_passed_track_is_detrended_as_by_scipy() -> None:
     track = Track(0.1 * np.arange(997), 0.01 + 1e-5 * np.arange(997) + faulty_line().yw[:997])
     line = np.fft.rfft(signal.detrend(track.yw))
     wavelength = 99.7 / np.maximum(np.arange(len(line)), 1e-9)

@@ -19,8 +19,8 @@ from railui.ride_quality.weighting import (
     brick_wall_1974,
     cascade,
     comfort_cascades,
-    transmissibility,
     sperling_b,
+    transmissibility,
     weighted_rms,
 )
 
@@ -58,7 +58,7 @@ def test_w_k_has_the_values_of_iso_2631_1():
     np.testing.assert_allclose(W_K.modulus([1, 4, 8, 16]), np.array([482, 967, 1036, 768]) / 1000, rtol=0, atol=8e-4)
 
 
-def test_the_floor_passes_what_its_formula_says():
+def test_the_floor_has_the_transmissibility_of_its_formula():
     for frequency in (0.3, 1.2, 5.0):
         s, w0, z = 2j * np.pi * frequency, 2 * np.pi * 1.2, 0.2
         by_hand = (2 * z * w0 * s + w0**2) / (s**2 + 2 * z * w0 * s + w0**2)
@@ -73,12 +73,12 @@ def test_sperlings_b_is_the_modulus_of_a_rational_function_of_third_order():
     assert float(sperling_b(5.0)) == pytest.approx(0.737 * np.sqrt(86.8375 / 45.44185), rel=1e-9)
 
 
-def test_the_brick_wall_of_the_1970s_is_0_1_2_over_f_0():
+def test_the_brick_wall_of_the_1970s_is_0_then_1_then_2_over_f_then_0():
     frequency = [0.5, 0.999, 1.0, 1.5, 2.0, 4.0, 20.0, 80.0, 80.1]
     np.testing.assert_allclose(brick_wall_1974(frequency), [0, 0, 1, 1, 1, 0.5, 0.1, 0.025, 0], rtol=1e-15)
 
 
-def test_the_streaming_form_of_the_1970s_differs_by_what_its_caption_says():
+def test_the_streaming_form_of_the_1970s_differs_as_its_docstring_states():
     frequency = np.array([1, 1.25, 1.5, 2, 3, 4, 8, 16, 31.5, 63, 80])
     off = 20 * np.log10(W_1974.modulus(frequency) / brick_wall_1974(frequency))
     np.testing.assert_allclose(off, [-1.96, -0.41, 0.04, -0.58, 0.21, 0.24, 0.09, 0.02, -0.10, -1.41, -3.01], atol=0.01)
@@ -93,12 +93,12 @@ def test_the_rms_of_the_streaming_form_agrees_within_2_percent(before):
     assert np.sqrt(streaming / wall) == pytest.approx(1.0, abs=0.02)
 
 
-def test_at_400_samples_per_second_w_d_is_005_db_low_at_16_hz_and_029_at_40():
+def test_w_d_at_400_hz_is_005_db_low_at_16_hz_and_029_at_40():
     assert decibels(W_D, 16.0, 1 / 400) == pytest.approx(-0.05, abs=0.005)
     assert decibels(W_D, 40.0, 1 / 400) == pytest.approx(-0.29, abs=0.005)
 
 
-def test_a_bilinear_filter_at_200_samples_per_second_would_be_more_than_17_db_low_at_80_hz():
+def test_a_bilinear_filter_at_200_hz_would_be_17_db_low_at_80_hz():
     bilinear = signal.bilinear_zpk(W_D.zeros, W_D.poles, W_D.gain, 200)
     response = signal.freqz_zpk(*bilinear, [80.0], fs=200)[1]
     assert 20 * np.log10(abs(response[0]) / W_D.modulus(80.0)) < -17
@@ -130,7 +130,7 @@ def test_the_whole_cascade_is_exact_for_input_linear_between_samples(name, dt):
     dt=st.floats(0.0005, 0.02),
     name=st.sampled_from(list(COMFORT_WEIGHTS)),
 )
-def test_sections_are_exact_for_any_floor_and_cushion_even_where_both_are_alike(floor, cushion, alike, dt, name):
+def test_sections_are_exact_for_any_floor_and_cushion_even_equal_ones(floor, cushion, alike, dt, name):
     cushion = floor if alike else cushion
     weight = cascade(transmissibility(*floor), transmissibility(*cushion), COMFORT_WEIGHTS[name])
     frequency = np.array([0.5, 1.0, 3.0, 10.0])
@@ -162,7 +162,7 @@ def test_a_constant_acceleration_dies_away_to_nothing():
         assert abs(signal.sosfilt(discretise(weight, 0.0025), constant)[-1]) < 1e-10
 
 
-def test_an_unstable_or_improper_filter_is_refused():
+def test_an_unstable_or_improper_filter_is_rejected():
     with pytest.raises(ValueError, match="stable"):
         discretise(([], [1.0], 1.0), 0.01)
     with pytest.raises(ValueError, match="stable"):
@@ -171,7 +171,7 @@ def test_an_unstable_or_improper_filter_is_refused():
         discretise(W_D, 0.0)
 
 
-def test_the_rms_by_frequencies_is_that_of_a_sine_times_its_weight():
+def test_the_rms_of_a_sine_in_the_frequency_domain_is_weighted():
     t = np.arange(8000) / 400
     for frequency in (1.0, 2.0, 10.0):
         sine = 0.3 * np.sqrt(2) * np.sin(2 * np.pi * frequency * t)
@@ -180,13 +180,13 @@ def test_the_rms_by_frequencies_is_that_of_a_sine_times_its_weight():
             assert weighted_rms(sine, 1 / 400, weight) == pytest.approx(by_hand, rel=1e-9)
 
 
-def test_without_a_weight_the_rms_is_the_root_of_the_mean_square_mean_kept():
+def test_the_unweighted_rms_includes_the_mean():
     for n in (999, 1000):
         x = 2 + np.random.default_rng(n).standard_normal(n)
         assert weighted_rms(x, 0.01, np.ones_like) == pytest.approx(float(np.sqrt(np.mean(x**2))), rel=1e-12)
 
 
-def test_the_streamed_rms_agrees_with_the_one_by_frequencies():
+def test_the_streamed_rms_agrees_with_that_in_the_frequency_domain():
     rng, dt = np.random.default_rng(3), 1 / 400
     band = signal.butter(2, [0.5, 15], "bandpass", fs=400, output="sos")
     coloured = signal.sosfilt(band, rng.standard_normal(80_000))
@@ -200,7 +200,7 @@ def riding(**more):
     return SimpleNamespace(**(point | more))
 
 
-def test_the_comfort_point_stands_behind_floor_and_cushion():
+def test_the_comfort_point_is_in_series_with_floor_and_cushion():
     dt, frequency = 0.0025, 3.0
     plain = comfort_cascades(riding(), dt, floor=False)["weighted_acceleration"]
     floor = comfort_cascades(riding(), dt)["weighted_acceleration"]
@@ -210,14 +210,14 @@ def test_the_comfort_point_stands_behind_floor_and_cushion():
     assert at[2] / at[1] == pytest.approx(float(transmissibility(4.0, 0.3).modulus(frequency)), rel=1e-3)
 
 
-def test_sections_are_worked_out_once_and_cannot_be_written_over():
+def test_sections_are_computed_once_and_read_only():
     first, again = comfort_cascades(riding(), 0.003), comfort_cascades(riding(), 0.003)
     assert all(first[name] is again[name] for name in first)
     with pytest.raises(ValueError, match="read-only"):
         first["wz"][0, 0] = 1.0
 
 
-def test_half_a_cushion_is_refused():
+def test_an_incomplete_cushion_is_rejected():
     with pytest.raises(ValueError, match="cushion_damping"):
         comfort_cascades(riding(cushion_frequency=4.0), 0.0025)
     with pytest.raises(ValueError, match="positive"):

@@ -127,13 +127,13 @@ class Bogie:
 
     def motion(self, place: str, q: Array, coach: Array | float = 0.0) -> Array:
         """Motion (of rates: rate) at a place [row, vehicle]."""
-        found: Array
+        result: Array
         if place == "primary_lateral":
-            found = q[2:4] - q[0] - self.arms * q[1]
-            return found
+            result = q[2:4] - q[0] - self.arms * q[1]
+            return result
         if place == "primary_yaw":
-            found = q[4:6] - q[1]
-            return found
+            result = q[4:6] - q[1]
+            return result
         if place == "linkage":
             return q[4:5] + q[5:6]
         if place == "secondary_lateral":

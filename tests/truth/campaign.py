@@ -88,8 +88,8 @@ class Campaign:
 
 def decay(vehicle: Vehicle, V: float) -> float:
     """Decay of the least damped small oscillation, 1/s; negative where the linear vehicle hunts."""
-    found = Bogie([vehicle]).eigenvalues(V)[0]
-    swinging = found.real[np.abs(found.imag) > 1e-6]
+    result = Bogie([vehicle]).eigenvalues(V)[0]
+    swinging = result.real[np.abs(result.imag) > 1e-6]
     return -float(swinging.max(initial=-np.inf))
 
 

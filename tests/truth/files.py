@@ -68,11 +68,11 @@ WHEEL = {
 
 def paths(vehicle: Vehicle) -> dict[str, float]:
     """Every number of a vehicle under its name in design files."""
-    found = {f"{group}.{name}": getattr(vehicle, x) for group, names in BODY.items() for name, x in names.items()}
+    result = {f"{group}.{name}": getattr(vehicle, x) for group, names in BODY.items() for name, x in names.items()}
     for i, wheelset in enumerate(("leading", "trailing")):
-        found |= {f"contact.{wheelset}.{name}": getattr(vehicle, x)[i] for name, x in WHEEL.items()}
+        result |= {f"contact.{wheelset}.{name}": getattr(vehicle, x)[i] for name, x in WHEEL.items()}
     rest = {"vehicle.wheel_load": vehicle.N, "contact.spin_creep": vehicle.kappa_s}
-    return {**found, **rest, "contact.flange_clearance": vehicle.clearance}
+    return {**result, **rest, "contact.flange_clearance": vehicle.clearance}
 
 
 def vehicle_of(values: Mapping[str, float], base: Vehicle) -> Vehicle:

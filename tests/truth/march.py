@@ -83,8 +83,8 @@ def observe(bogie: Bogie, k: int, road: Road, X: Array, A: Array, Q: Array) -> d
     e = X[:, 2:4] - p[:, 0:2] - u
     lean = bogie.a[k] * X[:, 1]
     d1, d2 = X[:, 2] - X[:, 0] - lean, X[:, 3] - X[:, 0] + lean
-    found = (e[:, 0], e[:, 1], A[:, 2], A[:, 3], A[:, 0], X[:, 7], d1, d2, X[:, 4], X[:, 5], Q[:, 0], Q[:, 1])
-    return dict(zip(CHANNELS, found, strict=True))
+    result = (e[:, 0], e[:, 1], A[:, 2], A[:, 3], A[:, 0], X[:, 7], d1, d2, X[:, 4], X[:, 5], Q[:, 0], Q[:, 1])
+    return dict(zip(CHANNELS, result, strict=True))
 
 
 def simulate_many(

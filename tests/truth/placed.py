@@ -104,15 +104,15 @@ class Group:
 
 def grouped(batch: Sequence[Sequence[Effect]], declared: Callable[[int, str], tuple[float, float]]) -> list[Group]:
     """Force effects of a batch gathered by kind and place; declared(k, place): spring and damper there."""
-    found: dict[tuple[str, str, slice | int, int], list[tuple[int, Effect]]] = {}
+    result: dict[tuple[str, str, slice | int, int], list[tuple[int, Effect]]] = {}
     for k, effects in enumerate(batch):
         seen: dict[tuple[str, str, int], int] = {}
         for one in effects:
             if KINDS[one.kind].law or KINDS[one.kind].many:
                 label = (one.kind, one.at, one.wheelset or 0)
                 seen[label] = seen.get(label, 0) + 1
-                found.setdefault((*label, seen[label]), []).append((k, one))
-    return [_group(members, len(batch), declared) for members in found.values()]
+                result.setdefault((*label, seen[label]), []).append((k, one))
+    return [_group(members, len(batch), declared) for members in result.values()]
 
 
 def _group(members: list[tuple[int, Effect]], size: int, declared: Callable[[int, str], tuple[float, float]]) -> Group:

@@ -67,7 +67,7 @@ def _span(
 ) -> Array:
     """From t to end, stopping at each event and stepping over it."""
     while end - t > 2.0 * SHORT:
-        found = solve_ivp(
+        result = solve_ivp(
             rate,
             (t, end),
             x,
@@ -77,10 +77,10 @@ def _span(
             atol=atol,
             first_step=0.25 * (end - t),
         )
-        if found.status < 0:
-            raise ArithmeticError(f"DOP853 stopped at {found.t[-1]} s: {found.message}")
-        t, x = float(found.t[-1]), found.y[:, -1]
-        if found.status == 1:
+        if result.status < 0:
+            raise ArithmeticError(f"DOP853 stopped at {result.t[-1]} s: {result.message}")
+        t, x = float(result.t[-1]), result.y[:, -1]
+        if result.status == 1:
             middle = x + 0.5 * SHORT * rate(t, x)
             t, x = t + SHORT, x + SHORT * rate(t + 0.5 * SHORT, middle)
     return x

@@ -20,7 +20,7 @@ os.sched_setaffinity(0, {CORE})  # before any library counts the cores
 
 import numpy as np  # noqa: E402
 
-from railui.bench.benchmark_log import source_commit, processor_name  # noqa: E402
+from railui.bench.benchmark_log import processor_name, source_commit  # noqa: E402
 from railui.core import simd_level  # noqa: E402
 from tests.bench.page import write_after  # noqa: E402
 from tests.bench.peers import diffrax_peer, exudyn_peer, jax_peer, numba_peer, scipy_peer  # noqa: E402
@@ -102,13 +102,13 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--write", type=Path, help="a page whose results are written anew")
-    told = parser.parse_args()
+    args = parser.parse_args()
     where = f"{datetime.now(UTC):%Y-%m-%d}, railui at {source_commit()}, one core of {processor_name()}"
-    head = f"{where}, numpy {np.__version__}; the median of {told.rounds} rounds in turns."
-    text = "\n\n".join([head, *(table(job, measure(job, told.rounds)) for job in jobs())]) + "\n"
+    head = f"{where}, numpy {np.__version__}; the median of {args.rounds} rounds in turns."
+    text = "\n\n".join([head, *(table(job, measure(job, args.rounds)) for job in jobs())]) + "\n"
     print(text)
-    if told.write:
-        write_after(told.write, text)
+    if args.write:
+        write_after(args.write, text)
 
 
 if __name__ == "__main__":

@@ -64,16 +64,16 @@ def prepare(job: Job, compiled: bool) -> Callable[[], Answers]:
         settings.solutionSettings.sensorsWritePeriod = job.dt
         settings.displayComputationTime = False
         mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.RK44)
-        found = [mbs.GetSensorStoredData(sensor)[:, 1:].T for sensor in sensors]
+        result = [mbs.GetSensorStoredData(sensor)[:, 1:].T for sensor in sensors]
         mbs.Reset()
-        return np.vstack(found)
+        return np.vstack(result)
 
     def rides() -> Answers:
-        found = []
+        result = []
         for c in columns:
             x = ride(c)
-            found.append((x[2] - rows[0], x[4] - rows[4], all_at_once(x, c, rows)[0]))
-        series = np.array(found).transpose(1, 0, 2)
+            result.append((x[2] - rows[0], x[4] - rows[4], all_at_once(x, c, rows)[0]))
+        series = np.array(result).transpose(1, 0, 2)
         return job.of_series(series[:2], series[2])
 
     return rides

@@ -38,11 +38,11 @@ def prepare(job: Job) -> Callable[[], Answers]:
     cascades = [[tuple(map(float, row)) for row in one] for one in job.named_sections.values()]
 
     def sums(kept, x, row, a_y):  # type: ignore[no-untyped-def]
-        found, memory, squares = kept
+        result, memory, squares = kept
         e = [x[2] - row[0], x[4] - row[4]][:wheelsets]
-        found = [
+        result = [
             (s + one, q + one * one, t + jnp.where(abs(one) >= clearance, 1.0, 0.0))
-            for (s, q, t), one in zip(found, e, strict=True)
+            for (s, q, t), one in zip(result, e, strict=True)
         ]
         left, weighted = [], []
         for cascade, own, square in zip(cascades, memory, squares, strict=True):
@@ -53,7 +53,7 @@ def prepare(job: Job) -> Callable[[], Answers]:
                 y = out
             left.append(after)
             weighted.append(square + y * y)
-        return found, left, weighted
+        return result, left, weighted
 
     def ride(c, track):  # type: ignore[no-untyped-def]
         c = tuple(c)
@@ -75,15 +75,15 @@ def prepare(job: Job) -> Callable[[], Answers]:
         kept = [(zero,) * 3] * wheelsets, [[(zero, zero)] * len(one) for one in cascades], [zero] * len(cascades)
         (x, kept), _ = jax.lax.scan(step, (jnp.zeros(12), kept), (track[:-1:2], track[1::2], track[2::2]))
         last = track[-1]
-        found, _, squares = sums(kept, x, last, accelerations(x, c, last)[0])
-        return found, squares
+        result, _, squares = sums(kept, x, last, accelerations(x, c, last)[0])
+        return result, squares
 
     run = jax.jit(jax.vmap(ride, in_axes=(1, None)))
     c, track = jnp.asarray(job.c), jnp.asarray(job.track)
 
     def rides() -> Answers:
-        found, squares = jax.block_until_ready(run(c, track))
-        own = np.array(found)
+        result, squares = jax.block_until_ready(run(c, track))
+        own = np.array(result)
         return job.of_sums(own[:, 0], own[:, 1], own[:, 2], np.array(squares) if job.full else None)
 
     return rides

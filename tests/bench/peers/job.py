@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import sosfilt
 
-from railui.bench.standard_job import bogie_model, standard_excitation, spread_designs
+from railui.bench.standard_job import bogie_model, spread_designs, standard_excitation
 from railui.ride_quality.comfort import comfort_sections
 from railui.ride_quality.score import score_many
 from railui.ride_quality.statistics import BLOCK_DURATION, SCORE_CHANNELS
@@ -100,23 +100,23 @@ class Job:
 
         def run() -> Answers:
             channels = SCORE_CHANNELS if self.full else SCORE_CHANNELS[:1]
-            found = vehicles.ride_statistics(
+            result = vehicles.ride_statistics(
                 batch, self.table, self.dt, 1, channels, clearance, cascades, block=block, jobs=1
             )
-            return self.answers(found.displacement, found.rms[:, 0].T if self.full else None)
+            return self.answers(result.displacement, result.rms[:, 0].T if self.full else None)
 
         return run
 
     def answers(self, displacement: Floats, rms: Floats | None) -> Answers:
         """From mean, sd and share of contact of e_1 (and e_2) [design, wheelset, 3] and the rms per weighting."""
         e = np.asarray(displacement)
-        found = {f"rms e_{i + 1}": np.hypot(e[:, i, 0], e[:, i, 1]) for i in range(e.shape[1])}
+        result = {f"rms e_{i + 1}": np.hypot(e[:, i, 0], e[:, i, 1]) for i in range(e.shape[1])}
         if rms is None:
-            return found
+            return result
         statistics: dict[str, Any] = dict(zip(self.named_sections, np.asarray(rms), strict=True))
-        found |= statistics
+        result |= statistics
         statistics |= {"mean_e": e[..., 0], "sd_e": e[..., 1], "flange_fractions": e[..., 2]}
-        return found | {"score": score_many(statistics, self.riding, self.clearance)["score"]}
+        return result | {"score": score_many(statistics, self.riding, self.clearance)["score"]}
 
     def of_sums(self, sums: Floats, squares: Floats, touching: Floats, weighted: Floats | None) -> Answers:
         """From sums over the samples: of e, e^2 and contact [wheelset, design], of squares [weighting, design]."""

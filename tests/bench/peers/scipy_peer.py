@@ -97,12 +97,12 @@ def prepare(job: Job, compiled: bool) -> Callable[[], Answers]:
     lists = [each if compiled else each.tolist() for each in (job.c.T.copy(), pieces)]
 
     def rides() -> Answers:
-        found = []
+        result = []
         for c in lists[0]:
             setting = {"method": METHOD, "rtol": RELATIVE, "atol": ABSOLUTE}
             x = solve_ivp(rate, (t[0], t[-1]), np.zeros(12), t_eval=t, args=(c, lists[1]), **setting).y
-            found.append((x[2] - rows[0], x[4] - rows[4], all_at_once(x, c, rows)[0]))
-        series = np.array(found).transpose(1, 0, 2)
+            result.append((x[2] - rows[0], x[4] - rows[4], all_at_once(x, c, rows)[0]))
+        series = np.array(result).transpose(1, 0, 2)
         return job.of_series(series[:2], series[2])
 
     return rides
