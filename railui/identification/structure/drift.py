@@ -24,7 +24,7 @@ from railui.identification.estimation.validation import Validation, compute_vali
 from railui.identification.prediction import Prediction, Predictor, required_steps
 from railui.vehicle.model import Model
 
-KNOT_COUNTS = (3, 5, 9, 17, 33)  # numbers of knots that are tried
+KNOT_COUNTS = (3, 5, 9, 17, 33)  # of the drifts that are compared
 MAX_ITERATIONS = 4  # of the refinement
 RANDOM_SIGNS_SEED = 19
 

@@ -19,7 +19,7 @@ from railui.parallel import map_threads
 PredictedGains = Mapping[tuple[Candidate, int], float]
 
 
-def predict_validation_gain(context: Context, validation_fit: Fit | None, trace: ScoreTestResult) -> PredictedGains:
+def predict_validation_gain(context: Context, validation_fit: Fit | None, scores: ScoreTestResult) -> PredictedGains:
     """Predict the NRMSE^2 on the validation runs that an amount of 1 adds, by candidate and shape.
 
     The part that the parameters absorbed on the estimation runs is subtracted as it acts at the speeds and on the track
@@ -29,7 +29,7 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, trace:
     ----------
     validation_fit
         The calibrated model prepared on the validation runs; None if it hunts there, which yields no prediction.
-    trace
+    scores
         Result of the score test, with the part of each candidate that the parameters absorb.
     """
     if validation_fit is None:
@@ -44,7 +44,7 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, trace:
         for i in used:
             c = t.segment.channels[i]
             power[c] = power.get(c, 0.0) + float(np.sum((t.measured[i] / t.filter.weights[i]) ** 2))
-    absorbed = {(s.candidate, s.shape): s.absorbed for s in trace.results}
+    absorbed = {(s.candidate, s.shape): s.absorbed for s in scores.results}
 
     def predict(batch: CandidateBatch) -> list[tuple[tuple[Candidate, int], float]]:
         keys = [(batch.members[member], shape) for member, shape in batch.lanes]
@@ -61,7 +61,7 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, trace:
                     added[lane] += float(np.sum(unabsorbed[i] ** 2)) / max(scale, 1e-300)
         return [(key, a / len(power)) for key, a in zip(keys, added.tolist(), strict=True) if np.isfinite(a)]
 
-    candidates = list(dict.fromkeys(s.candidate for s in trace.results))
+    candidates = list(dict.fromkeys(s.candidate for s in scores.results))
     return {
         key: gain for part in map_threads(predict, batch_candidates(candidates), context.jobs) for key, gain in part
     }

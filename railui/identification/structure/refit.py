@@ -43,20 +43,20 @@ class Refit:
         return self.fit.normal.rss
 
 
-def select_candidates(settings: RefitSettings, trace: ScoreTestResult, *, every: bool = False) -> list[ScoreResult]:
+def select_candidates(settings: RefitSettings, scores: ScoreTestResult, *, every: bool = False) -> list[ScoreResult]:
     """Select the candidates to fit; all of them where there are few (`every`).
 
-    The best five, all near the best, effects with states of their own down to lower scores, and the related laws of
+    The best five, all near the best, effects with internal states down to lower scores, and the related laws of
     the best candidate at its location.
     """
     if every:
-        return list(trace.best)
+        return list(scores.best)
     selected: list[ScoreResult] = []
-    for i, s in enumerate(trace.best):
-        share = signed_rho(s) ** 2 / max(trace.rho2, 1e-300)
+    for i, s in enumerate(scores.best):
+        share = signed_rho(s) ** 2 / max(scores.rho2, 1e-300)
         limit = settings.refit_share_memory if has_states(s.candidate) else settings.refit_share
         is_near = share >= limit and len(selected) < settings.max_refitted
-        if i < settings.always_refitted or is_near or _are_related(trace.best[0].candidate, s.candidate):
+        if i < settings.always_refitted or is_near or _are_related(scores.best[0].candidate, s.candidate):
             selected.append(s)
     return [s for s in selected if signed_rho(s) > 0]
 
@@ -67,24 +67,26 @@ def _are_related(a: Candidate, b: Candidate) -> bool:
     return same_family and (a.at, a.wheelset) == (b.at, b.wheelset)
 
 
-def refit_candidates(context: Context, fit: Fit, trace: ScoreTestResult, *, with_absorbed: bool = False) -> list[Refit]:
+def refit_candidates(
+    context: Context, fit: Fit, scores: ScoreTestResult, *, with_absorbed: bool = False
+) -> list[Refit]:
     """Fit the candidates with the best scores, those near the least misfit to convergence; return the best first.
 
     with_absorbed: fit springs and dampers that estimation absorbs as well, where much is left on the validation runs.
     """
     progress = context.progress
     screening = ScreeningFits(context, fit)
-    selected = select_candidates(context.settings.refit, trace, every=fit.model.design.kind == "rig")
+    selected = select_candidates(context.settings.refit, scores, every=fit.model.design.kind == "rig")
     for s in selected:
         progress.event(s)
-    screened = screening.fit_candidates(trace, selected)
+    screened = screening.fit_candidates(scores, selected)
     for s, f in screened:
         share = f.normal.rss / screening.rss_without_effect
         progress.message(
             f"  {candidate_text(s.candidate):48s} rho {s.rho:+.3f}   misfit {share:.4f} of that without effect"
         )
     if with_absorbed and not screening.is_settled:
-        screened += screening.fit_absorbed_elements(trace, selected)
+        screened += screening.fit_absorbed_elements(scores, selected)
     if not screened:
         return []
     limit = context.settings.refit.converged_ratio * min(f.normal.rss for _, f in screened)

@@ -36,17 +36,17 @@ Screened = tuple[ScoreResult, Fit]
 
 
 def has_states(candidate: Candidate) -> bool:
-    """True for an effect with states of its own."""
+    """True for an effect with internal states."""
     return bool(core.effect_record(candidate.kind)["states"] > 0)
 
 
-def starting_points(settings: RefitSettings, trace: ScoreTestResult, result: ScoreResult) -> list[StartingPoint]:
+def starting_points(settings: RefitSettings, scores: ScoreTestResult, result: ScoreResult) -> list[StartingPoint]:
     """List the starting points of a candidate: its best shapes at their estimated amounts, and at a small one.
 
     Each has the phases of the segments that the score test estimated with this shape.
     """
     candidate = result.candidate
-    same = sorted((s for s in trace.results if s.candidate == candidate), key=lambda s: -signed_rho(s))
+    same = sorted((s for s in scores.results if s.candidate == candidate), key=lambda s: -signed_rho(s))
     count = SHAPES_TRIED_WITH_STATES if has_states(candidate) else SHAPES_TRIED
     shapes = [(_scaled_shape(settings, s), s.phases) for s in same[:count]]
     if candidate.strength is not None:
@@ -122,13 +122,13 @@ class ScreeningFits:
         noise = self.settings.settled_noise_ratio**2 * sum(t.measured.size for t in self.segments)
         return self.least_rss <= noise + self.settings.screening_misfit_share * self.rss_without_effect
 
-    def fit_candidates(self, trace: ScoreTestResult, results: Sequence[ScoreResult]) -> list[Screened]:
+    def fit_candidates(self, scores: ScoreTestResult, results: Sequence[ScoreResult]) -> list[Screened]:
         """Fit every candidate that can be simulated by a few iterations from its best starting point.
 
         First a few iterations of all, then more of the two that lead, then of those that are not far behind them.
         """
         fits = dict[ScoreResult, Fit]()
-        for s, fit in zip(results, self._map(lambda s: self._first_iterations(trace, s), results), strict=True):
+        for s, fit in zip(results, self._map(lambda s: self._first_iterations(scores, s), results), strict=True):
             if fit is not None:
                 fits[s] = fit
             if self.is_windowed:  # on windows a candidate takes seconds
@@ -141,14 +141,14 @@ class ScreeningFits:
             self.least_rss = min([self.least_rss, *(fits[s].normal.rss for s in some)])
         return list(fits.items())
 
-    def fit_absorbed_elements(self, trace: ScoreTestResult, tried: Sequence[ScoreResult]) -> list[Screened]:
+    def fit_absorbed_elements(self, scores: ScoreTestResult, fitted: Sequence[ScoreResult]) -> list[Screened]:
         """Fit springs and dampers from the nominal model, where much is left with every other candidate.
 
         Without such an element the estimated parameters move far away to compensate for it, and near their estimates
         the score test detects little of it.
         """
-        known = {s.candidate for s in tried}
-        elements = [s for s in trace.best if s.candidate not in known and is_absorbed(s.candidate)]
+        known = {s.candidate for s in fitted}
+        elements = [s for s in scores.best if s.candidate not in known and is_absorbed(s.candidate)]
         started = zip(elements, self._map(self._start_element, elements), strict=True)
         limit = self.settings.give_up_ratio * self.least_rss
         close = [(s, fit) for s, fit in started if fit is not None and fit.normal.rss <= limit]
@@ -175,9 +175,9 @@ class ScreeningFits:
         # the nominal model is far from the optimum: two iterations do not rank candidates yet
         return None if fit is None else self._iterate(fit, FURTHER_ITERATIONS)
 
-    def _first_iterations(self, trace: ScoreTestResult, s: ScoreResult) -> Fit | None:
+    def _first_iterations(self, scores: ScoreTestResult, s: ScoreResult) -> Fit | None:
         """Best fit after the first iterations from every starting point; None where none can be simulated."""
-        points = starting_points(self.settings, trace, s)
+        points = starting_points(self.settings, scores, s)
         fits = [self._start(point) for point in points]
         # a rig costs little, and a hunting vehicle without a bounding effect diverges: from the nominal model as well
         if self.model.design.kind == "rig" or self.is_windowed:

@@ -152,17 +152,17 @@ class StepwiseSelection:
     ) -> tuple[SelectionStep, _Stage | None]:
         """Look for one more effect; None: the forward selection ends.
 
-        on_trial: an effect without a gain of its own has been added before, and only a gain with this one saves it.
+        on_trial: an effect without a gain has been added before, and is retained only if this one gains.
         """
         settings, nrmse = self.settings, accepted.validation.nrmse
-        trace = self.run_score_test(current)
-        unstructured = not has_structure(self.context.settings.score_test, trace)
+        scores = self.run_score_test(current)
+        unstructured = not has_structure(self.context.settings.score_test, scores)
         if unstructured and not nrmse > settings.unexplained_ratio * floor.nrmse:
-            return SelectionStep(trace, (), None), None
+            return SelectionStep(scores, (), None), None
         with_absorbed = bool(nrmse > settings.absorbed_ratio * floor.nrmse)
-        refits, chosen, fit = self._best_candidate(current, trace, with_absorbed)
+        refits, chosen, fit = self._best_candidate(current, scores, with_absorbed)
         if chosen is None or fit is None:
-            return SelectionStep(trace, refits, None), None
+            return SelectionStep(scores, refits, None), None
         stage = self._validated(fit)
         self.context.progress.message(f"  with {_refit_text(chosen)}: NRMSE {stage.validation.nrmse:.4f}")
         is_promising = (
@@ -170,15 +170,15 @@ class StepwiseSelection:
             and nrmse > settings.adequate_ratio * floor.nrmse
         )
         if not self._gains(accepted, stage) and (on_trial or not is_promising):
-            return SelectionStep(trace, refits, None), None
+            return SelectionStep(scores, refits, None), None
         errors = cross_validation_errors(self.context.settings.refit, fit)
-        return SelectionStep(trace, refits, replace(chosen, fit=fit, block_errors=errors)), stage
+        return SelectionStep(scores, refits, replace(chosen, fit=fit, block_errors=errors)), stage
 
     def _best_candidate(
-        self, fit: Fit, trace: ScoreTestResult, with_absorbed: bool
+        self, fit: Fit, scores: ScoreTestResult, with_absorbed: bool
     ) -> tuple[tuple[Refit, ...], Refit | None, Fit | None]:
         """Refit the candidates; return also the one to add and its final fit, unless something else explains more."""
-        refits = tuple(refit_candidates(self.context, fit, trace, with_absorbed=with_absorbed))
+        refits = tuple(refit_candidates(self.context, fit, scores, with_absorbed=with_absorbed))
         chosen = simplest_refit(refits, self.settings.simpler_misfit_ratio)
         if chosen is None:
             return refits, None, None
