@@ -25,8 +25,8 @@ from railui.cli.tables import format_cell, make_table
 
 MAX_ROWS = 20
 COLUMNS = (
-    *("from [m]", "to [m]", "score", "class", "flange contact", "margin [sd]", "W_d [m/s^2]", "max e [mm]"),
-    *("sum Y [kN]", "Y/Q", "sd yw [mm]", "rank by yw"),
+    *("from [m]", "to [m]", "score", "class", "flange", "margin [sd]", "W_d [m/s^2]", "max e [mm]"),
+    *("sum Y [kN]", "Y/Q", "sd yw [mm]", "rank yw"),
 )
 
 

@@ -6,6 +6,7 @@ import click
 
 from railui.cli import EXIT_USAGE
 from railui.cli.invocation import Invocation, common_options
+from railui.cli.tables import format_count
 
 
 @click.command("check")
@@ -25,13 +26,9 @@ def command(ctx: click.Context, files: tuple[str, ...], call: Invocation) -> Non
         call.show(str(problem))
     errors = sum(problem.severity == "error" for problem in problems)
     call.write_json(call.document("check", {"problems": [p.as_dict() for p in problems]}, files))
-    checked = _count(len(files), "file")
+    checked = format_count(len(files), "file")
     if problems:
-        call.info(f"{_count(errors, 'error')}, {_count(len(problems) - errors, 'warning')} in {checked}")
+        call.info(f"{format_count(errors, 'error')}, {format_count(len(problems) - errors, 'warning')} in {checked}")
     else:
         call.info(f"{checked} without a problem")
     ctx.exit(EXIT_USAGE if errors else 0)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -11,7 +11,7 @@ import click
 
 from railui.cli import EXIT_LIMIT_VIOLATED
 from railui.cli.invocation import InfoLines, Invocation, StatusLine, common_options, usage_error
-from railui.cli.tables import format_cell, make_table
+from railui.cli.tables import format_cell, format_count, make_table
 
 if TYPE_CHECKING:
     from railui.execution.tasks import Runner
@@ -133,9 +133,9 @@ def _show_plan(study: Study, directory: Path, call: Invocation) -> None:
     cases = checked_cases(study)
     samples = sum(len(case.excitation.track) for case in cases)
     designs = study.method.population * study.method.generations
-    noun = "case" if len(cases) == 1 else "cases"
     call.show(
-        f"{designs} designs by {study.method.kind} on {len(cases)} {noun}, {designs * samples:.1e} time steps, "
+        f"{designs} designs by {study.method.kind} on {format_count(len(cases), 'case')}, "
+        f"{designs * samples:.1e} time steps, "
         f"then the front on {FRESH_SEED_SETS} sets of fresh seeds; to {directory}"
     )
     body = {"study": study.name, "evaluations": designs, "cases": len(cases), "samples": designs * samples}
@@ -166,7 +166,8 @@ def _table(result: Mapping[str, Any]) -> Any:
         for i, limit in enumerate(result["limits"])
     ]
     columns = ("ride quality, mean of the cases", "baseline", "knee point")
-    title = f"{result['study']}: {len(result['pareto'])} designs on the Pareto front, {result['cases']} cases"
+    designs, cases = format_count(len(result["pareto"]), "design"), format_count(result["cases"], "case")
+    title = f"{result['study']}: {designs} on the Pareto front, {cases}"
     return make_table(columns, ride_quality, [*objectives, *constraints], title=title)
 
 

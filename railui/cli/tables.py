@@ -33,9 +33,9 @@ def make_table(
     for i, name in enumerate(columns):
         table.add_column(name, justify="right" if align_right and i else "left")
     for section in sections:
+        table.add_section()
         for row in section:
             table.add_row(*(cell if isinstance(cell, Text) else str(cell) for cell in row))
-        table.add_section()
     return table
 
 
@@ -63,6 +63,15 @@ def format_fixed(value: float | None, decimals: int = 3) -> str:
     ('0.351', '-')
     """
     return "-" if value is None else f"{value:.{decimals}f}"
+
+
+def format_count(number: int, noun: str) -> str:
+    """Return a number with its noun, in the plural where needed.
+
+    >>> format_count(1, "case"), format_count(3, "design")
+    ('1 case', '3 designs')
+    """
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def print_table(table: Table, stream: IO[str]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import click
 
@@ -14,7 +14,7 @@ from railui.cli.tables import make_table
 if TYPE_CHECKING:
     from railui.track.excitation import TrackSource
 
-QUANTITIES = ("yw", "phiw", "gauge")
+QUANTITIES: Final[tuple[Literal["yw", "phiw", "gauge"], ...]] = ("yw", "phiw", "gauge")
 
 
 @click.command("track")

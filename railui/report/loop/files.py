@@ -122,7 +122,7 @@ def _insert(
 def _csv(columns: Mapping[str, FloatArray]) -> str:
     """Return columns as CSV, NaN as an empty cell."""
     table = np.stack(list(columns.values()), axis=1)
-    has_gap = np.isnan(table).any(axis=1)
+    has_gap = np.any(np.isnan(table), axis=1).tolist()
     row_format = ",".join([NUMBER_FORMAT] * table.shape[1])
     lines = [",".join(columns)]
     for values, is_gap in zip(table, has_gap, strict=True):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from railui import core
 from railui.identification.estimation.fit import Fit
 from railui.identification.loop import LoopResult
@@ -11,6 +13,8 @@ from railui.io.number_format import format_quantity
 from railui.report.loop.wording import effect_title, location_phrase
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
+
+PARAMETER_NAMES = {"half_width": "half-width"}
 
 
 def sentence(result: LoopResult) -> str:
@@ -39,23 +43,25 @@ def sentence(result: LoopResult) -> str:
 def effects_text(fit: Fit) -> str:
     """Return the effects of a fitted model with their parameters and standard deviations."""
     sd = dict(zip(fit.free.paths, fit.sd.tolist(), strict=True))
+    groups = (("effects", fit.model.design.effects), ("sensors", fit.model.sensors))
+    return "; and ".join(
+        ", ".join([_name(effect), *_parameters(effect, f"{group}.{i}", sd)])
+        for group, effects in groups
+        for i, effect in enumerate(effects)
+        if effect.kind not in core.CURVE_KINDS
+    )
+
+
+def _parameters(effect: PlacedEffect, path: str, sd: Mapping[str, float]) -> list[str]:
+    """Return the parameters of an effect, whose standard deviations are those of its path."""
     texts = []
-    for group, effects in (("effects", fit.model.design.effects), ("sensors", fit.model.sensors)):
-        for i, effect in enumerate(effects):
-            if effect.kind in core.CURVE_KINDS:
-                continue
-            parameters = [
-                f"{p['key'].replace('half_width', 'half-width').replace('_', ' ')} "
-                + quantity_with_sd(
-                    float(effect.parameters[p["key"]]),
-                    sd.get(f"{group}.{i}.{p['key']}"),
-                    parameter_unit(p, effect.at),
-                )
-                for p in core.effect_record(effect.kind)["parameters"]
-                if effect.parameters.get(p["key"]) is not None and p["role"] != "run"
-            ]
-            texts.append(", ".join([_name(effect), *parameters]))
-    return "; and ".join(texts)
+    for p in core.effect_record(effect.kind)["parameters"]:
+        key, value = p["key"], effect.parameters.get(p["key"])
+        if isinstance(value, float) and p["role"] != "run":
+            name = PARAMETER_NAMES.get(key, key.replace("_", " "))
+            quantity = quantity_with_sd(value, sd.get(f"{path}.{key}"), parameter_unit(p, effect.at))
+            texts.append(f"{name} {quantity}")
+    return texts
 
 
 def run_dependence_text(result: LoopResult, dependence: RunDependence) -> str:
