@@ -125,9 +125,9 @@ def test_the_command_writes_all_keys_and_cases(tmp_path: Path) -> None:
     design = str(HOME / "designs/check_bogie.yaml")
     done = CliRunner().invoke(cli, ["curve", design, "--radius", "600", "--json", "-", "-q"])
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)
-    assert [round(1e3 * e, 3) for e in told["displacement"]] == [-10.94, -3.289]
-    assert {"angle_of_attack", "guiding_force", "wear_number"} <= set(told)
+    report = json.loads(done.stdout)
+    assert [round(1e3 * e, 3) for e in report["displacement"]] == [-10.94, -3.289]
+    assert {"angle_of_attack", "guiding_force", "wear_number"} <= set(report)
     words = ["curve", design, "--radii", "300:600:100", "--cant-deficiency", "100 mm", "--figure",
              str(tmp_path / "c.svg"), "--json", str(tmp_path / "c.json")]  # fmt: skip
     assert CliRunner().invoke(cli, words).exit_code == 0

@@ -1,4 +1,4 @@
-"""How far a cluster scales: what a piece of work costs beside its rides, on loopback.
+"""Scaling of a cluster on loopback: overhead of a task over its rides.
 
 python -m tests.bench.cluster: a scheduler and two workers; many pieces of one short ride.
 """

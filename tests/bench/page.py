@@ -1,4 +1,4 @@
-"""Measured tables in a page of the docs: what a command writes, below a line that says so."""
+"""Measured tables in a page of the documentation, below the line of their command."""
 
 from __future__ import annotations
 

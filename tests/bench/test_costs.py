@@ -1,4 +1,4 @@
-"""What the parts of a ride cost, and the share of a core's peak: what can be held without a clock."""
+"""Cost breakdown and roofline: properties that do not depend on the clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The equations that the peers are given are the kernel's."""
+"""Equations of the peers against the kernel."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Work and precision: the steps that the kernel takes by itself are precise enough, for every kind of effect."""
+"""Integration error: the required steps of the kernel are exact to 1e-4 for every kind of effect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Profiles whose contact geometry is known in closed form, and where the reference files lie."""
+"""Profiles with contact geometry in closed form, and the directory of reference files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A vehicle that ran on S1002: a model with the table of its profiles is adjusted to the noise, a linear one is not."""
+"""Calibration on S1002: a model with the table of its profiles reaches the noise floor, a linear one does not."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from click.testing import CliRunner
 import railui
 from railui.cli import cli
 from railui.vehicle.design_reader import load_design
-from tests.docs.results import rows_of, undocumented
+from tests.docs.results import rows_of, undocumented_keys
 
 DESIGNS = Path(__file__).parents[2] / "designs"
 NOISE = {"e1": 5e-5, "e2": 5e-5, "ay1": 0.05, "ay2": 0.05, "ayf": 0.02, "rf": 3e-4, "d1": 2e-5, "d2": 2e-5}
@@ -51,7 +51,7 @@ def test_a_bogie_with_measured_profiles_is_identified(tmp_path: Path, use: str, 
     printed = " ".join(result.stdout.split())
     assert "┃ nominal ┃ profiles ┃ calibrated ┃" in printed and "on 60e1.txt" in printed
     assert least < identified["before"]["nrmse"] < most
-    assert undocumented([identified], rows_of("loop", "adjust")) == []
+    assert undocumented_keys([identified], rows_of("loop", "adjust")) == []
     if use == "table":
         values = {path: p["value"] for path, p in identified["parameters"].items()}
         assert values["vehicle.primary.lateral_stiffness"] == pytest.approx(3.0e6, rel=0.01)

@@ -1,4 +1,4 @@
-"""railui contact: the JSON that others build on, figures, and what is refused."""
+"""Command railui contact: JSON result, figures, rejected input."""
 
 from __future__ import annotations
 

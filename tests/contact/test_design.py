@@ -1,4 +1,4 @@
-"""Profiles in a design: what they fill in, what stands beside them, how they are saved, and what is wrong with them."""
+"""Profiles in a design: supplied parameters, overrides, saving, faults."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def home(tmp_path: Path) -> Path:
 
 
 def design(home: Path, contact: str, name: str = "design.yaml", bodies: bool = False) -> Path:
-    """A design of ours with another contact."""
+    """Return the check bogie with another contact."""
     text = (HOME / f"designs/{'bogie_under_coach' if bodies else 'test_bogie'}.yaml").read_text("utf-8")
     path = home / name
     path.write_text(re.sub(r"contact:\n(?:  .*\n)+", f"contact:\n{contact}\n", text), "utf-8")

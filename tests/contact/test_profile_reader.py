@@ -1,4 +1,4 @@
-"""Files of profiles: SIMPACK's flags, text in any of its ways, and every fault with the line or the point."""
+"""Profile files: SIMPACK's flags, text formats, and faults with their line."""
 
 from __future__ import annotations
 

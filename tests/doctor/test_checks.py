@@ -1,4 +1,4 @@
-"""The doctor: all passes here, a wrong value is told and exits with 4, its vehicles are those of the designs."""
+"""Self-test: all checks pass, a wrong value fails with exit code 4, its vehicles are those of the designs."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def test_a_failed_check_is_reported_with_exit_code_4(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("railui.doctor.track_and_comfort.comfort_time", lambda *_: 1 / 0)
     done = CliRunner().invoke(cli, ["doctor", "--json", "-", "-q"])
     assert done.exit_code == 4
-    told = json.loads(done.stdout)
-    failed = [check for check in told["checks"] if not check["ok"]]
+    report = json.loads(done.stdout)
+    failed = [check for check in report["checks"] if not check["ok"]]
     assert len(failed) == 3 and "ZeroDivisionError" in failed[-1]["got"]
     assert {"name", "expected", "got", "ok", "source"} <= set(failed[0])
 

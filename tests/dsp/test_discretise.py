@@ -20,7 +20,7 @@ def test_the_matrix_exponential_agrees_with_scipy() -> None:
 
 
 def zeros(weight: AnalogFilter) -> tuple[np.ndarray, np.ndarray]:
-    """The zeros of a weighting's samples as distances z - 1, nearest first: ours, and by the QZ of scipy.linalg."""
+    """Return sampled zeros of a weighting as distances z - 1, smallest first, by railui and by QZ of scipy.linalg."""
     system = first_order_hold(state_space(weight.zeros, weight.poles), 1.0 / RATE)
     (a, b, c, d), n = system, len(system[0])
     result = linalg.eigvals(np.block([[a, b], [c, d]]), np.diag([1.0] * n + [0.0]))
@@ -29,7 +29,7 @@ def zeros(weight: AnalogFilter) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("weight", [W_D, SPERLING_B])
 def test_sampled_zeros_solve_the_generalised_eigenvalue_problem(weight: AnalogFilter) -> None:
-    ours, theirs = (result[np.abs(result) > 1e-4] for result in zeros(weight))  # those at s = 0 are put there
+    ours, theirs = (result[np.abs(result) > 1e-4] for result in zeros(weight))  # zeros at s = 0 are exact
     assert len(theirs) >= 2
     np.testing.assert_allclose(ours, theirs, rtol=1e-7)
 

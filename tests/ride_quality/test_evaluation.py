@@ -1,4 +1,4 @@
-"""Riding quality of vehicles on a track: by hand on simulated series, and alike in any company."""
+"""Ride quality on a track: statistics of simulated series, independence of the batch."""
 
 from __future__ import annotations
 
@@ -150,9 +150,9 @@ def test_score_statistics_are_exact_to_1e_4_at_any_speed(speed: float) -> None:
 
 
 def test_a_track_is_the_same_as_a_spec_an_object_and_a_file(tmp_path: Path) -> None:
-    laid = resolve_track(LOW)
-    file = save_track(tmp_path / "line.csv", *(getattr(laid.track, q) for q in ("s", "yw", "phiw", "gauge")))
-    spec, track, table = (ride(BOGIE, given, 40.0) for given in (LOW, laid.track, file))
+    source = resolve_track(LOW)
+    file = save_track(tmp_path / "line.csv", *(getattr(source.track, q) for q in ("s", "yw", "phiw", "gauge")))
+    spec, track, table = (ride(BOGIE, given, 40.0) for given in (LOW, source.track, file))
     assert track["score"] == spec["score"]
     assert table["score"] == pytest.approx(spec["score"], rel=1e-9)  # a file holds twelve digits
     assert (spec["seed"], track["seed"], table["track"]) == (1, None, "line.csv")
@@ -186,9 +186,9 @@ def test_a_rig_cannot_run_on_a_track() -> None:
 
 
 def test_gauge_widens_the_clearance_only_if_requested() -> None:
-    laid = resolve_track(LOW)
-    gauge = 4e-3 * np.sin(2 * np.pi * laid.track.s / 37)
-    track = Track(laid.track.s, laid.track.yw, laid.track.phiw, gauge)
+    source = resolve_track(LOW)
+    gauge = 4e-3 * np.sin(2 * np.pi * source.track.s / 37)
+    track = Track(source.track.s, source.track.yw, source.track.phiw, gauge)
     tight = BOGIE.with_values({"contact.flange_clearance": 2e-3})
     widened = tight.with_values({"contact.gauge_widens_clearance": True})
     e1 = simulate(tight, track, 40.0, ["e1"])["e1"]

@@ -1,4 +1,4 @@
-"""Assessing a track: stretches are what a ride has in them, and the worst geometry need not be the worst ride."""
+"""Track assessment: statistics of sections, and ranks by ride and by geometry."""
 
 from __future__ import annotations
 

@@ -28,13 +28,13 @@ FLOOR = transmissibility(1.2, 0.2)
 
 
 def held_response(weight: AnalogFilter, frequency: np.ndarray, dt: float) -> np.ndarray:
-    """What sampling does to a response if the input is linear between samples: aliases under a sinc^2."""
+    """Return a response sampled with input linear between samples: aliases under a sinc^2."""
     aliases = frequency[:, None] + np.arange(-20000, 20001) / dt
     return np.sum(weight.response(aliases) * np.sinc(aliases * dt) ** 2, axis=1)
 
 
 def decibels(weight: AnalogFilter, frequency: float, dt: float) -> float:
-    """How far the streaming form of a weighting is off at one frequency [Hz]."""
+    """Return the deviation of the streaming form of a weighting at one frequency [Hz]."""
     response = signal.freqz_sos(discretise(weight, dt), [2 * np.pi * frequency * dt])[1]
     return float(20 * np.log10(np.abs(response[0]) / weight.modulus(frequency)))
 

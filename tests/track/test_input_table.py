@@ -144,8 +144,8 @@ def test_noise_added_to_a_table_gives_the_table_of_the_sum():
     s = 30.0 * t + 1.0 - np.cos(t)
     track, noise = rng.standard_normal((2, 3, 60))
     both = input_table(t, s, v, *(track + noise), 1.25, 2)
-    laid = add_track(input_table(t, s, v, *track, 1.25, 2), s, list(noise), 1.25)
-    assert np.allclose(laid, both, rtol=1e-9, atol=1e-9)
+    added = add_track(input_table(t, s, v, *track, 1.25, 2), s, list(noise), 1.25)
+    assert np.allclose(added, both, rtol=1e-9, atol=1e-9)
 
 
 def test_a_spline_through_even_locations_agrees_with_scipy() -> None:

@@ -1,4 +1,4 @@
-"""A track as a file: equal spacing, conventions, and a run read as a track."""
+"""Track files: equal spacing, conventions, and a run read as a track."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Second opinion on the equations: measured campaigns generated in plain numpy, without the kernel."""
+"""Independent implementation of the equations in plain numpy, and campaigns simulated with it."""

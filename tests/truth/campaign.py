@@ -1,4 +1,4 @@
-"""Measured campaigns of a vehicle that differs from what is declared of it: drawn, driven and written.
+"""Simulated campaigns of a vehicle that differs from its nominal model: sampled, simulated and written.
 
 python -m tests.truth.campaign OUT --effect "free_play at=primary_lateral half_width=0.3e-3" --seed 3
 """
@@ -52,7 +52,7 @@ Structure = tuple[int, float, tuple[tuple[str, str, int | None], ...]]
 
 @dataclass(frozen=True)
 class Order:
-    """What a campaign shall be; its runs are a, b and so on: the last validates, those before it adjust."""
+    """Specification of a campaign; its runs are a, b, ...: the last is for validation, the others for estimation."""
 
     effects: Sequence[Effect] = ()
     seed: int = 0

@@ -15,7 +15,7 @@ from tests.truth.road import Point
 
 
 class Seen(NamedTuple):
-    """How a wheelset stands to its rails: e and e' (without u'), y', psi, psi', and the rail's own u."""
+    """Position of a wheelset relative to its rails: e and e' (without u'), y', psi, psi', and the rail's own u."""
 
     e: Array
     ed: Array

@@ -27,7 +27,7 @@ SPRUNG = (*SUSPENSIONS, "rig")
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of effect: where it may sit, what it must be told, its law and what the law promises."""
+    """Kind of effect: locations, required parameters, law and properties of the law."""
 
     at: tuple[str, ...]
     needs: tuple[str, ...]

@@ -15,7 +15,7 @@ import numpy as np
 from tests.truth.bogie import Vehicle
 from tests.truth.laws import Array
 
-# standard deviation in SI; the text is what campaign.yaml says
+# standard deviation in SI; the text is that of campaign.yaml
 NOISE = {
     "yw": (2e-5, "0.02 mm"),
     "phiw": (2e-5, "0.02 mrad"),

@@ -18,7 +18,7 @@ ForceLaw = Callable[[Parameters, Array, Array, Array, float], tuple[Array, Array
 
 
 def beyond(z: Array, h: Array) -> Array:
-    """What of z lies beyond +/-h, with its sign [unit of z]."""
+    """Return the part of z beyond +/-h, with its sign [unit of z]."""
     return z - np.minimum(np.maximum(z, -h), h)
 
 

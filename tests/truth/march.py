@@ -1,4 +1,4 @@
-"""Runs of a batch of bogies: fourth-order Runge-Kutta steps from sample to sample, and what sensors see."""
+"""Runs of a batch of bogies: fourth-order Runge-Kutta steps from sample to sample, and sensor signals."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BLOCK = 500  # samples whose inputs are worked out at a time
 def steps_for(bogie: Bogie, V: float, dt: float, product: float = 1.2) -> int:
     """Steps per sample that keep |lambda| h below `product`, at rest and at seven lively states.
 
-    A stop is steep beyond its edge and a Bouc-Wen element as steep as it is fast: rest tells little.
+    A stop is steep beyond its edge and a Bouc-Wen element as steep as it is fast: rest is not representative.
     """
     rng = np.random.default_rng(0)
     worst = 0.0

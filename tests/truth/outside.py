@@ -1,4 +1,4 @@
-"""Faults no catalogue lists, to see whether a tracer admits that it does not know them.
+"""Discrepancies outside the catalogue of effects, which the identification must not name as one of them.
 
 A law here may look at several places and push at several: it takes (p, z, v, push, x, t), where z(place) and
 v(place) give motion and rate, push(place, force) adds a force; it returns the rate of its own states.
@@ -72,7 +72,7 @@ def fading_damper(p: Parameters, z: Look, v: Look, push: Push, x: Array, t: floa
 
 
 def hung_mass(p: Parameters, z: Look, v: Look, push: Push, x: Array, t: float) -> Array:
-    """A motor hung from the frame on a spring and damper: a mass nobody declared (states z_m, v_m)."""
+    """A motor hung from the frame on a spring and damper: an undeclared mass (states z_m, v_m)."""
     stretch, rate = x[0] - z(p["at"]), x[1] - v(p["at"])
     force = p["stiffness"] * stretch + p["damping"] * rate
     push(p["at"], force)

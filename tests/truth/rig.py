@@ -131,7 +131,7 @@ def _steps(rig: Rig, rate: Rate, rows: int, dt: float, lively: float) -> int:
 
 @dataclass(frozen=True)
 class Bench:
-    """What a rig campaign shall be; both runs have their own excitation, or their own release."""
+    """Specification of a rig campaign; both runs have their own excitation, or their own release."""
 
     effects: Sequence[Effect] = ()
     seed: int = 0

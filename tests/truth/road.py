@@ -1,4 +1,4 @@
-"""What a bogie meets along a run: rails, speed and measured coach forces between the samples."""
+"""Excitation of a bogie along a run: rails, speed and measured coach forces between the samples."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ Run = Callable[[], Answers]
 
 @dataclass(frozen=True)
 class Peer:
-    """What runs, and on how much of the job."""
+    """Return the peers and their share of the job."""
 
     name: str
     version: str
@@ -56,7 +56,7 @@ PEERS = (
 
 @dataclass(frozen=True)
 class Row:
-    """What a peer took for a job."""
+    """Measure the time of a peer for a job."""
 
     peer: Peer
     ns: float  # per design-step

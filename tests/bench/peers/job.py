@@ -1,4 +1,4 @@
-"""Both standard jobs as plain arrays, a stretch of them for slow peers, and the kernel's own answers."""
+"""Both standard jobs as plain arrays, a part of them for slow peers, and the results of the kernel."""
 
 from __future__ import annotations
 
