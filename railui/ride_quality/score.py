@@ -38,10 +38,7 @@ SCORE_KEYS: Final = (
 
 
 class ScoreSettings(Protocol):
-    """Use of the train, which sets the weights and limits of a score; `journey` [s].
-
-    A goods train also has `rms_limit` and may have `peak_limit` [m/s^2], neither of which has a default.
-    """
+    """Use of the train, `journey` [s]; goods also have `rms_limit` and may have `peak_limit` [m/s^2], no defaults."""
 
     @property
     def use(self) -> str: ...
@@ -170,12 +167,8 @@ def classify(
 
     Parameters
     ----------
-    score : float
-        Score, 0 to 100.
-    time : float
-        Comfort time [s].
-    fraction : float
-        Share of flange contact.
+    score, time, fraction : float
+        Score, 0 to 100; comfort time [s]; share of flange contact.
     riding : ScoreSettings
         Use of the train.
     derailment_quotient : float, optional
