@@ -1,4 +1,4 @@
-# run: the main job on the bundled campaign; test: everything; check: style and floors; rust: the kernel's own tests;
+# run: the main job on the bundled campaign; test: everything; check: style, types and layers; rust: the kernel's own tests;
 # bench: speed; blind: planted effects;
 # dist: wheel, archive, bill of materials, tried away from here; minimum: with the oldest versions that pyproject admits;
 # docs: the site, in target/site; transcripts: every command of README and docs, with the recording in real time too;
@@ -78,14 +78,14 @@ docs: .stamp-build
 dist: .stamp-build
 	rm -rf dist
 	$(BIN)/python -m maturin build --release --sdist --quiet --out dist
-	$(BIN)/python release/smoke.py dist/railui-*.whl --freeze dist/installed.json
-	$(BIN)/python release/smoke.py dist/railui-*.tar.gz --wheel dist/railui-*.whl
-	$(BIN)/python release/bill.py dist/installed.json dist
+	$(BIN)/python release/check_install.py dist/railui-*.whl --freeze dist/installed.json
+	$(BIN)/python release/check_install.py dist/railui-*.tar.gz --wheel dist/railui-*.whl
+	$(BIN)/python release/bill_of_materials.py dist/installed.json dist
 
 # the oldest versions that pyproject admits
 minimum: dist
 	$(BIN)/python -m pip install --quiet uv
-	$(BIN)/python release/smoke.py dist/railui-*.whl --minimum
+	$(BIN)/python release/check_install.py dist/railui-*.whl --minimum
 
 # cargo install cargo-deny --locked
 deny:
@@ -96,7 +96,7 @@ slow: .stamp-build
 	$(BIN)/python -m pytest tests/identification -m slow
 
 emulated:
-	$(PYTHON) release/emulated.py
+	$(PYTHON) release/emulate_avx512.py
 
 killed: .stamp-build
 	$(BIN)/python -m pytest tests/execution -m slow
@@ -115,7 +115,7 @@ purpose: .stamp-build
 
 # the outer pip serves where ensurepip is missing; maturin is looked for on the path; cobs is built with setuptools
 .stamp-venv: constraints.txt
-	@$(PYTHON) release/needs.py
+	@$(PYTHON) release/check_build_tools.py
 	$(PYTHON) -m venv $(VENV) >/dev/null 2>&1 || $(PYTHON) -m venv --without-pip $(VENV)
 	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m pip --python $(BIN)/python install --quiet pip
 	$(BIN)/python -m pip install --quiet -c constraints.txt maturin setuptools
@@ -123,7 +123,7 @@ purpose: .stamp-build
 
 # apart from the build: they are fetched while the kernel is compiled
 .stamp-packages: .stamp-venv pyproject.toml
-	@mkdir -p target && $(BIN)/python release/wanted.py dev > target/wanted.txt
+	@mkdir -p target && $(BIN)/python release/list_requirements.py dev > target/wanted.txt
 	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -r target/wanted.txt
 	@touch $@
 

@@ -1,4 +1,4 @@
-"""The page of the code: its paths exist, and its picture shows the layers and imports of today."""
+"""docs/code.md: its paths exist, and its figure shows the present layers and imports."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from tests.docs.transcript import ROOT
 PAGE = (ROOT / "docs/code.md").read_text()
 
 
-def test_every_path_of_the_page_of_the_code_exists() -> None:
+def test_every_path_on_the_page_exists() -> None:
     paths = set(re.findall(r"`((?:railui|rust_core|docs|tests)/[\w/.]*)`", PAGE))
     assert len(paths) > 30
     assert sorted(path for path in paths if not (ROOT / path).exists()) == []
 
 
-def test_the_picture_of_the_layers_shows_the_imports_of_today() -> None:
+def test_the_figure_shows_the_present_layers_and_imports() -> None:
     spec = importlib.util.spec_from_file_location("layers", ROOT / "docs/layers.py")
     assert spec is not None and spec.loader is not None
     layers = importlib.util.module_from_spec(spec)

@@ -1,4 +1,4 @@
-"""Every key of the commands' JSON has its row in docs/results.md, and every row its key."""
+"""docs/results.md has a row for every key of the commands' JSON, and no other rows."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from railui.identification.estimation.identifiability import estimate_per_sectio
 from railui.identification.estimation.parallel_models import residual_correlations
 from railui.identification.unmodelled.coefficients import estimate_coefficients
 from railui.io.table import write_table
-from railui.report.loop import identifiability as told
+from railui.report.loop import identifiability as tables
 from tests.blind.simulated import calibrated, simulated_campaign
 from tests.capture.simulated_runs import sensor_readings, simulated_motion
-from tests.docs.results import rows_of, sections, undocumented, unheard_of
+from tests.docs.results import rows_of, sections, superfluous_rows, undocumented_keys
 from tests.docs.transcript import ROOT
 
 BOGIE, COACH = "designs/test_bogie.yaml", "designs/manchester_coach.yaml"
@@ -66,69 +66,69 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def run(*words: str) -> Any:
-    """What a command writes as JSON."""
+    """Run a command and return its JSON."""
     done = CliRunner().invoke(cli, [*words, "--json", "-", "-q"], prog_name="railui")
     assert done.exit_code in (0, 2, 4), done.output
     assert done.stdout.startswith("{"), done.output
     return json.loads(done.stdout)
 
 
-def hold(documents: list[Any], *headings: str) -> None:
+def assert_documented(documents: list[Any], *headings: str) -> None:
     rows = rows_of(*headings)
     assert documents and all(documents)
-    assert undocumented(documents, rows) == []
-    assert unheard_of(documents, rows) == []
+    assert undocumented_keys(documents, rows) == []
+    assert superfluous_rows(documents, rows) == []
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_every_key_has_its_row_and_every_row_its_key(home: Path, name: str) -> None:
-    hold([run(name, *words) for words in CASES[name]], name)
+def test_the_page_lists_exactly_the_keys_of_a_command(home: Path, name: str) -> None:
+    assert_documented([run(name, *words) for words in CASES[name]], name)
 
 
-def test_every_key_of_a_search_has_its_row(home: Path) -> None:
-    found = []
+def test_the_page_lists_exactly_the_keys_of_a_search(home: Path) -> None:
+    documents = []
     for least, words in (("0.02", ["--sensitivities"]), ("0.9", [])):
         Path(f"{least}.yaml").write_text(STUDY.replace("LEAST", least))
-        found.append(run("optimise", f"{least}.yaml", "-o", f"out_{least}", *words))
+        documents.append(run("optimise", f"{least}.yaml", "-o", f"out_{least}", *words))
     plan = run("optimise", "0.02.yaml", "--dry-run")
-    hold([*found, plan], "optimise")
-    hold([run("status", "out_0.02")], "status")
+    assert_documented([*documents, plan], "optimise")
+    assert_documented([run("status", "out_0.02")], "status")
 
 
-def test_every_key_of_what_else_adjusting_tells_has_its_row() -> None:
+def test_the_page_lists_the_keys_of_the_identifiability_tables() -> None:
     fit, context = calibrated(), simulated_campaign().context
     path = "contact.leading.conicity"
-    further = {
-        "correlations": told.correlation_rows(residual_correlations(context, fit)),
-        "coefficients": told.coefficient_rows(estimate_coefficients(context, fit)),
-        "stretches": told.segment_rows(estimate_per_section(context, fit, 300.0)),
-        "profile": told.profile_rows([profile_likelihood(context, fit, path)]),
+    report = {
+        "correlations": tables.correlation_rows(residual_correlations(context, fit)),
+        "coefficients": tables.coefficient_rows(estimate_coefficients(context, fit)),
+        "stretches": tables.segment_rows(estimate_per_section(context, fit, 300.0)),
+        "profile": tables.profile_rows([profile_likelihood(context, fit, path)]),
     }
-    assert undocumented([further], sections()["adjust"]) == []
+    assert undocumented_keys([report], sections()["adjust"]) == []
 
 
-def test_every_key_of_a_recording_has_its_row(home: Path) -> None:
-    found = run("capture", "--demo", "--seconds", "3", "-o", "got")
-    hold([found, run("capture", "decode", "got/raw.bin", "-o", "again")], "capture")
+def test_the_page_lists_exactly_the_keys_of_a_recording(home: Path) -> None:
+    document = run("capture", "--demo", "--seconds", "3", "-o", "got")
+    assert_documented([document, run("capture", "decode", "got/raw.bin", "-o", "again")], "capture")
 
 
-def test_every_key_of_an_import_has_its_row(home: Path) -> None:
+def test_the_page_lists_exactly_the_keys_of_an_import(home: Path) -> None:
     columns, sensors = simulated_motion(), sensor_readings(simulated_motion())
     names = ("ay1", "ay2", "e1_right", "e1_left", "e2_right", "e2_left", "roll_rate1")
     channels = {name: sensors[name] for name in names} | {"v": columns["v"].copy()}
-    channels["v"][: len(columns["t"]) // 4] = 0.0  # it stands at first
+    channels["v"][: len(columns["t"]) // 4] = 0.0  # standstill at the start
     units = [{"a": "m/s^2", "e": "m", "r": "rad/s"}[name[0]] for name in names] + ["m/s"]
-    heads = [f"{name} [{unit}]" for name, unit in zip(channels, units, strict=True)]
-    write_table("rec.csv", dict(zip(["t [s]", *heads], [columns["t"], *channels.values()], strict=True)))
+    headers = [f"{name} [{unit}]" for name, unit in zip(channels, units, strict=True)]
+    write_table("rec.csv", dict(zip(["t [s]", *headers], [columns["t"], *channels.values()], strict=True)))
     lines = [f"  {name}: {{channel: {name}}}" for name in names]
     vehicle = f"vehicle: {ROOT / BOGIE}\nspeed: {{channel: v}}\nsensors:"
     Path("map.yaml").write_text("\n".join([vehicle, *lines]) + "\n")
-    hold([run("import", "rec.csv", "--map", "map.yaml", "-o", "run.csv")], "import")
+    assert_documented([run("import", "rec.csv", "--map", "map.yaml", "-o", "run.csv")], "import")
 
 
-def test_a_key_without_a_row_and_a_row_without_a_key_are_found() -> None:
+def test_the_comparison_detects_missing_and_superfluous_rows() -> None:
     rows = {"a.NAME.b": "of every name", "c": "where asked for", "d.0.e": ""}
     document = {"a": {"x.y": {"b": 1}}, "d": []}
-    assert undocumented([document], rows) == unheard_of([document], rows) == []
-    assert undocumented([{"a": {"x": {"z": 1}}}], rows) == ["a.x.z"]
-    assert unheard_of([{"a": {"x": {"b": 1}}}], rows) == ["d.0.e"]
+    assert undocumented_keys([document], rows) == superfluous_rows([document], rows) == []
+    assert undocumented_keys([{"a": {"x": {"z": 1}}}], rows) == ["a.x.z"]
+    assert superfluous_rows([{"a": {"x": {"b": 1}}}], rows) == ["d.0.e"]

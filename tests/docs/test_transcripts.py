@@ -1,4 +1,4 @@
-"""Every block of README and docs that a reader may type does what the page says."""
+"""The commands and programs of README and docs print what the pages show."""
 
 from __future__ import annotations
 
@@ -8,64 +8,63 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.transcript import ROOT, Shell, agree, blocks, bundled, rewritten
+from tests.docs.transcript import ROOT, Shell, copy_bundled_files, outputs_agree, parse_blocks, updated_output
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
-def cases(slow: bool) -> list[object]:
-    """Pages with blocks that run; those with a slow block apart, as a page is one session."""
-    found = []
+def pages_with_blocks(slow: bool) -> list[object]:
+    """Return the pages with blocks that run, either with or without a slow one: a page is one session."""
+    pages = []
     for page in PAGES:
-        runnable = [b for b in blocks(page.read_text()) if b.runs]
-        if runnable and any(b.slow for b in runnable) == slow:
-            found.append(pytest.param(page, id=str(page.relative_to(ROOT))))
-    return found
+        blocks = [b for b in parse_blocks(page.read_text()) if b.is_run]
+        if blocks and any(b.is_slow for b in blocks) == slow:
+            pages.append(pytest.param(page, id=str(page.relative_to(ROOT))))
+    return pages
 
 
 @pytest.fixture(scope="session")
 def shell() -> Shell:
-    """One shell for all pages: the same command in the same state of its directory runs once."""
+    """Share one shell between all pages: the same command in the same state of its directory runs once."""
     return Shell()
 
 
-def play(page: Path, home: Path, shell: Shell) -> None:
-    """Types a page from its first line to its last, in one directory; python blocks are one program."""
-    found = [b for b in blocks(page.read_text()) if b.runs]
-    for block in found:
+def run_page(page: Path, home: Path, shell: Shell) -> None:
+    """Run a page from its first line to its last in one directory; its python blocks are one program."""
+    blocks = [b for b in parse_blocks(page.read_text()) if b.is_run]
+    for block in blocks:
         for command in block.commands() if block.language == "console" else ():
-            printed, code = shell.run(command.line, home)
-            expected = f"$ {command.line}\n" + "\n".join(command.printed)
-            assert code == 0, "\n".join([expected, *printed])
-            if command.printed:
-                told = agree(command.printed, printed, block.close)
-                assert told, f"the page says\n{expected}\nprinted is\n" + "\n".join(printed)
-    program = "\n".join(b.body for b in found if b.language == "python")
+            output, code = shell.run(command.line, home)
+            expected = f"$ {command.line}\n" + "\n".join(command.output)
+            assert code == 0, "\n".join([expected, *output])
+            if command.output:
+                agree = outputs_agree(command.output, output, block.tolerance)
+                assert agree, f"the page shows\n{expected}\nthe command prints\n" + "\n".join(output)
+    program = "\n".join(b.body for b in blocks if b.language == "python")
     if program:
         done = subprocess.run([sys.executable, "-c", program], cwd=home, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("page", cases(slow=False))
-def test_a_page_prints_what_it_says(page: Path, tmp_path: Path, shell: Shell) -> None:
-    play(page, bundled(tmp_path), shell)
+@pytest.mark.parametrize("page", pages_with_blocks(slow=False))
+def test_the_commands_of_a_page_print_its_output(page: Path, tmp_path: Path, shell: Shell) -> None:
+    run_page(page, copy_bundled_files(tmp_path), shell)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", cases(slow=True))
-def test_a_page_of_long_jobs_prints_what_it_says(page: Path, tmp_path: Path, shell: Shell) -> None:
-    play(page, bundled(tmp_path), shell)
+@pytest.mark.parametrize("page", pages_with_blocks(slow=True))
+def test_the_commands_of_a_slow_page_print_its_output(page: Path, tmp_path: Path, shell: Shell) -> None:
+    run_page(page, copy_bundled_files(tmp_path), shell)
 
 
-def test_a_page_that_lies_is_found() -> None:
-    """The comparison can fail: another word, another number, a line too many."""
-    printed = ["score 53.1", "class good"]
-    assert agree(["score 53.2", "class good"], printed)
-    assert not agree(["score 56.0", "class good"], printed)
-    assert not agree(["score 53.1", "class bad"], printed)
-    assert not agree(["score 53.1"], printed)
-    assert agree(["...", "class good"], printed)
-    assert agree(["score 56.0", "class good"], printed, close=0.10)
+def test_the_comparison_detects_other_words_other_numbers_and_extra_lines() -> None:
+    output = ["score 53.1", "class good"]
+    assert outputs_agree(["score 53.2", "class good"], output)
+    assert not outputs_agree(["score 56.0", "class good"], output)
+    assert not outputs_agree(["score 53.1", "class bad"], output)
+    assert not outputs_agree(["score 53.1"], output)
+    assert outputs_agree(["...", "class good"], output)
+    assert outputs_agree(["score 56.0", "class good"], output, tolerance=0.10)
 
 
 def test_a_command_runs_once_per_state_of_its_directory(tmp_path: Path) -> None:
@@ -80,9 +79,9 @@ def test_a_command_runs_once_per_state_of_its_directory(tmp_path: Path) -> None:
     assert not any((home / "word").exists() for home in homes)
 
 
-def test_rewriting_a_cut_transcript_changes_its_numbers_only() -> None:
-    printed = ["title", "score  60.0", "class good", "margin  5.0", "end"]
+def test_updating_an_abridged_transcript_changes_only_its_numbers() -> None:
+    output = ["title", "score  60.0", "class good", "margin  5.0", "end"]
     page = ["...", "score 50.0", "...", "margin 4.0", "..."]
-    assert rewritten(page, printed, 0.02) == ["...", "score  60.0", "...", "margin  5.0", "..."]
-    assert rewritten(["...", "score 59.9", "..."], printed, 0.02) == ["...", "score 59.9", "..."]
-    assert rewritten(["title"], printed, 0.02) == printed
+    assert updated_output(page, output, 0.02) == ["...", "score  60.0", "...", "margin  5.0", "..."]
+    assert updated_output(["...", "score 59.9", "..."], output, 0.02) == ["...", "score 59.9", "..."]
+    assert updated_output(["title"], output, 0.02) == output

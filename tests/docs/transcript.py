@@ -1,11 +1,11 @@
-"""Transcripts in Markdown: the `console` and `python` blocks of a page, run in a copy of the bundled files.
+"""Run the `console` and `python` blocks of Markdown pages in a copy of the bundled files.
 
-In a `console` block a line that begins with `$ ` is typed, what follows is what it prints; a line `...` stands for
-any lines. Numbers may differ by 2 %, seconds and the widths of tables altogether. A block below `<!-- within N % -->`
-has numbers that depend on rounding, as a search does; one below `<!-- slow -->` waits for real time; one below
-`<!-- not run: WHY -->` needs what a test has not.
+In a `console` block a line that begins with `$ ` is a command, the lines below it are its output; a line `...` matches
+any lines. Numbers may differ by 2 %; seconds and the widths of tables are ignored. `<!-- within N % -->` above a
+block sets another tolerance, for numbers that depend on rounding, as in a search. `<!-- slow -->` marks a block that
+takes real time, `<!-- not run: WHY -->` a block that a test cannot run.
 
-    python -m tests.docs.transcript README.md docs/first_hour.md     run, and write down what is printed now
+    python -m tests.docs.transcript README.md docs/first_hour.md     run the pages and write their present output
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ REMARK = re.compile(r"<!-- (slow|not run: [^>]+|within \d+ %) -->\s*\Z")
 NUMBER = re.compile(r"[-+]?(?:\d+\.\d+|\d+)(?:e[-+]?\d+)?")
 SECONDS = re.compile(r"\d+(?:\.\d+)? s\b")
 RULE = re.compile("[━─]+")
-ELIDED = "..."
-CLOSE = 0.02
-PATIENCE = 280.0  # s
+ELLIPSIS = "..."
+RELATIVE_TOLERANCE = 0.02
+TIMEOUT = 280.0  # s
 
 
 @dataclass
 class Command:
-    """One line that is typed, and the lines that it prints."""
+    """A command line and its output."""
 
     line: str
-    printed: list[str] = field(default_factory=list)
+    output: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
 class Block:
-    """One block of a page: where its text stands, and whether a test runs it."""
+    """A code block of a page with the position of its text and the remark above it."""
 
     language: str
     body: str
@@ -50,70 +50,80 @@ class Block:
     remark: str
 
     @property
-    def slow(self) -> bool:
+    def is_slow(self) -> bool:
+        """Whether the block takes real time."""
         return self.remark == "slow"
 
     @property
-    def runs(self) -> bool:
+    def is_run(self) -> bool:
+        """Whether a test runs the block."""
         return not self.remark.startswith("not run")
 
     @property
-    def close(self) -> float:
-        """Share by which its numbers may differ."""
-        return int(self.remark.split()[1]) / 100 if self.remark.startswith("within") else CLOSE
+    def tolerance(self) -> float:
+        """Relative difference that the numbers of the block may have."""
+        return int(self.remark.split()[1]) / 100 if self.remark.startswith("within") else RELATIVE_TOLERANCE
 
     def commands(self) -> list[Command]:
-        """The lines of a console block with what they print."""
-        found: list[Command] = []
+        """Return the commands of a console block with their output."""
+        commands: list[Command] = []
         for line in self.body.splitlines():
-            bare = line.removeprefix(self.indent)
-            if bare.startswith("$ "):
-                found.append(Command(bare[2:]))
-            elif found and found[-1].line.endswith("\\"):
-                found[-1].line += "\n" + bare
-            elif found:
-                found[-1].printed.append(bare.rstrip())
-        return found
+            text = line.removeprefix(self.indent)
+            if text.startswith("$ "):
+                commands.append(Command(text[2:]))
+            elif commands and commands[-1].line.endswith("\\"):
+                commands[-1].line += "\n" + text
+            elif commands:
+                commands[-1].output.append(text.rstrip())
+        return commands
 
 
-def blocks(text: str) -> list[Block]:
-    """The blocks of a page in their order."""
-    found = []
+def parse_blocks(text: str) -> list[Block]:
+    """Return the blocks of a page in their order."""
+    blocks = []
     for match in FENCE.finditer(text):
         remark = REMARK.search(text[: match.start()])
-        place = match.start("body")
-        found.append(Block(match["language"], match["body"], place, match["indent"], remark[1] if remark else ""))
-    return found
+        start = match.start("body")
+        blocks.append(Block(match["language"], match["body"], start, match["indent"], remark[1] if remark else ""))
+    return blocks
 
 
-def bundled(home: Path) -> Path:
-    """A directory that holds what a checkout holds for a reader: designs and the like."""
+def copy_bundled_files(home: Path) -> Path:
+    """Copy the bundled designs into a directory and return it."""
     shutil.copytree(ROOT / "designs", home / "designs")
     return home
 
 
-def run(line: str, home: Path) -> tuple[list[str], int]:
-    """What a line prints on stdout and stderr, as a terminal would mix them, and its exit code."""
-    tools = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    plain = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "LINES", "FORCE_COLOR", "CLICOLOR_FORCE")}
+def run_command(line: str, home: Path) -> tuple[list[str], int]:
+    """Run a command line; return its mixed stdout and stderr, and its exit code."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = {
+        k: v for k, v in os.environ.items() if k not in ("COLUMNS", "LINES", "FORCE_COLOR", "CLICOLOR_FORCE")
+    }
     done = subprocess.run(
-        ["bash", "-c", line], cwd=home, env={**plain, "PATH": tools, "LC_ALL": "C.UTF-8"}, timeout=PATIENCE,
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-    )  # fmt: skip
-    return [part.rstrip() for part in done.stdout.splitlines()], done.returncode
+        ["bash", "-c", line],
+        cwd=home,
+        env={**environment, "PATH": path, "LC_ALL": "C.UTF-8"},
+        timeout=TIMEOUT,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    return [line.rstrip() for line in done.stdout.splitlines()], done.returncode
 
 
 @dataclass(frozen=True)
 class Outcome:
     """The result of a command: its output, its exit code, the files that it wrote and those that it removed."""
 
-    printed: list[str]
+    output: list[str]
     code: int
     written: dict[str, bytes]
     removed: set[str]
 
     def repeat(self, home: Path) -> None:
-        """Leave a directory as the command left its own."""
+        """Apply the changes of the command to the files of a directory."""
         for name in self.removed:
             (home / name).unlink()
         for name, content in self.written.items():
@@ -122,103 +132,105 @@ class Outcome:
 
 
 class Shell:
-    """Runs commands, and each only once per state of the directory: pages share the loop and the search."""
+    """Run every command only once per state of its directory: pages share the loop and the search."""
 
     def __init__(self) -> None:
         self.outcomes: dict[tuple[str, str], Outcome] = {}
 
     def run(self, line: str, home: Path) -> tuple[list[str], int]:
-        """The output of a line and its exit code, as `run` gives them; the directory is left as the line leaves it."""
-        before = digests(home)
+        """Return the output and the exit code of a command line; the directory changes as by the command."""
+        before = file_digests(home)
         state = hashlib.sha256(repr(sorted(before.items())).encode()).hexdigest()
         known = self.outcomes.get((line, state))
         if known is not None:
             known.repeat(home)
-            return known.printed, known.code
-        printed, code = run(line, home)
-        after = digests(home)
+            return known.output, known.code
+        output, code = run_command(line, home)
+        after = file_digests(home)
         written = {name: (home / name).read_bytes() for name in after if after[name] != before.get(name)}
-        self.outcomes[line, state] = Outcome(printed, code, written, set(before) - set(after))
-        return printed, code
+        self.outcomes[line, state] = Outcome(output, code, written, set(before) - set(after))
+        return output, code
 
 
-def digests(home: Path) -> dict[str, str]:
-    """The files below a directory with a digest of their content."""
+def file_digests(home: Path) -> dict[str, str]:
+    """Return the files below a directory with a digest of their content."""
     files = sorted(path for path in home.rglob("*") if path.is_file())
     return {str(path.relative_to(home)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
-def agree(told: list[str], printed: list[str], close: float = CLOSE) -> bool:
-    """Are the lines the same, but for elided ones, the last digits and the seconds?
+def outputs_agree(expected: list[str], output: list[str], tolerance: float = RELATIVE_TOLERANCE) -> bool:
+    """Return whether two outputs agree, apart from omitted lines, last digits and seconds.
 
-    >>> agree(["a 1.00", "...", "c"], ["a 1.001", "b", "b", "c"]), agree(["a 1.00"], ["a 1.1"])
+    >>> outputs_agree(["a 1.00", "...", "c"], ["a 1.001", "b", "b", "c"]), outputs_agree(["a 1.00"], ["a 1.1"])
     (True, False)
     """
-    if ELIDED in told:
-        i = told.index(ELIDED)
-        head, rest = told[:i], told[i + 1 :]
-        if not agree(head, printed[:i], close):
+    if ELLIPSIS in expected:
+        i = expected.index(ELLIPSIS)
+        head, tail = expected[:i], expected[i + 1 :]
+        if not outputs_agree(head, output[:i], tolerance):
             return False
-        return any(agree(rest, printed[j:], close) for j in range(i, len(printed) + 1))
-    return all(a is not None and b is not None and _alike(a, b, close) for a, b in zip_longest(told, printed))
+        return any(outputs_agree(tail, output[j:], tolerance) for j in range(i, len(output) + 1))
+    pairs = zip_longest(expected, output)
+    return all(a is not None and b is not None and _lines_agree(a, b, tolerance) for a, b in pairs)
 
 
-def _alike(told: str, printed: str, close: float) -> bool:
-    pairs = zip(_numbers(told), _numbers(printed), strict=False)
-    return _words(told) == _words(printed) and all(_near(float(a), float(b), a, close) for a, b in pairs)
+def _lines_agree(expected: str, printed: str, tolerance: float) -> bool:
+    pairs = zip(_numbers(expected), _numbers(printed), strict=False)
+    return _masked(expected) == _masked(printed) and all(_numbers_agree(a, b, tolerance) for a, b in pairs)
 
 
 def _numbers(line: str) -> list[str]:
     return NUMBER.findall(SECONDS.sub("T s", line))
 
 
-def _words(line: str) -> str:
-    """A line with its numbers masked, rules and spaces of any width."""
+def _masked(line: str) -> str:
+    """Return a line with masked numbers, and rules and spaces of one width."""
     return re.sub(r"\s+", " ", NUMBER.sub("#", RULE.sub("-", SECONDS.sub("T s", line)))).strip()
 
 
-def _near(a: float, b: float, told: str, close: float) -> bool:
-    last = 10.0 ** -len(told.partition("e")[0].partition(".")[2]) if "." in told else 0.0
-    return abs(a - b) <= max(close * abs(a), 2 * last)
+def _numbers_agree(expected: str, printed: str, tolerance: float) -> bool:
+    last_digit = 10.0 ** -len(expected.partition("e")[0].partition(".")[2]) if "." in expected else 0.0
+    a, b = float(expected), float(printed)
+    return abs(a - b) <= max(tolerance * abs(a), 2 * last_digit)
 
 
-def refresh(page: Path, home: Path, shell: Shell) -> None:
-    """Runs a page and writes down what its commands print."""
+def update_page(page: Path, home: Path, shell: Shell) -> None:
+    """Run a page and write the present output of its commands."""
     text = page.read_text()
-    found = blocks(text)
-    done: dict[int, str] = {}
-    for block in found:
-        if block.language != "console" or not block.runs:
+    blocks = parse_blocks(text)
+    updated: dict[int, str] = {}
+    for block in blocks:
+        if block.language != "console" or not block.is_run:
             continue
         lines: list[str] = []
         for command in block.commands():
-            printed, _ = shell.run(command.line, home)
-            lines += [f"$ {command.line}", *rewritten(command.printed, printed, block.close)]
-        done[block.start] = "".join(f"{block.indent}{line}".rstrip() + "\n" for line in lines)
-    for block in reversed(found):
-        if block.start in done:
-            text = text[: block.start] + done[block.start] + text[block.start + len(block.body) :]
+            output, _ = shell.run(command.line, home)
+            lines += [f"$ {command.line}", *updated_output(command.output, output, block.tolerance)]
+        updated[block.start] = "".join(f"{block.indent}{line}".rstrip() + "\n" for line in lines)
+    for block in reversed(blocks):
+        if block.start in updated:
+            text = text[: block.start] + updated[block.start] + text[block.start + len(block.body) :]
     page.write_text(text)
 
 
-def rewritten(told: list[str], printed: list[str], close: float) -> list[str]:
-    """The printed lines, cut where the page cuts them; a page that cuts and agrees stays as it is."""
-    if ELIDED not in told:
-        return printed
-    if agree(told, printed, close):
-        return told
-    found: list[str] = []
-    rest = printed
-    for line in told:
-        if line == ELIDED:
-            found.append(line)
+def updated_output(expected: list[str], output: list[str], tolerance: float) -> list[str]:
+    """Return the output with the omissions of the page; a page with omissions that agrees is kept."""
+    if ELLIPSIS not in expected:
+        return output
+    if outputs_agree(expected, output, tolerance):
+        return expected
+    lines: list[str] = []
+    remaining = output
+    for line in expected:
+        if line == ELLIPSIS:
+            lines.append(line)
             continue
-        same = [i for i, other in enumerate(rest) if _words(other) == _words(line)]
-        if not same:
-            return printed
-        found.append(rest[same[0]])
-        rest = rest[same[0] + 1 :]
-    return found
+        matches = [i for i, other in enumerate(remaining) if _masked(other) == _masked(line)]
+        if not matches:
+            return output
+        lines.append(remaining[matches[0]])
+        remaining = remaining[matches[0] + 1 :]
+    return lines
 
 
 if __name__ == "__main__":
@@ -227,5 +239,5 @@ if __name__ == "__main__":
     shell = Shell()
     for name in sys.argv[1:]:
         with tempfile.TemporaryDirectory() as scratch:
-            refresh(Path(name), bundled(Path(scratch)), shell)
+            update_page(Path(name), copy_bundled_files(Path(scratch)), shell)
         print(f"wrote {name}")

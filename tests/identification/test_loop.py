@@ -19,7 +19,7 @@ from railui.identification.loop import LoopResult, close_loop
 from railui.report.loop.data import loop_report
 from railui.report.loop.files import write_simulated
 from tests.blind.simulated import simulated_campaign
-from tests.docs.results import rows_of, undocumented, unheard_of
+from tests.docs.results import rows_of, superfluous_rows, undocumented_keys
 
 ROOT = Path(__file__).parents[2]
 BUNDLED = ROOT / "designs" / "campaigns" / "worn_axle_box"
@@ -105,8 +105,8 @@ def test_the_report_has_the_documented_keys(closed: ClosedLoop):
 
 def test_keys_of_the_report_and_rows_of_the_docs_agree(closed: ClosedLoop):
     rows = rows_of("loop")
-    assert undocumented([closed.report], rows) == []
-    assert unheard_of([closed.report], rows) == []
+    assert undocumented_keys([closed.report], rows) == []
+    assert superfluous_rows([closed.report], rows) == []
 
 
 def test_every_number_of_the_report_is_finite(closed: ClosedLoop):
@@ -177,7 +177,7 @@ def test_with_the_effect_excluded_a_discrepancy_remains():
     )
     assert outside or result.error_to_noise > 1.5
     assert not any(e.kind in ("free_play", "bump_stop", "cubic_stiffness") for e in result.after.model.effects)
-    assert undocumented([loop_report(result)], rows_of("loop")) == []
+    assert undocumented_keys([loop_report(result)], rows_of("loop")) == []
 
 
 @pytest.mark.slow

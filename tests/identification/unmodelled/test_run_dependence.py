@@ -23,7 +23,7 @@ from railui.identification.loop import LoopResult, close_loop
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence, prepare_validation
 from railui.report.loop.data import loop_report
 from railui.report.loop.page import render_page
-from tests.docs.results import rows_of, undocumented
+from tests.docs.results import rows_of, undocumented_keys
 from tests.truth.campaign import Campaign, Order, campaign, campaigns, drawn, write
 from tests.truth.effects import effect
 
@@ -195,7 +195,7 @@ def test_the_difference_is_reported_as_a_parameter_over_distance(
     (segment,) = result.dataset.validation
     assert outside["against"] == "s" and outside["motion"] == segment.columns["s"][[0, -1]].tolist()
     assert outside["force"] == 2 * [outside["runs"][1]["value"]] and outside["force_unit"] == "N*s/m"
-    assert undocumented([report], rows_of("loop")) == []
+    assert undocumented_keys([report], rows_of("loop")) == []
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The README: its tree and its length."""
+"""The tree and the length of the README."""
 
 from __future__ import annotations
 
@@ -7,25 +7,26 @@ from math import ceil
 
 from tests.docs.transcript import ROOT
 
-CAPTION = 30  # the column at which captions begin
-WIDE, TWO_SCREENS = 88, 115
+CAPTION_COLUMN = 30
+SCREEN_WIDTH = 88  # characters per line of the rendered page
+MAX_LINES = 115  # two screens
 
 
 def tree() -> set[str]:
-    """The paths of the README's tree: a folder at the margin, what it holds below it."""
+    """Return the paths of the README's tree: folders at the margin, their content indented below."""
     text = (ROOT / "README.md").read_text()
     block = re.search(r"## The tree\n\n```\n(.*?)```", text, re.S)
     assert block is not None
-    found: set[str] = set()
+    paths: set[str] = set()
     folder = ""
     for line in block[1].splitlines():
-        words = line[:CAPTION].split()
+        words = line[:CAPTION_COLUMN].split()
         if words and not line.startswith(" "):
             folder = words[-1] if words[-1].endswith("/") else ""
-            found |= set(words)
+            paths |= set(words)
         else:
-            found |= {folder + word for word in words}
-    return found
+            paths |= {folder + word for word in words}
+    return paths
 
 
 def test_every_path_of_the_tree_exists() -> None:
@@ -34,11 +35,11 @@ def test_every_path_of_the_tree_exists() -> None:
     assert sorted(path for path in paths if not (ROOT / path).exists()) == []
 
 
-def test_every_folder_of_the_package_is_in_the_tree() -> None:
+def test_every_package_is_in_the_tree() -> None:
     folders = {f"railui/{p.name}/" for p in (ROOT / "railui").iterdir() if (p / "__init__.py").exists()}
     assert folders - tree() == set()
 
 
-def test_the_readme_is_two_screens_at_most() -> None:
+def test_the_readme_has_at_most_two_screens() -> None:
     lines = (ROOT / "README.md").read_text().splitlines()
-    assert sum(max(1, ceil(len(line) / WIDE)) for line in lines) <= TWO_SCREENS
+    assert sum(max(1, ceil(len(line) / SCREEN_WIDTH)) for line in lines) <= MAX_LINES

@@ -1,0 +1,101 @@
+"""Install a wheel or source archive into a clean environment away from the checkout and run its first commands.
+
+python release/check_install.py dist/railui-*.whl [--minimum]
+python release/check_install.py dist/railui-*.tar.gz --wheel dist/railui-*.whl
+
+--minimum installs the oldest versions that pyproject.toml allows; --wheel compares the installed files.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+COMMANDS = (
+    ["--version"],
+    ["doctor"],
+    ["check", "designs/test_bogie.yaml", "designs/campaigns/worn_axle_box/campaign.yaml"],
+    ["ride", "designs/test_bogie.yaml", "--track", "erri_b176_low length=1000", "--speed", "144 km/h"],
+    ["stability", "designs/check_bogie.yaml", "--speeds", "20:80:20"],
+    ["curve", "designs/check_bogie.yaml", "--radius", "600"],
+    ["optimise", "designs/studies/test_bogie.yaml", "--dry-run"],
+    ["capture", "--check", "--channels", "4", "--rate", "200"],
+    ["loop", "--help"],
+)
+# the archive is built to check that it is complete: optimisation would only take time
+FAST_BUILD = {"CARGO_PROFILE_RELEASE_LTO": "off", "CARGO_PROFILE_RELEASE_CODEGEN_UNITS": "16"}
+LIST_FILES = "import importlib.metadata as m; print(*m.files('railui'), sep='\\n')"
+
+
+def create_environment(home: Path, built: Path, minimum: bool) -> Path:
+    """Install a wheel or source archive into a new environment; return the path of its python."""
+    subprocess.run([sys.executable, "-m", "venv", home / "venv"], check=True)
+    python = home / "venv" / "bin" / "python"
+    if minimum:
+        install = [sys.executable, "-m", "uv", "pip", "install", "--quiet", "--python", python]
+        install += ["--resolution", "lowest-direct", built]
+    else:
+        install = [python, "-m", "pip", "install", "--quiet", "-c", ROOT / "constraints.txt", built]
+    subprocess.run(install, check=True, env={**os.environ, **FAST_BUILD})
+    return python
+
+
+def compare_files(python: Path, wheel: Path) -> None:
+    """Exit with an error unless the source archive installed the files of the wheel."""
+    names = subprocess.run([python, "-c", LIST_FILES], capture_output=True, text=True, check=True).stdout.split("\n")
+    with zipfile.ZipFile(wheel) as archive:
+        expected = {name for name in archive.namelist() if name.startswith("railui/")}
+    installed = {name for name in names if name.startswith("railui/") and "__pycache__" not in name}
+    if installed != expected:
+        raise SystemExit(f"the source archive and the wheel differ by {', '.join(sorted(installed ^ expected))}")
+    print(f"ok  {len(expected)} files, as in {wheel.name}")
+
+
+def run_commands(python: Path, home: Path) -> None:
+    """Run the first commands of the guide away from the checkout."""
+    shutil.copytree(ROOT / "designs", home / "designs")
+    environment = {"PATH": os.environ["PATH"], "HOME": str(home), "LANG": "C", "NO_COLOR": "1", "PYTHONSAFEPATH": "1"}
+    for words in COMMANDS:
+        done = subprocess.run(
+            [python.parent / "railui", *words], cwd=home, env=environment, capture_output=True, text=True, timeout=300
+        )
+        if done.returncode:
+            raise SystemExit(f"railui {' '.join(words)}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
+        print(f"ok  railui {' '.join(words)}")
+    program = "import railui; print(railui.__file__, railui.__version__)"
+    imported = subprocess.run(
+        [python, "-c", program], cwd=home, env=environment, capture_output=True, text=True, check=True
+    )
+    if str(ROOT) in imported.stdout:
+        raise SystemExit(f"the checkout was imported, not the wheel: {imported.stdout}")
+
+
+def main() -> None:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("built", type=Path, help="a wheel or a source archive")
+    parser.add_argument("--wheel", type=Path, help="wheel to compare the files of a source archive with")
+    parser.add_argument("--minimum", action="store_true")
+    parser.add_argument("--freeze", type=Path, help="file for the list of installed versions")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="für railui ") as scratch:
+        home = Path(scratch)
+        python = create_environment(home, options.built.resolve(), options.minimum)
+        run_commands(python, home)
+        if options.wheel:
+            compare_files(python, options.wheel)
+        if options.freeze:
+            program = (ROOT / "release" / "list_installed.py").read_text()
+            installed = subprocess.run([python, "-c", program], capture_output=True, text=True, check=True)
+            options.freeze.write_text(installed.stdout)
+
+
+if __name__ == "__main__":
+    main()
