@@ -13,7 +13,7 @@ ROOT = HERE.parent
 CAPTIONS = {  # below the name of a package
     "desk": "terminal desk", "cli": "commands", "bench": "benchmarks", "report": "pages, figures",
     "execution": "threads, dask, cache", "documents": "all kinds of files", "doctor": "self-test",
-    "capture": "serial logger", "optimisation": "studies, search", "hunting": "stability",
+    "capture": "serial logger", "optimisation": "studies, search", "running_stability": "modes, critical speeds",
     "identification": "estimation, structure", "campaign": "runs, data checks", "ride_quality": "comfort, safety",
     "curving": "full curve", "vehicle": "designs, simulation", "track": "spectra, excitation",
     "contact": "profiles, creep", "runs": "measured runs", "parallel": "threads", "dsp": "filters, spectra",

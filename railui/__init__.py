@@ -9,11 +9,11 @@ from railui._version import __version__
 if TYPE_CHECKING:
     from railui.curving import curve
     from railui.documents.check import LoadedFile
-    from railui.hunting.summary import stability
     from railui.optimisation.optimise import optimise
     from railui.report.loop.data import loop
     from railui.ride_quality.evaluation import ride, ride_many, simulate
     from railui.ride_quality.track_assessment import assess
+    from railui.running_stability.summary import stability
     from railui.track import synthetic_track
 
 __all__ = [
@@ -39,7 +39,7 @@ _MODULES = {
     "ride": "railui.ride_quality.evaluation",
     "ride_many": "railui.ride_quality.evaluation",
     "simulate": "railui.ride_quality.evaluation",
-    "stability": "railui.hunting.summary",
+    "stability": "railui.running_stability.summary",
     "synthetic_track": "railui.track",
 }
 

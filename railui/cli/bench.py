@@ -48,7 +48,7 @@ def command(repetitions: int, study: bool, precision: bool, keep: str | None, ca
 
 
 def _run_standard_job(repetitions: int, log: str | None, call: Invocation) -> None:
-    from railui.bench.costs import costs
+    from railui.bench.cost_breakdown import costs
     from railui.bench.roofline import roofline
     from railui.bench.standard_job import run_standard_job
 

@@ -51,7 +51,7 @@ def command(
     the highest speed up to which the ride class on this track stays just admissible. None of them follows from
     another.
     """
-    from railui.hunting.summary import stability
+    from railui.running_stability.summary import stability
 
     loaded = load_design_argument(call, design, overrides)
     source = None if track is None else resolve_track_argument(track, call.seed)

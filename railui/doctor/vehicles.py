@@ -12,8 +12,8 @@ from railui.contact.conicity import klingel_wavelength
 from railui.core import Batch, Placement, Vehicles
 from railui.curving import curve
 from railui.doctor.check import Check
-from railui.hunting.critical_speed import critical_speeds
-from railui.hunting.modes import modes_at
+from railui.running_stability.critical_speed import critical_speeds
+from railui.running_stability.modes import modes_at
 from railui.vehicle.design_reader import Design, parse_design
 from railui.vehicle.model import Model
 

@@ -37,7 +37,7 @@ HASHED_SOURCES: Final = (
     "vehicle",
     "ride_quality",
     "curving.py",
-    "hunting",
+    "running_stability",
     "optimisation",
 )
 

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.curving import solve_equilibria
-from railui.hunting.critical_speed import linear_stability_many
-from railui.hunting.limit_cycles import nonlinear_critical_speeds
-from railui.hunting.summary import DEFAULT_SPEEDS, practical_critical_speed
 from railui.memo import IdentityCache
 from railui.optimisation.cases import Case
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.ride_quality.comfort import n_mv, sperling_wz
 from railui.ride_quality.score import score_many
 from railui.ride_quality.statistics import ride_statistics
+from railui.running_stability.critical_speed import linear_stability_many
+from railui.running_stability.limit_cycles import nonlinear_critical_speeds
+from railui.running_stability.summary import DEFAULT_SPEEDS, practical_critical_speed
 from railui.track.excitation import Excitation
 from railui.vehicle.linear import damping_ratio, eigenvalues
 from railui.vehicle.model import Model

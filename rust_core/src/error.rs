@@ -13,7 +13,7 @@ pub enum Error {
         "a vehicle of kind {kind:?} has no input {word:?}; a rig has force, base_displacement or base_acceleration"
     )]
     Input { kind: String, word: String },
-    #[error("{kind} cannot stand at {at:?}; it stands at {known}")]
+    #[error("{kind} cannot act at {at:?}; its locations are {known}")]
     Place { kind: String, at: String, known: String },
     #[error("this vehicle has no place {at:?} for wheelset {wheelset}")]
     Site { at: String, wheelset: u8 },

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from railui.bench.benchmark_log import processor_name, source_commit
-from railui.bench.costs import effect_costs, thread_scaling
+from railui.bench.cost_breakdown import effect_costs, thread_scaling
 from railui.bench.standard_job import SPEED, bogie_model, coach_model, spread_designs
 from railui.core import simd_level
 from railui.ride_quality.evaluation import excitation_of

@@ -11,7 +11,7 @@ import pytest
 from railui.campaign.data_checks import check_data, check_gaps, check_stuck
 from railui.campaign.dataset import Dataset
 from railui.campaign.finding import Finding
-from tests.blind.made import simulated_campaign
+from tests.blind.simulated import simulated_campaign
 
 Change = Callable[[np.ndarray, np.ndarray], np.ndarray]
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from railui.curving import curve
-from railui.hunting.summary import DEFAULT_SPEEDS, stability
 from railui.optimisation.cases import cases_of
 from railui.optimisation.evaluation import evaluate_in_process
 from railui.optimisation.objectives import assess
 from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS
 from railui.optimisation.responses import ANALYSES, MAX_SPEED, linear_damping
+from railui.running_stability.summary import DEFAULT_SPEEDS, stability
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
 from tests.optimisation.studies import CHECK_BOGIE, small_study

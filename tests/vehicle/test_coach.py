@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from railui.hunting.limit_cycles import find_limit_cycles
+from railui.running_stability.limit_cycles import find_limit_cycles
 from railui.track.excitation import Excitation, resolve_track
 from railui.vehicle.design_reader import PlacedEffect, load_design
 from railui.vehicle.model import Model

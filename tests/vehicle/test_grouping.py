@@ -11,8 +11,8 @@ import pytest
 
 from railui import core
 from railui.curving import curve, curve_many
-from railui.hunting.critical_speed import linear_stability_many
 from railui.ride_quality.evaluation import excitation_of, ride_many, simulate_rides
+from railui.running_stability.critical_speed import linear_stability_many
 from railui.vehicle.design_reader import Design, PlacedEffect, load_design
 from railui.vehicle.effect_reader import ABSCISSAE
 from railui.vehicle.effects import has_abscissa

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from railui.core import matrix_eigenvalues
-from railui.hunting.critical_speed import linear_stability_many
-from railui.hunting.summary import stability
 from railui.identification.estimation.free_parameters import free_parameters
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.multiple_shooting import unstable_segments
 from railui.identification.estimation.problem import prepare_segments
+from railui.running_stability.critical_speed import linear_stability_many
+from railui.running_stability.summary import stability
 from railui.vehicle.linear import eigenvalues
 from railui.vehicle.model import Model
 from railui.vehicle.resolve import resolve_model

@@ -13,9 +13,9 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.curving import curves
 from railui.dsp.spectra import welch
-from railui.hunting.critical_speed import critical_speeds
 from railui.ride_quality.comfort import comfort_point_transfer, riding_of_row
 from railui.ride_quality.evaluation import simulate, simulate_rides
+from railui.running_stability.critical_speed import critical_speeds
 from railui.track.excitation import Excitation, TrackSource, is_track_file, resolve_track
 from railui.vehicle.design_reader import Design
 from railui.vehicle.linear import damping_ratio, eigenvalues

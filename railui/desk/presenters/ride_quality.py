@@ -95,7 +95,7 @@ def comparison_text(current: DesignResults, base: DesignResults, width: int) -> 
 
 
 def critical_speeds_text(stability: Mapping[str, Any], track: str) -> str:
-    """Return the critical speeds of `railui.hunting.summary.stability`, a line each."""
+    """Return the critical speeds of `railui.running_stability.summary.stability`, a line each."""
 
     def speed(key: str) -> str:
         return "none up to 90 m/s" if stability[key] is None else f"{stability[key]:.4g} m/s"

@@ -14,7 +14,7 @@ from railui.desk.presenters.design_results import (
 )
 from railui.desk.presenters.ride_quality import critical_speeds_text
 from railui.desk.services.jobs import BackgroundJob, Checkpoints
-from railui.hunting.summary import stability
+from railui.running_stability.summary import stability
 from railui.vehicle.design_reader import Design
 
 

@@ -20,17 +20,6 @@ VERDICT_LABELS = {
 }
 ROLE_LABELS = {"adjust": "estimation", "validate": "validation"}
 # titles of the kernel's catalogue that a report states in other terms
-EFFECT_TITLES = {
-    "free_play": "clearance",
-    "measured_force": "identified restoring-force curve",
-    "rolling_line_offset": "offset of the running line",
-    "rolling_line": "variation of the running line along the track",
-    "rail_flexibility": "lateral track flexibility",
-    "coach_mode": "lateral carbody mode",
-    "sensor_delay": "sensor time delay",
-    "sensor_gain": "sensor gain error",
-    "sensor_offset": "sensor offset",
-}
 LOCATIONS = {
     "primary_lateral": "lateral primary suspension",
     "primary_yaw": "primary suspension in yaw",
@@ -50,7 +39,7 @@ def effect_title(kind: str) -> str:
     """Return the name of a kind of effect; of `none`, the model without an effect."""
     if kind == "none":
         return "no effect added"
-    return EFFECT_TITLES.get(kind) or str(core.effect_record(kind)["title"])
+    return str(core.effect_record(kind)["title"])
 
 
 def location_text(at: str, wheelset: int | None = None) -> str:

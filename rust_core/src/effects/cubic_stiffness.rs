@@ -17,7 +17,7 @@ impl Effect for CubicStiffness {
             "F/z^3",
             [1.0, -30.0, 1000.0],
             "k/z^2",
-            "doubles the declared spring's force at 5 mm (5 mrad)",
+            "doubles the nominal spring's force at 5 mm (5 mrad)",
             Role::Strength,
         )],
         supersedes: Supersedes::Nothing,

@@ -218,7 +218,7 @@ pub const fn param(
     Param { key, symbol, unit, default: range[0], minimum: range[1], maximum: range[2], times, origin, role }
 }
 
-pub const STIFFNESS_ORIGIN: &str = "as stiff as the declared spring; 0.01 to 100 times it";
+pub const STIFFNESS_ORIGIN: &str = "as stiff as the nominal spring; 0.01 to 100 times it";
 pub const FORCE_ORIGIN: &str =
-    "a third of the declared spring's force at 5 mm (5 mrad); up to 100 times it, for springs that friction outdoes";
+    "a third of the nominal spring's force at 5 mm (5 mrad); up to 100 times it, for springs that friction outdoes";
 pub const SUSPENSIONS: &[&str] = &["secondary_lateral", "secondary_yaw", "primary_lateral", "primary_yaw", "rig"];

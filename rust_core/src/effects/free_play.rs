@@ -1,4 +1,4 @@
-//! Free play: the declared spring acts beyond a clearance, nothing inside it.
+//! Free play: the nominal spring acts beyond a clearance, nothing inside it.
 use super::effect::*;
 use crate::simd::Part;
 
@@ -7,7 +7,7 @@ pub struct FreePlay;
 impl Effect for FreePlay {
     const RECORD: Record = Record {
         key: "free_play",
-        title: "free play",
+        title: "clearance",
         source: "thesis 2.1 (clearance in the axle boxes gives a small limit cycle)",
         kind: Kind::Force,
         at: SUSPENSIONS,

@@ -12,14 +12,14 @@ impl Effect for MaxwellDamper {
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[
-            param("stiffness", "k", "F/z", [1.0, 0.01, 1000.0], "k", "as stiff as the declared spring; a mounting may be a thousand times it", Role::Strength),
+            param("stiffness", "k", "F/z", [1.0, 0.01, 1000.0], "k", "as stiff as the nominal spring; a mounting may be a thousand times it", Role::Strength),
             param(
                 "damping",
                 "c",
                 "F*s/z",
                 [1.0, 0.001, 100.0],
                 "k/w",
-                "corner at 10 rad/s with the declared spring",
+                "corner at 10 rad/s with the nominal spring",
                 Role::Shape,
             ),
             param(

@@ -1,4 +1,4 @@
-//! A measured curve of force against motion or speed: what the verdict "outside" adds.
+//! Identified curve of force over motion, speed or distance, which the verdict "outside" adds.
 use super::polyline;
 use super::effect::*;
 use crate::simd::Part;
@@ -70,8 +70,8 @@ impl Abscissa for Distance {
 impl<X: Abscissa> Effect for CurveOf<X> {
     const RECORD: Record = Record {
         key: "measured_force",
-        title: "measured curve of force",
-        source: "thesis 6.2 (equivalent input signals); linear between the points, held outside",
+        title: "identified restoring-force curve",
+        source: "thesis 6.2 (equivalent input signals); linear between the points, constant outside",
         kind: Kind::Force,
         at: &[
             "secondary_lateral",

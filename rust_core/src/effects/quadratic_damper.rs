@@ -17,7 +17,7 @@ impl Effect for QuadraticDamper {
             "F*s^2/z^2",
             [1.0, 0.0, 1000.0],
             "c/v",
-            "the declared damper's force at 50 mm/s (50 mrad/s)",
+            "the nominal damper's force at 50 mm/s (50 mrad/s)",
             Role::Strength,
         )],
         supersedes: Supersedes::Nothing,

@@ -17,7 +17,7 @@ impl Effect for QuadraticStiffness {
             "F/z^2",
             [1.0, -30.0, 30.0],
             "k/z",
-            "doubles the declared spring's force at 5 mm (5 mrad) on one side",
+            "doubles the nominal spring's force at 5 mm (5 mrad) on one side",
             Role::Strength,
         )],
         supersedes: Supersedes::Nothing,

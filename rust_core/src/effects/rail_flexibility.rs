@@ -7,7 +7,7 @@ pub struct RailFlexibility;
 impl Effect for RailFlexibility {
     const RECORD: Record = Record {
         key: "rail_flexibility",
-        title: "rail that yields sideways",
+        title: "lateral track flexibility",
         source: "Knothe and Grassie, Vehicle System Dynamics 22 (1993), one spring and damper under each wheelset",
         kind: Kind::Rail,
         at: &["track"],

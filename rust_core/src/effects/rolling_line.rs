@@ -9,8 +9,8 @@ pub struct RollingLine;
 impl Effect for RollingLine {
     const RECORD: Record = Record {
         key: "rolling_line",
-        title: "rolling line that wanders along the track",
-        source: "thesis 5.5; EN 15302 (worn and asymmetric profiles); linear between the places, held outside",
+        title: "variation of the running line along the track",
+        source: "thesis 5.5; EN 15302 (worn and asymmetric profiles); linear between the points, constant outside",
         kind: Kind::Rolling,
         at: &["contact"],
         params: &[

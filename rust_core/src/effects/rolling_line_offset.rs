@@ -7,7 +7,7 @@ pub struct RollingLineOffset;
 impl Effect for RollingLineOffset {
     const RECORD: Record = Record {
         key: "rolling_line_offset",
-        title: "rolling line beside the middle",
+        title: "offset of the running line",
         source: "thesis 5.5; EN 15302 (unequal diameters)",
         kind: Kind::Rolling,
         at: &["contact"],

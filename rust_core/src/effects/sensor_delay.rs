@@ -1,4 +1,4 @@
-//! Sensor: late signal.
+//! Sensor time delay.
 use super::effect::*;
 
 /// x(t) -> x(t - tau), of the simulated signal
@@ -7,7 +7,7 @@ pub struct SensorDelay;
 impl Effect for SensorDelay {
     const RECORD: Record = Record {
         key: "sensor_delay",
-        title: "sensor: late signal",
+        title: "sensor time delay",
         source: "x(t) -> gain x(t - delay) + offset; the simulated signal is altered, never the measured one",
         kind: Kind::Sensor,
         at: &["e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2", "psi1", "psi2", "z", "vz", "az"],

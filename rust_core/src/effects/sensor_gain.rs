@@ -7,7 +7,7 @@ pub struct SensorGain;
 impl Effect for SensorGain {
     const RECORD: Record = Record {
         key: "sensor_gain",
-        title: "sensor: gain of a signal",
+        title: "sensor gain error",
         source: "x(t) -> gain x(t - delay) + offset; the simulated signal is altered, never the measured one",
         kind: Kind::Sensor,
         at: &["e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2", "psi1", "psi2", "z", "vz", "az"],

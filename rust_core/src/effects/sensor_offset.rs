@@ -7,7 +7,7 @@ pub struct SensorOffset;
 impl Effect for SensorOffset {
     const RECORD: Record = Record {
         key: "sensor_offset",
-        title: "sensor: offset of a signal",
+        title: "sensor offset",
         source: "x(t) -> gain x(t - delay) + offset; the simulated signal is altered, never the measured one",
         kind: Kind::Sensor,
         at: &["e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2", "psi1", "psi2", "z", "vz", "az"],

@@ -17,7 +17,7 @@ impl Effect for ViscousDamper {
             "F*s/z",
             [1.0, 0.0, 100.0],
             "c",
-            "the declared damper's, or F at 10 rad/s where none is declared",
+            "the nominal damper's, or F at 10 rad/s where there is none",
             Role::Strength,
         )],
         supersedes: Supersedes::Nothing,

@@ -32,7 +32,7 @@ impl Filter {
         expect_len("initial states of the filter", self.zi.len(), self.sos.len())?;
         if self.every == 0 {
             return Err(Error::Value {
-                what: "samples from one that is kept to the next".into(),
+                what: "samples from one retained sample to the next".into(),
                 value: 0.0,
                 rule: "positive",
             });

@@ -80,7 +80,7 @@ async def test_a_rejected_value_shows_the_remedy_and_changes_nothing(open_desk: 
 async def test_an_effect_of_the_catalogue_is_added_and_saved(open_desk: OpenDesk, bogie: Path) -> None:
     async with open_desk(bogie) as keys:
         await keys.press("a")
-        await keys.type("free play primary lateral")
+        await keys.type("clearance primary lateral")
         await keys.press("enter")
         panel = keys.desk.query_one(DesignPanel)
         assert panel.query_one(Form).field is not None

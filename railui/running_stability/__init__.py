@@ -1,0 +1,1 @@
+"""Stability: modes, critical speeds, limit cycles."""

@@ -1,0 +1,59 @@
+"""Stability summary: speed limit by ride criteria and the command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from railui.cli import cli
+from railui.ride_quality.evaluation import ride
+from railui.running_stability.summary import stability
+from railui.vehicle.design_reader import load_design
+from railui.vehicle.effects import PlacedEffect
+
+HOME = Path(__file__).parents[2]
+
+
+CHECK = load_design(HOME / "designs/check_bogie.yaml")
+
+
+SLIPPERY = PlacedEffect("creep_saturation", "contact", None, {"friction": 0.15})
+
+
+FLANGE = PlacedEffect("flange_contact", "contact", None, {})
+
+
+def test_the_practical_critical_speed_is_the_last_admissible_one() -> None:
+    design = CHECK.with_effects([SLIPPERY, FLANGE])
+    result = stability(design, [40.0, 50.0, 60.0, 70.0], track="erri_b176_low length=600")
+    v = result["practical_critical_speed"]
+    good = ("very good", "good", "satisfactory", "just admissible")
+    assert ride(design, "erri_b176_low length=600", v)["class"] in good
+    assert ride(design, "erri_b176_low length=600", v + 0.1)["class"] not in good
+
+
+def test_the_command_prints_all_critical_speeds_in_one_table(tmp_path: Path) -> None:
+    text = (HOME / "designs/check_bogie.yaml").read_text("utf-8")
+    (tmp_path / "hard.yaml").write_text(
+        text + "effects: [{kind: creep_saturation, at: contact, friction: 0.15}, {kind: flange_contact, at: contact}]\n"
+    )
+    files = ["--json", str(tmp_path / "s.json"), "--figure", str(tmp_path / "s.svg")]
+    words = ["stability", str(tmp_path / "hard.yaml"), "--speeds", "50:70:10", "--fold", *files]
+    words += ["--track", "erri_b176_low length=600"]
+    done = CliRunner().invoke(cli, words)
+    assert done.exit_code == 0, done.output
+    result = json.loads((tmp_path / "s.json").read_text())
+    assert list(result)[:5] == ["schema", "version", "inputs", "seed", "simd"]
+    assert result["linear_critical_speed"] == pytest.approx(61.64024, abs=5e-6)
+    assert result["practical_critical_speed"] < result["fold_speed"] < result["linear_critical_speed"]
+    assert {"speed", "real", "imag", "decrement"} <= set(result["modes"][0])
+    assert (tmp_path / "s.svg").read_text().count("<svg") == 1
+
+
+def test_the_command_rejects_invalid_input() -> None:
+    for words in (["--speeds", "150"], ["--speeds", "60:20:5"], ["--track", "erri_b176_hi"]):
+        done = CliRunner().invoke(cli, ["stability", str(HOME / "designs/check_bogie.yaml"), *words])
+        assert done.exit_code == 2, done.output
