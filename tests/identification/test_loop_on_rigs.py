@@ -57,7 +57,7 @@ def test_a_loop_on_a_rig_without_friction_candidates_ends_outside(tmp_path: Path
     )
     assert data["verdict"] == "outside" and data["outside"]["at"] == "rig"
     assert len(data["outside"]["motion"]) == len(data["outside"]["force"])
-    assert "measured curve" in page
+    assert "identified force curve" in page
 
 
 def floor_of(context: Context) -> NoiseFloor:

@@ -177,7 +177,7 @@ def test_the_verdict_names_the_location_and_the_sentence_both_values(
     assert f"the vehicle is not the same from run to run, {DAMPING} would be" in report["sentence"]
     a, b = report["outside"]["runs"]
     assert f"kN*s/m on {a['file']} (" in report["sentence"] and f"kN*s/m on {b['file']} (" in report["sentence"]
-    assert "not the same from run to run: secondary lateral" in render_page(result, report)
+    assert "parameter that differs from run to run: lateral secondary suspension" in render_page(result, report)
 
 
 def test_the_reported_error_is_that_of_the_calibrated_model(closed: tuple[LoopResult, dict[str, Any]]):
