@@ -1,15 +1,15 @@
-# run: the main job on the bundled campaign; test: everything; check: style, types and layers; rust: the kernel's own tests;
-# bench: speed; blind: planted effects;
-# dist: wheel, archive, bill of materials, tried away from here; minimum: with the oldest versions that pyproject admits;
-# docs: the site, in target/site; transcripts: every command of README and docs, with the recording in real time too;
-# rewrite: write down what they print now;
-# deny: advisories, licences, doubles and sources of the crates;
-# killed: a search killed at 50 random moments, workers that a case kills;
-# bench-peers: the standard job in what one could pick instead; bench-counts: its instructions, for valgrind;
-# emulated: the kernel on a processor with AVX-512 that need not be there
-# growth: what length, designs, degrees of freedom, threads and effects cost
-# purpose: what the declared optimum costs;
-# pictures: the README's figure, from what run has found
+# run: loop and search on the bundled campaign; test: everything; check: style, types and layers; rust: the kernel's own tests;
+# bench: speed of the kernel; blind: blind simulation study;
+# dist: wheel, source archive, bill of materials, installed away from the checkout; minimum: with the oldest versions allowed;
+# docs: the site, in target/site; transcripts: check every command of README and docs, the recording in real time included;
+# rewrite: write the present output of these commands into the pages;
+# deny: advisories, licences, duplicates and sources of the crates;
+# killed: a search killed at 50 random moments, cases that kill their workers;
+# bench-peers: the standard job with other software; bench-counts: its instructions, counted by valgrind;
+# emulated: the kernel's tests on an emulated processor with AVX-512;
+# growth: cost against length, designs, degrees of freedom, threads and effects;
+# purpose: optima of the nominal and of the calibrated vehicle compared;
+# pictures: the README's figure, from the result of run
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -50,7 +50,7 @@ bench: .stamp-build
 bench-counts: .stamp-build
 	$(BIN)/python -m tests.bench.counts --keep $(KEPT)
 
-# in an environment of their own: they bring a gigabyte
+# in a separate environment: these packages take a gigabyte
 PEERS := target/peers
 $(PEERS)/.stamp: tests/bench/peers/requirements.txt constraints.txt
 	$(PYTHON) -m venv $(PEERS) >/dev/null 2>&1 || $(PYTHON) -m venv --without-pip $(PEERS)
@@ -69,7 +69,7 @@ pictures: run
 shots: .stamp-build
 	$(BIN)/python -m tests.desk.shots
 
-# strict: a warning is an error. The two variables silence notices of mkdocs' makers about its successors
+# strict: a warning is an error; the two variables silence notices about successors of mkdocs
 docs: .stamp-build
 	@NO_MKDOCS_2_WARNING=1 DISABLE_MKDOCS_2_WARNING=true $(BIN)/mkdocs build --quiet
 	@echo "target/site/index.html"
@@ -82,7 +82,7 @@ dist: .stamp-build
 	$(BIN)/python release/check_install.py dist/railui-*.tar.gz --wheel dist/railui-*.whl
 	$(BIN)/python release/bill_of_materials.py dist/installed.json dist
 
-# the oldest versions that pyproject admits
+# the oldest versions that pyproject.toml allows
 minimum: dist
 	$(BIN)/python -m pip install --quiet uv
 	$(BIN)/python release/check_install.py dist/railui-*.whl --minimum
@@ -91,7 +91,7 @@ minimum: dist
 deny:
 	cargo deny check
 
-# what takes too long for every change: answers taken away, crossed damping
+# long trials of the identification: true effect excluded, crossed damping, sensitivity to the settings
 slow: .stamp-build
 	$(BIN)/python -m pytest tests/identification -m slow
 
@@ -113,7 +113,7 @@ blind: .stamp-build
 purpose: .stamp-build
 	@$(BIN)/python -m tests.bench.purpose
 
-# the outer pip serves where ensurepip is missing; maturin is looked for on the path; cobs is built with setuptools
+# the outer pip is used where ensurepip is missing; maturin must be on the path; cobs is built with setuptools
 .stamp-venv: constraints.txt
 	@$(PYTHON) release/check_build_tools.py
 	$(PYTHON) -m venv $(VENV) >/dev/null 2>&1 || $(PYTHON) -m venv --without-pip $(VENV)
@@ -121,13 +121,13 @@ purpose: .stamp-build
 	$(BIN)/python -m pip install --quiet -c constraints.txt maturin setuptools
 	@touch $@
 
-# apart from the build: they are fetched while the kernel is compiled
+# a target of its own: packages are downloaded while the kernel is compiled
 .stamp-packages: .stamp-venv pyproject.toml
-	@mkdir -p target && $(BIN)/python release/list_requirements.py dev > target/wanted.txt
-	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -r target/wanted.txt
+	@mkdir -p target && $(BIN)/python release/list_requirements.py dev > target/requirements.txt
+	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -r target/requirements.txt
 	@touch $@
 
-# bytecode too: where Python may not write it (PYTHONDONTWRITEBYTECODE) every start would compile a hundred files
+# bytecode included: without it (PYTHONDONTWRITEBYTECODE) every start would compile a hundred files
 .stamp-build: .stamp-packages $(SOURCES)
 	@echo "building railui (the first time takes a few minutes)" >&2
 	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
