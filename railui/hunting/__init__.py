@@ -1,1 +1,0 @@
-"""Stability: modes, critical speeds, limit cycles."""
