@@ -82,12 +82,12 @@ class BackgroundJob:
 
     @property
     def is_paused(self) -> bool:
-        """Whether the job is paused."""
+        """True if the job is paused."""
         return not self.resumed.is_set()
 
     @property
     def is_stopping(self) -> bool:
-        """Whether a stop was requested."""
+        """True if a stop was requested."""
         return self.stop_requested.is_set()
 
     @property

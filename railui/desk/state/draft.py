@@ -54,7 +54,7 @@ class Draft:
 
     @property
     def is_modified(self) -> bool:
-        """Whether the design differs from its file."""
+        """True if the design differs from its file."""
         return self.design.content() != self.file.content() or self.design.adjustment != self.file.adjustment
 
     @property

@@ -50,7 +50,7 @@ class Field:
 
     @property
     def is_logarithmic(self) -> bool:
-        """Whether the slider has a logarithmic scale."""
+        """True if the slider has a logarithmic scale."""
         return self.low > 0 and self.high >= LOG_SCALE_RATIO * self.low
 
     def position(self, value: float) -> float:

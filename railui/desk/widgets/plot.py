@@ -215,7 +215,7 @@ The mouse moves the cursor too; its wheel zooms.
 
     @property
     def is_plain(self) -> bool:
-        """Whether only ASCII characters are drawn."""
+        """True if only ASCII characters are drawn."""
         return bool(getattr(self.app, "is_plain", False))
 
     def _glyph(self, fine: str, plain: str) -> str:

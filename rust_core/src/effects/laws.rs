@@ -154,7 +154,7 @@ fn the_steepest_slope_bounds_finite_differences() {
 }
 
 #[test]
-fn two_laws_at_a_place_can_be_told_apart() {
+fn two_laws_at_a_location_differ() {
     // laws with a state of their own answer to a history, not to a point
     let all: Vec<_> = forces().into_iter().filter(|r| r.record.states == 0).collect();
     let points: Vec<_> = (0..60)

@@ -3,6 +3,7 @@
 pub mod step_count;
 pub mod ride_statistics;
 pub mod recorder;
+pub mod divergence;
 pub mod rk4;
 pub mod run;
 pub mod comparison;

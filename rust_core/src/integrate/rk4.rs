@@ -1,4 +1,5 @@
 //! A part of the lanes on its way: the states and slopes of a step of RK4, and what watches them.
+use crate::integrate::divergence::check_divergence;
 use crate::integrate::recorder::Recorder;
 use crate::integrate::ride_statistics::RideAccumulator;
 use crate::rate::forms::Rate;
@@ -110,7 +111,7 @@ impl<'a, P: Part, M: Rate<P>> Rk4Part<'a, P, M> {
         }
     }
 
-    /// Puts lanes that left the rails to rest at this sample, and takes the step h of all.
+    /// Check the lanes for divergence at this sample, and set the step h of all.
     #[inline(always)]
     pub fn check_divergence(
         &mut self,
@@ -249,48 +250,6 @@ impl<P: Part, M: Rate<P>> Rk4Part<'_, P, M> {
         for i in 0..n {
             let v = n + i;
             [x[i], x[v]] = finish_step(lengths, x[i], x[v], [k_1[v], k_2[v], k_3[v], k_4[v]]);
-        }
-    }
-}
-
-/// Is a lane still on the rails? abs(e_i) and abs(psi_i) within the limit, everything finite; else it is put to rest.
-#[inline(always)]
-fn check_divergence<P: Part>(
-    group: &Group,
-    at: usize,
-    k: usize,
-    row: &[f64],
-    x: &mut [P; STATES],
-    h: &mut Lanes,
-    diverged: &mut [Option<usize>; LANES],
-) {
-    let mut values = [Lanes::ZERO; STATES];
-    for i in 0..group.states {
-        x[i].store(&mut values[i], at);
-    }
-    let mut diverged_at = false;
-    for (lane, lost_at) in diverged.iter_mut().enumerate().skip(at).take(P::WIDTH) {
-        let of = |i: usize| values[i].0[lane];
-        let on_rails = if group.wheelsets.is_empty() {
-            (0..group.dofs).all(|i| of(i).abs() <= group.limit)
-        } else {
-            group.wheelsets.iter().all(|w| {
-                let e = of(w.y) - row[w.column] - w.r.0[lane] * row[w.column + 2];
-                e.abs() <= group.limit && of(w.psi).abs() <= group.limit
-            })
-        };
-        if lost_at.is_none() && (!on_rails || (0..group.states).any(|i| !of(i).is_finite())) {
-            *lost_at = Some(k);
-            h.0[lane] = 0.0;
-            for value in values[..group.states].iter_mut() {
-                value.0[lane] = 0.0;
-            }
-            diverged_at = true;
-        }
-    }
-    if diverged_at {
-        for i in 0..group.states {
-            x[i] = P::load(&values[i], at);
         }
     }
 }

@@ -2,8 +2,8 @@
 use crate::simd::{Job, Part, dispatch, level};
 use std::hint::black_box;
 
-/// Chains side by side: enough to cover the latency of one, few enough for the registers of AVX2.
-const ABREAST: usize = 12;
+/// Independent chains: enough to cover the latency of one, few enough for the registers of AVX2.
+const CHAIN_COUNT: usize = 12;
 
 /// Operation that the chains consist of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,9 +25,9 @@ impl Job for Chains {
         let one = P::Single::splat(black_box(1.0));
         let half = P::Single::splat(black_box(0.5));
         // values that differ, or the compiler would make one chain of all; they stay between 1 and 2
-        let mut chains = [one; ABREAST];
+        let mut chains = [one; CHAIN_COUNT];
         for (i, chain) in chains.iter_mut().enumerate() {
-            *chain = P::Single::splat(black_box(1.0 + i as f64 / ABREAST as f64));
+            *chain = P::Single::splat(black_box(1.0 + i as f64 / CHAIN_COUNT as f64));
         }
         match self.links {
             Links::Fused => {
@@ -50,7 +50,7 @@ impl Job for Chains {
             sum = sum + chain;
         }
         black_box(sum);
-        (self.rounds * ABREAST * P::Single::WIDTH) as u64
+        (self.rounds * CHAIN_COUNT * P::Single::WIDTH) as u64
     }
 }
 
@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn links_are_those_of_all_lanes() {
         let found = chains(Links::Fused, 100);
-        assert!((1..=LANES as u64).any(|width| found == 100 * ABREAST as u64 * width), "{found}");
+        assert!((1..=LANES as u64).any(|width| found == 100 * CHAIN_COUNT as u64 * width), "{found}");
         let portable = Chains { links: Links::Roots, rounds: 7 }.run::<Portable>();
         assert_eq!(portable, 7 * 12 * 4);
     }

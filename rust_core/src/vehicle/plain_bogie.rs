@@ -162,11 +162,11 @@ impl<P: Part> PlainBogie<P> {
         }
         let [leading, trailing] = &self.contacts;
         let [by_1, by_2] = &at.contacts;
-        let [laid_1, laid_2] = &at.prepared;
-        let m_1 = Motion { y: x[2] - laid_1.line, psi: x[3], vy: x[8], vpsi: x[9] };
-        let m_2 = Motion { y: x[4] - laid_2.line, psi: x[5], vy: x[10], vpsi: x[11] };
-        let slip_1 = leading.slip::<SPIN>(by_1, &m_1, laid_1.slopes);
-        let slip_2 = trailing.slip::<SPIN>(by_2, &m_2, laid_2.slopes);
+        let [prepared_1, prepared_2] = &at.prepared;
+        let m_1 = Motion { y: x[2] - prepared_1.line, psi: x[3], vy: x[8], vpsi: x[9] };
+        let m_2 = Motion { y: x[4] - prepared_2.line, psi: x[5], vy: x[10], vpsi: x[11] };
+        let slip_1 = leading.slip::<SPIN>(by_1, &m_1, prepared_1.slopes);
+        let slip_2 = trailing.slip::<SPIN>(by_2, &m_2, prepared_2.slopes);
         let factors_1 = leading.factors::<LAWS, WHOLE, SPIN>(&slip_1);
         let factors_2 = trailing.factors::<LAWS, WHOLE, SPIN>(&slip_2);
 
@@ -177,9 +177,9 @@ impl<P: Part> PlainBogie<P> {
 
         let pull = self.pull * x[0];
         let turn = self.turn * x[1];
-        let a_y = self.pull_a.mul_add(x[1], pull) + laid_1.push;
+        let a_y = self.pull_a.mul_add(x[1], pull) + prepared_1.push;
         [dx[8], dx[9]] = leading.touch::<LAWS, SPIN>(by_1, &m_1, &slip_1, factors_1, [a_y, turn]);
-        let a_y = self.pull_a.neg_mul_add(x[1], pull) + laid_2.push;
+        let a_y = self.pull_a.neg_mul_add(x[1], pull) + prepared_2.push;
         [dx[10], dx[11]] = trailing.touch::<LAWS, SPIN>(by_2, &m_2, &slip_2, factors_2, [a_y, turn]);
     }
 }

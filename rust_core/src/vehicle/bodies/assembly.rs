@@ -50,7 +50,7 @@ impl Layout {
         for (body, at) in self.bodies.iter().zip(&placed) {
             self.outer(&mut vehicle, body, at);
         }
-        self.check_divergence(&mut vehicle, &placed, &value);
+        self.add_channels(&mut vehicle, &placed, &value);
         for (i, (at, ..)) in self.wheelsets().enumerate() {
             Self::load_transfer(&mut vehicle, i, &transfers[at]);
         }

@@ -24,7 +24,7 @@ impl Layout {
     }
 
     /// The channels: wheelsets, bodies, floor points.
-    pub(super) fn check_divergence(&self, vehicle: &mut Assembly, placed: &[Placed], value: &dyn Fn(&Number) -> f64) {
+    pub(super) fn add_channels(&self, vehicle: &mut Assembly, placed: &[Placed], value: &dyn Fn(&Number) -> f64) {
         for (i, (at, ..)) in self.wheelsets().enumerate() {
             let (number, Wheelset { column, r, .. }) = (i + 1, vehicle.wheelsets[i]);
             let y = placed[at].y.row.clone();
