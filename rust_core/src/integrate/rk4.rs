@@ -76,7 +76,7 @@ impl<'a, P: Part, M: Rate<P>> Rk4Part<'a, P, M> {
     }
 
     #[inline(always)]
-    fn set_speed(&mut self, h: P) {
+    fn set_step(&mut self, h: P) {
         let half = h * P::splat(0.5);
         let sixth = h * P::splat(1.0 / 6.0);
         (self.ahead, self.sixth) = ([half, half, h], [sixth, sixth * h]);
@@ -122,7 +122,7 @@ impl<'a, P: Part, M: Rate<P>> Rk4Part<'a, P, M> {
         diverged_at: &mut [Option<usize>; LANES],
     ) {
         check_divergence(group, self.at, k, row, &mut self.room.states[0].0, h, diverged_at);
-        self.set_speed(P::load(h, self.at));
+        self.set_step(P::load(h, self.at));
     }
 
     #[inline(always)]

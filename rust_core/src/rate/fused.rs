@@ -77,19 +77,19 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             track.push(group.matrix.inputs_of(row).map(per_mass).collect::<Vec<_>>());
         }
         // what holds a wheelset itself goes with its contact
-        let mut clamped_states = Vec::new();
+        let mut sprung = Vec::new();
         for (wheelset, contact) in group.wheelsets.iter().zip(contacts) {
             let [lateral, yaw] = [wheelset.y, wheelset.psi].map(|dof| minus(&taken(&mut rows[dof], dof)));
-            clamped_states.push((contact.clone().clamped_states(&lateral, &yaw), lateral));
+            sprung.push((contact.clone().with_springs(&lateral, &yaw), lateral));
         }
         let (mut wheelsets, mut parts) = (Vec::new(), Vec::new());
-        for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&clamped_states).enumerate() {
+        for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&sprung).enumerate() {
             let (y, psi, column) = (wheelset.y, wheelset.psi, wheelset.column);
             // gravitation, and the springs of a wheelset on the centre line
             add(&mut track[y], column, &minus(lateral));
             add(&mut track[y], column + 2, &contact.leaning(lateral));
             let damping = P::load(&taken(&mut rows[y], n + y), at);
-            let which = clamped_states.iter().position(|(other, _)| other == contact).unwrap_or(i);
+            let which = sprung.iter().position(|(other, _)| other == contact).unwrap_or(i);
             let places = [y, psi, n + y, n + psi].map(Place::new);
             let none = P::zero();
             wheelsets.push(Wheels { places, contact: which, damping, column, line: none, slopes: none });

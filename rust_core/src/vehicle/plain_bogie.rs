@@ -73,8 +73,8 @@ impl PlainBogie<Lanes> {
                 lanes(&|p| p[15] / p[1]),
             ],
             contacts: [
-                Contact::new(&contacts[0]).clamped_states(&pull, &turn),
-                Contact::new(&contacts[1]).clamped_states(&pull, &turn),
+                Contact::new(&contacts[0]).with_springs(&pull, &turn),
+                Contact::new(&contacts[1]).with_springs(&pull, &turn),
             ],
             speed_scale: *speed_scale,
             inv_speed_scale: Lanes::from_fn(|l| 1.0 / speed_scale.0[l]),

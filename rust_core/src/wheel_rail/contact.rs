@@ -43,14 +43,14 @@ pub struct Contact<T> {
     share_third: T,
     clearance: T,
     minus_clearance: T,
-    /// Accelerations: per phi_w, e (by gravitation and what springs of [`Contact::clamped_states`] add), flange deflection, unit of
+    /// Accelerations: per phi_w, e (by gravitation and what springs of [`Contact::with_springs`] add), flange deflection, unit of
     /// creep force, V psi'.
     pub gravity: T,
     gravity_e: T,
     flange: T,
     creep: T,
     gyro: T,
-    /// Angular accelerations: per unit of creep force, psi (by the contact angle, less what springs of [`Contact::clamped_states`]
+    /// Angular accelerations: per unit of creep force, psi (by the contact angle, less what springs of [`Contact::with_springs`]
     /// take off), V y'.
     turn: T,
     turn_psi: T,
@@ -115,8 +115,8 @@ impl Contact<Lanes> {
         }
     }
 
-    /// Held by springs as well: accelerations per e and psi.
-    pub fn clamped_states(mut self, lateral: &Lanes, yaw: &Lanes) -> Self {
+    /// The contact with the springs of its wheelset added: accelerations per e and psi.
+    pub fn with_springs(mut self, lateral: &Lanes, yaw: &Lanes) -> Self {
         self.gravity_e = Lanes::from_fn(|l| self.gravity_e.0[l] + lateral.0[l]);
         self.turn_psi = Lanes::from_fn(|l| self.turn_psi.0[l] - yaw.0[l]);
         self
@@ -127,7 +127,7 @@ impl Contact<Lanes> {
         self.share == Lanes::splat(1.0)
     }
 
-    /// The acceleration per phi_w by gravitation, and by springs of [`Contact::clamped_states`] on the centre line.
+    /// The acceleration per phi_w by gravitation, and by springs of [`Contact::with_springs`] on the centre line.
     pub fn leaning(&self, lateral: &Lanes) -> Lanes {
         Lanes::from_fn(|l| self.gravity.0[l] - lateral.0[l] * self.r.0[l])
     }

@@ -15,10 +15,10 @@ impl Layout {
         let Wheelset { y, column, r, b, n, .. } = vehicle.wheelsets[i];
         let (share, mass) = (0.5 / b, vehicle.mass[y]);
         let displaced = Motion { row: vec![(y, 1.0)], inputs: vec![(column, -1.0), (column + 2, -r)] };
-        let clamped_states = transfer.clamped_states.times(share).plus(&displaced, n / b);
-        let damped = transfer.damped.times(share);
-        let channel = vehicle.channel(&format!("dQ{}", i + 1), Order::Position, &clamped_states.row);
-        channel.inputs = clamped_states.inputs;
+        let moment = transfer.of_springs.times(share).plus(&displaced, n / b);
+        let damped = transfer.of_dampers.times(share);
+        let channel = vehicle.channel(&format!("dQ{}", i + 1), Order::Position, &moment.row);
+        channel.inputs = moment.inputs;
         channel.rates = damped.slopes();
         channel.also = vec![(Order::Velocity, damped.row), (Order::Acceleration, vec![(y, -share * mass * r)])];
     }

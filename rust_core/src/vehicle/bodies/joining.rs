@@ -8,11 +8,11 @@ use crate::vehicle::assembly::{Assembly, OwnLaw, Port};
 /// Force of a damper without blow-off [N].
 const UNLIMITED: f64 = 1e9;
 
-/// The moment about the middle of the track that the suspension lays on a wheelset: of its motion, of its rates.
+/// The moment about the middle of the track of the suspension forces on a wheelset: per motion, per rate.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Transfer {
-    pub(super) clamped_states: Motion,
-    pub(super) damped: Motion,
+    pub(super) of_springs: Motion,
+    pub(super) of_dampers: Motion,
 }
 
 /// From the point on the first body to that on the second, and how both move apart.
@@ -87,7 +87,7 @@ impl Layout {
         for (way, acts) in &joint.terms {
             let motion = span.row(*way);
             let (port, arm) = span.port(*way);
-            let mut prepare_row = |law: f64, of: fn(&mut Transfer) -> &mut Motion| {
+            let mut add_moment = |law: f64, of: fn(&mut Transfer) -> &mut Motion| {
                 for (end, arm) in joint.bodies.iter().zip(span.arms(*way)) {
                     if let Some(i) = end.filter(|i| self.bodies[*i].wheels.is_some()) {
                         let moment = of(&mut transfers[i]);
@@ -98,14 +98,14 @@ impl Layout {
             match acts {
                 Acts::Spring(k) => {
                     let k = sides * value(k);
-                    prepare_row(k, |transfer| &mut transfer.clamped_states);
+                    add_moment(k, |transfer| &mut transfer.of_springs);
                     vehicle.spring(&motion.row, k);
                     drive(&mut vehicle.inputs, &motion.row, &motion.inputs, k);
                     declared[port][0] += k * arm;
                 }
                 Acts::Damper(c) => {
                     let c = sides * value(c);
-                    prepare_row(c, |transfer| &mut transfer.damped);
+                    add_moment(c, |transfer| &mut transfer.of_dampers);
                     vehicle.damper(&motion.row, c);
                     drive(&mut vehicle.rates, &motion.row, &motion.slopes(), c);
                     declared[port][1] += c * arm;
