@@ -199,7 +199,9 @@ def write_report(name: str, entry: dict[str, Any]) -> None:
 
 @pytest.mark.slow
 @pytest.mark.timeout(6 * 3600)
-@pytest.mark.parametrize(("name", "directory"), campaign_directories(), ids=[n for n, _ in campaign_directories()])
+@pytest.mark.parametrize(
+    ("name", "directory"), list(campaign_directories()), ids=[n for n, _ in campaign_directories()]
+)
 def test_each_setting_is_varied_by_a_fifth(name: str, directory: Path):
     dataset = read_dataset(load_campaign(directory))
     reference = run_reference(dataset)

@@ -40,7 +40,7 @@ async def test_a_campaign_is_calibrated_and_its_design_taken_within_five_keys(
         await keys.wait_until(lambda: panel.finished is not None)
         await keys.wait_until_idle()
         assert panel.finished is not None and panel.finished.report["verdict"] == "effect"
-        assert panel.query_one("#ranking", Bars).rows[0].name == "clearance, primary lateral"
+        assert panel.query_one("#ranking", Bars).rows[0].name == "free play, primary lateral"
         # the identifiability is shown with the verdict, as in the report
         words = [row["word"] for row in panel.finished.report["identifiability"]["parameters"].values()]
         assert f"{words.count('determined')} determined" in str(panel.query_one("#verdict").border_title)
