@@ -197,6 +197,9 @@ def write_report(name: str, entry: dict[str, Any]) -> None:
     REPORT.write_text(json.dumps(report | {name: entry}, indent=1) + "\n")
 
 
+CAMPAIGNS = list(campaign_directories())
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(6 * 3600)
 @pytest.mark.parametrize(
