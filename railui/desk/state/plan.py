@@ -10,8 +10,9 @@ from railui.desk.state.form_rows import LOG_SCALE_RATIO, UNBOUNDED
 from railui.documents.saving import save_design
 from railui.io.atomic import write_text
 from railui.io.number_format import format_quantity, typeset_unit
+from railui.io.schema_line import schema_name
 from railui.io.units import quantity, read_speed
-from railui.io.yaml_writer import flow_text
+from railui.io.yaml_writer import YamlWriter
 from railui.optimisation.response_keys import NUMERIC_KEYS as KNOWN_KEYS
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study import Study
@@ -188,42 +189,38 @@ class Plan:
 
     def study_text(self, vehicle: Path) -> str:
         """Return the plan as the text of a study file."""
-        lines = [
-            "schema: railui.study/1",
-            f"name: {flow_text(Path(self.directory).name)}",
-            f"vehicle: {flow_text(str(vehicle))}",
-        ]
-        lines += ["variables:", *(f"  {path}: {flow_text(list(pair))}" for path, pair in self.bounds.items())]
-        lines += self._case_lines()
-        lines.append("objectives:")
-        for objective, over in self.objectives:
-            sense, key = objective.split()
-            lines.append(f"  - {flow_text({sense: key, 'over': over})}")
-        lines.append(f"constraints: {flow_text(list(self.constraints))}")
+        writer = YamlWriter()
+        writer.entry("schema", schema_name("study"))
+        writer.entry("name", Path(self.directory).name)
+        writer.entry("vehicle", str(vehicle))
+        with writer.block("variables"):
+            for path, pair in self.bounds.items():
+                writer.entry(path, list(pair))
+        with writer.block("cases"):
+            self._write_cases(writer)
+        pairs = [(objective.split(), over) for objective, over in self.objectives]
+        writer.items("objectives", [{sense: key, "over": over} for (sense, key), over in pairs])
+        writer.entry("constraints", list(self.constraints))
         method: dict[str, Any] = {"population": self.population, "generations": self.generations, "seed": self.seed}
         if self.kind and (len(self.objectives) > 1) == self.kind.startswith("nsga"):
             method = {"kind": self.kind} | method
-        return "\n".join([*lines, f"method: {flow_text(method)}"]) + "\n"
+        writer.entry("method", method)
+        return writer.text()
 
-    def _case_lines(self) -> list[str]:
+    def _write_cases(self, writer: YamlWriter) -> None:
         cases = self.study.cases if self.study is not None else None
         tracks = [self.track, *(cases.track[1:] if cases is not None else ())]
-        speeds = [self.speed, *(cases.speed[1:] if cases is not None else ())]
-        lines = [
-            "cases:",
-            f"  track: {flow_text([self._absolute_track(track) for track in tracks])}",
-            f"  speed: {flow_text(speeds)}",
-            f"  seed: [{self.seeds}]",
-        ]
+        writer.entry("track", [self._absolute_track(track) for track in tracks])
+        writer.entry("speed", [self.speed, *(cases.speed[1:] if cases is not None else ())])
+        writer.line(f"seed: [{self.seeds}]")  # the text of the form
         if self.scenarios == NO_SCENARIOS:
-            lines.append("  scenario: [{}]")
+            writer.entry("scenario", [{}])
         elif self.scenarios == STUDY_SCENARIOS and cases is not None:
-            lines.append(f"  scenario: {flow_text([dict(s) for s in cases.scenario])}")
+            writer.entry("scenario", [dict(s) for s in cases.scenario])
         if cases is not None:
-            lines.append(f"  draws: {cases.draws}")
-            lines.append(f"  radius: {flow_text(cases.radius)}")
-            lines.append(f"  cant_deficiency: {flow_text(cases.cant_deficiency)}")
-        return lines
+            writer.entry("draws", cases.draws)
+            writer.entry("radius", cases.radius)
+            writer.entry("cant_deficiency", cases.cant_deficiency)
 
     def write_study(self) -> Study:
         """Write the study and its vehicle next to the directory of the search and return the checked study.
