@@ -31,10 +31,10 @@ class ScoreTestSettings:
     preselected_candidates: int = setting(
         12, minimum=1, meaning="Candidates that are scored on the whole part after preselection."
     )
-    max_step_refinement: float = setting(
-        4.0,
-        minimum=1.0,
-        meaning="Factor on the integration steps of the calibrated model up to which a candidate is simulated.",
+    max_step_doublings: int = setting(
+        2,
+        minimum=0,
+        meaning="Doublings of the integration steps of the calibrated model up to which a candidate is simulated.",
     )
     min_remaining_share: float = setting(
         1e-3,

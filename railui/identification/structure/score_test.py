@@ -249,7 +249,7 @@ def output_differences(
     if not is_valid[1:].any():
         return np.zeros((len(rows) - 1, *target.measured.shape)), np.zeros(len(rows) - 1, dtype=bool)
     # the steps suffice for much larger motions than these, and a small amount of an effect changes them little
-    used = min(max(int(steps.max()), target.steps), int(settings.max_step_refinement * target.steps))
+    used = min(max(int(steps.max()), target.steps), 2**settings.max_step_doublings * target.steps)
     keeps_state = vehicles.state_count(batch.select([0])) >= len(target.initial_state) and not _adds_body(candidates)
     start = target.initial_state if keeps_state else None
     predictor = Predictor(model, target.segment, used, start, target.filter)

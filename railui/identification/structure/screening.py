@@ -105,8 +105,8 @@ class ScreeningFits:
         self.model = fit.model
         self.segments = truncate(context, fit.segments, self.settings.screening_duration)
         # the steps suffice for much larger motions than those of a run; a fit with fewer ends where it diverges
-        refinement = context.settings.score_test.max_step_refinement
-        self.max_steps = int(refinement * max(t.steps for t in self.segments))
+        refinement = 2**context.settings.score_test.max_step_doublings
+        self.max_steps = refinement * max(t.steps for t in self.segments)
         self.is_windowed = any(t.is_window for t in self.segments)
         base = context.campaign.estimated_parameters
         prior_share = dict(zip(fit.free.paths, fit.sd / fit.free.prior_sd, strict=True))
