@@ -39,9 +39,9 @@ def main() -> None:
         whole = Task(case, rows, ("score",), ContentHashes().hash_rows(case, rows, ("score",)))
         done: list[TaskResult] = []
         BundleRun(cluster, done.append).run([TaskBundle([whole.select(slice(0, 1))])])
-        begun = time.perf_counter()
+        start = time.perf_counter()
         BundleRun(cluster, done.append).run(TaskBundle([whole.select(slice(i, i + 1))]) for i in range(PIECES))
-        seconds = time.perf_counter() - begun
+        seconds = time.perf_counter() - start
         rides = sum(one.seconds for one in done[1:]) / 2
         each = (seconds - rides) / PIECES
         print(f"{PIECES} pieces in {seconds:.2f} s, {rides:.2f} s of it rides: {1e3 * each:.2f} ms a piece")

@@ -51,12 +51,12 @@ class Block:
 
     @property
     def is_slow(self) -> bool:
-        """Whether the block takes real time."""
+        """True if the block takes real time."""
         return self.remark == "slow"
 
     @property
     def is_run(self) -> bool:
-        """Whether a test runs the block."""
+        """True if a test runs the block."""
         return not self.remark.startswith("not run")
 
     @property

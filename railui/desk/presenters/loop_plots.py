@@ -62,7 +62,7 @@ def force_plot(forces: SuspensionForce) -> PlotData:
 
 
 def display_scale(values: Any, unit: str) -> tuple[float, str]:
-    """Return a factor from SI to a unit scale_to_prefix to the values, and that unit."""
+    """Return the factor from SI to a prefixed unit that suits the values, and that unit."""
     largest = float(np.nanmax(np.abs(values), initial=0.0))
     if not largest:
         return 1.0, unit

@@ -73,9 +73,9 @@ def measure(job: Job, rounds: int) -> list[Row]:
     times: list[list[float]] = [[] for _ in runs]
     for _ in range(rounds):
         for run, each in zip(runs, times, strict=True):
-            begun = time.process_time()
+            start = time.process_time()
             run()
-            each.append(time.process_time() - begun)
+            each.append(time.process_time() - start)
     ns = (1e9 * median(each) / part.design_steps for each, part in zip(times, parts, strict=True))
     return [Row(*each) for each in zip(PEERS, ns, apart, strict=True)]
 
