@@ -1,0 +1,249 @@
+"""Coherence of the residual with the track, with the motions and with the residuals of the other channels.
+
+Sensor noise of one channel is incoherent with all of them. A wrong model, an unmodelled effect and noise of the track
+columns are not: each reaches several channels through the vehicle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from railui.arrays import ComplexArray, FloatArray
+from railui.campaign.comparison import comparison_filter, cut_samples, upper_band_limit
+from railui.campaign.dataset import TRACK_COLUMNS, Segment
+from railui.dsp.spectra import hann
+from railui.identification.context import Context
+from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
+from railui.identification.prediction import Prediction, Predictor
+from railui.vehicle.model import Model
+
+WINDOW_SECONDS = 2.56  # longest window of the spectra
+MIN_WINDOW_SECONDS = 0.64
+RIG_WINDOWS = 60  # half-overlapping windows in a record of a rig
+WINDOWS_PER_INPUT = 4  # at least; the window is shortened for them
+OVERLAP_CORRELATION = 1 / 6  # of the transforms of white noise in Hann windows that overlap by half, Welch 1967
+JACKKNIFE_GROUPS = 10
+MIN_SINGULAR_VALUE = 1e-5  # of the inputs at a frequency over the largest: less is no input of its own
+
+
+class Share(NamedTuple):
+    """Coherent share of a power less its expectation by chance, and its standard error; NaN: record too short."""
+
+    share: float
+    standard_error: float
+
+    def is_significant(self, standard_errors: float = 2.0) -> bool:
+        """True where the share differs from chance by more than so many standard errors."""
+        return bool(self.share > standard_errors * self.standard_error)
+
+
+UNKNOWN = Share(float("nan"), float("nan"))
+
+
+@dataclass(frozen=True)
+class ResidualCoherence:
+    """Shares of the residual's power of a channel that a linear relation per frequency explains.
+
+    Attributes
+    ----------
+    track
+        By the track columns under both wheelsets; by the input of a rig; zero without any.
+    motions
+        By all simulated channels, which are free of sensor noise.
+    others
+        By the residuals of all other channels; zero where there are none.
+    power
+        Mean square of the residual in the band.
+    """
+
+    track: Share
+    motions: Share
+    others: Share
+    power: float
+
+
+def residual_coherence(context: Context, predictions: Sequence[Prediction]) -> dict[str, ResidualCoherence]:
+    """Compute how much of the residual of each compared channel is coherent with track, motions and other residuals.
+
+    The multiple coherence is estimated on every segment alone, since the relations depend on the speed, from
+    half-overlapping Hann windows. With p inputs and K averages, white noise has a coherence of p/K by chance, which is
+    subtracted. Standard errors come from a jackknife over groups of windows; for a share near zero they are too large
+    by about a half.
+
+    Parameters
+    ----------
+    context
+        Of the identification.
+    predictions
+        Of one model on segments, as `predict_segments` computes them; those that diverge are left out.
+
+    References
+    ----------
+    Bendat, Piersol, Random Data, 4th ed., 7.3 and 9.3.
+    """
+    parts: dict[str, list[_ChannelSums]] = {}
+    for prediction in predictions:
+        if prediction.diverged_at is None:
+            for name, sums in _segment_sums(context, prediction).items():
+                parts.setdefault(name, []).append(sums)
+    return {name: _combine(sums) for name, sums in parts.items()}
+
+
+def predict_segments(context: Context, model: Model, segments: Sequence[Segment]) -> list[Prediction]:
+    """Predict segments by a model; initial states and phases are estimated on each."""
+    predictions = []
+    for segment in segments:
+        phased = estimate_phases(context, model, segment)
+        start = estimate_initial_state(context, phased, segment)
+        predictions.append(Predictor(phased, segment, initial_state=start).predict(context.campaign))
+    return predictions
+
+
+class _Coherent(NamedTuple):
+    """Power [1 + group] that inputs explain less chance, and the power: of all windows, then without each group."""
+
+    explained: FloatArray
+    total: FloatArray
+
+
+@dataclass(frozen=True)
+class _ChannelSums:
+    track: _Coherent | None
+    motions: _Coherent | None
+    others: _Coherent | None
+    power: float
+
+
+def _segment_sums(context: Context, prediction: Prediction) -> dict[str, _ChannelSums]:
+    comparison, segment = prediction.comparison, prediction.segment
+    residuals = comparison.measured - comparison.simulated
+    track = _track_inputs(context, segment)
+    motions = comparison_filter(context.campaign, segment, prediction.series)
+    band = context.campaign.band
+    limits = (0.0, np.inf) if band is None else (band[0], upper_band_limit(band, 1.0 / segment.dt))
+    spectra = _Spectra(segment, comparison.dt, residuals.shape[1], max(len(track), len(motions)), limits)
+    lines = spectra.transforms(residuals)
+    track_lines, motion_lines = spectra.transforms(track), spectra.transforms(motions)
+    sums = {}
+    for i, name in enumerate(comparison.channels):
+        others = np.delete(lines, i, axis=2)
+        sums[name] = _ChannelSums(
+            spectra.coherent(lines[:, :, i], track_lines),
+            spectra.coherent(lines[:, :, i], motion_lines),
+            spectra.coherent(lines[:, :, i], others),
+            float(np.mean(residuals[i] ** 2)),
+        )
+    return sums
+
+
+def _track_inputs(context: Context, segment: Segment) -> FloatArray:
+    """Filtered track columns under both wheelsets [input, n], or the input of a rig; those that are zero left out."""
+    columns = segment.columns
+    n = segment.samples - 2 * cut_samples(context.campaign, segment)
+    if segment.kind == "rig":
+        inputs = [columns["u"]] if "u" in columns else []
+    else:
+        s, wheelbase = columns["s"], 2.0 * context.nominal.design.values["vehicle.geometry.half_wheelbase"]
+        inputs = [columns[name] for name in TRACK_COLUMNS if name in columns]
+        inputs += [np.interp(s - wheelbase, s, x) for x in inputs]
+    moving = [x for x in inputs if np.ptp(x) > 0.0]
+    return comparison_filter(context.campaign, segment, np.stack(moving)) if moving else np.zeros((0, n))
+
+
+class _Spectra:
+    """Windowed transforms of the compared samples of a segment, at the frequencies of the band."""
+
+    def __init__(self, segment: Segment, dt: float, samples: int, inputs: int, band: tuple[float, float]) -> None:
+        self.length = _window_length(segment, dt, samples, inputs)
+        self.starts = range(0, samples - self.length + 1, max(self.length // 2, 1))
+        f = np.fft.rfftfreq(self.length, dt)
+        self.used = (f >= band[0]) & (f <= band[1]) & (f > 0.0)
+        self.phase = np.where(np.arange(len(f)) % 2, -1.0, 1.0)[self.used]
+
+    def transforms(self, series: FloatArray) -> ComplexArray:
+        """Transforms [frequency, window, series] of series [series, n]."""
+        window = hann(self.length)
+        parts = []
+        for k in self.starts:
+            part = series[:, k : k + self.length]
+            parts.append(np.fft.rfft((part - part.mean(axis=1, keepdims=True)) * window, axis=1))
+        return np.stack(parts)[..., self.used].transpose(2, 0, 1)
+
+    def coherent(self, output: ComplexArray, inputs: ComplexArray) -> _Coherent | None:
+        """Power of the output [frequency, window] that inputs [frequency, window, input] explain; None: too short."""
+        windows = output.shape[1]
+        if windows * (1.0 - 1.0 / JACKKNIFE_GROUPS) < inputs.shape[2] + 2:
+            return None
+        group = np.arange(windows) * min(JACKKNIFE_GROUPS, windows) // windows
+        kept = [np.ones(windows, dtype=bool), *(group != g for g in range(group[-1] + 1))]
+        both = np.array([_explained_power(output[:, k], inputs[:, k], self.phase) for k in kept])
+        return _Coherent(both[:, 0], both[:, 1])
+
+
+def _window_length(segment: Segment, dt: float, samples: int, inputs: int) -> int:
+    """Samples of a window: short enough for several windows per input."""
+    enough = 2 * samples // (WINDOWS_PER_INPUT * max(inputs, 1) + 1)
+    if segment.kind == "rig":
+        return max(min(2 * samples // RIG_WINDOWS, enough), 8)
+    return int(np.clip(enough, round(MIN_WINDOW_SECONDS / dt), round(WINDOW_SECONDS / dt)).clip(max=samples))
+
+
+def _explained_power(output: ComplexArray, inputs: ComplexArray, phase: FloatArray) -> tuple[float, float]:
+    """Power that the inputs explain at all frequencies less chance, and the power.
+
+    The projection P on the inputs [frequency, window, input] takes trace(P C) of K shares of white noise by chance, C
+    the correlation of its windows; phase: sign [frequency] of that of neighbours, whose starts differ by half a window.
+    """
+    power = np.sum(np.abs(output) ** 2, axis=1)
+    if inputs.shape[2] == 0:
+        return 0.0, float(power.sum())
+    scale = np.sqrt(np.sum(np.abs(inputs) ** 2, axis=1, keepdims=True))
+    basis, size, _ = np.linalg.svd(inputs / np.maximum(scale, 1e-300), full_matrices=False)
+    independent = size > MIN_SINGULAR_VALUE * size[:, :1]
+    projected = np.abs(np.einsum("fkp,fk->fp", basis.conj(), output)) ** 2
+    explained = np.sum(projected * independent, axis=1)
+    neighbours = np.real(np.einsum("fkp,fkp,fp->f", basis[:, 1:].conj(), basis[:, :-1], independent))
+    overlap = 2.0 * OVERLAP_CORRELATION * phase * neighbours
+    windows = output.shape[1]
+    incoherent = (power - explained) * windows / np.maximum(windows - independent.sum(axis=1) - overlap, 1.0)
+    return float(np.sum(power - incoherent)), float(power.sum())
+
+
+def _combine(sums: Sequence[_ChannelSums]) -> ResidualCoherence:
+    """Shares over all segments of a channel."""
+    track, motions, others = (_share([getattr(s, name) for s in sums]) for name in ("track", "motions", "others"))
+    return ResidualCoherence(track, motions, others, float(np.mean([s.power for s in sums])))
+
+
+def _share(parts: Sequence[_Coherent | None]) -> Share:
+    """Share of the power of all segments, and its jackknife standard error; segments that are too short left out."""
+    usable = [p for p in parts if p is not None]
+    total = sum(float(p.total[0]) for p in usable)
+    if not usable or total <= 0.0:
+        return UNKNOWN
+    share = sum(float(p.explained[0]) for p in usable) / total
+    variance = 0.0
+    for p in usable:
+        without = p.explained[1:] / p.total[1:]
+        groups = len(without)
+        part = float(p.total[0]) / total
+        variance += part**2 * (groups - 1) / groups * float(np.sum((without - without.mean()) ** 2))
+    return Share(share, float(np.sqrt(variance)))
+
+
+def incoherent_channels(coherence: Mapping[str, ResidualCoherence], standard_errors: float = 2.0) -> list[str]:
+    """List the channels whose residual is coherent with neither the track nor a motion nor another residual.
+
+    A channel of which a share is unknown is not listed.
+    """
+    listed = []
+    for name, c in coherence.items():
+        shares = (c.track, c.motions, c.others)
+        is_known = all(np.isfinite(x.share) for x in shares)
+        if is_known and not any(x.is_significant(standard_errors) for x in shares):
+            listed.append(name)
+    return listed
