@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,9 +41,11 @@ class Segment:
     tables
         Cache of the input tables by half-wheelbase and number of steps.
     window_of
-        The segment from which this window was cut, `first_sample` the index of its first sample there.
+        The segment from which this window was cut.
     truncation_of
-        The segment of which this is the first part.
+        The segment of which this is a part.
+    first_sample
+        Index of the first sample of a window or a part in the segment from which it was cut.
     run_index
         Index of the run in the campaign.
     """
@@ -101,7 +105,8 @@ class Segment:
         """Return the input table of the segment for a number of RK4 steps per sample, cached."""
         key = (half_wheelbase, steps)
         if key not in self.tables:
-            source = self.window_of or (self.truncation_of if steps <= MAX_SHARED_STEPS else None)
+            is_shared = steps <= MAX_SHARED_STEPS or self.first_sample > 0
+            source = self.window_of or (self.truncation_of if is_shared else None)
             self.tables[key] = (
                 self._input_table(self.columns, half_wheelbase, steps)
                 if source is None
@@ -111,8 +116,13 @@ class Segment:
 
     def truncated(self, samples: int) -> Segment:
         """Return the segment cut after its first samples."""
-        columns = {k: np.ascontiguousarray(x[:samples]) for k, x in self.columns.items()}
-        return replace(self, columns=columns, tables={}, truncation_of=self)
+        return self.part(0, samples)
+
+    def part(self, start: int, stop: int) -> Segment:
+        """Return the samples from `start` to before `stop` as a segment, on the track of this one."""
+        columns = {k: np.ascontiguousarray(x[start:stop]) for k, x in self.columns.items()}
+        first = start if self.window_of is None else self.first_sample + start
+        return replace(self, columns=columns, tables={}, truncation_of=self, first_sample=first)
 
     def windows(self, seconds: float) -> list[Segment]:
         """Cut the segment into windows of at least a length [s] that share its track."""
@@ -195,6 +205,41 @@ def segments_of_run(run: Run, name: str, role: str, kind: str = "bogie", index: 
     return segments
 
 
+class ValidationParts(NamedTuple):
+    """Segments of the validation runs that select effects, and those that are held back for the test."""
+
+    selection: list[Segment]
+    test: list[Segment]
+
+
+def hold_back(segments: Sequence[Segment], share: float, seconds: float, rig_rate: float) -> ValidationParts:
+    """Hold back the last share of every validation run for the test, where it and the rest are long enough.
+
+    Parameters
+    ----------
+    share
+        Share of the samples of a run.
+    seconds
+        Shortest part of a segment that is used; of a rig so many seconds at `rig_rate` [1/s] if that is less.
+    """
+    parts = ValidationParts([], [])
+    for run in dict.fromkeys(s.run_index for s in segments):
+        same = [s for s in segments if s.run_index == run]
+        left = round((1.0 - share) * sum(s.samples for s in same))  # samples before the part held back
+        for s in same:
+            cut, left = min(max(left, 0), s.samples), left - s.samples
+            least = seconds / s.dt if s.kind != "rig" else min(seconds / s.dt, seconds * rig_rate)
+            if cut < least:
+                whole = parts.test if cut < s.samples - cut and s.samples >= least else parts.selection
+                whole.append(s)
+            elif s.samples - cut < least:
+                parts.selection.append(s)
+            else:
+                parts.selection.append(s.part(0, cut))
+                parts.test.append(s.part(cut, s.samples))
+    return parts if parts.selection else ValidationParts(list(segments), [])
+
+
 @dataclass(frozen=True)
 class Dataset:
     """A campaign with its runs: their segments, and the noise of every column, stated or estimated."""
@@ -213,6 +258,31 @@ class Dataset:
     def validation(self) -> list[Segment]:
         """Segments of the validation runs, which no fit uses."""
         return [s for s in self.segments if s.role == "validate"]
+
+    @property
+    def selection(self) -> list[Segment]:
+        """Segments that accept and drop effects: the validation runs without what is held back for the test."""
+        return self._parts.selection
+
+    @property
+    def test(self) -> list[Segment]:
+        """Segments that decide nothing: the test runs, or what is held back of the validation runs; maybe none."""
+        return self._parts.test
+
+    @property
+    def has_test_runs(self) -> bool:
+        """True where the campaign has runs of role test; otherwise a part of the validation runs is held back."""
+        return any(run.role == "test" for run in self.campaign.runs)
+
+    @cached_property
+    def _parts(self) -> ValidationParts:
+        if self.has_test_runs:
+            return ValidationParts(self.validation, [s for s in self.segments if s.role == "test"])
+        settings = self.campaign.settings
+        rig_rate = settings.calibration.rig_samples_per_second
+        return hold_back(
+            self.validation, settings.validation.test_share, settings.validation.min_test_duration, rig_rate
+        )
 
 
 def read_dataset(campaign: Campaign) -> Dataset:

@@ -22,7 +22,7 @@ from railui.io.fields import (
 )
 from railui.io.units import UnitError, quantity
 
-ROLES = ("adjust", "validate")
+ROLES = ("adjust", "validate", "test")  # estimation, validation, test
 
 
 def read_cut(value: Any) -> tuple[float, float]:

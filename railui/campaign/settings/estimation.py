@@ -102,6 +102,20 @@ class ValidationSettings:
         minimum=0.1,
         meaning="Block of time over which squared validation errors are summed for the standard error of a gain.",
     )
+    test_share: float = setting(
+        1 / 3,
+        minimum=0.0,
+        maximum=0.9,
+        meaning="Share of every validation run that is held back for the test, without runs of role test.",
+    )
+    min_test_duration: float = setting(
+        10.0, unit="s", minimum=0.1, meaning="Shortest part of a validation run that is held back, and that is left."
+    )
+    max_start_share: float = setting(
+        0.25,
+        maximum=0.9,
+        meaning="Largest share of a test segment that is left out at its start, where its initial state is estimated.",
+    )
     noise_floor_draws: int = setting(20, minimum=2, meaning="Noise realisations behind the noise floor.")
     preliminary_floor_draws: int = setting(
         5, minimum=2, meaning="Noise realisations behind the noise floor that only steers the selection."

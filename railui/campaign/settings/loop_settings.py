@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from railui.campaign.settings.declaration import Setting, declared
-from railui.campaign.settings.detection import RefitSettings, ScoreTestSettings, SelectionSettings
+from railui.campaign.settings.detection import RefitSettings, ScoreTestSettings, SelectionSettings, VerdictSettings
 from railui.campaign.settings.discrepancy import (
     CoefficientSettings,
     DiscrepancySettings,
@@ -39,6 +39,7 @@ class LoopSettings:
     score_test: ScoreTestSettings = field(default_factory=ScoreTestSettings)
     refit: RefitSettings = field(default_factory=RefitSettings)
     selection: SelectionSettings = field(default_factory=SelectionSettings)
+    verdict: VerdictSettings = field(default_factory=VerdictSettings)
     drift: DriftSettings = field(default_factory=DriftSettings)
     discrepancy: DiscrepancySettings = field(default_factory=DiscrepancySettings)
     run_dependence: RunDependenceSettings = field(default_factory=RunDependenceSettings)
