@@ -14,11 +14,22 @@ from railui.cli.quantities import parse_segment_length
 from railui.cli.tables import format_fixed
 
 if TYPE_CHECKING:
-    from railui.identification.loop import LoopResult
+    from railui.identification.result import LoopResult
     from railui.progress import Progress
 
 # keys of the loop report that the estimation alone does not determine
-LOOP_ONLY_KEYS = ("verdict", "sentence", "ranking", "traces", "detectable", "classes", "outside")
+LOOP_ONLY_KEYS = (
+    "verdict",
+    "explained",
+    "remainder",
+    "leave_one_run_out",
+    "sentence",
+    "ranking",
+    "traces",
+    "detectable",
+    "classes",
+    "outside",
+)
 
 
 @click.command("adjust")

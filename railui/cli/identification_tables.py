@@ -66,8 +66,6 @@ def effects_table(report: Report) -> Any:
             rows.append((effect["kind"], effect["at"], wheelset, name, *cells))
     columns = ("kind", "at", "wheelset", "parameter", "value", "standard deviation")
     title = "identified effect" + ("s" if len(report["effects"]) > 1 else "")
-    if report["verdict"] == "outside":
-        title = "effects tried, insufficient"
     return make_table(columns, rows, title=title)
 
 

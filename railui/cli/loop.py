@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from railui.cli import EXIT_LIMIT_VIOLATED
 from railui.cli.invocation import Invocation, RunLog, common_options, usage_error
 
 if TYPE_CHECKING:
-    from railui.identification.loop import LoopResult
+    from railui.identification.result import LoopResult
+
+REJECTED_VERDICTS = ("partial", "outside", "data")  # that fail with --strict
 
 
 @click.command("loop")
@@ -19,8 +22,10 @@ if TYPE_CHECKING:
     "-o", "--out", metavar="DIR", help="Directory of the results; railui-loop next to the campaign by default."
 )
 @click.option("--without", metavar="KIND,KIND", default="", help="Effects excluded from the structure detection.")
+@click.option("--strict", is_flag=True, help="Exit code 4 for the verdicts partial, outside and data.")
 @common_options
-def command(campaign: str, out: str | None, without: str, call: Invocation) -> None:
+@click.pass_context
+def command(ctx: click.Context, campaign: str, out: str | None, without: str, strict: bool, call: Invocation) -> None:
     """Calibrate the model of a CAMPAIGN (its directory or campaign.yaml) and identify an unmodelled effect.
 
     \b
@@ -30,8 +35,9 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     The parameters of the nominal model are estimated from the runs of role adjust; a score test and candidate
     refits select an effect of the library that explains the residual; the effect is added and all parameters are
     estimated again. The error is that of the runs of role validate: no parameter of the vehicle is fitted to
-    them, but they decide which effects are accepted, so they are no independent test. State the noise of the
-    track columns: without it the verdict can change. Every verdict (none, effect, outside) has exit code 0.
+    them, but they decide which effects are accepted. The independent test is on runs of role test, which decide
+    nothing; without such runs the last third of every validation run is held back for it. Verdicts: none, effect,
+    partial, outside, data; all have exit code 0 without --strict.
     """
     from railui.campaign.campaign import load_campaign
     from railui.campaign.dataset import read_dataset
@@ -62,6 +68,7 @@ def command(campaign: str, out: str | None, without: str, call: Invocation) -> N
     call.write_json(report)  # before the tables: a closed pipe must not lose it
     _show(call, result, report)
     call.info(f"wrote to {directory}: loop.json, adjusted.yaml, campaign.yaml, report.html, simulated channels")
+    ctx.exit(EXIT_LIMIT_VIOLATED if strict and report["verdict"] in REJECTED_VERDICTS else 0)
 
 
 def excluded_kinds(text: str) -> list[str]:
@@ -87,8 +94,12 @@ def _show(call: Invocation, result: LoopResult, report: dict[str, Any]) -> None:
         profiles_note,
     )
     from railui.report.loop.notes import unstated_track_noise_notes, unstructured_residual_notes
+    from railui.report.loop.summary import summary_lines
 
     call.show(f"\n{report['sentence']}\n")
+    for line in summary_lines(report):
+        call.show(line)
+    call.show("")
     call.show(errors_table(report))
     for note in [*unstated_track_noise_notes(result.dataset), *unstructured_residual_notes(result)]:
         call.show(f"{note}\n")

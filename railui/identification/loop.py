@@ -3,93 +3,36 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection
 
 import numpy as np
 
 from railui.campaign.data_checks import check_data
-from railui.campaign.dataset import Dataset, Segment
+from railui.campaign.dataset import Dataset
 from railui.campaign.finding import Finding
 from railui.identification.context import Context, create_context
-from railui.identification.estimation.calibration import calibrate, with_phases, with_stable_start
+from railui.identification.estimation.calibration import calibrate, nominal_fit, with_phases, with_stable_start
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.leave_one_out import leave_one_run_out
 from railui.identification.estimation.multiple_shooting import refit_hunting
-from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
+from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.parallel_models import two_parallel_models
 from railui.identification.estimation.problem import prepare_segments
-from railui.identification.estimation.validation import Validation, validate
+from railui.identification.estimation.residual_evidence import NO_EVIDENCE, examine_residual
+from railui.identification.estimation.validation import Validation, is_worse_than_nominal, validate
 from railui.identification.events import ModelValidated
-from railui.identification.structure.gain_forecast import PredictedGains, predict_validation_gain
+from railui.identification.remainder import describe_remainder
+from railui.identification.result import LoopResult, run_independent_test, validate_final
+from railui.identification.structure.gain_forecast import predict_validation_gain
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.stepwise import SelectionStep, StepwiseSelection
 from railui.identification.unmodelled.discrepancy import find_discrepancy
-from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
+from railui.identification.verdict import Verdict, decide_verdict, explained_share
 from railui.progress import SILENT, Progress
-from railui.vehicle.model import Model
 
 METHODS = ("least-squares", "two-parallel-models")
 NO_SCORE_TEST = ScoreTestResult((), (), 1.0, float("inf"), 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class LoopResult:
-    """Result of the loop, from which the report is made.
-
-    Attributes
-    ----------
-    before, after
-        The calibrated model without effects, and with those selected.
-    validations
-        On the validation runs, by declared, before and after.
-    verdict
-        effect, outside (not in the library) or none.
-    windowed
-        The model without effects fitted on windows, where the vehicle hunts.
-    predicted_gains
-        On the validation runs, of the candidates of the last score test.
-    """
-
-    context: Context
-    before: Fit
-    after: Fit
-    validations: dict[str, Validation]
-    noise_floor: NoiseFloor
-    steps: tuple[SelectionStep, ...]
-    score_test: ScoreTestResult
-    verdict: str
-    discrepancy: Discrepancy | None
-    seconds: float
-    findings: tuple[Finding, ...] = ()
-    windowed: Fit | None = None
-    predicted_gains: PredictedGains = field(default_factory=dict, repr=False)
-
-    @property
-    def dataset(self) -> Dataset:
-        """The measured runs."""
-        return self.context.dataset
-
-    @property
-    def nominal(self) -> Model:
-        """The nominal model."""
-        return self.context.nominal
-
-    @property
-    def seed(self) -> int:
-        """Seed of every random draw."""
-        return self.context.seed
-
-    @property
-    def error_to_noise(self) -> float:
-        """Validation error over noise floor."""
-        return self.validations["after"].nrmse / self.noise_floor.nrmse
-
-    def validate(self, segments: Sequence[Segment]) -> Validation:
-        """Validate the final model on segments."""
-        if self.discrepancy is not None and self.discrepancy.lowers_error:
-            return self.discrepancy.validate(self.context, segments)
-        return validate(self.context, self.after.model, segments)
 
 
 def close_loop(
@@ -114,25 +57,40 @@ def close_loop(
     context = create_context(dataset, seed=seed, jobs=jobs, progress=progress, excluded=without)
     findings = report_data_checks(context)
     context = with_phases(context)
-    validations = {"declared": validate(context, context.nominal, dataset.validation)}
-    progress.event(ModelValidated("declared", validations["declared"]))
-    progress.message(f"nominal model: NRMSE {validations['declared'].nrmse:.4f} on the validation runs")
-    before, windowed = refit_hunting(context, calibrate(context))
-    validations["before"] = validate(context, before.model, dataset.validation)
-    progress.event(ModelValidated("before", validations["before"]))
-    selection = StepwiseSelection(context).select_effects(before, validations["before"], windowed)
-    fit, validations["after"] = selection.fit, selection.validation
-    floor = estimate_noise_floor(context, fit.model, dataset.validation)
+    nominal = validate(context, context.nominal, dataset.selection)
+    progress.event(ModelValidated("declared", nominal))
+    progress.message(f"nominal model: NRMSE {nominal.nrmse:.4f} on the validation runs")
+    calibrated, windowed = refit_hunting(context, calibrate(context))
+    before, validation = _best_base(context, calibrated, nominal, hunts=windowed is not None)
+    progress.event(ModelValidated("before", validation))
+    selection = StepwiseSelection(context).select_effects(before, validation, windowed)
+    floor = estimate_noise_floor(context, selection.fit.model, dataset.selection)
     progress.event(floor)
-    validation_fit = prepare_validation(context, fit)
+    validation_fit = prepare_validation(context, selection.fit)
     predicted_gains = predict_validation_gain(context, validation_fit, selection.final_score_test)
-    start = windowed if fit is before and windowed is not None else fit
-    error_to_noise = selection.validation.nrmse / floor.nrmse
-    discrepancy = find_discrepancy(context, start, validation_fit, selection, error_to_noise)
-    if discrepancy is not None and discrepancy.lowers_error:
-        fit, validations["after"] = discrepancy.fit, discrepancy.validation
-        floor = estimate_noise_floor(context, fit.model, dataset.validation)
-    verdict = "outside" if discrepancy else "effect" if selection.has_effects else "none"
+    start = windowed if selection.fit is before and windowed is not None else selection.fit
+    evidence = examine_residual(context, selection.fit.model)
+    discrepancy = find_discrepancy(context, start, validation_fit, selection, floor, evidence=evidence)
+    is_adequate = selection.validation.nrmse <= context.settings.selection.adequate_ratio * floor.nrmse
+    fit = selection.fit
+    if discrepancy is not None and discrepancy.lowers_error and not selection.has_effects:
+        fit = discrepancy.fit
+    validations = {
+        "declared": validate(context, context.nominal, dataset.validation),
+        "before": validate(context, before.model, dataset.validation),
+        "after": validate_final(context, fit, discrepancy, dataset.validation),
+    }
+    floor = estimate_noise_floor(context, fit.model, dataset.validation)
+    explained = explained_share(validations["before"], validations["after"], floor)
+    remainder = describe_remainder(context, validations, floor, evidence, selection.final_score_test, discrepancy)
+    verdict = decide_verdict(
+        context.settings.verdict,
+        has_effects=selection.has_effects,
+        explained=explained,
+        remainder=remainder,
+        is_adequate=is_adequate,
+        has_discrepancy=discrepancy is not None,
+    )
     progress.message(f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}")
     return LoopResult(
         context,
@@ -143,12 +101,36 @@ def close_loop(
         selection.steps,
         selection.final_score_test,
         verdict,
+        explained,
+        remainder,
+        run_independent_test(context, before, fit, discrepancy),
         discrepancy,
         time.perf_counter() - started,
         findings,
         windowed,
+        before is not calibrated,
+        tuple(leave_one_run_out(context, selection.fit, validation_fit)),
         predicted_gains,
     )
+
+
+def _best_base(context: Context, calibrated: Fit, nominal: Validation, *, hunts: bool) -> tuple[Fit, Validation]:
+    """Return the calibrated model and its validation, or the nominal model where the calibration failed.
+
+    A calibrated model that is worse on the validation runs than the nominal one, and not at the noise floor of the
+    estimation runs, has ended in a local minimum; no structure can be detected in its residual.
+
+    hunts: the data demand a vehicle that hunts, which a stable one cannot follow.
+    """
+    validation = validate(context, calibrated.model, context.dataset.selection)
+    is_at_floor = calibrated.error_to_noise <= context.settings.selection.unexplained_ratio
+    if hunts or is_at_floor or not is_worse_than_nominal(context, nominal, validation):
+        return calibrated, validation
+    context.progress.message(
+        f"the calibration failed: NRMSE {validation.nrmse:.4f} on the validation runs, "
+        f"{nominal.nrmse:.4f} with the nominal model, which is used instead"
+    )
+    return nominal_fit(context), nominal
 
 
 def report_data_checks(context: Context) -> tuple[Finding, ...]:
@@ -199,9 +181,25 @@ def calibrate_only(
     validations["after"] = validations["before"]
     floor = estimate_noise_floor(context, before.model, dataset.validation)
     step = SelectionStep(NO_SCORE_TEST, (), None)
+    remainder = describe_remainder(context, validations, floor, NO_EVIDENCE, NO_SCORE_TEST, None)
+    test = run_independent_test(context, before, before, None)
     seconds = time.perf_counter() - started
     return LoopResult(
-        context, before, before, validations, floor, (step,), NO_SCORE_TEST, "none", None, seconds, findings
+        context,
+        before,
+        before,
+        validations,
+        floor,
+        (step,),
+        NO_SCORE_TEST,
+        Verdict.NONE,
+        None,
+        remainder,
+        test,
+        None,
+        seconds,
+        findings,
+        is_failed_fit=is_worse_than_nominal(context, validations["declared"], validations["before"]),
     )
 
 

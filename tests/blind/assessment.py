@@ -17,7 +17,8 @@ from railui.identification.estimation.multiple_shooting import limits_hunting
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.validation import Validation, validate
-from railui.identification.loop import LoopResult, close_loop, indistinguishable_kinds
+from railui.identification.loop import close_loop, indistinguishable_kinds
+from railui.identification.result import LoopResult
 from railui.vehicle.design_reader import PlacedEffect
 from tests.blind.cases import PlantedCase, is_same_family
 from tests.truth.campaign import Campaign

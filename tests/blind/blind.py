@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.report.loop.detectable import minimum_detectable_effects
 from tests.blind.assessment import TrialRow, run_case
 from tests.blind.cases import DETECTABLE_PARAMETERS, PlantedCase, draw_cases, with_detectable_effect

@@ -15,7 +15,8 @@ from scipy import signal
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
-from railui.identification.loop import LoopResult, close_loop
+from railui.identification.loop import close_loop
+from railui.identification.result import LoopResult
 from railui.report.loop.data import loop_report
 from railui.report.loop.files import write_simulated
 from tests.blind.simulated import simulated_campaign
@@ -29,7 +30,7 @@ CHANNELS = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
 KEYS = {
     "schema", "version", "seed", "simd", "seconds", "campaign", "runs", "declared", "before", "after", "floor",
     "unexplained", "verdict", "effects", "outside", "classes", "ranking", "traces", "detectable", "means", "riding",
-    "parameters",
+    "parameters", "explained", "remainder", "test",
 }  # fmt: skip
 # for the reader: provenance, summary, cost and notes
 READER_KEYS = {
@@ -42,6 +43,7 @@ READER_KEYS = {
     "notes",
     "gate",
     "identifiability",
+    "leave_one_run_out",
 }
 
 
@@ -89,12 +91,28 @@ def test_with_the_clearance_the_error_reaches_the_noise_floor(closed: ClosedLoop
     assert r["unexplained"] == pytest.approx(r["after"]["nrmse"] / r["floor"]["nrmse"])
 
 
+def test_the_clearance_explains_the_error_beyond_noise(closed: ClosedLoop):
+    r = closed.report
+    squares = {key: r[key]["nrmse"] ** 2 for key in ("before", "after", "floor")}
+    share = (squares["before"] - squares["after"]) / (squares["before"] - squares["floor"])
+    assert r["explained"]["value"] == pytest.approx(min(share, 1.0))
+    assert 0.0 < r["explained"]["standard_error"] < 0.05
+    assert r["remainder"]["ratio"] == pytest.approx(max(1.0 - share, 0.0), abs=1e-9)
+
+
+def test_the_last_third_of_the_validation_run_is_an_independent_test(closed: ClosedLoop):
+    dataset, test = closed.result.dataset, closed.report["test"]
+    assert test["held_back"] and test["files"] == ["run_b.csv.gz"]
+    assert sum(s.samples for s in dataset.test) == pytest.approx(dataset.validation[0].samples / 3, abs=1)
+    assert test["nrmse_after"] < 1.2 * test["floor"] < 0.3 * test["nrmse_before"]
+
+
 def test_the_report_has_the_documented_keys(closed: ClosedLoop):
     r = closed.report
     assert set(r) == KEYS | READER_KEYS
     assert r["schema"] == "railui.loop/1"
     assert set(r["declared"]) == set(r["after"]) == {"nrmse", "channels"}
-    assert set(r["before"]) == {"nrmse", "channels", "constrained"}
+    assert set(r["before"]) == {"nrmse", "channels", "constrained", "failed"}
     assert set(r["floor"]) == {"nrmse", "sd", "channels", "sensors_only", "source"}
     assert {"file", "role", "sha256", "samples", "stretches"} <= set(r["runs"][0])
     assert all(set(x) == {"declared", "before", "value", "sd", "unit", "flag"} for x in r["parameters"].values())

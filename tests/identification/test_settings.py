@@ -12,7 +12,8 @@ from railui.campaign.dataset import Dataset, read_dataset
 from railui.campaign.settings.loop_settings import SETTINGS, LoopSettings
 from railui.identification.context import create_context
 from railui.identification.estimation.noise_floor import estimate_noise_floor
-from railui.identification.loop import LoopResult, calibrate_only
+from railui.identification.loop import calibrate_only
+from railui.identification.result import LoopResult
 from railui.report.loop.data import loop_report
 from tests.blind.simulated import simulated_campaign
 from tests.truth.campaign import write

@@ -24,7 +24,8 @@ from railui.campaign.settings.declaration import Setting
 from railui.campaign.settings.loop_settings import SETTINGS, LoopSettings
 from railui.identification import loop
 from railui.identification.events import ModelValidated
-from railui.identification.loop import LoopResult, close_loop
+from railui.identification.loop import close_loop
+from railui.identification.result import LoopResult
 from railui.progress import Progress
 
 ROOT = Path(__file__).parents[2]

@@ -11,7 +11,7 @@ import numpy as np
 from railui.campaign.comparison import cut_samples
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import Line, PlotData
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.io.number_format import scale_to_prefix, typeset_unit
 from railui.report.loop.figures import Window, units_of
 from railui.report.loop.force_evaluation import SuspensionForce

@@ -23,7 +23,7 @@ SHORT_CLASSES: Final = {
     COMBINED: "in combination",
     UNSEEN: "not identifiable",
 }
-ROLE_NAMES: Final = {"adjust": "estimation", "validate": "validation"}
+ROLE_NAMES: Final = {"adjust": "estimation", "validate": "validation", "test": "test"}
 REPORTED_COUNTS: Final = ("gaps", "stuck", "short_stretches", "missing_rows")
 
 

@@ -55,6 +55,14 @@ def calibrate(context: Context) -> Fit:
     return replace(fit, simulations=spent)
 
 
+def nominal_fit(context: Context) -> Fit:
+    """Return the nominal model, or one of lower conicity that is stable, as a fit without any iteration."""
+    model = with_stable_start(context, context.dataset.estimation)
+    return fit_output_error(
+        context, model, context.campaign.estimated_parameters, stable=not limits_hunting(model), max_iterations=0
+    )
+
+
 def with_stable_start(context: Context, segments: Sequence[Segment]) -> Model:
     """Return the nominal model, or one of lower conicity that is stable at every speed of the segments."""
     model, settings = context.nominal, context.settings.calibration

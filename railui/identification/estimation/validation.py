@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.comparison import Comparison, nrmse, overall_nrmse
+from railui.campaign.comparison import Comparison, compare, cut_samples, nrmse, overall_nrmse
 from railui.campaign.dataset import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
@@ -72,6 +72,30 @@ def compute_validation(context: Context, predictions: Sequence[Prediction]) -> V
         tuple((p.segment.file, p.diverged_at) for p in predictions if p.diverged_at is not None),
         _block_errors(comparisons, duration),
     )
+
+
+def error_after_start(context: Context, validation: Validation, segments: Sequence[Segment]) -> float:
+    """NRMSE of a validation without the first seconds of every segment, on which its initial state is estimated."""
+    settings, comparisons = context.settings, []
+    for segment, series in zip(segments, validation.series, strict=True):
+        duration = segment.samples * segment.dt
+        start = min(settings.initial_state.initial_state_duration, settings.validation.max_start_share * duration)
+        compared = compare(context.campaign, segment, series)
+        cut = max(round(start / segment.dt) - cut_samples(context.campaign, segment), 0)
+        comparisons.append(
+            replace(compared, measured=compared.measured[:, cut:], simulated=compared.simulated[:, cut:])
+        )
+    return overall_nrmse(nrmse(comparisons))
+
+
+def is_worse_than_nominal(context: Context, nominal: Validation, calibrated: Validation) -> bool:
+    """True where a calibrated model has a significantly larger error than the nominal one on the same runs."""
+    if not np.isfinite(nominal.nrmse):
+        return False
+    if not np.isfinite(calibrated.nrmse):
+        return True
+    gain, sd = calibrated.error_reduction(nominal)
+    return gain > context.settings.selection.gain_standard_errors * sd
 
 
 def _block_errors(comparisons: Sequence[Comparison], duration: float) -> FloatArray:

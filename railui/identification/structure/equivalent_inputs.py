@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,12 +59,16 @@ FORCE_LOCATIONS: tuple[tuple[str, int | None, tuple[Port, ...]], ...] = (
 
 @dataclass(frozen=True)
 class ForceLocation:
-    """A location and the share of the residual that its forces explain beyond chance."""
+    """A location, and the share of the residual that its forces explain beyond chance and noise.
+
+    standard_error: that of the share over windows of time.
+    """
 
     at: str
     wheelset: int | None
     share: float
     forces: int
+    standard_error: float = 0.0
 
 
 def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
@@ -77,30 +82,20 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
         return [ForceLocation("rig", None, 1.0, 1)]
     quiet = context.in_background(context.jobs)
     optimiser = GaussNewton(quiet, fit.model, fit.free, fit.segments, block=1.0, stable=False)
-    shares = np.zeros(len(FORCE_LOCATIONS))
-    # number of segments with more channels than forces, by number of forces
-    usable = {
-        n: sum(len(t.measured) > n for t in fit.segments) for n in {len(ports) for _, _, ports in FORCE_LOCATIONS}
-    }
+    shares: list[list[_WindowedShare]] = [[] for _ in FORCE_LOCATIONS]
     for target in fit.segments:
         series, _ = optimiser.simulate(target, fit.x[None])
-        residual = target.without_initial_state(target.measured - series[0])
-        spectra = _spectra(residual, target) - _noise(context, fit, target)
+        residual = _transforms(target.without_initial_state(target.measured - series[0]), target)
+        noise = _noise(context, fit, target)
         responses = _frequency_responses(fit, target)
-        total = float(np.real(np.trace(spectra, axis1=1, axis2=2)).sum())
-        channels = len(residual)
         for i, (_, _, ports) in enumerate(FORCE_LOCATIONS):
-            if len(ports) >= channels:
-                continue
-            h = np.stack([responses[p] for p in ports], axis=2)
-            q, _ = np.linalg.qr(h)
-            explained = float(np.real(np.einsum("fci,fcd,fdi->", q.conj(), spectra, q)))
-            chance = len(ports) / channels
-            shares[i] += (explained / total - chance) / (1.0 - chance) / usable[len(ports)]
+            if len(ports) < len(target.measured):
+                h = np.stack([responses[p] for p in ports], axis=2)
+                shares[i].append(_explained_share(residual, noise, h))
     locations = [
-        ForceLocation(at, wheelset, float(share), len(ports))
-        for (at, wheelset, ports), share in zip(FORCE_LOCATIONS, shares, strict=True)
-        if usable[len(ports)]
+        ForceLocation(at, wheelset, _mean_share(same), len(ports), _standard_error(same))
+        for (at, wheelset, ports), same in zip(FORCE_LOCATIONS, shares, strict=True)
+        if same
     ]
     best = max((o.share for o in locations), default=0.0)
     tolerance = context.settings.discrepancy.force_location_tolerance
@@ -112,12 +107,53 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
     return sorted(locations, key=key)
 
 
-def _spectra(residual: FloatArray, target: FitSegment) -> ComplexArray:
-    """Cross spectra [frequency, channel, channel] of the residual."""
+class _WindowedShare(NamedTuple):
+    """Squared residual of a segment less noise, in all and as forces explain it, [window], and the share by chance."""
+
+    total: FloatArray
+    explained: FloatArray
+    chance: float
+
+    @property
+    def share(self) -> float:
+        """Share that the forces explain beyond chance."""
+        return float((self.explained.sum() / self.total.sum() - self.chance) / (1.0 - self.chance))
+
+
+def _explained_share(residual: ComplexArray, noise: ComplexArray, responses: ComplexArray) -> _WindowedShare:
+    """Project the residual [window, channel, frequency] on responses [frequency, channel, port] at each frequency."""
+    q, _ = np.linalg.qr(responses)
+    count = len(residual)
+    total = np.sum(np.abs(residual) ** 2, axis=(1, 2)) - np.real(np.trace(noise, axis1=1, axis2=2)).sum() / count
+    projected = np.einsum("fci,wcf->wfi", q.conj(), residual)
+    of_noise = float(np.real(np.einsum("fci,fcd,fdi->", q.conj(), noise, q)))
+    explained = np.sum(np.abs(projected) ** 2, axis=(1, 2)) - of_noise / count
+    return _WindowedShare(total, explained, responses.shape[2] / responses.shape[1])
+
+
+def _mean_share(shares: Sequence[_WindowedShare]) -> float:
+    """Mean over segments."""
+    return float(np.mean([s.share for s in shares]))
+
+
+def _standard_error(shares: Sequence[_WindowedShare]) -> float:
+    """Standard error of the share: of a ratio over the windows of all segments."""
+    total, explained = (np.concatenate([s[i] for s in shares]) for i in (0, 1))
+    scatter = explained - explained.sum() / total.sum() * total
+    return float(np.sqrt(np.sum(scatter**2)) / abs(total.sum()) / (1.0 - shares[0].chance))
+
+
+def _transforms(series: FloatArray, target: FitSegment) -> ComplexArray:
+    """Windowed transforms [window, channel, frequency] of half-overlapping windows."""
     n = _length(target)
     window = hann(n)
-    starts = range(0, residual.shape[1] - n + 1, n // 2)
-    parts = np.stack([np.fft.rfft(residual[:, k : k + n] * window, axis=1) for k in starts])
+    starts = range(0, series.shape[1] - n + 1, n // 2)
+    return np.stack([np.fft.rfft(series[:, k : k + n] * window, axis=1) for k in starts])
+
+
+def _spectra(series: FloatArray, target: FitSegment) -> ComplexArray:
+    """Cross spectra [frequency, channel, channel] of series [channel, n]."""
+    parts = _transforms(series, target)
     return np.asarray(np.einsum("scf,sdf->fcd", parts, parts.conj()))
 
 

@@ -139,13 +139,13 @@ class StepwiseSelection:
 
     def _preliminary_floor(self, fit: Fit) -> NoiseFloor:
         draws = self.context.settings.validation.preliminary_floor_draws
-        return estimate_noise_floor(self.context, fit.model, self.context.dataset.validation, draws)
+        return estimate_noise_floor(self.context, fit.model, self.context.dataset.selection, draws)
 
     def _gains(self, old: _Stage, new: _Stage) -> bool:
         return is_significant_gain(self.context, old.validation, new.validation)
 
     def _validated(self, fit: Fit) -> _Stage:
-        return _Stage(fit, validate(self.context, fit.model, self.context.dataset.validation))
+        return _Stage(fit, validate(self.context, fit.model, self.context.dataset.selection))
 
     def _step(
         self, current: Fit, accepted: _Stage, floor: NoiseFloor, *, on_trial: bool

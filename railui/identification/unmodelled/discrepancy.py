@@ -6,6 +6,8 @@ from dataclasses import replace
 
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.noise_floor import NoiseFloor
+from railui.identification.estimation.residual_evidence import ResidualEvidence
 from railui.identification.structure.stepwise import Selection, has_structure, is_significant_gain
 from railui.identification.unmodelled.locate import (
     Discrepancy,
@@ -17,7 +19,12 @@ from railui.identification.unmodelled.locate import (
 
 
 def find_discrepancy(
-    context: Context, fit: Fit, validation_fit: Fit | None, selection: Selection, error_to_noise: float
+    context: Context,
+    fit: Fit,
+    validation_fit: Fit | None,
+    selection: Selection,
+    floor: NoiseFloor,
+    evidence: ResidualEvidence,
 ) -> Discrepancy | None:
     """Find what acts in addition to the selected effects and is not in the library; None where noise explains the rest.
 
@@ -27,17 +34,20 @@ def find_discrepancy(
         The model from which the search starts, with the selected effects.
     validation_fit
         That model prepared on the validation runs; None where it hunts there.
-    error_to_noise
-        Validation error over noise floor.
+    floor
+        Error that noise leaves on the runs that selected the effects.
+    evidence
+        Coherence of the residual.
     """
+    error_to_noise = selection.validation.nrmse / floor.nrmse
     if error_to_noise <= context.settings.selection.adequate_ratio:
         return None
 
     def between_runs() -> Discrepancy | None:
-        return find_run_dependence(context, fit, validation_fit, selection.validation)
+        return find_run_dependence(context, fit, validation_fit, selection.validation, floor.nrmse)
 
     def within_runs() -> Discrepancy | None:
-        return find_acting_discrepancy(context, fit, selection, error_to_noise)
+        return find_acting_discrepancy(context, fit, selection, error_to_noise, evidence)
 
     between_first = is_at_noise_floor(context, fit, error_to_noise)
     searches = (between_runs, within_runs) if between_first else (within_runs, between_runs)
@@ -49,24 +59,30 @@ def find_discrepancy(
 
 
 def find_acting_discrepancy(
-    context: Context, fit: Fit, selection: Selection, error_to_noise: float
+    context: Context, fit: Fit, selection: Selection, error_to_noise: float, evidence: ResidualEvidence
 ) -> Discrepancy | None:
     """Find a discrepancy that acts on the estimation runs."""
     is_structured = has_structure(context.settings.score_test, selection.final_score_test)
-    is_unexplained = error_to_noise > context.settings.selection.unexplained_ratio
+    is_unexplained = not error_to_noise <= context.settings.selection.unexplained_ratio  # True for NaN
     variation = find_variation_along_track(context, fit)
     discrepancy = variation
-    explained = error_to_noise <= context.settings.selection.unexplained_ratio  # False for NaN
-    if not explained or is_structured or is_conclusive(context, variation):
+    if is_unexplained or is_structured or is_conclusive(context, variation):
         discrepancy = locate_discrepancy(context, fit, variation)
     if discrepancy is None:
         return None
     lowers_error = is_significant_gain(context, selection.validation, discrepancy.validation)
-    # effects that leave a structured residual are not the answer either
-    is_unsolved = is_unexplained and (is_structured or not selection.has_effects)
+    # a residual that is coherent with no motion is noise, however large, unless it is that of a force at a location
+    is_noise = evidence.is_noise and not (evidence.is_shared and _is_force_on_vehicle(context, discrepancy))
+    is_unsolved = is_unexplained and (is_structured or not is_noise)
     if lowers_error or is_conclusive(context, discrepancy) or is_unsolved:
         return replace(discrepancy, lowers_error=lowers_error)
     return None
+
+
+def _is_force_on_vehicle(context: Context, discrepancy: Discrepancy) -> bool:
+    """True for a located force that noise of the track columns, which acts at the contact, cannot imitate."""
+    at_contact = discrepancy.at in ("contact", "wheelset", "wheelset_yaw")
+    return discrepancy.is_located(context.settings.verdict) and not at_contact
 
 
 def is_at_noise_floor(context: Context, fit: Fit, error_to_noise: float) -> bool:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.dataset import Segment
+from railui.campaign.settings.detection import VerdictSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
@@ -17,6 +19,13 @@ from railui.identification.structure.couplings import Coupling, find_couplings
 from railui.identification.structure.drift import Drift, find_drifts, refine_drift, validate_drift
 from railui.identification.structure.equivalent_inputs import ForceLocation, locate_forces
 from railui.identification.structure.stepwise import is_significant_gain
+from railui.identification.unmodelled.evidence import (
+    NO_EVIDENCE,
+    LocationEvidence,
+    evidence_of_fits,
+    evidence_of_forces,
+    evidence_of_validations,
+)
 from railui.identification.unmodelled.force_curve import CurveLocation, curve_locations, explained_by_curve, fit_curve
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence
 from railui.vehicle.model import Model
@@ -47,6 +56,8 @@ class Discrepancy:
         Variation of a parameter from run to run; the curve shows the validation run that differs most.
     lowers_error
         Whether it lowers the validation error significantly.
+    evidence
+        For the location.
     """
 
     at: str
@@ -64,12 +75,26 @@ class Discrepancy:
     coupling: Coupling | None = None
     run_dependence: RunDependence | None = None
     lowers_error: bool = False
+    evidence: LocationEvidence = NO_EVIDENCE
+
+    def is_located(self, settings: VerdictSettings) -> bool:
+        """True where the evidence suffices to name the location."""
+        return bool(self.at) and self.evidence.is_sufficient(settings)
 
     def validate(self, context: Context, segments: Sequence[Segment]) -> Validation:
         """Validate the model with the discrepancy on segments."""
         if self.drift is not None:
             return validate_drift(context, self.fit.model, self.drift, segments)
         return validate(context, self.fit.model, segments)
+
+
+class _FittedCurve(NamedTuple):
+    """A force curve fitted together with all parameters, the share that its linear estimate explains."""
+
+    share: float
+    spot: CurveLocation
+    fit: Fit
+    validation: Validation
 
 
 def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None) -> Discrepancy | None:
@@ -80,48 +105,63 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
     settings, progress = context.settings.discrepancy, context.progress
     if variation is not None and variation.explained_share >= settings.reliable_share:
         return variation
-    origin = next(iter(locate_forces(context, fit)), None)
+    forces = locate_forces(context, fit)
+    origin = forces[0] if forces else None
     if origin is None:
         progress.message("  a single channel was measured: forces at any location can explain its residual")
     else:
         progress.message(
-            f"  residual resembles forces at {origin.at} {origin.wheelset or ''}: share {origin.share:.2f}"
+            f"  residual resembles forces at {origin.at} {origin.wheelset or ''}: "
+            f"share {origin.share:.2f} +/- {origin.standard_error:.2f}"
         )
+    curve = _best_curve(context, fit, origin)
+    if curve is None:
+        return variation
+    if variation is not None and 1.0 - curve.fit.normal.rss / fit.normal.rss < variation.explained_share:
+        return variation
+    at, wheelset = curve.spot.at, curve.spot.wheelset
+    evidence = max(evidence_of_fits(fit, curve.fit), evidence_of_forces(forces, at, wheelset))
+    if origin is not None and curve.share < settings.reliable_share:
+        at, wheelset = origin.at, origin.wheelset
+        evidence = LocationEvidence(origin.share, origin.standard_error)
+    coupling = next(iter(find_couplings(context, fit)), None)
+    if coupling is not None and coupling.share >= max(settings.reliable_share, curve.share):
+        progress.message(f"  a coupling of {coupling.text} explains {coupling.share:.2f}")
+        at, wheelset = coupling.at, coupling.wheelset
+        evidence = LocationEvidence(coupling.share, 0.0)
+    else:
+        coupling = None
+    share = curve.share if origin is None else max(curve.share, origin.share)
+    return replace(_curve_discrepancy(curve, at, wheelset, share), coupling=coupling, evidence=evidence)
+
+
+def _best_curve(context: Context, fit: Fit, origin: ForceLocation | None) -> _FittedCurve | None:
+    """Fit the force curves that explain most, near `origin` where none explains much; None where none can be fitted."""
+    settings = context.settings.discrepancy
     background = context.in_background(context.jobs)
     optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=1.0, stable=False)
     bases = [optimiser.sensitivities(t, fit.x)[0] for t in fit.segments]
     curves = [(*explained_by_curve(settings, fit, bases, spot), spot) for spot in curve_locations(settings, fit)]
     curves = sorted((c for c in curves if c[0] > 0), key=lambda c: -c[0])
-    if not curves:
-        return variation
-    if origin is not None and curves[0][0] < min(settings.reliable_share, origin.share):
+    if curves and origin is not None and curves[0][0] < min(settings.reliable_share, origin.share):
         curves = [c for c in curves if _is_at(c[2], origin)] or curves
-    results = []
+    fitted = []
     for share, force, spot in curves[:CURVES_FITTED]:
         curve_fit = fit_curve(context, fit, spot, force)
         if curve_fit is not None:
-            validation = validate(context, curve_fit.model, context.dataset.validation)
-            progress.message(
+            validation = validate(context, curve_fit.model, context.dataset.selection)
+            context.progress.message(
                 f"  curve against {spot.against} at {spot.at}: explains {share:.2f}, NRMSE {validation.nrmse:.4f}"
             )
-            results.append((curve_fit.normal.rss, share, spot, curve_fit, validation))
-    if not results:
-        return variation
-    _, share, spot, curve_fit, validation = min(results, key=lambda r: r[0])
-    if variation is not None and 1.0 - curve_fit.normal.rss / fit.normal.rss < variation.explained_share:
-        return variation
-    at, wheelset = spot.at, spot.wheelset
-    if origin is not None and share < settings.reliable_share:
-        at, wheelset = origin.at, origin.wheelset
-    coupling = next(iter(find_couplings(context, fit)), None)
-    if coupling is not None and coupling.share >= max(settings.reliable_share, share):
-        progress.message(f"  a coupling of {coupling.text} explains {coupling.share:.2f}")
-        at, wheelset = coupling.at, coupling.wheelset
-    else:
-        coupling = None
-    index = len(curve_fit.model.design.effects) - 1
-    curve = curve_fit.model.design.effects[index]
-    points = [j for j, p in enumerate(curve_fit.free.paths) if p.startswith(f"effects.{index}.force.")]
+            fitted.append(_FittedCurve(share, spot, curve_fit, validation))
+    return min(fitted, key=lambda c: c.fit.normal.rss, default=None)
+
+
+def _curve_discrepancy(curve: _FittedCurve, at: str, wheelset: int | None, share: float) -> Discrepancy:
+    """Return a fitted curve as a discrepancy at a location."""
+    spot, fit = curve.spot, curve.fit
+    index = len(fit.model.design.effects) - 1
+    points = [j for j, p in enumerate(fit.free.paths) if p.startswith(f"effects.{index}.force.")]
     is_yaw = spot.at.endswith("_yaw")
     z = "rad" if is_yaw else "m"
     return Discrepancy(
@@ -129,14 +169,13 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
         wheelset,
         spot.against,
         spot.grid,
-        np.array(curve.parameters["force"]),
-        np.insert(curve_fit.sd[points], len(spot.grid) // 2, 0.0),
+        np.array(fit.model.design.effects[index].parameters["force"]),
+        np.insert(fit.sd[points], len(spot.grid) // 2, 0.0),
         {"z": z, "v": f"{z}/s", "s": "m"}[spot.against],
         "N*m" if is_yaw else "N",
-        share if origin is None else max(share, origin.share),
-        curve_fit,
-        validation,
-        coupling=coupling,
+        share,
+        fit,
+        curve.validation,
     )
 
 
@@ -153,7 +192,7 @@ def find_variation_along_track(context: Context, fit: Fit) -> Discrepancy | None
         return None
     try:
         drift = refine_drift(context, fit, drifts[0])
-        validation = validate_drift(context, fit.model, drift, context.dataset.validation)
+        validation = validate_drift(context, fit.model, drift, context.dataset.selection)
     except ValueError:
         return None
     context.progress.message(
@@ -162,16 +201,39 @@ def find_variation_along_track(context: Context, fit: Fit) -> Discrepancy | None
     at, wheelset = location_of(drift.path, drift.ratios, fit.model)
     unit = fit.model.design.unit(drift.path)
     return Discrepancy(
-        at, wheelset, "s", drift.distance, drift.values, drift.sd, "m", unit, drift.share, fit, validation, drift
+        at,
+        wheelset,
+        "s",
+        drift.distance,
+        drift.values,
+        drift.sd,
+        "m",
+        unit,
+        drift.share,
+        fit,
+        validation,
+        drift,
+        evidence=_drift_evidence(fit, drift),
     )
 
 
+def _drift_evidence(fit: Fit, drift: Drift) -> LocationEvidence:
+    """Share of the residual beyond noise that a drift explains; chance is subtracted in the share already."""
+    excess = 1.0 - min(fit.normal.samples / max(fit.normal.rss, 1e-300), 1.0)
+    return LocationEvidence(min(drift.share / excess, 1.0), 0.0) if excess > 0 else NO_EVIDENCE
+
+
 def find_run_dependence(
-    context: Context, fit: Fit, validation_fit: Fit | None, validation: Validation
+    context: Context, fit: Fit, validation_fit: Fit | None, validation: Validation, floor: float
 ) -> Discrepancy | None:
     """Find the parameter that differs from run to run; None unless separate values would lower the error significantly.
 
     No fit uses the validation runs: the reported error stays that of the calibrated model.
+
+    Parameters
+    ----------
+    floor
+        NRMSE that noise leaves on the validation runs.
     """
     if validation_fit is None or not np.isfinite(validation.nrmse):
         return None
@@ -190,10 +252,13 @@ def find_run_dependence(
     at, wheelset = location_of(change.path, change.ratios, fit.model)
     calibrated = fit.model.value(change.path)
     extreme = max((r for r in change.runs if r.role == "validate"), key=lambda r: abs(r.value - calibrated))
-    segments = [s for s in context.dataset.validation if s.run_index == extreme.run]
+    segments = [s for s in context.dataset.selection if s.run_index == extreme.run]
     ends = np.array([segments[0].columns["s"][0], segments[-1].columns["s"][-1]])
     values, sd, unit = np.full(2, extreme.value), np.full(2, extreme.sd), fit.model.design.unit(change.path)
-    return Discrepancy(at, wheelset, "s", ends, values, sd, "m", unit, share, fit, validation, run_dependence=change)
+    evidence = evidence_of_validations(validation, change.validation, floor)
+    return Discrepancy(
+        at, wheelset, "s", ends, values, sd, "m", unit, share, fit, validation, run_dependence=change, evidence=evidence
+    )
 
 
 def location_of(path: str, ratios: Mapping[str, float], model: Model) -> tuple[str, int | None]:

@@ -85,7 +85,7 @@ class RunDependence:
 
 def prepare_validation(context: Context, fit: Fit) -> Fit | None:
     """Prepare the validation runs for the model of a fit; None if it hunts there."""
-    segments, model = context.dataset.validation, fit.model
+    segments, model = context.dataset.selection, fit.model
     limit = context.settings.calibration.max_growth_rate
     if model.design.kind == "bogie" and unstable_segments(model, segments, limit):
         return None
@@ -128,12 +128,13 @@ def detect_run_dependence(context: Context, fit: Fit, validation_fit: Fit) -> Ru
     calibrated = (fit.model.value(path), sd.get(path, 0.0))
     runs = []
     dataset = context.dataset
-    for run in dict.fromkeys(s.run_index for s in dataset.segments):
-        same = [s for s in dataset.segments if s.run_index == run]
+    compared = [*dataset.estimation, *dataset.selection]
+    for run in dict.fromkeys(s.run_index for s in compared):
+        same = [s for s in compared if s.run_index == run]
         speed = float(np.mean([s.mean_speed for s in same]))
         runs.append(RunEstimate(run, same[0].file, same[0].role, speed, *estimates.get(run, calibrated)))
-    models = [fit.model.with_path_values(names, estimates[s.run_index][0] * proportions) for s in dataset.validation]
-    validation = validate_each(context, list(zip(models, dataset.validation, strict=True)))
+    models = [fit.model.with_path_values(names, estimates[s.run_index][0] * proportions) for s in dataset.selection]
+    validation = validate_each(context, list(zip(models, dataset.selection, strict=True)))
     return RunDependence(path, dict(ratios), tuple(runs), p, validation)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,10 @@ from railui.campaign.dataset import read_dataset
 from railui.campaign.finding import Finding
 from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.validation import Validation
-from railui.identification.loop import LoopResult, close_loop, indistinguishable_kinds
+from railui.identification.loop import close_loop, indistinguishable_kinds
+from railui.identification.result import IndependentTest, LoopResult
 from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.verdict import Remainder
 from railui.io.atomic import to_json_value
 from railui.progress import SILENT, Progress
 from railui.report.loop.detectable import minimum_detectable_effects
@@ -85,7 +88,8 @@ def loop_report(result: LoopResult) -> dict[str, Any]:
         "campaign": campaign.name,
         "runs": _runs(result),
         "declared": _errors(validations["declared"]),
-        "before": _errors(validations["before"]) | {"constrained": result.before.constrained},
+        "before": _errors(validations["before"])
+        | {"constrained": result.before.constrained, "failed": result.is_failed_fit},
         "after": _errors(validations["after"]),
         "floor": {
             "nrmse": result.noise_floor.nrmse,
@@ -96,9 +100,13 @@ def loop_report(result: LoopResult) -> dict[str, Any]:
         },
         "unexplained": result.error_to_noise,
         "verdict": result.verdict,
+        "explained": _explained(result),
+        "remainder": _remainder(result.remainder),
+        "test": _independent_test(result.test),
+        "leave_one_run_out": [dataclasses.asdict(run) for run in result.left_out],
         "sentence": sentence(result),
         "effects": _effects(result),
-        "outside": None if result.discrepancy is None else _discrepancy(result.discrepancy),
+        "outside": _outside(result),
         "classes": [kinds for step in result.steps if (kinds := indistinguishable_kinds(result.context, step))],
         "ranking": rank_candidates(result),
         "traces": significant_below_threshold(result),
@@ -170,6 +178,48 @@ def _effects(result: LoopResult) -> list[dict[str, Any]]:
                 }
             )
     return rows
+
+
+def _explained(result: LoopResult) -> dict[str, float | None]:
+    explained = result.explained
+    if explained is None:
+        return {"value": None, "standard_error": None}
+    return {"value": explained.value, "standard_error": explained.standard_error}
+
+
+def _remainder(remainder: Remainder) -> dict[str, Any]:
+    candidate = remainder.candidate
+    return {
+        "ratio": remainder.ratio,
+        "coherent": remainder.coherent,
+        "coherent_share": remainder.coherent_share,
+        "structured": remainder.structured,
+        "resembles": candidate and dict(zip(("kind", "at", "wheelset"), candidate, strict=True)),
+        "at": remainder.at,
+        "wheelset": remainder.wheelset,
+    }
+
+
+def _independent_test(test: IndependentTest | None) -> dict[str, Any]:
+    if test is None:
+        return {"nrmse_before": None, "nrmse_after": None, "floor": None, "files": [], "held_back": False}
+    return {
+        "nrmse_before": test.nrmse_before,
+        "nrmse_after": test.nrmse_after,
+        "floor": test.floor,
+        "files": list(test.files),
+        "held_back": test.is_held_back,
+    }
+
+
+def _outside(result: LoopResult) -> dict[str, Any] | None:
+    """Return the discrepancy; its location is null where the evidence does not suffice to name it."""
+    discrepancy = result.discrepancy
+    if discrepancy is None:
+        return None
+    located = {} if discrepancy.is_located(result.context.settings.verdict) else {"at": None, "wheelset": None}
+    evidence = {"share": discrepancy.evidence.share, "share_sd": discrepancy.evidence.standard_error}
+    return _discrepancy(discrepancy) | located | evidence
 
 
 def _discrepancy(discrepancy: Discrepancy) -> dict[str, Any]:

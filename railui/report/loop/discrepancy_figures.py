@@ -60,7 +60,7 @@ def _identified_curve(evaluation: EvaluationWindow, outside: Mapping[str, Any]) 
         ax.set_xlabel(axis_label(ABSCISSA_LABELS[abscissa], x_unit))
         ax.set_ylabel(axis_label(parameter or force_word(outside["force_unit"]), y_unit))
 
-    where = location_text(outside["at"], outside["wheelset"]) if outside.get("at") else "along the track"
+    where = _where(outside)
     pictures.append(draw_picture("outside", f"Identified curve, {where}", FIGURE_SIZE, draw))
     note = "Bars: two standard deviations."
     if not parameter:
@@ -68,6 +68,12 @@ def _identified_curve(evaluation: EvaluationWindow, outside: Mapping[str, Any]) 
     lines = ("before", "after") if len(pictures) > 1 else ()
     title = f"identified curve of {parameter}" if parameter else "identified force curve"
     return EffectFigure(f"{title}: {where}", tuple(pictures), note, lines)
+
+
+def _where(outside: Mapping[str, Any]) -> str:
+    if outside["at"]:
+        return location_text(outside["at"], outside["wheelset"])
+    return "along the track" if outside["against"] == "s" else "not located"
 
 
 def _total_force_pictures(evaluation: EvaluationWindow, abscissa: str) -> tuple[list[Picture], FloatArray | None]:
@@ -100,7 +106,7 @@ def _run_dependence(outside: Mapping[str, Any]) -> EffectFigure:
         ax.set_xlim(-0.5, len(runs) - 0.5)
         ax.set_ylabel(axis_label(outside["parameter"], unit))
 
-    where = location_text(outside["at"], outside["wheelset"])
+    where = _where(outside)
     picture = draw_picture("outside", f"{outside['parameter']} on every run", FIGURE_SIZE, draw, bottom=0.5)
     note = (
         "Square: as calibrated; round: as estimated on that run with all else as calibrated; bars: two standard "

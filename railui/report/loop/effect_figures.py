@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from railui import core
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.report.figures.drawing import Picture, axis_label, draw_picture
 from railui.report.loop.discrepancy_figures import discrepancy_figure
 from railui.report.loop.figures import LINES, Window

@@ -12,7 +12,7 @@ from railui.arrays import FloatArray
 from railui.campaign.comparison import comparison_filter, cut_samples
 from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment
 from railui.dsp.spectra import periodogram, welch
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.report.figures.drawing import BLUE, ORANGE, Drawing, Picture, axis_label, draw_picture, draw_pictures
 from railui.report.loop.wording import MODEL_LABELS, MODELS
 from railui.report.numbers import display_scale

@@ -14,8 +14,8 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.documents.saving import save_campaign, save_design
-from railui.identification.estimation.validation import validate
-from railui.identification.loop import LoopResult
+from railui.identification.estimation.validation import Validation, validate
+from railui.identification.result import LoopResult
 from railui.io.atomic import write_text
 from railui.report.loop.page import write_page
 from railui.vehicle.design_reader import Adjustment, Design
@@ -80,13 +80,12 @@ def write_simulated(result: LoopResult, directory: Path) -> None:
     """Write simulated_NAME.csv.gz of every run: t and declared, before, after of each channel."""
     dataset = result.dataset
     names = simulated_file_names([entry.name for entry in dataset.campaign.runs])
-    on_estimation_runs = {
-        "declared": validate(result.context, result.nominal, dataset.estimation),
-        "before": validate(result.context, result.before.model, dataset.estimation),
-        "after": result.validate(dataset.estimation),
+    by_role = {
+        role: result.validations if role == "validate" else _validations(result, role)
+        for role in dict.fromkeys(entry.role for entry in dataset.campaign.runs)
     }
     for entry, run, name in zip(dataset.campaign.runs, dataset.runs, names, strict=True):
-        validations = result.validations if entry.role == "validate" else on_estimation_runs
+        validations = by_role[entry.role]
         segments = [segment for segment in dataset.segments if segment.role == entry.role]
         columns: dict[str, FloatArray] = {"t": run.columns["t"]}
         for model in MODELS:
@@ -94,6 +93,16 @@ def write_simulated(result: LoopResult, directory: Path) -> None:
                 if segment.file == entry.name:
                     _insert(columns, model, segment.channels, run.segments[segment.number], series)
         write_text(directory / name, _csv(columns))
+
+
+def _validations(result: LoopResult, role: str) -> dict[str, Validation]:
+    """Validate every model on the runs of a role."""
+    segments = [segment for segment in result.dataset.segments if segment.role == role]
+    return {
+        "declared": validate(result.context, result.nominal, segments),
+        "before": validate(result.context, result.before.model, segments),
+        "after": result.validate(segments),
+    }
 
 
 def simulated_file_names(runs: Sequence[str]) -> list[str]:

@@ -14,8 +14,8 @@ from railui.campaign.comparison import cut_samples
 from railui.campaign.dataset import Segment
 from railui.core import LINKAGE_NUMBER, Batch, Placement, Vehicles
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
-from railui.identification.loop import LoopResult
 from railui.identification.prediction import Predictor
+from railui.identification.result import LoopResult
 from railui.report.loop.figures import Window, units_of
 from railui.report.loop.wording import location_text
 from railui.vehicle.effects import PlacedEffect, unit_at

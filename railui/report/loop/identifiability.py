@@ -7,7 +7,7 @@ from typing import Any
 
 from railui.identification.estimation.identifiability import Profile, SectionEstimates, analyse_identifiability
 from railui.identification.estimation.parallel_models import Correlations
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.identification.unmodelled.coefficients import Coefficient
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.refit import (

@@ -6,7 +6,7 @@ from typing import Any
 
 from railui.campaign.dataset import TRACK_COLUMNS, Dataset
 from railui.identification.estimation.multiple_shooting import windowed_files
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.identification.structure.stepwise import has_structure
 from railui.identification.unmodelled.discrepancy import is_at_noise_floor
 from railui.report.loop.wording import MODEL_LABELS

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from railui import core
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.io.atomic import write_text
 from railui.report.loop import figures
 from railui.report.loop.effect_figures import effect_figures
@@ -26,6 +26,7 @@ from railui.report.loop.page_tables import (
     run_row,
 )
 from railui.report.loop.phases import segment_text
+from railui.report.loop.summary import summary_lines
 from railui.report.loop.wording import MODEL_LABELS, MODELS, VERDICT_LABELS, effect_title
 from railui.report.numbers import DASH, format_number
 from railui.report.templates import render_template
@@ -57,6 +58,7 @@ def _contents(result: LoopResult, report: Report) -> Row:
         "report": report,
         "labels": MODEL_LABELS,
         "vehicle": result.nominal.design.name,
+        "summary": summary_lines(report),
         "verdict": VERDICT_LABELS[report["verdict"]],
         "errors": error_rows(report),
         "bars": figures.error_bars(report),

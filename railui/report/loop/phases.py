@@ -10,7 +10,7 @@ import numpy as np
 from railui.campaign.dataset import Segment
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.initial_state import estimate_phases
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.vehicle.model import RADIUS, TURN
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from railui import core
 from railui.identification.estimation.fit import Fit
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import RunDependence
 from railui.io.number_format import format_quantity
@@ -19,25 +19,110 @@ PARAMETER_NAMES = {"half_width": "half-width"}
 
 def sentence(result: LoopResult) -> str:
     """Return the verdict with its evidence: effect or location, validation error, error expected from noise."""
-    before, after = result.validations["before"].nrmse, result.validations["after"].nrmse
-    noise = f"expected from noise alone {result.noise_floor.nrmse:.3f}"
-    if result.verdict == "none":
-        text = f"No unmodelled effect detected. Validation error {after:.3f}; {noise}."
-    elif result.verdict == "effect":
-        effects = effects_text(result.after)
-        noun = "effects" if "; and " in effects else "effect"
-        text = f"Most likely unmodelled {noun}: {effects}. Validation error {before:.3f} -> {after:.3f}; {noise}."
-    else:
-        text = f"Discrepancy that no effect of the catalogue explains, {_location(result.discrepancy)}"
-        if result.discrepancy is not None and result.discrepancy.run_dependence is not None:
-            dependence = run_dependence_text(result, result.discrepancy.run_dependence)
-            text += f": {dependence}. Validation error {after:.3f}; {noise}."
-        else:
-            text += f". Validation error {before:.3f} -> {after:.3f} with {_model(result.discrepancy)}; {noise}."
+    failed = "The calibration failed; the nominal model is used in its place. " if result.is_failed_fit else ""
+    return failed + _VERDICT_TEXTS[result.verdict](result)
+
+
+def _none_text(result: LoopResult) -> str:
+    text = f"No unmodelled effect detected. Validation error {_error(result, 'after')}; {_noise(result)}."
     if result.error_to_noise > result.context.settings.selection.unexplained_ratio:
-        ratio = f"{result.error_to_noise:.1f} times the noise floor"
-        return f"The stated noise does not explain the residual ({ratio}). {text}"
+        return (
+            f"{text} The residual is {result.error_to_noise:.1f} times the noise floor and coherent with no motion: "
+            "the noise is larger than stated."
+        )
     return text
+
+
+def _effect_text(result: LoopResult) -> str:
+    effects = effects_text(result.after)
+    noun = "effects" if "; and " in effects else "effect"
+    share = f" ({_explained_share(result)} of the error beyond noise)" if _is_explained_by_part(result) else ""
+    text = f"Most likely unmodelled {noun}: {effects}. Validation error {_errors(result)}{share}; {_noise(result)}."
+    return f"{text} {remainder_text(result)}" if _has_remainder(result) else text
+
+
+def _partial_text(result: LoopResult) -> str:
+    return (
+        f"Part of the discrepancy identified: {effects_text(result.after)}. Validation error {_errors(result)}: "
+        f"{_explained_share(result)} of the error beyond noise explained; {_noise(result)}. {remainder_text(result)}"
+    )
+
+
+def _outside_text(result: LoopResult) -> str:
+    discrepancy = result.discrepancy
+    text = f"Discrepancy that no effect of the catalogue explains, {_location(result)}"
+    if discrepancy is not None and discrepancy.run_dependence is not None:
+        dependence = run_dependence_text(result, discrepancy.run_dependence)
+        return f"{text}: {dependence}. Validation error {_error(result, 'after')}; {_noise(result)}."
+    return f"{text}. Validation error {_errors(result)} with {_model(discrepancy)}; {_noise(result)}."
+
+
+_VERDICT_TEXTS: dict[str, Callable[[LoopResult], str]] = {
+    "none": _none_text,
+    "effect": _effect_text,
+    "partial": _partial_text,
+    "outside": _outside_text,
+}
+
+
+def remainder_text(result: LoopResult) -> str:
+    """Return what the final model leaves: how much, where it acts, and which effect it resembles."""
+    remainder = result.remainder
+    ratio = "" if remainder.ratio is None else f" ({format_share(remainder.ratio)} of the error beyond noise)"
+    if result.discrepancy is not None and result.verdict == "partial":
+        return f"The remainder{ratio} is {_location(result)} and in no law of the catalogue."
+    if remainder.candidate is not None:
+        kind, at, wheelset = remainder.candidate
+        return f"The remainder{ratio} resembles {effect_title(kind)} in {location_phrase(at, wheelset)}."
+    if remainder.coherent:
+        return f"The remainder{ratio} is coherent with the motion, but resembles no effect of the catalogue."
+    return f"The remainder{ratio} has no structure."
+
+
+def format_share(share: float) -> str:
+    """Format a share in per cent, small ones with two digits.
+
+    >>> format_share(0.71), format_share(0.00058), format_share(0.999)
+    ('71 %', '0.058 %', '99.9 %')
+    """
+    percent = 100.0 * share
+    if percent >= 99.0:
+        return f"{min(percent, 99.95):.1f} %" if percent < 99.95 else "100 %"
+    return f"{percent:.0f} %" if percent >= 9.5 else f"{percent:.2g} %"
+
+
+def _explained_share(result: LoopResult) -> str:
+    explained = result.explained
+    if explained is None:
+        return "an unknown share"
+    spread = "" if explained.standard_error is None else f" +/- {format_share(explained.standard_error)}"
+    return f"{format_share(explained.value)}{spread}"
+
+
+def _is_explained_by_part(result: LoopResult) -> bool:
+    """True where the added effects leave more than noise."""
+    return _has_remainder(result) and result.explained is not None
+
+
+def _has_remainder(result: LoopResult) -> bool:
+    return bool(result.error_to_noise > result.context.settings.selection.unexplained_ratio)
+
+
+def _noise(result: LoopResult) -> str:
+    return f"expected from noise alone {_short(result.noise_floor.nrmse)}"
+
+
+def _error(result: LoopResult, model: str) -> str:
+    return _short(result.validations[model].nrmse)
+
+
+def _errors(result: LoopResult) -> str:
+    return f"{_error(result, 'before')} -> {_error(result, 'after')}"
+
+
+def _short(error: float) -> str:
+    """Format an error with three decimals, a small one with two digits."""
+    return f"{error:.3f}" if not error < 0.0095 else f"{error:.2g}"
 
 
 def effects_text(fit: Fit) -> str:
@@ -85,9 +170,10 @@ def _name(effect: PlacedEffect) -> str:
     return f"{effect_title(effect.kind)} in {location_phrase(effect.at, effect.wheelset)}"
 
 
-def _location(discrepancy: Discrepancy | None) -> str:
-    if discrepancy is None or not discrepancy.at:
-        return "at an unknown location"
+def _location(result: LoopResult) -> str:
+    discrepancy = result.discrepancy
+    if discrepancy is None or not discrepancy.is_located(result.context.settings.verdict):
+        return "not located"
     coupling = f" (a coupling of {discrepancy.coupling.text})" if discrepancy.coupling else ""
     return f"acting at {location_phrase(discrepancy.at, discrepancy.wheelset)}{coupling}"
 

@@ -16,9 +16,11 @@ MODELS = ("declared", "before", "after", "floor")
 VERDICT_LABELS = {
     "none": "no unmodelled effect detected",
     "effect": "effect identified",
+    "partial": "part of the discrepancy identified",
     "outside": "discrepancy outside the catalogue",
+    "data": "data fault",
 }
-ROLE_LABELS = {"adjust": "estimation", "validate": "validation"}
+ROLE_LABELS = {"adjust": "estimation", "validate": "validation", "test": "test"}
 # titles of the kernel's catalogue that a report states in other terms
 LOCATIONS = {
     "primary_lateral": "lateral primary suspension",

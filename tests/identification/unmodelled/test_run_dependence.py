@@ -19,7 +19,8 @@ from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.validation import validate
-from railui.identification.loop import LoopResult, close_loop
+from railui.identification.loop import close_loop
+from railui.identification.result import LoopResult
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence, prepare_validation
 from railui.report.loop.data import loop_report
 from railui.report.loop.page import render_page

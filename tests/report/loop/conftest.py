@@ -12,7 +12,8 @@ import pytest
 from railui import core
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
-from railui.identification.loop import LoopResult, close_loop
+from railui.identification.loop import close_loop
+from railui.identification.result import LoopResult
 from railui.report.loop.data import loop_report
 from tests.report.loop.names import CAMPAIGN_NAME
 

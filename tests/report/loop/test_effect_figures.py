@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from railui import core
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
+from railui.identification.unmodelled.evidence import LocationEvidence
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.report.loop.data import loop_report
 from railui.report.loop.effect_figures import effect_figures
@@ -26,14 +27,17 @@ def test_an_identified_force_curve_is_drawn_with_error_bars(loop_result: LoopRes
     fit = replace(loop_result.before, model=loop_result.before.model.with_effect(placed))
     place = ("primary_lateral", 2, "z")
     validation = loop_result.validations["after"]
-    discrepancy = Discrepancy(*place, motion, force, np.full(5, 20.0), "m", "N", 0.9, fit, validation)
+    evidence = LocationEvidence(0.9, 0.02)
+    discrepancy = Discrepancy(
+        *place, motion, force, np.full(5, 20.0), "m", "N", 0.9, fit, validation, evidence=evidence
+    )
     result = replace(loop_result, after=fit, discrepancy=discrepancy, verdict="outside")
     (figure,) = effect_figures(result, loop_report(result), most_informative_window(loop_result))
     assert figure.title == "identified force curve: lateral primary suspension, wheelset 2"
     assert [picture.name for picture in figure.pictures] == ["outside-whole", "outside"]
     html = render_page(result, loop_report(result))
     assert "outside the catalogue" in html and "two standard deviations" in html
-    assert "Localised discrepancy" in html and "Identified effect" not in html
+    assert "<h2>Discrepancy" in html and "Identified effect" not in html
 
 
 # a curve is drawn from its points, above

@@ -11,7 +11,8 @@ import pytest
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.campaign.settings.loop_settings import LoopSettings
-from railui.identification.loop import LoopResult, calibrate_only
+from railui.identification.loop import calibrate_only
+from railui.identification.result import LoopResult
 from railui.report.loop.notes import unstated_track_noise_notes, unstructured_residual_notes
 from tests.truth.campaign import Order, campaign, write
 from tests.truth.effects import effect

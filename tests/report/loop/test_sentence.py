@@ -9,13 +9,15 @@ import pytest
 
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.estimation.validation import Validation
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.identification.unmodelled.run_dependence import RunDependence, RunEstimate
+from railui.identification.verdict import Explained, Remainder
 from railui.report.loop.sentence import run_dependence_text, sentence
 from railui.vehicle.effects import PlacedEffect
 
 PLAY = PlacedEffect("free_play", "primary_lateral", None, {"half_width": 4.4514e-4})
 FRICTION = PlacedEffect("dry_friction", "secondary_yaw", None, {"force": 510.0, "slip_speed": 1e-3})
+NOTHING_LEFT = Remainder(0.0, 0.0, coherent=False, structured=False)
 SD = {"effects.0.half_width": 2.6e-6}
 
 
@@ -25,8 +27,18 @@ def fit(*effects: PlacedEffect) -> Any:
     return SimpleNamespace(free=SimpleNamespace(paths=paths), sd=sd, model=model)
 
 
-def result(verdict: str, *effects: PlacedEffect, ratio: float = 1.01, discrepancy: Any = None) -> LoopResult:
+def result(
+    verdict: str,
+    *effects: PlacedEffect,
+    ratio: float = 1.01,
+    discrepancy: Any = None,
+    remainder: Remainder = NOTHING_LEFT,
+    share: float = 0.996,
+) -> LoopResult:
     fields = {
+        "is_failed_fit": False,
+        "explained": Explained(share, 0.004),
+        "remainder": remainder,
         "context": SimpleNamespace(settings=LoopSettings()),
         "verdict": verdict,
         "validations": {"before": SimpleNamespace(nrmse=0.3514), "after": SimpleNamespace(nrmse=0.0541)},
@@ -57,17 +69,60 @@ def test_no_effect_is_no_more_than_not_detected() -> None:
     )
 
 
-def test_a_residual_that_noise_does_not_explain_comes_first() -> None:
-    text = sentence(result("none", ratio=1.7))
-    assert text.startswith("The stated noise does not explain the residual (1.7 times the noise floor). No unmodelled")
+def test_a_large_incoherent_residual_is_noise_larger_than_stated() -> None:
+    text = sentence(result("none", ratio=3.1))
+    assert text.endswith(
+        "The residual is 3.1 times the noise floor and coherent with no motion: the noise is larger than stated."
+    )
+
+
+def test_an_effect_with_a_remainder_has_its_share_and_what_is_left() -> None:
+    left = Remainder(0.00058, 0.3, True, True, ("quadratic_damper", "rig", None), "rig")
+    text = sentence(result("effect", PLAY, ratio=34.0, remainder=left, share=0.9994))
+    assert "(99.9 % +/- 0.4 % of the error beyond noise)" in text
+    assert text.endswith("The remainder (0.058 % of the error beyond noise) resembles quadratic damper in the rig.")
+
+
+def discrepancy(at: str, wheelset: int | None, *, located: bool) -> Any:
+    return SimpleNamespace(
+        at=at,
+        wheelset=wheelset,
+        run_dependence=None,
+        coupling=None,
+        drift=None,
+        is_located=lambda settings: located,
+    )
+
+
+def test_a_partial_verdict_has_the_share_and_the_location_of_the_rest() -> None:
+    left = Remainder(0.29, 0.3, True, True, None, "secondary_yaw")
+    rest = discrepancy("secondary_yaw", None, located=True)
+    text = sentence(result("partial", PLAY, ratio=3.0, remainder=left, share=0.71, discrepancy=rest))
+    assert text.startswith("Part of the discrepancy identified: clearance in the lateral primary suspension")
+    assert "71 % +/- 0.4 % of the error beyond noise explained" in text
+    assert text.endswith(
+        "The remainder (29 % of the error beyond noise) is acting at the secondary suspension in yaw "
+        "and in no law of the catalogue."
+    )
 
 
 def test_a_discrepancy_is_localised_without_naming_an_effect() -> None:
-    discrepancy = SimpleNamespace(at="contact", wheelset=2, run_dependence=None, coupling=None, drift=None)
-    assert sentence(result("outside", discrepancy=discrepancy)) == (
+    assert sentence(result("outside", discrepancy=discrepancy("contact", 2, located=True))) == (
         "Discrepancy that no effect of the catalogue explains, acting at the wheel-rail contact of wheelset 2. "
         "Validation error 0.351 -> 0.054 with the identified force curve; expected from noise alone 0.053."
     )
+
+
+def test_a_location_without_evidence_is_not_named() -> None:
+    text = sentence(result("outside", discrepancy=discrepancy("contact", 2, located=False)))
+    assert text.startswith("Discrepancy that no effect of the catalogue explains, not located.")
+    assert "contact" not in text
+
+
+def test_a_failed_calibration_comes_first() -> None:
+    failed = result("none")
+    failed.is_failed_fit = True  # type: ignore[misc]
+    assert sentence(failed).startswith("The calibration failed; the nominal model is used in its place. No unmodelled")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,88 @@
+"""Leave-one-run-out errors: each run predicted with the parameters estimated on all others, to first order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.campaign.comparison import compared_channels
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.gauss_newton import GaussNewton
+
+MIN_RUNS = 3
+CUTOFF = 1e-9  # of the scaled normal matrix
+
+
+@dataclass(frozen=True)
+class LeftOutRun:
+    """NRMSE of a run with the parameters estimated on all other runs, and with those estimated on all runs."""
+
+    file: str
+    role: str
+    nrmse: float
+    nrmse_with_all: float
+
+
+def leave_one_run_out(context: Context, fit: Fit, validation_fit: Fit | None) -> list[LeftOutRun]:
+    """Estimate the parameters without each run in turn, by one step from the calibrated model.
+
+    Parameters
+    ----------
+    fit
+        The final model on the estimation runs.
+    validation_fit
+        That model prepared on the validation runs; None where it hunts there.
+
+    Returns
+    -------
+    list of LeftOutRun
+        One per estimation and validation run; empty with fewer than three runs, for windows, or where a simulation
+        diverges.
+    """
+    if validation_fit is None or any(t.is_window for t in fit.segments):
+        return []
+    segments = [*fit.segments, *validation_fit.segments]
+    runs = list(dict.fromkeys(t.segment.run_index for t in segments))
+    channels = [tuple(t.segment.channels) for t in segments]
+    if len(runs) < MIN_RUNS or len(set(channels)) > 1 or any("@" in p for p in fit.free.paths):
+        return []
+    optimiser = GaussNewton(context.in_background(context.jobs), fit.model, fit.free, segments, block=1.0, stable=False)
+    size, count = 1 + len(fit.x), len(channels[0])
+    grams = {run: np.zeros((count, size, size)) for run in runs}
+    power = {run: np.zeros(count) for run in runs}
+    for t in segments:
+        series, diverged = optimiser.sensitivities(t, fit.x)
+        if np.any(diverged >= 0):
+            return []
+        grams[t.segment.run_index] += np.einsum("icn,jcn->cij", series, series, optimize=True)
+        power[t.segment.run_index] += np.sum(t.measured**2, axis=1)
+    used = [channels[0].index(c) for c in compared_channels(segments[0].segment)]
+    ridge = np.diag(fit.normal.variance / fit.free.prior_sd**2)
+    total = np.sum(list(grams.values()), axis=0)
+    rows = []
+    for run in runs:
+        first = next(t.segment for t in segments if t.segment.run_index == run)
+        errors = (
+            _nrmse(grams[run][used], power[run][used], _step(gram.sum(axis=0), ridge))
+            for gram in (total - grams[run], total)
+        )
+        rows.append(LeftOutRun(first.file, first.role, *errors))
+    return rows
+
+
+def _step(gram: FloatArray, ridge: FloatArray) -> FloatArray:
+    """Change [p] of the parameters that minimises the misfit of inner products [1 + p, 1 + p]."""
+    a = gram[1:, 1:] + ridge
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
+    inverse = np.linalg.pinv(a * np.outer(scale, scale), rcond=CUTOFF, hermitian=True)
+    return np.asarray(scale * (inverse @ (scale * gram[1:, 0])))
+
+
+def _nrmse(grams: FloatArray, power: FloatArray, step: FloatArray) -> float:
+    """NRMSE of inner products [channel, 1 + p, 1 + p] after a change of the parameters [p]."""
+    weights = np.concatenate([[1.0], -step])
+    squares = np.einsum("i,cij,j->c", weights, grams, weights)
+    return float(np.sqrt(np.mean(np.maximum(squares, 0.0) / np.maximum(power, 1e-300))))

@@ -1,0 +1,78 @@
+"""Evidence whether a residual is noise: its coherence with the track, the motions and the other channels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from railui.campaign.comparison import compared_channels
+from railui.campaign.settings.detection import VerdictSettings
+from railui.identification.context import Context
+from railui.identification.estimation.residual_coherence import (
+    ResidualCoherence,
+    Share,
+    predict_segments,
+    residual_coherence,
+)
+from railui.vehicle.model import Model
+
+
+@dataclass(frozen=True)
+class ResidualEvidence:
+    """Coherence of the residual with the track and the motions, in the channel where it is largest.
+
+    Attributes
+    ----------
+    share
+        Of the power of the residual, beyond chance; NaN: the runs are too short.
+    channel
+        Where it is largest; None: not computed.
+    is_coherent
+        Whether the share is large, and clear of its standard error.
+    is_shared
+        Whether the residuals of different channels are coherent: an unmeasured force, or noise of the track.
+    is_noise
+        Whether the residual is incoherent although another channel or the input could show otherwise. The residual of
+        a single channel without input may be noise or a wrong model: nothing distinguishes the two.
+    """
+
+    share: float
+    channel: str | None
+    is_coherent: bool
+    is_shared: bool
+    is_noise: bool
+
+
+NO_EVIDENCE = ResidualEvidence(float("nan"), None, False, False, False)
+
+
+def examine_residual(context: Context, model: Model) -> ResidualEvidence:
+    """Compute the coherence of the residual of a model, on the runs that select effects."""
+    segments = context.dataset.selection
+    coherence = residual_coherence(context, predict_segments(context, model, segments))
+    has_witness = any(
+        len(compared_channels(s)) > 1 or s.kind != "rig" or np.any(s.columns.get("u", 0.0)) for s in segments
+    )
+    return summarise_coherence(context.settings.verdict, coherence, has_witness=has_witness)
+
+
+def summarise_coherence(
+    settings: VerdictSettings, coherence: Mapping[str, ResidualCoherence], *, has_witness: bool
+) -> ResidualEvidence:
+    """Summarise the coherence of all channels.
+
+    has_witness: another channel or an input was measured.
+    """
+
+    def is_evident(s: Share) -> bool:
+        return s.share >= settings.min_coherent_share and s.is_significant(settings.coherence_standard_errors)
+
+    shares = [(s, name) for name, c in coherence.items() for s in (c.track, c.motions) if np.isfinite(s.share)]
+    if not shares:
+        return NO_EVIDENCE
+    evident = [(s, name) for s, name in shares if is_evident(s)]
+    largest, channel = max(evident or shares, key=lambda item: item[0].share)
+    is_shared = any(is_evident(c.others) for c in coherence.values())
+    return ResidualEvidence(largest.share, channel, bool(evident), is_shared, has_witness and not evident)

@@ -1,0 +1,50 @@
+"""Residual of the final model: how much is left, whether coherent or structured, and where it acts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from railui.identification.context import Context
+from railui.identification.estimation.noise_floor import NoiseFloor
+from railui.identification.estimation.residual_evidence import ResidualEvidence
+from railui.identification.estimation.validation import Validation
+from railui.identification.structure.evidence import signed_rho
+from railui.identification.structure.score_test import ScoreTestResult
+from railui.identification.structure.stepwise import has_structure
+from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.verdict import Remainder, remaining_ratio
+
+
+def describe_remainder(
+    context: Context,
+    validations: Mapping[str, Validation],
+    floor: NoiseFloor,
+    evidence: ResidualEvidence,
+    scores: ScoreTestResult,
+    discrepancy: Discrepancy | None,
+) -> Remainder:
+    """Summarise what the final model leaves.
+
+    Parameters
+    ----------
+    validations
+        Of the models before and after.
+    scores
+        Score test of the residual of the final model.
+    discrepancy
+        What acts there in addition, outside the library.
+    """
+    is_structured = has_structure(context.settings.score_test, scores)
+    best = max(scores.best, key=signed_rho, default=None) if is_structured else None
+    located = discrepancy is not None and discrepancy.is_located(context.settings.verdict)
+    return Remainder(
+        ratio=remaining_ratio(validations["before"], validations["after"], floor),
+        coherent_share=evidence.share if np.isfinite(evidence.share) else None,
+        coherent=evidence.is_coherent,
+        structured=is_structured,
+        candidate=None if best is None else (best.candidate.kind, best.candidate.at, best.candidate.wheelset),
+        at=discrepancy.at if located and discrepancy else None,
+        wheelset=discrepancy.wheelset if located and discrepancy else None,
+    )

@@ -1,0 +1,130 @@
+"""Result of the loop: models before and after, their validations, the evidence and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from railui.campaign.dataset import Dataset, Segment
+from railui.campaign.finding import Finding
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.leave_one_out import LeftOutRun
+from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
+from railui.identification.estimation.validation import Validation, error_after_start, validate
+from railui.identification.structure.gain_forecast import PredictedGains
+from railui.identification.structure.score_test import ScoreTestResult
+from railui.identification.structure.stepwise import SelectionStep
+from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.verdict import Explained, Remainder, Verdict
+from railui.vehicle.model import Model
+
+
+@dataclass(frozen=True)
+class IndependentTest:
+    """NRMSE on segments that decided nothing, without and with the effects, and the error that noise leaves there.
+
+    files: the runs. is_held_back: whether the segments are parts of validation runs, not runs of role test.
+    """
+
+    nrmse_before: float
+    nrmse_after: float
+    floor: float
+    files: tuple[str, ...]
+    is_held_back: bool
+
+
+@dataclass(frozen=True, eq=False)
+class LoopResult:
+    """Result of the loop, from which the report is made.
+
+    Attributes
+    ----------
+    before, after
+        The calibrated model without effects, and with those selected.
+    validations
+        On the whole validation runs, by declared, before and after.
+    explained
+        Share of the error beyond noise that the effects remove; None where there is none to remove.
+    remainder
+        Residual that the final model leaves.
+    test
+        Errors on the test runs, or on what is held back; None where the runs are too short.
+    windowed
+        The model without effects fitted on windows, where the vehicle hunts.
+    is_failed_fit
+        Whether the calibrated model was worse than the nominal one on the runs that select effects.
+    left_out
+        Error of each run with the parameters estimated on all others, from three runs.
+    predicted_gains
+        On the validation runs, of the candidates of the last score test.
+    """
+
+    context: Context
+    before: Fit
+    after: Fit
+    validations: dict[str, Validation]
+    noise_floor: NoiseFloor
+    steps: tuple[SelectionStep, ...]
+    score_test: ScoreTestResult
+    verdict: Verdict
+    explained: Explained | None
+    remainder: Remainder
+    test: IndependentTest | None
+    discrepancy: Discrepancy | None
+    seconds: float
+    findings: tuple[Finding, ...] = ()
+    windowed: Fit | None = None
+    is_failed_fit: bool = False
+    left_out: tuple[LeftOutRun, ...] = ()
+    predicted_gains: PredictedGains = field(default_factory=dict, repr=False)
+
+    @property
+    def dataset(self) -> Dataset:
+        """The measured runs."""
+        return self.context.dataset
+
+    @property
+    def nominal(self) -> Model:
+        """The nominal model."""
+        return self.context.nominal
+
+    @property
+    def seed(self) -> int:
+        """Seed of every random draw."""
+        return self.context.seed
+
+    @property
+    def error_to_noise(self) -> float:
+        """Validation error over noise floor."""
+        return self.validations["after"].nrmse / self.noise_floor.nrmse
+
+    def validate(self, segments: Sequence[Segment]) -> Validation:
+        """Validate the final model on segments."""
+        return validate_final(self.context, self.after, self.discrepancy, segments)
+
+
+def validate_final(
+    context: Context, fit: Fit, discrepancy: Discrepancy | None, segments: Sequence[Segment]
+) -> Validation:
+    """Validate the final model, which is that of the discrepancy where the two share their fit."""
+    if discrepancy is not None and discrepancy.lowers_error and discrepancy.fit is fit:
+        return discrepancy.validate(context, segments)
+    return validate(context, fit.model, segments)
+
+
+def run_independent_test(
+    context: Context, before: Fit, after: Fit, discrepancy: Discrepancy | None
+) -> IndependentTest | None:
+    """Compute the errors on the segments that decided nothing; None where there are none."""
+    dataset = context.dataset
+    segments = dataset.test
+    if not segments:
+        return None
+    nrmse_before = error_after_start(context, validate(context, before.model, segments), segments)
+    nrmse_after = nrmse_before
+    if after is not before or discrepancy is not None:
+        nrmse_after = error_after_start(context, validate_final(context, after, discrepancy, segments), segments)
+    floor = estimate_noise_floor(context, after.model, segments)
+    files = tuple(dict.fromkeys(s.file for s in segments))
+    return IndependentTest(nrmse_before, nrmse_after, floor.nrmse, files, not dataset.has_test_runs)

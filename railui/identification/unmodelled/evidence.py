@@ -1,0 +1,66 @@
+"""Evidence for the location of a discrepancy: the share of the residual beyond noise that a force there explains."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.campaign.settings.detection import VerdictSettings
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.validation import Validation
+from railui.identification.structure.equivalent_inputs import ForceLocation
+
+
+class LocationEvidence(NamedTuple):
+    """Share of the squared residual beyond noise that is explained, and its standard error over blocks of time."""
+
+    share: float
+    standard_error: float
+
+    def is_sufficient(self, settings: VerdictSettings) -> bool:
+        """True where the share is large and significant."""
+        least = max(settings.min_location_share, settings.location_standard_errors * self.standard_error)
+        return self.share >= least
+
+
+NO_EVIDENCE = LocationEvidence(0.0, 0.0)
+
+
+def evidence_of_blocks(before: FloatArray, after: FloatArray, noise: float) -> LocationEvidence:
+    """Compute the share from squared errors [block] before and after, and the expected sum of squares of the noise.
+
+    >>> evidence_of_blocks(np.array([3.0, 3.0]), np.array([2.0, 2.0]), noise=2.0)
+    LocationEvidence(share=0.5, standard_error=0.0)
+    """
+    total = float(before.sum()) - noise
+    if total <= 0:
+        return NO_EVIDENCE
+    less = before - after
+    share = float(less.sum()) / total
+    scatter = less - share * (before - noise / len(before))
+    return LocationEvidence(min(share, 1.0), float(np.sqrt(np.sum(scatter**2)) / total))
+
+
+def evidence_of_fits(before: Fit, after: Fit) -> LocationEvidence:
+    """Compute the share from two fits to the same segments; with the weights, noise has a variance of one."""
+    a, b = (fit.normal.gram[:, :, 0, 0].sum(axis=1) for fit in (before, after))
+    if len(a) != len(b):
+        return NO_EVIDENCE
+    return evidence_of_blocks(a, b, min(float(before.normal.samples), float(a.sum())))
+
+
+def evidence_of_validations(before: Validation, after: Validation, floor: float) -> LocationEvidence:
+    """Compute the share from two validations of the same runs, and the NRMSE that noise leaves there."""
+    if not np.isfinite(before.nrmse) or not np.isfinite(after.nrmse):
+        return NO_EVIDENCE
+    return evidence_of_blocks(before.block_errors, after.block_errors, floor**2)
+
+
+def evidence_of_forces(forces: Sequence[ForceLocation], at: str, wheelset: int | None) -> LocationEvidence:
+    """Return the share that independent forces at a location explain, whatever their law."""
+    same = [f for f in forces if (f.at, f.wheelset) == (at, wheelset)]
+    best = max(same, key=lambda f: f.share, default=None)
+    return NO_EVIDENCE if best is None else LocationEvidence(best.share, best.standard_error)

@@ -1,0 +1,132 @@
+"""Verdict of the loop: share of the error that the added effects remove, the remainder, and the rules over both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from railui.campaign.settings.detection import VerdictSettings
+from railui.identification.estimation.noise_floor import NoiseFloor
+from railui.identification.estimation.validation import Validation
+
+NO_MOTION = 1.0  # NRMSE of a model that does not move, which a model that diverges counts with
+
+
+class Verdict(StrEnum):
+    """Verdicts of the loop."""
+
+    NONE = "none"
+    EFFECT = "effect"
+    PARTIAL = "partial"
+    OUTSIDE = "outside"
+    DATA = "data"
+
+
+@dataclass(frozen=True)
+class Explained:
+    """Share of the squared error beyond noise that the final model removes, and its standard error over blocks."""
+
+    value: float
+    standard_error: float | None
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """Residual of the final model on the validation runs.
+
+    Attributes
+    ----------
+    ratio
+        Share of the squared error beyond noise of the calibrated model that is left; None where that had none.
+    coherent_share
+        Share of the residual that is coherent with the track or with a motion, beyond chance; None: not computed.
+    coherent
+        Whether that share is significant.
+    structured
+        Whether a candidate of the library correlates with the residual more than noise does.
+    candidate
+        Kind and location of the candidate that correlates most; None without structure.
+    at, wheelset
+        Location at which a force explains the residual; None: not located.
+    """
+
+    ratio: float | None
+    coherent_share: float | None
+    coherent: bool
+    structured: bool
+    candidate: tuple[str, str, int | None] | None = None
+    at: str | None = None
+    wheelset: int | None = None
+
+
+def explained_share(before: Validation, after: Validation, floor: NoiseFloor) -> Explained | None:
+    """Compute explained = (before^2 - after^2)/(before^2 - floor^2), clipped to [0, 1].
+
+    Parameters
+    ----------
+    before, after
+        The calibrated model without and with the added effects, on the same runs.
+    floor
+        Error that noise alone leaves there.
+
+    Returns
+    -------
+    Explained or None
+        None where the calibrated model is at the noise floor, so that there is nothing to explain, or where the final
+        model diverges. The standard error is that of a ratio over blocks of time, with the spread of the floor.
+    """
+    if not np.isfinite(after.nrmse):
+        return None
+    has_blocks = np.isfinite(before.nrmse)
+    squared = before.nrmse**2 if has_blocks else NO_MOTION
+    total = squared - floor.nrmse**2
+    if total <= 2.0 * floor.nrmse * floor.sd:
+        return None
+    ratio = (squared - after.nrmse**2) / total
+    value = float(np.clip(ratio, 0.0, 1.0))
+    if not has_blocks or len(before.block_errors) != len(after.block_errors):
+        return Explained(value, None)
+    count = len(before.block_errors)
+    less = before.block_errors - after.block_errors
+    scatter = less - ratio * (before.block_errors - floor.nrmse**2 / count)
+    of_blocks = np.sqrt(count) * scatter.std() / total
+    of_floor = ratio / total * 2.0 * floor.nrmse * floor.sd
+    return Explained(value, float(np.hypot(of_blocks, of_floor)))
+
+
+def remaining_ratio(before: Validation, after: Validation, floor: NoiseFloor) -> float | None:
+    """Compute (after^2 - floor^2)/(before^2 - floor^2), at least 0; None where it has no meaning."""
+    squared = before.nrmse**2 if np.isfinite(before.nrmse) else NO_MOTION
+    total = squared - floor.nrmse**2
+    if not np.isfinite(after.nrmse) or total <= 0:
+        return None
+    return float(max(after.nrmse**2 - floor.nrmse**2, 0.0) / total)
+
+
+def decide_verdict(
+    settings: VerdictSettings,
+    *,
+    has_effects: bool,
+    explained: Explained | None,
+    remainder: Remainder,
+    is_adequate: bool,
+    has_discrepancy: bool,
+) -> Verdict:
+    """Apply the rules of the verdict.
+
+    Parameters
+    ----------
+    has_effects
+        Whether an effect was accepted.
+    is_adequate
+        Whether the error is that of noise.
+    has_discrepancy
+        Whether a discrepancy that is not in the library was found.
+    """
+    is_left = remainder.structured or remainder.coherent or has_discrepancy
+    if has_effects:
+        is_whole = explained is None or explained.value >= settings.min_explained_share
+        return Verdict.EFFECT if is_whole or is_adequate or not is_left else Verdict.PARTIAL
+    return Verdict.OUTSIDE if has_discrepancy else Verdict.NONE

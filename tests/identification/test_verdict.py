@@ -1,0 +1,118 @@
+"""The verdict: share explained, what remains, and the rules over both, against hand calculation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from railui.campaign.settings.detection import VerdictSettings
+from railui.identification.estimation.noise_floor import NoiseFloor
+from railui.identification.estimation.validation import Validation
+from railui.identification.verdict import (
+    Explained,
+    Remainder,
+    Verdict,
+    decide_verdict,
+    explained_share,
+    remaining_ratio,
+)
+
+
+def validation(*block_errors: float) -> Validation:
+    blocks = np.array(block_errors)
+    return Validation({"z": float(np.sqrt(blocks.sum()))}, float(np.sqrt(blocks.sum())), (), (), blocks)
+
+
+def floor(nrmse: float, sd: float = 0.0) -> NoiseFloor:
+    return NoiseFloor(nrmse, sd, {}, nrmse)
+
+
+def diverged() -> Validation:
+    return Validation({}, float("nan"), (), (("run_b.csv", 3.0),), np.full(2, np.nan))
+
+
+def test_the_share_explained_is_that_of_the_error_beyond_noise():
+    explained = explained_share(validation(0.05, 0.05), validation(0.02, 0.02), floor(0.1))
+    assert explained is not None
+    assert explained.value == pytest.approx((0.10 - 0.04) / (0.10 - 0.01))
+    assert explained.standard_error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_standard_error_is_that_of_a_ratio_over_blocks():
+    before, after = np.array([0.05, 0.07, 0.04, 0.06]), np.array([0.01, 0.03, 0.01, 0.02])
+    explained = explained_share(validation(*before), validation(*after), floor(0.1))
+    assert explained is not None and explained.standard_error is not None
+    n, total = 4, before.sum() - 0.01
+    scatter = (before - after) - explained.value * (before - 0.01 / n)
+    assert explained.standard_error == pytest.approx(np.sqrt(n) * scatter.std() / total)
+
+
+def test_the_spread_of_the_floor_widens_the_standard_error():
+    parts = validation(0.05, 0.05), validation(0.02, 0.02)
+    explained = explained_share(*parts, floor(0.1, sd=0.01))
+    assert explained is not None
+    # d explained / d floor^2 = (before^2 - after^2)/(before^2 - floor^2)^2
+    assert explained.standard_error == pytest.approx(0.06 / 0.09**2 * 2 * 0.1 * 0.01)
+
+
+@pytest.mark.parametrize(("after", "value"), [((0.001, 0.001), 1.0), ((0.1, 0.1), 0.0)])
+def test_the_share_explained_lies_between_none_and_all(after: tuple[float, float], value: float):
+    explained = explained_share(validation(0.05, 0.05), validation(*after), floor(0.1))
+    assert explained is not None and explained.value == value
+
+
+def test_nothing_is_to_be_explained_at_the_noise_floor():
+    assert explained_share(validation(0.005, 0.0051), validation(0.005, 0.005), floor(0.1, sd=0.01)) is None
+
+
+def test_a_calibrated_model_that_diverges_counts_as_one_that_does_not_move():
+    explained = explained_share(diverged(), validation(0.02, 0.02), floor(0.1))
+    assert explained == Explained(pytest.approx((1.0 - 0.04) / (1.0 - 0.01)), None)
+
+
+def test_nothing_is_known_where_the_final_model_diverges():
+    assert explained_share(validation(0.05, 0.05), diverged(), floor(0.1)) is None
+    assert remaining_ratio(validation(0.05, 0.05), diverged(), floor(0.1)) is None
+
+
+def test_the_remainder_is_the_share_of_the_error_beyond_noise_that_is_left():
+    ratio = remaining_ratio(validation(0.05, 0.05), validation(0.02, 0.02), floor(0.1))
+    assert ratio == pytest.approx((0.04 - 0.01) / (0.10 - 0.01))
+
+
+def remainder(*, structured: bool = False, coherent: bool = False) -> Remainder:
+    return Remainder(0.1, None, coherent, structured)
+
+
+def verdict(share: float, left: Remainder, *, accepted: bool, outside: bool = False, adequate: bool = False) -> Verdict:
+    return decide_verdict(
+        VerdictSettings(),
+        has_effects=accepted,
+        explained=Explained(share, 0.01),
+        remainder=left,
+        is_adequate=adequate,
+        has_discrepancy=outside,
+    )
+
+
+def test_an_effect_that_explains_nine_tenths_is_the_effect_whatever_is_left():
+    assert verdict(0.91, remainder(structured=True, coherent=True), accepted=True, outside=True) == "effect"
+
+
+@pytest.mark.parametrize("left", [remainder(structured=True), remainder(coherent=True)])
+def test_an_effect_that_explains_less_and_leaves_a_structure_is_a_part(left: Remainder):
+    assert verdict(0.71, left, accepted=True) == "partial"
+
+
+def test_an_effect_with_a_discrepancy_beside_it_is_a_part():
+    assert verdict(0.71, remainder(), accepted=True, outside=True) == "partial"
+
+
+def test_an_effect_that_leaves_no_structure_is_the_effect():
+    assert verdict(0.71, remainder(), accepted=True) == "effect"
+    assert verdict(0.71, remainder(structured=True), accepted=True, adequate=True) == "effect"
+
+
+def test_without_an_effect_the_verdict_is_outside_or_none():
+    assert verdict(0.0, remainder(structured=True), accepted=False, outside=True) == "outside"
+    assert verdict(0.0, remainder(structured=True), accepted=False) == "none"
