@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 # keys of the loop report that the estimation alone does not determine
 LOOP_ONLY_KEYS = (
     "verdict",
+    "out_of_time",
     "explained",
     "remainder",
     "leave_one_run_out",

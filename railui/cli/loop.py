@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from railui.cli import EXIT_LIMIT_VIOLATED
+from railui.cli.arguments import quantity_option
 from railui.cli.invocation import Invocation, RunLog, common_options, usage_error
+from railui.cli.quantities import parse_budget
 
 if TYPE_CHECKING:
     from railui.identification.result import LoopResult
@@ -22,10 +24,21 @@ REJECTED_VERDICTS = ("partial", "outside", "data")  # that fail with --strict
     "-o", "--out", metavar="DIR", help="Directory of the results; railui-loop next to the campaign by default."
 )
 @click.option("--without", metavar="KIND,KIND", default="", help="Effects excluded from the structure detection.")
+@quantity_option(
+    "--budget", parse_budget, metavar="TIME", help="Time after which the search ends with the best answer so far [s]."
+)
 @click.option("--strict", is_flag=True, help="Exit code 4 for the verdicts partial, outside and data.")
 @common_options
 @click.pass_context
-def command(ctx: click.Context, campaign: str, out: str | None, without: str, strict: bool, call: Invocation) -> None:
+def command(
+    ctx: click.Context,
+    campaign: str,
+    out: str | None,
+    without: str,
+    budget: float | None,
+    strict: bool,
+    call: Invocation,
+) -> None:
     """Calibrate the model of a CAMPAIGN (its directory or campaign.yaml) and identify an unmodelled effect.
 
     \b
@@ -62,7 +75,8 @@ def command(ctx: click.Context, campaign: str, out: str | None, without: str, st
     check_directory_writable(directory)
     preload_in_background()
     log = RunLog(call)
-    result = close_loop(read_dataset(loaded), without=excluded, seed=call.seed or 0, jobs=call.jobs, progress=log)
+    dataset = read_dataset(loaded)
+    result = close_loop(dataset, without=excluded, seed=call.seed or 0, jobs=call.jobs, progress=log, budget=budget)
     report = loop_report(result)
     write_loop(result, report, directory, [*log.lines, str(report["sentence"])])
     call.write_json(report)  # before the tables: a closed pipe must not lose it
@@ -108,5 +122,5 @@ def _show(call: Invocation, result: LoopResult, report: dict[str, Any]) -> None:
         call.show(profiles_note(report["profiles"]))
     if report["effects"]:
         call.show(effects_table(report))
-    elif report["outside"] is None:
+    elif report["outside"] is None and report["detectable"]:
         call.show(detectable_table(report))

@@ -110,6 +110,20 @@ def parse_segment_length(text: str) -> float:
     return length
 
 
+def parse_budget(text: str) -> float:
+    """Parse a time budget [s], above 0, with or without a unit.
+
+    >>> parse_budget("2 min")
+    120.0
+    """
+    from railui.io.units import quantity
+
+    budget = quantity(text, "s")
+    if not budget > 0:
+        raise ValueError(f"{text!r} is no time budget: give more than 0 s")
+    return budget
+
+
 def parse_cant(text: str) -> float:
     """Parse a cant deficiency or excess [m]; ValueError for a bare number above 0.5, since mm may be meant.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -26,6 +27,8 @@ class Context:
         Threads; None: as many as the machine has cores.
     excluded
         Kinds of effects that may not be proposed.
+    deadline
+        Reading of `time.perf_counter` at which the time budget ends; None: no budget.
     """
 
     dataset: Dataset
@@ -35,6 +38,12 @@ class Context:
     jobs: int | None = None
     progress: Progress = field(default=SILENT, repr=False)
     excluded: frozenset[str] = frozenset()
+    deadline: float | None = None
+
+    @property
+    def is_out_of_time(self) -> bool:
+        """True where the time budget is spent; what a stage has then is its result."""
+        return self.deadline is not None and time.perf_counter() >= self.deadline
 
     @property
     def campaign(self) -> Campaign:
@@ -58,8 +67,13 @@ def create_context(
     jobs: int | None = None,
     progress: Progress = SILENT,
     excluded: Collection[str] = (),
+    budget: float | None = None,
 ) -> Context:
-    """Create the context of a dataset, with the campaign's design as nominal model and the campaign's settings."""
+    """Create the context of a dataset, with the campaign's design as nominal model and the campaign's settings.
+
+    budget: time [s] from now.
+    """
+    deadline = None if budget is None else time.perf_counter() + budget
     campaign = dataset.campaign
     nominal = Model(campaign.design, campaign.sensors)
-    return Context(dataset, nominal, campaign.settings, seed, jobs, progress, frozenset(excluded))
+    return Context(dataset, nominal, campaign.settings, seed, jobs, progress, frozenset(excluded), deadline)

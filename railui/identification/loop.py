@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,15 +26,13 @@ from railui.identification.events import ModelValidated
 from railui.identification.remainder import describe_remainder
 from railui.identification.result import LoopResult, run_independent_test, validate_final
 from railui.identification.structure.gain_forecast import predict_validation_gain
-from railui.identification.structure.score_test import ScoreTestResult
-from railui.identification.structure.stepwise import SelectionStep, StepwiseSelection
+from railui.identification.structure.stepwise import NO_SCORE_TEST, Selection, SelectionStep, StepwiseSelection
 from railui.identification.unmodelled.discrepancy import find_discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
 from railui.identification.verdict import Verdict, decide_verdict, explained_share
 from railui.progress import SILENT, Progress
 
 METHODS = ("least-squares", "two-parallel-models")
-NO_SCORE_TEST = ScoreTestResult((), (), 1.0, float("inf"), 0.0)
 
 
 def close_loop(
@@ -42,6 +42,7 @@ def close_loop(
     seed: int = 0,
     jobs: int | None = None,
     progress: Progress = SILENT,
+    budget: float | None = None,
 ) -> LoopResult:
     """Close the loop on a dataset. The validation runs select effects; no parameter is fitted to them.
 
@@ -52,49 +53,90 @@ def close_loop(
     progress
         Receives messages, and as events `ModelValidated`, the `FitIteration` of the main fits, `ScoreTestProgress`,
         each `ScoreTestResult`, the `ScoreResult` about to be refitted, its `Refit`, and the `NoiseFloor`.
+    budget
+        Time [s] after which no further step begins, and fits end at their present iteration; the result then depends
+        on the speed of the machine.
     """
     started = time.perf_counter()
-    context = create_context(dataset, seed=seed, jobs=jobs, progress=progress, excluded=without)
+    context = create_context(dataset, seed=seed, jobs=jobs, progress=progress, excluded=without, budget=budget)
     findings = report_data_checks(context)
     context = with_phases(context)
     nominal = validate(context, context.nominal, dataset.selection)
     progress.event(ModelValidated("declared", nominal))
     progress.message(f"nominal model: NRMSE {nominal.nrmse:.4f} on the validation runs")
-    calibrated, windowed = refit_hunting(context, calibrate(context))
-    before, validation = _best_base(context, calibrated, nominal, hunts=windowed is not None)
-    progress.event(ModelValidated("before", validation))
-    selection = StepwiseSelection(context).select_effects(before, validation, windowed)
+    base = _calibrated_base(context, nominal)
+    progress.event(ModelValidated("before", base.validation))
+    selection = StepwiseSelection(context).select_effects(base.fit, base.validation, base.windowed)
+    result = _conclude(context, base, selection)
+    seconds = time.perf_counter() - started
+    return replace(result, findings=findings, seconds=seconds, is_out_of_time=context.is_out_of_time)
+
+
+class _Base(NamedTuple):
+    """The model from which effects are selected, its validation, and that fitted on windows where it hunts."""
+
+    fit: Fit
+    validation: Validation
+    windowed: Fit | None
+    is_failed: bool
+
+
+def _calibrated_base(context: Context, nominal: Validation) -> _Base:
+    """Calibrate; return the nominal model where the calibration failed.
+
+    A calibrated model that is worse on the validation runs than the nominal one, and not at the noise floor of the
+    estimation runs, has ended in a local minimum; no structure can be detected in its residual. This does not apply
+    where the data demand a vehicle that hunts, which a stable one cannot follow.
+    """
+    fit, windowed = refit_hunting(context, calibrate(context))
+    validation = validate(context, fit.model, context.dataset.selection)
+    is_at_floor = fit.error_to_noise <= context.settings.selection.unexplained_ratio
+    if windowed is not None or is_at_floor or not is_worse_than_nominal(context, nominal, validation):
+        return _Base(fit, validation, windowed, is_failed=False)
+    context.progress.message(
+        f"the calibration failed: NRMSE {validation.nrmse:.4f} on the validation runs, "
+        f"{nominal.nrmse:.4f} with the nominal model, which is used instead"
+    )
+    return _Base(nominal_fit(context), nominal, None, is_failed=True)
+
+
+def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult:
+    """Examine what the selected effects leave, validate on the whole runs, test, and give the verdict."""
+    dataset, settings = context.dataset, context.settings
     floor = estimate_noise_floor(context, selection.fit.model, dataset.selection)
-    progress.event(floor)
+    context.progress.event(floor)
     validation_fit = prepare_validation(context, selection.fit)
-    predicted_gains = predict_validation_gain(context, validation_fit, selection.final_score_test)
-    start = windowed if selection.fit is before and windowed is not None else selection.fit
     evidence = examine_residual(context, selection.fit.model)
+    is_without = selection.fit is base.fit and base.windowed is not None
+    start = base.windowed if is_without and base.windowed is not None else selection.fit
     discrepancy = find_discrepancy(context, start, validation_fit, selection, floor, evidence=evidence)
-    is_adequate = selection.validation.nrmse <= context.settings.selection.adequate_ratio * floor.nrmse
+    error_to_noise = selection.validation.nrmse / floor.nrmse
+    is_noise = error_to_noise <= settings.selection.unexplained_ratio or evidence.is_noise
     fit = selection.fit
     if discrepancy is not None and discrepancy.lowers_error and not selection.has_effects:
         fit = discrepancy.fit
     validations = {
         "declared": validate(context, context.nominal, dataset.validation),
-        "before": validate(context, before.model, dataset.validation),
+        "before": validate(context, base.fit.model, dataset.validation),
         "after": validate_final(context, fit, discrepancy, dataset.validation),
     }
     floor = estimate_noise_floor(context, fit.model, dataset.validation)
     explained = explained_share(validations["before"], validations["after"], floor)
     remainder = describe_remainder(context, validations, floor, evidence, selection.final_score_test, discrepancy)
     verdict = decide_verdict(
-        context.settings.verdict,
+        settings.verdict,
         has_effects=selection.has_effects,
         explained=explained,
         remainder=remainder,
-        is_adequate=is_adequate,
-        has_discrepancy=discrepancy is not None,
+        is_adequate=error_to_noise <= settings.selection.adequate_ratio,
+        has_discrepancy=discrepancy is not None or (context.is_out_of_time and not is_noise),
     )
-    progress.message(f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}")
+    context.progress.message(
+        f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}"
+    )
     return LoopResult(
         context,
-        before,
+        base.fit,
         fit,
         validations,
         floor,
@@ -103,34 +145,13 @@ def close_loop(
         verdict,
         explained,
         remainder,
-        run_independent_test(context, before, fit, discrepancy),
+        run_independent_test(context, base.fit, fit, discrepancy),
         discrepancy,
-        time.perf_counter() - started,
-        findings,
-        windowed,
-        before is not calibrated,
-        tuple(leave_one_run_out(context, selection.fit, validation_fit)),
-        predicted_gains,
+        windowed=base.windowed,
+        is_failed_fit=base.is_failed,
+        left_out=tuple(leave_one_run_out(context, selection.fit, validation_fit)),
+        predicted_gains=predict_validation_gain(context, validation_fit, selection.final_score_test),
     )
-
-
-def _best_base(context: Context, calibrated: Fit, nominal: Validation, *, hunts: bool) -> tuple[Fit, Validation]:
-    """Return the calibrated model and its validation, or the nominal model where the calibration failed.
-
-    A calibrated model that is worse on the validation runs than the nominal one, and not at the noise floor of the
-    estimation runs, has ended in a local minimum; no structure can be detected in its residual.
-
-    hunts: the data demand a vehicle that hunts, which a stable one cannot follow.
-    """
-    validation = validate(context, calibrated.model, context.dataset.selection)
-    is_at_floor = calibrated.error_to_noise <= context.settings.selection.unexplained_ratio
-    if hunts or is_at_floor or not is_worse_than_nominal(context, nominal, validation):
-        return calibrated, validation
-    context.progress.message(
-        f"the calibration failed: NRMSE {validation.nrmse:.4f} on the validation runs, "
-        f"{nominal.nrmse:.4f} with the nominal model, which is used instead"
-    )
-    return nominal_fit(context), nominal
 
 
 def report_data_checks(context: Context) -> tuple[Finding, ...]:

@@ -54,6 +54,8 @@ class LoopResult:
         The model without effects fitted on windows, where the vehicle hunts.
     is_failed_fit
         Whether the calibrated model was worse than the nominal one on the runs that select effects.
+    is_out_of_time
+        Whether the time budget ended before the search did.
     left_out
         Error of each run with the parameters estimated on all others, from three runs.
     predicted_gains
@@ -72,10 +74,11 @@ class LoopResult:
     remainder: Remainder
     test: IndependentTest | None
     discrepancy: Discrepancy | None
-    seconds: float
+    seconds: float = 0.0
     findings: tuple[Finding, ...] = ()
     windowed: Fit | None = None
     is_failed_fit: bool = False
+    is_out_of_time: bool = False
     left_out: tuple[LeftOutRun, ...] = ()
     predicted_gains: PredictedGains = field(default_factory=dict, repr=False)
 

@@ -44,6 +44,7 @@ READER_KEYS = {
     "gate",
     "identifiability",
     "leave_one_run_out",
+    "out_of_time",
 }
 
 
@@ -208,3 +209,11 @@ def test_the_shared_campaigns_end_at_their_noise_floor(name: str):
     if name == "nothing_missing":
         assert result.verdict == "none"
     assert result.validations["after"].nrmse <= 1.10 * result.noise_floor.nrmse
+
+
+def test_a_time_budget_ends_the_search_with_a_marked_answer():
+    dataset = read_dataset(load_campaign(BUNDLED))
+    report = loop_report(close_loop(dataset, jobs=2, budget=0.5))
+    assert report["out_of_time"] and report["effects"] == [] and report["outside"] is None
+    assert report["verdict"] == "outside" and report["before"]["nrmse"] > 2.0 * report["floor"]["nrmse"]
+    assert report["sentence"].startswith("The time budget ended before the search: best answer so far.")

@@ -183,6 +183,9 @@ class GaussNewton:
         self._report(0, x, normal)
         iteration, small_gains = 0, 0
         for iteration in range(1, max_iterations + 1):
+            if self.context.is_out_of_time:
+                status = "out of time"
+                break
             tried = self._trial_points(normal, x)
             costs = self.cost(self.misfit(tried), tried)
             best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))

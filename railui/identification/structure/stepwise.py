@@ -27,6 +27,7 @@ from railui.vehicle.model import Model
 
 FINAL_TOLERANCE = 1e-5
 REMOVAL_TOLERANCE = 1e-4
+NO_SCORE_TEST = ScoreTestResult((), (), 1.0, float("inf"), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +87,8 @@ class StepwiseSelection:
     def run_score_test(self, fit: Fit) -> ScoreTestResult:
         """Score every candidate against the residual of a fit."""
         context, settings = self.context, self.context.settings.score_test
+        if context.is_out_of_time:
+            return NO_SCORE_TEST
         loaded = context.campaign.track == "loaded"
         candidates = list_candidates(fit.model, context.dataset.estimation, without=context.excluded, loaded=loaded)
         part = replace(fit, segments=tuple(truncate(context, fit.segments, settings.score_duration)))
@@ -156,6 +159,8 @@ class StepwiseSelection:
         """
         settings, nrmse = self.settings, accepted.validation.nrmse
         scores = self.run_score_test(current)
+        if self.context.is_out_of_time:
+            return SelectionStep(scores, (), None), None
         unstructured = not has_structure(self.context.settings.score_test, scores)
         if unstructured and not nrmse > settings.unexplained_ratio * floor.nrmse:
             return SelectionStep(scores, (), None), None
@@ -216,7 +221,7 @@ class StepwiseSelection:
 
         Updates `steps`. previous: the model before the last effect was added.
         """
-        removed = True
+        removed = not self.context.is_out_of_time
         while removed:
             removed = False
             added = [i for i, s in enumerate(steps) if s.added]

@@ -40,7 +40,7 @@ def find_discrepancy(
         Coherence of the residual.
     """
     error_to_noise = selection.validation.nrmse / floor.nrmse
-    if error_to_noise <= context.settings.selection.adequate_ratio:
+    if error_to_noise <= context.settings.selection.adequate_ratio or context.is_out_of_time:
         return None
 
     def between_runs() -> Discrepancy | None:

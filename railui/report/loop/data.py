@@ -38,6 +38,7 @@ def loop(
     seed: int = 0,
     jobs: int | None = None,
     progress: Progress = SILENT,
+    budget: float | None = None,
 ) -> dict[str, Any]:
     """Calibrate the model of a campaign, identify an unmodelled effect and return the loop report as data.
 
@@ -53,6 +54,8 @@ def loop(
         Number of threads; all processors by default.
     progress : Progress, optional
         Receiver of messages and intermediate results.
+    budget : float, optional
+        Time [s] after which the search ends with the best answer so far; none by default.
 
     Returns
     -------
@@ -69,7 +72,8 @@ def loop(
     Broersen 1976.
     """
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
-    result = close_loop(read_dataset(loaded), without=without, seed=seed, jobs=jobs, progress=progress)
+    dataset = read_dataset(loaded)
+    result = close_loop(dataset, without=without, seed=seed, jobs=jobs, progress=progress, budget=budget)
     return loop_report(result)
 
 
@@ -85,6 +89,7 @@ def loop_report(result: LoopResult) -> dict[str, Any]:
         "settings": result.context.settings.values(),
         "simd": core.simd_level(),
         "seconds": result.seconds,
+        "out_of_time": result.is_out_of_time,
         "campaign": campaign.name,
         "runs": _runs(result),
         "declared": _errors(validations["declared"]),

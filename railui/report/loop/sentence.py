@@ -20,6 +20,8 @@ PARAMETER_NAMES = {"half_width": "half-width"}
 def sentence(result: LoopResult) -> str:
     """Return the verdict with its evidence: effect or location, validation error, error expected from noise."""
     failed = "The calibration failed; the nominal model is used in its place. " if result.is_failed_fit else ""
+    if result.is_out_of_time:
+        failed = f"The time budget ended before the search: best answer so far. {failed}"
     return failed + _VERDICT_TEXTS[result.verdict](result)
 
 
@@ -50,8 +52,11 @@ def _partial_text(result: LoopResult) -> str:
 
 def _outside_text(result: LoopResult) -> str:
     discrepancy = result.discrepancy
+    if discrepancy is None:
+        errors = f"Validation error {_error(result, 'after')}; {_noise(result)}"
+        return f"The residual exceeds noise; its cause is unknown. {errors}."
     text = f"Discrepancy that no effect of the catalogue explains, {_location(result)}"
-    if discrepancy is not None and discrepancy.run_dependence is not None:
+    if discrepancy.run_dependence is not None:
         dependence = run_dependence_text(result, discrepancy.run_dependence)
         return f"{text}: {dependence}. Validation error {_error(result, 'after')}; {_noise(result)}."
     return f"{text}. Validation error {_errors(result)} with {_model(discrepancy)}; {_noise(result)}."

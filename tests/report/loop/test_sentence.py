@@ -37,6 +37,7 @@ def result(
 ) -> LoopResult:
     fields = {
         "is_failed_fit": False,
+        "is_out_of_time": False,
         "explained": Explained(share, 0.004),
         "remainder": remainder,
         "context": SimpleNamespace(settings=LoopSettings()),
