@@ -13,6 +13,7 @@ from railui.campaign.dataset import Dataset
 from railui.campaign.finding import Finding
 from railui.desk.presenters.loop_history import LoopHistory
 from railui.identification.estimation.identifiability import COMBINED, DETERMINED, ROUGH, UNSEEN
+from railui.report.loop.summary import summary_lines
 
 COHERENCE_CHECK: Final = "ceiling"  # check of the fraction that no linear model explains, for every channel and run
 MAX_INCOHERENT_FRACTION: Final = 0.5  # larger fractions are highlighted
@@ -115,13 +116,13 @@ def _incoherence_table(findings: Sequence[Finding]) -> Text:
 def details_title(history: LoopHistory) -> str:
     """Return the title of the details: data checks, after the loop also identifiability."""
     if history.finished is not None:
-        return "Identifiability · data checks"
+        return "Test · identifiability · data checks"
     serious = sum(f.serious for f in history.findings)
     return f"Data checks: {serious} serious" if serious else "Data checks"
 
 
 def details_text(history: LoopHistory) -> Text:
-    """Return the data checks, after the loop preceded by the identifiability of the parameters."""
+    """Return the data checks, after the loop preceded by the independent test and the identifiability."""
     if history.dataset is not None:
         checks = data_checks_text(history.findings)
     elif history.read_error:
@@ -130,7 +131,9 @@ def details_text(history: LoopHistory) -> Text:
         checks = Text("reading the runs", "dim")
     if history.finished is None:
         return checks
-    return identifiability_text(history.finished.report).append("\n\n").append_text(checks)
+    report = history.finished.report
+    summary = Text("\n".join(summary_lines(report)) + "\n\n")
+    return summary.append_text(identifiability_text(report)).append("\n\n").append_text(checks)
 
 
 # identifiability and hunting
