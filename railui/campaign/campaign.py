@@ -17,12 +17,12 @@ from railui.io.schema_line import check_schema
 from railui.io.table import read_header
 from railui.io.units import UnitError, convert, quantity, split_quantity
 from railui.io.yaml_document import load_yaml
-from railui.runs.columns import columns_of
-from railui.runs.units import DERIVATIVE_ORDERS, rate_factor
+from railui.runs.columns import RIG_FORMS, columns_of
+from railui.runs.units import BENCH_UNITS, DERIVATIVE_ORDERS, bench_factor, rate_factor
 from railui.vehicle.design_reader import Design
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
-from railui.vehicle.parameters import DEFAULT_ESTIMATED
+from railui.vehicle.parameters import DEFAULT_ESTIMATED, default_estimated
 from railui.vehicle.reference import load_named_design, suggest_file
 
 DEFAULT_BAND = (0.3, 40.0)  # Hz
@@ -56,7 +56,7 @@ class Campaign:
     estimated_parameters
         Paths of the parameters to estimate.
     band
-        Band [Hz] of the comparison; None if only the mean is removed (rig).
+        Band [Hz] of the comparison; None if only the mean is removed (rig), or nothing (component on a bench).
     cut, cut_share
         Length [s] and share of a segment to leave out at both of its ends; the two add up.
     min_relative_gain
@@ -113,7 +113,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     check_schema(data, "campaign", findings)
     model = check_group(CampaignModel, data, findings)
     design = _check_estimable(load_named_design(source, data, findings, catalogue), findings)
-    kind = design.kind if design else "bogie"
+    kind = design.form if design else "bogie"
     runs = _runs(source.parent, data.get("runs"), findings)
     noise = _noise(data.get("noise"), kind, runs, findings)
     paths = _estimated_parameters(data.get("adjust"), design, findings)
@@ -121,7 +121,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     _check_band(data.get("band"), findings)
     if findings.errors() or design is None or model is None:
         raise FileProblems(findings.errors())
-    cut, cut_share = model.cut or ((0.0, DEFAULT_RIG_CUT_SHARE) if kind == "rig" else (DEFAULT_CUT, 0.0))
+    cut, cut_share = model.cut or ((0.0, DEFAULT_RIG_CUT_SHARE) if kind in RIG_FORMS else (DEFAULT_CUT, 0.0))
     return Campaign(
         name=model.name or source.resolve().parent.name,
         directory=source.parent,
@@ -130,7 +130,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
         noise=noise,
         noise_band=model.noise_band,
         estimated_parameters=paths,
-        band=model.band or (None if kind == "rig" else DEFAULT_BAND),
+        band=model.band or (None if kind in RIG_FORMS else DEFAULT_BAND),
         cut=cut,
         cut_share=cut_share,
         min_relative_gain=model.material,
@@ -208,14 +208,16 @@ def _noise(raw: Any, kind: str, runs: tuple[RunEntry, ...], findings: Findings) 
 
 
 def _standard_deviation(value: Any, name: str, kind: str, runs: tuple[RunEntry, ...]) -> float:
-    is_rig = kind == "rig"
-    number = _rig_standard_deviation(value, name, runs) if is_rig else quantity(value, columns_of(kind)[name].unit)
+    if kind in RIG_FORMS:
+        number = _rig_standard_deviation(value, name, kind, runs)
+    else:
+        number = quantity(value, columns_of(kind)[name].unit)
     if number < 0:
         raise UnitError(f"{value!r} is not a standard deviation", "give 0 or more")
     return number
 
 
-def _rig_standard_deviation(value: Any, name: str, runs: tuple[RunEntry, ...]) -> float:
+def _rig_standard_deviation(value: Any, name: str, kind: str, runs: tuple[RunEntry, ...]) -> float:
     """Convert a standard deviation to the units in which the columns of a rig's run are read."""
     labels: Mapping[str, str | None] = {}
     for run in runs[:1]:
@@ -228,6 +230,8 @@ def _rig_standard_deviation(value: Any, name: str, runs: tuple[RunEntry, ...]) -
     number, unit = split_quantity(value) if isinstance(value, str) else (quantity(value, "1"), "")
     if unit and label and unit != label:
         number = convert(number, unit, label)
+    if kind == "bench" and name in BENCH_UNITS:
+        return number * bench_factor(name, label)[0]
     if name not in DERIVATIVE_ORDERS:
         return number
     return number * rate_factor(labels.get("z") or "", label, DERIVATIVE_ORDERS[name])
@@ -248,7 +252,7 @@ def _estimated_parameters(given: Any, design: Design | None, findings: Findings)
     if design is None:
         return ()
     paths: list[str] = []
-    for i, name in enumerate(given if isinstance(given, list) else DEFAULT_ESTIMATED[design.kind]):
+    for i, name in enumerate(given if isinstance(given, list) else default_estimated(design.form, design.rig_input)):
         try:
             paths += [path for path in design.expand(str(name)) if path not in paths]
         except FileProblems as error:
@@ -268,7 +272,8 @@ def _sensors(raw: Any, findings: Findings, catalogue: Catalogue | None, kind: st
     if not isinstance(raw, list) or not raw:
         return ()
     known = kernel_catalogue() if catalogue is None else catalogue
-    return read_effects(raw, findings, "sensors", known, {}, form=kind, sensors=True)
+    form = "rig" if kind in RIG_FORMS else kind
+    return read_effects(raw, findings, "sensors", known, {}, form=form, sensors=True)
 
 
 __all__ = ["Campaign", "RunEntry", "load_campaign"]

@@ -52,10 +52,13 @@ def upper_band_limit(band: tuple[float, float], rate: float) -> float:
     return min(band[1], MAX_BAND_SHARE * rate)
 
 
-def band_pass(band: tuple[float, float] | None, rate: float) -> FloatArray:
-    """Design the Butterworth band-pass of the comparison as sections [section, 6]; none for a band of None."""
+def band_pass(band: tuple[float, float] | None, rate: float, *, keeps_mean: bool = False) -> FloatArray:
+    """Design the Butterworth band-pass of the comparison as sections [section, 6].
+
+    For a band of None there are none, so that the mean is removed, or with `keeps_mean` one that passes everything.
+    """
     if band is None:
-        return np.zeros((0, 6))
+        return np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]]) if keeps_mean else np.zeros((0, 6))
     return butterworth(FILTER_ORDER, (band[0], upper_band_limit(band, rate)), rate)
 
 
@@ -66,16 +69,25 @@ def cut_samples(campaign: Campaign, segment: Segment) -> int:
     return round(campaign.cut_length(segment.samples * segment.dt) / segment.dt)
 
 
+def segment_filter(campaign: Campaign, segment: Segment) -> FloatArray:
+    """Design the comparison filter of a segment as sections [section, 6].
+
+    The mean of the force on a component is part of its law (the preload), and of a motion that is prescribed nothing
+    drifts: without a band all of it is compared.
+    """
+    return band_pass(campaign.band, 1.0 / segment.dt, keeps_mean=segment.kind == "bench")
+
+
 def kernel_filter(campaign: Campaign, segment: Segment, weights: FloatArray, every: int = 1) -> ZeroPhaseFilter:
     """Build the comparison filter of a segment for the kernel, with weights [channel]; it keeps every n-th sample."""
-    sos = band_pass(campaign.band, 1.0 / segment.dt)
+    sos = segment_filter(campaign, segment)
     return ZeroPhaseFilter(sos, sosfilt_zi(sos), padlen(sos), cut_samples(campaign, segment), weights, every)
 
 
 def comparison_filter(campaign: Campaign, segment: Segment, x: FloatArray) -> FloatArray:
     """Filter channels [channel, n] forwards and backwards through the band-pass, then cut both ends."""
     cut = cut_samples(campaign, segment)
-    return sosfiltfilt_or_demean(band_pass(campaign.band, 1.0 / segment.dt), x)[..., cut : x.shape[-1] - cut]
+    return sosfiltfilt_or_demean(segment_filter(campaign, segment), x)[..., cut : x.shape[-1] - cut]
 
 
 def sosfiltfilt_or_demean(sos: FloatArray, x: FloatArray) -> FloatArray:

@@ -20,7 +20,7 @@ from railui.track import Wheelbase, add_track, band_limited_noise, distance_from
 
 COMPARED = known.COMPARED_CHANNELS
 RESPONSES = known.column_names("bogie", "response")
-RIG_RESPONSES = known.column_names("rig", "response")
+RIG_RESPONSES = tuple(c for form in known.RIG_FORMS for c in known.column_names(form, "response"))
 COACH_FORCES = known.column_names("bogie", "coach")
 TRACK_COLUMNS = known.column_names("bogie", "track")
 MAX_SHARED_STEPS = 2  # per sample, up to which a truncated segment takes its rows from the table of the full one
@@ -68,9 +68,14 @@ class Segment:
         return len(self.columns["t"])
 
     @property
+    def is_rig(self) -> bool:
+        """True for a test bench, with a free mass or with prescribed motion."""
+        return self.kind in known.RIG_FORMS
+
+    @property
     def channels(self) -> list[str]:
         """Names of the measured responses."""
-        responses = RIG_RESPONSES if self.kind == "rig" else RESPONSES
+        responses = known.column_names(self.kind, "response") if self.is_rig else RESPONSES
         return [c for c in responses if c in self.columns]
 
     @property
@@ -81,7 +86,7 @@ class Segment:
     @property
     def speeds(self) -> tuple[float, float]:
         """Lowest and highest speed [m/s]; 1 on a rig."""
-        if self.kind == "rig":
+        if self.is_rig:
             return 1.0, 1.0
         if self.window_of is not None:
             return self.window_of.speeds
@@ -90,7 +95,7 @@ class Segment:
     @property
     def mean_speed(self) -> float:
         """Mean speed [m/s]; 1 on a rig."""
-        return 1.0 if self.kind == "rig" else float(self.columns["v"].mean())
+        return 1.0 if self.is_rig else float(self.columns["v"].mean())
 
     @property
     def segment_key(self) -> tuple[str, float]:
@@ -144,7 +149,7 @@ class Segment:
         return np.ascontiguousarray(table[2 * steps * start : 2 * steps * last + 1])
 
     def _input_table(self, c: Mapping[str, FloatArray], half_wheelbase: Wheelbase, steps: int) -> FloatArray:
-        if self.kind == "rig":
+        if self.is_rig:
             return _rig_table(c, self.dt, steps)
         return run_table(c, half_wheelbase, steps)[0]
 
@@ -158,8 +163,8 @@ class Segment:
         """
         if self.window_of is not None:
             return self._window_rows(self.window_of.noisy_table(noise, band, rng, half_wheelbase, steps), steps)
-        if self.kind == "rig":
-            return self._noisy_rig_table(noise.get("u", 0.0), rng, half_wheelbase, steps)
+        if self.is_rig:
+            return self._noisy_rig_table(noise, rng, half_wheelbase, steps)
         s = self.columns["s"]
         realisations = [
             band_limited_noise(rng, s, noise[name], band) if noise.get(name) and name in self.columns else None
@@ -168,12 +173,13 @@ class Segment:
         return add_track(self.table(half_wheelbase, steps), s, realisations, half_wheelbase)
 
     def _noisy_rig_table(
-        self, sd: float, rng: np.random.Generator, half_wheelbase: Wheelbase, steps: int
+        self, noise: Mapping[str, float], rng: np.random.Generator, half_wheelbase: Wheelbase, steps: int
     ) -> FloatArray:
-        u = self.columns.get("u")
-        if u is None or not sd:
+        inputs = [c for c in known.column_names(self.kind, "track") if c in self.columns and noise.get(c)]
+        if not inputs:
             return self.table(half_wheelbase, steps)
-        return _rig_table({**self.columns, "u": u + sd * rng.standard_normal(len(u))}, self.dt, steps)
+        noisy = {c: self.columns[c] + noise[c] * rng.standard_normal(self.samples) for c in inputs}
+        return _rig_table({**self.columns, **noisy}, self.dt, steps)
 
     def measured(self, channels: Sequence[str]) -> FloatArray:
         """Measured channels [channel, n]."""
@@ -181,14 +187,18 @@ class Segment:
 
 
 def _rig_table(c: Mapping[str, FloatArray], dt: float, steps: int) -> FloatArray:
-    """Tabulate t, 1, u, u', u'' at half steps, u a cubic spline in time."""
+    """Tabulate t, 1, u, u', u'' at half steps, u a cubic spline in time; of a bench z, its speed as measured, z''."""
     n = len(c["t"])
     at = np.arange(2 * steps * (n - 1) + 1) * (dt / (2 * steps))
     table = np.zeros((len(at), 5))
     table[:, 0], table[:, 1] = at, 1.0
-    if "u" in c:
-        spline = Spline(np.arange(n) * dt, c["u"])
+    driving = c.get("u", c["z"] if "F" in c else None)
+    if driving is not None:
+        spline = Spline(np.arange(n) * dt, driving)
         table[:, 2], table[:, 3], table[:, 4] = spline(at), spline(at, 1), spline(at, 2)
+    if "F" in c and "vz" in c:
+        spline = Spline(np.arange(n) * dt, c["vz"])
+        table[:, 3], table[:, 4] = spline(at), spline(at, 1)
     return table
 
 
@@ -198,7 +208,7 @@ def segments_of_run(run: Run, name: str, role: str, kind: str = "bogie", index: 
     segments = []
     for number, part in enumerate(run.segments):
         columns = {k: np.ascontiguousarray(run.columns[k][part]) for k in names if k in run.columns}
-        if kind != "rig" and "s" not in columns:
+        if kind not in known.RIG_FORMS and "s" not in columns:
             columns["s"] = distance_from_speed(columns["t"], columns["v"])
         usable = {k: x for k, x in columns.items() if k not in RESPONSES or np.all(np.isfinite(x))}
         segments.append(Segment(name, role, number, usable, 1.0 / run.rate, kind, run_index=index))
@@ -287,7 +297,7 @@ class Dataset:
 
 def read_dataset(campaign: Campaign) -> Dataset:
     """Read the runs of a campaign; FileProblems for a run that cannot be used."""
-    kind = campaign.design.kind
+    kind = campaign.design.form
     runs: list[Run] = []
     segments: list[Segment] = []
     for index, entry in enumerate(campaign.runs):
@@ -302,7 +312,9 @@ def estimate_noise(segments: Sequence[Segment]) -> dict[str, float]:
     """Estimate the white sensor noise of each response from the highest tenth of its spectrum."""
     noise: dict[str, list[float]] = {}
     for segment in segments:
-        for c in segment.channels:
+        # of a bench the motion is measured as well, with noise that reaches the model
+        inputs = known.column_names("bench", "track") if segment.kind == "bench" else ()
+        for c in (*segment.channels, *(c for c in inputs if c in segment.columns)):
             _, power = welch(segment.columns[c], 1.0, 1024)
             top = power[-max(len(power) // 10, 1) : -1]
             noise.setdefault(c, []).append(float(np.sqrt(np.median(top) * 0.5)))

@@ -36,13 +36,13 @@ def effect_record(kind: str) -> Record:
 
 
 @cache
-def parameter_paths(kind: str) -> tuple[str, ...]:
-    """Return the paths of the numbers of a kind of vehicle ("bogie", "wheelset", "rig").
+def parameter_paths(kind: str, rig_input: str | None = None) -> tuple[str, ...]:
+    """Return the paths of the numbers of a kind of vehicle ("bogie", "wheelset", "rig"), of a rig by its input.
 
     >>> parameter_paths("rig")[0]
     'vehicle.rig.mass'
     """
-    return tuple(_core.parameters(kind))
+    return tuple(_core.parameters(kind, rig_input))
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,7 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
     measured: set[str] = set()
     for entry in campaign.runs:
         try:
-            measured |= set(load_run(entry.file, campaign.design.kind).columns)
+            measured |= set(load_run(entry.file, campaign.design.form).columns)
         except FileProblems as error:
             problems += error.problems
     if problems:

@@ -52,7 +52,7 @@ def _write_groups(writer: YamlWriter, design: Design, directory: Path | None) ->
 def _vehicle_values(design: Design) -> dict[str, Any]:
     """Return the words and numbers of the vehicle by path, without the changes of its load state."""
     if design.structure is None:
-        values: dict[str, Any] = {p.path: design.values[p.path] for p in FORMS[design.kind]}
+        values: dict[str, Any] = {p.path: design.values[p.path] for p in FORMS[design.form]}
     else:
         values = _structure_words(design) | dict(design.values)
     return values | _numbers_without_load_state(design)

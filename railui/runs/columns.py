@@ -49,13 +49,25 @@ RIG_COLUMNS: dict[str, Column] = {
         Column("az", "", "response", "acceleration of the mass"),
     )
 }
+# a component on a bench, whose motion is prescribed: any unit, too
+BENCH_COLUMNS: dict[str, Column] = {
+    c.name: c
+    for c in (
+        Column("t", "s", "clock", "time"),
+        Column("z", "", "track", "prescribed motion"),
+        Column("vz", "", "track", "speed of the prescribed motion"),
+        Column("F", "", "response", "force of the component"),
+    )
+}
+FORMS = {"bogie": COLUMNS, "rig": RIG_COLUMNS, "bench": BENCH_COLUMNS}
+RIG_FORMS = ("rig", "bench")
 # usual sensors of a bogie, over which the NRMSE is averaged
 COMPARED_CHANNELS = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
 
 
 def columns_of(form: str) -> dict[str, Column]:
-    """Return the columns of a bogie's or a rig's runs."""
-    return RIG_COLUMNS if form == "rig" else COLUMNS
+    """Return the columns of the runs of a "bogie", of a "rig", or of a "bench" with prescribed motion."""
+    return FORMS.get(form, COLUMNS)
 
 
 def column_names(form: str, *parts: str) -> tuple[str, ...]:

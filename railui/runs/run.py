@@ -13,9 +13,9 @@ from railui.io.atomic import sha256_file
 from railui.io.problems import Findings, suggest_name
 from railui.io.table import Table, read_table
 from railui.io.units import MAX_PLAUSIBLE_SPEED
-from railui.runs.columns import Column, column_names, columns_of
+from railui.runs.columns import RIG_FORMS, Column, column_names, columns_of
 from railui.runs.segments import Segments, find_segments, sampling_rate
-from railui.runs.units import check_magnitudes, columns_in_si, rig_columns
+from railui.runs.units import bench_columns, check_magnitudes, columns_in_si, rig_columns
 
 MAX_RIG_RATE, MAX_RIG_ROWS = 1e5, 1_000_000
 
@@ -29,9 +29,9 @@ class Run:
     file : Path
     sha256 : str
     kind : str
-        "bogie" or "rig".
+        "bogie", "rig" or "bench".
     columns : mapping
-        Arrays [row] by name in SI (rig: in the units of the run), NaN for missing values.
+        Arrays [row] by name in SI (rig: in the units of the run; bench: in SI where the unit is known), NaN for missing values.
     units : mapping
         Unit of each column in the file.
     rate : float
@@ -74,7 +74,7 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
     ----------
     path : path
     kind : str, optional
-        "bogie" or "rig"; detected from the columns by default.
+        "bogie", "rig" or "bench"; detected from the columns by default.
     responses : bool
         False for a run that needs no measured response, since only its track is used.
 
@@ -98,7 +98,7 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
     columns = columns if rows.size == len(table.rows) else {name: column[rows] for name, column in columns.items()}
     rate = sampling_rate(table, columns["t"], rows, findings)
     findings.raise_errors()
-    if form == "rig":
+    if form in RIG_FORMS:
         _check_rig_limits(rate, len(rows), findings)
     _add_absent_columns(columns, form, notes)
     segments = find_segments(columns, rate, form)
@@ -124,18 +124,23 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
 
 
 def detect_kind(names: tuple[str, ...]) -> str:
-    """Return the kind of a run: a rig has z, vz or az and neither speed nor track.
+    """Return the kind of a run: a rig has z, vz or az and neither speed nor track, a bench a force F besides z.
 
-    >>> detect_kind(("t", "u", "z")), detect_kind(("t", "v", "yw", "e1"))
-    ('rig', 'bogie')
+    >>> detect_kind(("t", "u", "z")), detect_kind(("t", "v", "yw", "e1")), detect_kind(("t", "z", "F"))
+    ('rig', 'bogie', 'bench')
     """
-    rig = not {"v", "yw"} & set(names) and bool(set(column_names("rig", "response")) & set(names))
-    return "rig" if rig else "bogie"
+    if {"v", "yw"} & set(names):
+        return "bogie"
+    if {"z", "F"} <= set(names) and "u" not in names:
+        return "bench"
+    return "rig" if set(column_names("rig", "response")) & set(names) else "bogie"
 
 
 def _read_columns(
     table: Table, known: Mapping[str, Column], form: str, findings: Findings, notes: list[str]
 ) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    if form == "bench":
+        return bench_columns(table, known, findings, notes)
     if form == "rig":
         return rig_columns(table, known, findings, notes)
     return columns_in_si(table, known, findings)
@@ -144,14 +149,15 @@ def _read_columns(
 def _check_required(
     table: Table, columns: Mapping[str, FloatArray], form: str, findings: Findings, responses: bool
 ) -> None:
-    for name in ("t",) if form == "rig" else ("t", "v", "yw"):
+    required = {"rig": ("t",), "bench": ("t", "z")}
+    for name in required.get(form, ("t", "v", "yw")):
         if name not in table.names:
             column = columns_of(form)[name]
             suggestion = suggest_name(name, [n for n in table.names if n not in columns_of(form)])
             hint = (
                 suggestion
                 if suggestion.startswith("did you mean")
-                else f"add `{name} [{column.unit}]`, the {column.caption}"
+                else f"add `{name} [{column.unit or 'm'}]`, the {column.caption}"
             )
             findings.add(name, "this column is missing", hint, position=table.header_position)
     measured = column_names(form, "response")
@@ -175,17 +181,18 @@ def _drop_constant_channels(
         )
         if constant and not (form == "rig" and name == "u" and values.size):
             state = "has no value" if values.size == 0 else f"is {values[0]:g} throughout"
-            if name == "yw":
+            if name == "yw" or (form == "bench" and name == "z"):
+                needed = "the track" if name == "yw" else "the motion"
                 findings.add(
                     name,
                     state,
-                    "the track is needed: record it, or give the right column",
+                    f"{needed} is needed: record it, or give the right column",
                     position=table.header_position,
                 )
             else:
                 notes.append(f"{name} {state}: not used")
                 del columns[name]
-    if form != "rig" and not np.any(np.isfinite(columns["v"])):
+    if form not in RIG_FORMS and not np.any(np.isfinite(columns["v"])):
         findings.add("v", "has no value", "give the speed", position=table.header_position)
     if responses and not set(column_names(form, "response")) & set(columns):
         findings.add("", "no response varies", "give at least one that varies", position=table.header_position)
@@ -193,6 +200,8 @@ def _drop_constant_channels(
 
 def _add_absent_columns(columns: dict[str, FloatArray], form: str, notes: list[str]) -> None:
     """Add absent columns: s from v, track columns and the input as zero."""
+    if form == "bench":
+        return
     for name in column_names(form, "track"):
         if name not in columns:
             columns[name] = np.zeros_like(columns["t"])
@@ -251,7 +260,7 @@ def _check_distance(
     form: str,
     findings: Findings,
 ) -> None:
-    if form == "rig":
+    if form in RIG_FORMS:
         return
     for segment in segments.slices:
         back = np.flatnonzero(np.diff(columns["s"][segment]) <= 0)

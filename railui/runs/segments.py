@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.io.problems import Findings
 from railui.io.table import Table
-from railui.runs.columns import column_names
+from railui.runs.columns import RIG_FORMS, column_names
 
 INTERVAL_TOLERANCE = 0.01  # relative deviation of a sampling interval
 STUCK_DURATION = 1.0  # s
@@ -76,13 +76,13 @@ def find_segments(columns: Mapping[str, FloatArray], rate: float, form: str) -> 
     used = [columns[name] for name in (*column_names(form, "clock"), *channels) if name in columns]
     missing = ~np.all(np.isfinite(used), axis=0)
     stuck, stuck_count = _stuck_rows(
-        [columns[name] for name in channels if name in columns and not (form == "rig" and name == "u")], rate
+        [columns[name] for name in channels if name in columns and not _may_rest(form, name)], rate
     )
-    standing = np.zeros_like(missing) if form == "rig" else np.nan_to_num(columns["v"], nan=1.0) <= 0
+    standing = np.zeros_like(missing) if form in RIG_FORMS else np.nan_to_num(columns["v"], nan=1.0) <= 0
     steps = np.diff(columns["t"]) * rate
     jumps = np.flatnonzero(steps > GAP_INTERVALS)
     good = ~(missing | stuck | standing)
-    shortest = MIN_RIG_SAMPLES if form == "rig" else int(np.ceil(MIN_DURATION * rate * (1 - 1e-6)))
+    shortest = MIN_RIG_SAMPLES if form in RIG_FORMS else int(np.ceil(MIN_DURATION * rate * (1 - 1e-6)))
     pieces = _good_ranges(good, jumps)
     segments = tuple(piece for piece in pieces if piece.stop - piece.start >= shortest)
     rows, taken = good.size, sum(piece.stop - piece.start for piece in segments)
@@ -100,6 +100,11 @@ def find_segments(columns: Mapping[str, FloatArray], rate: float, form: str) -> 
         "unused_rows": rows - taken,
     }
     return Segments(segments, counts, shortest)
+
+
+def _may_rest(form: str, name: str) -> bool:
+    """True for the input of a rig and the motion of a bench, which may rest on purpose."""
+    return (form == "rig" and name == "u") or (form == "bench" and name in ("z", "vz"))
 
 
 def _stuck_rows(columns: list[FloatArray], rate: float) -> tuple[NDArray[np.bool_], int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 
 import numpy as np
@@ -14,6 +15,8 @@ from railui.runs.columns import Column
 
 DIMENSIONLESS = ("", "-", "1")
 DERIVATIVE_ORDERS = {"vz": 1, "az": 2}
+# SI units of a bench, by column: translation, rotation
+BENCH_UNITS = {"z": ("m", "rad"), "vz": ("m/s", "rad/s"), "F": ("N", "N*m")}
 MAX_PLAUSIBLE_SD = 0.2  # m
 
 
@@ -80,6 +83,35 @@ def rig_columns(
                 notes.append(f"{name} converted from {units[name]} to {unit}, to go with z")
                 columns[name], units[name] = columns[name] * factor, unit
     return columns, units
+
+
+def bench_columns(
+    table: Table, known: Mapping[str, Column], findings: Findings, notes: list[str]
+) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    """Return the columns of a component bench: z, vz and F in SI where their units are known, others as they are.
+
+    A design gives stiffness and damping in SI, and the runs of a campaign may have different units.
+    """
+    columns, units = rig_columns(table, known, findings, notes)
+    for name in set(BENCH_UNITS) & set(columns):
+        factor, units[name] = bench_factor(name, units[name])
+        columns[name] = columns[name] if factor == 1 else columns[name] * factor
+    return columns, units
+
+
+def bench_factor(name: str, label: str) -> tuple[float, str]:
+    """Return the factor from a label to the SI unit of a bench column, and that unit; 1 and the label if unknown.
+
+    >>> bench_factor("z", "mm"), bench_factor("F", "V")
+    ((0.001, 'm'), (1.0, 'V'))
+    """
+    with contextlib.suppress(UnitError):
+        given = parse_unit(label or "1")
+        for unit in BENCH_UNITS[name]:
+            wanted = parse_unit(unit)
+            if given.dimension == wanted.dimension:
+                return given.factor / wanted.factor, unit
+    return 1.0, label
 
 
 def rate_factor(z: str, rate: str, order: int) -> float:

@@ -126,8 +126,13 @@ class Design:
 
     @property
     def rig_input(self) -> str:
-        """Input u(t) of a rig: force, base_displacement or base_acceleration."""
+        """Input u(t) of a rig: force, base_displacement, base_acceleration, or motion of a component on a bench."""
         return str(self.setting("vehicle.rig.input"))
+
+    @property
+    def form(self) -> str:
+        """Form of the design's runs: its kind, or "bench" for a rig whose motion is prescribed."""
+        return "bench" if self.kind == "rig" and self.rig_input == "motion" else self.kind
 
     def setting(self, path: str) -> float | str | bool:
         """Return a word, switch or riding number, or its default."""

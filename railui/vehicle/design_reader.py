@@ -63,11 +63,14 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         findings.add("", "is not a design", "write `vehicle:` and `contact:` groups")
         return None
     check_schema(data, "design", findings)
-    form, data = _detect_kind(data, findings)
+    kind, data = _detect_kind(data, findings)
+    form = "bench" if kind == "rig" and _prescribes_motion(data) else kind
+    if form == "bench":
+        data = _without_mass(data, findings)
     load_states = data.get("load")
     data = {key: value for key, value in data.items() if key != "load"}
     profiles: ContactProfiles | None = None
-    if form != "rig":
+    if kind != "rig":
         data, profiles = fill_from_profiles(data, findings, source and source.parent, form)
     structure: Structure | None = None
     structure_values: dict[str, float] = {}
@@ -82,17 +85,17 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
     effects: tuple[PlacedEffect, ...] = ()
     if isinstance(entries, list) and entries and has_structure:
         records = kernel_catalogue() if catalogue is None else catalogue
-        effects = read_effects(entries, findings, "effects", records, values, form=form, structure=structure)
+        effects = read_effects(entries, findings, "effects", records, values, form=kind, structure=structure)
     if model is None or not has_structure:
         return None
-    _check_cushion(model, form, findings)
+    _check_cushion(model, kind, findings)
     if form == "bogie":
         check_bogie_wheel_loads(values, effects, findings)
     elif structure is not None:
         check_wheel_loads(structure, values, findings)
     design = Design(
-        name=str(_get(model, "name")) or (source.stem if source else form),
-        kind=form,
+        name=str(_get(model, "name")) or (source.stem if source else kind),
+        kind=kind,
         values=values,
         effects=effects,
         settings={path: _get(model, path) for path in setting_paths(form) if _is_given(data, path)},
@@ -130,6 +133,25 @@ def _detect_kind(data: dict[str, Any], findings: Findings) -> tuple[str, dict[st
         findings.add(path, "a rig is one mass, it has no such group", "leave it out, or leave `rig` out", key=True)
     rig_data = {key: value for key, value in data.items() if key not in foreign}
     return "rig", rig_data | {"vehicle": {"rig": vehicle["rig"]}}
+
+
+def _prescribes_motion(data: dict[str, Any]) -> bool:
+    rig = data["vehicle"]["rig"]
+    return isinstance(rig, dict) and rig.get("input") == "motion"
+
+
+def _without_mass(data: dict[str, Any], findings: Findings) -> dict[str, Any]:
+    """Return the data of a component on a bench without mass and gain, which are reported."""
+    rig = data["vehicle"]["rig"]
+    for key in ("mass", "gain"):
+        if key in rig:
+            findings.add(
+                f"vehicle.rig.{key}",
+                f"a component whose motion is prescribed has no {key}",
+                "leave it out, or write `input: force` for a mass that moves freely",
+                key=True,
+            )
+    return data | {"vehicle": {"rig": {k: x for k, x in rig.items() if k not in ("mass", "gain")}}}
 
 
 def _get(model: Any, path: str) -> Any:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-from railui.runs.columns import COLUMNS, RIG_COLUMNS
+from railui.runs.columns import BENCH_COLUMNS, COLUMNS, RIG_COLUMNS
 from railui.vehicle.parameters import Parameter
 
 Number = float | tuple[float, ...]
@@ -18,7 +18,7 @@ Catalogue = Sequence[Record]
 
 ROTATION_SUFFIXES = ("_yaw", "_roll")
 WHEELSET_LOCATIONS = ("primary_lateral", "primary_yaw", "wheelset", "wheelset_yaw", "contact", "track")
-SENSORS = frozenset(name for name, c in (COLUMNS | RIG_COLUMNS).items() if c.role == "response")
+SENSORS = frozenset(name for name, c in (COLUMNS | RIG_COLUMNS | BENCH_COLUMNS).items() if c.role == "response")
 # motion to which defaults and ranges refer: 5 mm (5 mrad) at 10 rad/s
 REFERENCE_MOTION = {"z": 5e-3, "w": 10.0, "v": 5e-2}
 FACTOR = re.compile(r"([*/]?)([A-Za-z]+|1)(?:\^(\d))?")
@@ -122,7 +122,7 @@ def unit_at(word: str, at: str) -> str:
 
 def _base_units(name: str, at: str) -> dict[str, int]:
     if at in SENSORS:
-        unit = (COLUMNS | RIG_COLUMNS)[at].unit
+        unit = (COLUMNS | RIG_COLUMNS | BENCH_COLUMNS)[at].unit
         z = {base: int(power or 1) * (-1 if sign == "/" else 1) for sign, base, power in FACTOR.findall(unit)}
     else:
         z = {"rad": 1} if at.endswith(ROTATION_SUFFIXES) else {"m": 1}
@@ -148,6 +148,8 @@ def site_quantities(at: str, values: Mapping[str, float]) -> dict[str, float]:
     Keys are k, c, z, v, w, F, m, h, r; those that the vehicle does not have are absent.
     """
     get = values.get
+    if at == "rig" and "vehicle.rig.mass" not in values:
+        return {}  # a component: its nominal spring and damper say little of the laws that it may have
     stiffness, damping = _stiffness_and_damping(at, values)
     known = {
         "k": stiffness,

@@ -29,7 +29,9 @@ def parameter_values(design: Design) -> FloatArray:
 
 def parameter_paths(design: Design) -> tuple[str, ...]:
     """Return the paths of a design's numbers in the kernel's order."""
-    return core.parameter_paths(design.kind) if design.structure is None else structure_paths(design.structure)
+    if design.structure is not None:
+        return structure_paths(design.structure)
+    return core.parameter_paths(design.kind, _rig_input(design))
 
 
 def effect_row(effect: PlacedEffect) -> list[float]:

@@ -190,7 +190,19 @@ RIG = _in_group(
         -INFINITE,
         usual_range=(-INFINITE, INFINITE),
     ),
+    Parameter(
+        "preload",
+        "F_0",
+        "N",
+        "steady force of the spring at z = 0",
+        0.0,
+        "none where none is named",
+        -MAX_PLAUSIBLE,
+        usual_range=(-INFINITE, INFINITE),
+    ),
 )
+# a component whose motion is prescribed needs no mass and has no gain
+BENCH = tuple(p for p in RIG if p.key not in ("mass", "gain"))
 FLOOR = "a coach on its secondary suspension"
 SHARE = "admissible share of time with flange contact"
 
@@ -227,14 +239,14 @@ RIDING = _in_group(
     _optional("peak_limit", "a_max", "m/s^2", "peak acceleration that goods bear", 0.1, 50),
 )
 
-FORMS: dict[str, tuple[Parameter, ...]] = {"bogie": VEHICLE + CONTACT, "rig": RIG}
+FORMS: dict[str, tuple[Parameter, ...]] = {"bogie": VEHICLE + CONTACT, "rig": RIG, "bench": BENCH}
 PARAMETERS: dict[str, Parameter] = {p.path: p for p in VEHICLE + CONTACT + RIG + RIDING}
 # choices of words and switches; the first is the default
 SETTINGS: dict[str, tuple[str | bool, ...]] = {
     "riding.use": ("long_distance", "local", "goods"),
     "riding.guidance": ("flange", "lateral_force"),
     "contact.gauge_widens_clearance": (False, True),
-    "vehicle.rig.input": ("force", "base_displacement", "base_acceleration"),
+    "vehicle.rig.input": ("force", "base_displacement", "base_acceleration", "motion"),
 }
 # goods have no passengers: the journey does not limit their class; the comfort weight is that of local traffic
 DEFAULTS_BY_USE = {
@@ -246,12 +258,24 @@ DEFAULT_ESTIMATED = {
     "bogie": ("contact.leading", "contact.trailing", "contact.spin_creep", "vehicle.primary",
               "vehicle.secondary.lateral_damping", "vehicle.secondary.yaw_damping"),
     "rig": ("vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain"),
+    "bench": ("vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.preload"),
 }  # fmt: skip
+RIG_FORMS = ("rig", "bench")  # one mass on a test bench; a component on a bench, whose motion is prescribed
+
+
+def default_estimated(form: str, rig_input: str) -> tuple[str, ...]:
+    """Return the paths that a campaign estimates by default; a rig driven by a force has a preload as well.
+
+    >>> default_estimated("rig", "force")[-1], default_estimated("rig", "base_displacement")[-1]
+    ('vehicle.rig.preload', 'vehicle.rig.gain')
+    """
+    extra = ("vehicle.rig.preload",) if (form, rig_input) == ("rig", "force") else ()
+    return DEFAULT_ESTIMATED[form] + extra
 
 
 def setting_paths(form: str) -> tuple[str, ...]:
     """Return the paths of words, switches and riding numbers of a kind of vehicle."""
-    if form == "rig":
+    if form in RIG_FORMS:
         return ("vehicle.rig.input",)
     return ("riding.use", "riding.guidance", "contact.gauge_widens_clearance", *(p.path for p in RIDING))
 

@@ -74,7 +74,7 @@ impl Job for EquilibriumForces<'_> {
                 if law.has_state {
                     force[law.state - n] = rate;
                 }
-                for (i, a) in &law.row {
+                for (i, a) in &law.reaction {
                     force[*i] = (P::load(a, at) * P::load(&law.alpha, at)).mul_add(f, force[*i]);
                 }
             }

@@ -10,7 +10,7 @@ pub enum Error {
     #[error("{kind} has no curve against {word:?}")]
     Against { kind: String, word: String },
     #[error(
-        "a vehicle of kind {kind:?} has no input {word:?}; a rig has force, base_displacement or base_acceleration"
+        "a vehicle of kind {kind:?} has no input {word:?}; a rig has force, base_displacement, base_acceleration or motion"
     )]
     Input { kind: String, word: String },
     #[error("{kind} cannot act at {at:?}; its locations are {known}")]

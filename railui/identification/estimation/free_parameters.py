@@ -92,12 +92,15 @@ def _vehicle_bounds(context: Context, model: Model, path: str) -> _Bounds:
     if not np.isfinite(usual[1]):
         usual = (min(0.0, 10 * nominal), max(10 * nominal, 1.0))
     if path.startswith("vehicle.rig"):
-        reach = RIG_RANGE * max(abs(nominal), rig_scale(model, path))
-        usual = (-reach if path.endswith("gain") else 0.0, reach)
+        reach = RIG_RANGE * max(abs(nominal), rig_scale(context, model, path))
+        usual = (-reach if path.endswith(("gain", "preload")) else 0.0, reach)
     low = min(usual[0], 0.1 * nominal)
     high = max(usual[1], 10 * nominal)
     # a free decay has no input, so that its gain keeps the nominal value
     undriven = abs(nominal) or 1.0 if path == "vehicle.rig.gain" else np.inf
+    if path == "vehicle.rig.preload" and (model.design.form != "bench" or context.campaign.band is not None):
+        # a comparison without the mean shows it only where the stiffness depends on the motion
+        undriven = rig_scale(context, model, path)
     prior_sd = parameter.prior_sd if parameter.prior_sd is not None else undriven
     return _Bounds(low, high, max(abs(nominal), 0.01 * (high - low)), nominal, prior_sd)
 
@@ -117,11 +120,30 @@ def _effect_bounds(model: Model, path: str, curve_prior_sd: float) -> _Bounds:
     )
 
 
-def rig_scale(model: Model, path: str) -> float:
-    """Usual size of a rig's parameter whose nominal value is zero: 10 Hz, a tenth of critical damping."""
-    m, w = model.design.values["vehicle.rig.mass"], RIG_ANGULAR_FREQUENCY
-    scales = {"stiffness": m * w * w, "damping": 2.0 * RIG_DAMPING_RATIO * m * w}
-    return scales.get(path.rpartition(".")[2], 1.0)
+def rig_scale(context: Context, model: Model, path: str) -> float:
+    """Usual size of a rig's parameter whose nominal value is zero.
+
+    Of a mass: 10 Hz, a tenth of critical damping, the largest usual force; of a component on a bench, from its measured
+    force and motion.
+    """
+    values, segments, key = model.design.values, context.dataset.estimation, path.rpartition(".")[2]
+
+    def usual(column: str) -> float:
+        return max((float(np.std(s.columns[column])) for s in segments if column in s.columns), default=0.0)
+
+    if model.design.form == "bench":
+        speed = usual("vz") or max(float(np.std(np.diff(s.columns["z"]))) / s.dt for s in segments)
+        scales = {"stiffness": usual("z"), "damping": speed, "preload": 1.0}
+        return usual("F") / max(scales[key], 1e-12)
+    m, w = values["vehicle.rig.mass"], RIG_ANGULAR_FREQUENCY
+    driving = abs(values["vehicle.rig.gain"]) * usual("u")
+    spring = values["vehicle.rig.stiffness"] * usual("z")
+    scales = {
+        "stiffness": m * w * w,
+        "damping": 2.0 * RIG_DAMPING_RATIO * m * w,
+        "preload": max(driving, spring) or 1.0,
+    }
+    return scales.get(key, 1.0)
 
 
 def _curve_size(model: Model, path: str) -> float:

@@ -24,8 +24,12 @@ RIG_RATE_SHARE = 0.1  # usual rate of a rig: this share of its usual motion per 
 def estimate_initial_state(context: Context, model: Model, segment: Segment) -> FloatArray:
     """Estimate the state [q, q'] at the first sample of a segment by linear least squares, twice.
 
+    Where the motion is prescribed there is none; the states of effects settle in the part that is cut off.
+
     Offsets of the channels are estimated jointly; a ridge of usual motions determines what the sensors do not.
     """
+    if segment.kind == "bench":
+        return np.zeros(model.vehicles().state_count(model.single_batch()))
     return _InitialStateProblem(context, model, segment).solve(())[0]
 
 
@@ -134,7 +138,9 @@ def _perturbed(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def state_scale(settings: InitialStateSettings, segment: Segment, model: Model) -> FloatArray:
-    """Usual displacements and rates [state] of the estimated part of an initial state."""
+    """Usual displacements and rates [state] of the estimated part of an initial state; none of a bench."""
+    if segment.kind == "bench":
+        return np.zeros(0)
     if segment.kind == "rig":
         usual = max(float(np.std(segment.columns[segment.channels[0]])), 1e-12)
         displacement = np.array([usual])

@@ -160,7 +160,7 @@ def adapt_to_model(
     """
     adapted = []
     for t in prepared:
-        has_other_states = t.segment.kind == "rig" or any(e.kind == "coach_mode" for e in model.effects)
+        has_other_states = t.segment.is_rig or any(e.kind == "coach_mode" for e in model.effects)
         start = estimate_initial_state(context, model, t.segment) if has_other_states else t.initial_state
         needed = max(t.steps, required_steps(model, t.segment))
         steps = needed if max_steps is None else max(t.steps, min(needed, max_steps))
@@ -177,7 +177,7 @@ def truncate(context: Context, prepared: Sequence[FitSegment], seconds: float) -
                 truncated.append(t)
             continue
         rig_rate = context.settings.calibration.rig_samples_per_second
-        samples = round(seconds * (rig_rate if t.segment.kind == "rig" else 1.0 / t.segment.dt))
+        samples = round(seconds * (rig_rate if t.segment.is_rig else 1.0 / t.segment.dt))
         truncated.append(t if samples >= t.segment.samples else _first_samples(context, t, samples))
     return truncated
 

@@ -126,7 +126,7 @@ def _best_window(result: LoopResult, index: int, segment: Segment) -> tuple[floa
 
 
 def _window_seconds(segment: Segment) -> float:
-    if segment.kind != "rig":
+    if not segment.is_rig:
         return WINDOW_SECONDS
     f, power = periodogram(segment.columns[segment.channels[0]], 1.0 / segment.dt)
     return float(min(WINDOW_SECONDS, MAX_RIG_PERIODS / f[1 + int(np.argmax(power[1:]))]))
@@ -140,7 +140,7 @@ def shown_channels(segment: Segment) -> list[str]:
 
 def units_of(result: LoopResult, segment: Segment) -> Mapping[str, str]:
     """Return the unit of every channel: SI, or for a rig that of its run."""
-    if segment.kind != "rig":
+    if not segment.is_rig:
         return {c.name: c.unit for c in columns_of(segment.kind).values()}
     runs = zip(result.dataset.campaign.runs, result.dataset.runs, strict=True)
     return next(run.units for entry, run in runs if entry.name == segment.file)

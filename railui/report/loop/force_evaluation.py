@@ -77,7 +77,7 @@ def restoring_force(
     rig = Segment("", "", 0, {"t": t, "u": -z}, dt, "rig")
     placed = [Placement(e.kind, "rig", None, len(effect_row(e)), e.against) for e in effects]
     vehicles = Vehicles("rig", placed, rig_input="base_displacement")
-    numbers = np.array([[MASS_FACTOR * mass, k, c, 1.0]])
+    numbers = np.array([[MASS_FACTOR * mass, k, c, 1.0, 0.0]])
     tail = np.array([[x for e in effects for x in effect_row(e)]])
     batch = Batch.from_arrays(numbers, tail, np.ones((1, len(effects))))
     start = np.zeros(vehicles.state_count(batch))

@@ -180,8 +180,9 @@ fn creep_forces(
 
 /// Paths of the numbers that a kind of vehicle is assembled from, in their order.
 #[pyfunction]
-fn parameters(kind: &str) -> PyResult<Vec<&'static str>> {
-    Ok(VehicleKind::named(kind, None).map_err(to_py_error)?.parameters().to_vec())
+#[pyo3(signature = (kind, rig_input=None))]
+fn parameters(kind: &str, rig_input: Option<&str>) -> PyResult<Vec<&'static str>> {
+    Ok(VehicleKind::named(kind, rig_input).map_err(to_py_error)?.parameters().to_vec())
 }
 
 /// The instructions that the lanes run on here.

@@ -180,7 +180,9 @@ impl Law {
 pub struct PlacedLaw {
     pub law: Law,
     pub row: Vec<(usize, Lanes)>,
-    /// The row over the masses: what the force accelerates.
+    /// The row through which the force returns: that of the motion, except where the motion is prescribed.
+    pub reaction: Vec<(usize, Lanes)>,
+    /// That row over the masses: what the force accelerates.
     pub pushes: Vec<(usize, Lanes)>,
     /// Terms of the input table in z; the speed times the next column is their rate.
     pub inputs: Vec<(usize, Lanes)>,
@@ -205,6 +207,7 @@ impl PlacedLaw {
     ) -> Self {
         PlacedLaw {
             law,
+            reaction: row.clone(),
             row,
             pushes: Vec::new(),
             inputs,

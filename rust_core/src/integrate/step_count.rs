@@ -51,8 +51,8 @@ impl Structure {
             };
             match placed.law.record().kind {
                 Kind::Force if placed.at != "contact" => {
-                    for (row, _, site) in self.ports(vehicle, placed)? {
-                        found.push((row, at(&site)));
+                    for port in self.ports(vehicle, placed)? {
+                        found.push((port.row.clone(), at(&port.site)));
                     }
                 }
                 Kind::Force | Kind::Profile | Kind::Rail => {

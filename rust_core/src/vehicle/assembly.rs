@@ -30,6 +30,8 @@ pub struct Port {
     pub wheelset: u8,
     pub row: Row,
     pub inputs: Inputs,
+    /// The row through which the force returns, where it is not the row of the motion.
+    pub reaction: Option<Row>,
     pub site: Site,
 }
 
@@ -134,7 +136,7 @@ impl Assembly {
     pub fn port(&mut self, at: &'static str, wheelset: u8, row: &[(usize, f64)], stiffness: f64, damping: f64) {
         let site = Site::moving(stiffness, damping);
         let (row, inputs) = (row.to_vec(), Inputs::new());
-        self.ports.push(Port { at: at.into(), class: at, wheelset, row, inputs, site });
+        self.ports.push(Port { at: at.into(), class: at, wheelset, row, inputs, reaction: None, site });
     }
 
     /// A further signal of the motion of a row.

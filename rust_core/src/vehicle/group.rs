@@ -109,7 +109,7 @@ impl Group {
                 dx[law.state & 63] = own;
             }
             let force = P::load(&law.alpha, at) * force;
-            for (i, a) in if PER_MASS { &law.pushes } else { &law.row } {
+            for (i, a) in if PER_MASS { &law.pushes } else { &law.reaction } {
                 dx[(n + i) & 63] = P::load(a, at).mul_add(force, dx[(n + i) & 63]);
             }
         }

@@ -53,7 +53,7 @@ impl Structure {
         }
         for law in &mut group.forces {
             let per_mass = |(i, a): &(usize, Lanes)| (*i, Lanes::from_fn(|l| a.0[l] * group.inv_mass[*i].0[l]));
-            law.pushes = law.row.iter().map(per_mass).collect();
+            law.pushes = law.reaction.iter().map(per_mass).collect();
         }
         self.fuse(&mut group, &all);
         group.readings = channels.iter().map(|name| all.reading(&group, name)).collect::<Result<_>>()?;
@@ -101,10 +101,14 @@ impl Structure {
     fn at_ports(&self, group: &mut Group, all: &SixteenVehicles<'_>, placing: &PlacementSite<'_>) -> Result<()> {
         let placed = placing.placed;
         let ports: Vec<_> = all.vehicles.iter().map(|v| self.ports(v, placed)).collect::<Result<_>>()?;
-        for (k, _) in ports[0].iter().enumerate() {
-            let (row, inputs) = (terms(|l| &ports[l][k].0), terms(|l| &ports[l][k].1));
-            let lanes = placing.prepared(|l| ports[l][k].2);
-            group.forces.push(PlacedLaw::new(placed.law, row, inputs, lanes, placing.alpha, group.states));
+        for (k, first) in ports[0].iter().enumerate() {
+            let (row, inputs) = (terms(|l| &ports[l][k].row), terms(|l| &ports[l][k].inputs));
+            let lanes = placing.prepared(|l| ports[l][k].site);
+            let mut force = PlacedLaw::new(placed.law, row, inputs, lanes, placing.alpha, group.states);
+            if first.reaction.is_some() {
+                force.reaction = terms(|l| ports[l][k].reaction.as_ref().expect("of one structure"));
+            }
+            group.forces.push(force);
             hold(group, placed.law, |l| placing.numbers[l]);
             group.states += placed.law.record().states;
         }

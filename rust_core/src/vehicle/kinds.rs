@@ -1,6 +1,7 @@
 //! The kinds of vehicles that need no list of bodies: the bogie, a wheelset on springs, one mass on a rig.
 use crate::error::{Error, Result, expect_len};
-use crate::vehicle::assembly::{Assembly, LINKAGE, Order};
+use crate::effects::effect::Site;
+use crate::vehicle::assembly::{Assembly, LINKAGE, Order, Port, Row};
 use crate::vehicle::bodies::Layout;
 use crate::wheel_rail::wheelset::Wheelset;
 
@@ -11,6 +12,8 @@ pub enum RigInput {
     Force,
     BaseDisplacement,
     BaseAcceleration,
+    /// The motion is prescribed, the force is the response.
+    Motion,
 }
 
 /// A kind of vehicle: one that the kernel knows, or one of bodies and elements.
@@ -31,6 +34,7 @@ impl VehicleKind {
             ("rig", None | Some("force")) => Ok(VehicleKind::Rig(RigInput::Force)),
             ("rig", Some("base_displacement")) => Ok(VehicleKind::Rig(RigInput::BaseDisplacement)),
             ("rig", Some("base_acceleration")) => Ok(VehicleKind::Rig(RigInput::BaseAcceleration)),
+            ("rig", Some("motion")) => Ok(VehicleKind::Rig(RigInput::Motion)),
             ("bogie" | "wheelset" | "rig", Some(word)) => Err(Error::Input { kind: kind.into(), word: word.into() }),
             _ => Err(Error::Vehicle(kind.into())),
         }
@@ -41,6 +45,7 @@ impl VehicleKind {
         match self {
             VehicleKind::Bogie => &BOGIE,
             VehicleKind::Wheelset => &WHEELSET,
+            VehicleKind::Rig(RigInput::Motion) => &COMPONENT,
             VehicleKind::Rig(_) => &RIG,
             VehicleKind::Bodies(_) => &[],
         }
@@ -70,6 +75,7 @@ impl VehicleKind {
             VehicleKind::Bodies(layout) => return layout.assemble(p),
             VehicleKind::Bogie => bogie(self.checked("bogie", p)?, measured),
             VehicleKind::Wheelset => wheelset_on_springs(self.checked("wheelset", p)?),
+            VehicleKind::Rig(RigInput::Motion) => component(self.checked("rig", p)?),
             VehicleKind::Rig(input) => rig(self.checked("rig", p)?, *input),
         };
         vehicle.check_masses()?;
@@ -236,22 +242,29 @@ fn wheelset_on_springs(p: &[f64]) -> Assembly {
     v
 }
 
-pub const RIG: [&str; 4] = ["vehicle.rig.mass", "vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain"];
+pub const RIG: [&str; 5] = [
+    "vehicle.rig.mass",
+    "vehicle.rig.stiffness",
+    "vehicle.rig.damping",
+    "vehicle.rig.gain",
+    "vehicle.rig.preload",
+];
 
-/// One mass on a test bench: m z'' + c z' + k z + effects = gain u. With a moving base the co-ordinate is the deflection,
-/// which the suspension feels.
+/// One mass on a test bench: m z'' + c z' + k z + preload + effects = gain u. With a moving base the co-ordinate is the
+/// deflection, which the suspension feels.
 fn rig(p: &[f64], input: RigInput) -> Assembly {
-    let [m, k, c, gain] = p.try_into().expect("four numbers");
+    let [m, k, c, gain, preload] = p.try_into().expect("five numbers");
     let mut v = Assembly::of(&[("z", m)]);
     v.spring(&[(0, 1.0)], k);
     v.damper(&[(0, 1.0)], c);
     v.port("rig", 0, &[(0, 1.0)], k, c);
     // columns: 2 u, 3 u', 4 u''
     v.inputs.push(match input {
-        RigInput::Force => (0, 2, gain),
         RigInput::BaseDisplacement => (0, 4, -m * gain),
         RigInput::BaseAcceleration => (0, 2, -m * gain),
+        RigInput::Force | RigInput::Motion => (0, 2, gain),
     });
+    v.inputs.push((0, ONE, -preload));
     for (name, order, column) in [("z", Order::Position, 2), ("vz", Order::Velocity, 3), ("az", Order::Acceleration, 4)]
     {
         let channel = v.channel(name, order, &[(0, 1.0)]);
@@ -260,5 +273,26 @@ fn rig(p: &[f64], input: RigInput) -> Assembly {
         }
     }
     v.limit = 1e12;
+    v
+}
+
+/// The column of a rig's input table that is one throughout: the speed of a vehicle.
+const ONE: usize = 1;
+
+pub const COMPONENT: [&str; 3] = ["vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.preload"];
+
+/// A component whose motion z is prescribed: F = k z + c z' + preload + effects. A body of unit mass that nothing else
+/// moves feels -F, so that F is its acceleration reversed; the laws follow the columns, not that body.
+fn component(p: &[f64]) -> Assembly {
+    let [k, c, preload] = p.try_into().expect("three numbers");
+    let mut v = Assembly::of(&[("reaction", 1.0)]);
+    // columns: 2 z, 3 z', 4 z''
+    v.inputs = vec![(0, 2, -k), (0, 3, -c), (0, ONE, -preload)];
+    let site = Site::moving(k, c);
+    let (row, inputs, reaction) = (Row::new(), vec![(2, 1.0)], Some(vec![(0, 1.0)]));
+    v.ports.push(Port { at: "rig".into(), class: "rig", wheelset: 0, row, inputs, reaction, site });
+    v.channel("F", Order::Acceleration, &[(0, -1.0)]);
+    // the reaction body runs away by nature: only what is not finite has diverged
+    v.limit = f64::INFINITY;
     v
 }

@@ -2,7 +2,7 @@
 use crate::effects::Law;
 use crate::effects::effect::{Kind, Site};
 use crate::error::{Error, Result, expect_len};
-use crate::vehicle::assembly::{Assembly, Inputs, LINKAGE, Row};
+use crate::vehicle::assembly::{Assembly, LINKAGE, Port};
 use crate::vehicle::kinds::VehicleKind;
 use std::ops::Range;
 
@@ -115,14 +115,14 @@ impl Structure {
         Ok(vehicle)
     }
 
-    /// Ports of a placed effect: rows, inputs and sites.
-    pub fn ports(&self, vehicle: &Assembly, placed: &Placed) -> Result<Vec<(Row, Inputs, Site)>> {
+    /// Ports of a placed effect.
+    pub fn ports<'a>(&self, vehicle: &'a Assembly, placed: &Placed) -> Result<Vec<&'a Port>> {
         let linkage = placed.at == "wheelset_yaw" && placed.wheelset == 0;
         let found = vehicle.places(&placed.at, if linkage { LINKAGE } else { placed.wheelset });
         if found.is_empty() {
             return Err(Error::Site { at: placed.at.clone(), wheelset: placed.wheelset });
         }
-        Ok(found.iter().map(|p| (p.row.clone(), p.inputs.clone(), p.site)).collect())
+        Ok(found)
     }
 
     /// The wheelsets at whose contact a placed effect acts.

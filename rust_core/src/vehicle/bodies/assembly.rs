@@ -72,7 +72,7 @@ impl Layout {
                 let (row, inputs) = (motion.row.clone(), motion.inputs.clone());
                 let site = Site::moving(0.0, 0.0);
                 let name = format!("{}{end}", if body.wheels.is_some() { "wheelset" } else { &body.family });
-                vehicle.ports.push(Port { at: name, class, wheelset: body.number, row, inputs, site });
+                vehicle.ports.push(Port { at: name, class, wheelset: body.number, row, inputs, reaction: None, site });
             }
         }
     }

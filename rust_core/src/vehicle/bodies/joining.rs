@@ -153,6 +153,7 @@ impl Layout {
                     wheelset: joint.number,
                     row: rows[i].row.clone(),
                     inputs: rows[i].inputs.clone(),
+                    reaction: None,
                     site: Site::moving(declared[i][0], declared[i][1]),
                 });
             }
