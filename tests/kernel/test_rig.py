@@ -61,7 +61,7 @@ def kernel(
     against = [e.parameters.get("against") for e in effects]
     placed = [Placement(e.kind, e.at, None, len(row), x) for e, row, x in zip(effects, rows, against, strict=True)]
     vehicles = Vehicles("rig", placed, rig_input=rig.input)
-    numbers = np.array([[rig.m, rig.k, rig.c, rig.gain]])
+    numbers = np.array([[rig.m, rig.k, rig.c, rig.gain, 0.0]])
     one = Batch.from_arrays(numbers, np.array([[x for row in rows for x in row]]), np.ones((1, len(rows))))
     at = np.arange(2 * steps * (len(T) - 1) + 1) / (2 * steps * RATE)
     table = np.zeros((len(at), 5))

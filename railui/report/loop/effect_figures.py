@@ -19,7 +19,6 @@ from railui.report.loop.force_evaluation import (
     forces_on_fixed_wheelsets,
     gauge_at_wheelset,
     most_active_port,
-    reference_mass,
     restoring_force,
     rms,
     total_force,
@@ -81,11 +80,11 @@ def _effect_figure(evaluation: EvaluationWindow, effect: PlacedEffect, name: str
 def _suspension(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, title: str) -> EffectFigure:
     """Draw the total force at the location against displacement, and that of the effect against its main motion."""
     at, (w, z) = effect.at, most_active_port(evaluation, effect.at, effect.wheelset)
-    mass, (_, k, c) = reference_mass(evaluation.model), elements_at_port(evaluation.model, at, w)
+    _, k, c, _ = elements_at_port(evaluation.model, at, w)
     dt, settled = evaluation.segment.dt, evaluation.settled
     curves, v = total_force(evaluation, at, w, z)
     superseded = str(core.effect_record(effect.kind)["supersedes"] or "")
-    effect_force = restoring_force(z, dt, mass, [effect], k, c)[0] - restoring_force(z, dt, mass, [], k, c)[0]
+    effect_force = restoring_force(z, dt, [effect], k, c)[0] - restoring_force(z, dt, [], k, c)[0]
     effect_force = effect_force + ("stiffness" in superseded) * k * z + ("damping" in superseded) * c * v
     by_speed, by_displacement = (explained_variance(x[settled], effect_force[settled]) for x in (v, z))
     main_motion = ("v", v) if by_speed > by_displacement else ("z", z)
@@ -164,11 +163,11 @@ def _carbody(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, titl
     """Draw the force between frame and carbody against the frame's motion, from the balance of the frame."""
     model = evaluation.model
     y, a = evaluation.motion(["z.frame.0", "ayf"])
-    mass, dt = reference_mass(model), evaluation.segment.dt
+    mass, dt = model.design.values["vehicle.frame.mass"], evaluation.segment.dt
     primary = 0.0
     for w, z in zip((1, 2), evaluation.motion(["z.primary_lateral.1", "z.primary_lateral.2"]), strict=True):
-        primary = primary + restoring_force(z, dt, mass, *elements_at_port(model, "primary_lateral", w))[0]
-    before, _ = restoring_force(y, dt, mass, *elements_at_port(evaluation.before, "secondary_lateral", 0))
+        primary = primary + restoring_force(z, dt, *elements_at_port(model, "primary_lateral", w))[0]
+    before, _ = restoring_force(y, dt, *elements_at_port(evaluation.before, "secondary_lateral", 0))
     forces = {"before": before, "after": primary - mass * a}
     heading = "force between frame and carbody"
     picture = suspension_picture(evaluation, name, heading, forces, ("z", y), "secondary_lateral")

@@ -52,7 +52,7 @@ class EvaluationWindow:
 
     def unit(self, word: str, at: str) -> str:
         """Return the unit of z, v or F at a location; at a rig that of the run."""
-        named = {"z": "z", "v": "vz"}.get(word, "")
+        named = {"z": "z", "v": "vz", "F": "F"}.get(word, "")
         return self.units.get(named, "1") if at == "rig" else unit_at(word, at)
 
     @property
@@ -67,25 +67,22 @@ class EvaluationWindow:
 
 
 def restoring_force(
-    z: FloatArray, dt: float, mass: float, effects: Sequence[PlacedEffect], k: float, c: float
-) -> FloatArray:
-    """Return the force [n] with which effects, a spring and a damper resist a motion z [n], and the speed: [2, n].
+    z: FloatArray, dt: float, effects: Sequence[PlacedEffect], k: float, c: float, preload: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """Return the force [n] with which effects, a spring and a damper resist a motion z [n], and its speed [n].
 
-    The kernel simulates a rig: the elements support a mass too large to move, on a base that performs the motion.
+    The kernel evaluates them as a component on a bench, whose motion is prescribed.
     """
     t = np.linspace(0.0, dt * (len(z) - 1), len(z))
-    rig = Segment("", "", 0, {"t": t, "u": -z}, dt, "rig")
+    bench = Segment("", "", 0, {"t": t, "z": z, "F": np.zeros_like(z)}, dt, "bench")
     placed = [Placement(e.kind, "rig", None, len(effect_row(e)), e.against) for e in effects]
-    vehicles = Vehicles("rig", placed, rig_input="base_displacement")
-    numbers = np.array([[MASS_FACTOR * mass, k, c, 1.0, 0.0]])
+    vehicles = Vehicles("rig", placed, rig_input="motion")
     tail = np.array([[x for e in effects for x in effect_row(e)]])
-    batch = Batch.from_arrays(numbers, tail, np.ones((1, len(effects))))
-    start = np.zeros(vehicles.state_count(batch))
-    start[:2] = z[0], core.Spline(t, z)(0.0, 1)
+    batch = Batch.from_arrays(np.array([[k, c, preload]]), tail, np.ones((1, len(effects))))
     steps = vehicles.required_steps(batch, 1.0, 1.0, dt)[0]
-    channels, table = ["v.rig.0", "az"], rig.table(0.0, steps)
-    v, a = require_convergence(*vehicles.simulate(batch.with_initial_states(start), table, dt, steps, channels))
-    return np.stack([-MASS_FACTOR * mass * a, v])
+    channels, table = ["F", "v.rig.0"], bench.table(0.0, steps)
+    force, v = require_convergence(*vehicles.simulate(batch, table, dt, steps, channels))
+    return force, v
 
 
 def require_convergence(series: FloatArray, diverged: NDArray[np.int64]) -> FloatArray:
@@ -95,17 +92,12 @@ def require_convergence(series: FloatArray, diverged: NDArray[np.int64]) -> Floa
     return np.asarray(series[0])
 
 
-def reference_mass(model: Model) -> float:
-    """Return the mass that scales the forces under test: that of the frame, or of the rig [kg]."""
-    values = model.design.values
-    return values.get("vehicle.frame.mass") or values["vehicle.rig.mass"]
-
-
-def elements_at_port(model: Model, at: str, wheelset: int) -> tuple[list[PlacedEffect], float, float]:
-    """Return the effects, the stiffness and the damping of a model at one port."""
+def elements_at_port(model: Model, at: str, wheelset: int) -> tuple[list[PlacedEffect], float, float, float]:
+    """Return the effects, the stiffness, the damping and the preload of a model at one port."""
     effects = [e for e in model.design.effects if e.at == at and e.wheelset in (None, wheelset)]
     k, c = model.vehicles().local_stiffness_and_damping(model.single_batch())[(at, wheelset)]
-    return [e for e in effects if "rig" in core.effect_record(e.kind)["at"]], k, c
+    preload = model.design.values.get("vehicle.rig.preload", 0.0) if at == "rig" else 0.0
+    return [e for e in effects if "rig" in core.effect_record(e.kind)["at"]], k, c, preload
 
 
 def most_active_port(evaluation: EvaluationWindow, at: str, wheelset: int | None) -> tuple[int, FloatArray]:
@@ -125,9 +117,9 @@ def total_force(
     evaluation: EvaluationWindow, at: str, w: int, z: FloatArray
 ) -> tuple[dict[str, FloatArray], FloatArray]:
     """Return the total force that resists a motion z at a port, before and after [n], and the speed [n]."""
-    dt, mass = evaluation.segment.dt, reference_mass(evaluation.model)
-    after, v = restoring_force(z, dt, mass, *elements_at_port(evaluation.model, at, w))
-    before, _ = restoring_force(z, dt, mass, *elements_at_port(evaluation.before, at, w))
+    dt = evaluation.segment.dt
+    after, v = restoring_force(z, dt, *elements_at_port(evaluation.model, at, w))
+    before, _ = restoring_force(z, dt, *elements_at_port(evaluation.before, at, w))
     return {"before": before, "after": after}, v
 
 

@@ -17,7 +17,7 @@ def test_the_restoring_force_of_a_clearance_has_a_dead_zone() -> None:
     z = 1e-3 * np.sin(7.0 * t) * np.cos(1.3 * t)
     expected = k * np.sign(z) * np.maximum(np.abs(z) - h, 0.0)
     effect = PlacedEffect("free_play", "primary_lateral", None, {"half_width": h})
-    force, speed = restoring_force(z, 0.005, 2900.0, [effect], k, 0.0)
+    force, speed = restoring_force(z, 0.005, [effect], k, 0.0)
     assert np.abs(force - expected).max() < 1e-4 * np.abs(expected).max()
     assert np.abs(speed - np.gradient(z, 0.005))[1:-1].max() < 0.01 * np.abs(speed).max()
 
@@ -25,7 +25,7 @@ def test_the_restoring_force_of_a_clearance_has_a_dead_zone() -> None:
 def test_the_restoring_force_of_spring_and_damper_is_their_sum() -> None:
     t = np.arange(1000) * 0.005
     z, v = 1e-3 * np.sin(9.0 * t), 9e-3 * np.cos(9.0 * t)
-    force, _ = restoring_force(z, 0.005, 2900.0, [], 2e5, 3e4)
+    force, _ = restoring_force(z, 0.005, [], 2e5, 3e4)
     assert np.abs(force - (2e5 * z + 3e4 * v)).max() < 1e-3 * np.abs(force).max()
 
 
