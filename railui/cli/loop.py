@@ -27,6 +27,9 @@ REJECTED_VERDICTS = ("partial", "outside", "data")  # that fail with --strict
 @quantity_option(
     "--budget", parse_budget, metavar="TIME", help="Time after which the search ends with the best answer so far [s]."
 )
+@click.option(
+    "--export-element", "element", metavar="FILE", help="Write the component of a bench campaign as an element."
+)
 @click.option("--strict", is_flag=True, help="Exit code 4 for the verdicts partial, outside and data.")
 @common_options
 @click.pass_context
@@ -36,6 +39,7 @@ def command(
     out: str | None,
     without: str,
     budget: float | None,
+    element: str | None,
     strict: bool,
     call: Invocation,
 ) -> None:
@@ -44,13 +48,15 @@ def command(
     \b
     railui loop designs/campaigns/worn_axle_box
     railui loop campaign.yaml -o results --json - --seed 1
+    railui loop designs/campaigns/mr_damper --export-element damper.yaml
 
     The parameters of the nominal model are estimated from the runs of role adjust; a score test and candidate
     refits select an effect of the library that explains the residual; the effect is added and all parameters are
     estimated again. The error is that of the runs of role validate: no parameter of the vehicle is fitted to
     them, but they decide which effects are accepted. The independent test is on runs of role test, which decide
     nothing; without such runs the last third of every validation run is held back for it. Verdicts: none, effect,
-    partial, outside, data; all have exit code 0 without --strict.
+    partial, outside, data; all have exit code 0 without --strict. --export-element writes the component of a campaign
+    with `rig: {input: motion}` as a file that a design mounts by `effects: [{element: FILE, at: PLACE}]`.
     """
     from railui.campaign.campaign import load_campaign
     from railui.campaign.dataset import read_dataset
@@ -60,6 +66,7 @@ def command(
     from railui.io.atomic import check_directory_writable
     from railui.report.figures.drawing import preload_in_background
     from railui.report.loop.data import loop_report
+    from railui.report.loop.element_file import NoElementError, motion_unit, write_element
     from railui.report.loop.files import ForeignFilesError, check_directory, write_loop
 
     excluded = excluded_kinds(without)
@@ -67,6 +74,8 @@ def command(
     expect_kind(source, "campaign")
     loaded = load_campaign(source)
     call.warn(loaded.warnings)
+    if element is not None and loaded.design.form != "bench":
+        raise usage_error("--export-element is for a component on a bench, `vehicle: {rig: {input: motion}}`")
     directory = Path(out) if out is not None else source.parent / "railui-loop"
     try:
         check_directory(directory)
@@ -79,9 +88,17 @@ def command(
     result = close_loop(dataset, without=excluded, seed=call.seed or 0, jobs=call.jobs, progress=log, budget=budget)
     report = loop_report(result)
     write_loop(result, report, directory, [*log.lines, str(report["sentence"])])
+    if element is not None:
+        try:
+            motion_unit(result)
+        except NoElementError as error:
+            raise usage_error(str(error)) from None
+        write_element(result, element)
     call.write_json(report)  # before the tables: a closed pipe must not lose it
     _show(call, result, report)
     call.info(f"wrote to {directory}: loop.json, adjusted.yaml, campaign.yaml, report.html, simulated channels")
+    if element is not None:
+        call.info(f"wrote the element {element}")
     ctx.exit(EXIT_LIMIT_VIOLATED if strict and report["verdict"] in REJECTED_VERDICTS else 0)
 
 

@@ -8,10 +8,10 @@ from railui.cli.invocation import Invocation, common_options
 
 
 @click.command("schema")
-@click.argument("kind", type=click.Choice(["design", "campaign", "study"]))
+@click.argument("kind", type=click.Choice(["design", "campaign", "study", "element"]))
 @common_options
 def command(kind: str, call: Invocation) -> None:
-    """Print the JSON Schema of a design, a campaign or a study, with which an editor validates and completes it.
+    """Print the JSON Schema of a design, a campaign, a study or an element: an editor validates and completes with it.
 
     \b
     railui schema design > design.schema.json

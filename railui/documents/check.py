@@ -18,13 +18,16 @@ from railui.optimisation.study_reader import load_study
 from railui.runs.run import Run, load_run
 from railui.track.reader import TrackColumns, load_track
 from railui.vehicle.design_reader import Design, load_design
-from railui.vehicle.effects import Catalogue
+from railui.vehicle.effects import Catalogue, kernel_catalogue
+from railui.vehicle.element import Element, load_element
 
 if TYPE_CHECKING:
     from railui.contact.profile import Profile
 
 
-LoadedFile: TypeAlias = "Design | Campaign | Study | Run | TrackColumns | Profile | tuple[FloatArray, FloatArray]"
+LoadedFile: TypeAlias = (
+    "Design | Campaign | Study | Element | Run | TrackColumns | Profile | tuple[FloatArray, FloatArray]"
+)
 
 
 def load(
@@ -35,6 +38,7 @@ def load(
     loaders: dict[str, Callable[[], LoadedFile]] = {
         "design": lambda: load_design(Path(path), catalogue),
         "campaign": lambda: load_campaign(path, catalogue),
+        "element": lambda: load_element(path, kernel_catalogue() if catalogue is None else catalogue),
         "study": lambda: load_study(path, catalogue, check_track),
         "run": lambda: load_run(path),
         "track": lambda: load_track(path),

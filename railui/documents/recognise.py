@@ -16,6 +16,7 @@ USES_BY_KIND = {
     "design": "railui ride, stability and curve take it",
     "campaign": "railui loop and adjust take it",
     "study": "railui optimise takes it",
+    "element": "a design mounts it: `effects: [{element: FILE, at: secondary_lateral}]`",
     "run": "--track and railui import take it, or a campaign names it",
     "track": "--track takes it",
     "delta_r": "railui contact --delta-r takes it",
@@ -24,7 +25,7 @@ USES_BY_KIND = {
 
 
 def recognise(path: str | Path) -> str:
-    """Return the kind of a file: design, campaign, study, run, track, profile or delta_r.
+    """Return the kind of a file: design, campaign, study, element, run, track, profile or delta_r.
 
     A directory stands for the campaign in it. The schema line decides, else the keys, else the columns of a table.
 

@@ -20,12 +20,25 @@ from railui.vehicle.effects import (
     is_sensor,
     kernel_catalogue,
 )
+from railui.vehicle.element import ElementModel
 
-KINDS = ("design", "campaign", "study")
+# an element of a file at a location of a design
+MOUNTED_ELEMENT: dict[str, Any] = {
+    "type": "object",
+    "properties": {
+        "element": {"type": "string", "description": "file of an element, relative to the design"},
+        "at": {"type": "string"},
+        "wheelset": {"type": "integer"},
+        "count": {"type": "number", "exclusiveMinimum": 0, "description": "elements in parallel"},
+    },
+    "required": ["element", "at"],
+    "additionalProperties": False,
+}
+KINDS = ("design", "campaign", "study", "element")
 
 
 def json_schema(kind: str, catalogue: Catalogue | None = None) -> dict[str, Any]:
-    """Return the JSON Schema of a design, a campaign or a study; ValueError for another kind.
+    """Return the JSON Schema of a design, a campaign, a study or an element; ValueError for another kind.
 
     >>> json_schema("study")["$id"]
     'railui.study/1'
@@ -38,6 +51,9 @@ def json_schema(kind: str, catalogue: Catalogue | None = None) -> dict[str, Any]
         schema["properties"]["sensors"]["items"] = _effects_schema(records, sensors=True)
     elif kind == "study":
         schema = StudyModel.model_json_schema()
+    elif kind == "element":
+        schema = ElementModel.model_json_schema()
+        schema["properties"]["effects"]["items"] = _element_laws_schema(records)
     else:
         raise ValueError(f"no schema of {kind!r}; known are {', '.join(KINDS)}")
     return {
@@ -53,9 +69,9 @@ def _design_schema(catalogue: Catalogue) -> dict[str, Any]:
     definitions: dict[str, Any] = {}
     for schema in forms.values():
         definitions |= schema.pop("$defs")
-        schema["properties"]["effects"]["items"] = _effects_schema(catalogue, sensors=False)
+        schema["properties"]["effects"]["items"] = _design_effects_schema(catalogue)
     forms["bogie"]["properties"]["load"] = LOADS
-    multibody, multibody_definitions = multibody_schema(_effects_schema(catalogue, sensors=False))
+    multibody, multibody_definitions = multibody_schema(_design_effects_schema(catalogue))
     definitions["bogie_design_contact"] = _contact_schema(definitions["bogie_design_contact"], definitions)
     multibody["properties"]["contact"] = _contact_schema(multibody["properties"]["contact"], {})
     return {"anyOf": [*forms.values(), multibody], "$defs": definitions | multibody_definitions}
@@ -78,6 +94,21 @@ def _contact_schema(contact: dict[str, Any], definitions: dict[str, Any]) -> dic
         "if": {"not": {"required": ["profiles"]}},
         "then": needed,
     }
+
+
+def _design_effects_schema(catalogue: Catalogue) -> dict[str, Any]:
+    """Return the schema of a design's effects: one of the catalogue, or an element of a file."""
+    schema = _effects_schema(catalogue, sensors=False)
+    return {"oneOf": [*schema["oneOf"], MOUNTED_ELEMENT]} if "oneOf" in schema else schema
+
+
+def _element_laws_schema(catalogue: Catalogue) -> dict[str, Any]:
+    """Return the schema of an element's laws: those of a suspension, without a location."""
+    laws = [_effect_schema(record) for record in catalogue if "rig" in record["at"]]
+    for law in laws:
+        law["properties"] = {k: v for k, v in law["properties"].items() if k not in ("at", "wheelset")}
+        law["required"] = [key for key in law.get("required", []) if key != "at"]
+    return {"oneOf": laws}
 
 
 def _effects_schema(catalogue: Catalogue, *, sensors: bool) -> dict[str, Any]:

@@ -31,7 +31,8 @@ class Run:
     kind : str
         "bogie", "rig" or "bench".
     columns : mapping
-        Arrays [row] by name in SI (rig: in the units of the run; bench: in SI where the unit is known), NaN for missing values.
+        Arrays [row] by name in SI (rig: in the units of the run; bench: in SI where the unit is known), NaN for missing
+        values.
     units : mapping
         Unit of each column in the file.
     rate : float

@@ -20,6 +20,7 @@ from railui.vehicle.design_schema import design_model
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
 from railui.vehicle.load_states import read_load_states
+from railui.vehicle.mounted_elements import expand_elements
 from railui.vehicle.multibody import Structure
 from railui.vehicle.multibody_reader import read_structure
 from railui.vehicle.parameters import FORMS, setting_paths
@@ -84,6 +85,8 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
     entries = data.get("effects")
     effects: tuple[PlacedEffect, ...] = ()
     if isinstance(entries, list) and entries and has_structure:
+        directory = source.parent if source is not None else None
+        entries = expand_elements(entries, findings, "effects", catalogue, directory, kind, structure)
         records = kernel_catalogue() if catalogue is None else catalogue
         effects = read_effects(entries, findings, "effects", records, values, form=kind, structure=structure)
     if model is None or not has_structure:

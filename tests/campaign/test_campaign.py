@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from railui.campaign.campaign import Campaign, load_campaign
+from railui.campaign.dataset import read_dataset
 from railui.io.problems import Problem
 
 Problems = Callable[[Callable[[], object]], list[Problem]]
@@ -155,7 +156,8 @@ def rig_folder(campaign_folder: Path) -> Path:
 
 def test_a_rig_keeps_its_mass_and_has_no_comparison_band(rig_folder: Path) -> None:
     campaign: Campaign = load_campaign(rig_folder)
-    assert campaign.estimated_parameters == ("vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain")
+    expected = [f"vehicle.rig.{key}" for key in ("stiffness", "damping", "gain", "preload")]
+    assert list(campaign.estimated_parameters) == expected
     assert (campaign.band, campaign.cut, campaign.cut_share) == (None, 0.0, 0.02)
     assert campaign.cut_length(50.0) == 1.0
 
@@ -170,6 +172,28 @@ def test_noise_of_a_derivative_has_the_unit_of_the_motion(rig_folder: Path) -> N
         path.write_text(path.read_text().replace("u [V]", "az [m/s^2]"))
     rewrite(rig_folder, ("u: 2 mV", "az: 5 mm/s^2"))
     assert load_campaign(rig_folder).noise == pytest.approx({"z": 0.01, "az": 5.0})
+
+
+def test_a_component_on_a_bench_is_read_in_si(campaign_folder: Path) -> None:
+    (campaign_folder / "vehicle.yaml").write_text("vehicle: {rig: {input: motion, stiffness: 1 kN/m}}\n")
+    t = np.arange(400) / 100
+    for name, units in (("run_a.csv", ("mm", "N")), ("run_b.csv", ("m", "kN"))):
+        rows = "\n".join(f"{x:g},{np.sin(x):.6f},{np.cos(9 * x):.6f}" for x in t)
+        (campaign_folder / name).write_text(f"t [s],z [{units[0]}],F [{units[1]}]\n{rows}\n")
+    rewrite(campaign_folder, ("e1: 0.05 mm, rf: 0.3 mrad/s", "z: 0.01 mm, F: 2 N"))
+    campaign = load_campaign(campaign_folder)
+    assert [p.rpartition(".")[2] for p in campaign.estimated_parameters] == ["stiffness", "damping", "preload"]
+    assert campaign.noise == pytest.approx({"z": 1e-5, "F": 2.0})
+    first, second = read_dataset(campaign).segments
+    assert first.channels == ["F"] and "vz" not in first.columns
+    assert np.std(second.columns["z"]) == pytest.approx(1e3 * np.std(first.columns["z"]))
+    assert np.std(second.columns["F"]) == pytest.approx(1e3 * np.std(first.columns["F"]))
+
+
+def test_a_component_on_a_bench_has_no_mass(campaign_folder: Path, problems_of: Problems) -> None:
+    (campaign_folder / "vehicle.yaml").write_text("vehicle: {rig: {input: motion, mass: 3 kg}}\n")
+    problem = problems_of(lambda: load_campaign(campaign_folder))[0]
+    assert problem.key == "vehicle.rig.mass" and "leave it out" in problem.remedy
 
 
 def test_mass_stiffness_damping_and_gain_of_a_rig_are_not_estimated_together(

@@ -129,6 +129,8 @@ def test_every_parameter_is_in_the_schema_with_unit_and_default(catalogue: Recor
 
 def test_the_schema_lists_every_effect_but_no_sensor(catalogue: Records) -> None:
     entries = json_schema("design", catalogue)["anyOf"][0]["properties"]["effects"]["items"]["oneOf"]
+    *entries, mounted = entries
+    assert mounted["required"] == ["element", "at"]
     kinds = {entry["properties"]["kind"]["const"] for entry in entries}
     assert "free_play" in kinds and not {k for k in kinds if k.startswith("sensor")}
     sensors = json_schema("campaign", catalogue)["properties"]["sensors"]["items"]["oneOf"]

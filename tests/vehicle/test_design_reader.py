@@ -171,6 +171,7 @@ def test_a_rig_is_one_mass_with_its_defaults() -> None:
         "vehicle.rig.stiffness": 0.0,
         "vehicle.rig.damping": 0.0,
         "vehicle.rig.gain": 1.0,
+        "vehicle.rig.preload": 0.0,
     }
 
 

@@ -48,7 +48,7 @@ def calibrate(context: Context) -> Fit:
         f"estimated {len(paths)} parameters in {fit.iterations} iterations; estimating again with renewed noise weights"
     )
     spent = fit.simulations
-    for _ in range(RIG_REFITS if context.nominal.design.kind == "rig" else 1):
+    for _ in range(RIG_REFITS if context.nominal.design.form == "rig" else 1):
         prepared = reprepare_segments(context, fit.model, fit.segments)
         fit = fit_output_error(context, fit.model, paths, segments=prepared, stable=not bounded)
         spent += fit.simulations

@@ -55,7 +55,7 @@ def fit_output_error(
         segments,
         block=duration,
         stable=stable,
-        reestimate_initial_states=model.design.kind == "rig",
+        reestimate_initial_states=model.design.form == "rig",
     )
     x = np.array([model.value(p) for p in free.paths]) if start is None else start
     return optimiser.fit(x, tolerance=tolerance, max_iterations=max_iterations)

@@ -180,7 +180,7 @@ class ScreeningFits:
         points = starting_points(self.settings, scores, s)
         fits = [self._start(point) for point in points]
         # a rig costs little, and a hunting vehicle without a bounding effect diverges: from the nominal model as well
-        if self.model.design.kind == "rig" or self.is_windowed:
+        if self.model.design.form == "rig" or self.is_windowed:
             fits += [self._start(point, self._nominal()) for point in points]
         tries = [f for f in fits if f is not None]
         if tries and self._bounds_hunting(tries[0]):  # the starting points separate only after more iterations

@@ -164,7 +164,7 @@ def _carbody(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, titl
     model = evaluation.model
     y, a = evaluation.motion(["z.frame.0", "ayf"])
     mass, dt = model.design.values["vehicle.frame.mass"], evaluation.segment.dt
-    primary = 0.0
+    primary = np.zeros_like(y)
     for w, z in zip((1, 2), evaluation.motion(["z.primary_lateral.1", "z.primary_lateral.2"]), strict=True):
         primary = primary + restoring_force(z, dt, *elements_at_port(model, "primary_lateral", w))[0]
     before, _ = restoring_force(y, dt, *elements_at_port(evaluation.before, "secondary_lateral", 0))

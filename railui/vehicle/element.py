@@ -1,0 +1,117 @@
+"""Elements: components that a bench has identified, which a design mounts at a location of its suspension."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from railui.io.fields import OBJECT, Group, Objects, Text, ValueReader, check_group, choice_reader, quantity_reader
+from railui.io.problems import Findings
+from railui.io.schema_line import check_schema
+from railui.io.yaml_document import load_yaml
+from railui.vehicle.effect_reader import read_effects
+from railui.vehicle.effects import Catalogue, Number, PlacedEffect, record_of
+
+# location at which an element's numbers are read: one of displacement and one of rotation
+REFERENCE_LOCATIONS = {"m": "primary_lateral", "rad": "primary_yaw"}
+PRELOAD_RANGE = 10.0  # m or rad, of the constant curve that holds a preload
+
+
+class ElementModel(Group):
+    """Schema of an element file."""
+
+    schema_: Text = Field(default="railui.element/1", alias="schema")
+    name: Text = ""
+    motion: Annotated[str, choice_reader(tuple(REFERENCE_LOCATIONS))] = Field(
+        default="m", title="unit of the motion: m of a displacement, rad of a rotation"
+    )
+    stiffness: Annotated[float, quantity_reader("", 0.0)] = Field(default=0.0, title="stiffness of the linear spring")
+    damping: Annotated[float, quantity_reader("", 0.0)] = Field(default=0.0, title="damping of the linear damper")
+    preload: Annotated[float, quantity_reader("")] = Field(default=0.0, title="steady force at z = 0")
+    effects: Objects = Field(default_factory=list, title="laws of the catalogue, without a location")
+    source: Annotated[dict[str, Any], ValueReader(lambda value: value or {}, OBJECT)] = Field(
+        default_factory=dict, title="campaign, its sha256, NRMSE and range of motion"
+    )
+
+
+@dataclass(frozen=True)
+class Element:
+    """A component as laws in parallel, at a reference location.
+
+    Attributes
+    ----------
+    name : str
+    motion : str
+        Unit of its motion, m or rad.
+    effects : tuple of PlacedEffect
+        Spring, damper, preload and laws.
+    catalogue : sequence of records
+    """
+
+    name: str
+    motion: str
+    effects: tuple[PlacedEffect, ...]
+    catalogue: Catalogue
+
+    def mount(self, at: str, wheelset: int | None, count: float) -> tuple[PlacedEffect, ...]:
+        """Return the effects of so many parallel elements at a location: all forces times the count."""
+        return tuple(
+            replace(effect, at=at, wheelset=wheelset, parameters=self._scaled(effect, count)) for effect in self.effects
+        )
+
+    def _scaled(self, effect: PlacedEffect, count: float) -> dict[str, Number]:
+        record = record_of(effect.kind, self.catalogue) or {"parameters": ()}
+        forces = {str(p["key"]) for p in record["parameters"] if str(p["unit"]).startswith("F")}
+        return {key: _times(value, count) if key in forces else value for key, value in effect.parameters.items()}
+
+
+def _times(value: Number, count: float) -> Number:
+    return tuple(count * x for x in value) if isinstance(value, tuple) else count * value
+
+
+def load_element(path: str | Path, catalogue: Catalogue) -> Element:
+    """Read an element file; FileProblems with every problem."""
+    document = load_yaml(path)
+    findings = document.findings()
+    data = document.value if isinstance(document.value, dict) else {}
+    if not data:
+        findings.add("", "is not an element", "write `damping:` and `effects:`, or let railui loop export one")
+        findings.raise_errors()
+    check_schema(data, "element", findings)
+    model = check_group(ElementModel, data, findings)
+    entries = data.get("effects")
+    motion = model.motion if model is not None else "m"
+    laws = _read_laws(entries if isinstance(entries, list) else [], motion, findings, catalogue)
+    findings.raise_errors()
+    assert model is not None  # else `findings` had an error
+    linear = linear_effects(model.stiffness, model.damping, model.preload, REFERENCE_LOCATIONS[motion])
+    return Element(model.name or Path(path).stem, motion, (*linear, *laws), catalogue)
+
+
+def _read_laws(entries: list[Any], motion: str, findings: Findings, catalogue: Catalogue) -> tuple[PlacedEffect, ...]:
+    for i, entry in enumerate(entries):
+        for key in ("at", "wheelset", "element"):
+            if isinstance(entry, Mapping) and key in entry:
+                findings.add(
+                    f"effects.{i}.{key}",
+                    "an element has no location of its own",
+                    "leave it out: the design names the location",
+                    key=True,
+                )
+    placed = [e | {"at": REFERENCE_LOCATIONS[motion]} if isinstance(e, dict) else e for e in entries]
+    return read_effects(placed, findings, "effects", catalogue, {})
+
+
+def linear_effects(stiffness: float, damping: float, preload: float, at: str) -> tuple[PlacedEffect, ...]:
+    """Return a spring, a damper and a preload as effects at a location; what is zero is left out."""
+    constant = {"motion": (-PRELOAD_RANGE, PRELOAD_RANGE), "force": (-preload, -preload)}
+    effects = (
+        (stiffness, PlacedEffect("spring", at, None, {"stiffness": stiffness})),
+        (damping, PlacedEffect("viscous_damper", at, None, {"damping": damping})),
+        (preload, PlacedEffect("measured_force", at, None, constant, "z")),
+    )
+    return tuple(effect for number, effect in effects if number)
