@@ -10,7 +10,7 @@ from railui.capture.processing.map_schema import QUANTITIES, MapModel
 from railui.documents.schema import json_schema
 from railui.io.number_format import format_quantity
 from railui.optimisation.response_keys import RESPONSE_KEYS
-from railui.runs.columns import COLUMNS, COMPARED_CHANNELS, RIG_COLUMNS
+from railui.runs.columns import BENCH_COLUMNS, COLUMNS, COMPARED_CHANNELS, RIG_COLUMNS
 from railui.track.spectra import SPECTRA
 from railui.vehicle.contact_profiles import ProfilesModel
 from railui.vehicle.element_kinds import BODY, ELEMENT_KINDS, POSITION, parameters_of_kind
@@ -44,7 +44,7 @@ parameters below it.
 
 def page() -> str:
     """Return a section for each format."""
-    return "".join([INTRODUCTION, *_design(), *_runs(), *_campaign(), *_track(), *_study(), *_map(), *_results()])
+    return "".join([INTRODUCTION, *_design(), *_runs(), *_campaign(), *_track(), *_study(), *_element(), *_map(), *_results()])
 
 
 def _numbers(parameters: tuple[Parameter, ...]) -> str:
@@ -99,7 +99,7 @@ def _design() -> Iterator[str]:
         note = f" Text keys: {', '.join(map(code, keys))}." if keys else ""
         yield f"\n**{kind}**.{note}\n\n{_numbers(parameters_of_kind(kind))}"
     yield f"\n**floor** (`vehicle.floor.NAME`): a point at which comfort is evaluated. Text key: `body`.\n\n{_numbers(POSITION)}"
-    yield f"\n### Rig\n\nm z'' + c z' + k z + effects = gain u(t).\n\n{_numbers(RIG)}"
+    yield f"\n### Rig\n\nm z'' + c z' + k z + preload + effects = gain u(t); with `input: motion` F = k z + c z' + preload + effects, without mass and gain.\n\n{_numbers(RIG)}"
     yield f"\n`vehicle.rig.input`: {_choices('vehicle.rig.input')}. All numbers are in the units of the run.\n"
 
 
@@ -119,6 +119,9 @@ def _runs() -> Iterator[str]:
     yield "\nColumns of a rig, in any unit; the unit is a label only:\n\n"
     yield table(("column", "unit", "role", "meaning"),
                 [(code(c.name), code(c.unit) or "any", c.role, plain(c.caption)) for c in RIG_COLUMNS.values()])  # fmt: skip
+    yield "\nColumns of a component on a bench (`input: motion`); known units of motion and force are converted to SI:\n\n"
+    yield table(("column", "unit", "role", "meaning"),
+                [(code(c.name), code(c.unit) or "any", c.role, plain(c.caption)) for c in BENCH_COLUMNS.values()])  # fmt: skip
 
 
 def _campaign() -> Iterator[str]:
@@ -142,6 +145,12 @@ def _study() -> Iterator[str]:
     yield "\n## Study\n\nCases are track x speed x seed x scenario (x draw from the covariance of the adjustment), aggregated over "
     yield "`mean`, `worst` or `p95`.\n\n"
     yield table(KEYS, _keys(json_schema("study")))
+
+
+def _element() -> Iterator[str]:
+    yield "\n## Element\n\nA component that a bench has identified, written by `railui loop --export-element`. A design mounts it by "
+    yield "`effects: [{element: FILE, at: LOCATION, count: N}]`, see [a component on a bench](../component_bench.md). The `effects` of an element have no location.\n\n"
+    yield table(KEYS, _keys(json_schema("element")))
 
 
 def _map() -> Iterator[str]:

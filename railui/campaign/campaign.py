@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from railui.campaign.directory import campaign_file
-from railui.campaign.schema import ROLES, CampaignModel
+from railui.campaign.schema import ROLES, CampaignModel, read_conditions
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.io.atomic import sha256_file
 from railui.io.fields import check_group
@@ -34,11 +35,12 @@ RIG_EQUATION_FACTORS = ("vehicle.rig.mass", "vehicle.rig.stiffness", "vehicle.ri
 
 @dataclass(frozen=True)
 class RunEntry:
-    """A run of a campaign: its file, its role, its name as the campaign file writes it."""
+    """A run of a campaign: its file, its role, its name as the campaign file writes it, its conditions by name."""
 
     file: Path
     role: str
     name: str
+    conditions: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -173,11 +175,24 @@ def _runs(directory: Path, raw: Any, findings: Findings) -> tuple[RunEntry, ...]
                 f"{name} is already listed at runs.{first}",
                 "list each run once: validation needs a run that was not used for estimation",
             )
-        runs.append(RunEntry(path, str(entry.get("role")), name))
+        with contextlib.suppress(UnitError):  # reported by CampaignModel
+            conditions = read_conditions(entry.get("conditions"))
+            runs.append(RunEntry(path, str(entry.get("role")), name, conditions))
+    _check_conditions(runs, findings)
     _check_roles([run.role for run in runs], findings)
     if isinstance(raw, list) and not raw:
         findings.add("runs", "is empty", "add {file: run_a.csv.gz, role: adjust} and one of role validate")
     return tuple(runs)
+
+
+def _check_conditions(runs: Sequence[RunEntry], findings: Findings) -> None:
+    """Report runs that lack a condition which others state."""
+    names = list(dict.fromkeys(name for run in runs for name in run.conditions))
+    for i, run in enumerate(runs):
+        for name in names:
+            if name not in run.conditions:
+                remedy = "state it for every run, or for none"
+                findings.add(f"runs.{i}", f"has no condition {name!r}, which other runs state", remedy)
 
 
 def _check_roles(roles: Sequence[str], findings: Findings) -> None:

@@ -38,11 +38,30 @@ def read_cut(value: Any) -> tuple[float, float]:
     return (0.0, number) if share else (number, 0.0)
 
 
+def read_conditions(value: Any) -> dict[str, str]:
+    """Read the conditions of a run: a word, a number or a quantity for each name.
+
+    >>> read_conditions({"current": "0.5 A", "load": 2.0})
+    {'current': '0.5 A', 'load': '2'}
+    """
+    if value is None:
+        return {}
+    if not isinstance(value, dict) or any(isinstance(x, dict | list) or x is None for x in value.values()):
+        raise UnitError("is not a group of conditions", "write {current: 0.5 A}")
+    return {str(name): f"{x:g}" if isinstance(x, float) else str(x) for name, x in value.items()}
+
+
+CONDITIONS = ValueReader(read_conditions, {"type": "object", "additionalProperties": {"type": ["string", "number"]}})
+
+
 class RunModel(Group):
-    """Schema of a run: its file and its role."""
+    """Schema of a run: its file, its role and its conditions."""
 
     file: Text = Field(json_schema_extra={"sample": "file: run_a.csv.gz"})
     role: Annotated[str, choice_reader(ROLES)] = Field(json_schema_extra={"sample": "role: adjust"})
+    conditions: Annotated[dict[str, Any], CONDITIONS] = Field(
+        default_factory=dict, title="conditions of the run, such as {current: 0.5 A}"
+    )
 
 
 NOISE = ValueReader(

@@ -46,6 +46,18 @@ def parameters_table(report: Report, paths: Sequence[str]) -> Any:
     return make_table(columns, rows, title="calibrated parameters")
 
 
+def conditions_table(conditions: Report) -> Any:
+    """Return every parameter under every stated condition, with its standard deviation."""
+    from railui.report.numbers import quantity_with_sd
+
+    rows = []
+    for row in conditions["parameters"]:
+        cells = [quantity_with_sd(x, sd, row["unit"]) for x, sd in zip(row["values"], row["sd"], strict=True)]
+        rows.append((row["path"], *cells, f"{row['p']:.1g}", format_fixed(row["alone_nrmse"])))
+    columns = ("path", *conditions["values"], "p", "NRMSE with it apart")
+    return make_table(columns, rows, title=f"parameters against {conditions['name']}")
+
+
 def profiles_note(profiles: Report) -> str:
     """Return which profiles the table refers to, or why they give no parameters."""
     pair = f"profiles: {profiles['wheel']} on {profiles['rail']}, linearised over the measured motion"

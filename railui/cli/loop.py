@@ -118,12 +118,14 @@ def excluded_kinds(text: str) -> list[str]:
 def _show(call: Invocation, result: LoopResult, report: dict[str, Any]) -> None:
     """Print verdict, errors, notes, contact parameters and effects."""
     from railui.cli.identification_tables import (
+        conditions_table,
         detectable_table,
         effects_table,
         errors_table,
         parameters_table,
         profiles_note,
     )
+    from railui.report.loop.conditions import condition_notes
     from railui.report.loop.notes import unstated_track_noise_notes, unstructured_residual_notes
     from railui.report.loop.summary import summary_lines
 
@@ -134,6 +136,10 @@ def _show(call: Invocation, result: LoopResult, report: dict[str, Any]) -> None:
     call.show(errors_table(report))
     for note in [*unstated_track_noise_notes(result.dataset), *unstructured_residual_notes(result)]:
         call.show(f"{note}\n")
+    if report["conditions"] is not None:
+        for note in condition_notes(result):
+            call.show(f"{note}\n")
+        call.show(conditions_table(report["conditions"]))
     if report["profiles"]:
         call.show(parameters_table(report, [path for path in report["parameters"] if path.startswith("contact.")]))
         call.show(profiles_note(report["profiles"]))

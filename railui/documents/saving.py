@@ -122,7 +122,11 @@ def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path
     design_file = vehicle if vehicle is not None else campaign.design.source
     if design_file is not None:
         writer.entry("vehicle", relative_path(design_file, directory))
-    writer.items("runs", [{"file": relative_path(run.file, directory), "role": run.role} for run in campaign.runs])
+    runs: list[dict[str, Any]] = []
+    for run in campaign.runs:
+        conditions = {"conditions": dict(run.conditions)} if run.conditions else {}
+        runs.append({"file": relative_path(run.file, directory), "role": run.role, **conditions})
+    writer.items("runs", runs)
     writer.entry("noise", campaign.noise)
     writer.entry("noise_band", campaign.noise_band)
     writer.entry("adjust", campaign.estimated_parameters)

@@ -27,6 +27,7 @@ from railui.identification.remainder import describe_remainder
 from railui.identification.result import LoopResult, run_independent_test, validate_final
 from railui.identification.structure.gain_forecast import predict_validation_gain
 from railui.identification.structure.stepwise import NO_SCORE_TEST, Selection, SelectionStep, StepwiseSelection
+from railui.identification.unmodelled.condition_dependence import dependence_on_conditions
 from railui.identification.unmodelled.discrepancy import find_discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
 from railui.identification.verdict import Verdict, decide_verdict, explained_share
@@ -68,8 +69,11 @@ def close_loop(
     progress.event(ModelValidated("before", base.validation))
     selection = StepwiseSelection(context).select_effects(base.fit, base.validation, base.windowed)
     result = _conclude(context, base, selection)
+    conditions = None if context.is_out_of_time else dependence_on_conditions(context, selection.fit)
     seconds = time.perf_counter() - started
-    return replace(result, findings=findings, seconds=seconds, is_out_of_time=context.is_out_of_time)
+    return replace(
+        result, findings=findings, seconds=seconds, is_out_of_time=context.is_out_of_time, conditions=conditions
+    )
 
 
 class _Base(NamedTuple):

@@ -15,6 +15,7 @@ from railui.identification.estimation.validation import Validation, error_after_
 from railui.identification.structure.gain_forecast import PredictedGains
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.stepwise import SelectionStep
+from railui.identification.unmodelled.condition_dependence import ConditionDependence
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.verdict import Explained, Remainder, Verdict
 from railui.vehicle.model import Model
@@ -81,6 +82,7 @@ class LoopResult:
     is_out_of_time: bool = False
     left_out: tuple[LeftOutRun, ...] = ()
     predicted_gains: PredictedGains = field(default_factory=dict, repr=False)
+    conditions: ConditionDependence | None = None
 
     @property
     def dataset(self) -> Dataset:

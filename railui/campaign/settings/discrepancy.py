@@ -50,6 +50,12 @@ class DiscrepancySettings:
     force_location_tolerance: float = setting(
         0.03, maximum=1.0, meaning="Share by which a location with fewer independent forces may explain less."
     )
+    condition_level: float = setting(
+        0.01,
+        maximum=1.0,
+        meaning="Family-wise level below which a parameter depends on the stated condition of the runs.",
+        provenance="conventional: one false dependence in a hundred campaigns",
+    )
     curve_span: float = setting(
         2.5, minimum=0.5, meaning="Half-width of a force curve in standard deviations of the motion."
     )

@@ -20,6 +20,7 @@ from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.verdict import Remainder
 from railui.io.atomic import to_json_value
 from railui.progress import SILENT, Progress
+from railui.report.loop.conditions import condition_rows
 from railui.report.loop.detectable import minimum_detectable_effects
 from railui.report.loop.identifiability import identifiability
 from railui.report.loop.model_comparison import rank_candidates, significant_below_threshold
@@ -28,6 +29,7 @@ from railui.report.loop.phases import phase_rows
 from railui.report.loop.profiles import profile_parameters
 from railui.report.loop.ride_quality import mean_errors, ride_quality
 from railui.report.loop.sentence import sentence
+from railui.report.loop.wording import unit_location
 from railui.vehicle.effects import parameter_unit
 
 
@@ -119,6 +121,7 @@ def loop_report(result: LoopResult) -> dict[str, Any]:
             result.score_test, campaign.min_relative_gain, validations["after"].nrmse, result.predicted_gains
         ),
         "means": mean_errors(result),
+        "conditions": condition_rows(result),
         "riding": ride_quality(result),
         "parameters": _parameters(result),
         "simulations": result.before.simulations + result.after.simulations,
@@ -137,6 +140,7 @@ def _runs(result: LoopResult) -> list[dict[str, Any]]:
         {
             "file": entry.name,
             "role": entry.role,
+            "conditions": dict(entry.conditions),
             "sha256": run.sha256,
             "samples": len(run),
             "stretches": len(run.segments),
@@ -168,7 +172,7 @@ def _effects(result: LoopResult) -> list[dict[str, Any]]:
                 p["key"]: {
                     "value": effect.parameters[p["key"]],
                     "sd": sd.get(f"{group}.{i}.{p['key']}"),
-                    "unit": parameter_unit(p, effect.at),
+                    "unit": parameter_unit(p, unit_location(result, effect.at)),
                 }
                 for p in core.effect_record(effect.kind)["parameters"]
                 if effect.parameters.get(p["key"]) is not None and p["role"] != "run"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.identification.loop import LoopResult
+from railui.identification.result import LoopResult
 from railui.io.atomic import write_text
 from railui.io.schema_line import schema_name
 from railui.io.yaml_writer import YamlWriter

@@ -9,6 +9,7 @@ from railui.identification.estimation.multiple_shooting import windowed_files
 from railui.identification.result import LoopResult
 from railui.identification.structure.stepwise import has_structure
 from railui.identification.unmodelled.discrepancy import is_at_noise_floor
+from railui.report.loop.conditions import condition_notes
 from railui.report.loop.wording import MODEL_LABELS
 
 MAX_NAMED_CHANNELS = 3
@@ -25,6 +26,7 @@ def report_notes(result: LoopResult) -> list[str]:
         )
     for model, validation in result.validations.items():
         notes += [divergence_note(model, file, time) for file, time in validation.diverged]
+    notes += condition_notes(result)
     return [*notes, *unstated_track_noise_notes(result.dataset), *unstructured_residual_notes(result)]
 
 

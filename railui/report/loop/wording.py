@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from railui import core
+from railui.identification.result import LoopResult
 
 # keys of the report: what the page, the figures and the tables call them
 MODEL_LABELS = {
@@ -72,3 +73,15 @@ def location_phrase(at: str, wheelset: int | None = None) -> str:
     if at not in LOCATIONS:
         return f"signal {at}"
     return f"the {LOCATIONS[at]}" + (f" of {which}" if wheelset or at in PER_WHEELSET else "")
+
+
+def unit_location(result: LoopResult, at: str) -> str:
+    """Return a location with the SI units of an effect: a rig has none, except for a component measured in m and N.
+
+    Its units are those of a suspension with the same kind of motion.
+    """
+    if at != "rig" or result.nominal.design.form != "bench":
+        return at
+    units = result.dataset.runs[0].units
+    known = {("m", "N"): "primary_lateral", ("rad", "N*m"): "primary_yaw"}
+    return known.get((units.get("z", ""), units.get("F", "")), at)

@@ -1,0 +1,185 @@
+"""Dependence on conditions: the parameters of a model, estimated apart on the runs of every stated condition.
+
+A campaign may state a condition of its runs, such as the current of a magneto-rheological damper or a temperature. The
+model with its effects is fitted to all runs together and to those of each condition; a parameter depends on the
+condition where its estimates differ by more than their standard deviations allow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.identification.context import Context
+from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.problem import FitSegment, prepare_segments
+from railui.identification.estimation.validation import validate, validate_each
+from railui.identification.structure.stepwise import StepwiseSelection
+from railui.vehicle.model import Model
+
+
+@dataclass(frozen=True)
+class ConditionParameter:
+    """Estimates of a parameter under every condition.
+
+    Attributes
+    ----------
+    path : str
+    values, sd : tuple of float
+        Estimate and standard deviation under each condition, SI.
+    p : float
+        Probability of such differences where the parameter is the same under all conditions.
+    depends : bool
+    alone_nrmse : float
+        Error on the validation runs where this parameter alone differs between conditions.
+    """
+
+    path: str
+    values: tuple[float, ...]
+    sd: tuple[float, ...]
+    p: float
+    depends: bool
+    alone_nrmse: float
+
+
+@dataclass(frozen=True)
+class ConditionDependence:
+    """Parameters of a model under the conditions of a campaign.
+
+    Attributes
+    ----------
+    name : str
+        Name of the condition; several are joined by commas.
+    conditions : tuple of str
+        Their values in the order of the campaign.
+    model : Model
+        The model of all runs together.
+    parameters : tuple of ConditionParameter
+        Those that depend on the condition first, the largest reduction of the error first.
+    common_nrmse, separate_nrmse : float
+        Error on the validation runs with common and with separate parameters.
+    """
+
+    name: str
+    conditions: tuple[str, ...]
+    model: Model
+    parameters: tuple[ConditionParameter, ...]
+    common_nrmse: float
+    separate_nrmse: float
+
+
+def estimate_condition_dependence(context: Context, fit: Fit) -> ConditionDependence | None:
+    """Estimate all parameters of a fit under each condition; None if the runs state fewer than two conditions.
+
+    Where the conditions matter, no effect can be selected on all runs together, whose residual is their difference. The
+    effects are then selected under the condition with the largest relative residual. Conditions without an estimation run are
+    left out. ValueError if a simulation diverges.
+    """
+    labels = [", ".join(entry.conditions.values()) for entry in context.campaign.runs]
+    here = list(dict.fromkeys(labels[s.run_index] for s in context.dataset.estimation))
+    if len(here) < 2 or "" in here:
+        return None
+    comparison = _Comparison(context, labels, here)
+    dependence = comparison.compare(fit.model)
+    if dependence.separate_nrmse > (1.0 - context.campaign.min_relative_gain) * dependence.common_nrmse:
+        return dependence
+    selected = comparison.select_effects(fit.model)
+    if selected.effects == fit.model.effects:
+        return dependence
+    again = comparison.compare(selected)
+    return min(again, dependence, key=lambda d: d.separate_nrmse)
+
+
+def dependence_on_conditions(context: Context, fit: Fit) -> ConditionDependence | None:
+    """Estimate the dependence on stated conditions; None where there are none or a simulation diverges."""
+    try:
+        dependence = estimate_condition_dependence(context, fit)
+    except ValueError as error:
+        context.progress.message(f"no dependence on conditions estimated: {error}")
+        return None
+    if dependence is not None:
+        context.progress.message(
+            f"parameters apart for {', '.join(dependence.conditions)}: "
+            f"NRMSE {dependence.common_nrmse:.4f} -> {dependence.separate_nrmse:.4f}"
+        )
+    return dependence
+
+
+class _Comparison:
+    """Fits of one model to the runs of each condition, and to all of them."""
+
+    def __init__(self, context: Context, labels: Sequence[str], conditions: Sequence[str]) -> None:
+        self.context = context
+        self.labels = labels
+        self.conditions = conditions
+        self.validation = [s for s in context.dataset.validation if labels[s.run_index] in conditions]
+
+    def compare(self, model: Model) -> ConditionDependence:
+        """Estimate the parameters of a model under each condition, and each parameter alone."""
+        context = self.context
+        paths = [*context.campaign.estimated_parameters, *model.effect_paths()]
+        segments = prepare_segments(context, model, context.dataset.estimation)
+        common = fit_output_error(context, model, paths, segments=segments).model
+        separate = self._fits(common, paths, segments)
+        level = context.settings.discrepancy.condition_level / len(paths)
+        rows = []
+        for path in paths:
+            estimates = [(f.x[i], f.sd[i]) for f in separate.values() for i in [f.free.paths.index(path)]]
+            values, sd = (tuple(map(float, column)) for column in zip(*estimates, strict=True))
+            p = homogeneity(np.array(values), np.array(sd))
+            alone = self._error(self._fits(common, [path], segments))
+            rows.append(ConditionParameter(path, values, sd, p, p < level, alone))
+        rows.sort(key=lambda row: (not row.depends, row.alone_nrmse))
+        name = ", ".join(context.campaign.runs[0].conditions)
+        error = validate(context, common, self.validation).nrmse
+        return ConditionDependence(name, tuple(self.conditions), common, tuple(rows), error, self._error(separate))
+
+    def _fits(self, model: Model, paths: Sequence[str], segments: Sequence[FitSegment]) -> dict[str, Fit]:
+        """Fit paths of a model to the estimation runs of each condition."""
+        of = {c: [t for t in segments if self.labels[t.segment.run_index] == c] for c in self.conditions}
+        return {c: fit_output_error(self.context, model, paths, segments=part) for c, part in of.items()}
+
+    def _error(self, fits: Mapping[str, Fit]) -> float:
+        """Error on the validation runs, each with the model of its condition."""
+        models = [(fits[self.labels[s.run_index]].model, s) for s in self.validation]
+        return validate_each(self.context, models).nrmse
+
+    def select_effects(self, model: Model) -> Model:
+        """Select effects on the runs of the condition with the largest relative residual, stepwise."""
+        segments = prepare_segments(self.context, model, self.context.dataset.estimation)
+        fits = self._fits(model, self.context.campaign.estimated_parameters, segments)
+        reference = max(fits, key=lambda c: fits[c].normal.rss / fits[c].normal.samples)
+        dataset = self.context.dataset
+        kept = tuple(s for s in dataset.segments if self.labels[s.run_index] == reference)
+        roles = {s.role for s in kept}
+        if not {"adjust", "validate"} <= roles:
+            return model
+        self.context.progress.message(f"the conditions differ: effects selected at {reference}")
+        context = replace(self.context.in_background(self.context.jobs), dataset=replace(dataset, segments=kept))
+        before = calibrate(context)
+        validation = validate(context, before.model, context.dataset.validation)
+        return StepwiseSelection(context).select_effects(before, validation).fit.model
+
+
+def homogeneity(values: FloatArray, sd: FloatArray) -> float:
+    """Probability that estimates [n] of one number differ as much by chance, from Cochran's Q.
+
+    Q = sum ((x_i - m)/sd_i)^2 about the weighted mean m is chi-square with n - 1 degrees of freedom; its tail by the
+    cube root of Wilson and Hilferty (1931).
+
+    >>> round(homogeneity(np.array([1.0, 1.1]), np.array([0.1, 0.1])), 2)
+    0.48
+    """
+    weights = 1.0 / np.maximum(sd, 1e-300) ** 2
+    mean = np.sum(weights * values) / np.sum(weights)
+    q, dof = float(np.sum(weights * (values - mean) ** 2)), len(values) - 1
+    if dof == 1:
+        return math.erfc(math.sqrt(q / 2.0))
+    z = ((q / dof) ** (1.0 / 3.0) - (1.0 - 2.0 / (9.0 * dof))) / math.sqrt(2.0 / (9.0 * dof))
+    return 0.5 * math.erfc(z / math.sqrt(2.0))

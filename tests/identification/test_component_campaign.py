@@ -1,0 +1,120 @@
+"""Components on a bench: the bundled measured damper, and simulated campaigns with a known law and condition."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import read_dataset
+from railui.identification.estimation.validation import validate
+from railui.identification.loop import LoopResult, close_loop
+from railui.identification.unmodelled.condition_dependence import homogeneity
+from railui.io.problems import FileProblems
+from railui.report.loop.data import loop_report
+from railui.report.loop.element_file import element_text
+from railui.report.loop.files import write_loop
+from railui.vehicle.effects import kernel_catalogue
+from railui.vehicle.element import load_element
+
+BUNDLED = Path(__file__).parents[2] / "designs" / "campaigns" / "mr_damper"
+VEHICLE = "vehicle: {rig: {input: motion, stiffness: 1 kN/m, damping: 1 kN*s/m}}\n"
+MOTIONS = ((20.0, 0.5), (6.0, 2.0), (10.0, 1.0), (12.0, 0.8))  # mm, Hz
+
+
+def sines(folder: Path, name: str, friction: float, seed: int) -> None:
+    """Write a run: four sines of growing speed; F = 2000 z + 1500 z' + 25 + friction tanh(z'/0.01) + noise of 1 N."""
+    amplitude, f = MOTIONS[seed % len(MOTIONS)]
+    t = np.arange(1600) * 0.005
+    z = amplitude * 1e-3 * np.sin(2.0 * np.pi * f * t)
+    v = amplitude * 1e-3 * 2.0 * np.pi * f * np.cos(2.0 * np.pi * f * t)
+    force = 2000.0 * z + 1500.0 * v + 25.0 + friction * np.tanh(v / 0.01)
+    force += np.random.default_rng(seed).standard_normal(len(t))
+    rows = "\n".join(f"{a:.4f},{1e3 * b:.6f},{1e3 * c:.5f},{d:.4f}" for a, b, c, d in zip(t, z, v, force, strict=True))
+    (folder / name).write_text(f"t [s],z [mm],vz [mm/s],F [N]\n{rows}\n")
+
+
+def campaign(folder: Path, frictions: dict[str, float]) -> Path:
+    """Write a campaign with two estimation runs and one validation run under every condition."""
+    folder.mkdir(exist_ok=True)
+    (folder / "vehicle.yaml").write_text(VEHICLE)
+    lines = ["name: bench", "vehicle: vehicle.yaml", "runs:"]
+    for label, friction in frictions.items():
+        for k, role in enumerate(("adjust", "adjust", "validate")):
+            name = f"run_{label.replace(' ', '')}_{k}.csv"
+            sines(folder, name, friction, k)
+            conditions = f", conditions: {{current: {label}}}" if len(frictions) > 1 else ""
+            lines.append(f"  - {{file: {name}, role: {role}{conditions}}}")
+    (folder / "campaign.yaml").write_text("\n".join(lines) + "\n")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def friction(tmp_path_factory: pytest.TempPathFactory) -> LoopResult:
+    folder = campaign(tmp_path_factory.mktemp("friction"), {"0 A": 120.0})
+    return close_loop(read_dataset(load_campaign(folder)))
+
+
+def test_a_loop_identifies_the_friction_of_a_component(friction: LoopResult) -> None:
+    model = friction.after.model
+    assert friction.verdict == "effect" and [e.kind for e in model.effects] == ["dry_friction"]
+    assert model.value("effects.0.force") == pytest.approx(120.0, rel=0.01)
+    assert model.value("vehicle.rig.damping") == pytest.approx(1500.0, rel=0.02)
+    assert model.value("vehicle.rig.preload") == pytest.approx(25.0, abs=0.5)
+    assert friction.validations["after"].nrmse < 0.02
+
+
+def test_the_exported_element_has_the_identified_law(friction: LoopResult, tmp_path: Path) -> None:
+    file = tmp_path / "damper.yaml"
+    file.write_text(element_text(friction))
+    element = load_element(file, kernel_catalogue())
+    assert [e.kind for e in element.effects] == ["spring", "viscous_damper", "measured_force", "dry_friction"]
+    doubled = element.mount("secondary_lateral", None, 2.0)[-1]
+    assert doubled.parameters["force"] == pytest.approx(2.0 * friction.after.model.value("effects.0.force"))
+    assert doubled.parameters["slip_speed"] == friction.after.model.value("effects.0.slip_speed")
+
+
+def test_the_report_of_a_component_is_written_and_is_json(friction: LoopResult, tmp_path: Path) -> None:
+    write_loop(friction, loop_report(friction), tmp_path / "out", [])
+    data = json.loads((tmp_path / "out" / "loop.json").read_text())
+    assert data["conditions"] is None and data["effects"][0]["kind"] == "dry_friction"
+    assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
+
+
+def test_a_friction_that_depends_on_the_current_is_reported_for_every_current(tmp_path: Path) -> None:
+    folder = campaign(tmp_path / "currents", {"0 A": 40.0, "1 A": 160.0})
+    found = close_loop(read_dataset(load_campaign(folder))).conditions
+    assert found is not None and found.name == "current" and found.conditions == ("0 A", "1 A")
+    row = found.parameters[0]
+    assert row.depends and found.model.value(row.path) > 0 and row.path.endswith(".force")
+    assert row.values == pytest.approx((40.0, 160.0), rel=0.05)
+    others = {r.path: r for r in found.parameters[1:]}
+    assert not others["vehicle.rig.damping"].depends
+    assert found.separate_nrmse < 0.05 < found.common_nrmse
+
+
+def test_a_condition_that_only_some_runs_state_is_an_error(tmp_path: Path) -> None:
+    folder = campaign(tmp_path / "currents", {"0 A": 40.0, "1 A": 160.0})
+    text = (folder / "campaign.yaml").read_text()
+    (folder / "campaign.yaml").write_text(text.replace(", conditions: {current: 1 A}", "", 1))
+    with pytest.raises(FileProblems, match="has no condition 'current'"):
+        load_campaign(folder)
+
+
+def test_estimates_within_their_scatter_are_homogeneous() -> None:
+    rng = np.random.default_rng(1)
+    for n in (2, 3, 5):
+        p = [homogeneity(7.0 + sd * rng.standard_normal(n), sd) for sd in rng.uniform(0.5, 2.0, (2000, n))]
+        assert np.mean(np.array(p) < 0.1) == pytest.approx(0.1, abs=0.025)
+
+
+def test_the_measured_damper_has_friction_and_hysteresis() -> None:
+    dataset = read_dataset(load_campaign(BUNDLED))
+    result = close_loop(dataset)
+    kinds = {e.kind for e in result.after.model.effects}
+    assert {"dry_friction", "hysteresis"} <= kinds
+    assert result.validations["before"].nrmse > 0.25 and result.validations["after"].nrmse < 0.15
+    assert validate(result.context, result.after.model, dataset.test).nrmse < 0.15
