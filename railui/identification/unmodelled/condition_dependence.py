@@ -77,9 +77,9 @@ class ConditionDependence:
 def estimate_condition_dependence(context: Context, fit: Fit) -> ConditionDependence | None:
     """Estimate all parameters of a fit under each condition; None if the runs state fewer than two conditions.
 
-    Where the conditions matter, no effect can be selected on all runs together, whose residual is their difference. The
-    effects are then selected under the condition with the largest relative residual. Conditions without an estimation run are
-    left out. ValueError if a simulation diverges.
+    Where the conditions matter, no effect can be selected on all runs together, whose residual is their difference.
+    The effects are then selected under the condition with the largest relative residual. Conditions without an
+    estimation run are left out. ValueError if a simulation diverges.
     """
     labels = [", ".join(entry.conditions.values()) for entry in context.campaign.runs]
     here = list(dict.fromkeys(labels[s.run_index] for s in context.dataset.estimation))

@@ -1,6 +1,6 @@
 //! The kinds of vehicles that need no list of bodies: the bogie, a wheelset on springs, one mass on a rig.
-use crate::error::{Error, Result, expect_len};
 use crate::effects::effect::Site;
+use crate::error::{Error, Result, expect_len};
 use crate::vehicle::assembly::{Assembly, LINKAGE, Order, Port, Row};
 use crate::vehicle::bodies::Layout;
 use crate::wheel_rail::wheelset::Wheelset;
@@ -242,13 +242,8 @@ fn wheelset_on_springs(p: &[f64]) -> Assembly {
     v
 }
 
-pub const RIG: [&str; 5] = [
-    "vehicle.rig.mass",
-    "vehicle.rig.stiffness",
-    "vehicle.rig.damping",
-    "vehicle.rig.gain",
-    "vehicle.rig.preload",
-];
+pub const RIG: [&str; 5] =
+    ["vehicle.rig.mass", "vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain", "vehicle.rig.preload"];
 
 /// One mass on a test bench: m z'' + c z' + k z + preload + effects = gain u. With a moving base the co-ordinate is the
 /// deflection, which the suspension feels.
