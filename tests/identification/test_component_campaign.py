@@ -11,7 +11,8 @@ import pytest
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
 from railui.identification.estimation.validation import validate
-from railui.identification.loop import LoopResult, close_loop
+from railui.identification.loop import close_loop
+from railui.identification.result import LoopResult
 from railui.identification.unmodelled.condition_dependence import homogeneity
 from railui.io.problems import FileProblems
 from railui.report.loop.data import loop_report
