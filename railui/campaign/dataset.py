@@ -238,7 +238,7 @@ def hold_back(segments: Sequence[Segment], share: float, seconds: float, rig_rat
         left = round((1.0 - share) * sum(s.samples for s in same))  # samples before the part held back
         for s in same:
             cut, left = min(max(left, 0), s.samples), left - s.samples
-            least = seconds / s.dt if s.kind != "rig" else min(seconds / s.dt, seconds * rig_rate)
+            least = seconds / s.dt if not s.is_rig else min(seconds / s.dt, seconds * rig_rate)
             if cut < least:
                 whole = parts.test if cut < s.samples - cut and s.samples >= least else parts.selection
                 whole.append(s)

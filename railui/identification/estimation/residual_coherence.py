@@ -19,6 +19,7 @@ from railui.dsp.spectra import hann
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Prediction, Predictor
+from railui.runs.columns import column_names
 from railui.vehicle.model import Model
 
 WINDOW_SECONDS = 2.56  # longest window of the spectra
@@ -144,8 +145,8 @@ def _track_inputs(context: Context, segment: Segment) -> FloatArray:
     """Filtered track columns under both wheelsets [input, n], or the input of a rig; those that are zero left out."""
     columns = segment.columns
     n = segment.samples - 2 * cut_samples(context.campaign, segment)
-    if segment.kind == "rig":
-        inputs = [columns["u"]] if "u" in columns else []
+    if segment.is_rig:
+        inputs = [columns[name] for name in column_names(segment.kind, "track") if name in columns]
     else:
         s, wheelbase = columns["s"], 2.0 * context.nominal.design.values["vehicle.geometry.half_wheelbase"]
         inputs = [columns[name] for name in TRACK_COLUMNS if name in columns]
@@ -187,7 +188,7 @@ class _Spectra:
 def _window_length(segment: Segment, dt: float, samples: int, inputs: int) -> int:
     """Samples of a window: short enough for several windows per input."""
     enough = 2 * samples // (WINDOWS_PER_INPUT * max(inputs, 1) + 1)
-    if segment.kind == "rig":
+    if segment.is_rig:
         return max(min(2 * samples // RIG_WINDOWS, enough), 8)
     return int(np.clip(enough, round(MIN_WINDOW_SECONDS / dt), round(WINDOW_SECONDS / dt)).clip(max=samples))
 
