@@ -14,6 +14,7 @@ from railui.campaign.dataset import Dataset
 from railui.campaign.finding import Finding
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate, nominal_fit, with_phases, with_stable_start
+from railui.identification.estimation.failed_fit import has_failed, retry_failed_fit
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.leave_one_out import leave_one_run_out
 from railui.identification.estimation.multiple_shooting import refit_hunting
@@ -26,7 +27,8 @@ from railui.identification.events import ModelValidated
 from railui.identification.remainder import describe_remainder
 from railui.identification.result import LoopResult, run_independent_test, validate_final
 from railui.identification.structure.gain_forecast import predict_validation_gain
-from railui.identification.structure.stepwise import NO_SCORE_TEST, Selection, SelectionStep, StepwiseSelection
+from railui.identification.structure.stage import SelectionStep
+from railui.identification.structure.stepwise import NO_SCORE_TEST, Selection, StepwiseSelection
 from railui.identification.unmodelled.condition_dependence import dependence_on_conditions
 from railui.identification.unmodelled.discrepancy import find_discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
@@ -94,14 +96,16 @@ def _calibrated_base(context: Context, nominal: Validation) -> _Base:
     """
     fit, windowed = refit_hunting(context, calibrate(context))
     validation = validate(context, fit.model, context.dataset.selection)
-    is_at_floor = fit.error_to_noise <= context.settings.selection.unexplained_ratio
-    if windowed is not None or is_at_floor or not is_worse_than_nominal(context, nominal, validation):
+    if windowed is None:
+        fit, windowed, validation = retry_failed_fit(context, fit, nominal, validation)
+    hunts = windowed is not None and not windowed.slips
+    if hunts or not has_failed(context, fit, nominal, validation):
         return _Base(fit, validation, windowed, is_failed=False)
     context.progress.message(
         f"the calibration failed: NRMSE {validation.nrmse:.4f} on the validation runs, "
         f"{nominal.nrmse:.4f} with the nominal model, which is used instead"
     )
-    return _Base(nominal_fit(context), nominal, None, is_failed=True)
+    return _Base(nominal_fit(context), nominal, windowed, is_failed=True)
 
 
 def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult:

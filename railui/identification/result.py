@@ -14,7 +14,7 @@ from railui.identification.estimation.noise_floor import NoiseFloor, estimate_no
 from railui.identification.estimation.validation import Validation, error_after_start, validate
 from railui.identification.structure.gain_forecast import PredictedGains
 from railui.identification.structure.score_test import ScoreTestResult
-from railui.identification.structure.stepwise import SelectionStep
+from railui.identification.structure.stage import SelectionStep
 from railui.identification.unmodelled.condition_dependence import ConditionDependence
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.verdict import Explained, Remainder, Verdict
@@ -52,7 +52,7 @@ class LoopResult:
     test
         Errors on the test runs, or on what is held back; None where the runs are too short.
     windowed
-        The model without effects fitted on windows, where the vehicle hunts.
+        The model without effects fitted on windows, where the vehicle hunts or falls out of step with the motion.
     is_failed_fit
         Whether the calibrated model was worse than the nominal one on the runs that select effects.
     is_out_of_time

@@ -14,8 +14,8 @@ from pathlib import Path
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
 from railui.identification.context import create_context
+from railui.identification.estimation.validation import is_significant_gain
 from railui.identification.loop import close_loop
-from railui.identification.structure.stepwise import is_significant_gain
 from tests.blind.assessment import assess, validate_true_effects
 from tests.blind.cases import PlantedCase, draw_cases
 from tests.truth.campaign import campaign, write

@@ -152,6 +152,18 @@ class SelectionSettings:
         meaning="Standard errors by which the gain on the validation runs must differ from zero.",
         provenance="conventional: one standard error (Hastie, Tibshirani, Friedman 2009, 7.10)",
     )
+    runners_up: int = setting(
+        3, minimum=0, meaning="Next candidates that are validated where the best one gains nothing on unseen runs."
+    )
+    pair_shapes: int = setting(
+        40, minimum=2, meaning="Shapes of candidates of which all pairs are scored where single effects do not suffice."
+    )
+    refitted_pairs: int = setting(5, minimum=1, meaning="Best pairs that are fitted together.")
+    min_pair_difference: float = setting(
+        0.02,
+        maximum=1.0,
+        meaning="Squared sine of the angle between the output differences of two effects from which they form a pair.",
+    )
     rival_share: float = setting(
         0.10, maximum=1.0, meaning="Share of the misfit that a drift or coupling must explain to rule out an effect."
     )

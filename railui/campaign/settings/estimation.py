@@ -80,7 +80,7 @@ class InitialStateSettings:
 
 @dataclass(frozen=True)
 class WindowSettings:
-    """Multiple shooting: vehicles near or beyond their hunting limit are fitted on short windows."""
+    """Multiple shooting: vehicles near their hunting limit, or out of step with the motion, are fitted on windows."""
 
     window_duration: float = setting(3.0, unit="s", minimum=0.5, meaning="Length of a window of multiple shooting.")
     windowed_growth_rate: float = setting(
@@ -89,6 +89,25 @@ class WindowSettings:
         minimum=None,
         maximum=0.0,
         meaning="Growth rate from which a segment is cut into windows: the vehicle is near its hunting limit there.",
+    )
+    slipped_misfit: float = setting(
+        1.0,
+        minimum=0.1,
+        meaning="Squared residual over squared signal in a block of a run from which a model is out of step with it.",
+        provenance="derived: a residual larger than the signal is worse than no model",
+    )
+    followed_misfit: float = setting(
+        0.25,
+        minimum=0.01,
+        maximum=1.0,
+        meaning="The same up to which windows are lengthened.",
+        provenance="derived: half the signal, a phase error of about 30 degrees",
+    )
+    first_window_periods: float = setting(
+        2.0, minimum=0.5, meaning="Periods of the motion in the shortest windows of a model that is out of step."
+    )
+    max_windows: int = setting(
+        40, minimum=4, meaning="Windows of growing length that are fitted at once, evenly spread over the runs."
     )
 
 

@@ -17,7 +17,7 @@ from railui.identification.estimation.problem import prepare_segments, reprepare
 from railui.vehicle.model import Model
 
 COARSE_TOLERANCE = 1e-4
-RIG_REFITS = 4  # with renewed initial states: a rig decays as long as it is recorded
+RIG_REFITS = 1
 MAX_CONICITY_STEPS = 20
 
 

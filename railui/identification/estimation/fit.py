@@ -78,6 +78,8 @@ class Fit:
         True where the fit met the stability limit.
     block
         Duration [s] of a block of the normal equations.
+    slips
+        True for a fit on windows because the model falls out of step with the motion over whole runs.
     """
 
     model: Model
@@ -92,6 +94,7 @@ class Fit:
     constrained: bool = False
     segments: tuple[FitSegment, ...] = field(default=(), repr=False)
     block: float = 1.0
+    slips: bool = False
 
     def block_samples(self, target: FitSegment) -> int:
         """Compared samples per block of the normal equations."""
@@ -120,7 +123,8 @@ class Fit:
 def block_duration(settings: CalibrationSettings, model: Model, segments: Sequence[Segment]) -> float:
     """Duration [s] of a block: some hunting periods of the model; a share of a rig's record."""
     if model.design.kind != "bogie":
-        return max(s.samples * s.dt for s in segments) / settings.rig_block_count
+        runs = [s.window_of or s for s in segments]
+        return max(s.samples * s.dt for s in runs) / settings.rig_block_count
     eigenvalues = [model.eigenvalues(s.mean_speed)[0] for s in segments]
     hunting = min(
         (abs(z[np.argmax(np.where(z.imag > OSCILLATING_FREQUENCY, z.real, -np.inf))].imag) for z in eigenvalues),

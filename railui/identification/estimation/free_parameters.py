@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from railui import core
 from railui.arrays import FloatArray
+from railui.campaign.dataset import Segment
 from railui.identification.context import Context
+from railui.identification.estimation.modulating_functions import dominant_period
 from railui.vehicle.model import Model
 from railui.vehicle.parameters import PARAMETERS
 
@@ -18,6 +20,8 @@ USUAL_PHASE = 0.3  # rad
 RIG_RANGE = 100.0  # bound of a rig's parameter, in its usual size
 RIG_ANGULAR_FREQUENCY = 62.8  # rad/s: 10 Hz
 RIG_DAMPING_RATIO = 0.1
+LEAST_SLIP_SHARE = 3e-3  # of the rms rate of the motion
+RATE_ORDER = {"z": 1, "vz": 0, "az": -1}  # powers of the angular frequency that make a rate of a channel
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,10 @@ def _bounds(context: Context, model: Model, path: str) -> _Bounds:
         return _Bounds(-np.inf, np.inf, USUAL_PHASE, model.value(path), np.inf)
     if path in PARAMETERS:
         return _vehicle_bounds(context, model, path)
-    return _effect_bounds(model, path, context.settings.calibration.curve_prior_sd)
+    bounds = _effect_bounds(model, path, context.settings.calibration.curve_prior_sd)
+    if model.design.form == "rig" and path.endswith(".slip_speed"):
+        return replace(bounds, low=min(max(bounds.low, least_slip_speed(context.dataset.estimation)), bounds.high))
+    return bounds
 
 
 def _vehicle_bounds(context: Context, model: Model, path: str) -> _Bounds:
@@ -118,6 +125,16 @@ def _effect_bounds(model: Model, path: str, curve_prior_sd: float) -> _Bounds:
         prior_sd=curve_prior_sd * curve if curve else np.inf,
         ratio=ratio,
     )
+
+
+def least_slip_speed(segments: Sequence[Segment]) -> float:
+    """Slip speed [of z per s] of a rig below which the samples of these runs cannot tell friction from Coulomb's."""
+    rates = []
+    for segment in segments:
+        channel = segment.channels[0]
+        angular_frequency = 2.0 * np.pi / dominant_period(segment)
+        rates.append(float(np.std(segment.columns[channel])) * angular_frequency ** RATE_ORDER.get(channel, 0))
+    return LEAST_SLIP_SHARE * min(rates)
 
 
 def rig_scale(context: Context, model: Model, path: str) -> float:

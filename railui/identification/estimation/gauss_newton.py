@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from scipy import linalg, optimize
@@ -14,8 +13,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.block_products import block_gram, block_length
 from railui.identification.estimation.fit import Fit, NormalEquations
 from railui.identification.estimation.free_parameters import FreeParameters
-from railui.identification.estimation.initial_state import estimate_initial_state
-from railui.identification.estimation.problem import FitSegment, estimate_window_start
+from railui.identification.estimation.problem import FitSegment, estimate_window_start, improve_start
 from railui.identification.events import FitIteration
 from railui.identification.prediction import Simulation, required_steps_each
 from railui.parallel import map_threads
@@ -40,8 +38,6 @@ class GaussNewton:
         Duration [s] of a block of the normal equations.
     stable
         Reject linear vehicles that are unstable over a whole run.
-    reestimate_initial_states
-        Estimate the initial states anew after each iteration, as a rig needs it.
     """
 
     def __init__(
@@ -53,7 +49,6 @@ class GaussNewton:
         *,
         block: float,
         stable: bool,
-        reestimate_initial_states: bool = False,
     ) -> None:
         self.context = context
         self.settings = context.settings.calibration
@@ -62,7 +57,6 @@ class GaussNewton:
         self.segments = list(segments)
         self.block = block
         self.stable = stable
-        self.reestimate_initial_states = reestimate_initial_states
         self.shared = [j for j, p in enumerate(free.paths) if "@" not in p]  # by all segments
         self.columns = [model.columns[free.paths[j]] for j in self.shared]
         self.rolling_radii = {f"{p.rpartition('.')[0]}.{RADIUS}" for p in model.run_dependent_paths()}
@@ -152,14 +146,16 @@ class GaussNewton:
         return NormalEquations(np.concatenate(grams), count, self.settings.independent_sample_share)
 
     def restart_windows(self, x: FloatArray) -> None:
-        """Estimate the initial states of windows at x, twice: the sensitivity is then that of the final state."""
-        if not any(t.is_window for t in self.segments):
+        """Estimate the initial states of windows and rigs at x, with the sensitivity of the final state."""
+        if not any(t.has_free_start for t in self.segments):
             return
         context, model = self.context, self.model.with_path_values(self.free.paths, x)
 
         def restart(t: FitSegment) -> FitSegment:
-            if not t.is_window:
+            if not t.has_free_start:
                 return t
+            if not t.is_window:
+                return improve_start(context, model, t)
             return estimate_window_start(context, model, estimate_window_start(context, model, t))
 
         self.segments = list(map_threads(restart, self.segments, context.jobs))
@@ -194,9 +190,9 @@ class GaussNewton:
                 break
             gain = (cost - float(costs[best])) / self.independent_samples
             x, cost = tried[best], float(costs[best])
-            if self.reestimate_initial_states:
-                cost = self._with_new_initial_states(x, cost)
             normal = self.linearise(x)
+            if self.model.design.form == "rig":  # its initial states have moved with the parameters
+                cost = float(self.cost(np.array([normal.rss]), x[None])[0])
             self._report(iteration, x, normal)
             small_gains = small_gains + 1 if gain < tolerance else 0
             if small_gains >= (1 if gain < 0.1 * tolerance else 2):
@@ -231,17 +227,6 @@ class GaussNewton:
         channels = dict(zip(self.segments[0].segment.channels, error.tolist(), strict=True))
         event = FitIteration(iteration, self.free.paths, x.copy(), channels, np.asarray(rho), self.simulations)
         self.context.progress.event(event)
-
-    def _with_new_initial_states(self, x: FloatArray, cost: float) -> float:
-        """Estimate the initial states at x; return the cost with them, and keep them where it is lower."""
-        before, model = self.segments, self.model.with_path_values(self.free.paths, x)
-        self.segments = [
-            replace(t, initial_state=estimate_initial_state(self.context, model, t.segment)) for t in self.segments
-        ]
-        renewed = float(self.cost(self.misfit(x[None]), x[None])[0])
-        if not renewed < cost:
-            self.segments = before
-        return min(renewed, cost)
 
     def equations(self, normal: NormalEquations, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Matrix [p, p] and right-hand side [p] of the normal equations at x, priors included."""

@@ -10,6 +10,7 @@ from railui.arrays import FloatArray
 from railui.campaign.dataset import Segment
 from railui.campaign.settings.estimation import InitialStateSettings
 from railui.identification.context import Context
+from railui.identification.estimation.modulating_functions import dominant_period
 from railui.identification.prediction import Predictor
 from railui.vehicle.model import Model
 
@@ -18,6 +19,10 @@ QUARTER_TURN = 0.5 * np.pi
 ITERATIONS = 2  # of Gauss-Newton
 PHASE_ITERATIONS = 2  # more where phases are estimated, the first of all in sine and cosine
 SAMPLES_PER_STATE = 8  # at least
+RIG_ITERATIONS = 10  # of Gauss-Newton, for a rig
+STEP_SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step that are tried
+MIN_GAIN = 1e-6  # relative gain of the misfit below which the estimate of a rig ends
+START_SAMPLES, START_PERIODS = 6, 0.1  # at least, from which the measured motion of a rig is read
 RIG_RATE_SHARE = 0.1  # usual rate of a rig: this share of its usual motion per sample
 
 
@@ -26,11 +31,13 @@ def estimate_initial_state(context: Context, model: Model, segment: Segment) -> 
 
     Where the motion is prescribed there is none; the states of effects settle in the part that is cut off.
 
-    Offsets of the channels are estimated jointly; a ridge of usual motions determines what the sensors do not.
+    Offsets of the channels are estimated jointly; a ridge of usual motions determines what the sensors do not. A rig
+    may swing far beyond the linear range of its effects: its estimate starts at the measured motion and is iterated.
     """
     if segment.kind == "bench":
         return np.zeros(model.vehicles().state_count(model.single_batch()))
-    return _InitialStateProblem(context, model, segment).solve(())[0]
+    problem = _InitialStateProblem(context, model, segment)
+    return problem.solve_from_motion() if segment.kind == "rig" else problem.solve(())[0]
 
 
 def estimate_phases(context: Context, model: Model, segment: Segment) -> Model:
@@ -95,6 +102,36 @@ class _InitialStateProblem:
             angles = np.arctan2(amounts[1::2], amounts[::2]) if in_quadrature else angles + amounts
         return state, angles
 
+    def solve_from_motion(self) -> FloatArray:
+        """Estimate the state [state] of a rig by damped iterations from its measured motion; zeros: diverged."""
+        state = np.zeros(self.states)
+        state[: len(self.scale)] = _measured_start(self.segment)
+        series = self._series(state, (), *_perturbed(np.zeros(0)))
+        if series is None:
+            return self.solve(())[0]
+        for _ in range(RIG_ITERATIONS):
+            solution = self._least_squares(series[0], (series[1:] - series[0]) / DIFFERENCE_STEP, state)
+            cost = self._cost(series[0], state)
+            for share in STEP_SHARES:
+                tried = state.copy()
+                tried[: len(self.scale)] += share * self.scale * solution
+                further = self._series(tried, (), *_perturbed(np.zeros(0)))
+                if further is not None and self._cost(further[0], tried) < cost:
+                    break
+            else:
+                return state
+            gain = cost - self._cost(further[0], tried)
+            state, series = tried, further
+            if gain < MIN_GAIN * cost:
+                break
+        return state
+
+    def _cost(self, simulated: FloatArray, state: FloatArray) -> float:
+        """Squared residuals without their means, and the ridge."""
+        residual = self.measured - simulated
+        residual = residual - residual.mean(axis=1, keepdims=True)
+        return float(np.sum(residual**2) + np.sum((state[: len(self.scale)] / self.scale) ** 2))
+
     def _series(
         self, state: FloatArray, rotating: Sequence[str], tried: FloatArray, active: FloatArray
     ) -> FloatArray | None:
@@ -123,6 +160,17 @@ class _InitialStateProblem:
         a = np.vstack([a, np.eye(a.shape[1])[:count]])
         b = np.concatenate([(self.measured - simulated).ravel(), -state[:count] / self.scale])
         return np.asarray(np.linalg.lstsq(a, b, rcond=None)[0][: len(rows)])
+
+
+def _measured_start(segment: Segment) -> FloatArray:
+    """Displacement and rate of a rig at the first sample, from a parabola through the first samples; zeros: no z."""
+    z = segment.columns.get("z")
+    if z is None:
+        return np.zeros(2)
+    count = min(len(z), max(START_SAMPLES, round(START_PERIODS * dominant_period(segment) / segment.dt)))
+    z = z - z.mean()
+    offset, rate, _ = np.polynomial.polynomial.polyfit(np.arange(count) * segment.dt, z[:count], 2)
+    return np.array([offset, rate])
 
 
 def _quadrature(count: int) -> tuple[FloatArray, FloatArray]:

@@ -48,14 +48,6 @@ def fit_output_error(
         segments = prepare_segments(context, model, context.dataset.estimation)
     free = free_parameters(context, model, paths)
     duration = block_duration(context.settings.calibration, context.nominal, [t.segment for t in segments])
-    optimiser = GaussNewton(
-        context,
-        model,
-        free,
-        segments,
-        block=duration,
-        stable=stable,
-        reestimate_initial_states=model.design.form == "rig",
-    )
+    optimiser = GaussNewton(context, model, free, segments, block=duration, stable=stable)
     x = np.array([model.value(p) for p in free.paths]) if start is None else start
     return optimiser.fit(x, tolerance=tolerance, max_iterations=max_iterations)

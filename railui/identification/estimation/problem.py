@@ -14,11 +14,13 @@ from railui.core import ZeroPhaseFilter
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, state_scale
 from railui.identification.estimation.noise_floor import noise_weights
-from railui.identification.prediction import Predictor, required_steps
+from railui.identification.prediction import Predictor, Simulation, required_steps
 from railui.vehicle.model import Model
 
 WEIGHTED_WINDOWS = 6  # windows of a segment on which noise is simulated for the weights of all
 DIFFERENCE_STEP = 1e-3  # of its usual size, of an initial state
+START_SHARES = (0.0, 0.1, 0.3, 1.0)  # of the correction of an initial state that are tried
+RENEWED_GAIN = 0.01  # of the misfit by a correction, from which the sensitivity is computed again
 SAMPLES_PER_PERIOD = 2.4  # of the highest frequency compared, kept at least
 
 
@@ -68,6 +70,11 @@ class FitSegment:
     def is_window(self) -> bool:
         """True for a window of multiple shooting."""
         return self.segment.window_of is not None
+
+    @property
+    def has_free_start(self) -> bool:
+        """True where the initial state is estimated with the parameters: a rig moves on as long as it is recorded."""
+        return self.is_window or self.segment.kind == "rig"
 
     def predictor(self, model: Model) -> Predictor:
         """Predict the channels as `measured` has them, filtered and weighted."""
@@ -133,22 +140,59 @@ def reprepare_segments(context: Context, model: Model, prepared: Sequence[FitSeg
 
 
 def estimate_window_start(context: Context, model: Model, target: FitSegment) -> FitSegment:
-    """Correct the initial state of a window by linear least squares, with its sensitivity."""
-    segment = target.segment
-    scale = state_scale(context.settings.initial_state, segment, model)
+    """Correct the initial state of a window by linear least squares, with its sensitivity.
+
+    Raises
+    ------
+    ValueError
+        Where the vehicle diverges.
+    """
+    sensitivity, correction = _start_correction(context, model, target)
+    start = target.initial_state.copy()
+    start[: len(correction)] += correction
+    return replace(target, initial_state=start, initial_sensitivity=sensitivity)
+
+
+def improve_start(context: Context, model: Model, target: FitSegment) -> FitSegment:
+    """Correct an initial state by as much of the linear estimate as lowers the misfit, with its sensitivity.
+
+    Raises
+    ------
+    ValueError
+        Where the vehicle diverges.
+    """
+    sensitivity, correction = _start_correction(context, model, target)
+    starts = np.tile(target.initial_state, (len(START_SHARES), 1))
+    starts[:, : len(correction)] += np.outer(START_SHARES, correction)
+    series, diverged = _from_starts(model, target, starts)
+    misfit = np.where(diverged < 0, np.sum((series - target.measured) ** 2, axis=(1, 2)), np.inf)
+    best = int(np.argmin(np.where(np.isfinite(misfit), misfit, np.inf)))
+    improved = replace(target, initial_state=starts[best], initial_sensitivity=sensitivity)
+    if misfit[best] < (1.0 - RENEWED_GAIN) * misfit[0]:
+        sensitivity, _ = _start_correction(context, model, improved)
+        improved = replace(improved, initial_sensitivity=sensitivity)
+    return improved
+
+
+def _start_correction(context: Context, model: Model, target: FitSegment) -> tuple[InitialStateSensitivity, FloatArray]:
+    """Sensitivity to the initial state, and its correction [state] by linear least squares."""
+    scale = state_scale(context.settings.initial_state, target.segment, model)
     starts = np.tile(target.initial_state, (len(scale) + 1, 1))
     starts[1:, : len(scale)] += np.diag(DIFFERENCE_STEP * scale)
-    batch = model.batch(np.tile(model.on_segment(*segment.segment_key).row, (len(starts), 1)))
-    predictor = Predictor(model, segment, target.steps, starts, target.filter)
-    series, diverged = predictor.simulate(batch=batch)
+    series, diverged = _from_starts(model, target, starts)
     if np.any(diverged >= 0):
-        raise ValueError(f"the vehicle diverges on {segment.file} at {segment.columns['t'][0]:g} s")
+        raise ValueError(f"the vehicle diverges on {target.segment.file} at {target.segment.columns['t'][0]:g} s")
     rows = (series[1:] - series[0]) / DIFFERENCE_STEP
     gram = np.tensordot(rows, rows, ([1, 2], [1, 2])) + np.eye(len(rows))
     sensitivity = InitialStateSensitivity(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
-    start = target.initial_state.copy()
-    start[: len(scale)] += scale * sensitivity.estimate(target.measured - series[0])
-    return replace(target, initial_state=start, initial_sensitivity=sensitivity)
+    return sensitivity, np.asarray(scale * sensitivity.estimate(target.measured - series[0]))
+
+
+def _from_starts(model: Model, target: FitSegment, starts: FloatArray) -> Simulation:
+    """Simulate the compared channels from each initial state [n, state]."""
+    segment = target.segment
+    batch = model.batch(np.tile(model.on_segment(*segment.segment_key).row, (len(starts), 1)))
+    return Predictor(model, segment, target.steps, starts, target.filter).simulate(batch=batch)
 
 
 def adapt_to_model(

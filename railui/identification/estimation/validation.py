@@ -113,3 +113,12 @@ def _block_errors(comparisons: Sequence[Comparison], duration: float) -> FloatAr
         length = max(1, round(duration / dt)) if is_long else n // SHORT_RUN_PARTS + 1
         blocks.append(np.add.reduceat(squares, np.arange(0, n, length)))
     return np.concatenate(blocks)
+
+
+def is_significant_gain(context: Context, old: Validation, new: Validation) -> bool:
+    """True where the validation error is lower by the campaign's minimum relative gain, and clear of its scatter."""
+    if not np.isfinite(new.nrmse):
+        return False
+    gain, sd = old.error_reduction(new)
+    least = 1.0 - (1.0 - context.campaign.min_relative_gain) ** 2
+    return bool(gain >= least and gain > context.settings.selection.gain_standard_errors * sd)

@@ -65,13 +65,19 @@ class Candidate:
 
 
 def list_candidates(
-    model: Model, segments: Sequence[Segment], *, without: Collection[str] = (), loaded: bool = False
+    model: Model,
+    segments: Sequence[Segment],
+    *,
+    without: Collection[str] = (),
+    loaded: bool = False,
+    starts: Sequence[FloatArray] | None = None,
 ) -> list[Candidate]:
     """List all candidates for a model and its segments.
 
     without: kinds to exclude. loaded: whether the track was measured under load, which excludes the rail's flexibility.
+    starts: initial states of the segments, from which the usual motions are computed; by default at rest.
     """
-    sites = _sites(model, segments)
+    sites = _sites(model, segments, starts)
     measured = {c for s in segments for c in s.channels if c in (*COMPARED, *RIG_RESPONSES)}
     prescribed = driven_locations(segments)
     has_gauge = any(np.any(s.columns.get("gauge", np.zeros(1))) for s in segments)
@@ -112,14 +118,17 @@ def _compatible(model: Model, candidate: Candidate) -> bool:
     return True
 
 
-def _sites(model: Model, segments: Sequence[Segment]) -> dict[str, dict[str, float]]:
+def _sites(
+    model: Model, segments: Sequence[Segment], starts: Sequence[FloatArray] | None
+) -> dict[str, dict[str, float]]:
     """Reference quantities of the shapes per location: stiffness k, damping c, rms motion z and its rate v."""
     linear = model.vehicles().local_stiffness_and_damping(model.single_batch())
     locations = [(at, w) for at, w in linear if w != core.LINKAGE_NUMBER]
     channels = [f"{q}.{at}.{w}" for at, w in locations for q in ("z", "v")]
     square = np.zeros(len(channels))
-    for segment in segments:
-        series, diverged = Predictor(model, segment).simulate(channels)
+    for i, segment in enumerate(segments):
+        start = None if starts is None else starts[i]
+        series, diverged = Predictor(model, segment, initial_state=start).simulate(channels)
         if diverged[0] < 0:
             square += series[0][:, series.shape[2] // 10 :].var(axis=1) / len(segments)
     rms = dict(zip(channels, np.sqrt(square), strict=True))

@@ -100,3 +100,25 @@ class Projector:
             block_norms=np.maximum(block_norms.T, 0.0),
             unabsorbed_share=unabsorbed_share,
         )
+
+    def gram(self, cross: FloatArray, inner: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Project inner products of output differences.
+
+        Parameters
+        ----------
+        cross
+            Inner products [lane, 1 + p] of the differences with the residual and the sensitivities.
+        inner
+            Inner products [lane, lane] of the differences with each other.
+
+        Returns
+        -------
+        tuple of array
+            Inner products [lane, lane] of the projected differences, and their scores [lane].
+        """
+        total = self.block_products.sum(axis=0)
+        beta = cross[:, 1:] @ self.inverse
+        shared = cross[:, 1:] @ beta.T
+        projected = inner - shared - shared.T + beta @ total[1:, 1:] @ beta.T
+        scores = cross[:, 0] - beta @ total[1:, 0] - (cross[:, 1:] - beta @ total[1:, 1:]) @ self.estimate
+        return np.asarray(projected), np.asarray(scores)

@@ -12,7 +12,7 @@ from railui.campaign.settings.detection import RefitSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
-from railui.identification.estimation.problem import adapt_to_model
+from railui.identification.estimation.problem import FitSegment, adapt_to_model
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.evidence import ScoreResult, signed_rho
 from railui.identification.structure.score_test import ScoreTestResult
@@ -101,9 +101,8 @@ def refit_candidates(
         max_steps = None if is_close else screening.max_steps
         segments = adapt_to_model(background, f.model, fit.segments, max_steps)
         if f.model.design.kind == "rig":  # the screening fit has the better initial state
-            segments = [
-                replace(t, initial_state=short.initial_state) for t, short in zip(segments, f.segments, strict=True)
-            ]
+            screened_starts = {_start_key(t): t.initial_state for t in f.segments}
+            segments = [replace(t, initial_state=screened_starts.get(_start_key(t), t.initial_state)) for t in segments]
         paths = [*context.campaign.estimated_parameters, *f.model.effect_paths()]
         iterations = MAX_ITERATIONS if is_close else 0
         final = fit_with_effects(background, f.model, segments, paths, tolerance=tolerance, max_iterations=iterations)
@@ -118,6 +117,11 @@ def refit_candidates(
             refits.append(done)
             progress.event(done)
     return sorted(refits, key=lambda r: r.rss)
+
+
+def _start_key(target: FitSegment) -> tuple[str, int, int]:
+    """File, segment and first sample: where a segment or window starts."""
+    return target.segment.file, target.segment.number, target.segment.first_sample
 
 
 def cross_validation_errors(settings: RefitSettings, fit: Fit) -> FloatArray:

@@ -139,12 +139,7 @@ class ScoreTest:
 
     def _score_batch(self, batch: CandidateBatch) -> list[ScoreResult]:
         """Score every lane of a batch."""
-        is_valid = np.ones(len(batch.lanes), dtype=bool)
-        series = []
-        for i in range(len(self.bases)):
-            differences, is_valid_here = output_differences(self.settings, self.fit, i, batch)
-            series.append(differences)
-            is_valid &= is_valid_here
+        series, is_valid = self.differences(batch)
         if batch.members[0].has_phase:
             return self._score_periodic(batch, series, is_valid[::2] & is_valid[1::2])
         linear = _is_linear(batch)
@@ -154,6 +149,16 @@ class ScoreTest:
             for lane, (member, shape) in enumerate(batch.lanes)
             if is_valid[lane] and scores.is_distinguishable[lane]
         ]
+
+    def differences(self, batch: CandidateBatch) -> tuple[list[FloatArray], NDArray[np.bool_]]:
+        """Output differences [lane, channel, n] of a batch on every segment, and which lanes are valid on all."""
+        is_valid = np.ones(len(batch.lanes), dtype=bool)
+        series = []
+        for i in range(len(self.bases)):
+            differences, is_valid_here = output_differences(self.settings, self.fit, i, batch)
+            series.append(differences)
+            is_valid &= is_valid_here
+        return series, is_valid
 
     def _score_periodic(
         self, batch: CandidateBatch, series: Sequence[FloatArray], is_valid: NDArray[np.bool_]
@@ -217,6 +222,16 @@ class ScoreTest:
             cross.append(blocks @ base.blocks.transpose(0, 2, 1))
             norms.append(np.einsum("bln,bln->bl", blocks, blocks))
         return self.projector.project(np.concatenate(cross), np.concatenate(norms), share)
+
+    def gram(self, series: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+        """Inner products [lane, lane] of output differences after projection, and their scores [lane]."""
+        lanes, parameters = len(series[0]), len(self.projector.residual_products)
+        cross, inner = np.zeros((lanes, 1 + parameters)), np.zeros((lanes, lanes))
+        for target, base, differences in zip(self.fit.segments, self.bases, series, strict=True):
+            rows = _rows_in_blocks(target.without_initial_state(differences), base.length)
+            cross += np.einsum("bln,bpn->lp", rows, base.blocks)
+            inner += np.einsum("bln,bmn->lm", rows, rows, optimize=True)
+        return self.projector.gram(cross, inner)
 
 
 def _base(adjuster: GaussNewton, fit: Fit, index: int, length: int) -> _Base:

@@ -25,6 +25,7 @@ SCREENING_TOLERANCE = 1e-3
 FIRST_ITERATIONS = 2
 FURTHER_ITERATIONS = 4
 SLOW_ITERATIONS = 10  # of effects that converge slowly
+RIG_ITERATIONS = 25
 SHAPES_TRIED, SHAPES_TRIED_WITH_STATES = 2, 3
 # springs and dampers in parallel with these are estimated parameters of the vehicle
 ESTIMATED_ELEMENTS = (("secondary_lateral", None), ("secondary_yaw", None))
@@ -48,14 +49,14 @@ def starting_points(settings: RefitSettings, scores: ScoreTestResult, result: Sc
     candidate = result.candidate
     same = sorted((s for s in scores.results if s.candidate == candidate), key=lambda s: -signed_rho(s))
     count = SHAPES_TRIED_WITH_STATES if has_states(candidate) else SHAPES_TRIED
-    shapes = [(_scaled_shape(settings, s), s.phases) for s in same[:count]]
+    shapes = [(scaled_shape(settings, s), s.phases) for s in same[:count]]
     if candidate.strength is not None:
         shape, phases = shapes[0]
         shapes.append((candidate.scale_force(shape, settings.small_start), phases))
     return [(candidate.effect_with(shape), phases) for shape, phases in shapes]
 
 
-def _scaled_shape(settings: RefitSettings, result: ScoreResult) -> dict[str, float]:
+def scaled_shape(settings: RefitSettings, result: ScoreResult) -> dict[str, float]:
     """Parameters of a shape at its estimated amount."""
     candidate = result.candidate
     shape = dict(candidate.shapes[result.shape])
@@ -107,6 +108,7 @@ class ScreeningFits:
         # the steps suffice for much larger motions than those of a run; a fit with fewer ends where it diverges
         refinement = 2**context.settings.score_test.max_step_doublings
         self.max_steps = refinement * max(t.steps for t in self.segments)
+        self.is_rig = fit.model.design.form == "rig"
         self.is_windowed = any(t.is_window for t in self.segments)
         base = context.campaign.estimated_parameters
         prior_share = dict(zip(fit.free.paths, fit.sd / fit.free.prior_sd, strict=True))
@@ -141,6 +143,11 @@ class ScreeningFits:
             self.least_rss = min([self.least_rss, *(fits[s].normal.rss for s in some)])
         return list(fits.items())
 
+    def fit_together(self, effects: Sequence[PlacedEffect]) -> Fit | None:
+        """Fit several effects at once from one starting point; None where they cannot be simulated."""
+        fit = self._start(*((effect, {}) for effect in effects))
+        return None if fit is None else self._iterate(fit, RIG_ITERATIONS if self.is_rig else SLOW_ITERATIONS)
+
     def fit_absorbed_elements(self, scores: ScoreTestResult, fitted: Sequence[ScoreResult]) -> list[Screened]:
         """Fit springs and dampers from the nominal model, where much is left with every other candidate.
 
@@ -171,7 +178,7 @@ class ScreeningFits:
     def _start_element(self, s: ScoreResult) -> Fit | None:
         c, strength = s.candidate, str(s.candidate.strength)
         effect = c.effect_with({strength: self.settings.absorbed_start * c.shapes[0][strength]})
-        fit = self._start((effect, {}), self._nominal())
+        fit = self._start((effect, {}), base=self._nominal())
         # the nominal model is far from the optimum: two iterations do not rank candidates yet
         return None if fit is None else self._iterate(fit, FURTHER_ITERATIONS)
 
@@ -180,8 +187,8 @@ class ScreeningFits:
         points = starting_points(self.settings, scores, s)
         fits = [self._start(point) for point in points]
         # a rig costs little, and a hunting vehicle without a bounding effect diverges: from the nominal model as well
-        if self.model.design.form == "rig" or self.is_windowed:
-            fits += [self._start(point, self._nominal()) for point in points]
+        if self.is_rig or self.is_windowed:
+            fits += [self._start(point, base=self._nominal()) for point in points]
         tries = [f for f in fits if f is not None]
         if tries and self._bounds_hunting(tries[0]):  # the starting points separate only after more iterations
             tries = [self._iterate(f, SLOW_ITERATIONS) for f in tries]
@@ -190,6 +197,9 @@ class ScreeningFits:
     def _continue_if_close(self, s: ScoreResult, fit: Fit) -> Fit:
         """Continue a fit that may still become the best; slow ones get more iterations and a wider limit."""
         rss, least = fit.normal.rss, self.least_rss
+        if self.is_rig:  # costs little, and the speed of slip or the gap may be far from any of the shapes
+            near = rss <= self.settings.give_up_ratio_memory * min(least, self.rss_without_effect)
+            return self._iterate(fit, RIG_ITERATIONS) if near else fit
         slow = self._bounds_hunting(fit) or (
             has_states(s.candidate) and rss <= self.settings.give_up_ratio_memory * least
         )
@@ -206,9 +216,11 @@ class ScreeningFits:
         nominal = self.context.nominal
         return self.model.with_path_values(self.base, np.array([nominal.row[nominal.columns[p]] for p in self.base]))
 
-    def _start(self, point: StartingPoint, base: Model | None = None) -> Fit | None:
+    def _start(self, *points: StartingPoint, base: Model | None = None) -> Fit | None:
         try:
-            model = (base or self.model).with_effect(*point)
+            model = base or self.model
+            for effect, phases in points:
+                model = model.with_effect(effect, phases)
             segments = adapt_to_model(self.context, model, self.segments, self.max_steps)
         except ValueError:
             return None  # this starting point cannot be simulated; another may

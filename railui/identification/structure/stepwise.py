@@ -6,37 +6,35 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numpy as np
-
 from railui.campaign.settings.detection import ScoreTestSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.growing_windows import follow_motion, follows
+from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.multiple_shooting import limits_hunting
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.output_error import fit_output_error
-from railui.identification.estimation.problem import reprepare_segments, truncate
-from railui.identification.estimation.validation import Validation, validate
+from railui.identification.estimation.problem import FitSegment, reprepare_segments, truncate
+from railui.identification.estimation.validation import Validation
 from railui.identification.events import ModelValidated
-from railui.identification.structure.candidates import Candidate, candidate_text, list_candidates
+from railui.identification.structure.candidates import Candidate, list_candidates
 from railui.identification.structure.couplings import find_couplings
 from railui.identification.structure.drift import find_drifts
+from railui.identification.structure.elimination import refit_text, remove_superfluous
+from railui.identification.structure.pairs import (
+    PairRefit,
+    PairSearch,
+    refit_pairs,
+    score_pairs,
+    simplest_pair,
+)
 from railui.identification.structure.refit import Refit, cross_validation_errors, refit_candidates
-from railui.identification.structure.score_test import ScoreTestResult, score_test
+from railui.identification.structure.score_test import ScoreTest, ScoreTestResult, score_test
+from railui.identification.structure.stage import SelectionStep, Stage, gains, pair_steps, validated_stage
 from railui.parallel import run_both
-from railui.vehicle.model import Model
 
 FINAL_TOLERANCE = 1e-5
-REMOVAL_TOLERANCE = 1e-4
 NO_SCORE_TEST = ScoreTestResult((), (), 1.0, float("inf"), 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class SelectionStep:
-    """One step of the selection: the score test, the refits, and the effect added (None: none)."""
-
-    score_test: ScoreTestResult
-    refits: tuple[Refit, ...]
-    added: Refit | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,20 +52,17 @@ class Selection:
         return any(s.added for s in self.steps)
 
 
-class _Stage(NamedTuple):
-    """A model during the selection and its validation."""
+class _Path(NamedTuple):
+    """Steps of a forward selection, the model before each and after the last, and how many steps are accepted.
 
-    fit: Fit
-    validation: Validation
+    start: the fit from which the first effect is sought, on windows where no fit over whole runs will do.
+    """
 
-
-def is_significant_gain(context: Context, old: Validation, new: Validation) -> bool:
-    """True where the validation error is lower by the campaign's minimum relative gain, and clear of its scatter."""
-    if not np.isfinite(new.nrmse):
-        return False
-    gain, sd = old.error_reduction(new)
-    least = 1.0 - (1.0 - context.campaign.min_relative_gain) ** 2
-    return bool(gain >= least and gain > context.settings.selection.gain_standard_errors * sd)
+    steps: list[SelectionStep]
+    stages: list[Stage]
+    accepted: int
+    floor: NoiseFloor
+    start: Fit
 
 
 def has_structure(settings: ScoreTestSettings, result: ScoreTestResult) -> bool:
@@ -83,6 +78,7 @@ class StepwiseSelection:
     def __init__(self, context: Context) -> None:
         self.context = context
         self.settings = context.settings.selection
+        self.whole_runs: tuple[FitSegment, ...] = ()  # where the model without effects is out of step with the motion
 
     def run_score_test(self, fit: Fit) -> ScoreTestResult:
         """Score every candidate against the residual of a fit."""
@@ -90,8 +86,12 @@ class StepwiseSelection:
         if context.is_out_of_time:
             return NO_SCORE_TEST
         loaded = context.campaign.track == "loaded"
-        candidates = list_candidates(fit.model, context.dataset.estimation, without=context.excluded, loaded=loaded)
-        part = replace(fit, segments=tuple(truncate(context, fit.segments, settings.score_duration)))
+        segments = context.dataset.estimation
+        # a rig may swing freely: at rest it would not move
+        is_rig = fit.model.design.form == "rig"
+        starts = [estimate_initial_state(context, fit.model, s) for s in segments] if is_rig else None
+        candidates = list_candidates(fit.model, segments, without=context.excluded, loaded=loaded, starts=starts)
+        part = self._scored_part(fit)
         first = truncate(context, part.segments, settings.preselection_duration)
         result = score_test(context, part, candidates, first=first)
         context.progress.message(
@@ -100,6 +100,11 @@ class StepwiseSelection:
         )
         context.progress.event(result)
         return result
+
+    def _scored_part(self, fit: Fit) -> Fit:
+        """First part of the runs of a fit, on which candidates are scored."""
+        duration = self.context.settings.score_test.score_duration
+        return replace(fit, segments=tuple(truncate(self.context, fit.segments, duration)))
 
     def select_effects(self, before: Fit, validation: Validation, windowed: Fit | None = None) -> Selection:
         """Add effects to the calibrated model, then remove those that are no longer needed.
@@ -112,47 +117,108 @@ class StepwiseSelection:
         windowed
             The model fitted on windows, where a stable one cannot follow; the selection starts from it.
         """
-        current = windowed or before
-        steps: list[SelectionStep] = []
-        stages = [_Stage(before, validation)]  # the model before each step
-        accepted, accepted_steps = stages[0], 0
+        start = windowed or before
+        self.whole_runs = before.segments if start.slips else ()
         floor = self._preliminary_floor(before)
         self.context.progress.message(
             f"calibrated, no effect added: NRMSE {validation.nrmse:.4f}, noise floor {floor.nrmse:.4f}"
         )
+        path = self._forward(_Path([], [Stage(before, validation)], 0, floor, start))
         for _ in range(self.settings.max_effects):
-            step, stage = self._step(current, accepted, floor, on_trial=len(steps) > accepted_steps)
+            better = self._with_pair(path)
+            if better is None:
+                break
+            path = self._forward(better)
+        accepted, count = path.stages[path.accepted], path.accepted
+        steps = [s if i < count else replace(s, added=None) for i, s in enumerate(path.steps)]
+        previous = path.stages[count - 1] if count and not steps[count - 1].in_pair else None
+        final = remove_superfluous(self.context, accepted, steps, previous)
+        is_known = final.fit is accepted.fit and count < len(steps)
+        last = steps[count].score_test if is_known else self.run_score_test(final.fit)
+        return Selection(final.fit, final.validation, tuple(steps), last)
+
+    def _forward(self, path: _Path) -> _Path:
+        """Add one effect after the other to the last model of a path, as long as they gain or are on trial."""
+        steps, stages, accepted, floor = list(path.steps), list(path.stages), path.accepted, path.floor
+        while len(steps) < self.settings.max_effects and not self._is_nearly_adequate(
+            stages[accepted], floor, accepted
+        ):
+            on_trial = len(steps) > accepted
+            current = stages[-1].fit if steps else path.start
+            step, stage = self._step(current, stages[accepted], floor, on_trial=on_trial)
             steps.append(step)
             if stage is None:
                 break
-            current = stage.fit
             stages.append(stage)
-            if self._gains(accepted, stage):
-                accepted, accepted_steps = stage, len(steps)
+            if self._gains(stages[accepted], stage):
+                accepted = len(steps)
                 self.context.progress.event(ModelValidated("after", stage.validation))
                 floor = self._preliminary_floor(stage.fit)
-                if stage.validation.nrmse <= (1.0 + 0.5 * (self.settings.adequate_ratio - 1.0)) * floor.nrmse:
-                    break
-        steps = [s if i < accepted_steps else replace(s, added=None) for i, s in enumerate(steps)]
-        previous = stages[accepted_steps - 1] if accepted_steps else None
-        final = self._remove_superfluous(accepted, steps, previous)
-        is_known = final.fit is accepted.fit and accepted_steps < len(steps)
-        last = steps[accepted_steps].score_test if is_known else self.run_score_test(final.fit)
-        return Selection(final.fit, final.validation, tuple(steps), last)
+        return _Path(steps, stages, accepted, floor, path.start)
+
+    def _is_nearly_adequate(self, stage: Stage, floor: NoiseFloor, count: int) -> bool:
+        """True where a model with effects leaves so little that no further one is sought."""
+        limit = 1.0 + 0.5 * (self.settings.adequate_ratio - 1.0)
+        return count > 0 and stage.validation.nrmse <= limit * floor.nrmse
+
+    def _with_pair(self, path: _Path) -> _Path | None:
+        """Look for a pair of effects where single ones leave a structure; None where none gains, or nothing is left.
+
+        A pair is added to the last model, or to the one before in place of its last effect. The pairs that were looked
+        at are noted in the steps.
+        """
+        accepted = path.stages[path.accepted]
+        is_adequate = accepted.validation.nrmse <= self.settings.adequate_ratio * path.floor.nrmse
+        if is_adequate or self.context.is_out_of_time:
+            return None
+        last = min(path.accepted, self.settings.max_effects - 2)
+        for base in range(last, max(last - 2, -1), -1):
+            step = path.steps[base]
+            is_done = step.pairs is not None or step.in_pair
+            if is_done or not has_structure(self.context.settings.score_test, step.score_test):
+                continue
+            fit = path.stages[base].fit if base else path.start
+            pairs, search = self._refit_best_pairs(fit, step.score_test)
+            path.steps[base] = replace(step, pairs=search)
+            stage = None if pairs is None else self._pair_stage(fit, pairs)
+            if pairs is None or stage is None or not self._gains(accepted, stage):
+                continue
+            self.context.progress.event(ModelValidated("after", stage.validation))
+            steps = [*path.steps[:base], *pair_steps(self.context, path.steps[base], pairs)]
+            stages = [*path.stages[: base + 1], stage, stage]
+            return _Path(steps, stages, base + 2, self._preliminary_floor(stage.fit), path.start)
+        return None
+
+    def _refit_best_pairs(self, fit: Fit, scores: ScoreTestResult) -> tuple[PairRefit | None, PairSearch]:
+        """Score all pairs against the residual of a fit, refit the best, and select one."""
+        test = ScoreTest(self.context, fit, self._scored_part(fit).segments)
+        pairs, scored = score_pairs(test, scores)
+        best = pairs[: self.settings.refitted_pairs]
+        self.context.progress.message(f"{scored} pairs of effects scored, {len(best)} refitted")
+        refits = refit_pairs(self.context, fit, best)
+        return simplest_pair(refits, self.settings.simpler_misfit_ratio), PairSearch(scored, len(best))
+
+    def _pair_stage(self, fit: Fit, pair: PairRefit) -> Stage | None:
+        """Fit a pair to the end and validate it; None where something else explains more."""
+        if self._is_rivalled(self._rival_explanations(fit), 1.0 - pair.rss / fit.normal.rss):
+            return None
+        stage = self._validated(self._final_fit(pair.fit))
+        self.context.progress.message(f"  with {pair.score.text}: NRMSE {stage.validation.nrmse:.4f}")
+        return stage
 
     def _preliminary_floor(self, fit: Fit) -> NoiseFloor:
         draws = self.context.settings.validation.preliminary_floor_draws
         return estimate_noise_floor(self.context, fit.model, self.context.dataset.selection, draws)
 
-    def _gains(self, old: _Stage, new: _Stage) -> bool:
-        return is_significant_gain(self.context, old.validation, new.validation)
+    def _gains(self, old: Stage, new: Stage) -> bool:
+        return gains(self.context, old, new)
 
-    def _validated(self, fit: Fit) -> _Stage:
-        return _Stage(fit, validate(self.context, fit.model, self.context.dataset.selection))
+    def _validated(self, fit: Fit) -> Stage:
+        return validated_stage(self.context, fit)
 
     def _step(
-        self, current: Fit, accepted: _Stage, floor: NoiseFloor, *, on_trial: bool
-    ) -> tuple[SelectionStep, _Stage | None]:
+        self, current: Fit, accepted: Stage, floor: NoiseFloor, *, on_trial: bool
+    ) -> tuple[SelectionStep, Stage | None]:
         """Look for one more effect; None: the forward selection ends.
 
         on_trial: an effect without a gain has been added before, and is retained only if this one gains.
@@ -169,15 +235,32 @@ class StepwiseSelection:
         if chosen is None or fit is None:
             return SelectionStep(scores, refits, None), None
         stage = self._validated(fit)
-        self.context.progress.message(f"  with {_refit_text(chosen)}: NRMSE {stage.validation.nrmse:.4f}")
+        self.context.progress.message(f"  with {refit_text(chosen)}: NRMSE {stage.validation.nrmse:.4f}")
         is_promising = (
             chosen.rss <= (1.0 - settings.trial_misfit_share) * current.normal.rss
             and nrmse > settings.adequate_ratio * floor.nrmse
         )
-        if not self._gains(accepted, stage) and (on_trial or not is_promising):
-            return SelectionStep(scores, refits, None), None
-        errors = cross_validation_errors(self.context.settings.refit, fit)
-        return SelectionStep(scores, refits, replace(chosen, fit=fit, block_errors=errors)), stage
+        if not self._gains(accepted, stage):
+            runner_up = self._runner_up(current, accepted, refits, chosen)
+            if runner_up is not None:
+                chosen, stage = runner_up
+            elif on_trial or not is_promising:
+                return SelectionStep(scores, refits, None), None
+        errors = cross_validation_errors(self.context.settings.refit, stage.fit)
+        return SelectionStep(scores, refits, replace(chosen, fit=stage.fit, block_errors=errors)), stage
+
+    def _runner_up(
+        self, current: Fit, accepted: Stage, refits: Sequence[Refit], chosen: Refit
+    ) -> tuple[Refit, Stage] | None:
+        """Find the best of the next candidates that gains on the validation runs, where the first does not."""
+        limit = (1.0 - self.settings.trial_misfit_share) * current.normal.rss
+        best: tuple[Refit, Stage] | None = None
+        for refit in [r for r in refits if r is not chosen and r.rss <= limit][: self.settings.runners_up]:
+            stage = self._validated(self._final_fit(refit.fit))
+            self.context.progress.message(f"  with {refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
+            if self._gains(accepted, stage) and (best is None or stage.validation.nrmse < best[1].validation.nrmse):
+                best = refit, stage
+        return best
 
     def _best_candidate(
         self, fit: Fit, scores: ScoreTestResult, with_absorbed: bool
@@ -191,11 +274,17 @@ class StepwiseSelection:
             lambda: self._final_fit(chosen.fit), lambda: self._rival_explanations(fit), self.context.jobs
         )
         share = 1.0 - chosen.rss / fit.normal.rss
+        if self._is_rivalled(rivals, share):
+            return refits, None, None
+        return refits, chosen, final
+
+    def _is_rivalled(self, rivals: Sequence[tuple[str, float]], share: float) -> bool:
+        """True where an explanation outside the library explains more than the share of an effect."""
         for text, explained in rivals:
             if explained >= max(self.settings.rival_ratio * share, self.settings.rival_share):
                 self.context.progress.message(f"  {text} explains more: {explained:.2f}, not {share:.2f}")
-                return refits, None, None
-        return refits, chosen, final
+                return True
+        return False
 
     def _rival_explanations(self, fit: Fit) -> list[tuple[str, float]]:
         """Best explanations outside the library, a drift and a coupling, with their share of the misfit."""
@@ -206,7 +295,13 @@ class StepwiseSelection:
         ]
 
     def _final_fit(self, fit: Fit) -> Fit:
-        """Fit all parameters once more with weights and initial states of the model with the effect."""
+        """Fit all parameters once more with weights and initial states of the model with the effect.
+
+        Where the model fell out of step with the motion over whole runs, the windows are lengthened again: with the
+        effect it may follow them.
+        """
+        if self.whole_runs and any(t.is_window for t in fit.segments):
+            return self._lengthened_fit(fit)
         return fit_output_error(
             self.context,
             fit.model,
@@ -216,57 +311,15 @@ class StepwiseSelection:
             tolerance=FINAL_TOLERANCE,
         )
 
-    def _remove_superfluous(self, final: _Stage, steps: list[SelectionStep], previous: _Stage | None) -> _Stage:
-        """Backward pass: remove each effect without which the validation error is not significantly higher.
-
-        Updates `steps`. previous: the model before the last effect was added.
-        """
-        removed = not self.context.is_out_of_time
-        while removed:
-            removed = False
-            added = [i for i, s in enumerate(steps) if s.added]
-            for i in added if len(added) > 1 else ():
-                refit = steps[i].added
-                is_last = previous is not None and i == added[-1]
-                stage = previous if is_last else self._without_effect(final.fit, refit)
-                if stage is None:
-                    continue
-                self.context.progress.message(f"  without {_refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
-                if not self._gains(stage, final):
-                    final, previous, removed = stage, None, True
-                    steps[i] = replace(steps[i], added=None)
-                    break
-        return final
-
-    def _without_effect(self, fit: Fit, refit: Refit | None) -> _Stage | None:
-        """Fit and validate the model without one of its effects; None where it cannot be fitted."""
-        candidate = None if refit is None else refit.candidate
-        index = None if candidate is None else effect_index(fit.model, candidate)
-        if index is None:
-            return None
-        model = fit.model.without_effect(index)
-        try:
-            without = fit_output_error(
-                self.context.in_background(self.context.jobs),
-                model,
-                [*self.context.campaign.estimated_parameters, *model.effect_paths()],
-                segments=fit.segments,
-                stable=not limits_hunting(model),
-                tolerance=REMOVAL_TOLERANCE,
-            )
-        except ValueError:
-            return None
-        return self._validated(without)
-
-
-def effect_index(model: Model, c: Candidate) -> int | None:
-    """Index of a candidate among the effects of a model; None where it has none such."""
-    same = [i for i, e in enumerate(model.effects) if (e.kind, e.at, e.wheelset) == (c.kind, c.at, c.wheelset)]
-    return same[0] if same else None
-
-
-def _refit_text(refit: Refit | None) -> str:
-    return "nothing" if refit is None or refit.candidate is None else candidate_text(refit.candidate)
+    def _lengthened_fit(self, fit: Fit) -> Fit:
+        """Fit on windows as long as the model follows the motion, whole runs at last."""
+        quiet = self.context.in_background(self.context.jobs)
+        followed = follow_motion(quiet, fit.model, fit.free.paths, self.whole_runs, shortest=fit)
+        if followed is None:
+            return fit
+        if followed.whole is not None and follows(self.context, followed.whole):
+            return followed.whole
+        return followed.windowed
 
 
 def simplest_refit(refits: Sequence[Refit], misfit_ratio: float) -> Refit | None:

@@ -8,7 +8,8 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.residual_evidence import ResidualEvidence
-from railui.identification.structure.stepwise import Selection, has_structure, is_significant_gain
+from railui.identification.estimation.validation import is_significant_gain
+from railui.identification.structure.stepwise import Selection, has_structure
 from railui.identification.unmodelled.locate import (
     Discrepancy,
     find_run_dependence,

@@ -14,11 +14,10 @@ from railui.campaign.settings.detection import VerdictSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
-from railui.identification.estimation.validation import Validation, validate
+from railui.identification.estimation.validation import Validation, is_significant_gain, validate
 from railui.identification.structure.couplings import Coupling, find_couplings
 from railui.identification.structure.drift import Drift, find_drifts, refine_drift, validate_drift
 from railui.identification.structure.equivalent_inputs import ForceLocation, locate_forces
-from railui.identification.structure.stepwise import is_significant_gain
 from railui.identification.unmodelled.evidence import (
     NO_EVIDENCE,
     LocationEvidence,

@@ -24,7 +24,7 @@ from railui.report.loop.conditions import condition_rows
 from railui.report.loop.detectable import minimum_detectable_effects
 from railui.report.loop.identifiability import identifiability
 from railui.report.loop.model_comparison import rank_candidates, significant_below_threshold
-from railui.report.loop.notes import report_notes, windowed_runs
+from railui.report.loop.notes import report_notes, searched_pairs, windowed_runs
 from railui.report.loop.phases import phase_rows
 from railui.report.loop.profiles import profile_parameters
 from railui.report.loop.ride_quality import mean_errors, ride_quality
@@ -126,6 +126,7 @@ def loop_report(result: LoopResult) -> dict[str, Any]:
         "parameters": _parameters(result),
         "simulations": result.before.simulations + result.after.simulations,
         "windows": windowed_runs(result),
+        "pairs": searched_pairs(result),
         "identifiability": identifiability(result),
         "gate": [_finding(finding) for finding in result.findings],
         "notes": report_notes(result),

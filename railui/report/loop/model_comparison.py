@@ -29,10 +29,12 @@ def rank_candidates(result: LoopResult) -> list[dict[str, Any]]:
     base_fit = result.windowed or result.before
     base = Refit(None, base_fit, cross_validation_errors(settings, base_fit))
     base_nrmse = cross_validation_nrmse(base)
-    weights = bootstrap_weights(settings, [*step.refits, base], result.seed)
+    # refits of a later step may have other windows than the model without effects
+    refits = [r for r in step.refits if r.block_errors.shape == base.block_errors.shape]
+    weights = bootstrap_weights(settings, [*refits, base], result.seed)
     refitted = {
         refit.candidate: (cross_validation_nrmse(refit), float(weight))
-        for refit, weight in zip(step.refits, weights, strict=False)
+        for refit, weight in zip(refits, weights, strict=False)
     }
     without_effect = {"kind": "none", "at": None, "wheelset": None, "rho": 0.0, "nrmse": base_nrmse}
     rows: list[dict[str, Any]] = [without_effect | {"refitted": True, "weight": float(weights[-1])}]

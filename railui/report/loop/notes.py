@@ -20,10 +20,14 @@ def report_notes(result: LoopResult) -> list[str]:
     runs = zip(result.dataset.campaign.runs, result.dataset.runs, strict=True)
     notes = [f"{entry.name}: {note}" for entry, run in runs for note in run.notes]
     if windows := windowed_runs(result):
+        slips = result.windowed is not None and result.windowed.slips
+        reason = "the model falls out of step with the motion" if slips else "the linear vehicle hunts"
         notes.append(
-            f"the linear vehicle hunts on {', '.join(windows['runs'])}: estimated there on windows of "
-            f"{windows['seconds']:g} s, together with the initial state of each window (multiple shooting)"
+            f"{reason} on {', '.join(windows['runs'])}: estimated there on windows of "
+            f"{windows['seconds']:.3g} s, together with the initial state of each window (multiple shooting)"
         )
+    if pairs := searched_pairs(result):
+        notes.append(f"single effects left a structure: {pairs['scored']} pairs scored, {pairs['refitted']} refitted")
     for model, validation in result.validations.items():
         notes += [divergence_note(model, file, time) for file, time in validation.diverged]
     notes += condition_notes(result)
@@ -38,11 +42,20 @@ def divergence_note(model: str, file: str, time: float) -> str:
 def windowed_runs(result: LoopResult) -> dict[str, Any] | None:
     """Return the runs that were fitted on windows, and the length of a window [s]; None without any."""
     files = windowed_files(result.after) + (windowed_files(result.windowed) if result.windowed else [])
-    return (
-        {"seconds": result.context.settings.windows.window_duration, "runs": list(dict.fromkeys(files))}
-        if files
-        else None
-    )
+    if not files:
+        return None
+    seconds = result.context.settings.windows.window_duration
+    if result.windowed is not None and result.windowed.slips:
+        seconds = max(t.segment.samples * t.segment.dt for t in result.windowed.segments)
+    return {"seconds": seconds, "runs": list(dict.fromkeys(files))}
+
+
+def searched_pairs(result: LoopResult) -> dict[str, int] | None:
+    """Return how many pairs of effects were scored and refitted; None where single effects sufficed."""
+    searches = [step.pairs for step in result.steps if step.pairs is not None]
+    if not searches:
+        return None
+    return {"scored": sum(s.scored for s in searches), "refitted": sum(s.refitted for s in searches)}
 
 
 def unstated_track_noise_notes(dataset: Dataset) -> list[str]:

@@ -1,0 +1,72 @@
+"""Backward elimination: effects without which the validation error is not significantly higher are removed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.multiple_shooting import limits_hunting
+from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.structure.candidates import Candidate, candidate_text
+from railui.identification.structure.refit import Refit
+from railui.identification.structure.stage import SelectionStep, Stage, gains, validated_stage
+from railui.vehicle.model import Model
+
+REMOVAL_TOLERANCE = 1e-4
+
+
+def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep], previous: Stage | None) -> Stage:
+    """Remove each effect without which the validation error is not significantly higher; updates `steps`.
+
+    previous: the model before the last effect was added; None where it was one of a pair, whose halves are judged
+    each without the other.
+    """
+    removed = not context.is_out_of_time
+    while removed:
+        removed = False
+        added = [i for i, s in enumerate(steps) if s.added]
+        for i in added if len(added) > 1 else ():
+            refit = steps[i].added
+            is_last = previous is not None and i == added[-1]
+            stage = previous if is_last else _without_effect(context, final.fit, refit)
+            if stage is None:
+                continue
+            context.progress.message(f"  without {refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
+            if not gains(context, stage, final):
+                final, previous, removed = stage, None, True
+                steps[i] = replace(steps[i], added=None)
+                break
+    return final
+
+
+def _without_effect(context: Context, fit: Fit, refit: Refit | None) -> Stage | None:
+    """Fit and validate the model without one of its effects; None where it cannot be fitted."""
+    candidate = None if refit is None else refit.candidate
+    index = None if candidate is None else effect_index(fit.model, candidate)
+    if index is None:
+        return None
+    model = fit.model.without_effect(index)
+    try:
+        without = fit_output_error(
+            context.in_background(context.jobs),
+            model,
+            [*context.campaign.estimated_parameters, *model.effect_paths()],
+            segments=fit.segments,
+            stable=not limits_hunting(model),
+            tolerance=REMOVAL_TOLERANCE,
+        )
+    except ValueError:
+        return None
+    return validated_stage(context, without)
+
+
+def effect_index(model: Model, c: Candidate) -> int | None:
+    """Index of a candidate among the effects of a model; None where it has none such."""
+    same = [i for i, e in enumerate(model.effects) if (e.kind, e.at, e.wheelset) == (c.kind, c.at, c.wheelset)]
+    return same[0] if same else None
+
+
+def refit_text(refit: Refit | None) -> str:
+    """Describe the effect of a refit in words."""
+    return "nothing" if refit is None or refit.candidate is None else candidate_text(refit.candidate)

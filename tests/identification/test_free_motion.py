@@ -1,0 +1,174 @@
+"""Motions that slip against a linear model: pendulum, Duffing oscillator, decay with friction and drag."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import Dataset, read_dataset
+from railui.identification.context import create_context
+from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.failed_fit import has_failed, retry_failed_fit
+from railui.identification.estimation.growing_windows import leave_wrong_minimum, misfit_ratio, slips
+from railui.identification.estimation.modulating_functions import dominant_period, modulating_starts
+from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.problem import adapt_to_model
+from railui.identification.estimation.validation import validate
+from railui.identification.loop import LoopResult, close_loop
+from railui.report.loop.data import loop_report
+from railui.vehicle.effects import PlacedEffect
+from tests.truth.effects import Effect, effect
+from tests.truth.files import campaign_text, write_run
+from tests.truth.laws import Array
+from tests.truth.rig import Rig, respond
+
+SLOW = ("bump_stop", "maxwell_damper", "free_play", "hysteresis")  # excluded to keep the tests fast
+UNITS = {"t": "s", "u": "N", "z": "m"}
+DT = 0.01
+
+
+def campaign(folder: Path, declared: Rig, runs: Mapping[str, Mapping[str, Array]], noise: float) -> Dataset:
+    """Write the runs with noise of so much on z, run_a for estimation and run_b for validation, and read them."""
+    (folder / "rig.yaml").write_text(declared.text())
+    (folder / "campaign.yaml").write_text(campaign_text("free motion", "rig.yaml", {"z": f"{noise:.3g}"}))
+    for i, (name, columns) in enumerate(runs.items()):
+        z = columns["z"] + np.random.default_rng(i).normal(0.0, noise, len(columns["z"]))
+        write_run(folder / f"run_{name}.csv.gz", {**columns, "z": z}, UNITS, time="%.7g")
+    return read_dataset(load_campaign(folder))
+
+
+def decay(rig: Rig, effects: list[Effect], amplitude: float, seconds: float) -> dict[str, Array]:
+    t = np.arange(round(seconds / DT)) * DT
+    return {"t": t, "z": respond(rig, t, None, effects, (amplitude, 0.0), lively=amplitude)["z"]}
+
+
+def pendulum(amplitude: float, seconds: float, w: float = 8.0, c: float = 0.06) -> dict[str, Array]:
+    """Full swing of a pendulum: z'' + c z' + w^2 sin z = 0."""
+    t = np.arange(round(seconds / DT)) * DT
+    found = solve_ivp(
+        lambda _, x: [x[1], -c * x[1] - w * w * np.sin(x[0])],
+        (0.0, t[-1]),
+        [amplitude, 0.0],
+        t_eval=t,
+        rtol=1e-9,
+        atol=1e-11,
+    )
+    return {"t": t, "z": found.y[0]}
+
+
+def kinds(result: LoopResult) -> list[str]:
+    return [e["kind"] for e in loop_report(result)["effects"]]
+
+
+def value(result: LoopResult, kind: str, parameter: str) -> float:
+    effects = loop_report(result)["effects"]
+    return float(next(e for e in effects if e["kind"] == kind)["parameters"][parameter]["value"])
+
+
+SWING = Rig(m=1.0, k=64.0, c=0.06)
+
+
+@pytest.mark.parametrize("wrong", [0.6, 1.5])
+def test_a_full_swing_of_a_pendulum_has_a_cubic_spring(tmp_path: Path, wrong: float):
+    runs = {"a": pendulum(0.8, 25.0), "b": pendulum(0.5, 15.0)}
+    data = campaign(tmp_path, Rig(m=1.0, k=wrong * 64.0, c=0.1), runs, 1e-4)
+    result = close_loop(data, without=SLOW, jobs=1)
+    assert "cubic_stiffness" in kinds(result)
+    assert value(result, "cubic_stiffness", "stiffness") == pytest.approx(-64.0 / 6.0, rel=0.1)
+    assert result.validations["after"].nrmse < 0.1 * result.validations["before"].nrmse
+
+
+def test_a_duffing_oscillator_swept_through_resonance_is_found(tmp_path: Path):
+    true, law = Rig(m=1.0, k=100.0, c=0.4), effect("cubic_stiffness", "rig", stiffness=4000.0)
+    runs = {}
+    for name, seconds, force in (("a", 40.0, 1.0), ("b", 30.0, 0.7)):
+        t = np.arange(round(seconds / DT)) * DT
+        u = force * np.sin(2.0 * np.pi * (0.5 * t + 0.5 * (3.0 - 0.5) / seconds * t * t))
+        runs[name] = {"t": t, "u": u, "z": respond(true, t, u, [law], lively=0.1)["z"]}
+    data = campaign(tmp_path, Rig(m=1.0, k=140.0, c=0.6), runs, 1e-4)
+    result = close_loop(data, without=SLOW, jobs=1)
+    assert kinds(result) == ["cubic_stiffness"]
+    assert value(result, "cubic_stiffness", "stiffness") == pytest.approx(4000.0, rel=0.02)
+    assert result.validations["after"].nrmse < 1.2 * result.noise_floor.nrmse
+
+
+FRICTION = effect("dry_friction", "rig", force=0.15, slip_speed=0.02)
+DRAG = effect("quadratic_damper", "rig", damping=0.05)
+
+
+def decays_with_friction_and_drag(folder: Path, amplitude: float, seconds: float) -> Dataset:
+    """Decays of which run_b starts from a larger amplitude than run_a."""
+    runs = {"a": decay(SWING, [FRICTION, DRAG], amplitude, seconds), "b": decay(SWING, [FRICTION, DRAG], 1.5, 15.0)}
+    return campaign(folder, Rig(m=1.0, k=0.7 * 64.0, c=0.1), runs, 1e-4)
+
+
+@pytest.mark.parametrize(("amplitude", "seconds"), [(0.5, 10.0), (0.3, 8.0)])
+def test_friction_and_drag_of_a_decay_are_found_as_a_pair(tmp_path: Path, amplitude: float, seconds: float):
+    result = close_loop(decays_with_friction_and_drag(tmp_path, amplitude, seconds), without=SLOW, jobs=1)
+    report = loop_report(result)
+    assert sorted(kinds(result)) == ["dry_friction", "quadratic_damper"]
+    assert report["pairs"]["scored"] >= 30 and report["pairs"]["refitted"] >= 5
+    assert any("pairs scored" in note for note in report["notes"])
+    assert value(result, "dry_friction", "force") == pytest.approx(0.15, rel=0.1)
+    assert value(result, "quadratic_damper", "damping") == pytest.approx(0.05, rel=0.1)
+    assert result.validations["after"].nrmse < 0.2 * result.validations["before"].nrmse
+
+
+def test_friction_alone_and_drag_alone_do_not_cure_a_decay(tmp_path: Path):
+    context = create_context(decays_with_friction_and_drag(tmp_path, 0.3, 8.0), jobs=1)
+    fit = calibrate(context)
+    before = validate(context, fit.model, context.dataset.selection).nrmse
+
+    def error_with(*effects: Effect) -> float:
+        model = fit.model
+        for e in effects:
+            model = model.with_effect(PlacedEffect(e.kind, "rig", None, dict(e.parameters)))
+        paths = [*context.campaign.estimated_parameters, *model.effect_paths()]
+        fitted = fit_output_error(context, model, paths, segments=adapt_to_model(context, model, fit.segments))
+        return validate(context, fitted.model, context.dataset.selection).nrmse
+
+    assert error_with(FRICTION) > 1.2 * before and error_with(DRAG) > 0.9 * before
+    assert error_with(FRICTION, DRAG) < 0.3 * before
+
+
+def test_modulating_functions_estimate_a_rig_without_initial_states(tmp_path: Path):
+    data = campaign(tmp_path, Rig(m=1.0, k=40.0, c=0.5), {n: decay(SWING, [], 1.0, 20.0) for n in "ab"}, 1e-3)
+    starts = modulating_starts(create_context(data).nominal, data.estimation, data.campaign.estimated_parameters)
+    for stiffness, damping, _ in starts:
+        assert stiffness == pytest.approx(64.0, rel=0.01) and 0.0 < damping < 0.15
+    assert dominant_period(data.estimation[0]) == pytest.approx(2.0 * np.pi / 8.0, rel=0.05)
+
+
+def test_short_windows_find_the_frequency_that_whole_runs_miss(tmp_path: Path):
+    data = campaign(tmp_path, Rig(m=1.0, k=32.0, c=0.06), {n: decay(SWING, [], 1.0, 40.0) for n in "ab"}, 1e-3)
+    context = create_context(data, jobs=1)
+    stuck = calibrate(context)
+    fit, windowed = leave_wrong_minimum(context, stuck)
+    assert fit.model.value("vehicle.rig.stiffness") == pytest.approx(64.0, rel=1e-3)
+    assert windowed is None and not slips(context, fit) and misfit_ratio(fit) < 0.01
+
+
+def test_a_fit_worse_than_the_nominal_model_is_tried_again_and_reported(tmp_path: Path):
+    data = campaign(tmp_path, SWING, {n: decay(SWING, [], 1.0, 20.0) for n in "ab"}, 1e-3)
+    context = create_context(data, jobs=1)
+    paths = context.campaign.estimated_parameters
+    declared = validate(context, context.nominal, data.selection)
+    wrong = context.nominal.with_path_values(paths, np.array([70.0, 0.06, 1.0]))
+    bad = fit_output_error(context, wrong, paths, max_iterations=0)
+    before = validate(context, bad.model, data.selection)
+    assert has_failed(context, bad, declared, before) and not has_failed(context, bad, before, declared)
+    again, _, validation = retry_failed_fit(context, bad, declared, before)
+    assert validation.nrmse < 1.1 * declared.nrmse and not has_failed(context, again, declared, validation)
+
+
+def test_a_fit_that_follows_its_motion_is_left_as_it_is(tmp_path: Path):
+    data = campaign(tmp_path, SWING, {n: decay(SWING, [], 1.0, 20.0) for n in "ab"}, 1e-3)
+    context = create_context(data, jobs=1)
+    fit = calibrate(context)
+    declared, before = (validate(context, m, data.selection) for m in (context.nominal, fit.model))
+    assert retry_failed_fit(context, fit, declared, before) == (fit, None, before)
