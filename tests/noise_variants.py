@@ -1,4 +1,4 @@
-"""Variants of a campaign in which only its noise differs: stated, not stated, stated wrongly, or coloured and larger."""
+"""Variants of a campaign that differ in their noise: stated, not stated, stated wrongly, coloured and larger."""
 
 from __future__ import annotations
 

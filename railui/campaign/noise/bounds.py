@@ -78,26 +78,39 @@ def incoherent_level(record: Record, channel: str, wheelbase: float, band: tuple
     Unmodelled motion that no other channel contains is part of it, so that it bounds the noise from above. The chance
     level p/K of p inputs and K windows is corrected. None: no input, or a record too short.
     """
-    inputs = [record.columns[c] for c in record.channels if c != channel] + _track(record, wheelbase)
+    others = [record.columns[c] for c in record.channels if c != channel]
+    powers = incoherent_power(record, record.columns[channel], others + track_inputs(record, wheelbase), band)
+    return None if powers is None else float(np.sqrt(powers[0]))
+
+
+def incoherent_power(
+    record: Record, series: FloatArray, inputs: Sequence[FloatArray], band: tuple[float, float] | None
+) -> tuple[float, float] | None:
+    """Power of the part of a series [n] in a band that is incoherent with inputs, and its power there.
+
+    Both as the variance of white noise with that power; None: no input, or a record too short.
+    """
     moving = [x for x in inputs if np.ptp(x) > 0.0]
-    n = len(record.columns[channel])
-    length = _window_length(record, n, len(moving))
+    length = _window_length(record, len(series), len(moving))
     f = np.fft.rfftfreq(length, record.dt)
     low, high = band_limits(band, record.dt)
     used = (f > 0.0) & (f >= low) & (f <= high)
-    windows = len(range(0, n - length + 1, length // 2))
+    windows = len(range(0, len(series) - length + 1, length // 2))
     if not moving or windows <= 2 * len(moving) or not np.any(used):
         return None
-    y = _transforms(record.columns[channel], length)[:, used]
+    y = _transforms(series, length)[:, used]
     x = np.stack([_transforms(column, length)[:, used] for column in moving], axis=2).transpose(1, 0, 2)
     scale = np.sqrt(np.sum(np.abs(x) ** 2, axis=1, keepdims=True)) + 1e-300
     basis, _, _ = np.linalg.svd(x / scale, full_matrices=False)
     explained = np.sum(np.abs(np.einsum("fkp,kf->fp", basis.conj(), y)) ** 2, axis=1)
-    incoherent = (np.sum(np.abs(y) ** 2, axis=0) - explained) / (windows - len(moving))
-    return float(np.sqrt(max(float(np.mean(incoherent)), 0.0) / float(hann(length) @ hann(length))))
+    total = np.sum(np.abs(y) ** 2, axis=0)
+    incoherent = np.maximum(total - explained, 0.0) / (windows - len(moving))
+    window = hann(length)
+    both = float(np.mean(incoherent)), float(np.mean(total)) / windows
+    return both[0] / float(window @ window), both[1] / float(window @ window)
 
 
-def _track(record: Record, wheelbase: float) -> list[FloatArray]:
+def track_inputs(record: Record, wheelbase: float) -> list[FloatArray]:
     """Track columns under both wheelsets; the input of a rig."""
     columns: Mapping[str, FloatArray] = record.columns
     if record.kind == "rig":

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
+from railui.campaign.noise.bounds import incoherent_power, track_inputs
 from railui.campaign.noise.record import Record, band_limits
 from railui.core import Spline
 from railui.dsp.spectra import detrend, hann, tukey
@@ -26,8 +27,8 @@ WINDOW_SECONDS = 2.56
 MIN_LINE = 1.9  # lowest line used of a window: the first contains leakage of slow motions
 TAPER_SECONDS = 2.0  # at both ends of a record, left out of the spectra
 ROLL_OFF = 1.25  # upper end of the roll-off of a derivative over the highest frequency used
-FOLLOWED_BAND = (0.5, 5.0)  # Hz, where motions are far above their noise
-MAX_FOLLOWING_SHARE = 0.3  # of a relation, which may follow the motions
+FOLLOWED_BAND = (0.8, 6.0)  # Hz, where motions are far above their noise
+MAX_FOLLOWING_SHARE = 0.3  # of a relation, which may follow the track
 MIN_SINGULAR_VALUE = 1e-9
 RAILS = "rails"  # noise of the track columns under the wheelset, y_w + r phi_w
 
@@ -93,7 +94,7 @@ def relation_spectra(
         if rows and len(record.columns["t"]) >= usable:
             highest = band_limits(band, record.dt)[1]
             series = {c: _acceleration(record, values, c, row.order, highest) for c, row in rows.items()}
-            names = _usable_channels(series, rows, record.dt)
+            names = _usable_channels(record, series, rows, 2.0 * values["vehicle.geometry.half_wheelbase"])
             if names:
                 spectra.append(_spectra(record, values, {c: rows[c] for c in names}, series, band))
     return spectra
@@ -148,19 +149,22 @@ def differentiate(x: FloatArray, dt: float, order: int, highest: float) -> Float
     return np.asarray(np.fft.irfft(np.fft.rfft(detrend(x) * tukey(n, 2.0 * TAPER_SECONDS / (n * dt))) * gain, n))
 
 
-def _usable_channels(series: Mapping[str, FloatArray], rows: Mapping[str, _Row], dt: float) -> list[str]:
-    """List the channels whose relations hold: all, or without the one that makes them follow the motions; else none.
+def _usable_channels(
+    record: Record, series: Mapping[str, FloatArray], rows: Mapping[str, _Row], wheelbase: float
+) -> list[str]:
+    """List the channels whose relations hold: all, or without the one that makes them follow the track; else none.
 
-    A wrong gain, sign or delay, or rails that yield, leave a part of the motions in the relations.
+    A wrong gain, sign or delay, or rails that yield, leave a part of the motions in the relations. The track is no
+    combination of the channels, so that their noise does not follow it.
     """
     names = list(rows)
     trials = [names, *([c for c in names if c != out] for out in names)]
     shares = []
     for used in trials:
-        share = _following_share(used, series, rows, dt)
-        if used is names and share is not None and share <= MAX_FOLLOWING_SHARE:
+        share = _following_share(record, used, series, rows, wheelbase)
+        if used is names and share <= MAX_FOLLOWING_SHARE:
             return names
-        shares.append(np.inf if share is None else share)
+        shares.append(share)
     best = int(np.argmin(shares))
     return trials[best] if shares[best] <= MAX_FOLLOWING_SHARE else []
 
@@ -173,23 +177,16 @@ def _bases(names: Sequence[str], rows: Mapping[str, _Row]) -> tuple[FloatArray, 
 
 
 def _following_share(
-    names: Sequence[str], series: Mapping[str, FloatArray], rows: Mapping[str, _Row], dt: float
-) -> float | None:
-    """Largest share of a relation's power that its regression on the motions and their derivatives explains."""
-    motion, null = _bases(names, rows)
+    record: Record, names: Sequence[str], series: Mapping[str, FloatArray], rows: Mapping[str, _Row], wheelbase: float
+) -> float:
+    """Largest share of a relation's power that is coherent with the track; infinite without relation."""
+    _, null = _bases(names, rows)
     if null.shape[1] == 0:
-        return None
-    columns = np.stack([series[c] for c in names])
-    f = np.fft.rfftfreq(columns.shape[1], dt)
-    used = (f >= FOLLOWED_BAND[0]) & (f <= FOLLOWED_BAND[1])
-    lines = np.fft.rfft(columns)[:, used]
-    q = motion.T @ lines
-    a, b = np.concatenate([q, 2j * np.pi * f[used] * q]).T, (null.T @ lines).T
-    a, b = np.vstack([a.real, a.imag]), np.vstack([b.real, b.imag])
-    a /= np.linalg.norm(a, axis=0) + 1e-300
-    left = b - a @ np.linalg.lstsq(a, b, rcond=1e-6)[0]
-    chance = len(a) / max(len(a) - a.shape[1], 1)
-    return float(np.max(1.0 - chance * np.sum(left**2, axis=0) / (np.sum(b**2, axis=0) + 1e-300)))
+        return np.inf
+    track = track_inputs(record, wheelbase)
+    relations = null.T @ np.stack([series[c] for c in names])
+    powers = [incoherent_power(record, relation, track, FOLLOWED_BAND) for relation in relations]
+    return max(0.0 if p is None else 1.0 - p[0] / max(p[1], 1e-300) for p in powers)
 
 
 def _cross_spectra(series: FloatArray, dt: float) -> tuple[FloatArray, ComplexArray, float]:
