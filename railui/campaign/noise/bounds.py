@@ -13,7 +13,6 @@ from railui.campaign.noise.record import Record, band_limits
 from railui.dsp.spectra import detrend, hann, welch
 
 QUIET_SAMPLES = 1024  # of a window
-HANN_BANDWIDTH = 1.5  # lines of a spectrum with a Hann window that count as one
 QUIET_SHARES = (0.8, 0.9, 1.0)  # of half the sampling rate: two bands, which white noise fills alike
 MEDIAN_OF_CHI_SQUARE = 0.5  # one-sided density of white noise of unit variance is 2 per cycle and sample
 WINDOW_SECONDS = 2.56
@@ -63,13 +62,11 @@ def is_flat(record: Record, channel: str, tolerance: float) -> bool:
     return bool(0.5 * abs(np.log(upper / lower)) < tolerance)
 
 
-def quiet_band(record: Record, channel: str) -> tuple[FloatArray, FloatArray, float]:
-    """Mean frequency [Hz] and density [1/Hz], series of one, and averages of the top band of a channel."""
+def quiet_band(record: Record, channel: str) -> tuple[FloatArray, FloatArray]:
+    """Mean frequency [Hz] and density [1/Hz] of the top band of a channel, as series of one."""
     f, density = welch(record.columns[channel], 1.0 / record.dt, QUIET_SAMPLES)
     top = slice(round(QUIET_SHARES[0] * len(f)), len(f) - 1)
-    windows = max(2.0 * len(record.columns[channel]) / QUIET_SAMPLES - 1.0, 1.0)
-    lines = (top.stop - top.start) / HANN_BANDWIDTH
-    return np.array([f[top].mean()]), np.array([density[top].mean()]), windows * lines
+    return np.array([f[top].mean()]), np.array([density[top].mean()])
 
 
 def incoherent_level(record: Record, channel: str, wheelbase: float, band: tuple[float, float] | None) -> float | None:

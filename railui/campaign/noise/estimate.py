@@ -8,6 +8,7 @@ bounds them from above. The stated noise is a log-normal prior.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -30,6 +31,7 @@ SMALL_SHARE = 1e-3  # of the variance in the band, of a coloured part that is le
 UNKNOWN_FACTOR = 5.0  # one standard deviation of the level of unstated rails, and of an unstated channel
 RAIL_SHARE = 0.01  # of the track's standard deviation: centre of the prior of unstated rails
 MIN_LEVEL = 1e-12
+QUIET_EXCESS = 1.5  # of the quiet band over the incoherent part, from which it contains motions
 INFORMATION_SHARE = 0.5  # of the windows that counts: relations are not exact, and noise is not Gaussian
 
 
@@ -53,6 +55,17 @@ class NoiseEstimate:
         self.settings = settings
         self.channels = list(dict.fromkeys(c for record in records for c in record.channels))
         self.is_rig = bool(records) and records[0].kind == "rig"
+
+    @cached_property
+    def bounds(self) -> dict[str, float]:
+        """Level per response of its part that is incoherent with track and other channels; infinite: unknown."""
+        wheelbase = 0.0 if self.is_rig else 2.0 * self.values["vehicle.geometry.half_wheelbase"]
+        bounds = {}
+        for c in self.channels:
+            levels = [incoherent_level(r, c, wheelbase, self.band) for r in self.records if c in r.columns]
+            known = [x for x in levels if x is not None]
+            bounds[c] = float(np.median(known)) if known else np.inf
+        return bounds
 
     def run(self) -> NoiseModel:
         """Estimate the noise of every column."""
@@ -118,16 +131,17 @@ class NoiseEstimate:
     def _quiet_bands(self, channels: Sequence[str], parts: Mapping[str, _Parts]) -> list[Observation]:
         """Spectra of channels at the top of the frequency range, where these are flat, as further observations."""
         least = float(np.log(self.settings.quiet_noise_factor))
+        averages = 1.0 / (2.0 * least) ** 2  # which determine an amplitude as well as the setting says
         observations = []
         for record in self.records:
             for c in channels:
                 if c in record.columns and is_flat(record, c, least):
-                    f, density, averages = quiet_band(record, c)
+                    f, density = quiet_band(record, c)
+                    if density[0] > 2.0 * record.dt * (QUIET_EXCESS * self.bounds[c]) ** 2:
+                        continue  # motions fill the whole spectrum
                     shapes = {c: parts[c].densities(f, record.dt)}
                     gains = {c: np.ones((len(f), 1), dtype=complex)}
-                    observations.append(
-                        Observation(density[:, None, None].astype(complex), gains, shapes, INFORMATION_SHARE * averages)
-                    )
+                    observations.append(Observation(density[:, None, None].astype(complex), gains, shapes, averages))
         return observations
 
     def _relation_prior(self, channel: str, single: Mapping[str, ColumnNoise]) -> Level:
@@ -201,12 +215,7 @@ class NoiseEstimate:
 
     def _bounded(self, channel: str, noise: ColumnNoise) -> ColumnNoise:
         """Limit the noise of a response to its part that is incoherent with the track and all other channels."""
-        if channel not in self.channels:
-            return noise
-        wheelbase = 0.0 if self.is_rig else 2.0 * self.values["vehicle.geometry.half_wheelbase"]
-        levels = [incoherent_level(r, channel, wheelbase, self.band) for r in self.records if channel in r.columns]
-        known = [x for x in levels if x is not None]
-        bound = float(np.median(known)) if known else np.inf
+        bound = self.bounds.get(channel, np.inf)
         if noise.used <= bound or bound <= 0.0:
             return noise
         scaled = noise.spectrum.scaled(bound / noise.used)
