@@ -12,7 +12,9 @@ from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.noise.record import Record, band_limits
 from railui.dsp.spectra import detrend, hann, welch
 
-QUIET_SAMPLES = 1024  # of a window
+QUIET_SAMPLES = 1024  # of a window, at most
+QUIET_WINDOWS = 8  # in a record, without overlap, where it is long enough for
+MIN_QUIET_SAMPLES = 16  # of a window
 QUIET_SHARES = (0.8, 0.9, 1.0)  # of half the sampling rate: two bands, which white noise fills alike
 MEDIAN_OF_CHI_SQUARE = 0.5  # one-sided density of white noise of unit variance is 2 per cycle and sample
 WINDOW_SECONDS = 2.56
@@ -50,10 +52,18 @@ def quiet_level(records: Sequence[Record], channel: str, least_sd: float) -> Lev
 
 def _top_bands(record: Record, channel: str) -> tuple[float, float]:
     """Median densities, per cycle and sample, of two bands at the top of a channel's spectrum."""
-    _, density = welch(record.columns[channel], 1.0, QUIET_SAMPLES)
+    x = record.columns[channel]
+    length = _quiet_window(len(x))
+    _, density = welch(x, 1.0, length)
+    windows = max(2 * len(x) // length - 1, 1)
+    density = density / (1.0 - 1.0 / (9.0 * windows)) ** 3  # median over mean of chi-square, Wilson and Hilferty 1931
     edges = [min(round(share * len(density)), len(density) - 1) for share in QUIET_SHARES]
     lower, upper = (float(np.median(density[a : max(b, a + 1)])) + 1e-300 for a, b in pairwise(edges))
     return lower, upper
+
+
+def _quiet_window(samples: int) -> int:
+    return min(QUIET_SAMPLES, max(samples // QUIET_WINDOWS, MIN_QUIET_SAMPLES))
 
 
 def is_flat(record: Record, channel: str, tolerance: float) -> bool:
@@ -64,7 +74,8 @@ def is_flat(record: Record, channel: str, tolerance: float) -> bool:
 
 def quiet_band(record: Record, channel: str) -> tuple[FloatArray, FloatArray]:
     """Mean frequency [Hz] and density [1/Hz] of the top band of a channel, as series of one."""
-    f, density = welch(record.columns[channel], 1.0 / record.dt, QUIET_SAMPLES)
+    x = record.columns[channel]
+    f, density = welch(x, 1.0 / record.dt, _quiet_window(len(x)))
     top = slice(round(QUIET_SHARES[0] * len(f)), len(f) - 1)
     return np.array([f[top].mean()]), np.array([density[top].mean()])
 
