@@ -20,6 +20,7 @@ MEDIAN_OF_CHI_SQUARE = 0.5  # one-sided density of white noise of unit variance 
 WINDOW_SECONDS = 2.56
 RIG_WINDOWS = 60
 WINDOWS_PER_INPUT = 4
+RIG_INPUTS = {"rig": ("u",), "bench": ("z", "vz")}
 TRACK = ("yw", "phiw", "gauge")
 
 
@@ -121,15 +122,15 @@ def incoherent_power(
 def track_inputs(record: Record, wheelbase: float) -> list[FloatArray]:
     """Track columns under both wheelsets; the input of a rig."""
     columns: Mapping[str, FloatArray] = record.columns
-    if record.kind == "rig":
-        return [columns["u"]] if "u" in columns else []
+    if record.kind != "bogie":
+        return [columns[c] for c in RIG_INPUTS[record.kind] if c in columns]
     track = [columns[c] for c in TRACK if c in columns]
     return track + [np.interp(columns["s"] - wheelbase, columns["s"], x) for x in track]
 
 
 def _window_length(record: Record, samples: int, inputs: int) -> int:
     enough = 2 * samples // (WINDOWS_PER_INPUT * max(inputs, 1) + 1)
-    longest = 2 * samples // RIG_WINDOWS if record.kind == "rig" else round(WINDOW_SECONDS / record.dt)
+    longest = 2 * samples // RIG_WINDOWS if record.kind != "bogie" else round(WINDOW_SECONDS / record.dt)
     return max(min(longest, enough), 8)
 
 

@@ -54,7 +54,7 @@ class NoiseEstimate:
         self.noise_band = noise_band
         self.settings = settings
         self.channels = list(dict.fromkeys(c for record in records for c in record.channels))
-        self.is_rig = bool(records) and records[0].kind == "rig"
+        self.is_rig = bool(records) and records[0].kind != "bogie"
 
     @cached_property
     def bounds(self) -> dict[str, float]:
@@ -94,6 +94,8 @@ class NoiseEstimate:
 
     def _rig_input(self) -> dict[str, ColumnNoise]:
         """Noise of the input of a rig: as stated, at most its quiet band; an input may fill its whole spectrum."""
+        if self.records[0].kind == "bench":  # whose motion is smooth
+            return {c: self._single_channel(c) for c in ("z", "vz") if any(c in r.columns for r in self.records)}
         if "u" not in self.stated:
             return {}
         stated = self.stated["u"]
