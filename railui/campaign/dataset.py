@@ -12,8 +12,8 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign
+from railui.campaign.noise.estimate import estimate_noise_model
 from railui.core import Spline
-from railui.dsp.spectra import welch
 from railui.runs import columns as known
 from railui.runs.run import Run, load_run
 from railui.track import Wheelbase, add_track, band_limited_noise, distance_from_speed, run_table
@@ -252,7 +252,7 @@ def hold_back(segments: Sequence[Segment], share: float, seconds: float, rig_rat
 
 @dataclass(frozen=True)
 class Dataset:
-    """A campaign with its runs: their segments, and the noise of every column, stated or estimated."""
+    """A campaign with its runs: their segments, and the noise of every column; the stated noise is its prior."""
 
     campaign: Campaign
     runs: tuple[Run, ...]
@@ -304,18 +304,7 @@ def read_dataset(campaign: Campaign) -> Dataset:
         run = load_run(entry.file, kind)
         runs.append(run)
         segments += segments_of_run(run, entry.name, entry.role, kind, index)
-    noise = dict(estimate_noise(segments)) | dict(campaign.noise)
+    noise = estimate_noise_model(
+        segments, campaign.noise, campaign.design.values, campaign.band, campaign.noise_band, campaign.settings.noise
+    )
     return Dataset(campaign, tuple(runs), tuple(segments), noise)
-
-
-def estimate_noise(segments: Sequence[Segment]) -> dict[str, float]:
-    """Estimate the white sensor noise of each response from the highest tenth of its spectrum."""
-    noise: dict[str, list[float]] = {}
-    for segment in segments:
-        # of a bench the motion is measured as well, with noise that reaches the model
-        inputs = known.column_names("bench", "track") if segment.kind == "bench" else ()
-        for c in (*segment.channels, *(c for c in inputs if c in segment.columns)):
-            _, power = welch(segment.columns[c], 1.0, 1024)
-            top = power[-max(len(power) // 10, 1) : -1]
-            noise.setdefault(c, []).append(float(np.sqrt(np.median(top) * 0.5)))
-    return {c: float(np.median(values)) for c, values in noise.items()}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 from railui.campaign.campaign import Campaign
 from railui.campaign.dataset import Dataset
+from railui.campaign.noise.model import NoiseModel, as_noise_model
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.progress import SILENT, Progress
 from railui.vehicle.model import Model
@@ -51,9 +52,9 @@ class Context:
         return self.dataset.campaign
 
     @property
-    def noise(self) -> Mapping[str, float]:
-        """Standard deviation of the noise of every column."""
-        return self.dataset.noise
+    def noise(self) -> NoiseModel:
+        """Noise of every column: level and colour."""
+        return as_noise_model(self.dataset.noise)
 
     def in_background(self, jobs: int | None) -> Context:
         """Return the same context with so many threads and no progress, for a computation that is one of many."""

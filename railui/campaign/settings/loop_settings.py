@@ -22,6 +22,7 @@ from railui.campaign.settings.estimation import (
     ValidationSettings,
     WindowSettings,
 )
+from railui.campaign.settings.noise import NoiseSettings
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ class LoopSettings:
     discrepancy: DiscrepancySettings = field(default_factory=DiscrepancySettings)
     run_dependence: RunDependenceSettings = field(default_factory=RunDependenceSettings)
     coefficients: CoefficientSettings = field(default_factory=CoefficientSettings)
+    noise: NoiseSettings = field(default_factory=NoiseSettings)
 
     def values(self) -> dict[str, float | int]:
         """Value of every setting by its name."""

@@ -10,33 +10,45 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.comparison import (
     Comparison,
+    band_pass,
     compared_channels,
     comparison_filter,
-    cut_samples,
     kernel_filter,
     nrmse,
     overall_nrmse,
 )
-from railui.campaign.dataset import Segment
+from railui.campaign.dataset import TRACK_COLUMNS, Segment
+from railui.campaign.noise.model import NoiseModel
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Predictor
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
-WHITE_SAMPLES = 4000  # at least, to measure how much white noise the comparison filter passes
 WEIGHT_SEED = 7
+INTERVAL_SEED = 8
+INTERVAL_DRAWS = 4000
 MIN_VARIANCE_SHARE = 1e-6  # of a channel's variance: least noise that its weight counts with
 
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """NRMSE expected from the stated noise alone: mean and spread over realisations, per channel, and sensors only."""
+    """NRMSE expected from noise alone: mean and spread over realisations, per channel, and sensors only.
+
+    Attributes
+    ----------
+    interval
+        5th and 95th percentile, from the uncertainty of the noise levels and the spread over realisations.
+    source
+        Source of the noise levels: stated, estimated or both.
+    """
 
     nrmse: float
     sd: float
     channels: Mapping[str, float]
     sensors_only: float
+    interval: tuple[float, float] = (float("nan"), float("nan"))
+    source: str = "stated"
 
 
 class _SimulatedTruth:
@@ -52,7 +64,6 @@ class _SimulatedTruth:
         self.predictor = Predictor(truth, segment, initial_state=start)
         series, _ = self.predictor.simulate(self.channels)
         self.clean = comparison_filter(context.campaign, segment, series[0])
-        self.sd = np.array([context.noise.get(c, 0.0) for c in self.channels])
 
     def draw(self, seed: int) -> tuple[FloatArray, FloatArray]:
         """Draw the measurement with sensor noise and the prediction on a track with noise, both as compared."""
@@ -63,8 +74,8 @@ class _SimulatedTruth:
             self.context.noise, campaign.noise_band, rng, wheelset_spacing, self.predictor.steps
         )
         series, _ = self.predictor.simulate(self.channels, table=table)
-        white = comparison_filter(campaign, segment, self.sd[:, None] * rng.standard_normal(series[0].shape))
-        return self.clean + white, comparison_filter(campaign, segment, series[0])
+        drawn = self.context.noise.draw(self.channels, segment.samples, segment.dt, rng)
+        return self.clean + comparison_filter(campaign, segment, drawn), comparison_filter(campaign, segment, series[0])
 
 
 def estimate_noise_floor(
@@ -85,23 +96,42 @@ def estimate_noise_floor(
             sensors[seed].append(Comparison(names, measured, truth.clean, segment.dt))
     channels = [nrmse(comparisons) for comparisons in both]
     totals = [overall_nrmse(c) for c in channels]
+    sensor_channels = [nrmse(comparisons) for comparisons in sensors]
     return NoiseFloor(
         float(np.mean(totals)),
         float(np.std(totals)),
         {c: float(np.mean([e[c] for e in channels])) for c in channels[0]},
-        float(np.mean([overall_nrmse(nrmse(comparisons)) for comparisons in sensors])),
+        float(np.mean([overall_nrmse(c) for c in sensor_channels])),
+        _interval(context.noise, channels, sensor_channels, float(np.std(totals))),
+        context.noise.source,
     )
+
+
+def _interval(
+    noise: NoiseModel, both: Sequence[Mapping[str, float]], sensors: Sequence[Mapping[str, float]], sd: float
+) -> tuple[float, float]:
+    """5th and 95th percentile of the noise floor over log-normal noise levels and normal realisations of it.
+
+    The level of every sensor is uncertain by itself, that of the track columns by one factor.
+    """
+    names = list(both[0])
+    total = np.array([np.mean([e[c] ** 2 for e in both]) for c in names])
+    own = np.minimum([np.mean([e[c] ** 2 for e in sensors]) for c in names], total)
+    rng = np.random.default_rng(np.random.SeedSequence([INTERVAL_SEED]))
+    log_sd = np.array([noise.log_sd(c) for c in names])
+    levels = np.exp(2.0 * log_sd * rng.standard_normal((INTERVAL_DRAWS, len(names))))
+    track = np.exp(2.0 * max(map(noise.log_sd, TRACK_COLUMNS)) * rng.standard_normal((INTERVAL_DRAWS, 1)))
+    drawn = np.sqrt(np.mean(own * levels + (total - own) * track, axis=1)) + sd * rng.standard_normal(INTERVAL_DRAWS)
+    low, high = np.nanpercentile(np.maximum(drawn, 0.0), [5.0, 95.0])
+    return float(low), float(high)
 
 
 def noise_weights(context: Context, model: Model, segment: Segment) -> FloatArray:
     """Weight of each channel [channel]: 1 / standard deviation that sensor and track noise leave in the band."""
     channels, noise, campaign = segment.channels, context.noise, context.campaign
     draws = context.settings.validation.noise_weight_draws
-    sd = np.array([noise.get(c, 0.0) for c in channels])
     rng = np.random.default_rng(np.random.SeedSequence([WEIGHT_SEED, segment.number, segment.run_index]))
-    enough = min(segment.samples, max(WHITE_SAMPLES, 4 * cut_samples(campaign, segment)))
-    white = comparison_filter(campaign, segment, rng.standard_normal((1, enough)))
-    variance = (sd * white.std()) ** 2
+    variance = noise.variance(channels, band_pass(campaign.band, 1.0 / segment.dt), segment.dt)
     flat = kernel_filter(campaign, segment, np.ones(len(channels)))
     predictor = Predictor(model, segment, filter=flat)
     clean, diverged = predictor.simulate()

@@ -168,18 +168,15 @@ def _noise(context: Context, fit: Fit, target: FitSegment) -> ComplexArray:
     noise, campaign, segment = context.noise, context.campaign, target.segment
     channels = segment.channels
     predictor = target.predictor(fit.model)
-    sd = np.array([noise.get(c, 0.0) for c in channels])
     clean, _ = predictor.simulate()
     total: ComplexArray = np.zeros((1, 1, 1), dtype=complex)
     for seed in range(DRAWS):
         rng = np.random.default_rng(np.random.SeedSequence([seed, 17, segment.number, segment.run_index]))
         table = segment.noisy_table(noise, campaign.noise_band, rng, fit.model.wheelset_spacing(), target.steps)
         noisy, _ = predictor.simulate(table=table)
-        white = comparison_filter(
-            campaign, segment, sd[:, None] * rng.standard_normal((len(channels), segment.samples))
-        )
-        white = white[:, :: target.filter.decimation] * target.filter.weights[:, None]
-        total = total + _spectra(noisy[0] - clean[0] + white, target) / DRAWS
+        sensors = comparison_filter(campaign, segment, noise.draw(channels, segment.samples, segment.dt, rng))
+        sensors = sensors[:, :: target.filter.decimation] * target.filter.weights[:, None]
+        total = total + _spectra(noisy[0] - clean[0] + sensors, target) / DRAWS
     return np.asarray(total)
 
 

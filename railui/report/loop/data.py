@@ -24,6 +24,7 @@ from railui.report.loop.conditions import condition_rows
 from railui.report.loop.detectable import minimum_detectable_effects
 from railui.report.loop.identifiability import identifiability
 from railui.report.loop.model_comparison import rank_candidates, significant_below_threshold
+from railui.report.loop.noise import noise_rows
 from railui.report.loop.notes import report_notes, searched_pairs, windowed_runs
 from railui.report.loop.phases import phase_rows
 from railui.report.loop.profiles import profile_parameters
@@ -103,7 +104,9 @@ def loop_report(result: LoopResult) -> dict[str, Any]:
             "sd": result.noise_floor.sd,
             "channels": result.noise_floor.channels,
             "sensors_only": result.noise_floor.sensors_only,
-            "source": "declared" if campaign.noise else "estimated",
+            "interval": list(result.noise_floor.interval),
+            "source": result.noise_floor.source,
+            "noise": noise_rows(result.context.noise),
         },
         "unexplained": result.error_to_noise,
         "verdict": result.verdict,

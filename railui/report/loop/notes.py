@@ -10,6 +10,7 @@ from railui.identification.result import LoopResult
 from railui.identification.structure.stepwise import has_structure
 from railui.identification.unmodelled.discrepancy import is_at_noise_floor
 from railui.report.loop.conditions import condition_notes
+from railui.report.loop.noise import noise_notes
 from railui.report.loop.wording import MODEL_LABELS
 
 MAX_NAMED_CHANNELS = 3
@@ -31,7 +32,8 @@ def report_notes(result: LoopResult) -> list[str]:
     for model, validation in result.validations.items():
         notes += [divergence_note(model, file, time) for file, time in validation.diverged]
     notes += condition_notes(result)
-    return [*notes, *unstated_track_noise_notes(result.dataset), *unstructured_residual_notes(result)]
+    noise = noise_notes(result.context.noise)
+    return [*notes, *noise, *unstated_track_noise_notes(result.dataset), *unstructured_residual_notes(result)]
 
 
 def divergence_note(model: str, file: str, time: float) -> str:
@@ -59,14 +61,16 @@ def searched_pairs(result: LoopResult) -> dict[str, int] | None:
 
 
 def unstated_track_noise_notes(dataset: Dataset) -> list[str]:
-    """Return a warning where a campaign states no noise of a track column of its runs, which then counts as zero."""
+    """Return a warning where the noise of a track column is neither stated nor determined: it counts as zero."""
     recorded = {name for segment in dataset.segments for name in segment.columns}
-    missing = [name for name in TRACK_COLUMNS if name in recorded and name not in dataset.campaign.noise]
+    known = {**dataset.campaign.noise, **dataset.noise}
+    missing = [name for name in TRACK_COLUMNS if name in recorded and name not in known]
     if not missing:
         return []
     return [
-        f"no noise stated for {', '.join(missing)}: taken as zero. Noise of the track columns passes through "
-        "the vehicle into every channel; where it is not zero the noise floor is too low and the verdict can change"
+        f"no noise stated for {', '.join(missing)}, and the channels do not determine it: taken as zero. Noise of the "
+        "track columns passes through the vehicle into every channel; where it is not zero the noise floor is too low "
+        "and the verdict can change"
     ]
 
 

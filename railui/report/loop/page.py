@@ -12,6 +12,7 @@ from railui.io.atomic import write_text
 from railui.report.loop import figures
 from railui.report.loop.effect_figures import effect_figures
 from railui.report.loop.force_pictures import EffectFigure
+from railui.report.loop.noise import noise_table
 from railui.report.loop.notes import divergence_note
 from railui.report.loop.page_tables import (
     candidate_row,
@@ -35,6 +36,11 @@ from railui.runs.columns import columns_of
 Report = Mapping[str, Any]
 Row = dict[str, Any]
 
+NOISE_SOURCES = {
+    "stated": "as stated in the campaign",
+    "estimated": "estimated from the runs",
+    "both": "estimated from the runs, with the stated noise as prior",
+}
 MAIN_CHANNELS = 4  # shown; the others are folded
 
 
@@ -124,7 +130,9 @@ def _noise_floor(report: Report) -> Row:
         "nrmse": format_number(floor["nrmse"]),
         "sd": format_number(floor["sd"], 2),
         "sensors_only": format_number(floor["sensors_only"]),
-        "source": "as stated in the campaign" if floor["source"] == "declared" else "estimated from the runs",
+        "interval": [format_number(x, 2) for x in floor.get("interval", ())],
+        "source": NOISE_SOURCES[floor["source"]],
+        "noise": noise_table(floor.get("noise", {})),
         "ratio": DASH if report["unexplained"] is None else f"{report['unexplained']:.2f}",
     }
 

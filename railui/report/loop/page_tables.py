@@ -19,7 +19,7 @@ MEANING = {
     "declared": "parameters of the design",
     "before": "parameters estimated, no effect added",
     "after": "effect added, parameters estimated again",
-    "floor": "expected from the stated noise alone",
+    "floor": "expected from noise alone",
 }
 # identifiability of a parameter from the data alone: text, and how it is graded
 IDENTIFIABILITY = {

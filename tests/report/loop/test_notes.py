@@ -10,9 +10,12 @@ import pytest
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
+from railui.campaign.noise.model import ColumnNoise, NoiseModel
+from railui.campaign.noise.spectrum import NoiseSpectrum
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import calibrate_only
 from railui.identification.result import LoopResult
+from railui.report.loop.noise import noise_notes
 from railui.report.loop.notes import unstated_track_noise_notes, unstructured_residual_notes
 from tests.truth.campaign import Order, campaign, write
 from tests.truth.effects import effect
@@ -54,9 +57,10 @@ def test_a_residual_of_the_validation_runs_alone_is_attributed_to_a_changing_veh
 )
 def test_unstated_noise_of_the_track_columns_is_a_warning(stated: dict[str, float], named: str | None) -> None:
     segment = SimpleNamespace(columns=dict.fromkeys(("t", "yw", "gauge", "ay1")))
-    dataset = SimpleNamespace(campaign=SimpleNamespace(noise=stated), segments=(segment,))
+    dataset = SimpleNamespace(campaign=SimpleNamespace(noise=stated), segments=(segment,), noise={})
     notes = unstated_track_noise_notes(cast(Dataset, dataset))
-    assert [note.split(":")[0] for note in notes] == ([f"no noise stated for {named}"] if named else [])
+    start = [f"no noise stated for {named}, and the channels do not determine it"] if named else []
+    assert [note.split(":")[0] for note in notes] == start
 
 
 def test_a_fading_damper_leaves_its_error_on_the_run_at_another_speed(tmp_path: Path) -> None:
@@ -65,3 +69,20 @@ def test_a_fading_damper_leaves_its_error_on_the_run_at_another_speed(tmp_path: 
     write(campaign(Order(effects=(fading,), seed=6018, speeds=(40.0, 31.0))), tmp_path)
     calibrated = calibrate_only(read_dataset(load_campaign(tmp_path)))
     assert calibrated.before.error_to_noise < 1.07 and calibrated.error_to_noise > 1.15
+
+
+def test_noise_that_the_data_contradict_is_a_note_with_its_ratio() -> None:
+    stated = ColumnNoise(0.05, NoiseSpectrum(0.05), 0.05, source="both")
+    larger = ColumnNoise(0.155, NoiseSpectrum(0.05, ((1.2, 0.15),)), 0.05, 0.155, source="both")
+    unsure = ColumnNoise(0.2, NoiseSpectrum(0.2), 0.05, source="stated")
+    notes = noise_notes(NoiseModel({"e1": stated, "ay1": larger, "rf": unsure}))
+    assert notes == [
+        "the noise of ay1 is 3.1 times the stated one",
+        "noise that is not white, with its share of the variance: ay1 (90 %)",
+    ]
+
+
+def test_noise_that_the_channels_determine_needs_no_statement() -> None:
+    segment = SimpleNamespace(columns={"yw": 0, "e1": 0})
+    dataset = SimpleNamespace(campaign=SimpleNamespace(noise={}), segments=(segment,), noise={"yw": 2e-5})
+    assert unstated_track_noise_notes(cast(Dataset, dataset)) == []

@@ -1,0 +1,290 @@
+"""Estimation of the noise model of a campaign.
+
+Level and colour of a channel come from kinematic relations in which every motion cancels, where the channels satisfy
+any, else from the quiet band at the top of its spectrum. What is incoherent with the track and with all other channels
+bounds them from above. The stated noise is a log-normal prior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.campaign.noise.bounds import Level, incoherent_level, is_flat, quiet_band, quiet_level
+from railui.campaign.noise.model import BOTH, ESTIMATED, STATED, ColumnNoise, NoiseModel
+from railui.campaign.noise.record import Record, band_limits
+from railui.campaign.noise.relations import RAILS, RelationSpectra, relation_spectra
+from railui.campaign.noise.spectrum import NoiseSpectrum, corner_frequencies, markov_density
+from railui.campaign.noise.variance_components import (
+    COLOURED_START,
+    Components,
+    Observation,
+    estimate_components,
+)
+from railui.campaign.settings.noise import NoiseSettings
+
+TRACK = ("yw", "phiw", "gauge")
+SMALL_SHARE = 1e-3  # of the variance in the band, of a coloured part that is left out
+UNKNOWN_FACTOR = 5.0  # one standard deviation of the level of unstated rails, and of an unstated channel
+RAIL_SHARE = 0.01  # of the track's standard deviation: centre of the prior of unstated rails
+MIN_LEVEL = 1e-12
+QUIET_EXCESS = 1.5  # of the quiet band over the incoherent part, from which it contains motions
+INFORMATION_SHARE = 0.5  # of the windows that counts: relations are not exact, and noise is not Gaussian
+
+
+class NoiseEstimate:
+    """Estimation of the noise of all columns from records of one kind of vehicle."""
+
+    def __init__(
+        self,
+        records: Sequence[Record],
+        stated: Mapping[str, float],
+        values: Mapping[str, float],
+        band: tuple[float, float] | None,
+        noise_band: float,
+        settings: NoiseSettings,
+    ) -> None:
+        self.records = records
+        self.stated = stated
+        self.values = values
+        self.band = band
+        self.noise_band = noise_band
+        self.settings = settings
+        self.channels = list(dict.fromkeys(c for record in records for c in record.channels))
+        self.is_rig = bool(records) and records[0].kind != "bogie"
+
+    @cached_property
+    def bounds(self) -> dict[str, float]:
+        """Level per response of its part that is incoherent with track and other channels; infinite: unknown."""
+        wheelbase = 0.0 if self.is_rig else 2.0 * self.values["vehicle.geometry.half_wheelbase"]
+        bounds = {}
+        for c in self.channels:
+            levels = [incoherent_level(r, c, wheelbase, self.band) for r in self.records if c in r.columns]
+            known = [x for x in levels if x is not None]
+            bounds[c] = float(np.median(known)) if known else np.inf
+        return bounds
+
+    def run(self) -> NoiseModel:
+        """Estimate the noise of every column."""
+        columns = {c: self._single_channel(c) for c in self.channels}
+        if self.is_rig:
+            columns |= self._rig_input()
+        else:
+            columns |= self._from_relations(columns)
+        columns = {c: self._bounded(c, noise) for c, noise in columns.items()}
+        given = {c: ColumnNoise(sd, NoiseSpectrum(sd), sd) for c, sd in self.stated.items()}
+        return NoiseModel(given | columns)
+
+    def _prior(self, channel: str) -> Level | None:
+        sd = self.stated.get(channel, 0.0)
+        return Level(float(np.log(sd)), float(np.log(self.settings.stated_noise_factor))) if sd > 0.0 else None
+
+    def _single_channel(self, channel: str) -> ColumnNoise:
+        """White noise of a channel from its quiet band and the stated noise."""
+        stated = self.stated.get(channel)
+        quiet = quiet_level(self.records, channel, float(np.log(self.settings.quiet_noise_factor)))
+        if quiet is None:
+            return ColumnNoise(stated or 0.0, NoiseSpectrum(stated or 0.0), stated)
+        level = quiet.combine(self._prior(channel))
+        used, source = float(np.exp(level.log)), ESTIMATED if stated is None else BOTH
+        return ColumnNoise(used, NoiseSpectrum(used), stated, float(np.exp(quiet.log)), level.sd, quiet.sd, source)
+
+    def _rig_input(self) -> dict[str, ColumnNoise]:
+        """Noise of the input of a rig: as stated, at most its quiet band; an input may fill its whole spectrum."""
+        if self.records[0].kind == "bench":  # whose motion is smooth
+            return {c: self._single_channel(c) for c in ("z", "vz") if any(c in r.columns for r in self.records)}
+        if "u" not in self.stated:
+            return {}
+        stated = self.stated["u"]
+        quiet = quiet_level([r for r in self.records if "u" in r.columns], "u", 1e-9)
+        if quiet is None or np.exp(quiet.log) >= stated:
+            return {"u": ColumnNoise(stated, NoiseSpectrum(stated), stated)}
+        used = float(np.exp(quiet.combine(self._prior("u")).log if quiet.sd > 1e-9 else quiet.log))
+        return {"u": ColumnNoise(used, NoiseSpectrum(used), stated, used, source=BOTH)}
+
+    def _from_relations(self, single: Mapping[str, ColumnNoise]) -> dict[str, ColumnNoise]:
+        """Levels and colours of the channels in kinematic relations, and of the track columns."""
+        spectra = relation_spectra(self.records, self.values, self.band)
+        if not spectra:
+            return {}
+        names = list(dict.fromkeys(c for s in spectra for c, g in s.gains.items() if np.max(np.abs(g)) > 0.0))
+        parts = {c: _Parts(self.band, self.noise_band, spectra[0], is_rails=c == RAILS) for c in names}
+        prior = {c: self._relation_prior(c, single) for c in names}
+        start = {c: np.exp(2.0 * prior[c].log) * parts[c].start for c in names}
+        observations = [
+            Observation(
+                s.density,
+                {c: g for c, g in s.gains.items() if c in names},
+                {c: parts[c].shapes(s) for c in names},
+                INFORMATION_SHARE * s.averages,
+            )
+            for s in spectra
+        ]
+        observations += self._quiet_bands([c for c in names if c != RAILS], parts)
+        found = estimate_components(observations, start, prior, {c: parts[c].level for c in names})
+        columns = {c: self._channel(c, parts[c], found) for c in names if c != RAILS}
+        if RAILS in names:
+            columns |= self._track(found, prior[RAILS])
+        return columns
+
+    def _quiet_bands(self, channels: Sequence[str], parts: Mapping[str, _Parts]) -> list[Observation]:
+        """Spectra of channels at the top of the frequency range, where these are flat, as further observations."""
+        least = float(np.log(self.settings.quiet_noise_factor))
+        averages = 1.0 / (2.0 * least) ** 2  # which determine an amplitude as well as the setting says
+        observations = []
+        for record in self.records:
+            for c in channels:
+                if c in record.columns and is_flat(record, c, least):
+                    f, density = quiet_band(record, c)
+                    if density[0] > 2.0 * record.dt * (QUIET_EXCESS * self.bounds[c]) ** 2:
+                        continue  # motions fill the whole spectrum
+                    shapes = {c: parts[c].densities(f, record.dt)}
+                    gains = {c: np.ones((len(f), 1), dtype=complex)}
+                    observations.append(Observation(density[:, None, None].astype(complex), gains, shapes, averages))
+        return observations
+
+    def _relation_prior(self, channel: str, single: Mapping[str, ColumnNoise]) -> Level:
+        if channel == RAILS:
+            return self._rails_prior()
+        prior = self._prior(channel)
+        unknown = float(np.log(UNKNOWN_FACTOR))
+        return prior or Level(float(np.log(max(single[channel].used, MIN_LEVEL))), unknown)
+
+    def _rails_prior(self) -> Level:
+        """Prior of the noise of y_w + r phi_w."""
+        r = self.values["vehicle.geometry.rolling_radius"]
+        sd = float(np.hypot(self.stated.get("yw", 0.0), r * self.stated.get("phiw", 0.0)))
+        if sd > 0.0:
+            return Level(float(np.log(sd)), float(np.log(self.settings.stated_noise_factor)))
+        sd = RAIL_SHARE * float(np.median([np.std(record.columns["yw"]) for record in self.records]))
+        return Level(float(np.log(max(sd, MIN_LEVEL))), float(np.log(UNKNOWN_FACTOR)))
+
+    def _channel(self, channel: str, parts: _Parts, found: Components) -> ColumnNoise:
+        theta = found.variances[channel]
+        alone, data_sd = float(np.sqrt(parts.level @ theta)), found.data_log_sd[channel]
+        spectrum = parts.spectrum(theta).scaled(float(np.exp(found.log_factor[channel])))
+        used = alone * float(np.exp(found.log_factor[channel]))
+        stated = self.stated.get(channel)
+        is_determined = data_sd < np.log(self.settings.undetermined_noise_factor)
+        source = ESTIMATED if stated is None else BOTH if is_determined else STATED
+        least = float(np.log(self.settings.relation_noise_factor))
+        return ColumnNoise(
+            used,
+            spectrum,
+            stated,
+            alone if is_determined else None,
+            float(np.hypot(found.log_sd[channel], least)),
+            float(np.hypot(data_sd, least)) if is_determined else None,
+            source,
+        )
+
+    def _track(self, found: Components, prior: Level) -> dict[str, ColumnNoise]:
+        """Noise of the track columns, of which the relations determine y_w + r phi_w under the wheelsets.
+
+        One recorder measures all: where its stated noise is wrong, it is so by one factor. Without any stated noise,
+        independent errors x of both rails, sidewise and vertically, give y_w = x/sqrt 2, phi_w = sqrt 2 x/(2 b) and
+        gauge = sqrt 2 x.
+        """
+        data_sd, log_factor = found.data_log_sd[RAILS], found.log_factor[RAILS]
+        sd = float(np.sqrt(found.variances[RAILS][0])) * float(np.exp(log_factor))
+        is_determined = data_sd < np.log(self.settings.undetermined_noise_factor)
+        present = [c for c in TRACK if any(np.any(r.columns.get(c, np.zeros(1))) for r in self.records)]
+        if not any(self.stated.get(c) for c in ("yw", "phiw")):
+            if not is_determined:
+                return {}
+            b, r = self.values["vehicle.geometry.half_gauge"], self.values["vehicle.geometry.rolling_radius"]
+            yw = sd / (float(np.hypot(1.0, r / b)) if "phiw" in present else 1.0)
+            levels = {"yw": yw, "phiw": yw / b, "gauge": 2.0 * yw}
+        else:
+            ratio = sd / float(np.exp(prior.log))
+            levels = {c: ratio * self.stated.get(c, 0.0) for c in TRACK}
+        return {
+            c: ColumnNoise(
+                levels[c],
+                NoiseSpectrum(levels[c]),
+                self.stated.get(c),
+                levels[c] * float(np.exp(-log_factor)) if is_determined else None,
+                found.log_sd[RAILS],
+                data_sd if is_determined else None,
+                ESTIMATED if c not in self.stated else BOTH if is_determined else STATED,
+            )
+            for c in present
+            if levels[c] > 0.0
+        }
+
+    def _bounded(self, channel: str, noise: ColumnNoise) -> ColumnNoise:
+        """Limit the noise of a response to its part that is incoherent with the track and all other channels."""
+        bound = self.bounds.get(channel, np.inf)
+        if noise.used <= bound or bound <= 0.0:
+            return noise
+        scaled = noise.spectrum.scaled(bound / noise.used)
+        source = ESTIMATED if noise.stated is None else BOTH
+        return ColumnNoise(bound, scaled, noise.stated, bound, noise.log_sd, noise.estimated_log_sd, source)
+
+
+class _Parts:
+    """Parts of the spectrum of a noise: white and coloured; of the rails, white along the track above a wavelength."""
+
+    def __init__(
+        self, band: tuple[float, float] | None, noise_band: float, spectra: RelationSpectra, *, is_rails: bool
+    ) -> None:
+        self.is_rails = is_rails
+        self.noise_band = noise_band
+        low, high = band_limits(band, spectra.dt)
+        self.corners = () if is_rails else corner_frequencies(low, high)
+        f = np.linspace(low, high, 1000)
+        white = 2.0 * spectra.dt
+        self.level = np.array(
+            [1.0, *(float(np.mean(markov_density(f, corner, spectra.dt))) / white for corner in self.corners)]
+        )
+        self.start = np.array([1.0, *(COLOURED_START / self.level[1:])])
+
+    def shapes(self, spectra: RelationSpectra) -> FloatArray:
+        """Density [part, F] of each part at unit variance."""
+        f = spectra.frequencies
+        if self.is_rails:
+            highest = spectra.speed / self.noise_band
+            return np.where(f < highest, 1.0 / highest, 1e-12)[None]
+        return self.densities(f, spectra.dt)
+
+    def densities(self, f: FloatArray, dt: float) -> FloatArray:
+        """Density [part, F] of the parts of a channel."""
+        return np.stack([markov_density(f, corner, dt) for corner in (np.inf, *self.corners)])
+
+    def spectrum(self, variances: FloatArray) -> NoiseSpectrum:
+        """Spectrum of variances [part], without parts that hardly contribute to the band."""
+        shares = self.level * variances / max(float(self.level @ variances), 1e-300)
+        coloured = zip(self.corners, np.sqrt(variances[1:]), shares[1:], strict=True)
+        used = tuple((corner, float(sd)) for corner, sd, share in coloured if share > SMALL_SHARE)
+        return NoiseSpectrum(float(np.sqrt(variances[0])), used)
+
+
+def estimate_noise_model(
+    records: Sequence[Record],
+    stated: Mapping[str, float],
+    values: Mapping[str, float],
+    band: tuple[float, float] | None,
+    noise_band: float,
+    settings: NoiseSettings,
+) -> NoiseModel:
+    """Estimate the noise of every column of a campaign.
+
+    Parameters
+    ----------
+    records
+        Unbroken segments of its runs.
+    stated
+        Standard deviation per column, as far as stated.
+    values
+        Parameters of the vehicle by path, for its geometry.
+    band
+        Compared band [Hz]; None: all frequencies.
+    noise_band
+        Shortest wavelength of the track noise [m].
+    settings
+        How far stated and estimated levels are believed.
+    """
+    return NoiseEstimate(records, stated, values, band, noise_band, settings).run()

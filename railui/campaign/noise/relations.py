@@ -1,0 +1,199 @@
+"""Combinations of channels in which every motion cancels, so that only noise is left.
+
+Whatever forces act, the measured motions of a bogie are those of four coordinates y_1, y_2, y, psi:
+
+    ay_i = y_i'',   e_i = y_i - y_wi - r phi_wi,   ayf = y'',   rf = psi',
+    d_1 = y_1 - y - a psi,   d_2 = y_2 - y + a psi
+
+As accelerations they are Z = K q'' + noise with a constant matrix K, and the rows of its left null space U' K = 0 are
+the combinations. The three estimates of each y_i'' work as the three-cornered hat of clocks (Gray, Allan 1974).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from railui.arrays import ComplexArray, FloatArray
+from railui.campaign.noise.bounds import incoherent_power, track_inputs
+from railui.campaign.noise.record import Record, band_limits
+from railui.core import Spline
+from railui.dsp.spectra import detrend, hann, tukey
+
+WINDOW_SECONDS = 2.56
+MIN_LINE = 1.9  # lowest line used of a window: the first contains leakage of slow motions
+TAPER_SECONDS = 2.0  # at both ends of a record, left out of the spectra
+ROLL_OFF = 1.25  # upper end of the roll-off of a derivative over the highest frequency used
+FOLLOWED_BAND = (0.8, 6.0)  # Hz, where motions are far above their noise
+MAX_FOLLOWING_SHARE = 0.3  # of a relation, which may follow the track
+MIN_SINGULAR_VALUE = 1e-9
+RAILS = "rails"  # noise of the track columns under the wheelset, y_w + r phi_w
+
+
+class _Row(NamedTuple):
+    """Channel as an acceleration: amounts of y_1, y_2, y, psi, and times it is differentiated."""
+
+    amounts: tuple[float, float, float, float]
+    order: int
+
+
+def _rows(half_wheelbase: float) -> dict[str, _Row]:
+    a = half_wheelbase
+    return {
+        "e1": _Row((1.0, 0.0, 0.0, 0.0), 2),
+        "e2": _Row((0.0, 1.0, 0.0, 0.0), 2),
+        "ay1": _Row((1.0, 0.0, 0.0, 0.0), 0),
+        "ay2": _Row((0.0, 1.0, 0.0, 0.0), 0),
+        "ayf": _Row((0.0, 0.0, 1.0, 0.0), 0),
+        "rf": _Row((0.0, 0.0, 0.0, 1.0), 1),
+        "d1": _Row((1.0, 0.0, -1.0, -a), 2),
+        "d2": _Row((0.0, 1.0, -1.0, a), 2),
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class RelationSpectra:
+    """Cross spectra of the relations of a record.
+
+    Attributes
+    ----------
+    frequencies
+        [Hz], F of them.
+    density
+        One-sided cross spectral densities [F, relation, relation].
+    gains
+        Amplitudes [F, relation] with which noise of each channel, and of the rails, enters the relations.
+    averages
+        Independent windows behind a density.
+    dt, speed
+        Interval [s] and mean speed [m/s].
+    """
+
+    frequencies: FloatArray
+    density: ComplexArray
+    gains: Mapping[str, ComplexArray]
+    averages: float
+    dt: float
+    speed: float
+
+
+def relation_spectra(
+    records: Sequence[Record], values: Mapping[str, float], band: tuple[float, float] | None
+) -> list[RelationSpectra]:
+    """Compute the spectra of all relations that the channels of each record satisfy; records without any left out.
+
+    values: parameters of the bogie.
+    """
+    spectra = []
+    for record in records:
+        rows = {c: row for c, row in _rows(values["vehicle.geometry.half_wheelbase"]).items() if c in record.channels}
+        usable = round(2.0 * TAPER_SECONDS / record.dt) + 4 * round(WINDOW_SECONDS / record.dt)
+        if rows and len(record.columns["t"]) >= usable:
+            highest = band_limits(band, record.dt)[1]
+            series = {c: _acceleration(record, values, c, row.order, highest) for c, row in rows.items()}
+            names = _usable_channels(record, series, rows, 2.0 * values["vehicle.geometry.half_wheelbase"])
+            if names:
+                spectra.append(_spectra(record, values, {c: rows[c] for c in names}, series, band))
+    return spectra
+
+
+def _spectra(
+    record: Record,
+    values: Mapping[str, float],
+    rows: Mapping[str, _Row],
+    series: Mapping[str, FloatArray],
+    band: tuple[float, float] | None,
+) -> RelationSpectra:
+    low, high = band_limits(band, record.dt)
+    names = list(rows)
+    _, null = _bases(names, rows)
+    relations = null.T @ np.stack([series[c] for c in names])
+    cut = round(TAPER_SECONDS / record.dt)
+    f, density, averages = _cross_spectra(relations[:, cut : relations.shape[1] - cut], record.dt)
+    used = (f >= max(low, MIN_LINE / WINDOW_SECONDS)) & (f <= high)
+    f, w = f[used], 2.0 * np.pi * f[used]
+    gains: dict[str, ComplexArray] = {
+        c: (w[:, None] ** row.order * null[names.index(c)]).astype(complex) for c, row in rows.items()
+    }
+    delay = 2.0 * values["vehicle.geometry.half_wheelbase"] / record.mean_speed
+    rails = np.zeros((len(f), null.shape[1]), dtype=complex)
+    for c, lag in (("e1", 0.0), ("e2", delay)):
+        if c in rows:
+            rails += gains[c] * np.exp(-1j * w * lag)[:, None]
+    if np.any(rails):
+        gains[RAILS] = rails
+    return RelationSpectra(f, density[used], gains, averages, record.dt, record.mean_speed)
+
+
+def _acceleration(record: Record, values: Mapping[str, float], channel: str, order: int, highest: float) -> FloatArray:
+    """Channel as an acceleration [n]: e_i plus the track under its wheelset, all differentiated."""
+    x = record.columns[channel]
+    if channel in ("e1", "e2"):
+        columns, s = record.columns, record.columns["s"]
+        r = values["vehicle.geometry.rolling_radius"]
+        rails = columns["yw"] + r * columns.get("phiw", np.zeros_like(s))
+        behind = 0.0 if channel == "e1" else 2.0 * values["vehicle.geometry.half_wheelbase"]
+        x = x + (Spline(s, rails)(np.clip(s - behind, s[0], s[-1])) if behind else rails)
+    return differentiate(x, record.dt, order, highest)
+
+
+def differentiate(x: FloatArray, dt: float, order: int, highest: float) -> FloatArray:
+    """Differentiate a series [n] that is tapered at both ends, by the Fourier transform, up to a frequency [Hz]."""
+    n = len(x)
+    f = np.fft.rfftfreq(n, dt)
+    roll = np.clip((f - highest) / ((ROLL_OFF - 1.0) * highest), 0.0, 1.0)
+    gain = (2j * np.pi * f) ** order * (0.5 + 0.5 * np.cos(np.pi * roll))
+    return np.asarray(np.fft.irfft(np.fft.rfft(detrend(x) * tukey(n, 2.0 * TAPER_SECONDS / (n * dt))) * gain, n))
+
+
+def _usable_channels(
+    record: Record, series: Mapping[str, FloatArray], rows: Mapping[str, _Row], wheelbase: float
+) -> list[str]:
+    """List the channels whose relations hold: all, or without the one that makes them follow the track; else none.
+
+    A wrong gain, sign or delay, or rails that yield, leave a part of the motions in the relations. The track is no
+    combination of the channels, so that their noise does not follow it.
+    """
+    names = list(rows)
+    trials = [names, *([c for c in names if c != out] for out in names)]
+    shares = []
+    for used in trials:
+        share = _following_share(record, used, series, rows, wheelbase)
+        if used is names and share <= MAX_FOLLOWING_SHARE:
+            return names
+        shares.append(share)
+    best = int(np.argmin(shares))
+    return trials[best] if shares[best] <= MAX_FOLLOWING_SHARE else []
+
+
+def _bases(names: Sequence[str], rows: Mapping[str, _Row]) -> tuple[FloatArray, FloatArray]:
+    """Bases [channel, combination] of the motions and of the relations."""
+    left, size, _ = np.linalg.svd(np.array([rows[c].amounts for c in names]))
+    rank = int(np.sum(size > MIN_SINGULAR_VALUE))
+    return left[:, :rank], left[:, rank:]
+
+
+def _following_share(
+    record: Record, names: Sequence[str], series: Mapping[str, FloatArray], rows: Mapping[str, _Row], wheelbase: float
+) -> float:
+    """Largest share of a relation's power that is coherent with the track; infinite without relation."""
+    _, null = _bases(names, rows)
+    if null.shape[1] == 0:
+        return np.inf
+    track = track_inputs(record, wheelbase)
+    relations = null.T @ np.stack([series[c] for c in names])
+    powers = [incoherent_power(record, relation, track, FOLLOWED_BAND) for relation in relations]
+    return max(0.0 if p is None else 1.0 - p[0] / max(p[1], 1e-300) for p in powers)
+
+
+def _cross_spectra(series: FloatArray, dt: float) -> tuple[FloatArray, ComplexArray, float]:
+    """Frequencies [Hz], one-sided densities [F, series, series] and the number of independent windows."""
+    length = round(WINDOW_SECONDS / dt)
+    window = hann(length)
+    starts = range(0, series.shape[1] - length + 1, length // 2)
+    parts = np.stack([np.fft.rfft(detrend(series[:, k : k + length]) * window) for k in starts])
+    density = 2.0 * dt / float(window @ window) * np.einsum("kif,kjf->fij", parts, parts.conj()) / len(parts)
+    return np.asarray(np.fft.rfftfreq(length, dt)), np.asarray(density), 0.95 * len(parts)

@@ -1,0 +1,185 @@
+"""Noise model: level and colour of the noise of synthetic channels, alone and with others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from railui.campaign.noise.estimate import estimate_noise_model
+from railui.campaign.noise.model import ColumnNoise, NoiseModel, as_noise_model
+from railui.campaign.noise.spectrum import NoiseSpectrum
+from railui.campaign.settings.noise import NoiseSettings
+from railui.dsp.filters import butterworth, sosfiltfilt
+from railui.track import band_limited_noise
+from tests.noise_variants import pink
+
+BEHIND = 15  # samples between the wheelsets
+A = 0.5 * BEHIND * 35.0 * 0.005
+VALUES = {
+    "vehicle.geometry.half_wheelbase": A,
+    "vehicle.geometry.half_gauge": 0.75,
+    "vehicle.geometry.rolling_radius": 0.46,
+}
+SD = {"e1": 5e-5, "e2": 5e-5, "ay1": 0.05, "ay2": 0.05, "ayf": 0.02, "rf": 3e-4, "d1": 2e-5, "d2": 2e-5}
+TRACK_SD = {"yw": 2e-5, "phiw": 2e-5}
+DT, SPEED, BAND = 0.005, 35.0, (0.3, 40.0)
+
+
+@dataclass(frozen=True)
+class SyntheticRecord:
+    """Columns without any vehicle: four coordinates that move as they like, and noise."""
+
+    columns: dict[str, np.ndarray]
+    channels: list[str]
+    dt: float = DT
+    kind: str = "bogie"
+    mean_speed: float = SPEED
+
+
+def smooth(rng: np.random.Generator, n: int, sd: float, highest: float) -> np.ndarray:
+    """Random motion [n] up to a frequency [Hz]."""
+    x = sosfiltfilt(butterworth(4, (0.5, highest), 1.0 / DT), rng.standard_normal(n))
+    return np.asarray(sd * x / x.std())
+
+
+def derivative(x: np.ndarray, order: int) -> np.ndarray:
+    f = np.fft.rfftfreq(len(x), DT)
+    return np.fft.irfft(np.fft.rfft(x) * (2j * np.pi * f) ** order, len(x))
+
+
+def record(
+    seed: int,
+    seconds: float = 60.0,
+    channels: tuple[str, ...] = tuple(SD),
+    pink_ratio: float = 0.0,
+    distortion: float = 0.0,
+    gain_e1: float = 1.0,
+) -> SyntheticRecord:
+    """Simulate channels of known noise; distortion: m, of a nonlinear motion of wheelset 1 that no track explains."""
+    rng = np.random.default_rng(seed)
+    n = round(seconds / DT)
+    t = np.arange(n) * DT
+    s = SPEED * t
+    yw, phiw = smooth(rng, n, 1e-3, 6.0), smooth(rng, n, 1e-3, 6.0)
+    at_1, at_2 = (yw + 0.46 * phiw for yw, phiw in ((yw, phiw), (np.roll(yw, BEHIND), np.roll(phiw, BEHIND))))
+    y1, y2 = 1.5 * at_1 + smooth(rng, n, 3e-4, 5.0), 1.5 * at_2 + smooth(rng, n, 3e-4, 5.0)
+    y1 = y1 + distortion * np.tanh(y1 / 1e-3) * np.abs(smooth(rng, n, 1.0, 4.0))
+    y, psi = 0.5 * (y1 + y2) + smooth(rng, n, 3e-4, 4.0), 0.3 * (y1 - y2) + smooth(rng, n, 2e-4, 4.0)
+    clean = {
+        "e1": gain_e1 * (y1 - at_1), "e2": y2 - at_2, "ay1": derivative(y1, 2), "ay2": derivative(y2, 2),
+        "ayf": derivative(y, 2), "rf": derivative(psi, 1), "d1": y1 - y - A * psi, "d2": y2 - y + A * psi,
+    }  # fmt: skip
+    columns = {"t": t, "s": s, "v": np.full(n, SPEED)}
+    for c in channels:
+        columns[c] = clean[c] + SD[c] * rng.standard_normal(n)
+        if pink_ratio and c.startswith("ay"):
+            columns[c] = columns[c] + pink_ratio * SD[c] * np.sqrt(39.7 / 100.0) * pink(rng, n, 1.0 / DT)
+    columns["yw"] = yw + band_limited_noise(rng, s, TRACK_SD["yw"], 2.5)
+    columns["phiw"] = phiw + band_limited_noise(rng, s, TRACK_SD["phiw"], 2.5)
+    return SyntheticRecord(columns, list(channels))
+
+
+def estimate(stated: dict[str, float], *records: SyntheticRecord) -> NoiseModel:
+    return estimate_noise_model(records, stated, VALUES, BAND, 2.5, NoiseSettings())
+
+
+@pytest.mark.parametrize("factor", [None, 1.0 / 3.0, 3.0])
+def test_all_channels_together_overrule_what_was_stated(factor: float | None):
+    stated = {} if factor is None else {c: factor * sd for c, sd in (SD | TRACK_SD).items()}
+    model = estimate(stated, record(1), record(2, 45.0))
+    for c, sd in SD.items():
+        assert model[c] == pytest.approx(sd, rel=0.25 if c == "rf" else 0.12), c
+        assert model.columns[c].source == ("estimated" if factor is None else "both")
+    rails = np.hypot(model["yw"], 0.46 * model["phiw"])
+    assert rails == pytest.approx(np.hypot(2e-5, 0.46 * 2e-5), rel=0.15)
+    assert model.source == ("estimated" if factor is None else "both")
+
+
+def test_white_and_coloured_noise_is_recovered_within_its_interval():
+    model = estimate(SD, record(3, pink_ratio=3.0), record(4, 45.0, pink_ratio=3.0))
+    f = np.array([1.0, 3.0])
+    for c in ("ay1", "ay2", "ayf"):
+        noise = model.columns[c]
+        assert abs(np.log(noise.used / (SD[c] * np.sqrt(10.0)))) < 3.0 * noise.log_sd
+        assert noise.log_sd < 0.1 and noise.coloured_share > 0.3
+        true = 2.0 * DT * SD[c] ** 2 + 9.0 * SD[c] ** 2 * 0.397 / (f * np.log(40.0 / 0.3))
+        assert np.sqrt(noise.spectrum.density(f, DT)) == pytest.approx(np.sqrt(true), rel=0.3)
+    assert model["e1"] == pytest.approx(SD["e1"], rel=0.12)
+
+
+def test_a_nonlinear_motion_in_other_channels_is_no_noise():
+    plain, distorted = (estimate(SD, record(5, distortion=x), record(6, distortion=x)) for x in (0.0, 1e-3))
+    for c in SD:
+        assert distorted[c] == pytest.approx(plain[c], rel=0.3 if c == "rf" else 0.1), c
+
+
+def test_a_wrong_gain_is_no_noise_of_the_other_channels():
+    model = estimate(SD, record(7, gain_e1=1.3), record(8, gain_e1=1.3))
+    for c in ("ay1", "ay2", "e2", "d1", "d2", "ayf"):
+        assert model[c] == pytest.approx(SD[c], rel=0.2), c
+
+
+def test_accelerometers_alone_have_a_wide_interval():
+    alone = record(9, channels=("ay1", "ay2"))
+    model = estimate({"ay1": 0.15}, alone)
+    assert 0.05 < model["ay1"] < 0.08
+    assert model.columns["ay1"].log_sd > 0.2 and model.columns["ay2"].source == "estimated"
+    assert "yw" not in model  # neither stated nor determined
+
+
+def test_a_channel_in_its_whole_spectrum_is_bounded_by_its_incoherent_part():
+    """The quiet band contains motion, which another channel and the track explain."""
+    rng = np.random.default_rng(10)
+    n = 12000
+    motion = rng.standard_normal(n)
+    columns = {"t": np.arange(n) * DT, "u": motion, "z": motion + 0.1 * rng.standard_normal(n)}
+    rig = SyntheticRecord(columns, ["z"], kind="rig", mean_speed=1.0)
+    model = estimate_noise_model([rig], {}, {}, None, 2.5, NoiseSettings())
+    assert model["z"] == pytest.approx(0.1, rel=0.1) and "u" not in model
+
+
+def test_the_noise_of_an_input_is_at_most_its_quiet_band():
+    rng = np.random.default_rng(11)
+    t = np.arange(8000) * 1e-3
+    u = np.sin(20.0 * t) + 0.01 * rng.standard_normal(len(t))
+    rig = SyntheticRecord({"t": t, "u": u, "z": u}, ["z"], 1e-3, "rig", 1.0)
+    for stated, used in ((0.03, 0.01), (0.005, 0.005)):
+        model = estimate_noise_model([rig], {"u": stated}, {}, None, 2.5, NoiseSettings())
+        assert model["u"] == pytest.approx(used, rel=0.2)
+
+
+@pytest.mark.parametrize("samples", [40, 400])
+def test_a_short_free_decay_has_a_noise(samples: int):
+    rng = np.random.default_rng(12)
+    t = np.arange(samples) * 1e-2
+    z = np.exp(-0.1 * t) * np.cos(3.0 * t) + 1e-3 * rng.standard_normal(samples)
+    rig = SyntheticRecord({"t": t, "z": z}, ["z"], 1e-2, "rig", 1.0)
+    assert 3e-4 < estimate_noise_model([rig], {"z": 1e-3}, {}, None, 2.5, NoiseSettings())["z"] < 3e-3
+
+
+def test_drawn_noise_has_the_spectrum_of_the_model():
+    spectrum = NoiseSpectrum(0.02, ((1.2, 0.1), (19.2, 0.05)))
+    x = spectrum.draw(np.random.default_rng(13), 400_000, DT)
+    lines = np.abs(np.fft.rfft(x.reshape(-1, 1000), axis=1)) ** 2
+    f = np.fft.rfftfreq(1000, DT)
+    density = 2.0 * DT / 1000 * lines.mean(axis=0)
+    for low, high in ((0.5, 2.0), (5.0, 10.0), (30.0, 40.0), (80.0, 95.0)):
+        used = (f >= low) & (f <= high)
+        assert density[used].mean() == pytest.approx(spectrum.density(f[used], DT).mean(), rel=0.1)
+    assert x[:200].std() > 0.0 and x.var() == pytest.approx(0.02**2 + 0.1**2 + 0.05**2, rel=0.1)
+
+
+def test_the_variance_in_the_band_is_that_of_filtered_draws():
+    model = NoiseModel({"ay1": ColumnNoise(0.1, NoiseSpectrum(0.05, ((1.2, 0.1),)))})
+    sections = butterworth(4, BAND, 1.0 / DT)
+    x = sosfiltfilt(sections, model.draw(["ay1", "e1"], 200_000, DT, np.random.default_rng(14)))
+    assert model.variance(["ay1", "e1"], sections, DT)[0] == pytest.approx(x[0].var(), rel=0.05)
+    assert x[1].std() == 0.0
+
+
+def test_standard_deviations_become_white_noise():
+    model = as_noise_model({"e1": 1e-4})
+    assert model["e1"] == 1e-4 and model.columns["e1"].spectrum == NoiseSpectrum(1e-4)
+    assert as_noise_model(model) is model
