@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from railui.io.units import parse_unit
+from railui.io.units import UnitError, parse_unit
 from railui.io.yaml_writer import number_text
 
 TRACK_OFFSET = "track_offset"
 EFFECTS = "effects"
+STANDARD_GRAVITY = 9.80665  # m/s^2
 DIGITS = 5  # of a printed estimate
 
 
@@ -168,7 +169,20 @@ def _flow(value: Any, key: str = "") -> str:
 def gain_of_unit(unit: str, header: str) -> float:
     """Return the gain of a column whose numbers are in a unit and whose header names another.
 
-    >>> gain_of_unit("mm", "m")
-    1000.0
+    `g` is the acceleration of gravity here, not the gram.
+
+    >>> gain_of_unit("mm", "m"), round(gain_of_unit("g", "m/s^2"), 6)
+    (1000.0, 0.101972)
     """
-    return parse_unit(header).factor / parse_unit(unit).factor
+    return parse_unit(header).factor / factor_of_unit(unit, header)
+
+
+def factor_of_unit(unit: str, header: str) -> float:
+    """Return the factor to SI of a unit; UnitError if it does not fit the header's."""
+    wanted = parse_unit(header)
+    if unit == "g" and wanted.is_compatible(parse_unit("m/s^2")):
+        return STANDARD_GRAVITY
+    given = parse_unit(unit)
+    if not given.is_compatible(wanted):
+        raise UnitError(f"the unit {unit} does not fit", f"give a unit like {header}")
+    return given.factor

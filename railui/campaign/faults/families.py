@@ -9,14 +9,12 @@ from itertools import combinations
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.faults.hypotheses import Consistency, Hypothesis
+from railui.campaign.faults.hypotheses import RADIAN, Consistency, G, Hypothesis
 from railui.campaign.faults.spectra import ROLL, RunSpectra
 
 TRACK = ("yw", "phiw")
 DISPLACEMENTS, ACCELERATIONS = ("e1", "e2", "d1", "d2"), ("ay1", "ay2", "ayf")
 ANGLES = ("rf", "phiw")
-G = 9.81  # m/s^2
-RADIAN = 180.0 / np.pi
 # channels that one logger or one kind of sensor records
 LOGGERS = (
     TRACK,
