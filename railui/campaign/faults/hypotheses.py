@@ -113,11 +113,11 @@ class Consistency:
         power = (relations * self.power[:, None, :]) @ conjugate
         return self.weight * (_log_det(residual) - _log_det(power))
 
-    def worst_share(self) -> FloatArray:
+    def worst_share(self, relations: ComplexArray) -> FloatArray:
         """Logarithm of the inconsistent share of power in the worst combination of relations [frequency]."""
-        conjugate = np.swapaxes(self.base.conj(), -1, -2)
-        residual = self.base @ self.cross @ conjugate
-        power = (self.base * self.power[:, None, :]) @ conjugate
+        conjugate = np.swapaxes(relations.conj(), -1, -2)
+        residual = relations @ self.cross @ conjugate
+        power = (relations * self.power[:, None, :]) @ conjugate
         shares = np.real(np.linalg.eigvals(np.linalg.solve(power, residual)))
         return np.asarray(np.log(np.maximum(shares.max(axis=-1), 1e-12)))
 

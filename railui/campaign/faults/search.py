@@ -13,14 +13,13 @@ from railui.campaign.corrections.correction import Corrections
 from railui.campaign.faults.clocks import drifting_clock
 from railui.campaign.faults.families import (
     CONTINUOUS,
-    G,
     best_of_family,
     candidates,
     continuous_families,
     discrete_hypotheses,
     groups_of,
 )
-from railui.campaign.faults.hypotheses import Consistency, Hypothesis
+from railui.campaign.faults.hypotheses import Consistency, G, Hypothesis
 from railui.campaign.faults.spectra import RunSpectra
 from railui.campaign.settings.faults import FaultSettings
 
@@ -142,7 +141,9 @@ class FaultSearch:
 
     def _alternatives(self, h: Hypothesis, without: Consistency, evidence: float) -> tuple[Hypothesis, ...]:
         """List other single faults that explain the data as well as a fault does."""
-        scores = self._singles(without)
+        scores = self._discrete(without)
+        if h.kind in CONTINUOUS:
+            scores += self._continuous(without)
         reference = min((s.misfit for s in scores if _same(s.hypothesis, h)), default=_total(without) - evidence)
         limit = reference + max(self.settings.tied_evidence_share * evidence, CONTINUOUS_PENALTY)
         tied = [s.hypothesis for s in scores if s.misfit < limit and not _same(s.hypothesis, h)]
@@ -151,7 +152,17 @@ class FaultSearch:
     def _best_single(self, consistency: Consistency, found: Sequence[Hypothesis]) -> _Scored | None:
         """Find the single fault with most evidence beyond those found; None if there is none."""
         base = _total(consistency)
-        scores = [s for s in self._singles(consistency) if self._is_evident(s.hypothesis, base - s.misfit, consistency)]
+        discrete = self._discrete(consistency)
+        if not _is_consistent(consistency) and discrete:
+            best = min(discrete, key=lambda s: s.misfit)
+            evident = self._is_evident(best.hypothesis, base - best.misfit, consistency)
+            if evident and _is_consistent(consistency, [best.hypothesis]):
+                return best
+        scores = [
+            s
+            for s in [*discrete, *self._continuous(consistency)]
+            if self._is_evident(s.hypothesis, base - s.misfit, consistency)
+        ]
         scores = [s for s in scores if self._is_material(s)]
         if not scores:
             return None
@@ -185,13 +196,16 @@ class FaultSearch:
         without, corrected = self._consistency(others), self._consistency([*others, h])
         return None if without is None or corrected is None else _total(without) - _total(corrected)
 
-    def _singles(self, consistency: Consistency) -> list[_Scored]:
-        """Score every single fault; continuous ones at their best value."""
-        spectra = consistency.spectra
-        channels = candidates(spectra)
-        discrete = discrete_hypotheses(channels, self.has_units)
+    def _discrete(self, consistency: Consistency) -> list[_Scored]:
+        """Score every single sign, unit and exchange."""
+        discrete = discrete_hypotheses(candidates(consistency.spectra), self.has_units)
         misfits = consistency.misfits([[h] for h in discrete])
-        scores = [_Scored(h, float(m)) for h, m in zip(discrete, misfits, strict=True)]
+        return [_Scored(h, float(m)) for h, m in zip(discrete, misfits, strict=True)]
+
+    def _continuous(self, consistency: Consistency) -> list[_Scored]:
+        """Score every single gain, delay, offset and gravity at its best value."""
+        spectra, scores = consistency.spectra, []
+        channels = candidates(spectra)
         base, is_consistent = _total(consistency), _is_consistent(consistency)
         for family, grid in continuous_families(channels, spectra):
             if not self.has_units and family.kind == "gain":
@@ -248,9 +262,9 @@ def _same(a: Hypothesis, b: Hypothesis) -> bool:
     return same and (a.kind != "unit" or bool(np.isclose(a.value, b.value)))
 
 
-def _is_consistent(consistency: Consistency) -> bool:
-    """True if every combination of the relations holds in a quarter of the band."""
-    worst = np.sort(consistency.worst_share())
+def _is_consistent(consistency: Consistency, given: Sequence[Hypothesis] = ()) -> bool:
+    """True if every combination of the relations holds in a quarter of the band, under faults if some are given."""
+    worst = np.sort(consistency.worst_share(consistency.relations(given)))
     return float(np.mean(worst[: max(len(worst) // 4, 1)])) < CONSISTENT_SHARE
 
 

@@ -86,10 +86,14 @@ def run_spectra(segments: Sequence[Segment], wheelbase: float, radius: float) ->
     wheelbase, radius
         2 a and r of the vehicle [m].
     """
+    if segments[0].kind not in ("bogie", "rig"):
+        return None
     is_rig = segments[0].kind == "rig"
     motions = RIG_MOTIONS if is_rig else BOGIE_MOTIONS
     common = set.intersection(*(set(s.columns) for s in segments))
     responses = [name for name in motions if name in common]
+    if not responses:
+        return None
     names, relations = _relations(responses, motions, is_rig)
     if not len(relations):
         return None

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from railui.campaign.faults.families import RADIAN, G
-from railui.campaign.faults.hypotheses import Hypothesis
+from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
 from railui.runs.columns import COLUMNS, RIG_COLUMNS
 
 UNITS = {"sign": "1", "unit": "1", "gain": "1", "delay": "s", "clock": "1", "offset": "m", "gravity": "m/s^2"}
