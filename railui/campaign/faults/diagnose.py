@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from railui.campaign.corrections.apply import corrected_columns
-from railui.campaign.corrections.correction import Corrections
+from railui.campaign.corrections.correction import Corrections, yaml_line
 from railui.campaign.dataset import Dataset, Segment
 from railui.campaign.faults.fault import Diagnosis, Fault, ordered
-from railui.campaign.faults.hypotheses import Hypothesis
+from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
 from railui.campaign.faults.merge import merged_faults
 from railui.campaign.faults.nominal import Witness, contradicted, witnesses
 from railui.campaign.faults.search import FaultSearch, Transform
@@ -19,9 +19,11 @@ from railui.campaign.faults.spectra import RAILS, RunSpectra, run_spectra
 from railui.campaign.faults.waveform import waveform_faults
 from railui.campaign.faults.wording import fault_text
 from railui.io.units import UnitError, parse_unit
+from railui.runs.columns import COLUMNS
 from railui.vehicle.model import Model
 
 FOLLOWING = ("ay1", "ay2", "ayf", "rf")  # channels that follow the track at long wavelengths, whatever the vehicle is
+NAMED_UNITS = {"m/s^2": {"g": 1.0 / G}, "rad/s": {"deg/s": RADIAN}, "rad": {"deg": RADIAN}}  # gain where SI is stated
 TRACK_COLUMNS = ("yw", "phiw")
 MIN_WITNESSES = 2  # that all oppose the model, from which the track is the one with the wrong sign
 
@@ -55,7 +57,7 @@ def diagnose(dataset: Dataset) -> Diagnosis:
         for name, segments in runs.items()
     }
     faults = merged_faults({name: s.find() for name, s in searches.items()}, searches, settings)
-    faults = [_unresolved(f, searches) for f in faults]
+    faults = [_with_named_unit(_unresolved(f, searches), dataset) for f in faults]
     if is_bogie:
         faults += _witnessed(dataset, runs, faults)
     return ordered([*faults, *waveform])
@@ -122,6 +124,20 @@ def _unresolved(fault: Fault, searches: dict[str, FaultSearch]) -> Fault:
     return replace(fault, text=text, corrections=Corrections())
 
 
+def _with_named_unit(fault: Fault, dataset: Dataset) -> Fault:
+    """Return a fault whose correction names the unit of the numbers, if there is a name and the headers state SI."""
+    column = COLUMNS.get(fault.channels[0])
+    if fault.kind != "unit" or column is None or not fault.corrections or fault.value is None:
+        return fault
+    headers = {run.units.get(column.name) for run in dataset.runs}
+    units = NAMED_UNITS.get(column.unit, {})
+    unit = next((u for u, gain in units.items() if np.isclose(gain, fault.value, rtol=2e-3)), None)
+    if unit is None or headers != {column.unit}:
+        return fault
+    channels = tuple(replace(c, gain=1.0, unit=unit) for c in fault.corrections.channels)
+    return replace(fault, corrections=Corrections(channels))
+
+
 def _witnessed(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
     """Find signs and units that only the nominal model can decide: of accelerations without a relation to the track."""
     model = Model(dataset.campaign.design, dataset.campaign.sensors)
@@ -145,8 +161,10 @@ def _witnessed(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequenc
     all_opposed = set(contradictions) == set(found) and all(h.kind == "sign" for h in contradictions.values())
     if len(found) >= MIN_WITNESSES and all_opposed:
         recorded = tuple(c for c in TRACK_COLUMNS if any(np.any(s.columns.get(c, 0.0)) for s in dataset.segments))
-        return [_witnessed_fault(Hypothesis("sign", recorded, -1.0), files)]
-    return [_witnessed_fault(h, files) for h in contradictions.values()]
+        track = _witnessed_fault(Hypothesis("sign", recorded, -1.0), files)
+        alone = yaml_line(Hypothesis("sign", ("yw",), -1.0).corrections())
+        return [replace(track, alternatives=(alone,) if len(recorded) > 1 else ())]
+    return [_with_named_unit(_witnessed_fault(h, files), dataset) for h in contradictions.values()]
 
 
 def _witnessed_fault(h: Hypothesis, files: tuple[str, ...]) -> Fault:

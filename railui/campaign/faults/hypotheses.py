@@ -34,19 +34,13 @@ class Hypothesis:
     value: float = 0.0
     delay: float = 0.0
 
-    @property
-    def unit_name(self) -> str | None:
-        """Name of the unit in which the numbers truly are, for a column whose header states SI; None without any."""
-        names = {"ay": {1.0 / G: "g"}, "rf": {RADIAN: "deg/s"}, "ph": {RADIAN: "deg"}}.get(self.channels[0][:2], {})
-        return next((name for gain, name in names.items() if np.isclose(gain, self.value, rtol=1e-3)), None)
-
     def corrections(self, runs: tuple[str, ...] = ()) -> Corrections:
         """Return the corrections that undo the fault in some runs; in all without any."""
         if self.kind == "offset":
             return Corrections((), dict.fromkeys(runs or ("",), self.value))
         changes: dict[str, dict[str, object]] = {
             "sign": {"gain": -1.0},
-            "unit": {"gain": self.value} if (unit := self.unit_name) is None else {"unit": unit},
+            "unit": {"gain": self.value},
             "gain": {"gain": self.value},
             "delay": {"delay": self.value},
             "clock": {"clock_rate": 1.0 + self.value, "delay": self.delay},

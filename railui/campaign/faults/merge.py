@@ -59,14 +59,22 @@ def merged_faults(
         Their searches by run, which tell whether a run without the fault contradicts it.
     """
     groups: list[_Group] = []
+    clocks = [e.hypothesis for found in explanations.values() for e in found if e.hypothesis.kind == "clock"]
     for run, found in explanations.items():
-        for e in found:
+        for e in (_with_clock(e, clocks) for e in found):
             keys = {_key(h) for h in (e.hypothesis, *e.alternatives)}
             group = next((g for g in groups if keys & set(g.members) and run not in g.evidence), None)
             if group is None:
                 groups.append(group := _Group())
             group.add(run, e)
     return [fault for group in groups for fault in _faults(group, explanations, searches, settings)]
+
+
+def _with_clock(e: Explanation, clocks: Sequence[Hypothesis]) -> Explanation:
+    """Return the drifting clock of another run in place of a delay of the same channels, in a run too short for it."""
+    h = e.hypothesis
+    clock = next((c for c in clocks if h.kind == "delay" and set(c.channels) == set(h.channels)), None)
+    return e if clock is None else replace(e, hypothesis=clock, sd=float("nan"), alternatives=())
 
 
 def _faults(

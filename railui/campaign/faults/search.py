@@ -67,8 +67,23 @@ class FaultSearch:
             found = self._better_pair(found) or found
         if found and not self._is_resolved(found):
             found = self._better_clock(found) or found
+        found = self._simpler(found) or found
         self.is_resolved = self._is_resolved(found)
         return sorted(found, key=lambda e: -e.evidence)
+
+    def _simpler(self, found: list[Explanation]) -> list[Explanation] | None:
+        """Explain several faults of one channel by a single long delay, which looks like a wrong sign at first."""
+        names = [c for e in found for c in e.hypothesis.channels]
+        for channel in dict.fromkeys(c for c in names if names.count(c) > 1):
+            others = [e.hypothesis for e in found if channel not in e.hypothesis.channels]
+            consistency = self._consistency(others)
+            if consistency is None:
+                continue
+            lags = next(g for h, g in continuous_families([channel], consistency.spectra) if h.kind == "delay")
+            delay = best_of_family(consistency, Hypothesis("delay", (channel,)), lags)[0]
+            if (better := self._better_of(found, self._stepwise((*others, delay)))) is not None:
+                return better
+        return None
 
     def _is_resolved(self, found: Sequence[Explanation]) -> bool:
         """True if the data are consistent after all corrections."""
@@ -147,6 +162,7 @@ class FaultSearch:
         reference = min((s.misfit for s in scores if _same(s.hypothesis, h)), default=_total(without) - evidence)
         limit = reference + max(self.settings.tied_evidence_share * evidence, CONTINUOUS_PENALTY)
         tied = [s.hypothesis for s in scores if s.misfit < limit and not _same(s.hypothesis, h)]
+        tied = [x for x in tied if (x.kind, set(x.channels)) != (h.kind, set(h.channels))]
         return tuple(dict.fromkeys(x for x in tied if x.kind == h.kind or x.kind not in ("gain", "delay")))
 
     def _best_single(self, consistency: Consistency, found: Sequence[Hypothesis]) -> _Scored | None:
