@@ -289,6 +289,8 @@ def page(rows: Sequence[Row], sound: Sequence[Row]) -> str:
     ]
     lines += [f"| {r.campaign} | {r.channels} | {r.planted} | {r.result} | {r.named or '-'} |" for r in worst]
     seconds = np.array([r.seconds for r in rows])
+    if not worst:
+        lines.append("| - | - | - | - | - |")
     lines.append(
         f"\nProcessor time per diagnosis: {np.median(seconds):.1f} s in the median, {seconds.max():.1f} s at most."
     )
@@ -298,8 +300,8 @@ def page(rows: Sequence[Row], sound: Sequence[Row]) -> str:
 HEAD = """# Data faults: trial of the diagnosis
 
 `python -m tests.blind.faults` plants faults into the columns of simulated campaigns (30 s and 22 s; the generator of
-`tests/truth` shares no code with the package) and counts the diagnoses. *tied*: the fault is named together with another
-that explains the data as well. *right channel, other kind*: only truly faulty channels are blamed. *passed over*: nothing
+`tests/truth` shares no code with the package) and counts the diagnoses. *tied*: the fault is named together with another  # noqa: E501
+that explains the data as well. *right channel, other kind*: only truly faulty channels are blamed. *passed over*: nothing  # noqa: E501
 serious is reported; without a relation between the channels no diagnosis is possible.
 """
 

@@ -72,9 +72,9 @@ class FaultSearch:
         return sorted(found, key=lambda e: -e.evidence)
 
     def _simpler(self, found: list[Explanation]) -> list[Explanation] | None:
-        """Explain several faults of one channel by a single long delay, which looks like a wrong sign at first."""
-        names = [c for e in found for c in e.hypothesis.channels]
-        for channel in dict.fromkeys(c for c in names if names.count(c) > 1):
+        """Explain a wrong sign by a delay of half a period of the dominant motion, if that fits better."""
+        single = [e.hypothesis for e in found if len(e.hypothesis.channels) == 1]
+        for channel in dict.fromkeys(h.channels[0] for h in single if h.kind == "sign"):
             others = [e.hypothesis for e in found if channel not in e.hypothesis.channels]
             consistency = self._consistency(others)
             if consistency is None:
