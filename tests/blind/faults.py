@@ -301,8 +301,8 @@ HEAD = """# Data faults: trial of the diagnosis
 
 `python -m tests.blind.faults` plants faults into the columns of simulated campaigns (30 s and 22 s; the generator of
 `tests/truth` shares no code with the package) and counts the diagnoses. *tied*: the fault is named together with
-another that explains the data as well. *right channel, other kind*: only truly faulty channels are blamed. *passed over*:
-nothing serious is reported; without a relation between the channels no diagnosis is possible.
+another that explains the data as well. *right channel, other kind*: only truly faulty channels are blamed.
+*passed over*: nothing serious is reported; without a relation between the channels no diagnosis is possible.
 """
 
 
