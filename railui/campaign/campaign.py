@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from railui.campaign.corrections.correction import Corrections
+from railui.campaign.corrections.reading import effects_of, read_corrections
 from railui.campaign.directory import campaign_file
 from railui.campaign.schema import ROLES, CampaignModel, read_conditions
 from railui.campaign.settings.loop_settings import LoopSettings
@@ -63,6 +65,8 @@ class Campaign:
         Length [s] and share of a segment to leave out at both of its ends; the two add up.
     min_relative_gain
         Share by which an effect must lower the validation error.
+    corrections
+        Faults of the measured columns that the reader undoes.
     track
         Whether the track was measured "unloaded" or "loaded".
     """
@@ -84,6 +88,7 @@ class Campaign:
     sha256: str
     warnings: tuple[Problem, ...] = field(default=(), compare=False)
     settings: LoopSettings = field(default_factory=LoopSettings)
+    corrections: Corrections = field(default_factory=Corrections)
 
     def cut_length(self, duration: float) -> float:
         """Compute the length [s] to leave out at each end of a segment of a duration [s]."""
@@ -120,6 +125,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     noise = _noise(data.get("noise"), kind, runs, findings)
     paths = _estimated_parameters(data.get("adjust"), design, findings)
     sensors = _sensors(data.get("sensors"), findings, catalogue, kind)
+    corrections = read_corrections(data.get("sensors"), kind, [run.name for run in runs], findings)
     _check_band(data.get("band"), findings)
     if findings.errors() or design is None or model is None:
         raise FileProblems(findings.errors())
@@ -142,6 +148,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
         sha256=sha256_file(source),
         warnings=(*findings.warnings(), *design.warnings),
         settings=LoopSettings().with_values(model.model_dump()["settings"]),
+        corrections=corrections,
     )
 
 
@@ -284,11 +291,12 @@ def _estimated_parameters(given: Any, design: Design | None, findings: Findings)
 
 
 def _sensors(raw: Any, findings: Findings, catalogue: Catalogue | None, kind: str) -> tuple[PlacedEffect, ...]:
-    if not isinstance(raw, list) or not raw:
+    effects, path = effects_of(raw)
+    if not effects:
         return ()
     known = kernel_catalogue() if catalogue is None else catalogue
     form = "rig" if kind in RIG_FORMS else kind
-    return read_effects(raw, findings, "sensors", known, {}, form=form, sensors=True)
+    return read_effects(effects, findings, path, known, {}, form=form, sensors=True)
 
 
 __all__ = ["Campaign", "RunEntry", "load_campaign"]

@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
-from railui.campaign.consistency import BAND, SPECTRUM_SECONDS
 from railui.campaign.dataset import COMPARED, Segment
 from railui.campaign.finding import Finding
 from railui.dsp.spectra import detrend, hann
 
-MIN_FREQUENCY = 0.5  # Hz
+SPECTRUM_SECONDS = 5.12  # window of the spectra
+BAND = (0.5, 12.0)  # Hz
 MIN_AVERAGES_PER_INPUT = 4
 MIN_WINDOWS = 10  # in the length of a segment, without overlap
 
@@ -38,9 +38,9 @@ def coherence_limits(segment: Segment, values: Mapping[str, float]) -> list[Find
     columns, wheelbase = segment.columns, 2.0 * values["vehicle.geometry.half_wheelbase"]
     inputs = [columns[name] for name in ("yw", "phiw") if np.any(columns.get(name, np.zeros(1)))]
     inputs += [np.interp(columns["s"] - wheelbase, columns["s"], x) for x in inputs]
-    length = min(round(2 * SPECTRUM_SECONDS / segment.dt), segment.samples // MIN_WINDOWS)
+    length = min(round(SPECTRUM_SECONDS / segment.dt), segment.samples // MIN_WINDOWS)
     f, x = _transforms(inputs, segment.dt, length)
-    in_band = (f >= MIN_FREQUENCY) & (f <= BAND[1])
+    in_band = (f >= BAND[0]) & (f <= BAND[1])
     averages = x.shape[1]
     if averages < MIN_AVERAGES_PER_INPUT * len(inputs):
         return []

@@ -1,4 +1,4 @@
-"""Data quality checks before any fit: gaps, constant and clipped channels, hunting, consistency and coherence.
+"""Data quality checks before any fit: gaps, constant channels, data faults, hunting and coherence.
 
 The checks report; they never alter the data.
 """
@@ -11,14 +11,13 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.coherence import coherence_limits
-from railui.campaign.consistency import kinematic_checks
 from railui.campaign.dataset import Dataset, Segment
+from railui.campaign.faults.diagnose import diagnose
+from railui.campaign.faults.fault import Diagnosis
 from railui.campaign.finding import Finding
 from railui.dsp.filters import butterworth, sosfiltfilt
 from railui.dsp.spectra import periodogram
 
-MIN_CLIPPED_SAMPLES = 3  # in a row at the extreme
-MIN_SERIOUS_CLIPPED_PERCENT = 0.1
 MIN_STUCK_SECONDS = 1.0  # at one value
 HUNTING_BAND = (0.8, 8.0)  # Hz
 HUNTING_WINDOW = 100.0  # m, of the moving rms
@@ -27,18 +26,19 @@ MIN_HUNTING_POSITIONS = 10  # of the window
 MIN_HUNTING_RATIO = 2.0  # rms to its median
 
 
-def check_data(dataset: Dataset) -> list[Finding]:
-    """Run all data checks; serious findings come first."""
-    findings: list[Finding] = []
+def check_data(dataset: Dataset, diagnosis: Diagnosis | None = None) -> list[Finding]:
+    """Run all data checks; serious findings come first.
+
+    diagnosis: of the dataset, where it is known already.
+    """
+    findings = (diagnose(dataset) if diagnosis is None else diagnosis).findings()
     for entry, run in zip(dataset.campaign.runs, dataset.runs, strict=True):
         findings += check_gaps(entry.name, run.counts)
         for name in (*run.responses, *run.coach_forces):
             findings += check_stuck(entry.name, name, run.columns[name], run.columns["t"], run.rate)
     values = dataset.campaign.design.values
     for segment in dataset.segments:
-        findings += [f for channel in segment.channels for f in check_clipping(segment, channel)]
         if segment.kind == "bogie":
-            findings += kinematic_checks(segment, values)
             findings += coherence_limits(segment, values)
             findings += check_hunting(segment)
     return sorted(findings, key=lambda f: not f.serious)
@@ -63,23 +63,6 @@ def check_stuck(file: str, name: str, x: FloatArray, t: FloatArray, rate: float)
     start = float(t[edges[longest]])
     text = f"{name} is constant for {seconds:.1f} s from {start:.1f} s on: this part is not used"
     return [Finding("stuck", file, name, float(seconds), "s", text, start=start, end=start + float(seconds))]
-
-
-def check_clipping(segment: Segment, name: str) -> list[Finding]:
-    """Report consecutive samples at an extreme of a channel."""
-    x = segment.columns[name]
-    count = 0
-    for extreme in (x.max(), x.min()):
-        at_extreme = np.concatenate(([0], (x == extreme).astype(int), [0]))
-        starts, ends = np.flatnonzero(np.diff(at_extreme) == 1), np.flatnonzero(np.diff(at_extreme) == -1)
-        lengths = ends - starts
-        count += int(lengths[lengths >= MIN_CLIPPED_SAMPLES].sum())
-    if not count:
-        return []
-    percent = 100.0 * count / len(x)
-    text = f"{name} is clipped: {count} samples ({percent:.2f} %) in a row at its extreme"
-    is_serious = percent > MIN_SERIOUS_CLIPPED_PERCENT
-    return [Finding("clipping", segment.file, name, percent / 100.0, "1", text, serious=is_serious)]
 
 
 def check_hunting(segment: Segment) -> list[Finding]:

@@ -12,8 +12,10 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign
+from railui.campaign.corrections.apply import corrected_run
 from railui.campaign.noise.estimate import estimate_noise_model
 from railui.core import Spline
+from railui.io.problems import file_problem
 from railui.runs import columns as known
 from railui.runs.run import Run, load_run
 from railui.track import Wheelbase, add_track, band_limited_noise, distance_from_speed, run_table
@@ -296,12 +298,17 @@ class Dataset:
 
 
 def read_dataset(campaign: Campaign) -> Dataset:
-    """Read the runs of a campaign; FileProblems for a run that cannot be used."""
+    """Read the runs of a campaign and make its corrections; FileProblems for a run that cannot be used."""
     kind = campaign.design.form
+    wheelbase = 2.0 * campaign.design.values.get("vehicle.geometry.half_wheelbase", 0.0)
     runs: list[Run] = []
     segments: list[Segment] = []
     for index, entry in enumerate(campaign.runs):
-        run = load_run(entry.file, kind)
+        run = corrected_run(load_run(entry.file, kind), entry.name, campaign.corrections, wheelbase)
+        if not run.segments:
+            raise file_problem(
+                entry.file, "has no segment left after its corrections", "check the delays of its columns"
+            )
         runs.append(run)
         segments += segments_of_run(run, entry.name, entry.role, kind, index)
     noise = estimate_noise_model(

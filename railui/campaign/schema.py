@@ -6,13 +6,13 @@ from typing import Annotated, Any
 
 from pydantic import Field, create_model
 
+from railui.campaign.corrections.reading import SENSORS
 from railui.campaign.settings.declaration import Setting
 from railui.campaign.settings.loop_settings import SETTINGS
 from railui.io.fields import (
     LIST,
     PAIR,
     Group,
-    Objects,
     Text,
     ValueReader,
     choice_reader,
@@ -120,7 +120,7 @@ class CampaignModel(Group):
     material: Annotated[float, quantity_reader("1", 0.0, maximum=1.0)] = Field(
         default=0.10, title="share by which an effect must lower the validation error"
     )
-    sensors: Objects = Field(default_factory=list)
+    sensors: Annotated[Any, SENSORS] = Field(default_factory=list)
     track: Annotated[str, choice_reader(("unloaded", "loaded"))] = "unloaded"
     settings: Annotated[SettingsModel, ValueReader(read_settings)] = Field(  # type: ignore[valid-type]
         default_factory=SettingsModel, title="thresholds of the loop"

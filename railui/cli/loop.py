@@ -14,6 +14,7 @@ from railui.cli.quantities import parse_budget
 
 if TYPE_CHECKING:
     from railui.identification.result import LoopResult
+    from railui.report.loop.data_faults import CheckedData
 
 REJECTED_VERDICTS = ("partial", "outside", "data")  # that fail with --strict
 
@@ -31,6 +32,8 @@ REJECTED_VERDICTS = ("partial", "outside", "data")  # that fail with --strict
     "--export-element", "element", metavar="FILE", help="Write the component of a bench campaign as an element."
 )
 @click.option("--strict", is_flag=True, help="Exit code 4 for the verdicts partial, outside and data.")
+@click.option("--correct", is_flag=True, help="Correct data faults and go on, where each has one correction.")
+@click.option("--accept-data", is_flag=True, help="Go on despite data faults.")
 @common_options
 @click.pass_context
 def command(
@@ -40,6 +43,8 @@ def command(
     without: str,
     budget: float | None,
     element: str | None,
+    correct: bool,
+    accept_data: bool,
     strict: bool,
     call: Invocation,
 ) -> None:
@@ -54,9 +59,11 @@ def command(
     refits select an effect of the library that explains the residual; the effect is added and all parameters are
     estimated again. The error is that of the runs of role validate: no parameter of the vehicle is fitted to
     them, but they decide which effects are accepted. The independent test is on runs of role test, which decide
-    nothing; without such runs the last third of every validation run is held back for it. Verdicts: none, effect,
-    partial, outside, data; all have exit code 0 without --strict. --export-element writes the component of a campaign
-    with `rig: {input: motion}` as a file that a design mounts by `effects: [{element: FILE, at: PLACE}]`.
+    nothing; without such runs the last third of every validation run is held back for it. A data fault (a wrong sign
+    or unit, exchanged channels, a track recorded elsewhere, clocks that run apart, clipping) stops the loop before any
+    fit, with the line of the campaign file that corrects it. Verdicts: none, effect, partial, outside, data; all have
+    exit code 0 without --strict. --export-element writes the component of a campaign with `rig: {input: motion}` as a
+    file that a design mounts by `effects: [{element: FILE, at: PLACE}]`.
     """
     from railui.campaign.campaign import load_campaign
     from railui.campaign.dataset import read_dataset
@@ -66,6 +73,7 @@ def command(
     from railui.io.atomic import check_directory_writable
     from railui.report.figures.drawing import preload_in_background
     from railui.report.loop.data import loop_report
+    from railui.report.loop.data_faults import data_fault_report, examine_data
     from railui.report.loop.element_file import NoElementError, motion_unit, write_element
     from railui.report.loop.files import ForeignFilesError, check_directory, write_loop
 
@@ -84,9 +92,21 @@ def command(
     check_directory_writable(directory)
     preload_in_background()
     log = RunLog(call)
-    dataset = read_dataset(loaded)
-    result = close_loop(dataset, without=excluded, seed=call.seed or 0, jobs=call.jobs, progress=log, budget=budget)
-    report = loop_report(result)
+    seed = call.seed or 0
+    checked = examine_data(read_dataset(loaded), correct=correct, accept_data=accept_data, progress=log)
+    if checked.is_stopped:
+        _stop(call, checked, data_fault_report(checked, seed), directory, log.lines)
+        ctx.exit(EXIT_LIMIT_VIOLATED if strict else 0)
+    result = close_loop(
+        checked.dataset,
+        without=excluded,
+        seed=seed,
+        jobs=call.jobs,
+        progress=log,
+        budget=budget,
+        diagnosis=checked.remaining,
+    )
+    report = loop_report(result, checked)
     write_loop(result, report, directory, [*log.lines, str(report["sentence"])])
     if element is not None:
         try:
@@ -100,6 +120,20 @@ def command(
     if element is not None:
         call.info(f"wrote the element {element}")
     ctx.exit(EXIT_LIMIT_VIOLATED if strict and report["verdict"] in REJECTED_VERDICTS else 0)
+
+
+def _stop(call: Invocation, checked: CheckedData, report: dict[str, Any], directory: Path, log: list[str]) -> None:
+    """Write and print the report of a loop that stops at a data fault."""
+    from railui.report.loop.data_faults import write_data_fault
+
+    write_data_fault(checked, report, directory, [*log, str(report["sentence"])])
+    call.write_json(report)
+    call.show(f"\n{report['sentence']}\n")
+    for fault in checked.remaining.faults:
+        if not fault.serious:
+            call.show(f"{', '.join(fault.files)}: {fault.text}")
+    corrected = ", campaign.yaml with the corrections" if checked.remaining.is_correctable else ""
+    call.info(f"wrote to {directory}: loop.json, report.html{corrected}")
 
 
 def excluded_kinds(text: str) -> list[str]:

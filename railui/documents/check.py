@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign, load_campaign
+from railui.campaign.dataset import read_dataset
+from railui.campaign.faults.diagnose import diagnose
 from railui.contact.profile_reader import SIMPACK_KINDS, read_profile
 from railui.contact.radius_table_reader import read_radius_table
 from railui.documents.recognise import recognise
@@ -85,7 +87,7 @@ def _check_file(
 
 
 def _check_runs(campaign: Campaign) -> list[Problem]:
-    """Return the problems of a campaign's runs; warn of noise of columns that no run has."""
+    """Return the problems of a campaign's runs; warn of data faults, and of noise of columns that no run has."""
     problems: list[Problem] = []
     measured: set[str] = set()
     for entry in campaign.runs:
@@ -96,6 +98,9 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
     if problems:
         return problems
     findings = load_yaml(campaign.source).findings()
+    for fault in diagnose(read_dataset(campaign)).faults:
+        remedy = f"add `{fault.yaml}`" if fault.yaml else "leave the channel out, or record again"
+        findings.warn("runs", f"{', '.join(fault.files)}: {fault.text}", remedy)
     for name in campaign.noise:
         if name not in measured:
             findings.warn(f"noise.{name}", "no run of the campaign has this column", "leave it out")

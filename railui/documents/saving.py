@@ -135,12 +135,25 @@ def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path
     cut = f"{number_text(100 * campaign.cut_share)} %" if campaign.cut_share else campaign.cut
     writer.entry("cut", cut)
     writer.entry("material", campaign.min_relative_gain)
-    if campaign.sensors:
-        writer.items("sensors", [sensor.entry() for sensor in campaign.sensors])
+    _write_sensors(writer, campaign)
     writer.entry("track", campaign.track)
     if changed := campaign.settings.changed():
         writer.entry("settings", changed)
     return writer.text()
+
+
+def _write_sensors(writer: YamlWriter, campaign: Campaign) -> None:
+    """Write the corrections of the columns, and the effects of the sensors."""
+    effects = [sensor.entry() for sensor in campaign.sensors]
+    if not campaign.corrections:
+        if effects:
+            writer.items("sensors", effects)
+        return
+    with writer.block("sensors"):
+        for channel, entry in campaign.corrections.entry().items():
+            writer.entry(channel, entry)
+        if effects:
+            writer.items("effects", effects)
 
 
 def save_campaign(campaign: Campaign, path: str | Path, vehicle: str | Path | None = None) -> Path:

@@ -48,7 +48,8 @@ def json_schema(kind: str, catalogue: Catalogue | None = None) -> dict[str, Any]
         schema = _design_schema(records)
     elif kind == "campaign":
         schema = CampaignModel.model_json_schema()
-        schema["properties"]["sensors"]["items"] = _effects_schema(records, sensors=True)
+        of_sensors, by_column = schema["properties"]["sensors"]["anyOf"]
+        of_sensors["items"] = by_column["properties"]["effects"]["items"] = _effects_schema(records, sensors=True)
     elif kind == "study":
         schema = StudyModel.model_json_schema()
     elif kind == "element":

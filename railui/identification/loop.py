@@ -11,6 +11,7 @@ import numpy as np
 
 from railui.campaign.data_checks import check_data
 from railui.campaign.dataset import Dataset
+from railui.campaign.faults.fault import Diagnosis
 from railui.campaign.finding import Finding
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate, nominal_fit, with_phases, with_stable_start
@@ -46,6 +47,7 @@ def close_loop(
     jobs: int | None = None,
     progress: Progress = SILENT,
     budget: float | None = None,
+    diagnosis: Diagnosis | None = None,
 ) -> LoopResult:
     """Close the loop on a dataset. The validation runs select effects; no parameter is fitted to them.
 
@@ -53,6 +55,8 @@ def close_loop(
     ----------
     without
         Kinds of effects that may not be proposed.
+    diagnosis
+        Faults of the data, where they are known already.
     progress
         Receives messages, and as events `ModelValidated`, the `FitIteration` of the main fits, `ScoreTestProgress`,
         each `ScoreTestResult`, the `ScoreResult` about to be refitted, its `Refit`, and the `NoiseFloor`.
@@ -62,7 +66,7 @@ def close_loop(
     """
     started = time.perf_counter()
     context = create_context(dataset, seed=seed, jobs=jobs, progress=progress, excluded=without, budget=budget)
-    findings = report_data_checks(context)
+    findings = report_data_checks(context, diagnosis)
     context = with_phases(context)
     nominal = validate(context, context.nominal, dataset.selection)
     progress.event(ModelValidated("declared", nominal))
@@ -162,9 +166,9 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
     )
 
 
-def report_data_checks(context: Context) -> tuple[Finding, ...]:
+def report_data_checks(context: Context, diagnosis: Diagnosis | None = None) -> tuple[Finding, ...]:
     """Check the data and report the findings before anything is fitted to them."""
-    findings = check_data(context.dataset)
+    findings = check_data(context.dataset, diagnosis)
     for f in findings:
         if f.check != "ceiling":
             context.progress.message(f"{'check this first: ' if f.serious else ''}{f.file}: {f.text}")

@@ -133,7 +133,7 @@ def test_the_schema_lists_every_effect_but_no_sensor(catalogue: Records) -> None
     assert mounted["required"] == ["element", "at"]
     kinds = {entry["properties"]["kind"]["const"] for entry in entries}
     assert "free_play" in kinds and not {k for k in kinds if k.startswith("sensor")}
-    sensors = json_schema("campaign", catalogue)["properties"]["sensors"]["items"]["oneOf"]
+    sensors = json_schema("campaign", catalogue)["properties"]["sensors"]["anyOf"][0]["items"]["oneOf"]
     assert [entry["properties"]["kind"]["const"] for entry in sensors] == ["sensor_gain", "sensor_offset"]
 
 

@@ -22,6 +22,7 @@ from railui.campaign.settings.estimation import (
     ValidationSettings,
     WindowSettings,
 )
+from railui.campaign.settings.faults import FaultSettings
 from railui.campaign.settings.noise import NoiseSettings
 
 
@@ -32,6 +33,7 @@ class LoopSettings:
     Names are unique over all stages: a campaign sets them by name alone.
     """
 
+    faults: FaultSettings = field(default_factory=FaultSettings)
     calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
     initial_state: InitialStateSettings = field(default_factory=InitialStateSettings)
     windows: WindowSettings = field(default_factory=WindowSettings)

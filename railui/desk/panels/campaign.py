@@ -20,7 +20,7 @@ from railui.desk.presenters.loop_history import LoopHistory
 from railui.desk.presenters.loop_plots import FinishedLoop
 from railui.desk.presenters.loop_text import hunting_note, identifiability_summary, runs_text
 from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
-from railui.desk.services.loop_job import DataChecked, check_campaign, run_loop, write_report
+from railui.desk.services.loop_job import DataChecked, StoppedLoop, check_campaign, run_loop, write_report
 from railui.desk.widgets.dialogs import InputDialog
 from railui.identification.events import FitIteration, ScoreTestProgress
 from railui.report.loop.files import ForeignFilesError, calibrated_design, check_directory
@@ -130,6 +130,10 @@ the form, `w` writes the files of `railui loop`.
     @on(JobDone)
     def _on_done(self, message: JobDone) -> None:
         self.job = None
+        if isinstance(message.result, StoppedLoop):
+            self.history.activity = str(message.result.report["sentence"])
+            self._show_all()
+            return
         self.history.finish(message.result)
         self._show_all("series")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from textual.message import Message
 
@@ -17,6 +18,7 @@ from railui.desk.presenters.loop_plots import FinishedLoop
 from railui.desk.services.jobs import BackgroundJob, DeskProgress
 from railui.identification.loop import close_loop
 from railui.report.loop.data import loop_report
+from railui.report.loop.data_faults import data_fault_report, examine_data
 from railui.report.loop.figures import compared_series, most_informative_window
 from railui.report.loop.files import write_loop
 from railui.report.loop.force_evaluation import suspension_forces
@@ -30,6 +32,13 @@ class DataChecked:
     findings: Sequence[Finding]
 
 
+@dataclass(frozen=True, eq=False)
+class StoppedLoop:
+    """Report of a loop that stopped at a data fault, before any fit."""
+
+    report: dict[str, Any]
+
+
 def check_campaign(campaign: Campaign) -> Message:
     """Read the runs of a campaign and check their data."""
     dataset = read_dataset(campaign)
@@ -38,10 +47,13 @@ def check_campaign(campaign: Campaign) -> Message:
 
 def run_loop(job: BackgroundJob, campaign: Campaign) -> Message:
     """Run the loop on a campaign and prepare its report and plots."""
-    result = close_loop(read_dataset(campaign), progress=DeskProgress(job))
+    checked = examine_data(read_dataset(campaign))
+    if checked.is_stopped:
+        return JobDone(job.name, StoppedLoop(data_fault_report(checked)))
+    result = close_loop(checked.dataset, progress=DeskProgress(job), diagnosis=checked.remaining)
     window = most_informative_window(result)
     series = compared_series(result, window.index)
-    report = loop_report(result)
+    report = loop_report(result, checked)
     return JobDone(job.name, FinishedLoop(result, report, window, series, suspension_forces(result, window)))
 
 

@@ -11,7 +11,6 @@ import railui
 from railui import core
 from railui.campaign.campaign import Campaign, load_campaign
 from railui.campaign.dataset import read_dataset
-from railui.campaign.finding import Finding
 from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.validation import Validation
 from railui.identification.loop import close_loop, indistinguishable_kinds
@@ -21,6 +20,13 @@ from railui.identification.verdict import Remainder
 from railui.io.atomic import to_json_value
 from railui.progress import SILENT, Progress
 from railui.report.loop.conditions import condition_rows
+from railui.report.loop.data_faults import (
+    CheckedData,
+    corrected_sentence,
+    correction_rows,
+    data_fault_report,
+    examine_data,
+)
 from railui.report.loop.detectable import minimum_detectable_effects
 from railui.report.loop.identifiability import identifiability
 from railui.report.loop.model_comparison import rank_candidates, significant_below_threshold
@@ -29,6 +35,7 @@ from railui.report.loop.notes import report_notes, searched_pairs, windowed_runs
 from railui.report.loop.phases import phase_rows
 from railui.report.loop.profiles import profile_parameters
 from railui.report.loop.ride_quality import mean_errors, ride_quality
+from railui.report.loop.rows import finding_row, run_rows
 from railui.report.loop.sentence import sentence
 from railui.report.loop.wording import unit_location
 from railui.vehicle.effects import parameter_unit
@@ -40,6 +47,8 @@ def loop(
     without: Collection[str] = (),
     seed: int = 0,
     jobs: int | None = None,
+    correct: bool = False,
+    accept_data: bool = False,
     progress: Progress = SILENT,
     budget: float | None = None,
 ) -> dict[str, Any]:
@@ -55,6 +64,10 @@ def loop(
         Seed of all random numbers.
     jobs : int, optional
         Number of threads; all processors by default.
+    correct : bool, optional
+        Correct data faults and go on, where each has one correction.
+    accept_data : bool, optional
+        Go on despite data faults.
     progress : Progress, optional
         Receiver of messages and intermediate results.
     budget : float, optional
@@ -75,13 +88,23 @@ def loop(
     Broersen 1976.
     """
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
-    dataset = read_dataset(loaded)
-    result = close_loop(dataset, without=without, seed=seed, jobs=jobs, progress=progress, budget=budget)
-    return loop_report(result)
+    checked = examine_data(read_dataset(loaded), correct=correct, accept_data=accept_data, progress=progress)
+    if checked.is_stopped:
+        return data_fault_report(checked, seed)
+    result = close_loop(
+        checked.dataset,
+        without=without,
+        seed=seed,
+        jobs=jobs,
+        progress=progress,
+        budget=budget,
+        diagnosis=checked.remaining,
+    )
+    return loop_report(result, checked)
 
 
-def loop_report(result: LoopResult) -> dict[str, Any]:
-    """Return the report of a loop as data, see docs/loop.md."""
+def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[str, Any]:
+    """Return the report of a loop as data, see docs/loop.md; checked: the diagnosis of its data."""
     campaign = result.dataset.campaign
     validations = result.validations
     report: dict[str, Any] = {
@@ -94,7 +117,7 @@ def loop_report(result: LoopResult) -> dict[str, Any]:
         "seconds": result.seconds,
         "out_of_time": result.is_out_of_time,
         "campaign": campaign.name,
-        "runs": _runs(result),
+        "runs": run_rows(result.dataset),
         "declared": _errors(validations["declared"]),
         "before": _errors(validations["before"])
         | {"constrained": result.before.constrained, "failed": result.is_failed_fit},
@@ -131,29 +154,15 @@ def loop_report(result: LoopResult) -> dict[str, Any]:
         "windows": windowed_runs(result),
         "pairs": searched_pairs(result),
         "identifiability": identifiability(result),
-        "gate": [_finding(finding) for finding in result.findings],
+        "gate": [finding_row(finding) for finding in result.findings],
         "notes": report_notes(result),
+        "corrections": [] if checked is None else correction_rows(checked),
     }
+    if checked is not None and checked.is_corrected:
+        report["sentence"] = f"{corrected_sentence(checked)} {report['sentence']}"
     profiles, measured = result.nominal.design.profiles, report["riding"].get("measured", {})
     report["profiles"] = profile_parameters(profiles, report["parameters"], measured)
     return dict(to_json_value(report))
-
-
-def _runs(result: LoopResult) -> list[dict[str, Any]]:
-    return [
-        {
-            "file": entry.name,
-            "role": entry.role,
-            "conditions": dict(entry.conditions),
-            "sha256": run.sha256,
-            "samples": len(run),
-            "stretches": len(run.segments),
-            "counts": dict(run.counts),
-            "ignored": list(run.unknown_columns),
-            "notes": list(run.notes),
-        }
-        for entry, run in zip(result.dataset.campaign.runs, result.dataset.runs, strict=True)
-    ]
 
 
 def _errors(validation: Validation) -> dict[str, Any]:
@@ -290,17 +299,3 @@ def _parameters(result: LoopResult) -> dict[str, dict[str, Any]]:
             "flag": flag,
         }
     return rows
-
-
-def _finding(finding: Finding) -> dict[str, Any]:
-    return {
-        "check": finding.check,
-        "file": finding.file,
-        "channel": finding.channel,
-        "value": finding.value,
-        "unit": finding.unit,
-        "text": finding.text,
-        "serious": finding.serious,
-        "from_s": finding.start,
-        "to_s": finding.end,
-    }

@@ -1,0 +1,172 @@
+"""Diagnosis of a campaign's data before any fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from railui.campaign.corrections.apply import corrected_columns
+from railui.campaign.corrections.correction import Corrections, yaml_line
+from railui.campaign.dataset import Dataset, Segment
+from railui.campaign.faults.fault import Diagnosis, Fault, ordered
+from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
+from railui.campaign.faults.merge import merged_faults
+from railui.campaign.faults.nominal import Witness, contradicted, witnesses
+from railui.campaign.faults.search import FaultSearch, Transform
+from railui.campaign.faults.spectra import RAILS, RunSpectra, run_spectra
+from railui.campaign.faults.waveform import waveform_faults
+from railui.campaign.faults.wording import fault_text
+from railui.io.units import UnitError, parse_unit
+from railui.runs.columns import COLUMNS
+from railui.vehicle.model import Model
+
+FOLLOWING = ("ay1", "ay2", "ayf", "rf")  # channels that follow the track at long wavelengths, whatever the vehicle is
+NAMED_UNITS = {"m/s^2": {"g": 1.0 / G}, "rad/s": {"deg/s": RADIAN}, "rad": {"deg": RADIAN}}  # gain where SI is stated
+TRACK_COLUMNS = ("yw", "phiw")
+MIN_WITNESSES = 2  # that all oppose the model, from which the track is the one with the wrong sign
+
+
+def diagnose(dataset: Dataset) -> Diagnosis:
+    """Find the smallest set of faulty channels that explains all contradictions of the data.
+
+    The kinematic relations between the channels decide, which hold for any vehicle; samples of single channels show
+    clipping, dropouts and hum; the nominal model decides signs and units of accelerations that are in no relation.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        The measured runs, with the corrections that the campaign already makes.
+
+    Returns
+    -------
+    Diagnosis
+        All faults; `serious` are those with which no fit should begin.
+    """
+    settings = dataset.campaign.settings.faults
+    is_bogie = dataset.campaign.design.kind == "bogie"
+    radius = dataset.campaign.design.values["vehicle.geometry.rolling_radius"] if is_bogie else None
+    waveform = waveform_faults(dataset.segments, settings, radius)
+    unusable = {f.channels[0] for f in waveform if f.serious and f.kind != "hum"}
+    usable = [_without(s, unusable) for s in dataset.segments]
+    runs = {e.name: [s for s in usable if s.file == e.name] for e in dataset.campaign.runs}
+    runs = {name: segments for name, segments in runs.items() if segments and segments[0].channels}
+    searches = {
+        name: FaultSearch(settings, _transform(dataset, segments), _has_units(dataset))
+        for name, segments in runs.items()
+    }
+    faults = merged_faults({name: s.find() for name, s in searches.items()}, searches, settings)
+    faults = [_with_named_unit(_unresolved(f, searches), dataset) for f in faults]
+    if is_bogie:
+        faults += _witnessed(dataset, runs, faults)
+    return ordered([*faults, *waveform])
+
+
+def _without(segment: Segment, channels: set[str]) -> Segment:
+    """Return the segment without channels."""
+    if not channels & set(segment.columns):
+        return segment
+    return replace(segment, columns={k: x for k, x in segment.columns.items() if k not in channels}, tables={})
+
+
+def _geometry(dataset: Dataset) -> tuple[float, float]:
+    """Wheelbase and rolling radius [m]; 1 on a rig."""
+    values = dataset.campaign.design.values
+    if dataset.campaign.design.kind != "bogie":
+        return 1.0, 1.0
+    return 2.0 * values["vehicle.geometry.half_wheelbase"], values["vehicle.geometry.rolling_radius"]
+
+
+def _transform(dataset: Dataset, segments: Sequence[Segment]) -> Transform:
+    """Return the function that computes the spectra of a run with corrections."""
+    wheelbase, radius = _geometry(dataset)
+
+    def transform(corrections: Corrections) -> RunSpectra | None:
+        return run_spectra([corrected_segment(s, corrections, wheelbase) for s in segments], wheelbase, radius)
+
+    return transform
+
+
+def corrected_segment(segment: Segment, corrections: Corrections, wheelbase: float) -> Segment:
+    """Return a segment with corrected columns, cut to the samples that every record covers."""
+    if not corrections:
+        return segment
+    channels, offset = corrections.of_run(segment.file)
+    start = float(segment.columns["t"][0])
+    columns, (first, last) = corrected_columns(segment.columns, channels, offset, wheelbase, start)
+    rows = slice(first, segment.samples - last)
+    return replace(segment, columns={k: x[rows] for k, x in columns.items()}, tables={})
+
+
+def _has_units(dataset: Dataset) -> bool:
+    """True if the columns have physical units; on a rig they may be volts of any scale."""
+    if dataset.campaign.design.kind == "bogie":
+        return True
+    try:
+        labels = [run.units.get(c, "") for run in dataset.runs for c in run.responses]
+        derivatives = {"z": "m", "vz": "m/s", "az": "m/s^2"}
+        columns = [c for run in dataset.runs for c in run.responses]
+        return all(
+            label and c in derivatives and parse_unit(label).is_compatible(parse_unit(derivatives[c]))
+            for c, label in zip(columns, labels, strict=True)
+        )
+    except UnitError:
+        return False
+
+
+def _unresolved(fault: Fault, searches: dict[str, FaultSearch]) -> Fault:
+    """Return a fault without correction where the corrections leave the data contradictory."""
+    open_ones = [name for name in fault.files if not searches[name].is_resolved]
+    if not fault.serious or not open_ones:
+        return fault
+    text = f"{fault.text}; contradictions remain after this correction"
+    return replace(fault, text=text, corrections=Corrections())
+
+
+def _with_named_unit(fault: Fault, dataset: Dataset) -> Fault:
+    """Return a fault whose correction names the unit of the numbers, if there is a name and the headers state SI."""
+    column = COLUMNS.get(fault.channels[0])
+    if fault.kind != "unit" or column is None or not fault.corrections or fault.value is None:
+        return fault
+    headers = {run.units.get(column.name) for run in dataset.runs}
+    units = NAMED_UNITS.get(column.unit, {})
+    unit = next((u for u, gain in units.items() if np.isclose(gain, fault.value, rtol=2e-3)), None)
+    if unit is None or headers != {column.unit}:
+        return fault
+    channels = tuple(replace(c, gain=1.0, unit=unit) for c in fault.corrections.channels)
+    return replace(fault, corrections=Corrections(channels))
+
+
+def _witnessed(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
+    """Find signs and units that only the nominal model can decide: of accelerations without a relation to the track."""
+    model = Model(dataset.campaign.design, dataset.campaign.sensors)
+    threshold = dataset.campaign.settings.faults.opposed_correlation
+    found: dict[str, list[tuple[str, Witness]]] = {}
+    corrections = ordered(faults).corrections
+    wheelbase = _geometry(dataset)[0]
+    for name, segments in runs.items():
+        if set(RAILS) & set(segments[0].channels):
+            continue  # relations with the track decide
+        for segment in segments[:1]:
+            corrected = corrected_segment(segment, corrections, wheelbase)
+            for w in witnesses(model, corrected, [c for c in FOLLOWING if c in segment.columns]):
+                found.setdefault(w.channel, []).append((name, w))
+    contradictions: dict[str, Hypothesis] = {}
+    for channel, seen in found.items():
+        opinions = {contradicted(w, threshold) for _, w in seen}
+        if len(opinions) == 1 and (h := opinions.pop()) is not None:
+            contradictions[channel] = h
+    files = tuple(runs)
+    all_opposed = set(contradictions) == set(found) and all(h.kind == "sign" for h in contradictions.values())
+    if len(found) >= MIN_WITNESSES and all_opposed:
+        recorded = tuple(c for c in TRACK_COLUMNS if any(np.any(s.columns.get(c, 0.0)) for s in dataset.segments))
+        track = _witnessed_fault(Hypothesis("sign", recorded, -1.0), files)
+        alone = yaml_line(Hypothesis("sign", ("yw",), -1.0).corrections())
+        return [replace(track, alternatives=(alone,) if len(recorded) > 1 else ())]
+    return [_with_named_unit(_witnessed_fault(h, files), dataset) for h in contradictions.values()]
+
+
+def _witnessed_fault(h: Hypothesis, files: tuple[str, ...]) -> Fault:
+    text = f"{fault_text(h)} (against the nominal model at wavelengths above those of the vehicle's own motion)"
+    return Fault(h.kind, h.channels, h.value, None, "1", files, text, True, h.corrections())

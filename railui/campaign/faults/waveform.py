@@ -1,0 +1,179 @@
+"""Faults that the samples of one channel show by themselves: clipping, dropouts and mains hum."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.arrays import FloatArray
+from railui.campaign.corrections.correction import Correction, Corrections
+from railui.campaign.dataset import Segment
+from railui.campaign.faults.fault import Fault
+from railui.campaign.settings.faults import FaultSettings
+from railui.dsp.spectra import periodogram
+
+MIN_RUN = 3  # equal samples in a row
+MIN_EVENTS = 3
+SIDE_SHARE = 1.0 / 200.0  # of the range, just below an extreme
+FINE_REPEATS = 0.01  # share of equal neighbours up to which a record has its full resolution
+MIN_FINE_RUN = 5
+JUMP_STEPS, JUMP_SD = 10.0, 0.3  # of a jump at the end of a dropout: in usual steps and in standard deviations
+MAINS = ((50.0, 0.2), (60.0, 0.2), (50.0 / 3.0, 0.1))  # Hz, with tolerance
+NEIGHBOURS = (0.4, 2.0)  # Hz from the line
+TURN_CLEARANCE = 0.7  # Hz from a multiple of the wheel's speed of rotation
+
+
+@dataclass(frozen=True)
+class _Runs:
+    """Runs of equal samples: first index, length."""
+
+    start: NDArray[np.intp]
+    length: NDArray[np.intp]
+
+
+def _equal_runs(x: FloatArray) -> _Runs:
+    edges = np.concatenate(([0], np.flatnonzero(np.diff(x) != 0) + 1, [len(x)]))
+    return _Runs(edges[:-1], np.diff(edges))
+
+
+def clipped_samples(x: FloatArray, pile_up: float) -> int:
+    """Count the samples of a series at an extreme where it was cut off.
+
+    Samples pile up there: far more than in the narrow range below, however coarse the resolution is.
+
+    >>> t = np.arange(2000) * 0.01
+    >>> clipped_samples(np.sin(3 * t) + np.sin(7.3 * t), 5.0)
+    0
+    >>> clipped_samples(np.clip(np.sin(3 * t) + np.sin(7.3 * t), -1.2, 1.2), 5.0) > 100
+    True
+    """
+    runs = _equal_runs(x)
+    steps = np.abs(np.diff(np.unique(x)))
+    if len(steps) < 3:
+        return 0
+    side = max(SIDE_SHARE * float(np.ptp(x)), 1.01 * float(np.min(steps)))
+    count = 0
+    for sign in (1.0, -1.0):
+        y = sign * x
+        extreme = y.max()
+        at = (y[runs.start] == extreme) & (runs.length >= MIN_RUN)
+        number = int(runs.length[at].sum())
+        near = int(np.sum((y < extreme) & (y >= extreme - side)))
+        if at.sum() >= MIN_EVENTS and number > pile_up * max(near, 1):
+            count += number
+    return count
+
+
+def lost_samples(x: FloatArray) -> tuple[int, int]:
+    """Count the samples and events of dropouts: zeros or held values with a jump at an end.
+
+    >>> t = np.arange(2000) * 0.01
+    >>> x = np.sin(3 * t) + np.sin(7.3 * t)
+    >>> lost_samples(x), lost_samples(np.round(x, 1))
+    ((0, 0), (0, 0))
+    >>> lost_samples(np.where((np.arange(2000) % 200 > 190), 0.0, x))[1] > 5
+    True
+    """
+    difference = np.diff(x)
+    if not np.any(difference):
+        return 0, 0
+    runs = _equal_runs(x)
+    steps = np.abs(difference[difference != 0])
+    jump = max(JUMP_STEPS * float(np.median(steps)), JUMP_SD * float(np.std(x)))
+    before = np.abs(np.diff(x, prepend=x[0]))[runs.start]
+    after = np.abs(np.diff(x, append=x[-1]))[runs.start + runs.length - 1]
+    is_fine = float(np.mean(runs.length[runs.length < MIN_FINE_RUN] > 1)) < FINE_REPEATS
+    inner = (x[runs.start] < x.max()) & (x[runs.start] > x.min())
+    lost = inner & (runs.length >= MIN_RUN) & ((before > jump) | (after > jump))
+    if is_fine:
+        lost |= inner & (runs.length >= MIN_FINE_RUN)
+    return int(runs.length[lost].sum()), int(lost.sum())
+
+
+def hum_line(x: FloatArray, rate: float, ratio: float) -> tuple[float, float] | None:
+    """Find a line at a mains frequency; return its frequency [Hz] and its power, None if there is none."""
+    f, power = periodogram(x, rate)
+    for mains, tolerance in MAINS:
+        inside = np.flatnonzero(np.abs(f - mains) <= tolerance)
+        beside = (np.abs(f - mains) > NEIGHBOURS[0]) & (np.abs(f - mains) < NEIGHBOURS[1])
+        if len(inside) < 3 or mains + NEIGHBOURS[1] > 0.5 * rate:
+            continue
+        peak = inside[int(np.argmax(power[inside]))]
+        line = float(power[max(peak - 1, 0) : peak + 2].sum() * f[1])
+        usual = float(np.median(power[beside]))
+        if power[peak] > ratio * usual and line > ratio * usual * f[1] and power[peak] > 3.0 * power[beside].max():
+            return float(f[peak]), line
+    return None
+
+
+def waveform_faults(segments: Sequence[Segment], settings: FaultSettings, radius: float | None) -> list[Fault]:
+    """Check every channel of all runs.
+
+    Parameters
+    ----------
+    radius
+        Rolling radius [m], whose speed of rotation is no hum; None on a rig.
+    """
+    channels = list(dict.fromkeys(c for s in segments for c in s.channels))
+    faults = []
+    for channel in channels:
+        recorded = [s for s in segments if channel in s.columns]
+        has_others = len(channels) > 1
+        faults += _clipping(channel, recorded, settings, has_others)
+        faults += _dropouts(channel, recorded, settings, has_others)
+        faults += _hum(channel, recorded, settings, radius)
+    return faults
+
+
+def _left_out(channel: str, has_others: bool) -> Corrections:
+    return Corrections((Correction(channel, leave_out=True),)) if has_others else Corrections()
+
+
+def _clipping(channel: str, segments: Sequence[Segment], settings: FaultSettings, has_others: bool) -> list[Fault]:
+    counts = {s: clipped_samples(s.columns[channel], settings.clipping_pile_up) for s in segments}
+    files = tuple(dict.fromkeys(s.file for s, n in counts.items() if n))
+    if not files:
+        return []
+    share = sum(counts.values()) / sum(s.samples for s in segments)
+    text = f"{channel} is clipped: {sum(counts.values())} samples ({100.0 * share:.2f} %) in a row at its extreme"
+    serious = share > settings.serious_clipped_share
+    return [Fault("clipping", (channel,), share, None, "1", files, text, serious, _left_out(channel, has_others))]
+
+
+def _dropouts(channel: str, segments: Sequence[Segment], settings: FaultSettings, has_others: bool) -> list[Fault]:
+    counts = {s: lost_samples(s.columns[channel]) for s in segments}
+    events = sum(n for _, n in counts.values())
+    if events < MIN_EVENTS:
+        return []
+    files = tuple(dict.fromkeys(s.file for s, (_, n) in counts.items() if n))
+    share = sum(n for n, _ in counts.values()) / sum(s.samples for s in segments)
+    text = f"{channel} drops out {events} times: {100.0 * share:.2f} % of its samples are zeros or held values"
+    serious = share > settings.serious_clipped_share and segments[0].kind == "bogie"
+    return [Fault("dropouts", (channel,), share, None, "1", files, text, serious, _left_out(channel, has_others))]
+
+
+def _hum(channel: str, segments: Sequence[Segment], settings: FaultSettings, radius: float | None) -> list[Fault]:
+    lines = {s: hum_line(s.columns[channel], 1.0 / s.dt, settings.hum_line_ratio) for s in segments}
+    lines = {s: line for s, line in lines.items() if line and not _is_driven(s, line[0], radius, settings)}
+    found = [line for line in lines.values() if line]
+    if not found:
+        return []
+    frequency = float(np.mean([f for f, _ in found]))
+    share = max(line[1] / float(np.var(s.columns[channel])) for s, line in lines.items() if line)
+    files = tuple(dict.fromkeys(s.file for s in lines))
+    text = f"{channel} contains mains hum of {frequency:.2f} Hz, {100.0 * share:.2g} % of its power"
+    serious = share > settings.serious_hum_share and segments[0].kind == "bogie"
+    corrections = Corrections((Correction(channel, hum=round(frequency, 4)),))
+    return [Fault("hum", (channel,), frequency, None, "Hz", files, text, serious, corrections)]
+
+
+def _is_driven(segment: Segment, frequency: float, radius: float | None, settings: FaultSettings) -> bool:
+    """True if a wheel turns at the frequency, or the input of a rig has the same line."""
+    if radius is not None:
+        turn = segment.mean_speed / (2.0 * np.pi * radius)
+        return any(abs(k * turn - frequency) < TURN_CLEARANCE for k in (1, 2, 3, 4))
+    u = segment.columns.get("u")
+    return u is not None and bool(np.any(u)) and hum_line(u, 1.0 / segment.dt, settings.hum_line_ratio) is not None

@@ -1,0 +1,68 @@
+"""Corrections in the `sensors` entry of a campaign file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from railui.campaign.campaign import load_campaign
+from railui.campaign.corrections.correction import Correction
+from railui.documents.saving import save_campaign
+from railui.documents.schema import json_schema
+from railui.io.problems import Problem
+
+Problems = Callable[[Callable[[], object]], list[Problem]]
+
+
+def campaign_with(folder: Path, sensors: str) -> Path:
+    """Append a `sensors` entry to the campaign of a folder."""
+    path = folder / "campaign.yaml"
+    path.write_text(path.read_text() + f"sensors: {sensors}\n")
+    return path
+
+
+def test_corrections_are_read_with_units_beside_effects_and_saved_again(campaign_folder: Path) -> None:
+    entry = (
+        "{rf: {gain: -1}, e1: {delay: 80 ms, runs: [run_b.csv]}, track_offset: {run_a.csv: 0.3 m}, "
+        "effects: [{kind: sensor_gain, at: e2, gain: 0.9}]}"
+    )
+    campaign = load_campaign(campaign_with(campaign_folder, entry))
+    assert campaign.corrections.channels == (
+        Correction("rf", gain=-1.0),
+        Correction("e1", delay=0.08, runs=("run_b.csv",)),
+    )
+    assert campaign.corrections.track_offset == {"run_a.csv": 0.3}
+    assert [s.at for s in campaign.sensors] == ["e2"]
+    saved = load_campaign(save_campaign(campaign, campaign_folder / "saved.yaml"))
+    assert (saved.corrections, saved.sensors) == (campaign.corrections, campaign.sensors)
+    assert saved.corrections.track_offset == campaign.corrections.track_offset
+
+
+def test_every_wrong_correction_is_reported_at_its_key(campaign_folder: Path, problems_of: Problems) -> None:
+    entry = (
+        "{rff: {gain: -1}, e1: {dela: 80 ms}, ay1: {swap_with: e2, unit: kg}, track_offset: 3 s, "
+        "yw: {leave_out: true}, d1: 3, d2: {gain: 0}, e2: {runs: [run_x.csv]}, rf: {gravity: 9.81}}"
+    )
+    problems = problems_of(lambda: load_campaign(campaign_with(campaign_folder, entry)))
+    keys = {p.key: p for p in problems}
+    assert set(keys) == {
+        "sensors.rff",
+        "sensors.e1.dela",
+        "sensors.ay1.swap_with",
+        "sensors.ay1.unit",
+        "sensors.track_offset",
+        "sensors.yw.leave_out",
+        "sensors.d1",
+        "sensors.d2.gain",
+        "sensors.e2.runs",
+        "sensors.rf.gravity",
+    }
+    assert (
+        keys["sensors.rff"].remedy == "did you mean 'rf'?" and keys["sensors.e1.dela"].remedy == "did you mean 'delay'?"
+    )
+    assert all(p.line == len((campaign_folder / "campaign.yaml").read_text().splitlines()) for p in problems)
+
+
+def test_the_json_schema_lists_the_keys_of_a_correction() -> None:
+    by_column = json_schema("campaign")["properties"]["sensors"]["anyOf"][1]
+    assert {"gain", "delay", "clock_rate", "swap_with", "runs"} <= set(by_column["additionalProperties"]["properties"])

@@ -1,0 +1,136 @@
+"""Diagnosis of data faults: the smallest set of faulty channels, with the correction of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from railui.campaign.corrections.correction import Correction, Corrections, yaml_line
+from railui.campaign.dataset import Dataset
+from railui.campaign.faults.diagnose import corrected_segment, diagnose
+from railui.campaign.faults.fault import Diagnosis, Fault
+from tests.blind.faults import (
+    INERTIAL,
+    PlantedFault,
+    clipped,
+    exchanged,
+    moved_track,
+    retimed,
+    scaled,
+    with_faults,
+    with_gravity,
+    with_hum,
+)
+from tests.blind.simulated import simulated_campaign
+
+
+def diagnosis_of(*plants: Any, missing: Sequence[str] = ()) -> Diagnosis:
+    """Diagnose a campaign into which faults were planted."""
+    return diagnose(faulty(*plants, missing=missing))
+
+
+def faulty(*plants: Any, missing: Sequence[str] = ()) -> Dataset:
+    """Return the dataset of a simulated campaign with planted faults."""
+    return with_faults(simulated_campaign().dataset, [PlantedFault("", (), "", p) for p in plants], missing)
+
+
+def only(diagnosis: Diagnosis) -> Fault:
+    """Return the only fault of a diagnosis."""
+    (fault,) = diagnosis.faults
+    return fault
+
+
+def test_sound_data_have_no_fault() -> None:
+    assert diagnose(simulated_campaign().dataset).faults == ()
+
+
+@pytest.mark.parametrize("channel", ["e2", "ay1", "rf", "d1", "yw", "phiw"])
+def test_a_wrong_sign_blames_the_channel_and_not_its_neighbours(channel: str) -> None:
+    fault = only(diagnosis_of(scaled(channel, gain=-1.0)))
+    assert (fault.kind, fault.channels, fault.serious, fault.alternatives) == ("sign", (channel,), True, ())
+    assert fault.yaml == f"sensors: {{{channel}: {{gain: -1}}}}"
+
+
+def test_a_wrong_unit_is_named() -> None:
+    assert only(diagnosis_of(scaled("ay2", gain=1 / 9.80665))).yaml == "sensors: {ay2: {unit: g}}"
+    assert only(diagnosis_of(scaled("d2", gain=10.0))).yaml == "sensors: {d2: {gain: 10}}"
+
+
+def test_exchanged_channels_are_named_together() -> None:
+    fault = only(diagnosis_of(exchanged("e1", "e2")))
+    assert (fault.kind, set(fault.channels)) == ("exchanged", {"e1", "e2"})
+
+
+def test_a_track_that_is_recorded_elsewhere_is_measured_in_metres() -> None:
+    fault = only(diagnosis_of(moved_track(0.4)))
+    assert (fault.kind, fault.serious) == ("track_offset", True)
+    assert fault.value == pytest.approx(0.4, abs=0.03)
+
+
+def test_a_drifting_clock_is_measured_by_its_rate() -> None:
+    fault = only(diagnosis_of(retimed(*INERTIAL, rate=1.0008)))
+    assert (fault.kind, set(fault.channels)) == ("clock", set(INERTIAL))
+    assert fault.value == pytest.approx(1.0008, abs=5e-5)
+
+
+def test_gravity_through_roll_is_measured() -> None:
+    fault = only(diagnosis_of(with_gravity("ayf", 9.81)))
+    assert (fault.kind, fault.channels) == ("gravity", ("ayf",))
+    assert fault.value == pytest.approx(9.81, rel=0.15)
+
+
+def test_hum_is_found_and_wheel_turns_are_not_hum() -> None:
+    fault = only(diagnosis_of(with_hum("d1", 50.05, 0.5)))
+    assert (fault.kind, fault.channels) == ("hum", ("d1",))
+    assert fault.value == pytest.approx(50.05, abs=0.05)
+    speed = simulated_campaign().dataset.segments[0].mean_speed
+    assert abs(speed / (2 * np.pi * 0.46) - 50.0 / 3.0) > 0.7  # a wheel at this speed would be excused
+
+
+def test_two_faults_are_both_named() -> None:
+    diagnosis = diagnosis_of(scaled("e1", gain=-1.0), scaled("e2", gain=-1.0))
+    assert {(f.kind, f.channels) for f in diagnosis.serious} == {("sign", ("e1",)), ("sign", ("e2",))}
+
+
+def test_a_clipped_channel_can_only_be_left_out() -> None:
+    fault = diagnosis_of(clipped("d2", 1.5)).serious[0]
+    assert (fault.kind, fault.yaml) == ("clipping", "sensors: {d2: {leave_out: true}}")
+
+
+def test_a_fault_of_one_run_names_the_run() -> None:
+    dataset = simulated_campaign().dataset
+    first, *others = dataset.segments
+    flipped = replace(first, columns={**first.columns, "rf": -first.columns["rf"]}, tables={})
+    fault = only(diagnose(replace(dataset, segments=(flipped, *others))))
+    assert (fault.kind, fault.files) == ("sign", (first.file,))
+    assert fault.yaml == f"sensors: {{rf: {{gain: -1, runs: [{first.file}]}}}}"
+
+
+def test_without_relations_the_nominal_model_decides_only_signs_and_units_of_accelerations() -> None:
+    missing = ("e1", "e2", "d1", "d2")
+    assert only(diagnosis_of(scaled("ay2", gain=-1.0), missing=missing)).channels == ("ay2",)
+    assert only(diagnosis_of(scaled("yw", "phiw", gain=-1.0), missing=missing)).channels == ("yw", "phiw")
+    assert diagnosis_of(moved_track(0.4), missing=missing).faults == ()
+
+
+def test_a_correction_restores_the_columns_of_the_fault_it_names() -> None:
+    healthy = simulated_campaign().dataset.segments[0]
+    plants = (retimed("e1", delay=0.08), scaled("rf", gain=-1.0), with_gravity("ayf", 9.81), moved_track(0.3))
+    segment = faulty(*plants).segments[0]
+    channels = (Correction("e1", delay=0.08), Correction("rf", gain=-1.0), Correction("ayf", gravity=9.81))
+    corrected = corrected_segment(segment, Corrections(channels, {"": 0.3}), 2.56)
+    first = int(np.searchsorted(healthy.columns["t"], corrected.columns["t"][0]))
+    inner = slice(200, corrected.samples - 200)
+    for name in ("e1", "rf", "ayf", "yw"):
+        expected = healthy.columns[name][first : first + corrected.samples][inner]
+        error = np.abs(corrected.columns[name][inner] - expected).max()
+        assert error < 0.02 * healthy.columns[name].std(), name
+
+
+def test_the_printed_line_keeps_every_key() -> None:
+    line = yaml_line(Corrections((Correction("rf", unit="deg/s", runs=("a.csv",)),), {"a.csv": 0.25, "b.csv": -1.0}))
+    assert line == "sensors: {rf: {unit: deg/s, runs: [a.csv]}, track_offset: {a.csv: 0.25 m, b.csv: -1 m}}"
