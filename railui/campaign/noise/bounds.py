@@ -136,6 +136,5 @@ def _window_length(record: Record, samples: int, inputs: int) -> int:
 
 def _transforms(x: FloatArray, length: int) -> ComplexArray:
     """Transforms [window, frequency] of half-overlapping Hann windows."""
-    window = hann(length)
-    starts = range(0, len(x) - length + 1, length // 2)
-    return np.asarray(np.stack([np.fft.rfft(detrend(x[k : k + length]) * window) for k in starts]))
+    windows = np.lib.stride_tricks.sliding_window_view(x, length)[:: length // 2]
+    return np.asarray(np.fft.rfft(detrend(windows) * hann(length), axis=-1))

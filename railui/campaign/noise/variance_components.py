@@ -13,8 +13,10 @@ import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
 
-ITERATIONS = 400
-SCORING_STEPS = 60
+MAX_ITERATIONS = 400
+MIN_LEVEL_CHANGE = 1e-4  # relative, of a squared level in an iteration, below which the iteration ends
+MAX_SCORING_STEPS = 60
+MIN_SCORING_STEP = 1e-6
 MAX_STEP = 0.7  # of the logarithm of a variance
 COLOURED_START = 0.02  # variance of each coloured part over the white one at the start
 WIDE_LOG_VARIANCE_SD = 4.0  # prior of a level about which nothing is known
@@ -69,17 +71,23 @@ def estimate_components(
     Fisher scoring of the logarithms of the levels, with fixed colours, adds the log-normal prior.
     """
     theta = {c: np.array(v, dtype=np.float64) for c, v in start.items()}
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
+        before = np.array([level[c] @ theta[c] for c in theta])
         up, down = _sums(observations, theta)
         theta = {c: theta[c] * np.sqrt(up[c] / np.maximum(down[c], 1e-300)) for c in theta}
+        after = np.array([level[c] @ theta[c] for c in theta])
+        if np.max(np.abs(after - before) / np.maximum(before, 1e-300)) < MIN_LEVEL_CHANGE:
+            break
     names = list(theta)
     centre = np.array([2.0 * prior[c][0] - np.log(max(float(level[c] @ theta[c]), 1e-300)) for c in names])
     precision = np.array([1.0 / (2.0 * prior[c][1]) ** 2 for c in names])
     x = np.zeros(len(names))
-    for _ in range(SCORING_STEPS):
+    for _ in range(MAX_SCORING_STEPS):
         score, information = _score(observations, {c: np.exp(v) * theta[c] for c, v in zip(names, x, strict=True)})
         step = np.linalg.solve(information + np.diag(precision), score - precision * (x - centre))
         x += np.clip(step, -MAX_STEP, MAX_STEP)
+        if np.max(np.abs(step)) < MIN_SCORING_STEP:
+            break
     covariance = np.linalg.inv(information + np.diag(precision))
     alone = np.linalg.inv(information + np.eye(len(names)) / WIDE_LOG_VARIANCE_SD**2)
     return Components(
@@ -93,8 +101,8 @@ def estimate_components(
 def _inverse(o: Observation, theta: Mapping[str, FloatArray]) -> tuple[ComplexArray, dict[str, FloatArray]]:
     """Inverse of the expected density [F, n, n], and the density [F] of every noise."""
     noise = {c: theta[c] @ o.shapes[c] for c in o.gains}
-    expected = sum(noise[c][:, None, None] * g[:, :, None] * g[:, None, :].conj() for c, g in o.gains.items())
-    total = np.asarray(expected)
+    g = np.stack([np.sqrt(noise[c])[:, None] * g for c, g in o.gains.items()], axis=2)  # [F, n, c]
+    total = np.asarray(g @ g.conj().transpose(0, 2, 1))
     ridge = 1e-12 * np.real(np.trace(total, axis1=1, axis2=2))[:, None, None] * np.eye(total.shape[1])
     return np.asarray(np.linalg.inv(total + ridge)), noise
 
@@ -107,12 +115,13 @@ def _sums(
     down = {c: np.zeros_like(v) for c, v in theta.items()}
     for o in observations:
         inverse, _ = _inverse(o, theta)
-        for c, g in o.gains.items():
-            h = np.einsum("fij,fj->fi", inverse, g)
-            observed = np.real(np.einsum("fi,fij,fj->f", h.conj(), o.density, h))
-            expected = np.real(np.einsum("fi,fi->f", g.conj(), h))
-            up[c] += o.averages * (o.shapes[c] @ observed)
-            down[c] += o.averages * (o.shapes[c] @ expected)
+        g = np.stack(list(o.gains.values()), axis=2)  # [F, n, c]
+        h = inverse @ g
+        observed = np.real(np.sum(h.conj() * (o.density @ h), axis=1))
+        expected = np.real(np.sum(g.conj() * h, axis=1))
+        for i, c in enumerate(o.gains):
+            up[c] += o.averages * (o.shapes[c] @ observed[:, i])
+            down[c] += o.averages * (o.shapes[c] @ expected[:, i])
     return up, down
 
 
@@ -125,9 +134,9 @@ def _score(observations: Sequence[Observation], theta: Mapping[str, FloatArray])
         present = [c for c in names if c in o.gains]
         index = [names.index(c) for c in present]
         g = np.stack([np.sqrt(noise[c])[:, None] * o.gains[c] for c in present], axis=2)
-        h = np.einsum("fij,fjc->fic", inverse, g)
-        cross = np.einsum("fic,fid->fcd", g.conj(), h)
-        observed = np.real(np.einsum("fic,fij,fjc->fc", h.conj(), o.density, h))
+        h = inverse @ g
+        cross = g.conj().transpose(0, 2, 1) @ h
+        observed = np.real(np.sum(h.conj() * (o.density @ h), axis=1))
         score[index] += o.averages * np.sum(observed - np.real(np.einsum("fcc->fc", cross)), axis=0)
         information[np.ix_(index, index)] += o.averages * np.sum(np.abs(cross) ** 2, axis=0)
     return score, information

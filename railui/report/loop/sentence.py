@@ -14,12 +14,13 @@ from railui.report.loop.wording import effect_title, location_phrase
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
 
+FAILED_FIT = "Without effects, the calibrated model is worse on the validation runs than the nominal one, which takes its place. "
 PARAMETER_NAMES = {"half_width": "half-width"}
 
 
 def sentence(result: LoopResult) -> str:
     """Return the verdict with its evidence: effect or location, validation error, error expected from noise."""
-    failed = "The calibration failed; the nominal model is used in its place. " if result.is_failed_fit else ""
+    failed = FAILED_FIT if result.is_failed_fit else ""
     if result.is_out_of_time:
         failed = f"The time budget ended before the search: best answer so far. {failed}"
     return failed + _VERDICT_TEXTS[result.verdict](result)

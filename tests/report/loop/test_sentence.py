@@ -123,7 +123,7 @@ def test_a_location_without_evidence_is_not_named() -> None:
 def test_a_failed_calibration_comes_first() -> None:
     failed = result("none")
     failed.is_failed_fit = True  # type: ignore[misc]
-    assert sentence(failed).startswith("The calibration failed; the nominal model is used in its place. No unmodelled")
+    assert sentence(failed).startswith("Without effects, the calibrated model is worse")
 
 
 @pytest.mark.parametrize(
