@@ -253,7 +253,7 @@ class StepwiseSelection:
         self, current: Fit, accepted: Stage, refits: Sequence[Refit], chosen: Refit
     ) -> tuple[Refit, Stage] | None:
         """Find the best of the next candidates that gains on the validation runs, where the first does not."""
-        limit = (1.0 - self.settings.trial_misfit_share) * current.normal.rss
+        limit = (1.0 - self.context.settings.score_test.structured_rho2) * current.normal.rss
         best: tuple[Refit, Stage] | None = None
         for refit in [r for r in refits if r is not chosen and r.rss <= limit][: self.settings.runners_up]:
             stage = self._validated(self._final_fit(refit.fit))
