@@ -139,7 +139,7 @@ def test_friction_alone_and_drag_alone_do_not_cure_a_decay(tmp_path: Path):
 def test_modulating_functions_estimate_a_rig_without_initial_states(tmp_path: Path):
     data = campaign(tmp_path, Rig(m=1.0, k=40.0, c=0.5), {n: decay(SWING, [], 1.0, 20.0) for n in "ab"}, 1e-3)
     starts = modulating_starts(create_context(data).nominal, data.estimation, data.campaign.estimated_parameters)
-    for stiffness, damping, _ in starts:
+    for stiffness, damping, *_ in starts:
         assert stiffness == pytest.approx(64.0, rel=0.01) and 0.0 < damping < 0.15
     assert dominant_period(data.estimation[0]) == pytest.approx(2.0 * np.pi / 8.0, rel=0.05)
 
@@ -158,7 +158,7 @@ def test_a_fit_worse_than_the_nominal_model_is_tried_again_and_reported(tmp_path
     context = create_context(data, jobs=1)
     paths = context.campaign.estimated_parameters
     declared = validate(context, context.nominal, data.selection)
-    wrong = context.nominal.with_path_values(paths, np.array([70.0, 0.06, 1.0]))
+    wrong = context.nominal.with_path_values(paths, np.array([70.0, 0.06, 1.0, 0.0])[: len(paths)])
     bad = fit_output_error(context, wrong, paths, max_iterations=0)
     before = validate(context, bad.model, data.selection)
     assert has_failed(context, bad, declared, before) and not has_failed(context, bad, before, declared)

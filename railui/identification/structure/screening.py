@@ -198,7 +198,7 @@ class ScreeningFits:
         """Continue a fit that may still become the best; slow ones get more iterations and a wider limit."""
         rss, least = fit.normal.rss, self.least_rss
         if self.is_rig:  # costs little, and the speed of slip or the gap may be far from any of the shapes
-            near = rss <= self.settings.give_up_ratio_memory * min(least, self.rss_without_effect)
+            near = rss <= self.settings.give_up_ratio_memory * self.rss_without_effect
             return self._iterate(fit, RIG_ITERATIONS) if near else fit
         slow = self._bounds_hunting(fit) or (
             has_states(s.candidate) and rss <= self.settings.give_up_ratio_memory * least

@@ -253,10 +253,13 @@ class StepwiseSelection:
         self, current: Fit, accepted: Stage, refits: Sequence[Refit], chosen: Refit
     ) -> tuple[Refit, Stage] | None:
         """Find the best of the next candidates that gains on the validation runs, where the first does not."""
-        limit = (1.0 - self.settings.trial_misfit_share) * current.normal.rss
+        limit = (1.0 - self.context.settings.score_test.structured_rho2) * current.normal.rss
         best: tuple[Refit, Stage] | None = None
         for refit in [r for r in refits if r is not chosen and r.rss <= limit][: self.settings.runners_up]:
-            stage = self._validated(self._final_fit(refit.fit))
+            fit = self._final_fit(refit.fit)
+            if fit.model.design.form == "rig":  # it was given up early; laws of one damping converge slowly
+                fit = self._final_fit(fit)
+            stage = self._validated(fit)
             self.context.progress.message(f"  with {refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
             if self._gains(accepted, stage) and (best is None or stage.validation.nrmse < best[1].validation.nrmse):
                 best = refit, stage
