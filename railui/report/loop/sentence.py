@@ -14,7 +14,7 @@ from railui.report.loop.wording import effect_title, location_phrase
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
 
-FAILED_FIT = "Without effects, the calibrated model is worse on the validation runs than the nominal one, which takes its place. "
+FAILED_FIT = "Without effects, the calibrated model is worse on validation than the nominal one, which replaces it. "
 PARAMETER_NAMES = {"half_width": "half-width"}
 
 
