@@ -225,7 +225,7 @@ def with_detectable_effect(case: PlantedCase, row: dict[str, Any], factor: float
     """Return the case with a multiple of the minimum detectable effect of a report's row."""
     strong = planted_effect((row["kind"], row["at"], row["wheelset"]), STRONG)
     value = row["value"] / factor if row["kind"] == "creep_saturation" else row["value"] * factor
-    planted = replace(strong, parameters={**strong.parameters, row["parameter"]: value})
+    planted = replace(strong, parameters={**strong.parameters, **row.get("with", {}), row["parameter"]: value})
     name = f"{case.order.name} at {factor:g} times the floor"
     return DetectableCase("floor", (planted,), replace(case.order, effects=(planted,), name=name), factor)
 
