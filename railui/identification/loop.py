@@ -128,7 +128,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
     fit = selection.fit
     if discrepancy is not None and discrepancy.lowers_error and not selection.has_effects:
         fit = discrepancy.fit
-    elif (discrepancy is None or selection.has_effects) and not base.is_failed:
+    elif (discrepancy is None or discrepancy.fit is not fit) and not base.is_failed:
         fit = final_estimates(context, fit, selection.validation)
     base_fit = fit if selection.fit is base.fit and discrepancy is None else base.fit
     validations = {
