@@ -108,7 +108,7 @@ rewrite: .stamp-build
 	$(BIN)/python -m tests.docs.transcript README.md docs/*.md docs/examples/*.md
 
 blind: .stamp-build
-	$(BIN)/python -m tests.blind.blind --campaigns 20 --seed 1000
+	$(BIN)/python -m tests.blind.blind --loops 20 --seed 1000
 
 purpose: .stamp-build
 	@$(BIN)/python -m tests.bench.purpose

@@ -23,6 +23,7 @@ from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.parallel_models import two_parallel_models
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.residual_evidence import NO_EVIDENCE, examine_residual
+from railui.identification.estimation.unbiased import with_shift_as_spread, with_unbiased_estimates
 from railui.identification.estimation.validation import Validation, is_worse_than_nominal, validate
 from railui.identification.events import ModelValidated
 from railui.identification.remainder import describe_remainder
@@ -127,9 +128,12 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
     fit = selection.fit
     if discrepancy is not None and discrepancy.lowers_error and not selection.has_effects:
         fit = discrepancy.fit
+    elif (discrepancy is None or discrepancy.fit is not fit) and not base.is_failed:
+        fit = final_estimates(context, fit, selection.validation)
+    base_fit = fit if selection.fit is base.fit and discrepancy is None else base.fit
     validations = {
         "declared": validate(context, context.nominal, dataset.validation),
-        "before": validate(context, base.fit.model, dataset.validation),
+        "before": validate(context, base_fit.model, dataset.validation),
         "after": validate_final(context, fit, discrepancy, dataset.validation),
     }
     floor = estimate_noise_floor(context, fit.model, dataset.validation)
@@ -148,7 +152,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
     )
     return LoopResult(
         context,
-        base.fit,
+        base_fit,
         fit,
         validations,
         floor,
@@ -157,13 +161,23 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         verdict,
         explained,
         remainder,
-        run_independent_test(context, base.fit, fit, discrepancy),
+        run_independent_test(context, base_fit, fit, discrepancy),
         discrepancy,
         windowed=base.windowed,
         is_failed_fit=base.is_failed,
         left_out=tuple(leave_one_run_out(context, selection.fit, validation_fit)),
         predicted_gains=predict_validation_gain(context, validation_fit, selection.final_score_test),
     )
+
+
+def final_estimates(context: Context, fit: Fit, validation: Validation) -> Fit:
+    """Take the last step of the estimation, unless the error on the validation runs rises by it."""
+    last = with_unbiased_estimates(context, fit)
+    if not last.shift.size:
+        return last
+    limit = (1.0 + context.settings.calibration.bias_misfit_share) * validation.nrmse
+    is_as_good = validate(context, last.model, context.dataset.selection).nrmse <= limit
+    return last if is_as_good else with_shift_as_spread(fit, last)
 
 
 def report_data_checks(context: Context, diagnosis: Diagnosis | None = None) -> tuple[Finding, ...]:
@@ -203,7 +217,7 @@ def calibrate_only(
     findings = report_data_checks(context)
     context = with_phases(context)
     if method == METHODS[0]:
-        before = calibrate(context)
+        before = with_unbiased_estimates(context, calibrate(context))
     else:
         start = with_stable_start(context, dataset.estimation)
         before, _ = two_parallel_models(context, start, prepare_segments(context, start, dataset.estimation))

@@ -30,7 +30,6 @@ MAX_ORACLE_RATIO = (
     0.9  # oracle error over the error before, up to which the planted effect can lower the error by a tenth
 )
 ADEQUATE_RATIO, UNEXPLAINED_RATIO = 1.10, 1.5  # error over noise floor
-NORMAL_QUANTILE_95 = 1.6449  # half-width of a 90 % interval in standard deviations
 EQUIVALENT_LOCATIONS = {
     "contact": ("contact", "wheelset", "wheelset_yaw"),
     "wheelset": ("wheelset", "wheelset_yaw", "contact"),
@@ -58,13 +57,18 @@ class TrialRow:
     floor: float = NAN
     oracle: float = NAN
     best_rho2: float = NAN
-    covered: int = 0  # true parameters inside their 90 % interval
-    intervals: int = 0
+    sensors: str = ""
+    scores: str = ""  # path=z of the true parameters: error over standard deviation
     without: str = ""  # result with the planted and the indistinguishable effects excluded
     admits: bool | None = None  # whether that result admits a discrepancy
     seconds: float = NAN
     cpu: float = NAN
     problem: str = ""
+
+    @property
+    def z(self) -> dict[str, float]:
+        """Errors of the estimates over their standard deviations, by path."""
+        return {path: float(z) for path, z in (word.split("=") for word in self.scores.split())}
 
     @property
     def is_relevant(self) -> bool:
@@ -84,14 +88,15 @@ def run_case(
         result = close_loop(dataset, jobs=1)
         row = assess(case, result)
         row = replace(row, seconds=time.perf_counter() - start, cpu=time.process_time() - cpu_start)
-        if case.sort in ("catalogue", "two", "floor"):
+        row = replace(row, sensors=case.sensors, scores=_scores(row, case, truth, result))
+        if case.sort in ("catalogue", "two", "three"):
             row = replace(row, oracle=oracle_error(create_context(dataset, jobs=1), case, truth))
-            row = _count_coverage(row, case, truth, result)
         if excluded and row.right_class and case.effects:
             row = _repeat_without(row, case, dataset, result)
     except Exception as problem:
         text = f"{type(problem).__name__}: {problem}"
-        return TrialRow(*identity, "exception", "", False, False, False, problem=text), None
+        row = TrialRow(*identity, "exception", "", False, False, False, sensors=case.sensors, problem=text)
+        return row, None
     return row, result
 
 
@@ -107,7 +112,7 @@ def assess(case: PlantedCase, result: LoopResult) -> TrialRow:
     name: bool | None
     kind: bool | None
     place: bool | None
-    if case.sort == "nothing":
+    if case.sort in ("nothing", "limit"):
         name = kind = place = result.verdict == "none"
     elif case.sort == "outside":
         name, kind = None, result.verdict == "outside"
@@ -159,22 +164,22 @@ def validate_true_effects(context: Context, effects: Sequence[Effect], truth: Ca
     return validate(context, fit.model, dataset.validation)
 
 
-def _count_coverage(row: TrialRow, case: PlantedCase, truth: Campaign, result: LoopResult) -> TrialRow:
-    """Count the 90 % intervals that contain the true value, if the effects are right."""
-    if not row.right_name or result.verdict != "effect":
-        return row
+def _scores(row: TrialRow, case: PlantedCase, truth: Campaign, result: LoopResult) -> str:
+    """Errors of the estimates over their standard deviations, where the model has the planted effects and no others."""
+    found = [e for e in result.after.model.effects if e.kind != "measured_force"]
+    if not row.right_name or len(found) != len(case.effects) or result.discrepancy is not None:
+        return ""
     true = dict(paths(truth.vehicle))
     for group, effects in (("effects", result.after.model.design.effects), ("sensors", result.after.model.sensors)):
         for i, e in enumerate(effects):
             for p in case.effects:
                 if (p.kind, p.at, p.wheelset) == (e.kind, e.at, e.wheelset):
                     true |= {f"{group}.{i}.{k}": v for k, v in p.parameters.items()}
-    inside = [
-        abs(x - true[path]) <= NORMAL_QUANTILE_95 * sd
+    return " ".join(
+        f"{path}={(x - true[path]) / sd:.3f}"
         for path, x, sd in zip(result.after.free.paths, result.after.x, result.after.sd, strict=True)
         if path in true and sd > 0
-    ]
-    return replace(row, covered=int(sum(inside)), intervals=len(inside))
+    )
 
 
 def _repeat_without(row: TrialRow, case: PlantedCase, dataset: Dataset, result: LoopResult) -> TrialRow:

@@ -1,6 +1,6 @@
-"""Blind trial of the loop on simulated campaigns: detections, misses and false alarms.
+"""Blind trial of the loop on simulated campaigns: detections, misses, false alarms, intervals and detection limits.
 
-python -m tests.blind.blind --campaigns 20 --seed 1000 -o blind.csv
+python -m tests.blind.blind --loops 150 --seed 20000 -o trial.csv --resume --write docs/blind.md
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import os
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, fields
 from pathlib import Path
 
 import numpy as np
@@ -20,86 +20,146 @@ import numpy as np
 from railui.identification.result import LoopResult
 from railui.report.loop.detectable import minimum_detectable_effects
 from tests.blind.assessment import TrialRow, run_case
-from tests.blind.cases import DETECTABLE_PARAMETERS, PlantedCase, draw_cases, with_detectable_effect
-from tests.blind.table import HEAD, format_row, totals
-from tests.truth.campaign import campaign, write
+from tests.blind.cases import DETECTABLE_PARAMETERS, PlantedCase, with_detectable_effect
+from tests.blind.draw import LIMITS, LOOPS, draw_groups
+from tests.blind.table import HEAD, format_row, totals, write_section
+from tests.truth.campaign import Campaign, campaign, campaigns, write
 
-REPEAT_EVERY = 3  # seeds; the loop of every third case is repeated with its effect excluded
-FACTORS = (0.5, 1.0, 2.0)  # of the minimum detectable effect
+Job = tuple[tuple[PlantedCase, ...], Path, float, bool]
 
 
-def run_job(job: tuple[PlantedCase, Path, float]) -> list[TrialRow]:
-    """Run the loop on a case; without a planted effect, also on cases with its minimum detectable effects."""
-    case, directory, deadline = job
+def run_job(job: Job) -> list[TrialRow]:
+    """Run the loop on the cases of a group; for detection limits, also with effects of the stated size."""
+    cases, directory, deadline, repeat = job
     if time.time() > deadline:
         return []
-    row, result = _run(case, directory, excluded=case.order.seed % REPEAT_EVERY == 0)
-    rows = [] if row is None else [row]
-    if case.sort == "nothing" and result is not None and result.verdict == "none" and not case.nuisance:
-        for detectable in _detectable_cases(case, result):
-            if time.time() < deadline:
-                more, _ = _run(detectable, directory, excluded=False)
-                rows += [] if more is None else [more]
+    done = list(_run_all(cases, directory, deadline, repeat))
+    rows = [row for _, row, _ in done]
+    stated = [(case, limits) for case, _, result in done if result is not None and (limits := _limits(case, result))]
+    for planted in _planted_cases(stated):
+        rows += [row for _, row, _ in _run_all(planted, directory, deadline, repeat=False)]
     return rows
 
 
-def _run(case: PlantedCase, directory: Path, excluded: bool) -> tuple[TrialRow | None, LoopResult | None]:
+def _run_all(
+    cases: Sequence[PlantedCase], directory: Path, deadline: float, repeat: bool
+) -> Iterator[tuple[PlantedCase, TrialRow, LoopResult | None]]:
+    if time.time() > deadline:
+        return
+    for case, truth in zip(cases, _simulated(cases), strict=True):
+        if truth is not None and time.time() <= deadline:
+            folder = directory / f"{case.order.name} {case.text}".replace(" ", "_").replace(",", "")
+            write(truth, folder)
+            row, result = run_case(case, truth, folder, excluded=repeat)
+            yield case, row, result
+
+
+def _simulated(cases: Sequence[PlantedCase]) -> list[Campaign | None]:
+    """Simulate campaigns together, or each alone where one cannot be simulated; None: every drawn vehicle derails."""
     try:
-        truth = campaign(case.order)
+        return list(campaigns([case.order for case in cases]))
     except (ArithmeticError, ValueError):
-        return None, None  # every drawn vehicle derails: no such campaign can be simulated
-    folder = directory / case.order.name.replace(" ", "_")
-    write(truth, folder)
-    return run_case(case, truth, folder, excluded)
+        found: list[Campaign | None] = []
+        for case in cases:
+            try:
+                found.append(campaign(case.order))
+            except (ArithmeticError, ValueError):
+                found.append(None)
+        return found
 
 
-def _detectable_cases(case: PlantedCase, result: LoopResult) -> list[PlantedCase]:
-    """Plant one of the reported minimum detectable effects, weaker, as reported and stronger, in the same vehicle."""
+Limits = dict[tuple[str, str, int | None], dict[str, object]]
+
+
+def _limits(case: PlantedCase, result: LoopResult) -> Limits:
+    """Stated minimum detectable effects of a campaign without an effect, by kind, location and wheelset."""
+    if case.sort != "limit" or result.verdict != "none":
+        return {}
     min_gain, error = result.dataset.campaign.min_relative_gain, result.validations["after"].nrmse
     rows = minimum_detectable_effects(result.score_test, min_gain, error, result.predicted_gains)
-    rows = [r for r in rows if (r["kind"], r["at"]) in DETECTABLE_PARAMETERS and r["value"]]
-    rng = np.random.default_rng([case.order.seed, 43])
-    if not rows:
-        return []
-    row = rows[int(rng.integers(len(rows)))]
-    return [with_detectable_effect(case, row, factor) for factor in FACTORS]
+    usable = [r for r in rows if (r["kind"], r["at"]) in DETECTABLE_PARAMETERS and r["value"]]
+    return {(r["kind"], r["at"], r["wheelset"]): r for r in usable}
 
 
-def run_trial(cases: Sequence[PlantedCase], directory: Path, minutes: float, processes: int) -> Iterator[TrialRow]:
-    """Run the cases in processes and yield their rows as they finish."""
+def _planted_cases(stated: Sequence[tuple[PlantedCase, Limits]]) -> Iterator[list[PlantedCase]]:
+    """Plant effects of the stated size that all campaigns of a group have, chosen at random."""
+    if not stated:
+        return
+    common = [key for key in stated[0][1] if all(key in limits for _, limits in stated)]
+    rng = np.random.default_rng([stated[0][0].order.seed, 43])
+    for k in rng.permutation(len(common))[:LIMITS]:
+        yield [with_detectable_effect(case, limits[common[k]], 1.0) for case, limits in stated]
+
+
+def run_trial(
+    groups: Sequence[tuple[PlantedCase, ...]], directory: Path, minutes: float, processes: int, repeat: bool
+) -> Iterator[list[TrialRow]]:
+    """Run the groups in processes and yield the rows of each as it finishes."""
     deadline = time.time() + 60.0 * minutes
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the processes inherit it
-    jobs = [(case, directory, deadline) for case in cases]
+    jobs = [(group, directory, deadline, repeat) for group in groups]
     with multiprocessing.get_context("spawn").Pool(processes) as pool:
-        for rows in pool.imap_unordered(run_job, jobs):
-            yield from rows
+        yield from pool.imap_unordered(run_job, jobs)
+
+
+def read_rows(path: Path) -> list[TrialRow]:
+    """Read the rows of a trial."""
+    with path.open(newline="") as file:
+        return [TrialRow(**{f.name: _value(str(f.type), raw[f.name]) for f in fields(TrialRow)}) for raw in
+                csv.DictReader(file)]  # fmt: skip
+
+
+def _value(kind: str, text: str) -> object:
+    if kind == "bool | None":
+        return {"True": True, "False": False}.get(text)
+    return {"int": int, "float": float}.get(kind, str)(text)
+
+
+def append_rows(path: Path, rows: Sequence[TrialRow]) -> None:
+    """Append rows to the file of a trial, with the header first."""
+    is_new = not path.exists()
+    with path.open("a", newline="") as file:
+        writer = csv.DictWriter(file, [f.name for f in fields(TrialRow)])
+        if is_new:
+            writer.writeheader()
+        writer.writerows(asdict(row) for row in rows)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command row."""
+    """Run the command line."""
     p = argparse.ArgumentParser(prog="python -m tests.blind.blind", description=__doc__)
-    p.add_argument("--campaigns", type=int, default=20)
-    p.add_argument("--seed", type=int, default=1000)
-    p.add_argument("--seconds", type=float, nargs=2, default=(50.0, 35.0), help="length of both runs")
+    p.add_argument("--loops", type=int, default=LOOPS, help=f"about so many loops; {LOOPS} by default")
+    p.add_argument("--seed", type=int, default=20000)
+    p.add_argument("--seconds", type=float, nargs=2, default=(70.0, 45.0), help="length of both runs")
     p.add_argument("--minutes", type=float, default=60.0, help="start no campaign after this time")
     p.add_argument("--processes", type=int, default=2, choices=(1, 2))
+    p.add_argument("--repeat", action="store_true", help="repeat right results with the planted effect excluded")
     p.add_argument("--keep", type=Path, metavar="DIR", help="keep the campaigns in this directory")
-    p.add_argument("-o", "--output", type=Path, metavar="CSV")
+    p.add_argument("-o", "--output", type=Path, metavar="CSV", help="append the rows of each group as it finishes")
+    p.add_argument("--resume", action="store_true", help="leave out the groups that the output has")
+    p.add_argument("--write", type=Path, metavar="MD", help="replace the section of the trial in a document")
     options = p.parse_args(arguments)
-    rows = []
+    rows: list[TrialRow] = []
+    if options.output and options.output.exists():
+        if not options.resume:
+            p.error(f"{options.output} exists: give --resume, or another file")
+        rows = read_rows(options.output)
+    done = {row.number for row in rows}
+    groups = [g for g in draw_groups(options.loops, options.seed, options.seconds) if g[0].order.seed not in done]
     with tempfile.TemporaryDirectory() as scratch:
         print(HEAD, flush=True)
-        cases = draw_cases(options.campaigns, options.seed, tuple(options.seconds))
-        for row in run_trial(cases, options.keep or Path(scratch), options.minutes, options.processes):
-            print(format_row(row), flush=True)
-            rows.append(row)
-    print("\n".join(["", *totals(rows)]))
-    if options.output:
-        with options.output.open("w", newline="") as file:
-            writer = csv.DictWriter(file, [f.name for f in fields(TrialRow)])
-            writer.writeheader()
-            writer.writerows(asdict(replace(x)) for x in sorted(rows, key=lambda x: (x.number, x.planted)))
+        directory = options.keep or Path(scratch)
+        for found in run_trial(groups, directory, options.minutes, options.processes, options.repeat):
+            print("".join(f"{format_row(row)}\n" for row in found), end="", flush=True)
+            rows += found
+            if options.output and found:
+                append_rows(options.output, found)
+    lines = totals(rows)
+    print("\n".join(["", *lines]))
+    if options.write:
+        command = f"python -m tests.blind.blind --loops {options.loops} --seed {options.seed}"
+        write_section(options.write, command, lines)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,14 @@ TYPICAL_MOTION = {
 }
 PRIMARY_LOCATIONS = ("primary_lateral", "primary_yaw")
 WEAK, STRONG = 0.0, 1.0
+# responses that are not recorded
+SENSOR_SETS: dict[str, tuple[str, ...]] = {
+    "all": (),
+    "no rail position": ("e1", "e2"),
+    "accelerometers and gyro": ("e1", "e2", "d1", "d2"),
+    "accelerometers": ("e1", "e2", "d1", "d2", "rf"),
+    "no accelerometers": ("ay1", "ay2", "ayf"),
+}
 # kinds that a campaign cannot distinguish
 FAMILIES = (
     {"free_play", "bump_stop", "cubic_stiffness"},
@@ -43,8 +51,16 @@ class PlantedCase:
 
     @property
     def nuisance(self) -> str:
-        """Disturbance that the campaign file does not state."""
-        return "coloured" if self.order.coloured else "unmeasured" if self.order.unmeasured else ""
+        """Disturbance that the campaign file does not state, or states wrongly."""
+        order = self.order
+        known = {"coloured": order.coloured, "1/f": order.pink, "unmeasured": order.unmeasured}
+        known |= {"unstated": order.stated == 0.0, "wrong": order.stated not in (0.0, 1.0)}
+        return " ".join(name for name, is_so in known.items() if is_so)
+
+    @property
+    def sensors(self) -> str:
+        """Name of the set of recorded responses."""
+        return next((name for name, out in SENSOR_SETS.items() if set(out) == set(self.order.without)), "other")
 
 
 def interpolate(weak: float, strong: float, size: float) -> float:
@@ -209,7 +225,7 @@ def with_detectable_effect(case: PlantedCase, row: dict[str, Any], factor: float
     """Return the case with a multiple of the minimum detectable effect of a report's row."""
     strong = planted_effect((row["kind"], row["at"], row["wheelset"]), STRONG)
     value = row["value"] / factor if row["kind"] == "creep_saturation" else row["value"] * factor
-    planted = replace(strong, parameters={**strong.parameters, row["parameter"]: value})
+    planted = replace(strong, parameters={**strong.parameters, **row.get("with", {}), row["parameter"]: value})
     name = f"{case.order.name} at {factor:g} times the floor"
     return DetectableCase("floor", (planted,), replace(case.order, effects=(planted,), name=name), factor)
 

@@ -1,8 +1,9 @@
-"""Table of a trial: one row per campaign, and totals with binomial confidence limits."""
+"""Table of a trial: one row per campaign, and totals with confidence limits."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from scipy.stats import beta
@@ -10,19 +11,25 @@ from scipy.stats import beta
 from tests.blind.assessment import ADEQUATE_RATIO, TrialRow
 
 HEAD = (
-    f"{'no':>5s} {'planted':54s} {'nuisance':10s} {'verdict':9s} {'named':52s} name class "
+    f"{'no':>5s} {'planted':54s} {'noise':10s} {'sensors':16s} {'verdict':9s} {'named':52s} name class "
     "decl. before after floor oracle  a/f   cpu"
 )
+NORMAL_QUANTILE_95 = 1.6449  # half-width of a 90 % interval in standard deviations
+HELD_BY_PRIORS = ("contact_angle", "spin_creep")
+BOOTSTRAP_DRAWS = 4000
+BEGIN, END = "<!-- trial -->", "<!-- end of trial -->"
+TABLE_HEAD = ["| outcome | count | % | 95 % limits |", "| --- | ---: | ---: | ---: |"]
 
 
 def format_row(x: TrialRow) -> str:
     """Format a row of the table."""
     mark = {True: "yes", False: "NO", None: "-"}
     name, kind = mark[x.right_name], mark[x.right_class]
-    if not x.is_relevant and x.verdict == "none" and x.sort != "nothing":
+    if not x.is_relevant and x.verdict == "none" and x.sort not in ("nothing", "limit", "floor"):
         name = kind = "weak"
     return (
-        f"{x.number:5d} {x.planted:54.54s} {x.nuisance:10s} {x.verdict:9s} {(x.named or x.problem or '-'):52.52s} "
+        f"{x.number:5d} {x.planted:54.54s} {x.nuisance:10s} {x.sensors:16.16s} {x.verdict:9s} "
+        f"{(x.named or x.problem or '-'):52.52s} "
         f"{name:4s} {kind:5s} {x.declared:5.3f} {x.before:5.3f} {x.after:5.3f} {x.floor:5.3f} {x.oracle:6.3f} "
         f"{x.after / x.floor:5.2f} {x.cpu:4.0f}" + (f"  without: {x.without}" if x.without else "")
     )
@@ -36,63 +43,142 @@ def clopper_pearson(right: int, of: int) -> tuple[float, float]:
 
 
 def format_total(title: str, results: Sequence[bool]) -> str:
-    """Format a row of the totals."""
+    """Format a line of the totals."""
     right, of = sum(results), len(results)
     if not of:
-        return f"{title:58s} none of them"
-    low, high = clopper_pearson(right, of)
-    return f"{title:58s} {right:3d} of {of:3d}   {100 * right / of:5.1f} %   ({100 * low:.0f} to {100 * high:.0f} %)"
+        return f"| {title} | 0 of 0 |  |  |"
+    return _line(title, right, of, clopper_pearson(right, of))
+
+
+def _line(title: str, right: int, of: int, limits: tuple[float, float]) -> str:
+    low, high = limits
+    return f"| {title} | {right} of {of} | {100 * right / of:.0f} | {100 * low:.0f} to {100 * high:.0f} |"
+
+
+def coverage(title: str, scores: Sequence[Sequence[float]]) -> str:
+    """Format the share of 90 % intervals with the true value, from scores by campaign; limits by a bootstrap over them.
+
+    The parameters of one campaign share its noise, so that they are not independent.
+    """
+    counts = [(sum(abs(z) <= NORMAL_QUANTILE_95 for z in campaign), len(campaign)) for campaign in scores if campaign]
+    if not counts:
+        return f"| {title} | 0 of 0 |  |  |"
+    table = np.array(counts)
+    draws = np.random.default_rng(5).integers(len(table), size=(BOOTSTRAP_DRAWS, len(table)))
+    sums = table[draws].sum(axis=1)
+    low, high = np.quantile(sums[:, 0] / sums[:, 1], (0.025, 0.975))
+    right, of = table.sum(axis=0)
+    return _line(title, int(right), int(of), (float(low), float(high)))
+
+
+def coverage_lines(rows: Sequence[TrialRow]) -> list[str]:
+    """Coverage of the intervals: all, by class of parameter, by noise and by sensors."""
+
+    def held(path: str) -> bool:
+        return any(name in path for name in HELD_BY_PRIORS)
+
+    def effect(path: str) -> bool:
+        return path.startswith(("effects.", "sensors."))
+
+    title = "90 % intervals with the true value"
+    by_class = {
+        "vehicle, determined by the data": lambda path: not held(path) and not effect(path),
+        "vehicle, held by a prior": held,
+        "added effects": effect,
+    }
+    lines = [coverage(f"{title}: all parameters", [list(x.z.values()) for x in rows])]
+    lines += [
+        coverage(f"{title}: {name}", [[z for path, z in x.z.items() if is_in(path)] for x in rows])
+        for name, is_in in by_class.items()
+    ]
+    for name in sorted({x.nuisance for x in rows if x.scores}):
+        lines.append(coverage(f"{title}: noise {name or 'as stated'}", [list(x.z.values()) for x in rows
+                                                                         if x.nuisance == name]))  # fmt: skip
+    for name in sorted({x.sensors for x in rows if x.scores}):
+        lines.append(coverage(f"{title}: sensors {name}", [list(x.z.values()) for x in rows if x.sensors == name]))
+    return lines
 
 
 def totals(rows: Sequence[TrialRow]) -> list[str]:
-    """Format the totals of a trial with their confidence limits."""
+    """Format the totals of a trial with their confidence limits, as a table."""
     single = [x for x in rows if x.sort == "catalogue" and x.is_relevant]
-    double = [x for x in rows if x.sort == "two" and x.is_relevant]
-    nothing = [x for x in rows if x.sort == "nothing"]
-    not_in_library = [x for x in rows if x.sort == "outside" and (x.is_relevant or x.verdict == "exception")]
-    located = [x for x in not_in_library if x.right_class]
-    right = [x for x in [*single, *double] if x.right_class]
-    # the noise floor omits coloured noise and unmeasured forces: with the right effect they leave up to 1.3 of it
-    clean = [x for x in [*single, *double] if not x.nuisance]
-    weak = [x for x in rows if x.sort in ("catalogue", "two", "outside") and not x.is_relevant and x.after == x.after]
-    out = [
-        format_total("right name, one effect", [bool(x.right_name) for x in single]),
-        format_total("right class, one effect", [bool(x.right_class) for x in single]),
-        format_total("right place, one effect", [bool(x.right_place) for x in single]),
-        format_total("both names, two effects", [bool(x.right_name) for x in double]),
-        format_total("both classes, two effects", [bool(x.right_class) for x in double]),
-        format_total("false alarms, nothing planted", [x.verdict in ("effect", "outside") for x in nothing]),
-        format_total("outside the catalogue: verdict outside", [bool(x.right_class) for x in not_in_library]),
-        format_total("outside the catalogue: its place, of these", [bool(x.right_place) for x in located]),
-        format_total(
-            "outside the catalogue: a clean effect instead",
-            [x.verdict == "effect" and x.after <= ADEQUATE_RATIO * x.floor for x in not_in_library],
-        ),
-        format_total("after at most 1.05 of the oracle's, class right", [x.after <= 1.05 * x.oracle for x in right]),
-        format_total(
-            "after at most 1.10 floor, noise as declared", [x.after <= ADEQUATE_RATIO * x.floor for x in clean]
-        ),
-        format_total("answer taken away: no clean effect named instead", [bool(x.admits) for x in rows if x.without]),
+    several = [x for x in rows if x.sort in ("two", "three") and x.is_relevant]
+    nothing = [x for x in rows if x.sort in ("nothing", "limit")]
+    outside = [x for x in rows if x.sort == "outside" and (x.is_relevant or x.verdict == "exception")]
+    planted = [x for x in rows if x.sort in ("catalogue", "two", "three", "outside")]
+    weak = [x for x in planted if not x.is_relevant and x.verdict != "exception"]
+    right = [x for x in [*single, *several] if x.right_class]
+    as_stated = [x for x in right if not x.nuisance]
+    limits = [x for x in rows if x.sort == "floor"]
+    lines = [
+        *TABLE_HEAD,
+        format_total("one effect planted: right name, class and location", [bool(x.right_name) for x in single]),
+        format_total("one effect planted: right class and location", [bool(x.right_class) for x in single]),
     ]
-    inside, of = sum(x.covered for x in rows), sum(x.intervals for x in rows)
-    if of:
-        out.append(
-            f"{'true numbers inside their 90 % intervals':58s} {inside:3d} of {of:3d}   {100 * inside / of:5.1f} %"
-        )
-    for factor in (0.5, 1.0, 2.0):
-        planted = [x for x in rows if x.sort == "floor" and x.planted.endswith(f"floor x {factor:g}")]
-        out.append(
-            format_total(f"found at {factor:g} times the stated floor (class)", [bool(x.right_class) for x in planted])
-        )
-    out += [
+    for sort in ("two", "three"):
+        of_sort = [x for x in several if x.sort == sort]
+        lines.append(format_total(f"{sort} effects planted: all names", [bool(x.right_name) for x in of_sort]))
+    lines += [
+        format_total("no effect planted: false alarm", [x.verdict not in ("none", "exception") for x in nothing]),
+        *(
+            format_total(
+                f"no effect planted, noise {name or 'as stated'}: false alarm",
+                [x.verdict not in ("none", "exception") for x in nothing if x.nuisance == name],
+            )
+            for name in sorted({x.nuisance for x in nothing})
+        ),
+        *(
+            format_total(f"outside the library: verdict `{verdict}`", [x.verdict == verdict for x in outside])
+            for verdict in ("outside", "partial", "none", "data")
+        ),
+        format_total(
+            "outside the library: its location, of those with the verdict `outside`",
+            [bool(x.right_place) for x in outside if x.verdict == "outside"],
+        ),
+        format_total(
+            "outside the library: an effect of the library named instead",
+            [x.verdict == "effect" and x.after <= ADEQUATE_RATIO * x.floor for x in outside],
+        ),
+        format_total("effects planted: verdict `partial`", [x.verdict == "partial" for x in [*single, *several]]),
+        format_total("all campaigns: verdict `data`", [x.verdict == "data" for x in rows]),
+        format_total("error at most 1.05 times that of the oracle, class right", [x.after <= 1.05 * x.oracle
+                                                                                    for x in right]),
+        format_total("error at most 1.10 times the noise floor, noise as stated", [x.after <= ADEQUATE_RATIO * x.floor
+                                                                                     for x in as_stated]),
+        format_total("true effect excluded: no other effect named", [bool(x.admits) for x in rows if x.without]),
+        format_total("detected at the minimum detectable effect (nominal power 90 %)", [bool(x.right_class)
+                                                                                          for x in limits]),
+        format_total("too weak to count: verdict `none`", [x.verdict == "none" for x in weak]),
+        *coverage_lines(rows),
         format_total("exceptions", [x.verdict == "exception" for x in rows]),
-        format_total(
-            "diverged on a validating run", [not np.isfinite(x.after) and x.verdict != "exception" for x in rows]
-        ),
-        f"{len(weak)} planted too weakly to gain a tenth even with the true structure; "
-        f"verdict none in {sum(x.verdict == 'none' for x in weak)}",
+        format_total("diverged on a validation run", [not np.isfinite(x.after) and x.verdict != "exception"
+                                                        for x in rows]),
+    ]  # fmt: skip
+    return [*lines, *_times(rows)]
+
+
+def _times(rows: Sequence[TrialRow]) -> list[str]:
+    measured = [x for x in rows if np.isfinite(x.cpu)]
+    if not measured:
+        return []
+    wall, cpu = ([getattr(x, name) for x in measured] for name in ("seconds", "cpu"))
+    return [
+        "",
+        f"One loop takes {np.median(cpu):.0f} s of processor time in the median and {max(cpu):.0f} s at worst "
+        f"({np.median(wall):.0f} s and {max(wall):.0f} s by the clock, two loops side by side on two cores).",
     ]
-    cpu_seconds = [x.cpu for x in rows if np.isfinite(x.cpu)]
-    if cpu_seconds:
-        out.append(f"processor seconds per loop: median {np.median(cpu_seconds):.0f}, longest {max(cpu_seconds):.0f}")
-    return out
+
+
+def write_section(path: Path, command: str, lines: Sequence[str]) -> None:
+    """Replace the section of the trial in a document, between its marks.
+
+    Raises
+    ------
+    ValueError
+        Where the document does not have both marks.
+    """
+    text = path.read_text()
+    if BEGIN not in text or END not in text:
+        raise ValueError(f"{path} lacks the lines {BEGIN} and {END}: write both where the table belongs")
+    head, tail = text[: text.index(BEGIN)], text[text.index(END) :]
+    path.write_text("\n".join([f"{head}{BEGIN}", f"`{command}`:", "", *lines, "", tail]))

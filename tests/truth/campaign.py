@@ -66,6 +66,10 @@ class Order:
     noise: Mapping[str, float] = field(default_factory=dict)  # standard deviations other than NOISE's; 0: none
     noise_band: float = 2.5  # m
     coloured: float = 0.0  # s: correlation time of the sensors' noise
+    pink: bool = False  # sensors' noise with a 1/f spectrum
+    stated: float = 1.0  # standard deviations in the campaign file over the true ones; 0: none are stated
+    without: Sequence[str] = ()  # responses that are not recorded
+    spread: Mapping[str, float] = field(default_factory=dict)  # letter to the width of its draw, beside the usual ones
     unmeasured: float = 0.0  # N: standard deviation of a random force on the frame
     columns: Sequence[str] = ()  # beyond the usual ones: psi1, psi2, Qy, Qpsi
     declared: Vehicle = DECLARED
@@ -102,8 +106,10 @@ def drawn(order: Order, attempt: int = 0) -> Vehicle:
     for x, factor in order.centre.items():
         d = replace(d, **{x: _times(getattr(d, x), factor)})
     for _ in range(200):
-        letters: dict[str, Any] = {x: getattr(d, x) * (1.0 + rng.uniform(-w, w)) for x, w in SPREAD.items()}
-        for x, w in SPREAD_BY_WHEELSET.items():  # mostly common to both wheelsets, a fifth their own
+        common = {x: order.spread.get(x, w) for x, w in SPREAD.items()}
+        letters: dict[str, Any] = {x: getattr(d, x) * (1.0 + rng.uniform(-w, w)) for x, w in common.items()}
+        by_wheelset = {x: order.spread.get(x, w) for x, w in SPREAD_BY_WHEELSET.items()}
+        for x, w in by_wheelset.items():  # mostly common to both wheelsets, a fifth their own
             both, own = rng.uniform(-0.8 * w, 0.8 * w), rng.uniform(-0.2 * w, 0.2 * w, 2)
             letters[x] = tuple(float(p * (1.0 + both + o)) for p, o in zip(getattr(d, x), own, strict=True))
         vehicle = replace(d, **letters)
@@ -170,6 +176,7 @@ def _recorded(
 ) -> Campaign:
     vehicle, tables, effects = what
     runs, clean, names = {}, {}, ascii_lowercase[: len(tables)]
+    recorded = [x for x in RESPONSES if x not in order.without]
     for i, name in enumerate(names):
         run, warm = tables[i], round(WARM * order.rate)
         whole = {
@@ -181,7 +188,7 @@ def _recorded(
             "gauge": run.gauge,
             **seen[i],
         }
-        clean[name] = {x: whole[x][warm:] for x in ("t", "s", "v", *TRACK, *RESPONSES, *order.columns)}
+        clean[name] = {x: whole[x][warm:] for x in ("t", "s", "v", *TRACK, *recorded, *order.columns)}
         runs[name] = noisy(clean[name], order, np.random.default_rng([order.seed, 13, i]))
     return Campaign(order, vehicle, dict(zip(names, effects, strict=True)), runs, clean, steps)
 
@@ -194,11 +201,22 @@ def noisy(clean: Mapping[str, Array], order: Order, rng: np.random.Generator) ->
         own = np.random.default_rng(rng.integers(2**63))
         if name in TRACK:
             out[name] = clean[name] + recorder_noise(clean["s"], sd, order.noise_band, own)
+        elif sd and order.pink:
+            out[name] = clean[name] + sd * pink(len(clean[name]), own)
         elif sd:
             white = own.normal(0.0, sd, len(clean[name]) + 1000)
             rho = np.exp(-1.0 / (order.rate * order.coloured)) if order.coloured else 0.0
             out[name] = clean[name] + lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], white)[1000:]
     return out
+
+
+def pink(n: int, rng: np.random.Generator) -> Array:
+    """Noise [n] of unit standard deviation whose spectrum falls as 1/f."""
+    spectrum = np.fft.rfft(rng.normal(size=4 * n))
+    spectrum[1:] /= np.sqrt(np.arange(1, len(spectrum)))
+    spectrum[0] = 0.0
+    series = np.fft.irfft(spectrum)
+    return np.asarray(series[:n] / series.std())
 
 
 def write(found: Campaign, folder: Path, truth: Path | None = None) -> None:
@@ -208,6 +226,9 @@ def write(found: Campaign, folder: Path, truth: Path | None = None) -> None:
     noise = {x: NOISE[x][1] for x in found.runs["a"] if x in NOISE}
     noise |= {x: f"{sd:.12g}" for x, sd in order.noise.items() if sd and x in noise}
     noise = {x: text for x, text in noise.items() if order.noise.get(x, 1.0)}
+    if order.stated != 1.0:
+        true = {x: order.noise.get(x, NOISE[x][0]) for x in noise}
+        noise = {x: f"{order.stated * sd:.12g}" for x, sd in true.items() if order.stated}
     (folder / "vehicle.yaml").write_text(design(order.declared))
     text = campaign_text(order.name, "vehicle.yaml", noise, order.noise_band, found.runs)
     (folder / "campaign.yaml").write_text(text)

@@ -122,7 +122,8 @@ def campaign_text(
     *adjusting, validating = runs
     text += [f"  - {{file: run_{x}.csv.gz, role: adjust}}" for x in adjusting]
     text.append(f"  - {{file: run_{validating}.csv.gz, role: validate}}")
-    text.append("noise: {" + ", ".join(f"{x}: {sd}" for x, sd in noise.items()) + "}")
+    if noise:
+        text.append("noise: {" + ", ".join(f"{x}: {sd}" for x, sd in noise.items()) + "}")
     if noise_band != 2.5:
         text.append(f"noise_band: {noise_band:.12g} m")
     return "\n".join(text) + "\n"

@@ -33,6 +33,13 @@ class CalibrationSettings:
         maximum=1.0,
         meaning="Share of the samples that counts as independent where the misfit is weighed against priors.",
     )
+    bias_draws: int = setting(
+        3, minimum=1, meaning="Pairs of noise realisations behind the bias of the estimates from track noise."
+    )
+    bias_misfit_share: float = setting(
+        0.02,
+        meaning="Rise of the misfit up to which estimates are corrected for their bias; beyond it their spread grows.",
+    )
     curve_prior_sd: float = setting(
         2.0,
         meaning="Prior standard deviation of the points of a force curve, in its largest force.",

@@ -80,6 +80,8 @@ class Fit:
         Duration [s] of a block of the normal equations.
     slips
         True for a fit on windows because the model falls out of step with the motion over whole runs.
+    shift
+        Last step [p] of the estimates, to which the normal equations do not belong; empty: none.
     """
 
     model: Model
@@ -95,6 +97,7 @@ class Fit:
     segments: tuple[FitSegment, ...] = field(default=(), repr=False)
     block: float = 1.0
     slips: bool = False
+    shift: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
 
     def block_samples(self, target: FitSegment) -> int:
         """Compared samples per block of the normal equations."""
@@ -104,6 +107,11 @@ class Fit:
     def error_to_noise(self) -> float:
         """Error on the estimation runs over the error that noise leaves there."""
         return float(np.sqrt(self.normal.rss / self.normal.samples))
+
+    @property
+    def least_squares(self) -> FloatArray:
+        """Estimates [p] at the least misfit, before their last step."""
+        return self.x - self.shift if self.shift.size else self.x
 
     @property
     def sd(self) -> FloatArray:

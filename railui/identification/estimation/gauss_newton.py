@@ -11,6 +11,7 @@ from railui.arrays import FloatArray
 from railui.campaign.dataset import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import block_gram, block_length
+from railui.identification.estimation.covariance import block_covariance
 from railui.identification.estimation.fit import Fit, NormalEquations
 from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.estimation.problem import FitSegment, estimate_window_start, improve_start
@@ -74,11 +75,14 @@ class GaussNewton:
             self.model.set_phases(rows, *segment.segment_key, angles)
         return rows
 
-    def simulate(self, target: FitSegment, x: FloatArray) -> Simulation:
-        """Simulate the compared channels [n, channel, sample] of vehicles with x [n, p] on a segment."""
+    def simulate(self, target: FitSegment, x: FloatArray, table: FloatArray | None = None) -> Simulation:
+        """Simulate the compared channels [n, channel, sample] of vehicles with x [n, p] on a segment.
+
+        table: input table in the place of the measured one.
+        """
         self.simulations += len(x)
         batch = self.model.batch(self.rows(x, target.segment))
-        return target.predictor(self.model).simulate(batch=batch, jobs=self.context.jobs)
+        return target.predictor(self.model).simulate(batch=batch, table=table, jobs=self.context.jobs)
 
     def misfit(self, x: FloatArray) -> FloatArray:
         """Sum of weighted squared residuals of each row of x [n, p]; infinite where diverged or not admissible."""
@@ -122,12 +126,15 @@ class GaussNewton:
         delta = relative * np.maximum(np.abs(x), MIN_STEP_SIZE_SHARE * self.free.size)
         return np.where(x + delta > self.free.high, -delta, delta)
 
-    def sensitivities(self, target: FitSegment, x: FloatArray) -> Simulation:
-        """Compute the residual, then the sensitivity to each parameter [1 + p, channel, n], on a segment."""
+    def sensitivities(self, target: FitSegment, x: FloatArray, table: FloatArray | None = None) -> Simulation:
+        """Compute the residual, then the sensitivity to each parameter [1 + p, channel, n], on a segment.
+
+        table: input table in the place of the measured one.
+        """
         delta = self.difference_steps(x)
         key = target.segment.segment_key[0]
         active = [j for j, p in enumerate(self.free.paths) if "@" not in p or p.endswith(f"@{key}")]
-        series, diverged = self.simulate(target, np.vstack([x, x + np.diag(delta)[active]]))
+        series, diverged = self.simulate(target, np.vstack([x, x + np.diag(delta)[active]]), table)
         series[1:] -= series[0]
         series[1:] /= delta[active, None, None]
         series[0] = target.measured - series[0]
@@ -202,7 +209,7 @@ class GaussNewton:
             self.model.with_path_values(self.free.paths, x),
             self.free,
             x,
-            self._covariance(normal, x),
+            self._covariance(normal),
             normal,
             cost,
             iteration,
@@ -257,17 +264,9 @@ class GaussNewton:
         step = scale * optimize.lsq_linear(root, right, bounds, method="bvls").x
         return np.clip(np.where(free.ratio, x * np.exp(step * free.ratio), x + step), free.low, free.high)
 
-    def _covariance(self, normal: NormalEquations, x: FloatArray) -> FloatArray:
+    def _covariance(self, normal: NormalEquations) -> FloatArray:
         """Covariance [p, p] from the scores of blocks, robust to correlation in time (HAC)."""
-        precision = 1.0 / self.free.prior_sd**2
-        total, blocks = normal.total, normal.gram.sum(axis=1)
-        a = total[1:, 1:] + np.diag(precision) * normal.variance
-        scores = blocks[:, 1:, 0]
-        scores = scores - scores.mean(axis=0)
-        middle = scores.T @ scores + np.diag(precision) * normal.variance**2
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
-        inverse = linalg.pinvh(a * np.outer(scale, scale)) * np.outer(scale, scale)
-        return np.asarray(inverse @ middle @ inverse)
+        return block_covariance(normal.gram.sum(axis=1), 1.0 / self.free.prior_sd**2, normal.variance)
 
 
 def _expand(series: FloatArray, active: Sequence[int], count: int) -> FloatArray:

@@ -149,33 +149,35 @@ class Profile:
 def profile_likelihood(context: Context, fit: Fit, path: str) -> Profile:
     """Compute the profile likelihood of one parameter: it is fixed at points, all others are estimated again.
 
-    The deviance is scaled so that its curvature at the estimate agrees with the standard deviation from blocks.
+    The deviance is scaled so that its curvature at the estimate agrees with the standard deviation from blocks, and the
+    points are moved by the last step of the estimate, to which the misfit does not belong.
     """
     context = context.in_background(context.jobs)
     j = fit.free.paths.index(path)
     others = [k for k in range(len(fit.x)) if k != j]
     free = fit.free.without_parameter(j)
     sd = fit.sd[j]
+    center, shift = fit.least_squares, float(fit.x[j] - fit.least_squares[j])
     ridge = fit.covariance[others, j] / fit.covariance[j, j]
     scale = _profile_scale(context, fit, j)
-    values, deviance = [float(fit.x[j])], [0.0]
+    values, deviance = [float(center[j])], [0.0]
     for reach in PROFILE_POINTS:
-        value = float(np.clip(fit.x[j] + reach * sd, fit.free.low[j], fit.free.high[j]))
+        value = float(np.clip(center[j] + reach * sd, fit.free.low[j], fit.free.high[j]))
         if value in values:
             continue
         model = fit.model.with_path_values([path], np.array([value]))
         optimiser = GaussNewton(context, model, free, fit.segments, block=fit.block, stable=False)
-        start = fit.x[others] + ridge * (value - fit.x[j])
+        start = center[others] + ridge * (value - center[j])
         try:
             refit = optimiser.fit(start, tolerance=PROFILE_TOLERANCE, max_iterations=PROFILE_ITERATIONS)
         except ValueError:
             continue  # diverges there: the interval ends before
         prior = ((value - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2
-        prior -= ((fit.x[j] - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2
+        prior -= ((center[j] - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2
         values.append(value)
         deviance.append(max(refit.cost + prior - fit.cost, 0.0) * scale)
     order = np.argsort(values)
-    v, d = np.array(values)[order], np.array(deviance)[order]
+    v, d = np.array(values)[order] + shift, np.array(deviance)[order]
     middle = int(np.argmin(d))
     low = _interval_end(v[: middle + 1][::-1], d[: middle + 1][::-1])
     return Profile(path, v, d, low, _interval_end(v[middle:], d[middle:]))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from railui.arrays import FloatArray
 from railui.campaign.comparison import compared_channels
 from railui.identification.context import Context
+from railui.identification.estimation.block_products import block_length
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import truncate
@@ -16,7 +18,27 @@ from railui.identification.structure.candidates import Candidate, CandidateBatch
 from railui.identification.structure.score_test import ScoreTestResult, output_differences
 from railui.parallel import map_threads
 
-PredictedGains = Mapping[tuple[Candidate, int], float]
+
+@dataclass(frozen=True)
+class PredictedGain:
+    """Prediction of the NRMSE^2 on the validation runs that an amount of 1 of an effect adds.
+
+    Attributes
+    ----------
+    mean
+        NRMSE^2, which grows as the square of the amount.
+    noise_sd
+        Standard deviation of the product of effect and residual noise, as NRMSE^2 per amount.
+    scatter
+        Relative standard error of `mean`, because only a part of the runs is simulated.
+    """
+
+    mean: float
+    noise_sd: float = 0.0
+    scatter: float = 0.0
+
+
+PredictedGains = Mapping[tuple[Candidate, int], PredictedGain]
 
 
 def predict_validation_gain(context: Context, validation_fit: Fit | None, scores: ScoreTestResult) -> PredictedGains:
@@ -37,31 +59,46 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, scores
     ready = truncate(context, validation_fit.segments, context.settings.selection.gain_forecast_duration)
     fit = replace(validation_fit, segments=tuple(ready))
     adjuster = GaussNewton(context.in_background(1), fit.model, fit.free, ready, block=1.0, stable=False)
-    bases = [adjuster.sensitivities(t, fit.x)[0][1:] for t in ready]
+    linear = [adjuster.sensitivities(t, fit.x)[0] for t in ready]
     rows = [[t.segment.channels.index(c) for c in compared_channels(t.segment)] for t in ready]
     power: dict[str, float] = {}
     for t, used in zip(ready, rows, strict=True):
         for i in used:
             c = t.segment.channels[i]
             power[c] = power.get(c, 0.0) + float(np.sum((t.measured[i] / t.filter.weights[i]) ** 2))
+    scales = [
+        np.array([1.0 / max(power[t.segment.channels[i]] * t.filter.weights[i] ** 2, 1e-300) for i in used])
+        for t, used in zip(ready, rows, strict=True)
+    ]
     absorbed = {(s.candidate, s.shape): s.absorbed for s in scores.results}
+    lengths = [block_length(context.settings.validation.error_block_duration, t) for t in ready]
+    part = sum(t.measured.shape[1] for t in ready) / sum(t.measured.shape[1] for t in validation_fit.segments)
 
-    def predict(batch: CandidateBatch) -> list[tuple[tuple[Candidate, int], float]]:
+    def predict(batch: CandidateBatch) -> list[tuple[tuple[Candidate, int], PredictedGain]]:
         keys = [(batch.members[member], shape) for member, shape in batch.lanes]
-        added = np.zeros(len(keys))
-        for k, (t, base, used) in enumerate(zip(ready, bases, rows, strict=True)):
+        gains: list[list[FloatArray]] = [[] for _ in keys]
+        for k, (base, used) in enumerate(zip(linear, rows, strict=True)):
             differences, is_valid = output_differences(context.settings.score_test, fit, k, batch)
             for lane, key in enumerate(keys):
                 if key not in absorbed or not is_valid[lane]:
-                    added[lane] = np.nan
+                    gains[lane].append(np.full((1, 2), np.nan))
                     continue
-                unabsorbed = differences[lane] - np.tensordot(absorbed[key], base, 1)
-                for i in used:
-                    scale = power[t.segment.channels[i]] * t.filter.weights[i] ** 2
-                    added[lane] += float(np.sum(unabsorbed[i] ** 2)) / max(scale, 1e-300)
-        return [(key, a / len(power)) for key, a in zip(keys, added.tolist(), strict=True) if np.isfinite(a)]
+                unabsorbed = (differences[lane] - np.tensordot(absorbed[key], base[1:], 1))[used]
+                products = np.stack([scales[k] @ unabsorbed**2, scales[k] @ (unabsorbed * base[0][used])], axis=1)
+                gains[lane].append(np.add.reduceat(products, np.arange(0, len(products), lengths[k])) / len(power))
+        found = [(key, _summary(np.concatenate(blocks), part)) for key, blocks in zip(keys, gains, strict=True)]
+        return [(key, gain) for key, gain in found if np.isfinite(gain.mean)]
 
     candidates = list(dict.fromkeys(s.candidate for s in scores.results))
     return {
         key: gain for part in map_threads(predict, batch_candidates(candidates), context.jobs) for key, gain in part
     }
+
+
+def _summary(blocks: FloatArray, part: float) -> PredictedGain:
+    """Summarise blocks [block, 2] of the squared effect and of its product with noise, from a part of the runs."""
+    squares, products = blocks.T
+    mean, count = float(squares.sum()), len(squares)
+    variance = count * float(squares.var()) / max(count - 1, 1)
+    scatter = float(np.sqrt(max(1.0 - part, 0.0) * count * variance)) / max(mean, 1e-300)
+    return PredictedGain(mean, float(np.sqrt(part * np.sum(products**2))), scatter)

@@ -9,8 +9,14 @@ import pytest
 
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
+from railui.identification.structure.gain_forecast import PredictedGain
 from railui.identification.structure.score_test import POWER, ScoreTestResult
-from railui.report.loop.detectable import minimum_detectable_amount, minimum_detectable_effects, value_of_unit_amount
+from railui.report.loop.detectable import (
+    amount_of_gain,
+    minimum_detectable_amount,
+    minimum_detectable_effects,
+    value_of_unit_amount,
+)
 
 SPRING = Candidate("spring", "primary_lateral", None, ({"stiffness": 2e5}, {"stiffness": 8e5}))
 GAIN = Candidate("sensor_gain", "e1", None, ({"gain": 1.1},))
@@ -43,14 +49,28 @@ def test_an_effect_lowers_the_error_by_the_minimum_relative_gain() -> None:
 
 def test_an_effect_lowers_the_validation_error_as_predicted() -> None:
     test = score_test(score(SPRING), rss=1e-2)
-    found = minimum_detectable_amount(score(SPRING), test, MIN_GAIN, 0.05, {(SPRING, 0): 9.0})
-    assert found == pytest.approx(1.4 * sqrt(SQUARED_GAIN * 0.05**2 / 9.0), rel=1e-9)
+    found = minimum_detectable_amount(score(SPRING), test, MIN_GAIN, 0.05, {(SPRING, 0): PredictedGain(9.0)})
+    assert found == pytest.approx(1.5 * sqrt(SQUARED_GAIN * 0.05**2 / 9.0), rel=1e-9)
+
+
+def test_nine_of_ten_scattered_gains_exceed_the_required_one() -> None:
+    predicted, required = PredictedGain(9.0, noise_sd=2e-3, scatter=0.3), 1e-4
+    amount = amount_of_gain(predicted, required)
+    rng = np.random.default_rng(2)
+    mean = predicted.mean * np.exp(predicted.scatter * rng.standard_normal(20_000))
+    only_scatter = amount_of_gain(PredictedGain(9.0, scatter=0.3), required)
+    only_noise = amount_of_gain(PredictedGain(9.0, noise_sd=2e-3), required)
+    noise = 2.0 * predicted.noise_sd * rng.standard_normal(20_000)
+    assert np.mean(only_scatter**2 * mean >= required) == pytest.approx(0.9, abs=0.01)
+    assert np.mean(only_noise**2 * 9.0 + only_noise * noise >= required) == pytest.approx(0.9, abs=0.01)
+    assert 0.9 <= np.mean(amount**2 * mean + amount * noise >= required) <= 0.98
 
 
 def test_a_force_has_the_smallest_strength_of_its_shapes() -> None:
     (row,) = minimum_detectable_effects(score_test(score(SPRING), score(SPRING, 1, 1e8), rss=4.0), MIN_GAIN, 1.0, {})
     # the second shape is four times as stiff and its norm ten times as large
     assert (row["parameter"], row["unit"]) == ("stiffness", "N/m")
+    assert row["with"] == {}
     assert row["value"] == pytest.approx(8e5 * 1.4 * sqrt(SQUARED_GAIN * 4.0 / 1e8), rel=1e-9)
 
 

@@ -1,0 +1,156 @@
+"""Last step of an estimation: bias from noise of the recorded track, and the spread of the initial states."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.identification.context import Context
+from railui.identification.estimation.block_products import block_gram
+from railui.identification.estimation.covariance import block_covariance
+from railui.identification.estimation.fit import Fit, residual_variance
+from railui.identification.estimation.gauss_newton import GaussNewton
+from railui.identification.estimation.initial_state import DIFFERENCE_STEP, state_scale
+from railui.identification.estimation.problem import FitSegment
+from railui.parallel import map_threads
+
+BIAS_SEED = 17
+BOUND_WIDTH = 1e-6  # of the usual size: an estimate so near a bound stays there
+TRACK_NOISE = ("yw", "phiw", "gauge", "u")
+
+
+@dataclass(frozen=True, eq=False)
+class _Joint:
+    """Products [block, 1 + p + q, 1 + p + q] with the q initial states; precision, gradient [p + q] of priors."""
+
+    blocks: FloatArray
+    precision: FloatArray
+    variance: float
+    gradient: FloatArray
+
+    def solve(self, scores: FloatArray, free: FloatArray) -> FloatArray:
+        """Change [p + q] of the free numbers that scores [p + q] ask for."""
+        a = self.blocks.sum(axis=0)[1:, 1:] + self.variance * np.diag(self.precision)
+        index = np.flatnonzero(free)
+        a = a[np.ix_(index, index)]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
+        change = np.zeros(len(free))
+        change[index] = scale * (np.linalg.pinv(a * np.outer(scale, scale), hermitian=True) @ (scale * scores[index]))
+        return change
+
+
+def with_unbiased_estimates(context: Context, fit: Fit) -> Fit:
+    """Return a fit after its last step: with the initial states free, and without the bias from track noise.
+
+    Least squares on a recorded track prefers parameters with which the vehicle follows the noise of the record less.
+    The expected shift follows from simulations of the calibrated vehicle on its own track with added noise, and is
+    subtracted (corrected score: Nakamura, Biometrika 77 (1990) 127). Where the corrected vehicle fits clearly worse
+    than it should, or is not stable, the estimates stay and the shift adds to their standard deviations.
+    """
+    optimiser = GaussNewton(context.in_background(1), fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+    joint = _joint_products(context, fit, optimiser)
+    p = len(fit.x)
+    width = BOUND_WIDTH * fit.free.size
+    inside = (fit.x > fit.free.low + width) & (fit.x < fit.free.high - width)
+    free = np.concatenate([inside, np.ones(len(joint.precision) - p, dtype=bool)])
+    step = joint.solve(joint.blocks.sum(axis=0)[1:, 0] + joint.variance * joint.gradient, free)
+    scores = np.concatenate([track_noise_scores(context, fit, optimiser), np.zeros(len(free) - p)])
+    bias = joint.solve(scores, free)[:p]
+    residual = np.concatenate([[1.0], -step])
+    blocks = joint.blocks.copy()
+    blocks[:, 1:, 0] = joint.blocks[:, 1:, :] @ residual
+    covariance = block_covariance(blocks, joint.precision, joint.variance)[:p, :p]
+    shift = step[:p] - bias
+    x = np.clip(fit.x + shift, fit.free.low, fit.free.high)
+    model = fit.model.with_path_values(fit.free.paths, x)
+    last = replace(fit, model=model, x=x, covariance=covariance, shift=x - fit.x)
+    return last if _is_as_good(context, fit, x) else with_shift_as_spread(fit, last)
+
+
+def with_shift_as_spread(fit: Fit, last: Fit) -> Fit:
+    """Return a fit with the covariance of its last step, to which the shift that was not made is added."""
+    return replace(fit, covariance=last.covariance + np.outer(last.shift, last.shift))
+
+
+def _is_as_good(context: Context, fit: Fit, x: FloatArray) -> bool:
+    """True where a shifted estimate fits about as well, and its vehicle may be simulated."""
+    stable = fit.model.design.kind == "bogie" and not any(t.is_window for t in fit.segments)
+    optimiser = GaussNewton(context.in_background(1), fit.model, fit.free, fit.segments, block=fit.block, stable=stable)
+    misfits = optimiser.misfit(np.stack([fit.x, x]))
+    return bool(misfits[1] <= (1.0 + context.settings.calibration.bias_misfit_share) * misfits[0])
+
+
+def track_noise_scores(context: Context, fit: Fit, optimiser: GaussNewton) -> FloatArray:
+    """Score [p] that noise of the recorded track is expected to give where the model is true.
+
+    With the response f(y) to a track y and its sensitivities S(y), a record y + n of the true track y gives
+    S(y + n)' (f(y) - f(y + n)). The mean over n and -n is free of what is odd in n.
+    """
+    noise, draws = context.noise, context.settings.calibration.bias_draws
+    if not any(noise.get(c) for c in TRACK_NOISE):
+        return np.zeros(len(fit.x))
+    spacing = fit.model.wheelset_spacing()
+
+    def score(task: tuple[int, FitSegment]) -> FloatArray:
+        draw, target = task
+        segment = target.segment
+        rng = np.random.default_rng(np.random.SeedSequence([BIAS_SEED, draw, segment.number, segment.run_index]))
+        table = segment.table(spacing, target.steps)
+        noisy = segment.noisy_table(noise, context.campaign.noise_band, rng, spacing, target.steps)
+        exact = optimiser.simulate(target, fit.x[None])[0][0]
+        total = np.zeros(len(fit.x))
+        for other in (noisy, 2.0 * table - noisy):
+            series, diverged = optimiser.sensitivities(target, fit.x, other)
+            if np.any(diverged >= 0):
+                return np.zeros(len(fit.x))
+            # the residual of the measurement on this track, less that on the recorded one
+            difference = series[0] - target.without_initial_state(target.measured - exact)
+            total += 0.5 * np.tensordot(series[1:], difference, 2)
+        return np.asarray(total)
+
+    tasks = list(product(range(draws), optimiser.segments))
+    return np.asarray(np.sum(list(map_threads(score, tasks, context.jobs)), axis=0) / draws)
+
+
+def _joint_products(context: Context, fit: Fit, optimiser: GaussNewton) -> _Joint:
+    """Products of residual, sensitivities and sensitivities to the initial states of full segments."""
+    optimiser.restart_windows(fit.x)
+    states = [_initial_state_sensitivities(context, fit, t) for t in optimiser.segments]
+    p, q = len(fit.x), sum(len(rows) for rows, _ in states)
+    grams, samples, first = [], 0, 1 + p
+    gradient = [(fit.free.prior - fit.x) / fit.free.prior_sd**2]
+    for target, (rows, prior) in zip(optimiser.segments, states, strict=True):
+        series = np.concatenate([optimiser.sensitivities(target, fit.x)[0], rows])
+        gram = block_gram(series, optimiser.block_samples(target)).sum(axis=1)
+        index = np.r_[0 : 1 + p, first : first + len(rows)]
+        full = np.zeros((len(gram), 1 + p + q, 1 + p + q))
+        full[np.ix_(range(len(gram)), index, index)] = gram
+        grams.append(full)
+        gradient.append(prior)
+        first, samples = first + len(rows), samples + target.measured.size
+    blocks = np.concatenate(grams)
+    variance = residual_variance(float(blocks[:, 0, 0].sum()), samples, fit.normal.independent_share)
+    precision = np.concatenate([1.0 / fit.free.prior_sd**2, np.ones(q)])
+    return _Joint(blocks, precision, variance, np.concatenate(gradient))
+
+
+def _initial_state_sensitivities(context: Context, fit: Fit, target: FitSegment) -> tuple[FloatArray, FloatArray]:
+    """Sensitivities [q, channel, n] of a segment to its initial state in usual sizes, and the prior's gradient [q].
+
+    Empty for windows, whose initial states are eliminated.
+    """
+    if target.is_window:
+        return np.zeros((0, *target.measured.shape)), np.zeros(0)
+    model, segment = fit.model, target.segment
+    scale = state_scale(context.settings.initial_state, segment, model)
+    starts = np.tile(target.initial_state, (len(scale) + 1, 1))
+    starts[1:, : len(scale)] += np.diag(DIFFERENCE_STEP * scale)
+    batch = model.batch(np.tile(model.on_segment(*segment.segment_key).row, (len(starts), 1)))
+    predictor = replace(target.predictor(model), initial_state=starts)
+    series, diverged = predictor.simulate(batch=batch)
+    if np.any(diverged >= 0):
+        return np.zeros((0, *target.measured.shape)), np.zeros(0)
+    return (series[1:] - series[0]) / DIFFERENCE_STEP, -target.initial_state[: len(scale)] / scale

@@ -1,0 +1,112 @@
+"""Covariance of estimates from few blocks, bias from track noise, and sensors taken away."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import read_dataset
+from railui.identification.context import Context, create_context
+from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.covariance import block_covariance
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.identifiability import profile_likelihood
+from railui.identification.estimation.unbiased import track_noise_scores, with_unbiased_estimates
+from tests.truth.campaign import Campaign, Order, campaign, write
+from tests.truth.files import paths
+
+NORMAL_QUANTILE_95 = 1.6449
+ACCELEROMETERS = ("ay1", "ay2", "ayf")
+TRACK = ("t", "s", "v", "yw", "phiw", "gauge")
+HELD_BY_PRIORS = ("contact_angle", "spin_creep", "gravitational_stiffness")
+
+
+def few_blocks(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Error of a regression on 10 blocks of very different size, and its products [block, 1 + p, 1 + p]."""
+    rng = np.random.default_rng(seed)
+    size = np.repeat(rng.uniform(0.1, 1.5, (10, 1)) ** 2, 20, axis=0)
+    x, noise = size * rng.standard_normal((200, 3)), rng.standard_normal(200)
+    error = np.linalg.lstsq(x, noise, rcond=None)[0]
+    rows = np.column_stack([noise - x @ error, x]).reshape(10, 20, 4)
+    return error, rows.transpose(0, 2, 1) @ rows
+
+
+def test_intervals_of_few_unequal_blocks_cover_ninety_per_cent():
+    inside, inside_plain = [], []
+    for seed in range(400):
+        error, blocks = few_blocks(seed)
+        inverse = np.linalg.inv(blocks.sum(axis=0)[1:, 1:])
+        scores = blocks[:, 1:, 0] @ inverse
+        sd = np.sqrt(np.diag(block_covariance(blocks, np.zeros(3), 1.0)))
+        inside.append(np.abs(error) <= NORMAL_QUANTILE_95 * sd)
+        inside_plain.append(np.abs(error) <= NORMAL_QUANTILE_95 * np.sqrt(np.sum(scores**2, axis=0)))
+    assert 0.88 <= np.mean(inside) <= 0.93
+    assert np.mean(inside_plain) < 0.86
+
+
+def test_a_prior_alone_gives_its_own_standard_deviation():
+    blocks = np.zeros((5, 3, 3))
+    blocks[:, 0, 0] = 1.0
+    covariance = block_covariance(blocks, 1.0 / np.array([0.5, 2.0]) ** 2, 1.0)
+    assert np.sqrt(np.diag(covariance)) == pytest.approx([0.5, 2.0])
+
+
+@cache
+def noisy_track() -> Campaign:
+    """A campaign whose track is recorded with four times the usual noise."""
+    noise = {"yw": 8e-5, "phiw": 8e-5, "gauge": 2e-4}
+    return campaign(Order(seed=7, seconds=(40.0, 20.0), noise=noise))
+
+
+def fitted(truth: Campaign, folder: Path) -> tuple[Context, Fit]:
+    write(truth, folder)
+    context = create_context(read_dataset(load_campaign(folder)), jobs=1)
+    return context, calibrate(context)
+
+
+def scores_of_truth(truth: Campaign, fit: Fit) -> np.ndarray:
+    """Error over standard deviation of the parameters that the data determine."""
+    true = paths(truth.vehicle)
+    used = [j for j, p in enumerate(fit.free.paths) if p.rpartition(".")[2] not in HELD_BY_PRIORS]
+    return np.array([(fit.x[j] - true[fit.free.paths[j]]) / fit.sd[j] for j in used])
+
+
+def test_last_step_removes_the_bias_from_track_noise(tmp_path):
+    context, fit = fitted(noisy_track(), tmp_path)
+    last = with_unbiased_estimates(context, fit)
+    assert last.shift.any()
+    before, after = scores_of_truth(noisy_track(), fit), scores_of_truth(noisy_track(), last)
+    assert np.sqrt(np.mean(after**2)) < 0.75 * np.sqrt(np.mean(before**2))
+    assert np.allclose(last.least_squares, fit.x)
+
+
+def test_no_stated_track_noise_gives_no_bias(tmp_path):
+    context, fit = fitted(noisy_track(), tmp_path)
+    exact = {c: sd for c, sd in context.noise.items() if c not in TRACK}
+    context = replace(context, dataset=replace(context.dataset, noise=exact))
+    assert not track_noise_scores(context, fit, None).any()
+
+
+def test_profile_is_centred_on_the_unbiased_estimate(tmp_path):
+    context, fit = fitted(noisy_track(), tmp_path)
+    last, path = with_unbiased_estimates(context, fit), "vehicle.secondary.lateral_damping"
+    profile = profile_likelihood(context, last, path)
+    j = last.free.paths.index(path)
+    assert abs(profile.values[np.argmin(profile.deviance)] - last.x[j]) < 1e-9 * last.x[j]
+
+
+def test_standard_deviations_do_not_shrink_with_fewer_channels(tmp_path):
+    truth = noisy_track()
+    few = {k: {c: x for c, x in run.items() if c in (*TRACK, *ACCELEROMETERS)} for k, run in truth.runs.items()}
+    context, fit = fitted(truth, tmp_path / "all")
+    with_all = with_unbiased_estimates(context, fit)
+    context, fit = fitted(replace(truth, runs=few), tmp_path / "few")
+    with_few = with_unbiased_estimates(context, fit)
+    ratio = with_few.sd / with_all.sd
+    assert ratio.min() > 0.8  # the standard deviations themselves scatter by a tenth
+    assert np.median(ratio) > 1.2
