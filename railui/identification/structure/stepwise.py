@@ -140,9 +140,7 @@ class StepwiseSelection:
     def _forward(self, path: _Path) -> _Path:
         """Add one effect after the other to the last model of a path, as long as they gain or are on trial."""
         steps, stages, accepted, floor = list(path.steps), list(path.stages), path.accepted, path.floor
-        while len(steps) < self.settings.max_effects and not self._is_nearly_adequate(
-            stages[accepted], floor, accepted
-        ):
+        while len(steps) < self.settings.max_effects and not (accepted and self._is_adequate(stages[accepted], floor)):
             on_trial = len(steps) > accepted
             current = stages[-1].fit if steps else path.start
             step, stage = self._step(current, stages[accepted], floor, on_trial=on_trial)
@@ -156,10 +154,9 @@ class StepwiseSelection:
                 floor = self._preliminary_floor(stage.fit)
         return _Path(steps, stages, accepted, floor, path.start)
 
-    def _is_nearly_adequate(self, stage: Stage, floor: NoiseFloor, count: int) -> bool:
-        """True where a model with effects leaves so little that no further one is sought."""
-        limit = 1.0 + 0.5 * (self.settings.adequate_ratio - 1.0)
-        return count > 0 and stage.validation.nrmse <= limit * floor.nrmse
+    def _is_adequate(self, stage: Stage, floor: NoiseFloor) -> bool:
+        """True where so little is left beyond noise that no further effect can gain enough."""
+        return stage.validation.nrmse <= self.settings.adequate_ratio * floor.nrmse
 
     def _with_pair(self, path: _Path) -> _Path | None:
         """Look for a pair of effects where single ones leave a structure; None where none gains, or nothing is left.
@@ -168,8 +165,7 @@ class StepwiseSelection:
         at are noted in the steps.
         """
         accepted = path.stages[path.accepted]
-        is_adequate = accepted.validation.nrmse <= self.settings.adequate_ratio * path.floor.nrmse
-        if is_adequate or self.context.is_out_of_time:
+        if self._is_adequate(accepted, path.floor) or self.context.is_out_of_time:
             return None
         last = min(path.accepted, self.settings.max_effects - 2)
         for base in range(last, max(last - 2, -1), -1):
@@ -236,12 +232,10 @@ class StepwiseSelection:
             return SelectionStep(scores, refits, None), None
         stage = self._validated(fit)
         self.context.progress.message(f"  with {refit_text(chosen)}: NRMSE {stage.validation.nrmse:.4f}")
-        is_promising = (
-            chosen.rss <= (1.0 - settings.trial_misfit_share) * current.normal.rss
-            and nrmse > settings.adequate_ratio * floor.nrmse
-        )
+        can_gain = not self._is_adequate(accepted, floor)
+        is_promising = can_gain and chosen.rss <= (1.0 - settings.trial_misfit_share) * current.normal.rss
         if not self._gains(accepted, stage):
-            runner_up = self._runner_up(current, accepted, refits, chosen)
+            runner_up = self._runner_up(current, accepted, refits, chosen) if can_gain else None
             if runner_up is not None:
                 chosen, stage = runner_up
             elif on_trial or not is_promising:
