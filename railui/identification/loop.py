@@ -35,6 +35,7 @@ from railui.identification.unmodelled.condition_dependence import dependence_on_
 from railui.identification.unmodelled.discrepancy import find_discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
 from railui.identification.verdict import Verdict, decide_verdict, explained_share
+from railui.parallel import run_both
 from railui.progress import SILENT, Progress
 
 METHODS = ("least-squares", "two-parallel-models")
@@ -150,6 +151,11 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
     context.progress.message(
         f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}"
     )
+    test, predicted_gains = run_both(
+        lambda: run_independent_test(context, base_fit, fit, discrepancy),
+        lambda: predict_validation_gain(context, validation_fit, selection.final_score_test),
+        context.jobs,
+    )
     return LoopResult(
         context,
         base_fit,
@@ -161,12 +167,12 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         verdict,
         explained,
         remainder,
-        run_independent_test(context, base_fit, fit, discrepancy),
+        test,
         discrepancy,
         windowed=base.windowed,
         is_failed_fit=base.is_failed,
         left_out=tuple(leave_one_run_out(context, selection.fit, validation_fit)),
-        predicted_gains=predict_validation_gain(context, validation_fit, selection.final_score_test),
+        predicted_gains=predicted_gains,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from railui.arrays import FloatArray
 from railui.campaign.dataset import Segment
 from railui.campaign.settings.estimation import CalibrationSettings
 from railui.identification.estimation.block_products import block_length
+from railui.identification.estimation.covariance import block_covariance
 from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.estimation.problem import FitSegment
 from railui.vehicle.model import Model
@@ -68,8 +70,8 @@ class Fit:
 
     Attributes
     ----------
-    x, covariance
-        Estimates [p] of the free parameters and their covariance [p, p].
+    x
+        Estimates [p] of the free parameters.
     cost
         Deviance at the estimates.
     simulations
@@ -82,12 +84,13 @@ class Fit:
         True for a fit on windows because the model falls out of step with the motion over whole runs.
     shift
         Last step [p] of the estimates, to which the normal equations do not belong; empty: none.
+    given_covariance
+        Covariance [p, p] after the last step; None: that of the normal equations.
     """
 
     model: Model
     free: FreeParameters
     x: FloatArray
-    covariance: FloatArray
     normal: NormalEquations
     cost: float
     iterations: int
@@ -98,6 +101,15 @@ class Fit:
     block: float = 1.0
     slips: bool = False
     shift: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
+    given_covariance: FloatArray | None = field(default=None, repr=False)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Covariance [p, p] of the estimates, from the scores of blocks: robust to correlation in time (HAC)."""
+        if self.given_covariance is not None:
+            return self.given_covariance
+        blocks = self.normal.gram.sum(axis=1)
+        return block_covariance(blocks, 1.0 / self.free.prior_sd**2, self.normal.variance)
 
     def block_samples(self, target: FitSegment) -> int:
         """Compared samples per block of the normal equations."""

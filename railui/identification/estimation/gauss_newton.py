@@ -11,7 +11,6 @@ from railui.arrays import FloatArray
 from railui.campaign.dataset import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import block_gram, block_length
-from railui.identification.estimation.covariance import block_covariance
 from railui.identification.estimation.fit import Fit, NormalEquations
 from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.estimation.problem import FitSegment, estimate_window_start, improve_start
@@ -209,7 +208,6 @@ class GaussNewton:
             self.model.with_path_values(self.free.paths, x),
             self.free,
             x,
-            self._covariance(normal),
             normal,
             cost,
             iteration,
@@ -263,10 +261,6 @@ class GaussNewton:
         bounds = (np.minimum(low, -1e-12), np.maximum(high, 1e-12))
         step = scale * optimize.lsq_linear(root, right, bounds, method="bvls").x
         return np.clip(np.where(free.ratio, x * np.exp(step * free.ratio), x + step), free.low, free.high)
-
-    def _covariance(self, normal: NormalEquations) -> FloatArray:
-        """Covariance [p, p] from the scores of blocks, robust to correlation in time (HAC)."""
-        return block_covariance(normal.gram.sum(axis=1), 1.0 / self.free.prior_sd**2, normal.variance)
 
 
 def _expand(series: FloatArray, active: Sequence[int], count: int) -> FloatArray:

@@ -17,6 +17,7 @@ from railui.vehicle.model import Model
 DIFFERENCE_STEP = 1e-3  # of a usual motion, and rad: for derivatives
 QUARTER_TURN = 0.5 * np.pi
 ITERATIONS = 2  # of Gauss-Newton
+NEGLIGIBLE = 1e-13  # of the scaled normal matrix: less is rounding
 PHASE_ITERATIONS = 2  # more where phases are estimated, the first of all in sine and cosine
 SAMPLES_PER_STATE = 8  # at least
 RIG_ITERATIONS = 10  # of Gauss-Newton, for a rig
@@ -154,12 +155,19 @@ class _InitialStateProblem:
         return None if np.any(diverged >= 0) else series / self.sd[None, :, None]
 
     def _least_squares(self, simulated: FloatArray, rows: FloatArray, state: FloatArray) -> FloatArray:
-        """Solve for the amount of each row [row, channel, n] in the residual; the initial state has a ridge."""
-        count, channels, n = len(self.scale), *simulated.shape
-        a = np.hstack([rows.reshape(len(rows), -1).T, np.kron(np.eye(channels), np.ones((n, 1)))])
-        a = np.vstack([a, np.eye(a.shape[1])[:count]])
-        b = np.concatenate([(self.measured - simulated).ravel(), -state[:count] / self.scale])
-        return np.asarray(np.linalg.lstsq(a, b, rcond=None)[0][: len(rows)])
+        """Solve for the amount of each row [row, channel, n] in the residual; the initial state has a ridge.
+
+        Every channel has an offset of its own, which is eliminated with the means.
+        """
+        count = len(self.scale)
+        a = (rows - rows.mean(axis=2, keepdims=True)).reshape(len(rows), -1)
+        gram = a @ a.T
+        right = a @ (self.measured - simulated).ravel()
+        gram[np.arange(count), np.arange(count)] += 1.0
+        right[:count] -= state[:count] / self.scale
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
+        scaled = gram * np.outer(scale, scale)
+        return np.asarray(scale * np.linalg.lstsq(scaled, scale * right, rcond=NEGLIGIBLE)[0])
 
 
 def _measured_start(segment: Segment) -> FloatArray:

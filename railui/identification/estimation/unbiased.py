@@ -66,13 +66,13 @@ def with_unbiased_estimates(context: Context, fit: Fit) -> Fit:
     shift = step[:p] - bias
     x = np.clip(fit.x + shift, fit.free.low, fit.free.high)
     model = fit.model.with_path_values(fit.free.paths, x)
-    last = replace(fit, model=model, x=x, covariance=covariance, shift=x - fit.x)
+    last = replace(fit, model=model, x=x, given_covariance=covariance, shift=x - fit.x)
     return last if _is_as_good(context, fit, x) else with_shift_as_spread(fit, last)
 
 
 def with_shift_as_spread(fit: Fit, last: Fit) -> Fit:
     """Return a fit with the covariance of its last step, to which the shift that was not made is added."""
-    return replace(fit, covariance=last.covariance + np.outer(last.shift, last.shift))
+    return replace(fit, given_covariance=last.covariance + np.outer(last.shift, last.shift))
 
 
 def _is_as_good(context: Context, fit: Fit, x: FloatArray) -> bool:
