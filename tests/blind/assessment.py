@@ -12,6 +12,7 @@ import numpy as np
 from railui import core
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
+from railui.campaign.faults.diagnose import diagnose
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.multiple_shooting import limits_hunting
 from railui.identification.estimation.output_error import fit_output_error
@@ -63,6 +64,7 @@ class TrialRow:
     admits: bool | None = None  # whether that result admits a discrepancy
     seconds: float = NAN
     cpu: float = NAN
+    data_fault: str = ""  # diagnosed in these sound data
     problem: str = ""
 
     @property
@@ -87,7 +89,8 @@ def run_case(
         dataset = read_dataset(load_campaign(folder))
         result = close_loop(dataset, jobs=1)
         row = assess(case, result)
-        row = replace(row, seconds=time.perf_counter() - start, cpu=time.process_time() - cpu_start)
+        faults = "; ".join(fault.text for fault in diagnose(dataset).serious)
+        row = replace(row, data_fault=faults, seconds=time.perf_counter() - start, cpu=time.process_time() - cpu_start)
         row = replace(row, sensors=case.sensors, scores=_scores(row, case, truth, result))
         if case.sort in ("catalogue", "two", "three"):
             row = replace(row, oracle=oracle_error(create_context(dataset, jobs=1), case, truth))
@@ -104,10 +107,11 @@ def assess(case: PlantedCase, result: LoopResult) -> TrialRow:
     """Compare the result of the loop with the planted effects."""
     named = [e for e in result.after.model.effects if e.kind != "measured_force"]
     words = [f"{e.kind} {e.at}{f' {e.wheelset}' if e.wheelset else ''}" for e in named]
-    if result.discrepancy:
-        words.append(
-            f"outside {result.discrepancy.at}{f' {result.discrepancy.wheelset}' if result.discrepancy.wheelset else ''}"
-        )
+    discrepancy = result.discrepancy
+    located = discrepancy is not None and discrepancy.is_located(result.context.settings.verdict)
+    if discrepancy is not None:
+        wheelset = f" {discrepancy.wheelset}" if discrepancy.wheelset else ""
+        words.append(f"outside {discrepancy.at}{wheelset}" if located else "outside, not located")
     errors = {k: j.nrmse for k, j in result.validations.items()}
     name: bool | None
     kind: bool | None
@@ -116,7 +120,7 @@ def assess(case: PlantedCase, result: LoopResult) -> TrialRow:
         name = kind = place = result.verdict == "none"
     elif case.sort == "outside":
         name, kind = None, result.verdict == "outside"
-        at = result.discrepancy.at if result.discrepancy else ""
+        at = discrepancy.at if discrepancy is not None and located else ""
         place = at in EQUIVALENT_LOCATIONS.get(case.effects[0].at, (case.effects[0].at,)) if at else None
     else:
         classes = [kinds for step in result.steps if (kinds := indistinguishable_kinds(result.context, step))]

@@ -150,6 +150,7 @@ def totals(rows: Sequence[TrialRow]) -> list[str]:
                                                                                           for x in limits]),
         format_total("too weak to count: verdict `none`", [x.verdict == "none" for x in weak]),
         *coverage_lines(rows),
+        format_total("data fault diagnosed in sound data", [bool(x.data_fault) for x in rows]),
         format_total("exceptions", [x.verdict == "exception" for x in rows]),
         format_total("diverged on a validation run", [not np.isfinite(x.after) and x.verdict != "exception"
                                                         for x in rows]),
