@@ -56,7 +56,10 @@ def command(
     recording = max(recordings, key=lambda r: r.t.size)
     if len(recordings) > 1:
         call.info(f"{file} contains {len(recordings)} recordings with separate clocks: the longest is used")
-    body: dict[str, Any] = {"channels": _channels(recording)}
+    body: dict[str, Any] = {"channels": _channels(recording), "notes": recording.notes}
+    if sensor_map is None:
+        for note in recording.notes:
+            call.info(f"note: {note}")
     if draft is not None:
         _write_draft(recording, draft, call)
     elif out is None:
@@ -106,19 +109,12 @@ def _write_draft(recording: Recording, draft: str, call: Invocation) -> None:
 
 def _export(recording: Recording, out: Path, call: Invocation) -> dict[str, Any]:
     """Write the same series in another format."""
-    from railui.capture.formats import format_suffix, write_recording
-    from railui.io.table import write_table
+    from railui.capture.formats import write_recording
 
-    if format_suffix(out) == ".csv":
-        columns = {recording.abscissa: recording.t, **recording.channels}
-        units = {name: unit or "1" for name, unit in recording.units.items()}
-        units[recording.abscissa] = _abscissa_unit(recording)
-        write_table(out, {f"{name} [{units[name]}]": x for name, x in columns.items()}, digits=12)
-    else:
-        try:
-            write_recording(out, recording)
-        except ValueError as error:
-            raise usage_error(str(error)) from None
+    try:
+        write_recording(out, recording)
+    except ValueError as error:
+        raise usage_error(str(error)) from None
     call.info(f"wrote {out}: {recording.t.size} rows, {len(recording.channels)} channels")
     return {"rows": recording.t.size}
 

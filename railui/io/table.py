@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import gzip
+import io
 import re
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -16,7 +18,7 @@ from numpy.typing import ArrayLike
 from railui.arrays import FloatArray
 from railui.io.atomic import write_text
 from railui.io.problems import FileProblems, Findings, Position, unreadable_file
-from railui.io.table_cells import MAX_REPORTED_CELLS, Header, parse_block
+from railui.io.table_cells import MAX_REPORTED_CELLS, Header, cell_columns, parse_block, split_cells
 
 MAX_ROWS = 20_000_000
 MAX_VALUES = 300_000_000  # in memory, 8 bytes each
@@ -25,6 +27,7 @@ MAX_HEADER_BYTES = 1 << 20  # bytes that comments before the header may take
 BLOCK_BYTES = 1 << 24  # bytes read at a time
 MAX_LINE_BYTES = 1 << 20  # forty thousand columns
 COLUMN_HEADER = re.compile(r"\s*(.*?)\s*(?:\[([^\]]*)\])?\s*\Z")
+Digits = int | None | Mapping[str, int]
 FILE_SIGNATURES = {
     b"\xff\xfe": "UTF-16",
     b"\xfe\xff": "UTF-16",
@@ -75,8 +78,14 @@ def read_header(path: str | Path) -> Header:
         return _read_header(stream, findings)[0]
 
 
-def read_table(path: str | Path) -> Table:
+def read_table(path: str | Path, *, drop_unfinished: bool = False) -> Table:
     """Read a table; empty cells become NaN.
+
+    Parameters
+    ----------
+    path : path
+    drop_unfinished : bool
+        Leave out a last line without a line end: a recorder lost its power within it.
 
     Raises
     ------
@@ -87,7 +96,7 @@ def read_table(path: str | Path) -> Table:
     with _open_table(Path(path), findings) as stream:
         header, start = _read_header(stream, findings)
         parts, rows, numbers, line = [], 0, 0, header.line + 1
-        for block in _line_blocks(stream, start, findings):
+        for block in _line_blocks(stream, start, findings, drop_unfinished):
             part = parse_block(block, header, line, findings)
             line += block.count(b"\n")
             rows, numbers = rows + len(part), numbers + part.size
@@ -112,24 +121,43 @@ def read_table(path: str | Path) -> Table:
 
 
 def write_table(
-    path: str | Path, columns: Mapping[str, ArrayLike], comments: Sequence[str] = (), digits: int = 9
+    path: str | Path, columns: Mapping[str, ArrayLike], comments: Sequence[str] = (), digits: Digits = 9
 ) -> Path:
     """Write a table atomically, gzipped if the name ends in .gz; the keys form the header."""
     return write_text(path, table_text(columns, comments, digits))
 
 
-def table_text(columns: Mapping[str, ArrayLike], comments: Sequence[str] = (), digits: int = 9) -> str:
+def table_text(columns: Mapping[str, ArrayLike], comments: Sequence[str] = (), digits: Digits = 9) -> str:
     """Return a table as text: comments after #, the keys as header, one row per line.
 
+    Parameters
+    ----------
+    columns, comments
+        Values [n] by header, lines before the header.
+    digits
+        Significant digits of all columns or by header; None for as many as give the same number again.
+
+    Examples
+    --------
     >>> table_text({"s [m]": [0.0, 0.1], "yw [m]": [0.0, 1e-3]}, ["synthetic"])
     '# synthetic\\ns [m],yw [m]\\n0,0\\n0.1,0.001\\n'
+    >>> table_text({"e1, left [m]": [0.1 + 0.2]}, digits=None)
+    '"e1, left [m]"\\n0.30000000000000004\\n'
     """
     arrays = [np.asarray(column, dtype=np.float64) for column in columns.values()]
     rows = np.column_stack(arrays)
-    line = ",".join([f"%.{digits}g"] * rows.shape[1])
+    each = [digits[name] if isinstance(digits, Mapping) else digits for name in columns]
+    line = ",".join("%r" if d is None else f"%.{d}g" for d in each)
     body = "\n".join([line] * len(rows)) % tuple(rows.ravel().tolist())
-    head = [f"# {comment}" for comment in comments] + [",".join(columns)]
+    head = [f"# {comment}" for comment in comments] + [_header_line(columns)]
     return "\n".join([*head, body]) + "\n"
+
+
+def _header_line(names: Iterable[str]) -> str:
+    """Return names separated by commas, in quotes where they contain a comma, a quote or a line end."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="").writerow(names)
+    return text.getvalue()
 
 
 def _open_table(path: Path, findings: Findings) -> IO[bytes]:
@@ -178,14 +206,17 @@ def _decode(raw: bytes) -> str:
 
 
 def _parse_header(text: str, line: int, comments: tuple[str, ...], findings: Findings) -> Header:
-    separator = next((s for s in (";", "\t") if s in text), ",")
-    cells = [cell.strip().strip('"') for cell in text.split(separator)]
+    separator = _header_separator(text)
+    try:
+        cells = [cell.strip() for cell in split_cells(text, separator)]
+    except csv.Error as error:
+        findings.add("", f"cannot be split into cells: {error}", "close the quotes of each name", position=(line, 1))
+        raise FileProblems(findings.problems) from None
     named = cells[:-1] if cells and not cells[-1] and len(cells) > 1 else cells
-    starts = np.cumsum([0, *(len(cell) + 1 for cell in text.split(separator))])
     matches = [COLUMN_HEADER.match(cell) for cell in named]
     names = tuple(m[1] if m else "" for m in matches)
     units = tuple(m[2].strip() if m and m[2] is not None else None for m in matches)
-    places = tuple(int(start) + 1 for start in starts[: len(names)])
+    places = (cell_columns(text, separator) + (1,) * len(names))[: len(names)]
     for i, name in enumerate(names):
         if not name:
             findings.add("", f"column {i + 1} has no name", "write `name [unit]`", position=(line, places[i]))
@@ -195,7 +226,13 @@ def _parse_header(text: str, line: int, comments: tuple[str, ...], findings: Fin
     return Header(names, units, places, line, comments, separator, len(cells))
 
 
-def _line_blocks(stream: IO[bytes], start: bytes, findings: Findings) -> Iterator[bytes]:
+def _header_separator(text: str) -> str:
+    """Return the separator of a header: a semicolon or tab outside quotes, else the comma."""
+    outside = re.sub(r'"[^"]*"', "", text)
+    return next((s for s in (";", "\t") if s in outside), ",")
+
+
+def _line_blocks(stream: IO[bytes], start: bytes, findings: Findings, drop_unfinished: bool = False) -> Iterator[bytes]:
     """Yield blocks of complete lines."""
     pending, total = start, len(start)
     while True:
@@ -212,7 +249,7 @@ def _line_blocks(stream: IO[bytes], start: bytes, findings: Findings) -> Iterato
             findings.add("", f"has a line of more than {MAX_LINE_BYTES} bytes", "write a line for each sample")
             raise FileProblems(findings.problems)
         if not more:
-            if pending.strip():
+            if pending.strip() and not drop_unfinished:
                 yield pending + b"\n"
             return
         pending += more
@@ -228,6 +265,6 @@ def _find_cell(path: Path, row: int, cell: int) -> Position:
                 line += 1
                 data_row += bool(raw.split(b"#", 1)[0].strip())
                 if data_row == row:
-                    cells = raw.split(header.separator.encode())
-                    return line, sum(len(c) + 1 for c in cells[:cell]) + 1
+                    starts = cell_columns(raw.decode("latin-1"), header.separator)
+                    return line, starts[min(cell, len(starts) - 1)]
     return header.line, 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import re
 import warnings
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.io.problems import Findings
+from railui.io.problems import Findings, Position
 
 MAX_REPORTED_CELLS = 20  # faulty cells
 MISSING_VALUES = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none"))
@@ -31,20 +32,44 @@ class Header:
     cells: int
 
 
+def split_cells(text: str, separator: str) -> list[str]:
+    """Split a line into cells; a cell in quotes may contain the separator. Raises csv.Error for open quotes.
+
+    >>> split_cells('1,"2,5", 3', ",")
+    ['1', '2,5', '3']
+    """
+    rows = list(csv.reader([text], delimiter=separator, skipinitialspace=separator != "\t", strict=True))
+    return rows[0] if rows else []
+
+
+def cell_columns(text: str, separator: str) -> tuple[int, ...]:
+    """Return the column, from 1, at which each cell of a line begins.
+
+    >>> cell_columns('a,"b,c",d', ",")
+    (1, 3, 9)
+    """
+    starts, is_quoted = [1], False
+    for i, letter in enumerate(text):
+        is_quoted ^= letter == '"'
+        if letter == separator and not is_quoted:
+            starts.append(i + 2)
+    return tuple(starts)
+
+
 def parse_block(block: bytes, header: Header, line: int, findings: Findings) -> FloatArray:
     """Return the numbers of a block of lines [row, cell]."""
-    plain = block.replace(b'"', b"") if b'"' in block else block
-    if header.separator == ";":
-        plain = plain.replace(b",", b".").replace(b";", b",")
-    elif header.separator == "\t":
-        plain = plain.replace(b",", b".").replace(b"\t", b",")
+    if b'"' in block:
+        return _parse_cell_by_cell(block, header, line, findings)
+    plain = block
+    if header.separator != ",":
+        plain = plain.replace(b",", b".").replace(header.separator.encode(), b",")
     for fill in (False, True):
         part = _parse_with_numpy(EMPTY_CELL.sub(rb"\1nan", plain) if fill else plain)
         if part is not None and part.size == 0:
             return np.empty((0, header.cells))
         if part is not None and part.shape[1] == header.cells:
             return part
-    return _parse_cell_by_cell(plain, header, line, findings)
+    return _parse_cell_by_cell(block, header, line, findings)
 
 
 def _parse_with_numpy(block: bytes) -> FloatArray | None:
@@ -64,8 +89,13 @@ def _parse_cell_by_cell(block: bytes, header: Header, line: int, findings: Findi
         text = raw.split("#", 1)[0].strip("\r")
         if not text.strip():
             continue
-        cells = text.split(",")
-        if len(cells) != header.cells:
+        try:
+            cells = split_cells(text, header.separator)
+        except csv.Error as error:
+            message = f"cannot be split into cells: {error}"
+            findings.add("", message, "close the quotes of each cell", position=(number, 1))
+            cells = []
+        if cells and len(cells) != header.cells:
             too_many = len(cells) > header.cells and header.separator == ","
             hint = DECIMAL_COMMA if too_many else ""
             findings.add(
@@ -74,26 +104,30 @@ def _parse_cell_by_cell(block: bytes, header: Header, line: int, findings: Findi
                 f"complete the row{hint}",
                 position=(number, 1),
             )
-        else:
-            rows.append([_parse_cell(cell, i, cells, header, number, findings) for i, cell in enumerate(cells)])
+        elif cells:
+            places = [(number, column) for column in cell_columns(text, header.separator)]
+            places += places[-1:] * len(cells)
+            rows.append([_parse_cell(cell, i, header, places[i], findings) for i, cell in enumerate(cells)])
         if len(findings.problems) >= MAX_REPORTED_CELLS:
             break
     return np.array(rows, dtype=np.float64).reshape(len(rows), header.cells)
 
 
-def _parse_cell(cell: str, i: int, cells: list[str], header: Header, line: int, findings: Findings) -> float:
+def _parse_cell(cell: str, i: int, header: Header, position: Position, findings: Findings) -> float:
+    number = cell.strip()
+    if header.separator != ",":  # in a quoted cell between commas, a comma may stand between thousands
+        number = number.replace(",", ".")
     try:
-        if "_" not in cell:
-            return float(cell)
+        if "_" not in number:
+            return float(number)
     except ValueError:
-        if cell.strip().lower() in MISSING_VALUES:
+        if number.lower() in MISSING_VALUES:
             return float("nan")
-    column = sum(len(c) + 1 for c in cells[:i]) + 1
     name = header.names[i] if i < len(header.names) else ""
     findings.add(
         name,
         f"{cell.strip()[:40]!r} is not a number",
         "write a number, or leave the cell empty",
-        position=(line, column),
+        position=position,
     )
     return float("nan")

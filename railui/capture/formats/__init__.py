@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from railui.capture.processing.recording import Recording
+from railui.io.atomic import check_file_writable
 from railui.io.problems import FileProblems, file_problem
 
 # module of this package that reads or writes each suffix
@@ -18,7 +22,7 @@ READERS = {
     ".h5": "hdf5", ".hdf5": "hdf5", ".hdf": "hdf5",
     ".mat": "matlab",
 }  # fmt: skip
-WRITERS = {".mf4": "mdf", ".uff": "universal", ".h5": "hdf5", ".hdf5": "hdf5", ".mat": "matlab"}
+WRITERS = {".csv": "delimited", ".mf4": "mdf", ".uff": "universal", ".h5": "hdf5", ".hdf5": "hdf5", ".mat": "matlab"}
 
 
 def format_suffix(path: Path) -> str:
@@ -76,19 +80,55 @@ def read_recordings(path: str | Path, clock: str | None = None, rate: float | No
 
 
 def write_recording(path: Path, recording: Recording) -> None:
-    """Write a recording in the format of the suffix.
+    """Write a recording in the format of the suffix, completely or not at all.
+
+    The file is written beside its place and read back; it takes its place if it gives every channel and unit.
 
     Raises
     ------
     ValueError
-        If there is no writer for the suffix.
+        If there is no writer for the suffix, or the format cannot hold the recording.
+    OSError
+        If the file cannot be written.
     """
     format_name = WRITERS.get(format_suffix(path))
     if format_name is None:
-        raise ValueError(f"{path.name}: supported are .csv, .csv.gz, {', '.join(WRITERS)}")
+        raise ValueError(f"{path.name}: supported are .csv.gz, {', '.join(WRITERS)}")
     write: Callable[[Path, Recording], None] = _format_module(format_name).write
+    check_file_writable(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write(path, recording)
+    with tempfile.TemporaryDirectory(prefix=".railui-", dir=path.parent) as directory:
+        temporary = Path(directory) / path.name
+        try:
+            write(temporary, recording)
+        except ModuleNotFoundError as error:
+            raise ValueError(f"{path.name} needs {error.name}: pip install 'railui[formats]'") from None
+        except (OSError, ValueError):
+            raise
+        except Exception as error:  # writers of foreign formats raise any exception
+            raise ValueError(f"{path.name} cannot be written as {format_name}: {error}") from error
+        check_written(temporary, recording)
+        temporary.replace(path)
+
+
+def check_written(path: Path, recording: Recording) -> None:
+    """Raise ValueError if a file does not give the time, channels and units that it was written with."""
+    try:
+        (found,) = read_recordings(path)
+    except FileProblems as error:
+        raise ValueError(f"{path.name} cannot hold this recording: {error.problems[0].message}") from None
+    wanted = recording.columns()
+    there = found.columns()
+    for name, x in wanted.items():
+        unit = recording.unit(name)
+        if name not in there or found.unit(name) not in (unit, unit or "1"):
+            raise ValueError(
+                f"{path.name} cannot hold the channel {name!r} [{unit}]: rename it, or write another format"
+            )
+        if not np.allclose(x, there[name], rtol=1e-11, atol=0.0, equal_nan=True):
+            raise ValueError(f"{path.name} cannot hold the values of {name!r}: write another format")
+    if set(there) != set(wanted) or found.abscissa != recording.abscissa:
+        raise ValueError(f"{path.name} cannot hold this recording: write another format")
 
 
 def _format_module(name: str) -> Any:

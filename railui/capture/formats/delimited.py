@@ -4,34 +4,66 @@ from __future__ import annotations
 
 import gzip
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from railui.arrays import FloatArray
+from railui.capture.formats.delimited_layout import (
+    MISSING_VALUES,
+    Layout,
+    Record,
+    column_kind,
+    find_layout,
+    parse_cell,
+    read_records,
+)
 from railui.capture.formats.time_base import recording_from_columns
+from railui.capture.formats.time_stamps import StampError, is_time_stamp, parse_time_stamps
 from railui.capture.processing.recording import Recording
 from railui.io.problems import file_problem
-from railui.io.table import MAX_BYTES
-from railui.io.units import UnitError, parse_unit
+from railui.io.table import MAX_BYTES, write_table
 
-SEPARATORS = (";", "\t", ",", "|")
-HEADER_PATTERN = re.compile(r"(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s/\s(\S+))?\s*\Z")
-MISSING_VALUES = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "nodata"}
-MAX_HEADER_LINES = 200
-MIN_UNIT_SHARE = 0.7  # of the cells of a line of units
-DECIMAL_COMMA_LINES = 50  # lines searched for a decimal comma
+THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")  # such a cell may be 1.234 or 1234
 
 
 def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
     """Read one recording; raise FileProblems with the line of a cell that is not a number."""
     text = _decode(_read_bytes(path))
     lines = text.split("\n")
-    first, separator, comma = _find_numbers(path, lines)
-    names, units = _read_header(lines, first, separator)
-    rows = _read_rows(path, lines, first, separator, comma, len(names))
-    columns = {name: np.ascontiguousarray(rows[:, i]) for i, name in enumerate(names)}
-    return [recording_from_columns(path, columns, dict(zip(names, units, strict=True)), clock, rate)]
+    layout = find_layout(path, lines)
+    records, notes = _data_records(path, lines, layout)
+    columns: dict[str, FloatArray] = {}
+    units = dict(zip(layout.names, layout.units, strict=True))
+    stamped = []
+    texts = list(zip(*(record.cells for record in records), strict=True))
+    kinds = [column_kind(cells) for cells in texts]
+    has_comma = _check_decimal_signs(path, records, texts, kinds, layout.separator)
+    for i, name in enumerate(layout.names):
+        if kinds[i] == "text":
+            notes.append(f"{name} holds text, such as {texts[i][0][:40]!r}: skipped")
+        elif kinds[i] == "stamp":
+            columns[name], units[name] = _stamps(path, name, texts[i], records), "s"
+            stamped.append(name)
+        elif name == f"column_{i + 1}" and all(cell.lower() in MISSING_VALUES for cell in texts[i]):
+            continue  # after a separator at the end of each row
+        elif layout.is_padded and i == len(layout.names) - 1:
+            line = next(record.line for record in records if record.cells[-1])
+            message = f"has {len(layout.names)} cells, the header names {len(layout.names) - 1}"
+            raise file_problem(path, message, "give each column one name", position=(line, 1))
+        else:
+            columns[name] = _numbers(path, name, texts[i], records, has_comma)
+    clock = clock if clock is not None or len(stamped) != 1 else _stamped_clock(stamped[0], columns)
+    line_numbers = [record.line for record in records]
+    recording = recording_from_columns(path, columns, units, clock, rate, line_numbers)
+    recording.notes.extend(notes)
+    return [recording]
+
+
+def _stamped_clock(stamped: str, columns: dict[str, FloatArray]) -> str | None:
+    """Return the column of time stamps as the clock, unless a column of numbers is called t or time."""
+    return None if {"t", "time"} & {name.lower() for name in columns if name != stamped} else stamped
 
 
 def _read_bytes(path: Path) -> bytes:
@@ -59,89 +91,91 @@ def _decode(data: bytes) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _find_numbers(path: Path, lines: list[str]) -> tuple[int, str, bool]:
-    """Find the first line of numbers, the separator, and whether decimals have a comma."""
-    for i, line in enumerate(lines[:MAX_HEADER_LINES]):
-        if line.lstrip().startswith("#") or not line.strip():
+def _data_records(path: Path, lines: Sequence[str], layout: Layout) -> tuple[list[Record], list[str]]:
+    """Return the records of numbers, and notes; raise FileProblems for one with another number of cells."""
+    records: list[Record] = []
+    notes: list[str] = []
+    count = len(layout.names)
+    odd: Record | None = None
+    for record in read_records(path, lines, layout.separator):
+        if record.line < layout.first_line:
             continue
-        for separator in SEPARATORS:
-            cells = [c.strip().strip('"') for c in line.rstrip(separator).split(separator)]
-            if len(cells) < 2 or (separator == "," and ";" in line):
-                continue
-            comma = separator != "," and any(re.fullmatch(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?", c) for c in cells)
-            if all(_is_number(c, comma) for c in cells) and any(c.lower() not in MISSING_VALUES for c in cells):
-                later = [c.strip() for row in lines[i : i + DECIMAL_COMMA_LINES] for c in row.split(separator)]
-                comma = comma or (separator != "," and any(re.fullmatch(r"[-+]?\d+,\d+", c) for c in later))
-                return i, separator, comma
-    raise file_problem(
-        path, f"no line of numbers in the first {MAX_HEADER_LINES} lines", "export it as CSV", position=(1, 1)
-    )
-
-
-def _is_number(cell: str, comma: bool) -> bool:
-    if cell.lower() in MISSING_VALUES:
-        return True
-    try:
-        float(cell.replace(",", ".") if comma else cell)
-    except ValueError:
-        return False
-    return "_" not in cell
-
-
-def _read_header(lines: list[str], first: int, separator: str) -> tuple[list[str], list[str | None]]:
-    """Read names and units from the line or the two lines above the numbers."""
-    count = len(lines[first].rstrip(separator).split(separator))
-    above = [line for line in lines[:first] if line.strip() and not line.lstrip().startswith("#")]
-    split = [[c.strip().strip('"') for c in line.split(separator)][:count] for line in above[-2:]]
-    split = [cells + [""] * (count - len(cells)) for cells in split if len(cells) > 1 or count == 1]
-    if not split:
-        return [f"column_{i + 1}" for i in range(count)], [None] * count
-    has_unit_line = len(split) == 2 and not any("[" in c for c in split[1]) and _are_units(split[1])
-    names, units = [], []
-    for i, cell in enumerate(split[0] if has_unit_line else split[-1]):
-        match = HEADER_PATTERN.match(cell)
-        name = (match[1] if match else cell).strip() or f"column_{i + 1}"
-        names.append(name if name not in names else f"{name}_{i + 1}")
-        inside = next((g for g in (match.groups()[1:] if match else ()) if g is not None), None)
-        units.append(split[1][i].strip("[]()") if has_unit_line else inside)
-    return names, units
-
-
-def _are_units(cells: list[str]) -> bool:
-    """Return True if a line consists of units, not of names."""
-    unit_count = 0
-    for cell in cells:
-        try:
-            parse_unit(cell.strip("[]()") or "1")
-            unit_count += 1
-        except UnitError:
-            pass
-    return unit_count >= MIN_UNIT_SHARE * len(cells)
-
-
-def _read_rows(path: Path, lines: list[str], first: int, separator: str, comma: bool, count: int) -> FloatArray:
-    rows: list[list[float]] = []
-    for number, line in enumerate(lines[first:], first + 1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        cells = [c.strip().strip('"') for c in line.split(separator)]
+        if odd is not None:
+            break
+        cells = record.cells
         if len(cells) == count + 1 and not cells[-1]:
-            cells.pop()
-        if len(cells) != count:
-            if number >= len(lines) - 1:  # recorder switched off within a line
-                break
-            message = f"has {len(cells)} cells, the first line of numbers has {count}"
-            raise file_problem(path, message, "complete or remove the line", position=(number, 1))
-        rows.append([_parse_number(path, number, c, comma) for c in cells])
-    return np.array(rows, dtype=np.float64).reshape(len(rows), count)
+            cells = cells[:-1]
+        if len(cells) == count:
+            records.append(Record(record.line, cells))
+        else:
+            odd = record
+    if odd is not None:
+        if odd.line < len(lines):  # only the last line may be unfinished: recorder switched off
+            message = f"has {len(odd.cells)} cells, the first line of numbers has {count}"
+            raise file_problem(path, message, "complete or remove the line", position=(odd.line, 1))
+        notes.append(f"line {odd.line}, the last one, is unfinished: left out")
+    return records, notes
 
 
-def _parse_number(path: Path, line: int, cell: str, comma: bool) -> float:
-    if cell.lower() in MISSING_VALUES:
-        return float("nan")
+def _check_decimal_signs(
+    path: Path, records: Sequence[Record], texts: Sequence[Sequence[str]], kinds: Sequence[str], separator: str
+) -> bool:
+    """Return True if decimals have a comma; raise FileProblems if point and comma occur, or commas may be thousands."""
+    comma: tuple[int, str] | None = None
+    point: tuple[int, str] | None = None
+    is_open = True
+    for cells, kind in zip(texts, kinds, strict=True):
+        if kind != "number":
+            continue
+        for i, cell in enumerate(cells):
+            if "," in cell:
+                comma = comma or (i, cell)
+                is_open = is_open and THOUSANDS.fullmatch(cell) is not None
+            elif "." in cell:
+                point = point or (i, cell)
+    if comma is None:
+        return False
+    if point is not None:
+        line = records[max(comma[0], point[0])].line
+        message = f"has numbers with a comma, {comma[1]!r}, and with a point, {point[1]!r}"
+        raise file_problem(path, message, "export with one decimal sign, without thousands", position=(line, 1))
+    if is_open and separator == ",":
+        message = f"{comma[1]!r} may have a decimal comma or a comma between thousands"
+        remedy = "export without thousands separators, decimals with a point"
+        raise file_problem(path, message, remedy, position=(records[comma[0]].line, 1))
+    return True
+
+
+def _numbers(path: Path, name: str, cells: Sequence[str], records: Sequence[Record], has_comma: bool) -> FloatArray:
     try:
-        return float(cell.replace(",", ".") if comma else cell)
+        if not has_comma:
+            values = np.array(list(map(float, cells)), dtype=np.float64)
+            if not any("_" in cell for cell in cells):
+                return values
     except ValueError:
-        raise file_problem(
-            path, f"{cell[:40]!r} is not a number", "correct or empty the cell", position=(line, 1)
-        ) from None
+        pass
+    parsed = [parse_cell(cell) for cell in cells]
+    fault = next((i for i, value in enumerate(parsed) if value is None), None)
+    if fault is not None:
+        what = "a time stamp" if is_time_stamp(cells[fault]) else "not a number"
+        message = f"{cells[fault][:40]!r} is {what}"
+        raise file_problem(path, message, "correct or empty the cell", name, position=(records[fault].line, 1))
+    return np.array(parsed, dtype=np.float64)
+
+
+def _stamps(path: Path, name: str, cells: Sequence[str], records: Sequence[Record]) -> FloatArray:
+    try:
+        return parse_time_stamps(cells, MISSING_VALUES)
+    except StampError as error:
+        line = records[error.index].line
+        raise file_problem(path, error.message, error.remedy, name, position=(line, 1)) from None
+
+
+def write(path: Path, recording: Recording) -> None:
+    """Write the time or distance and all channels, with as many digits as give the same numbers again."""
+    columns = recording.columns()
+    units = {name: recording.unit(name) for name in columns}
+    headers = {name: name if unit is None else f"{name} [{unit}]" for name, unit in units.items()}
+    if len(set(headers.values())) < len(columns):
+        raise ValueError("two channels have the same name: rename one")
+    write_table(path, {headers[name]: x for name, x in columns.items()}, digits=None)

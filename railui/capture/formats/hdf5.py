@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.capture.formats.time_base import check_size, recording_from_columns
+from railui.capture.formats.time_base import check_size, recording_from_vectors
 from railui.capture.processing.recording import Recording
 
 UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")
@@ -16,28 +16,32 @@ RATE_ATTRIBUTES = ("rate", "fs", "sampling_rate", "sample_rate", "SampleRate")
 
 
 def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
-    """Read the longest series and all of the same length; a series within a group is called group/name."""
+    """Read the series, which may differ in length and rate; one within a group is called group/name."""
     import h5py
 
     columns: dict[str, FloatArray] = {}
     units: dict[str, str | None] = {}
+    rates: dict[str, float] = {}
+    notes: list[str] = []
     with h5py.File(path) as file:
         rate = rate or _attribute(file, RATE_ATTRIBUTES, float)
 
         def visit(name: str, item: Any) -> None:
-            nonlocal rate
             if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "fiu":
                 return
             check_size(path, name, item.size)
             values = np.squeeze(np.asarray(item[()], dtype=np.float64))
             if values.ndim == 1 and values.size > 3:
                 columns[name], units[name] = values, _attribute(item, UNIT_ATTRIBUTES, str)
-                rate = rate or _attribute(item, RATE_ATTRIBUTES, float)
+                own = _attribute(item, RATE_ATTRIBUTES, float)
+                rates.update({name: own} if own else {})
+            elif values.ndim > 1:
+                notes.append(f"{name} is an array of {' x '.join(map(str, values.shape))}: left out")
 
         file.visititems(visit)
-    size = max((x.size for x in columns.values()), default=0)
-    longest = {name: x for name, x in columns.items() if x.size == size}
-    return [recording_from_columns(path, longest, units, clock, rate)]
+    recording = recording_from_vectors(path, columns, units, clock, rate, rates)
+    recording.notes.extend(notes)
+    return [recording]
 
 
 def _attribute(item: Any, names: tuple[str, ...], kind: type) -> Any:
@@ -49,10 +53,11 @@ def _attribute(item: Any, names: tuple[str, ...], kind: type) -> Any:
 
 
 def write(path: Path, recording: Recording) -> None:
-    """Write a dataset per channel, and t."""
+    """Write a dataset per channel, and the time or distance."""
     import h5py
 
     with h5py.File(path, "w") as file:
-        file.create_dataset("t", data=recording.t).attrs["unit"] = "s"
-        for name, x in recording.channels.items():
-            file.create_dataset(name, data=x).attrs["unit"] = recording.units.get(name) or "1"
+        for name, x in recording.columns().items():
+            dataset = file.create_dataset(name, data=x)
+            if (unit := recording.unit(name)) is not None:
+                dataset.attrs["unit"] = unit

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from railui.capture.processing.recording import Recording
-from railui.io.atomic import write_bytes
 from railui.io.problems import file_problem
 from railui.io.table import read_table
 
@@ -37,7 +36,7 @@ def _session_reports(directory: Path) -> dict[str, dict[str, object]]:
 
 
 def _join(files: list[Path], reports: dict[str, dict[str, object]]) -> Recording:
-    tables = [read_table(_without_partial_line(file)) for file in files]
+    tables = [read_table(file, drop_unfinished=True) for file in files]
     joined = []
     last = -np.inf
     for table in tables:  # only tables before a clock that ran back can be joined
@@ -58,14 +57,3 @@ def _join(files: list[Path], reports: dict[str, dict[str, object]]) -> Recording
         sources=tuple(files[: len(joined)]),
         notes=[f"{f.name} is ignored: its clock runs back" for f in files[len(joined) :]],
     )
-
-
-def _without_partial_line(file: Path) -> Path:
-    """Return the file after removing an unfinished last line (power cut) from it."""
-    with file.open("rb") as stream:
-        stream.seek(max(stream.seek(0, 2) - 65536, 0))
-        tail = stream.read()
-    if tail and not tail.endswith(b"\n"):
-        data = file.read_bytes()
-        write_bytes(file, data[: data.rfind(b"\n") + 1])
-    return file

@@ -1,32 +1,64 @@
-"""Time base of recordings: recognition of the time channel, series of several rates on one clock."""
+"""Time base of recordings: columns on one clock, series of several rates resampled to one."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from railui.arrays import FloatArray
+from railui.capture.formats.clocks import (
+    DISTANCE_NAMES,
+    OWN_CLOCKS,
+    TIME_NAMES,
+    axis_factor,
+    check_order,
+    find_axis,
+    is_time_name,
+)
 from railui.capture.processing.recording import Recording
+from railui.core import Spline
+from railui.dsp.integrate import lowpass
+from railui.dsp.resample import interpolate_band_limited
 from railui.io.problems import file_problem, suggest_name
 from railui.io.table import MAX_ROWS
-from railui.io.units import UnitError, convert
+from railui.runs.segments import GAP_INTERVALS, INTERVAL_TOLERANCE
 
-TIME_NAMES = ("t", "time", "zeit", "temps", "timestamp", "time_s", "x_time")
-DISTANCE_NAMES = ("s", "distance", "position", "km", "chainage", "mileage", "weg")
 SAME_TIME_TOLERANCE = 1e-9  # s
+MAX_IRREGULAR_SHARE = 0.2  # of the steps that differ from their median by half; more are events, not samples
+MAX_STATES = 16  # different whole numbers of a channel that is a state, not a signal
+FASTER = 0.9  # of the interval, below which a channel is sampled faster and low-passed first
+ANTI_ALIAS_CORNER = 0.4  # of the sampling rate
 
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Channel with its own time stamps [s]."""
+    """Channel with its own time stamps [s]; NaN where it has no value.
+
+    `is_discrete`: a state or a counter, whose values are not interpolated.
+    """
 
     name: str
     unit: str | None
     t: FloatArray
     values: FloatArray
+    is_discrete: bool = False
+
+
+def is_discrete(values: np.ndarray) -> bool:
+    """Return True for flags, states and counters: whole numbers that are few or hardly ever fall.
+
+    >>> is_discrete(np.array([0, 0, 1, 1])), is_discrete(np.arange(90) % 64), is_discrete(np.arange(9.0))
+    (True, True, False)
+    """
+    if values.dtype.kind == "b":
+        return True
+    if values.dtype.kind not in "iu" or values.size < 2:
+        return False
+    falls = np.count_nonzero(values[1:] < values[:-1])
+    return bool(falls <= 0.02 * values.size) or np.unique(values).size <= MAX_STATES
 
 
 def check_size(path: Path, name: str, size: int) -> None:
@@ -36,31 +68,94 @@ def check_size(path: Path, name: str, size: int) -> None:
         raise file_problem(path, message, "export the recording in parts", name)
 
 
-def merge_series(path: Path, series: list[Series]) -> Recording:
-    """Interpolate all series to the time stamps of the fastest, with a note for each.
+def merge_series(path: Path, series: Sequence[Series], notes: Sequence[str] = ()) -> Recording:
+    """Resample all series to the time stamps of the one with most samples, with a note for each.
+
+    A hole in a series remains one: it is a gap in every channel of the run. Slower channels are interpolated
+    band-limited, faster ones low-passed first; a state or a counter keeps its last value.
 
     Raises
     ------
     FileProblems
-        If there are no series.
+        If there are no series, or time stamps are repeated or out of order.
     """
     if not series:
         raise file_problem(path, "holds no series against time", "export time histories")
-    fastest = max(series, key=lambda x: x.t.size)
+    for item in series:
+        check_order(path, item.name, item.t)
+    grid = max(series, key=lambda x: x.t.size)
     channels: dict[str, FloatArray] = {}
     units: dict[str, str | None] = {}
-    notes = []
+    remarks = list(notes)
     for item in series:
-        name = item.name
-        if name in channels:
-            name = f"{name}_{sum(n.startswith(name) for n in channels)}"
-        values = item.values
-        if item.t.shape != fastest.t.shape or np.max(np.abs(item.t - fastest.t)) > SAME_TIME_TOLERANCE:
-            values = np.interp(fastest.t, item.t, item.values, left=np.nan, right=np.nan)
-            notes.append(f"{name} has its own time stamps: interpolated to those of {fastest.name}")
-        channels[name] = values
+        name = _free_name(item.name, channels)
+        if name != item.name:
+            remarks.append(f"{item.name} occurs several times: another one is called {name}")
+        if _has_stamps(item, grid.t):
+            channels[name] = item.values
+        elif _is_irregular(item.t):
+            remarks.append(f"{name} has no sampling rate, its time stamps are irregular: left out")
+            continue
+        else:
+            channels[name] = _resampled(item, grid.t)
+            how = "its last value is used at those" if item.is_discrete else "resampled band-limited to those"
+            remarks.append(f"{name} has its own time stamps, every {_interval(item.t):.6g} s: {how} of {grid.name}")
         units[name] = item.unit
-    return Recording(path.name, fastest.t - fastest.t[0], channels, units, sources=(path,), notes=notes)
+    return Recording(path.name, grid.t, channels, units, sources=(path,), notes=remarks)
+
+
+def _free_name(name: str, channels: Mapping[str, FloatArray]) -> str:
+    number, free = 1, name
+    while free in channels:
+        free, number = f"{name}_{number}", number + 1
+    return free
+
+
+def _has_stamps(item: Series, t: FloatArray) -> bool:
+    return item.t.shape == t.shape and float(np.max(np.abs(item.t - t))) <= SAME_TIME_TOLERANCE
+
+
+def _interval(t: FloatArray) -> float:
+    return float(np.median(np.diff(t))) if t.size > 1 else 0.0
+
+
+def _is_irregular(t: FloatArray) -> bool:
+    steps = np.diff(t)
+    return bool(np.mean(np.abs(steps - np.median(steps)) > 0.5 * np.median(steps)) > MAX_IRREGULAR_SHARE)
+
+
+def _resampled(item: Series, at: FloatArray) -> FloatArray:
+    """Return the values of a series at other instants; NaN in its holes and beyond its ends."""
+    interval = _interval(item.t)
+    valid = np.flatnonzero(np.isfinite(item.values))
+    result = np.full(at.shape, np.nan)
+    if not valid.size:
+        return result
+    cuts = np.flatnonzero(np.diff(item.t[valid]) > GAP_INTERVALS * interval) + 1
+    slack = INTERVAL_TOLERANCE * interval
+    for part in np.split(valid, cuts):
+        t, x = item.t[part], item.values[part]
+        begin, end = (int(np.searchsorted(at, limit)) for limit in (t[0] - slack, t[-1] + slack))
+        rows = slice(begin, end)
+        where = np.clip(at[rows], t[0], t[-1])
+        if item.is_discrete:
+            result[rows] = x[np.searchsorted(t, where, side="right") - 1]
+        else:
+            result[rows] = _interpolated(t, x, where, _interval(at))
+    return result
+
+
+def _interpolated(t: FloatArray, x: FloatArray, at: FloatArray, wanted: float) -> FloatArray:
+    """Interpolate an unbroken part band-limited; uneven time stamps by a cubic spline first."""
+    if t.size < 4:
+        return np.interp(at, t, x)
+    step = float((t[-1] - t[0]) / (t.size - 1))
+    even = t[0] + step * np.arange(t.size)
+    if float(np.max(np.abs(t - even))) > INTERVAL_TOLERANCE * step:
+        x = Spline(t, x)(even)
+    if step < FASTER * wanted:
+        x = lowpass(x, step, ANTI_ALIAS_CORNER / wanted)
+    return interpolate_band_limited(float(t[0]), step, x, at)
 
 
 def recording_from_columns(
@@ -69,6 +164,7 @@ def recording_from_columns(
     units: Mapping[str, str | None],
     clock: str | None,
     rate: float | None,
+    lines: Sequence[int] | None = None,
 ) -> Recording:
     """Build a recording of columns, one of which is the time, or the distance of a recording car.
 
@@ -82,33 +178,113 @@ def recording_from_columns(
         Name of the time channel; by default it is recognised by its name.
     rate
         Sampling rate [Hz] without a time channel.
+    lines
+        Line of each row, if the file is a text.
 
     Raises
     ------
     FileProblems
-        If there is neither a time or distance channel nor a rate.
+        If there is neither a time or distance channel nor a rate, or if the time stamps repeat or are out of order.
     """
-    lower = {name.lower(): name for name in columns}
     if clock is not None and clock not in columns:
         raise file_problem(path, f"no channel {clock!r}", suggest_name(clock, columns), "clock")
-    clock_name = clock or next((lower[name] for name in TIME_NAMES if name in lower), None)
+    clock_name = clock or find_axis(columns, units, TIME_NAMES, "s")
     abscissa = "t"
     if clock_name is None and rate is None:
-        clock_name = next((lower[name] for name in DISTANCE_NAMES if name in lower), None)
+        clock_name = find_axis(columns, units, DISTANCE_NAMES, "m")
         abscissa = "s"
     if clock_name is None and rate is None:
         remedy = f"name it in the map, `clock: NAME`, or give `rate: 200 Hz`; channels are {', '.join(columns)[:300]}"
         raise file_problem(path, "no channel is recognised as the time", remedy, "clock")
     if clock_name is None:
         size = len(next(iter(columns.values())))
-        t = np.arange(size) / (rate or 1.0)
-    else:
-        t = columns[clock_name] * _unit_factor(path, clock_name, units.get(clock_name), "s" if abscissa == "t" else "m")
-    return Recording(path.name, t, dict(columns), dict(units), abscissa, sources=(path,))
+        return Recording(path.name, np.arange(size) / (rate or 1.0), dict(columns), dict(units), sources=(path,))
+    factor = axis_factor(path, clock_name, units.get(clock_name), "s" if abscissa == "t" else "m")
+    valid = np.flatnonzero(np.isfinite(columns[clock_name]))
+    notes = []
+    if valid.size < columns[clock_name].size:
+        count = columns[clock_name].size - valid.size
+        notes.append(f"{count} rows without a value of {clock_name} are left out: they are gaps")
+        columns = {name: x[valid] for name, x in columns.items()}
+        lines = None if lines is None else [lines[i] for i in valid.tolist()]
+    if valid.size < 2:
+        raise file_problem(path, "has fewer than two values", "record longer", clock_name)
+    check_order(path, clock_name, columns[clock_name], lines, may_fall=abscissa == "s")
+    t = columns[clock_name] * factor
+    return Recording(path.name, t, dict(columns), dict(units), abscissa, sources=(path,), notes=notes, clock=clock_name)
 
 
-def _unit_factor(path: Path, name: str, unit: str | None, wanted: str) -> float:
-    try:
-        return convert(1.0, unit or wanted, wanted)
-    except UnitError as error:
-        raise file_problem(path, error.message, error.remedy, name) from None
+def recording_from_vectors(
+    path: Path,
+    columns: Mapping[str, FloatArray],
+    units: Mapping[str, str | None],
+    clock: str | None,
+    rate: float | None,
+    rates: Mapping[str, float],
+) -> Recording:
+    """Build a recording of vectors that may differ in length and rate.
+
+    The time of a vector is t_NAME, time_NAME, NAME_t or NAME_time, else the time channel of its length in its group or
+    in the file, else its own sampling rate. Vectors without any of these are left out, with a note.
+
+    Parameters
+    ----------
+    rates
+        Sampling rates [Hz] that the file states for single vectors.
+    path, columns, units, clock, rate
+        As for `recording_from_columns`.
+    """
+    sizes = {x.size for x in columns.values()}
+    own_rates = {rates[name] for name in columns if name in rates}
+    if len(sizes) < 2 and len(own_rates) < 2 and not any(_own_clock(name, columns) for name in columns):
+        rate = rate or next(iter(own_rates), None)
+        grouped = None if clock or rate else _shared_clock(next(iter(columns), ""), columns, units)
+        return recording_from_columns(path, columns, units, clock or grouped, rate)
+    notes, series = [], []
+    for name, x in columns.items():
+        if is_time_name(name) or name == clock:
+            continue
+        t = _time_of(path, name, columns, units, clock, rates.get(name) or (rate if x.size == max(sizes) else None))
+        if t is None:
+            notes.append(f"{name} has {x.size} values and no time of this length: left out")
+        else:
+            valid = np.isfinite(t)
+            series.append(Series(name, units.get(name), t[valid], x[valid]))
+    return merge_series(path, series, notes)
+
+
+def _own_clock(name: str, columns: Mapping[str, FloatArray]) -> str | None:
+    folder, slash, base = name.rpartition("/")
+    names = [folder + slash + pattern.format(base) for pattern in OWN_CLOCKS]
+    return next((n for n in names if n in columns and columns[n].size == columns[name].size), None)
+
+
+def _shared_clock(name: str, columns: Mapping[str, FloatArray], units: Mapping[str, str | None]) -> str | None:
+    """Return the time channel of the length of a vector, in its group or in the file."""
+    same = {n: x for n, x in columns.items() if x.size == columns[name].size} if name in columns else {}
+    folder = name.rpartition("/")[0]
+    inside = {n: x for n, x in same.items() if n.rpartition("/")[0] == folder}
+    for group in (inside, same):
+        by_base = {n.rpartition("/")[2]: x for n, x in group.items()}
+        found = find_axis(by_base, {n.rpartition("/")[2]: units.get(n) for n in group}, TIME_NAMES, "s")
+        if found is not None:
+            return next(n for n in group if n.rpartition("/")[2] == found)
+    clocks = [n for n in same if is_time_name(n)]
+    return clocks[0] if len(clocks) == 1 else None
+
+
+def _time_of(
+    path: Path,
+    name: str,
+    columns: Mapping[str, FloatArray],
+    units: Mapping[str, str | None],
+    clock: str | None,
+    rate: float | None,
+) -> FloatArray | None:
+    """Return the time stamps [s] of a vector, None if it has none."""
+    size = columns[name].size
+    given = clock if clock is not None and clock in columns and columns[clock].size == size else None
+    found = _own_clock(name, columns) or given or (None if rate else _shared_clock(name, columns, units))
+    if found is not None:
+        return columns[found] * axis_factor(path, found, units.get(found), "s")
+    return None if rate is None else np.arange(size) / rate

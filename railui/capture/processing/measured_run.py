@@ -13,6 +13,9 @@ from railui.arrays import FloatArray
 from railui.capture.processing.rail_quality import RailQuality
 from railui.io.table import write_table
 
+DIGITS = 12
+DIGITS_OF_SECOND = 6
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredRun:
@@ -75,5 +78,10 @@ def _quality_report(quality: RailQuality) -> dict[str, Any]:
 
 
 def save_run(path: str | Path, run: MeasuredRun, comments: tuple[str, ...] = ()) -> Path:
-    """Write a run, completely or not at all."""
-    return write_table(path, {f"{n} [{run.units[n]}]": x for n, x in run.columns.items()}, comments, digits=12)
+    """Write a run, completely or not at all; its times to the microsecond."""
+    headers = {name: f"{name} [{run.units[name]}]" for name in run.columns}
+    digits = dict.fromkeys(headers.values(), DIGITS)
+    if "t" in headers and run.columns["t"].size:
+        whole = len(str(int(np.max(np.abs(run.columns["t"])))))
+        digits[headers["t"]] = max(DIGITS, whole + DIGITS_OF_SECOND)
+    return write_table(path, {headers[name]: x for name, x in run.columns.items()}, comments, digits)

@@ -39,6 +39,8 @@ class Recording:
         Files.
     notes
         Remarks for the user.
+    clock
+        Channel that `t` was taken from, None if there was none.
     """
 
     name: str
@@ -49,11 +51,31 @@ class Recording:
     drift: float | None = None
     sources: tuple[Path, ...] = ()
     notes: list[str] = field(default_factory=list)
+    clock: str | None = None
 
     @property
     def interval(self) -> float:
         """Sampling interval, gaps ignored."""
         return sampling_interval(self.t)
+
+    def columns(self) -> dict[str, FloatArray]:
+        """Return time or distance and all channels, for a file.
+
+        Raises
+        ------
+        ValueError
+            If a channel has the name of the time or distance.
+        """
+        channels = {name: x for name, x in self.channels.items() if name != self.clock}
+        if self.abscissa in channels:
+            raise ValueError(f"a channel is called {self.abscissa!r}, as the time or distance will be: rename it")
+        return {self.abscissa: self.t, **channels}
+
+    def unit(self, name: str) -> str | None:
+        """Return the unit of a column of `columns`, None if it is unknown."""
+        if name == self.abscissa:
+            return "m" if self.abscissa == "s" else "s"
+        return self.units.get(name)
 
 
 def sampling_interval(t: FloatArray) -> float:
