@@ -113,6 +113,11 @@ class Session:
         elif stored := len(self._cache):
             progress.message(f"{stored} simulations are in {self._cache.path.name}: the search resumes with them")
 
+    @property
+    def damaged_rows(self) -> int:
+        """Number of stored simulations whose checksum was wrong."""
+        return self._cache.damaged_rows
+
     def progress(self, receiver: Progress = SILENT) -> Progress:
         """Return a Progress for the search that stores its state for `status` and passes everything on."""
         return _SessionProgress(self, receiver)
@@ -147,6 +152,7 @@ class _SessionProgress(Progress):
     def __init__(self, session: Session, receiver: Progress) -> None:
         self._session = session
         self._receiver = receiver
+        self._reported_rows = 0
 
     def message(self, text: str) -> None:
         """Pass a message on."""
@@ -156,7 +162,16 @@ class _SessionProgress(Progress):
         """Store the state of the search and pass it on."""
         if isinstance(event, SearchState):
             self._session.store_state(event)
+            self._report_damage()
         self._receiver.event(event)
+
+    def _report_damage(self) -> None:
+        """Report new rows of the cache whose checksum is wrong."""
+        damaged = self._session.damaged_rows
+        if damaged > self._reported_rows:
+            count = damaged - self._reported_rows
+            self._receiver.message(f"warning: {count} stored simulations are damaged: computed again")
+            self._reported_rows = damaged
 
 
 def _planned_simulations(study: Study) -> int:

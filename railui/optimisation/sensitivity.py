@@ -125,17 +125,20 @@ def sobol(study: Study, cases: Sequence[Case], evaluator: Evaluator, samples: in
         nonlocal failed
         assessment = assess(study, cases, space.from_unit(unit.T), evaluator)
         failed += int(np.sum(assessment.distance_share < 1))
-        return np.stack([_replace_failed(column) for column in assessment.objectives.T])
+        rows = [_replace_failed(column) for column in assessment.objectives.T]
+        return np.stack(rows + rows[:1])  # scipy removes an axis of one, and fails for one objective of one variable
 
     uniform: Any = [stats.uniform(0, 1)] * len(study.variables)
     rng = np.random.default_rng(np.random.SeedSequence([study.method.seed, SOBOL_STREAM]))
     with np.errstate(invalid="ignore", divide="ignore"):
         indices = stats.sobol_indices(func=objectives, n=samples, dists=uniform, rng=rng)
+    shape = (-1, len(study.variables))
+    first, total = (np.reshape(x, shape)[:-1] for x in (indices.first_order, indices.total_order))
     return {
         "samples": samples,
         "failed": failed,
         "variables": [
-            {"path": v.path, "first": indices.first_order[:, j].tolist(), "total": indices.total_order[:, j].tolist()}
+            {"path": v.path, "first": first[:, j].tolist(), "total": total[:, j].tolist()}
             for j, v in enumerate(study.variables)
         ],
     }

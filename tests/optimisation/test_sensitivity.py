@@ -14,6 +14,7 @@ from railui.optimisation.sensitivity import one_at_a_time, sobol
 from railui.optimisation.study_reader import load_study
 from railui.ride_quality.evaluation import ride
 from tests.execution.small import write_study
+from tests.optimisation.studies import small_study
 
 
 def test_a_sensitivity_is_the_difference_of_two_perturbed_simulations(tmp_path: Path) -> None:
@@ -54,3 +55,27 @@ def test_sobol_indices_of_a_product_equal_the_analytical_ones(tmp_path: Path) ->
     for row in indices["variables"]:
         assert row["first"][0] == pytest.approx(3 / 7, abs=0.03)
         assert row["total"][0] == pytest.approx(4 / 7, abs=0.03)
+
+
+ONE = "[{minimise: weighted_acceleration, over: mean}]"
+ONE_VARIABLE = "{vehicle.secondary.yaw_damping: [5 kN*m*s/rad, 200 kN*m*s/rad]}"
+
+
+@pytest.mark.parametrize(
+    "parts", [{"objectives": ONE}, {"variables": ONE_VARIABLE}, {"objectives": ONE, "variables": ONE_VARIABLE}]
+)
+def test_sobol_indices_of_one_objective_or_one_variable(tmp_path: Path, parts: dict[str, str]) -> None:
+    study = small_study(tmp_path, **parts)
+    cases = cases_of(study)
+    columns = [cases[0].vehicle.model.columns[v.path] for v in study.variables]
+
+    def total(_: Sequence[Case], rows: Sequence[np.ndarray], keys: Collection[str]) -> ResponseTable:
+        values = np.repeat(np.log(rows[0][:, columns]).sum(axis=1)[:, None], len(rows), axis=1)
+        reasons = np.full(values.shape, "", dtype=object)
+        return ResponseTable(dict.fromkeys(keys, values), np.ones_like(values), reasons)
+
+    indices = sobol(study, cases, total, 256)
+    assert [v["path"] for v in indices["variables"]] == [v.path for v in study.variables]
+    for row in indices["variables"]:
+        assert len(row["first"]) == len(row["total"]) == len(study.objectives)
+    assert sum(row["first"][0] for row in indices["variables"]) == pytest.approx(1.0, abs=0.05)

@@ -9,7 +9,7 @@ import pytest
 
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
-from railui.vehicle.sampling import ParameterisedModel, draw_deviations
+from railui.vehicle.sampling import ParameterisedModel, covariance_root, draw_deviations
 
 BOGIE = Path(__file__).parents[2] / "designs/test_bogie.yaml"
 
@@ -50,3 +50,15 @@ def test_a_deviation_cannot_make_a_length_negative() -> None:
     wheelbase = "vehicle.geometry.half_wheelbase"
     model = ParameterisedModel(Model(load_design(BOGIE)), (), {wheelbase: -9.0})
     assert model.rows(np.zeros((1, 0)))[0, model.model.columns[wheelbase]] > 0
+
+
+def test_draws_of_parameters_of_very_different_size_have_their_covariance() -> None:
+    """Random correlations of 17 parameters, standard deviations from 1e-4 to 1e7."""
+    random = np.random.default_rng(3)
+    factors = random.normal(size=(17, 20))
+    correlation = np.corrcoef(factors + 2.0 * random.normal(size=20))
+    sd = 10.0 ** np.linspace(-4, 7, 17)
+    root = covariance_root(correlation * np.outer(sd, sd))
+    draws = root @ random.standard_normal((17, 20_000))
+    assert draws.std(axis=1) / sd == pytest.approx(np.ones(17), abs=0.02)
+    assert np.max(np.abs(np.corrcoef(draws) - correlation)) < 0.03
