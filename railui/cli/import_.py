@@ -55,7 +55,10 @@ def command(
     recordings = read_recordings(file, clock, rate)
     recording = max(recordings, key=lambda r: r.t.size)
     if len(recordings) > 1:
-        call.info(f"{file} contains {len(recordings)} recordings with separate clocks: the longest is used")
+        others = ", ".join(str(r.sources[0].name) for r in recordings if r is not recording)
+        call.info(
+            f"{file} contains {len(recordings)} recordings with separate clocks: the longest is used, not {others}"
+        )
     body: dict[str, Any] = {"channels": _channels(recording), "notes": recording.notes}
     if sensor_map is None:
         for note in recording.notes:

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from railui.capture.processing.recording import Recording
+from railui.capture.recorder.clock import is_significant
 from railui.io.problems import file_problem
 from railui.io.table import read_table
 
 
 def read_recorded(path: Path) -> list[Recording]:
-    """Read the recordings of a directory, one per boot and layout of the logger, or that of one file."""
+    """Read the recordings of a directory, one per start and layout of the logger, or that of one file."""
     files = [path] if path.is_file() else sorted(path.glob("run_*.csv"))
     if not files:
         remedy = "railui capture decode RAW rebuilds the runs from raw.bin" if (path / "raw.bin").exists() else ""
@@ -22,7 +23,7 @@ def read_recorded(path: Path) -> list[Recording]:
     groups: dict[tuple[object, ...], list[Path]] = {}
     for file in files:
         report = reports.get(file.name, {})
-        key = (report.get("boot", file.name), json.dumps(report.get("channels")))
+        key = (report.get("boot", file.name), report.get("start"), json.dumps(report.get("channels")))
         groups.setdefault(key, []).append(file)
     return [_join(members, reports) for members in groups.values()]
 
@@ -47,13 +48,23 @@ def _join(files: list[Path], reports: dict[str, dict[str, object]]) -> Recording
         joined.append(table)
     first = joined[0]
     names = [name for name in first.names if name != "t"]
-    drift = reports.get(files[0].name, {}).get("drift")
+    drift, notes = _significant_drift(reports.get(files[0].name, {}))
     return Recording(
         files[0].parent.name or files[0].name,
         np.concatenate([table.column("t") for table in joined]),
         {name: np.concatenate([table.column(name) for table in joined]) for name in names},
         dict(zip(first.names, first.units, strict=True)),
-        drift=float(drift) if isinstance(drift, int | float) else None,
+        drift=drift,
         sources=tuple(files[: len(joined)]),
-        notes=[f"{f.name} is ignored: its clock runs back" for f in files[len(joined) :]],
+        notes=notes + [f"{f.name} is ignored: its clock runs back" for f in files[len(joined) :]],
     )
+
+
+def _significant_drift(report: dict[str, object]) -> tuple[float | None, list[str]]:
+    """Return the drift of a segment if it exceeds its uncertainty, else None with a note."""
+    drift, sd = report.get("drift"), report.get("drift_sd")
+    if not isinstance(drift, int | float):
+        return None, []
+    if not isinstance(sd, int | float) or is_significant(drift, sd):
+        return float(drift), []
+    return None, [f"the drift of the clock, {1e6 * drift:.0f} +/- {1e6 * sd:.0f} ppm, is not certain: not corrected"]

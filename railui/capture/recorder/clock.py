@@ -11,14 +11,42 @@ COUNTER_PERIOD = 1 << 32  # of a logger's microseconds and frame numbers
 MIN_WINDOWS = 8  # of a drift estimate
 MAX_WINDOWS = 200
 POINTS_PER_WINDOW = 8
+MIN_SIGNIFICANCE = 3.0  # standard deviations from which a drift counts
+MIN_NUMBERS = 20  # of frames, after which their mean distance in time is known
+MAX_STEP_NUMBERS = 100  # of frames from one sample to the next; more are an interruption
 
 
 class LoggerClock:
-    """Unwrapped 32-bit microseconds of one start of a logger."""
+    """Unwrapped 32-bit microseconds of one start of a logger.
+
+    Attributes
+    ----------
+    now, origin
+        Newest and first time [us].
+    """
 
     def __init__(self) -> None:
         self.now: int | None = None
         self.origin: int | None = None
+        self._number: int | None = None
+        self._numbers = 0
+        self._microseconds = 0
+
+    def set(self, time: int, number: int) -> None:
+        """Set the newest time [us], of a frame with this number."""
+        if self.now is not None and self._number is not None:
+            numbers = (number - self._number) % COUNTER_PERIOD
+            if numbers <= MAX_STEP_NUMBERS:
+                self._numbers += numbers
+                self._microseconds += time - self.now
+        self.now, self._number = time, number
+        self.origin = time if self.origin is None else self.origin
+
+    def expected_advance(self, number: int, stated: float) -> float:
+        """Return the time [us] from the newest value to a frame with this number; `stated` [us] without experience."""
+        if self._number is None or self._numbers < MIN_NUMBERS:
+            return stated
+        return (number - self._number) % COUNTER_PERIOD * self._microseconds / self._numbers
 
     def unwrap(self, time: int, expected: float) -> int | None:
         """Return a time on a clock that does not wrap.
@@ -28,7 +56,7 @@ class LoggerClock:
         time
             Counter of the logger [us].
         expected
-            Time since the last value [us], which gives the number of wraps in a long silence.
+            Time since the last value [us] by the frame numbers, which gives the number of wraps in a long silence.
 
         Returns
         -------
@@ -37,23 +65,37 @@ class LoggerClock:
         if self.now is None:
             return time
         forward = (time - self.now) % COUNTER_PERIOD
-        wraps = max(round((expected - forward) / COUNTER_PERIOD), 0)
-        if not wraps and forward >= COUNTER_PERIOD // 2:
-            return None
-        return self.now + forward + wraps * COUNTER_PERIOD
+        advance = int(forward + round((expected - forward) / COUNTER_PERIOD) * COUNTER_PERIOD)
+        return None if advance < 0 else self.now + advance
 
 
 @dataclass(frozen=True)
 class ClockFit:
-    """Clock model: host time [s] = offset + (1 + drift) logger time; standard deviation of the drift."""
+    """Clock model: host time [s] = offset + (1 + drift) logger time; standard deviation of the drift.
+
+    `shortest_delay` [s] is that of host time against logger time.
+    """
 
     offset: float
     drift: float
     drift_sd: float
+    shortest_delay: float
+
+    @property
+    def is_significant(self) -> bool:
+        """True if the drift exceeds its uncertainty."""
+        return is_significant(self.drift, self.drift_sd)
 
     def host_time(self, logger_time: float) -> float:
-        """Return the host time [s] at a logger time [s]."""
+        """Return the host time [s] at a logger time [s]; without the drift where that is not significant."""
+        if not self.is_significant:
+            return self.shortest_delay + logger_time
         return self.offset + (1.0 + self.drift) * logger_time
+
+
+def is_significant(drift: float, sd: float) -> bool:
+    """Return True if a drift exceeds its uncertainty."""
+    return abs(drift) > MIN_SIGNIFICANCE * sd
 
 
 def fit_clock(points: Sequence[tuple[float, float]]) -> ClockFit | None:
@@ -86,4 +128,4 @@ def fit_clock(points: Sequence[tuple[float, float]]) -> ClockFit | None:
     drift = float(deviation @ (y - y.mean())) / power
     residual = y - y.mean() - drift * deviation
     sd = float(np.sqrt(residual @ residual / max(len(x) - 2, 1) / power))
-    return ClockFit(float(y.mean() - drift * x.mean()), drift, sd)
+    return ClockFit(float(y.mean() - drift * x.mean()), drift, sd, float(delay.min()))

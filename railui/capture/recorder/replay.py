@@ -16,7 +16,9 @@ from railui.capture.recorder.sessions import LoggerSession, Rows
 
 RAW_FILE = "raw.bin"
 CHUNK_BYTES = 1 << 16
-ClockPoint = tuple[int, float, float]  # boot, time of the newest sample [s], monotonic time of the host [s]
+ClockPoint = tuple[
+    int, float, float
+]  # start of the logger, time of the newest sample [s], monotonic time of the host [s]
 
 
 def _ignore_rows(session: LoggerSession, rows: Rows) -> None:
@@ -33,7 +35,7 @@ class Replay:
     on_rows
         Receiver of the rows of each session as they are decoded.
     clock_points
-        Times of the logger and the host, per boot.
+        Times of the logger and the host, per start of the logger.
     wall_clock_anchor
         Calendar time and monotonic time of the host [s] at the start.
     """
@@ -66,14 +68,17 @@ class Replay:
             if not data:
                 return True
             self.position += len(data)
-            for session, rows in self.assembler.feed(data):
-                self.files.add(session, rows)
-                self.on_rows(session, rows)
+            self._add_rows(self.assembler.feed(data))
         return False
+
+    def _add_rows(self, decoded: Iterable[tuple[LoggerSession, Rows]]) -> None:
+        for session, rows in decoded:
+            self.files.add(session, rows)
+            self.on_rows(session, rows)
 
     def close(self) -> None:
         """End the recording; rows that a full disk still refuses are lost."""
-        self.assembler.close()
+        self._add_rows(self.assembler.close())
         self.files.write_pending()
         self.files.close()
         self._raw.close()
@@ -81,10 +86,12 @@ class Replay:
     def _apply(self, event: Event) -> None:
         kind = event["event"]
         newest = self.assembler.newest_sample
-        if newest is not None and "mono" in event and kind in ("tick", "close"):
+        # a sample is as old as the silence before any other event
+        is_new = newest is not None and (not self.clock_points or self.clock_points[-1][:2] != newest)
+        if newest is not None and is_new and "mono" in event and kind == "tick":
             self.clock_points.append((*newest, float(event["mono"])))
         if kind == "reopen":
-            self.assembler.reconnect()
+            self._add_rows(self.assembler.reconnect())
         elif kind == "marker":
             self.assembler.add_marker(str(event.get("text", "")))
         elif kind == "dropped":
@@ -95,9 +102,9 @@ class Replay:
     # -- report
 
     def fit_clocks(self) -> dict[int, ClockFit | None]:
-        """Fit the logger's clock against the host's, per boot of the logger."""
-        boots = dict.fromkeys(boot for boot, _, _ in self.clock_points)
-        return {boot: fit_clock([(a, b) for other, a, b in self.clock_points if other == boot]) for boot in boots}
+        """Fit the logger's clock against the host's, per start of the logger."""
+        starts = dict.fromkeys(start for start, _, _ in self.clock_points)
+        return {x: fit_clock([(a, b) for start, a, b in self.clock_points if start == x]) for x in starts}
 
     def report(self) -> dict[str, Any]:
         """Return all counts of the recording and of each session, as keys of capture.json."""
@@ -123,7 +130,7 @@ class Replay:
             "raw_bytes": self.position,
             "dropped_bytes": self.dropped_bytes,
             "highest_queue": self.highest_queue,
-            "segments": [self._session_report(s, clocks.get(s.hello.boot)) for s in self.assembler.sessions],
+            "segments": [self._session_report(s, clocks.get(s.start)) for s in self.assembler.sessions],
             "markers": [asdict(marker) for marker in self.assembler.markers],
             "notes": self._notes(statistics.reasons),
         }
@@ -139,6 +146,7 @@ class Replay:
             "device": hello.device,
             "firmware": hello.firmware,
             "boot": hello.boot,
+            "start": session.start,
             "rate": hello.rate,
             "channels": [{"name": c.name, "unit": c.unit} for c in hello.channels],
             "samples": session.samples,
@@ -159,6 +167,17 @@ class Replay:
             notes.append(f"{counts.frames_without_hello} frames came without the hello that names their channels")
         if counts.repeated_frames:
             notes.append(f"{counts.repeated_frames} repeated frames were ignored")
+        if counts.forward_jumps:
+            notes.append(
+                f"{counts.forward_jumps} times the logger's time advanced by more than a second without a lost frame: "
+                "was its clock set? else it missed samples"
+            )
+        for session in self.assembler.sessions:
+            if (rate := session.true_rate) is not None:
+                stated = f"{session.hello.rate:g}"
+                notes.append(
+                    f"segment {session.number} has {rate:.5g} samples/s, its hello states {stated}: correct it"
+                )
         if self.dropped_bytes:
             notes.append(f"{self.dropped_bytes} bytes were lost while the disk was full")
         if self.position and not self.assembler.link_statistics().frames:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections import deque
 
-import numpy as np
-
-from railui.arrays import FloatArray
 from railui.capture.protocol.frames import Frame, Hello, Mark, Samples, Status
 from railui.capture.protocol.link import Link, LinkStatistics
 from railui.capture.recorder.clock import COUNTER_PERIOD, LoggerClock
-from railui.capture.recorder.sessions import LoggerSession, Marker, PendingSamples, RecordingCounts, Rows
+from railui.capture.recorder.restart_watch import RestartWatch
+from railui.capture.recorder.sessions import LoggerSession, Marker, PendingSamples, RecordingCounts, Rows, decode_rows
 from railui.runs.segments import GAP_INTERVALS
 
 MAX_PENDING_BYTES = 1 << 20  # of frames that wait for their hello
 MAX_LOST_AFTER_RESTART = 1000  # frames; a higher number is where the logger began to count, not a loss
 MICROSECONDS = 1e6
+MIN_FORWARD_JUMP = 1.0  # s
 DecodedRows = list[tuple[LoggerSession, Rows]]
 
 
@@ -32,6 +31,8 @@ class SessionAssembler:
         self._boot: int | None = None
         self._next_number: int | None = None
         self._is_restarted = False
+        self._starts = 0
+        self._watch = RestartWatch()
         self._clock = LoggerClock()
         self._pending: deque[Frame] = deque()
         self._pending_bytes = 0
@@ -48,11 +49,12 @@ class SessionAssembler:
         self._decode_pending(rows)
         return rows
 
-    def reconnect(self) -> None:
-        """Begin a session with the next hello, after the link was interrupted."""
-        self._close_link()
+    def reconnect(self) -> DecodedRows:
+        """Begin a session with the next hello, after the link was interrupted; return the last rows before."""
+        rows = self.close()
         self.counts.reconnects += 1
         self._reason = "reconnect"
+        return rows
 
     def add_marker(self, text: str) -> None:
         """Add a marker of the user at the newest sample."""
@@ -60,9 +62,12 @@ class SessionAssembler:
         number, t = (session.number, session.last_time) if session else (None, None)
         self.markers.append(Marker(number, t, "typed", text))
 
-    def close(self) -> None:
-        """End the recording."""
+    def close(self) -> DecodedRows:
+        """End the recording; return the last rows."""
+        rows: DecodedRows = []
+        self._decode_pending(rows, keep_newest=False)
         self._close_link()
+        return rows
 
     # -- state
 
@@ -80,10 +85,10 @@ class SessionAssembler:
 
     @property
     def newest_sample(self) -> tuple[int, float] | None:
-        """Boot and time [s] of the newest sample."""
+        """Start of the logger and time [s] of the newest sample."""
         if self._session is None or self._session.last_time is None:
             return None
-        return self._session.hello.boot, self._session.last_time
+        return self._session.start, self._session.last_time
 
     @property
     def next_frame_number(self) -> int | None:
@@ -100,10 +105,11 @@ class SessionAssembler:
     def _process(self, frame: Frame, rows: DecodedRows) -> None:
         if isinstance(frame, Hello):
             if self._session is None or not _is_same_logger(frame, self._session.hello):
-                self._decode_pending(rows)
+                self._decode_pending(rows, keep_newest=False)
                 self._begin_session(frame)
                 self._process_postponed(frame.layout, rows)
-            self._count_frame(frame.number)
+            if self._count_frame(frame.number) is None:
+                self._process_late(frame, rows)
         elif self._session is not None and frame.layout == self._session.hello.layout:
             self._process_in_session(self._session, frame, rows)
         else:
@@ -112,8 +118,8 @@ class SessionAssembler:
     def _process_in_session(self, session: LoggerSession, frame: Frame, rows: DecodedRows) -> None:
         skipped = self._count_frame(frame.number)
         if skipped is None:
-            return
-        if isinstance(frame, Samples):
+            self._process_late(frame, rows)
+        elif isinstance(frame, Samples):
             self._add_samples(session, frame, skipped, rows)
         elif isinstance(frame, Status):
             self._add_status(session, frame)
@@ -132,7 +138,22 @@ class SessionAssembler:
             return None
         self._next_number = (number + 1) % COUNTER_PERIOD
         self.counts.lost_frames += skipped
+        self._watch.clear()
         return skipped
+
+    def _process_late(self, frame: Frame, rows: DecodedRows) -> None:
+        """Process a frame whose number ran back: a repetition, unless it shows a restart with the same boot."""
+        frames = self._watch.add(frame)
+        session = self._session
+        if not frames or session is None:
+            return
+        self.counts.repeated_frames -= len(frames)
+        self._decode_pending(rows, keep_newest=False)
+        self._count_restart()
+        self._reason = "restart"
+        self._begin_session(session.hello)
+        for each in frames:
+            self._process(each, rows)
 
     def _add_status(self, session: LoggerSession, frame: Status) -> None:
         previous = self._overruns if self._overruns is not None else frame.overruns
@@ -155,29 +176,28 @@ class SessionAssembler:
         if not count:
             return
         rate = session.hello.rate
-        time = self._clock.unwrap(frame.time, (skipped * count + 1) * MICROSECONDS / rate)
+        stated = (skipped + 1) * max(session.frame_samples, 1) * MICROSECONDS / rate
+        time = self._clock.unwrap(frame.time, self._clock.expected_advance(frame.number, stated))
         if time is None:
             session = self._begin_after_clock_jump(session, rows)
             time = frame.time
         if self._clock.origin is None:
-            self._clock.origin = session.origin = time
+            session.origin = time
         t = (time - session.origin) * 1e-6
-        interval = session.update_interval(t, skipped)
-        if session.last_time is not None:
-            steps = (t - session.last_time) * rate
+        if session.first_time is not None:
+            steps = session.lay_newest_frame(t, skipped)
             if steps <= 0:
                 self._refuse(f"a time stamp {-1e3 * steps / rate:.3g} ms before that of the previous sample")
                 return
             if steps > GAP_INTERVALS:
-                self._count_gap(session, round(steps) - 1)
+                self._count_gap(session, round(steps) - 1, skipped)
         session.first_time = t if session.first_time is None else session.first_time
         session.frame_time = t
         session.frame_samples = count
-        session.last_time = t + (count - 1) * interval
         session.samples += count
         self.counts.samples += count
-        self._clock.now = time + round((count - 1) * interval * MICROSECONDS)
-        session.pending.append(PendingSamples(t, count, interval, frame.data))
+        self._clock.set(time, frame.number)
+        session.pending.append(PendingSamples(t, count, session.interval, frame.data))
 
     def _checked_count(self, hello: Hello, frame: Samples) -> int:
         """Return the number of samples of a frame; refuse it and return 0 if its data contradict the hello."""
@@ -194,26 +214,32 @@ class SessionAssembler:
         return 0
 
     def _begin_after_clock_jump(self, session: LoggerSession, rows: DecodedRows) -> LoggerSession:
-        self._decode_pending(rows)
+        self._decode_pending(rows, keep_newest=False)
         self.counts.clock_jumps += 1
         self._clock = LoggerClock()
+        self._starts += 1
         self._reason = "the logger's clock ran back"
         return self._begin_session(session.hello)
 
-    def _count_gap(self, session: LoggerSession, missing: int) -> None:
+    def _count_gap(self, session: LoggerSession, missing: int, skipped: int) -> None:
+        if not skipped and missing > MIN_FORWARD_JUMP * session.hello.rate:
+            self.counts.forward_jumps += 1
         session.gaps += 1
         session.missing_samples += missing
         self.counts.gaps += 1
         self.counts.missing_samples += missing
 
-    def _decode_pending(self, rows: DecodedRows) -> None:
-        """Decode the pending samples of the session to rows."""
+    def _decode_pending(self, rows: DecodedRows, keep_newest: bool = True) -> None:
+        """Decode the pending samples of the session to rows; the newest block waits for the stamp of the next one."""
         session = self._session
         if session is None or not session.pending:
             return
-        pending = session.pending
-        session.pending = []
-        rows.append((session, Rows(_sample_times(pending), _sample_values(session.hello, pending))))
+        is_kept = keep_newest and session.pending[-1].count > 1
+        pending = session.pending[:-1] if is_kept else session.pending
+        session.pending = session.pending[len(pending) :]
+        if not pending:
+            return
+        rows.append((session, decode_rows(session.hello, pending)))
 
     # -- sessions
 
@@ -222,18 +248,27 @@ class SessionAssembler:
         if self._boot is not None and hello.boot != self._boot:
             reason = "restart" if self._session is not None else "reconnect after a restart"
             self._count_restart()
+        elif self._session is None and self._ran_back(hello.number):
+            reason = "reconnect after a restart"
+            self._count_restart()
         elif self._session is not None and not _is_same_logger(hello, self._session.hello):
             self.counts.layout_changes += 1
             reason = "other channels"
         self._boot = hello.boot
         self._reason = "begin"
-        session = LoggerSession(len(self.sessions) + 1, hello, reason, self._clock.origin or 0)
+        session = LoggerSession(len(self.sessions) + 1, hello, reason, self._clock.origin or 0, self._starts)
         self.sessions.append(session)
         self._session = session
         return session
 
+    def _ran_back(self, number: int) -> bool:
+        next_number = self._next_number
+        return next_number is not None and (number - next_number) % COUNTER_PERIOD >= COUNTER_PERIOD // 2
+
     def _count_restart(self) -> None:
         self.counts.restarts += 1
+        self._starts += 1
+        self._watch.clear()
         self._next_number = 0 if self._session is not None else None
         self._is_restarted = True
         self._clock = LoggerClock()
@@ -268,23 +303,6 @@ class SessionAssembler:
 
     def _refuse(self, reason: str) -> None:
         self._link.statistics.add_refusal(reason)
-
-
-def _sample_times(pending: list[PendingSamples]) -> FloatArray:
-    """Return the times [s] of all samples of frames."""
-    counts = np.array([frame.count for frame in pending])
-    first = np.repeat(np.array([frame.t for frame in pending], dtype=np.float64), counts)
-    interval = np.repeat(np.array([frame.interval for frame in pending], dtype=np.float64), counts)
-    index = np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return np.asarray(first + index * interval)
-
-
-def _sample_values(hello: Hello, pending: list[PendingSamples]) -> FloatArray:
-    """Return the values [sample, channel] of all samples of frames."""
-    parts = [frame.data for frame in pending if isinstance(frame.data, bytes)]
-    if parts:
-        return hello.decode_samples(b"".join(parts))
-    return hello.to_physical(np.array([frame.data for frame in pending], dtype=np.float64))
 
 
 def _is_same_logger(a: Hello, b: Hello) -> bool:

@@ -188,9 +188,13 @@ def _run(recorder: Recorder, seconds: float | None, call: Invocation) -> None:
         threading.Thread(target=_read_markers, args=(recorder, call), name="markers", daemon=True).start()
     start = time.monotonic()
     last_warning = None
+    announced = 1
     with _stop_on_signals(recorder):
         for replay in recorder.run(seconds):
             call.status(_status_line(replay))
+            for session in replay.assembler.sessions[announced:]:
+                call.info(f"segment {session.number} begins: {session.reason}")
+            announced = max(announced, len(replay.assembler.sessions))
             warning = _diagnose(replay, recorder, time.monotonic() - start)
             if warning is not None and warning != last_warning:
                 call.info(warning)
@@ -242,7 +246,7 @@ def _status_line(replay: Replay) -> str:
     return (
         f"{newest[1] if newest else 0.0:8.1f} s  {counts.samples} samples, {statistics.frames} frames, "
         f"{counts.lost_frames} lost, {statistics.crc_errors} damaged, {counts.gaps} gaps, "
-        f"{counts.reconnects} reconnects"
+        f"{counts.reconnects} reconnects, {counts.restarts} restarts"
     )
 
 

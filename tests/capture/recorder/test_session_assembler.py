@@ -36,8 +36,8 @@ def assemble(sender: SimulatedLogger) -> tuple[SessionAssembler, list[tuple[Logg
         if data:
             rows += assembly.feed(data)
         else:
-            assembly.reconnect()
-    return assembly, rows
+            rows += assembly.reconnect()
+    return assembly, rows + assembly.close()
 
 
 def times(rows: list[tuple[LoggerSession, Rows]], session: int = 1) -> FloatArray:
@@ -180,3 +180,104 @@ def test_clock_drift_is_estimated_from_samples_that_arrive_late() -> None:
     here = 1000.0 + there * (1 + 50e-6) + random.exponential(0.02, there.size)
     fit = fit_clock(list(zip(there, here, strict=True)))
     assert fit is not None and fit.drift == pytest.approx(50e-6, abs=10e-6) and fit.drift_sd < 10e-6
+
+
+def test_drift_within_its_uncertainty_is_not_applied() -> None:
+    random = np.random.default_rng(1)
+    there = np.arange(0.0, 60.0, 1.0)
+    fit = fit_clock(list(zip(there, 1000.0 + there + random.exponential(0.02, there.size), strict=True)))
+    assert fit is not None and not fit.is_significant
+    assert fit.host_time(50.0) - fit.host_time(0.0) == pytest.approx(50.0, abs=1e-12)
+
+
+class SameBootLogger(SimulatedLogger):
+    """Logger without a counter of its starts."""
+
+    def _restart(self) -> None:
+        boot = self._boot
+        super()._restart()
+        self._boot = boot
+        self._configure(self._configured)
+
+
+@pytest.mark.parametrize("form", ["binary", "text"])
+@pytest.mark.parametrize("has_reconnect", [True, False])
+@pytest.mark.parametrize("at", [3.0, 7.0])
+def test_a_restart_with_the_same_boot_loses_nothing(form: str, has_reconnect: bool, at: float) -> None:
+    plain = logger(form=form, restart=at)
+    fields = {f.name: getattr(plain, f.name) for f in dataclasses.fields(plain)}
+    faults = dataclasses.replace(plain.faults, unplug=at if has_reconnect else 0.0)
+    assembly, rows = assemble(SameBootLogger(**fields | {"faults": faults}))
+    assert assembly.counts.restarts == 1 and assembly.counts.lost_frames == 0
+    assert assembly.counts.samples == 2000 and assembly.counts.repeated_frames == 0
+    assert sum(r.t.size for _, r in rows) == 2000 and [s.start for s in assembly.sessions] == [0, 1]
+    assert assembly.sessions[1].reason == ("reconnect after a restart" if has_reconnect else "restart")
+    assert times(rows, 2)[0] == 0.0
+
+
+def test_late_repetitions_are_no_restart() -> None:
+    frames = [data for _, data in logger(1500).transmit()]
+    for k in (20, 400, 900):
+        frames[k:k] = frames[k - 7 : k]
+    assembly = SessionAssembler()
+    assembly.feed(b"".join(frames))
+    assert assembly.counts.restarts == 0 and assembly.counts.repeated_frames == 21
+    assert assembly.counts.samples == 1500 and len(assembly.sessions) == 1
+
+
+@pytest.mark.parametrize(
+    ("rate", "block"), [(208.0, 20), (205.0, 50), (212.0, 20), (192.0, 20), (200.2, 255), (209.0, 2)]
+)
+def test_blocks_of_a_sensor_off_its_stated_rate_have_even_times(rate: float, block: int) -> None:
+    assembly, rows = assemble(logger(20_000, block=block, drift=200.0 / rate - 1))
+    assert len(assembly.sessions) == 1 and assembly.counts.gaps == 0 and assembly.counts.samples == 20_000
+    assert assembly.link_statistics().refused == 0
+    # stamps are whole microseconds
+    assert np.max(np.abs(times(rows) - np.arange(20_000) / rate)) < 2e-6
+    found = assembly.sessions[0].true_rate
+    assert found == pytest.approx(rate, rel=1e-6) if rate != 200.2 else found is None
+
+
+def test_a_missing_sample_between_blocks_is_a_gap() -> None:
+    body = wire.hello_body(1, RATE, "x", "1", CHANNELS)
+    layout, data = wire.layout_hash(body), bytes(8 * 20)
+    assembly = SessionAssembler()
+    rows = assembly.feed(wire.encode_hello(0, body))
+    for k in range(30):
+        rows += assembly.feed(wire.encode_block(layout, k + 1, 100_000 * k + (5000 if k > 20 else 0), 20, data))
+    rows += assembly.close()
+    assert assembly.counts.gaps == 1 and assembly.counts.missing_samples == 1
+    assert np.max(np.abs(times(rows)[:420] - np.arange(420) / RATE)) < 1e-9
+
+
+@pytest.mark.parametrize("minutes", [10, 35, 36, 50, 71, 72, 100, 143, 215])
+@pytest.mark.parametrize("block", [1, 20])
+def test_a_line_dead_for_any_time_is_one_gap(minutes: int, block: int) -> None:
+    body = wire.hello_body(1, RATE, "x", "1", CHANNELS)
+    layout, data = wire.layout_hash(body), bytes(8 * block)
+    assembly = SessionAssembler()
+    rows = assembly.feed(wire.encode_hello(0, body))
+    dead = 12_000 * minutes // block
+    for k in (*range(200), *range(200 + dead, 400 + dead)):
+        time = round(5000 * block * k) % 2**32
+        if block == 1:
+            rows += assembly.feed(wire.encode_sample(layout, k + 1, time, data))
+        else:
+            rows += assembly.feed(wire.encode_block(layout, k + 1, time, block, data))
+    rows += assembly.close()
+    assert assembly.counts.clock_jumps == 0 and len(assembly.sessions) == 1
+    assert assembly.counts.gaps == 1 and assembly.counts.missing_samples == dead * block
+    assert times(rows)[-1] == pytest.approx(((400 + dead) * block - 1) / RATE, abs=1e-6)
+
+
+def test_a_slow_logger_with_statuses_keeps_its_time_over_a_dead_line() -> None:
+    body = wire.hello_body(1, 1.0, "x", "1", CHANNELS)
+    layout = wire.layout_hash(body)
+    assembly = SessionAssembler()
+    rows = assembly.feed(wire.encode_hello(0, body))
+    dead = 67 * 60
+    for k in (*range(100), *range(100 + dead, 200 + dead)):
+        time = 1_000_000 * k % 2**32
+        rows += assembly.feed(wire.encode_sample(layout, 2 * k + 1, time, bytes(8)))
+        rows += assembly.feed(wire.encode_status(layout, 2 * k + 2, time, 0))
+    assert times(rows)[-1] == pytest.approx(199 + dead) and assembly.counts.missing_samples == dead
