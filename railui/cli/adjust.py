@@ -80,7 +80,9 @@ def command(
     if loaded.design.kind != "bogie" and (coefficients or stretch is not None):
         raise usage_error("--coefficients and --stretch are for vehicles on a track, this campaign is of a rig")
     log = RunLog(call)
-    result = calibrate_only(read_dataset(loaded), method=method, seed=call.seed or 0, jobs=call.jobs, progress=log)
+    dataset = read_dataset(loaded)
+    call.warn([warning for run in dataset.runs for warning in run.warnings])
+    result = calibrate_only(dataset, method=method, seed=call.seed or 0, jobs=call.jobs, progress=log)
     report = loop_report(result) | {"schema": "railui.adjust/1", "method": method}
     for key in LOOP_ONLY_KEYS:
         report.pop(key)

@@ -165,8 +165,9 @@ def show_imported_run(call: Invocation, name: str, run: MeasuredRun) -> None:
         f"distance of the wheelsets by correlation: 2a {quality.lag:+.3f} m"
     )
     bands = []
-    for low, high, sd, difference in quality.bands:
-        share = 100 * 0.5 * difference / sd if sd else 0.0
-        bands.append((f"{low:g} to {high:g}", f"{1e3 * sd:.3f}", f"{1e3 * difference:.3f}", f"{share:.1f} %"))
+    for (low, high, sd, difference), error in zip(quality.bands, quality.errors, strict=True):
+        bands.append((f"{low:g} to {high:g}", f"{1e3 * sd:.3f}", f"{1e3 * difference:.3f}", f"{100 * error:.1f} %"))
+    if any(quality.roll_share):
+        caption += "; the error contains that of the roll, which no sensor measures, for a usual cross-level"
     columns = ("wavelengths [m]", "sd yw [mm]", "difference of both wheelsets [mm]", "approx. error of the mean")
     call.show(make_table(columns, bands, title="rail position", caption=caption))

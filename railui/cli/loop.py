@@ -93,7 +93,9 @@ def command(
     preload_in_background()
     log = RunLog(call)
     seed = call.seed or 0
-    checked = examine_data(read_dataset(loaded), correct=correct, accept_data=accept_data, progress=log)
+    dataset = read_dataset(loaded)
+    call.warn([warning for run in dataset.runs for warning in run.warnings])
+    checked = examine_data(dataset, correct=correct, accept_data=accept_data, progress=log)
     if checked.is_stopped:
         _stop(call, checked, data_fault_report(checked, seed), directory, log.lines)
         ctx.exit(EXIT_LIMIT_VIOLATED if strict else 0)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -13,10 +14,11 @@ from railui.campaign.faults.diagnose import diagnose
 from railui.contact.profile_reader import SIMPACK_KINDS, read_profile
 from railui.contact.radius_table_reader import read_radius_table
 from railui.documents.recognise import recognise
-from railui.io.problems import FileProblems, Problem
+from railui.io.problems import FileProblems, Findings, Problem
 from railui.io.yaml_document import load_yaml as load_yaml
 from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
+from railui.runs.overlap import MAX_SHARED_SHARE, shared_share
 from railui.runs.run import Run, load_run
 from railui.track.reader import TrackColumns, load_track
 from railui.vehicle.design_reader import Design, load_design
@@ -89,19 +91,32 @@ def _check_file(
 def _check_runs(campaign: Campaign) -> list[Problem]:
     """Return the problems of a campaign's runs; warn of data faults, and of noise of columns that no run has."""
     problems: list[Problem] = []
-    measured: set[str] = set()
+    runs: list[Run] = []
     for entry in campaign.runs:
         try:
-            measured |= set(load_run(entry.file, campaign.design.form).columns)
+            runs.append(load_run(entry.file, campaign.design.form))
         except FileProblems as error:
             problems += error.problems
     if problems:
         return problems
+    measured = {name for run in runs for name in run.columns}
     findings = load_yaml(campaign.source).findings()
+    _check_overlap(campaign, runs, findings)
     for fault in diagnose(read_dataset(campaign)).faults:
         remedy = f"add `{fault.yaml}`" if fault.yaml else "leave the channel out, or record again"
         findings.warn("runs", f"{', '.join(fault.files)}: {fault.text}", remedy)
     for name in campaign.noise:
         if name not in measured:
             findings.warn(f"noise.{name}", "no run of the campaign has this column", "leave it out")
-    return findings.problems
+    return [*(warning for run in runs for warning in run.warnings), *findings.problems]
+
+
+def _check_overlap(campaign: Campaign, runs: Sequence[Run], findings: Findings) -> None:
+    """Report runs of different roles that share samples: a model would be validated on what it was fitted to."""
+    for (i, first), (j, second) in combinations(enumerate(campaign.runs), 2):
+        if first.role == second.role:
+            continue
+        share = shared_share(runs[i].columns, runs[j].columns)
+        if share > MAX_SHARED_SHARE:
+            message = f"shares {100 * share:.0f} % of its samples with {first.name}, whose role is {first.role}"
+            findings.add(f"runs.{j}.file", message, "give another recording, or leave one of them out")

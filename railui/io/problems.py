@@ -105,9 +105,9 @@ class Findings:
         line, column = self.position(path, key) if position is None else position
         self.problems.append(Problem(self.file, line, column, path, message, remedy))
 
-    def warn(self, path: str, message: str, remedy: str = "") -> None:
+    def warn(self, path: str, message: str, remedy: str = "", *, position: Position | None = None) -> None:
         """Add a warning at a path."""
-        self.add(path, message, remedy)
+        self.add(path, message, remedy, position=position)
         self.problems[-1] = replace(self.problems[-1], severity="warning")
 
     def errors(self) -> list[Problem]:

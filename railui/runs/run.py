@@ -10,10 +10,11 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.io.atomic import sha256_file
-from railui.io.problems import Findings, suggest_name
+from railui.io.problems import Findings, Problem, suggest_name
 from railui.io.table import Table, read_table
 from railui.io.units import MAX_PLAUSIBLE_SPEED
 from railui.runs.columns import RIG_FORMS, Column, column_names, columns_of
+from railui.runs.plausibility import check_limits, warn_of_implausible
 from railui.runs.segments import Segments, find_segments, sampling_rate
 from railui.runs.units import bench_columns, check_magnitudes, columns_in_si, rig_columns
 
@@ -48,6 +49,8 @@ class Run:
         Columns that the model does not use; `unknown_values` contains their numbers.
     notes : tuple of str
         Remarks for the report.
+    warnings : tuple of Problem
+        Implausible values, with position and remedy.
     """
 
     file: Path
@@ -63,6 +66,7 @@ class Run:
     unknown_columns: tuple[str, ...]
     notes: tuple[str, ...]
     unknown_values: Mapping[str, FloatArray]
+    warnings: tuple[Problem, ...] = ()
 
     def __len__(self) -> int:
         return int(self.columns["t"].size)
@@ -94,6 +98,8 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
     findings.raise_errors()
     _drop_constant_channels(columns, form, notes, findings, table, responses)
     check_magnitudes(table, columns, known, findings)
+    if form != "rig":
+        check_limits(table, columns, findings)
     findings.raise_errors()
     rows = np.flatnonzero(np.isfinite(columns["t"]))
     columns = columns if rows.size == len(table.rows) else {name: column[rows] for name, column in columns.items()}
@@ -101,7 +107,9 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
     findings.raise_errors()
     if form in RIG_FORMS:
         _check_rig_limits(rate, len(rows), findings)
-    _add_absent_columns(columns, form, notes)
+    distance = _add_absent_columns(columns, form, notes)
+    if distance is not None:
+        warn_of_implausible(table, columns, rows, distance, findings)
     segments = find_segments(columns, rate, form)
     _require_segment(segments, rate, findings)
     _check_distance(table, columns, segments, rows, form, findings)
@@ -121,6 +129,7 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
         unknown_columns=unknown,
         notes=tuple(notes),
         unknown_values={name: table.column(name)[rows] for name in unknown},
+        warnings=findings.warnings(),
     )
 
 
@@ -199,16 +208,16 @@ def _drop_constant_channels(
         findings.add("", "no response varies", "give at least one that varies", position=table.header_position)
 
 
-def _add_absent_columns(columns: dict[str, FloatArray], form: str, notes: list[str]) -> None:
-    """Add absent columns: s from v, track columns and the input as zero."""
+def _add_absent_columns(columns: dict[str, FloatArray], form: str, notes: list[str]) -> FloatArray | None:
+    """Add absent columns: s from v, track columns and the input as zero; return the integral of v, None for a rig."""
     if form == "bench":
-        return
+        return None
     for name in column_names(form, "track"):
         if name not in columns:
             columns[name] = np.zeros_like(columns["t"])
             notes.append(f"{name} is absent: taken as 0")
     if form == "rig":
-        return
+        return None
     t, v = columns["t"], columns["v"]
     alive = np.isfinite(v)
     whole = v if alive.all() else np.interp(t, t[alive], v[alive])
@@ -220,6 +229,7 @@ def _add_absent_columns(columns: dict[str, FloatArray], form: str, notes: list[s
         _compare_distances(columns["s"], distance, notes)
     if np.median(whole) > MAX_PLAUSIBLE_SPEED:
         notes.append(f"v is {np.median(whole):.4g} m/s in the median: is it in km/h?")
+    return distance
 
 
 def _compare_distances(s: FloatArray, integral: FloatArray, notes: list[str]) -> None:

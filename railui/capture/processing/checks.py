@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.capture.processing.map_schema import ACCELERATIONS
+from railui.capture.processing.rail_quality import RailQuality
 from railui.capture.processing.recording import Recording, UniformSegment, sampling_interval
 from railui.capture.processing.sensor_map import SensorMap
 from railui.capture.processing.sensors import distance_and_speed, required_channels, sensor_signals
+from railui.runs.clipping import clipped_samples
 
 MAX_STANDSTILL_SPEED = 0.1  # m/s
 MIN_STANDSTILL_DURATION = 2.0  # s
@@ -19,6 +23,7 @@ MAX_CORRECTED_DRIFT = 1e-3
 MIN_REPLAY_DRIFT = 0.01  # not a clock error: the recording was played at another pace
 MAX_JITTER = 0.01  # of the sampling interval
 MIN_ROWS = 4
+RAIL_SENSORS = ("ay1", "ay2", *(f"e{i}{side}" for i in (1, 2) for side in ("", "_right", "_left")))
 
 
 def standstill_checks(sensor_map: SensorMap, recording: Recording) -> tuple[dict[str, dict[str, float]], list[str]]:
@@ -81,3 +86,31 @@ def time_base_notes(recording: Recording) -> list[str]:
     if jitter > MAX_JITTER:
         notes.append(f"time stamps jitter by {100 * jitter:.1f} % of the interval: resampled at even times")
     return notes
+
+
+def disagreement_note(clipped_quantities: Mapping[str, str], quality: RailQuality) -> str:
+    """Return the likely cause why the reconstructions of both wheelsets disagree."""
+    disagree = f"the two wheelsets measure different rails (correlation {quality.correlation:.2f})"
+    clipped = [name for name in RAIL_SENSORS if name in clipped_quantities]
+    if clipped:
+        return f"{disagree}: {', '.join(clipped)} {'is' if len(clipped) == 1 else 'are'} clipped, widen the range"
+    agreeing = [f"{low:g} to {high:g} m" for low, high, sd, difference in quality.bands if 0.5 * difference < 0.5 * sd]
+    if agreeing:
+        return (
+            f"{disagree}, but agree from {', '.join(agreeing)}: the noise of the accelerometers exceeds longer waves "
+            "at this speed; set `rails: {longest: ...}`"
+        )
+    return f"{disagree}: check the signs and axes of ay1, ay2, e1, e2"
+
+
+def find_clipped(recording: Recording, sensor_map: SensorMap) -> dict[str, str]:
+    """Return the extent of clipping by quantity, of the channels as they were recorded."""
+    found = {}
+    for name, sensor in sensor_map.sensors.items():
+        for channel in sensor.channels:
+            clipped = clipped_samples(recording.channels[channel])
+            if clipped is not None:
+                share = 100 * clipped[0] / recording.t.size
+                unit = sensor.unit or recording.units.get(channel) or ""
+                found[name] = f"{name} at {clipped[1]:.4g} {unit} in {clipped[0]} samples ({share:.2g} %)"
+    return found

@@ -69,7 +69,10 @@ class MeasuredRun:
 
 def _quality_report(quality: RailQuality) -> dict[str, Any]:
     return {
-        "bands": [{"from": a, "to": b, "sd_yw": sd, "difference": d} for a, b, sd, d in quality.bands],
+        "bands": [
+            {"from": a, "to": b, "sd_yw": sd, "difference": d, "error": error}
+            for (a, b, sd, d), error in zip(quality.bands, quality.errors, strict=True)
+        ],
         "correlation": quality.correlation,
         "lag": quality.lag,
         "valid": None if quality.valid is None else list(quality.valid),

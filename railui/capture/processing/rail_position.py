@@ -39,6 +39,8 @@ class ReconstructedTrack:
         Samples at both ends that are wrong.
     notes
         Remarks for the user.
+    has_roll
+        True if a sensor measures the roll or the cross-level.
     """
 
     columns: Mapping[str, FloatArray]
@@ -46,6 +48,7 @@ class ReconstructedTrack:
     natural_frequency: float
     settling_samples: int
     notes: tuple[str, ...]
+    has_roll: bool
 
 
 class _Rolls(NamedTuple):
@@ -155,7 +158,7 @@ def reconstruct(
             signals["gauge"] if "gauge" in signals else _lowpass_track(work, work.signals["gauge"], speed)
         )
     settling = 0 if "yw" in signals else round(SETTLING_PERIODS / work.natural / dt)
-    return ReconstructedTrack(columns, versions, work.natural, settling, tuple(work.notes))
+    return ReconstructedTrack(columns, versions, work.natural, settling, tuple(work.notes), rolls is not None)
 
 
 def _combine_sides(work: _Reconstruction) -> None:

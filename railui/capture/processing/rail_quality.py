@@ -12,12 +12,14 @@ from railui.core import Spline
 from railui.dsp.integrate import highpass_gain
 from railui.dsp.spectra import coherence, tukey
 from railui.track import BANDS
+from railui.vehicle.wheel_loads import GRAVITY
 
 GRID_SPACING = 0.25  # m
 COHERENCE_SEGMENT = 200.0  # m
 MIN_COHERENCE = 0.9  # of a valid wavelength
 MIN_GAIN = 0.95  # of the high-pass at a valid wavelength
 MAX_LAG = 1.0  # m by which the delay may differ from the wheelbase
+CROSS_LEVEL_BASE = 1.5  # m, between the running circles
 TAPER_LENGTH = 100.0  # m, both ends together
 
 
@@ -38,6 +40,8 @@ class RailQuality:
         Delay of the second reconstruction beyond the wheelbase 2a [m], by cross-correlation.
     valid
         Range of reliable wavelengths [m], None if there is none.
+    roll_share
+        Error from a roll that no sensor measures, of the standard deviation in each band; 0 where one does.
     """
 
     bands: tuple[tuple[float, float, float, float], ...]
@@ -46,11 +50,18 @@ class RailQuality:
     correlation: float
     lag: float
     valid: tuple[float, float] | None
+    roll_share: tuple[float, ...]
 
     @property
     def noise(self) -> float | None:
         """Standard deviation [m] of the mean's noise, from the shortest band, which drift does not affect."""
-        return self.bands[0][3] / 2 if self.bands else None
+        return self.errors[0] * self.bands[0][2] if self.bands else None
+
+    @property
+    def errors(self) -> tuple[float, ...]:
+        """Error of the mean of both reconstructions in each band, of its standard deviation there."""
+        shares = ((0.5 * difference / sd if sd else 0.0) for _, _, sd, difference in self.bands)
+        return tuple(float(np.hypot(*pair)) for pair in zip(shares, self.roll_share, strict=True))
 
 
 def band_rms(x: FloatArray, spacing: float, low: float, high: float) -> float:
@@ -70,7 +81,13 @@ def band_rms(x: FloatArray, spacing: float, low: float, high: float) -> float:
 
 
 def compare_versions(
-    first: FloatArray, second: FloatArray, s: FloatArray, shortest: float, natural: float, speed: float
+    first: FloatArray,
+    second: FloatArray,
+    s: FloatArray,
+    shortest: float,
+    natural: float,
+    speed: float,
+    unmeasured_roll_arm: float | None = None,
 ) -> RailQuality:
     """Compare two reconstructions of one track.
 
@@ -86,6 +103,9 @@ def compare_versions(
         Natural frequency of its high-pass [Hz].
     speed
         Speed of the vehicle [m/s].
+    unmeasured_roll_arm
+        Rolling radius [m] if no sensor measures the roll. Both reconstructions then share the error
+        (r + g/w^2) phi_w, which their difference cannot show.
     """
     grid = np.arange(s[0], s[-1], GRID_SPACING)
     a = Spline(s, first)(grid)
@@ -102,7 +122,20 @@ def compare_versions(
     b0 = b - b.mean()
     correlation = float(a0 @ b0 / np.sqrt((a0 @ a0) * (b0 @ b0)))
     valid = _valid_wavelengths(wavelength, values[is_kept], shortest, speed / limit_frequency(natural))
-    return RailQuality(bands, wavelength, values[is_kept], correlation, _find_lag(a0, b0), valid)
+    shares = tuple(_roll_share(low, high, speed, unmeasured_roll_arm) for low, high, _, _ in bands)
+    valid = valid if unmeasured_roll_arm is None else None
+    return RailQuality(bands, wavelength, values[is_kept], correlation, _find_lag(a0, b0), valid, shares)
+
+
+def _roll_share(low: float, high: float, speed: float, arm: float | None) -> float:
+    """Return the error (r + g/w^2) phi_w in a band, of the lateral deviation there; 0 if the roll is measured.
+
+    A cross-level as uneven as the alignment is assumed, as the spectra of ERRI B 176 have it within a factor of two.
+    """
+    if arm is None:
+        return 0.0
+    w = 2 * np.pi * speed / np.sqrt(low * high)
+    return float((arm + GRAVITY / w**2) / CROSS_LEVEL_BASE)
 
 
 def limit_frequency(natural: float, damping: float = np.sqrt(0.5)) -> float:

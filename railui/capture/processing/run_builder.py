@@ -8,7 +8,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.capture.processing.checks import MAX_CORRECTED_DRIFT, standstill_checks, time_base_notes
+from railui.capture.processing.checks import (
+    MAX_CORRECTED_DRIFT,
+    disagreement_note,
+    find_clipped,
+    standstill_checks,
+    time_base_notes,
+)
 from railui.capture.processing.map_schema import ACCELERATIONS
 from railui.capture.processing.measured_run import MeasuredRun
 from railui.capture.processing.rail_position import ReconstructedTrack, natural_frequency, reconstruct
@@ -26,6 +32,7 @@ from railui.capture.processing.track_car import convert_track_channels
 from railui.dsp.integrate import lowpass
 from railui.io.problems import FileProblems, file_problem
 from railui.runs.columns import COLUMNS, RIG_COLUMNS
+from railui.runs.plausibility import CLIPPED_COMMENT
 from railui.runs.segments import MIN_DURATION
 
 MIN_RIG_DURATION = 0.05  # s
@@ -63,6 +70,7 @@ class _RunBuilder:
     counts: dict[str, int]
     notes: list[str]
     raw: frozenset[str]  # accelerometers that measure gravity
+    clipped: dict[str, str]  # extent of clipping by quantity
     columns: list[dict[str, FloatArray]] = field(default_factory=list)
     track_parts: list[_TrackPart] = field(default_factory=list)
 
@@ -91,7 +99,9 @@ def build_measured_run(recording: Recording, sensor_map: SensorMap) -> MeasuredR
     standstill, notes = standstill_checks(sensor_map, recording)
     notes += [*recording.notes, *time_base_notes(recording)]
     segments, counts = uniform_segments(recording, names, MIN_DURATION)
-    builder = _RunBuilder(recording, sensor_map, counts, notes, raw)
+    clipped = find_clipped(recording, sensor_map)
+    notes += [CLIPPED_COMMENT + text for text in clipped.values()]
+    builder = _RunBuilder(recording, sensor_map, counts, notes, raw, clipped)
     for moving in _moving_segments(builder, segments):
         _add_segment(builder, moving)
     if not builder.columns:
@@ -233,12 +243,11 @@ def _compare_wheelsets(builder: _RunBuilder) -> tuple[RailQuality | None, float 
     s = part.s[part.rows][rows]
     speed = float(np.ptp(s) / ((rows[-1] - rows[0]) * _sampling_interval(builder.columns)))
     shortest = builder.sensor_map.rails.shortest
-    quality = compare_versions(first[rows], second[rows], s, shortest, natural, speed)
+    geometry = builder.sensor_map.geometry
+    arm = geometry.rolling_radius if geometry is not None and not part.track.has_roll else None
+    quality = compare_versions(first[rows], second[rows], s, shortest, natural, speed, arm)
     if quality.correlation < MIN_CORRELATION:
-        builder.notes.append(
-            f"the two wheelsets measure different rails (correlation {quality.correlation:.2f}): check the signs and "
-            "axes of ay1, ay2, e1, e2"
-        )
+        builder.notes.append(disagreement_note(builder.clipped, quality))
     elif abs(quality.lag) > MAX_LAG:
         builder.notes.append(
             f"the delay of the trailing wheelset differs from 2a by {quality.lag:+.2f} m: check wheelbase, speed and "
@@ -277,5 +286,5 @@ def _build_rig_run(recording: Recording, sensor_map: SensorMap, names: tuple[str
         counts=counts,
         natural_frequency=None,
         standstill={},
-        notes=tuple(recording.notes),
+        notes=(*recording.notes, *(CLIPPED_COMMENT + x for x in find_clipped(recording, sensor_map).values())),
     )

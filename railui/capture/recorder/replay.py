@@ -13,6 +13,7 @@ from railui.capture.recorder.journal import JOURNAL_FILE, Event, read_journal
 from railui.capture.recorder.run_files import RunFiles, run_file_name
 from railui.capture.recorder.session_assembler import SessionAssembler
 from railui.capture.recorder.sessions import LoggerSession, Rows
+from railui.runs.clipping import ClippingWatch
 
 RAW_FILE = "raw.bin"
 CHUNK_BYTES = 1 << 16
@@ -49,6 +50,7 @@ class Replay:
         self.wall_clock_anchor: tuple[float, float] | None = None
         self.dropped_bytes = 0
         self.on_rows: Callable[[LoggerSession, Rows], None] = _ignore_rows
+        self._clipping: dict[int, ClippingWatch] = {}
         self._events: deque[Event] = deque()
         self._raw = raw.open("rb")
 
@@ -74,6 +76,8 @@ class Replay:
     def _add_rows(self, decoded: Iterable[tuple[LoggerSession, Rows]]) -> None:
         for session, rows in decoded:
             self.files.add(session, rows)
+            watch = self._clipping.setdefault(session.number, ClippingWatch(rows.values.shape[1]))
+            watch.add(rows.values)
             self.on_rows(session, rows)
 
     def close(self) -> None:
@@ -100,6 +104,16 @@ class Replay:
             self.wall_clock_anchor = float(event["wall_s"]), float(event["mono"])
 
     # -- report
+
+    def clipped_channels(self) -> dict[tuple[int, str], tuple[int, str]]:
+        """Return samples and level of the clipped channels, by segment and name."""
+        found = {}
+        for session in self.assembler.sessions:
+            watch = self._clipping.get(session.number)
+            for i, (samples, level) in (watch.clipped() if watch else {}).items():
+                channel = session.hello.channels[i]
+                found[session.number, channel.name] = samples, f"{level:.4g} {channel.unit}".strip()
+        return found
 
     def fit_clocks(self) -> dict[int, ClockFit | None]:
         """Fit the logger's clock against the host's, per start of the logger."""
@@ -155,6 +169,7 @@ class Replay:
             "first": session.first_time,
             "last": session.last_time,
             "begins": begins,
+            "clipped": [name for number, name in self.clipped_channels() if number == session.number],
             "drift": None if clock is None else clock.drift,
             "drift_sd": None if clock is None else clock.drift_sd,
             **({"temperature": None, "battery": None} | session.status),
@@ -172,6 +187,8 @@ class Replay:
                 f"{counts.forward_jumps} times the logger's time advanced by more than a second without a lost frame: "
                 "was its clock set? else it missed samples"
             )
+        for (number, name), (samples, level) in self.clipped_channels().items():
+            notes.append(f"segment {number}: {name} is clipped at {level}, {samples} samples: widen its range")
         for session in self.assembler.sessions:
             if (rate := session.true_rate) is not None:
                 stated = f"{session.hello.rate:g}"

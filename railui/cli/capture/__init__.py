@@ -189,12 +189,17 @@ def _run(recorder: Recorder, seconds: float | None, call: Invocation) -> None:
     start = time.monotonic()
     last_warning = None
     announced = 1
+    clipped: set[tuple[int, str]] = set()
     with _stop_on_signals(recorder):
         for replay in recorder.run(seconds):
             call.status(_status_line(replay))
             for session in replay.assembler.sessions[announced:]:
                 call.info(f"segment {session.number} begins: {session.reason}")
             announced = max(announced, len(replay.assembler.sessions))
+            for channel, (_, level) in replay.clipped_channels().items():
+                if channel not in clipped:
+                    call.info(f"segment {channel[0]}: {channel[1]} is clipped at {level}")
+                    clipped.add(channel)
             warning = _diagnose(replay, recorder, time.monotonic() - start)
             if warning is not None and warning != last_warning:
                 call.info(warning)

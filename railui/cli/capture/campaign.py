@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,6 +49,7 @@ def command(
     if sensor_map.design is None or sensor_map.design.source is None:
         raise usage_error(f"{map_file} names no vehicle: add `vehicle: DESIGN.yaml`, the nominal model")
     runs = _build_runs(sensor_map, {"adjust": adjust, "validate": validate})
+    _refuse_overlap(runs)
     runs, notes = align_runs(runs)
     path = write_campaign(directory, name or directory.resolve().name, Path(sensor_map.design.source), runs)
     for run in runs:
@@ -73,3 +75,15 @@ def _build_runs(sensor_map: SensorMap, sources: dict[str, tuple[str, ...]]) -> l
         for path in paths
         for recording in read_recordings(path, sensor_map.clock, sensor_map.rate)
     ]
+
+
+def _refuse_overlap(runs: Sequence[CampaignRun]) -> None:
+    """Refuse a recording that serves estimation and validation."""
+    from itertools import combinations
+
+    from railui.runs.overlap import MAX_SHARED_SHARE, shared_share
+
+    for first, second in combinations(runs, 2):
+        if first.role != second.role and shared_share(first.run.columns, second.run.columns) > MAX_SHARED_SHARE:
+            same = f"{first.source} (--{first.role}) and {second.source} (--{second.role}) share samples"
+            raise usage_error(f"{same}: a model is validated on a recording that no fit has used, give another one")

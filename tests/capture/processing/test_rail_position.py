@@ -147,3 +147,19 @@ def test_runs_over_one_line_are_aligned() -> None:
     assert shift.metres == pytest.approx(160.0, abs=0.05) and shift.correlation > 0.95
     other = simulated_motion(60.0, seed=6)
     assert find_shift(s, yw, other["s"], other["yw"]).correlation < 0.8
+
+
+def test_the_quality_figure_contains_the_unmeasured_roll() -> None:
+    columns = simulated_motion(60.0)
+    q = {name: x for name, x in sensor_readings(columns).items() if name != "roll_rate1"}
+    track = reconstruct_track(q, columns)
+    inside = slice(track.settling_samples, -track.settling_samples)
+    versions = (track.versions[1][inside], track.versions[2][inside])
+    assert not track.has_roll
+    quality = compare_versions(
+        *versions, columns["s"][inside], 2.5, track.natural_frequency, 40.0, GEOMETRY.rolling_radius
+    )
+    assert quality.valid is None
+    for (low, high, _, _), error in list(zip(quality.bands, quality.errors, strict=True))[:2]:
+        true = relative_error(track.columns["yw"], columns["yw"], columns["s"], track.settling_samples, low, high)
+        assert 0.4 < error / true < 2.5, (low, high)

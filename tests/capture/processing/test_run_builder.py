@@ -10,12 +10,14 @@ import pytest
 from click.testing import CliRunner
 
 from railui.capture.formats import write_recording
+from railui.capture.processing.measured_run import MeasuredRun, save_run
 from railui.capture.processing.recording import Recording
 from railui.capture.processing.run_builder import build_measured_run
 from railui.capture.processing.sensor_map import load_map
 from railui.cli import cli
 from railui.cli.import_ import show_imported_run
 from railui.cli.invocation import Invocation
+from railui.documents.check import check
 from railui.runs.run import load_run
 from tests.capture.simulated_runs import SERIES, UNITS, T, sensor_readings, simulated_motion, write_map
 
@@ -68,10 +70,39 @@ def test_recording_of_a_test_rig_becomes_a_run(tmp_path: Path) -> None:
 
 
 def test_table_of_the_rail_position_states_units(capsys: pytest.CaptureFixture[str]) -> None:
-    quality = SimpleNamespace(valid=(3.0, 70.0), lag=0.01, bands=[(3.0, 25.0, 7e-4, 1e-4)])
+    quality = SimpleNamespace(
+        valid=(3.0, 70.0), lag=0.01, bands=[(3.0, 25.0, 7e-4, 1e-4)], errors=(0.07,), roll_share=(0.0,)
+    )
     run = SimpleNamespace(
         columns={"t": T}, counts={"rows": len(T), "gaps": 0}, notes=(), rail_quality=quality, natural_frequency=2.0
     )
     show_imported_run(Invocation(), "run.csv.gz", run)  # type: ignore[arg-type]
     shown = capsys.readouterr().out
     assert "wavelengths [m]" in shown and "sd yw [mm]" in shown and "difference of both wheelsets [mm]" in shown
+
+
+def build_with(tmp_path: Path, change: dict[str, np.ndarray], speed: float = 40.0) -> MeasuredRun:
+    """Build the run of the simulated sensors with some of them changed."""
+    columns = simulated_motion(speed=speed)
+    sensors = {n: x for n, x in sensor_readings(columns).items() if n[0] in "ae" or n == "roll_rate1"} | change
+    units: dict[str, str | None] = {"v": "m/s"}
+    units |= {name: {"a": "m/s^2", "e": "m", "r": "rad/s"}[name[0]] for name in sensors}
+    path = write_map(tmp_path, "sensors:\n" + "".join(f"  {name}: {{channel: {name}}}\n" for name in sensors))
+    recording = Recording("a", columns["t"], sensors | {"v": columns["v"]}, units)
+    return build_measured_run(recording, load_map(path))
+
+
+def test_clipping_is_named_as_clipping(tmp_path: Path) -> None:
+    ay1 = sensor_readings(simulated_motion())["ay1"]
+    run = build_with(tmp_path, {"ay1": np.clip(ay1, -0.5 * ay1.std(), 0.5 * ay1.std())})
+    assert any(note.startswith("clipped: ay1 at ") for note in run.notes)
+    assert any("ay1 is clipped, widen the range" in note for note in run.notes)
+    assert not any("check the signs" in note for note in run.notes)
+    save_run(tmp_path / "run.csv", run, run.notes)
+    assert any("was clipped in the recording: ay1" in problem.message for problem in check([tmp_path / "run.csv"]))
+
+
+def test_a_wrong_sign_is_named_as_a_wrong_sign(tmp_path: Path) -> None:
+    run = build_with(tmp_path, {"ay2": -sensor_readings(simulated_motion())["ay2"]})
+    assert any("check the signs and axes" in note for note in run.notes)
+    assert not any("clipped" in note for note in run.notes)

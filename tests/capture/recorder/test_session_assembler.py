@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from railui.arrays import FloatArray
 from railui.capture.protocol import wire
 from railui.capture.protocol.frames import Channel
 from railui.capture.recorder.clock import fit_clock
+from railui.capture.recorder.replay import decode
 from railui.capture.recorder.session_assembler import MAX_PENDING_BYTES, SessionAssembler
 from railui.capture.recorder.sessions import LoggerSession, Rows
 from railui.capture.simulator.logger import Faults, SimulatedLogger
@@ -281,3 +284,29 @@ def test_a_slow_logger_with_statuses_keeps_its_time_over_a_dead_line() -> None:
         rows += assembly.feed(wire.encode_sample(layout, 2 * k + 1, time, bytes(8)))
         rows += assembly.feed(wire.encode_status(layout, 2 * k + 2, time, 0))
     assert times(rows)[-1] == pytest.approx(199 + dead) and assembly.counts.missing_samples == dead
+
+
+def test_clipping_is_reported_by_channel(tmp_path: Path) -> None:
+    sender = logger(4000)
+    sender.series["c1"][:] = np.clip(sender.series["c1"], -1.0, 1.0)  # type: ignore[index]
+    sender = dataclasses.replace(sender)
+    (tmp_path / "raw.bin").write_bytes(b"".join(data for _, data in sender.transmit()))
+    report = decode(tmp_path / "raw.bin", tmp_path / "out").report()
+    assert report["segments"][0]["clipped"] == ["c1"]
+    assert any("segment 1: c1 is clipped at 1 m/s^2" in note or "at -1 m/s^2" in note for note in report["notes"])
+
+
+def test_the_end_of_a_recording_is_no_arrival_for_the_drift(tmp_path: Path) -> None:
+    """Twelve seconds of a logger without drift, then five of silence."""
+    frames = list(logger(2400).transmit())
+    data, events, done = b"", [{"at": 0, "event": "open", "mono": 0.0, "wall_s": 1e9}], 0
+    for at, frame in frames:
+        if int(at) > done:
+            done = int(at)
+            events.append({"at": len(data), "event": "tick", "mono": at})
+        data += frame
+    events.append({"at": len(data), "event": "close", "mono": 17.0})
+    (tmp_path / "raw.bin").write_bytes(data)
+    (tmp_path / "journal.jsonl").write_text("".join(json.dumps(event) + "\n" for event in events))
+    (segment,) = decode(tmp_path / "raw.bin", tmp_path / "out").report()["segments"]
+    assert abs(segment["drift"]) < 1e-6 and abs(segment["begins"] - 1e9) < 0.01
