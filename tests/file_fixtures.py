@@ -104,10 +104,10 @@ def problems_of() -> Callable[[Callable[[], object]], list[Problem]]:
     return problems
 
 
-def run_rows(seconds: float = 20.0, rate: float = 50.0) -> dict[str, np.ndarray]:
+def run_rows(seconds: float = 20.0, rate: float = 50.0, seed: int = 0) -> dict[str, np.ndarray]:
     """Return the columns of a run with noise in every channel, by header."""
     n = round(seconds * rate)
-    t, wave = np.arange(n) / rate, np.random.default_rng(0)
+    t, wave = np.arange(n) / rate, np.random.default_rng(seed)
     names = ("yw [m]", "e1 [m]", "ay1 [m/s^2]")
     return {
         "t [s]": t,
@@ -139,6 +139,7 @@ def campaign_folder(tmp_path: Path) -> Path:
     """Directory of a campaign with its vehicle and two runs."""
     (tmp_path / "vehicle.yaml").write_text(BOGIE)
     (tmp_path / "campaign.yaml").write_text(CAMPAIGN)
-    for name in ("run_a.csv", "run_b.csv"):
-        (tmp_path / name).write_text(csv({**run_rows(), "rf [rad/s]": np.sin(np.arange(1000.0))}))
+    for seed, name in enumerate(("run_a.csv", "run_b.csv")):
+        rf = np.sin((1.0 + seed) * np.arange(1000.0))
+        (tmp_path / name).write_text(csv({**run_rows(seed=seed), "rf [rad/s]": rf}))
     return tmp_path
