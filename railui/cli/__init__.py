@@ -8,6 +8,8 @@ import keyword
 import os
 import shlex
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import click
@@ -30,7 +32,7 @@ COMMANDS = {
     "diff": "List the differences between two designs, studies or campaigns.",
     "capture": "Record data from a serial logger.",
     "import": "Convert recordings of test benches and track recording cars.",
-    "schema": "Print the JSON Schema of designs, campaigns or studies.",
+    "schema": "Print the JSON Schema of the YAML files.",
     "doctor": "Run the installation self-test against reference values.",
     "bench": "Measure the speed of the kernel on this machine.",
 }
@@ -70,14 +72,15 @@ class LazyCommandGroup(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         try:
             try:
-                return super().invoke(ctx)
+                with _warnings_in_words():
+                    return super().invoke(ctx)
             finally:
                 sys.stdout.flush()  # inside the try, so that a failing flush is reported
         except KeyboardInterrupt:
             command_line = shlex.join(["railui", *ctx.meta["railui.words"]])
             click.echo(f"\ninterrupted; to run the same again: {command_line}", err=True)
             ctx.exit(EXIT_INTERRUPTED)
-        except (ValueError, RuntimeError, OSError) as error:
+        except (ValueError, RuntimeError, OSError, MemoryError) as error:
             # click's own errors and exits are RuntimeErrors, too
             if isinstance(error, click.exceptions.Exit | click.Abort | BrokenPipeError):
                 raise
@@ -86,6 +89,28 @@ class LazyCommandGroup(click.Group):
 
                 traceback.print_exc(file=sys.stderr)
             ctx.exit(_print_error(error))
+
+
+@contextmanager
+def _warnings_in_words() -> Iterator[None]:
+    """Replace the warnings of numerical libraries by one line."""
+    import warnings
+
+    original = warnings.showwarning
+    shown: list[str] = []
+
+    def show(message: Warning | str, category: type[Warning], *more: Any, **named: Any) -> None:
+        if not issubclass(category, RuntimeWarning):
+            original(message, category, *more, **named)
+        elif not shown:
+            shown.append(str(message))
+            click.echo(f"warning: numbers of the computation are not finite ({message}): check the input", err=True)
+
+    warnings.showwarning = show
+    try:
+        yield
+    finally:
+        warnings.showwarning = original
 
 
 def _print_error(error: Exception) -> int:
@@ -98,6 +123,8 @@ def _print_error(error: Exception) -> int:
             click.echo(str(problem), err=True)
         return EXIT_USAGE
     text = str(error)
+    if isinstance(error, MemoryError):
+        text = f"needs more memory than there is ({text or 'out of memory'}): give less, or coarser data"
     if isinstance(error, OSError) and error.strerror:
         text = f"{error.filename}: {error.strerror}" if error.filename else _stream_error(error)
         if error.strerror == os.strerror(errno.EACCES):

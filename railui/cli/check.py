@@ -18,10 +18,11 @@ def command(ctx: click.Context, files: tuple[str, ...], call: Invocation) -> Non
 
     The runs of a campaign are validated with it. Exit code 2 where there is an error; warnings do not count.
     """
+    from railui.capture.processing.sensor_map import load_map
     from railui.documents.check import check
     from railui.track import parse_spec
 
-    problems = check(files, check_track=parse_spec)
+    problems = check(files, check_track=parse_spec, load_map=load_map)
     for problem in problems:
         call.show(str(problem))
     errors = sum(problem.severity == "error" for problem in problems)

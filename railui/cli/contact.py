@@ -9,7 +9,7 @@ import click
 
 from railui.cli.arguments import figure_option, quantity_option
 from railui.cli.invocation import Invocation, common_options, usage_error
-from railui.cli.quantities import parse_force, parse_length
+from railui.cli.quantities import bounded, parse_force, parse_length
 from railui.cli.tables import make_table
 
 if TYPE_CHECKING:
@@ -34,17 +34,35 @@ def _parse_inclination(text: str) -> float:
 @click.argument("wheel", required=False, metavar="[WHEEL]")
 @click.argument("rail", required=False, metavar="[RAIL]")
 @quantity_option(
-    "--gauge", parse_length, default="1435 mm", metavar="LENGTH", help="Track gauge, 14 mm below the top of the rails."
+    "--gauge",
+    bounded(parse_length, 0.3, 2.0, "m"),
+    default="1435 mm",
+    metavar="LENGTH",
+    help="Track gauge, 14 mm below the top of the rails.",
 )
 @quantity_option(
-    "--back-to-back", parse_length, default="1360 mm", metavar="LENGTH", help="Distance of the wheels' inner faces."
+    "--back-to-back",
+    bounded(parse_length, 0.2, 2.0, "m"),
+    default="1360 mm",
+    metavar="LENGTH",
+    help="Distance of the wheels' inner faces.",
 )
 @quantity_option(
     "--inclination", _parse_inclination, default="0", metavar="1:N", help="Rail inclination; 0 where the file has it."
 )
-@quantity_option("--radius", parse_length, default="0.46 m", metavar="LENGTH", help="Nominal rolling radius.")
 @quantity_option(
-    "--diameter-difference", parse_length, default="0", metavar="LENGTH", help="Right minus left wheel diameter."
+    "--radius",
+    bounded(parse_length, 0.05, 1.5, "m"),
+    default="0.46 m",
+    metavar="LENGTH",
+    help="Nominal rolling radius.",
+)
+@quantity_option(
+    "--diameter-difference",
+    bounded(parse_length, -0.05, 0.05, "m"),
+    default="0",
+    metavar="LENGTH",
+    help="Right minus left wheel diameter.",
 )
 @click.option("--mirror-rail", is_flag=True, help="Mirror the rail: its y points opposite to that of its file type.")
 @quantity_option(
@@ -56,7 +74,7 @@ def _parse_inclination(text: str) -> float:
 @quantity_option(
     "--sd", parse_length, default="2 mm", metavar="LENGTH", help="Standard deviation of e for the linearisation."
 )
-@quantity_option("--load", parse_force, default="55 kN", metavar="FORCE", help="Wheel load.")
+@quantity_option("--load", bounded(parse_force, 10.0, 1e6, "N"), default="55 kN", metavar="FORCE", help="Wheel load.")
 @click.option(
     "--surface",
     type=click.FloatRange(0.05, 1.5),

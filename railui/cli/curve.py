@@ -9,7 +9,7 @@ import click
 
 from railui.cli.arguments import design_argument, figure_option, load_design_argument, quantity_option
 from railui.cli.invocation import Invocation, common_options, usage_error
-from railui.cli.quantities import parse_cant, parse_length, parse_radii
+from railui.cli.quantities import parse_cant, parse_radii, parse_radius
 from railui.cli.tables import format_fixed, make_table
 
 COLUMNS = ("radius [m]", "e [mm]", "angle of attack [mrad]", "sum of guiding forces [kN]", "wear number [N]", "flange")
@@ -17,7 +17,7 @@ COLUMNS = ("radius [m]", "e [mm]", "angle of attack [mrad]", "sum of guiding for
 
 @click.command("curve")
 @design_argument
-@quantity_option("--radius", parse_length, metavar="RADIUS", help="Curve radius [m], such as 600; < 0 to the left.")
+@quantity_option("--radius", parse_radius, metavar="RADIUS", help="Curve radius [m], such as 600; < 0 to the left.")
 @quantity_option("--radii", parse_radii, metavar="RANGE", help="Several radii, such as 250:2000:50.")
 @quantity_option(
     "--cant-deficiency", parse_cant, default="0", metavar="LENGTH", help='Cant deficiency, such as 0.1 or "100 mm".'
@@ -48,8 +48,6 @@ def command(
     if (radius is None) == (radii is None):
         raise usage_error("give either --radius or --radii")
     given = [radius] if radius is not None else list(radii or ())
-    if any(r == 0 for r in given):
-        raise usage_error("a curve radius must not be 0")
     if figure is not None and len(given) < 2:
         raise usage_error("--figure draws against the radius: give --radii")
     loaded = load_design_argument(call, design, overrides)

@@ -181,9 +181,11 @@ def usage_error(message: str) -> click.UsageError:
 
 
 def sha256_or_none(path: str | Path) -> str | None:
-    """Return the SHA-256 of a file, None where it cannot be read."""
+    """Return the SHA-256 of a file, None where it cannot be read, or is a pipe or device."""
     from railui.io.atomic import sha256_file
 
+    if not Path(path).is_file():
+        return None
     try:
         return sha256_file(path)
     except OSError:

@@ -67,7 +67,8 @@ def command(
     document = _search(loaded, directory, _runner(scheduler, call), unlock, samples, inputs, choose, call)
     call.write_json(document)
     if document["knee"] is None:
-        call.info(f"no design satisfies the constraints; the nearest: {document['closest']}")
+        nearest = ", ".join(f"{path} {value:.6g}" for path, value in document["closest"].items())
+        call.info(f"no design satisfies the constraints; the nearest [SI]: {nearest}")
         ctx.exit(EXIT_LIMIT_VIOLATED)
 
 

@@ -9,6 +9,7 @@ import click
 
 MAX_RANGE_LENGTH = 10_000  # values
 MAX_CANT = 0.5  # m
+MIN_CURVE_RADIUS, MAX_CURVE_RADIUS = 10.0, 1e6  # m
 DEFAULT_INTERVALS = 20  # of a range without a step
 
 
@@ -50,6 +51,19 @@ def parse_speeds(text: str) -> list[float]:
     return speeds
 
 
+def parse_radius(text: str) -> float:
+    """Parse the radius of a curve [m], negative to the left; ValueError for one that no track has.
+
+    >>> parse_radius("-600 m")
+    -600.0
+    """
+    radius = parse_length(text)
+    if not MIN_CURVE_RADIUS <= abs(radius) <= MAX_CURVE_RADIUS:
+        limits = f"{MIN_CURVE_RADIUS:g} to {MAX_CURVE_RADIUS:g} m"
+        raise ValueError(f"{text!r} is not the radius of a curve: give {limits}, negative to the left")
+    return radius
+
+
 def parse_radii(text: str) -> list[float]:
     """Parse radii [m]: values and ranges separated by commas.
 
@@ -58,7 +72,8 @@ def parse_radii(text: str) -> list[float]:
     """
     radii: list[float] = []
     for part in text.split(","):
-        ends = [parse_length(end) for end in _split_range(part)]
+        words = _split_range(part)
+        ends = [parse_radius(end) for end in words[:2]] + [parse_length(end) for end in words[2:]]
         radii += [ends[0]] if len(ends) == 1 else inclusive_range(*ends)
     return radii
 
@@ -135,6 +150,22 @@ def parse_cant(text: str) -> float:
         remedy = "write a smaller one" if text.strip()[-1:].isalpha() else f"were mm meant? write '{text.strip()} mm'"
         raise ValueError(f"{cant:g} m is above the largest accepted cant of {MAX_CANT:g} m, {remedy}")
     return cant
+
+
+def bounded(parse: Callable[[str], float], low: float, high: float, unit: str) -> Callable[[str], float]:
+    """Return a parser that raises ValueError for values [SI] outside a range.
+
+    >>> bounded(parse_length, 0.05, 1.5, "m")("460 mm")
+    0.46
+    """
+
+    def parse_bounded(text: str) -> float:
+        value = parse(text)
+        if not low <= value <= high:
+            raise ValueError(f"{text!r} is out of range: give {low:g} to {high:g} {unit}, or write its unit")
+        return value
+
+    return parse_bounded
 
 
 def parse_force(text: str) -> float:

@@ -8,10 +8,10 @@ from railui.cli.invocation import Invocation, common_options
 
 
 @click.command("schema")
-@click.argument("kind", type=click.Choice(["design", "campaign", "study", "element"]))
+@click.argument("kind", type=click.Choice(["design", "campaign", "study", "element", "map"]))
 @common_options
 def command(kind: str, call: Invocation) -> None:
-    """Print the JSON Schema of a design, a campaign, a study or an element: an editor validates and completes with it.
+    """Print the JSON Schema of a kind of file, with which an editor validates and completes it.
 
     \b
     railui schema design > design.schema.json
@@ -19,9 +19,10 @@ def command(kind: str, call: Invocation) -> None:
     """
     import json
 
-    from railui.documents.schema import json_schema
+    from railui.capture.processing.map_schema import MapModel
+    from railui.documents.schema import json_schema, schema_document
 
-    document = json_schema(kind)
+    document = schema_document(kind, MapModel.model_json_schema()) if kind == "map" else json_schema(kind)
     if call.json is None:
         call.show(json.dumps(document, indent=1, ensure_ascii=False))
     call.write_json(document)

@@ -24,6 +24,8 @@ GAUSS_ALPHA = float(
     np.sqrt(np.log(2.0) / np.pi)
 )  # of the Gaussian filter of ISO 16610-21: 50 % transmission at the cut-off wavelength
 INNER_FACE_TO_TAPE_LINE = 0.070  # m from the inner face of a wheel to its tape line (EN 13715)
+MAX_HEIGHT = 0.3  # m
+MAX_ARC_LENGTH = 2.0  # m, of the polygon through the points
 MAX_ROUGHNESS = 3e-6  # m of noise from point to point that disturbs the contact search
 MAX_WHEEL_DROP = 8e-3  # m of the outer end of a wheel below its tread
 MIN_POINT_DISTANCE = 1e-9  # m, of two distinct points
@@ -68,6 +70,7 @@ class Profile:
         """
         across, up = np.array(y, dtype=float), np.array(h, dtype=float)
         _check_points(kind, across, up)
+        _check_extent(kind, across, up)
         is_distinct = np.concatenate([[True], np.hypot(np.diff(across), np.diff(up)) > MIN_POINT_DISTANCE])
         points = np.flatnonzero(is_distinct)
         across, up = across[is_distinct], up[is_distinct]
@@ -186,6 +189,19 @@ def _upside_down(kind: Kind, y: FloatArray, h: FloatArray) -> bool:
     first, last = (float(end) for end in np.quantile(y, [0.02, 0.98]))
     middle = float(np.median(np.interp(np.linspace(first, last, 200), *_sorted(y, h))))
     return bool(h.max() - middle > middle - h.min())
+
+
+def _check_extent(kind: Kind, y: FloatArray, h: FloatArray) -> None:
+    """Raise ProfileError for a profile higher or longer than any, which would take unlimited memory."""
+    height = float(np.ptp(h))
+    if height > MAX_HEIGHT:
+        lowest = int(np.argmax(np.abs(h - np.median(h))))
+        fault = f"the {kind} profile is {height * 1e3:.4g} mm high, more than the {MAX_HEIGHT * 1e3:g} mm of any"
+        raise ProfileError(fault, "correct the number, or its unit", lowest)
+    length = float(np.sum(np.hypot(np.diff(y), np.diff(h))))
+    if length > MAX_ARC_LENGTH:
+        fault = f"the {kind} profile is {length:.4g} m long from point to point: its points go back and forth"
+        raise ProfileError(fault, "sort the points along the profile, or smooth them")
 
 
 def _check_kind(kind: Kind, y: FloatArray, h: FloatArray) -> None:

@@ -14,6 +14,7 @@ from railui.io.table import read_table
 from railui.io.units import UnitError, parse_unit
 
 MIN_ROWS = 5
+MAX_LENGTH = 0.1  # m, of a displacement or a difference of radii
 
 
 def read_radius_table(path: str | Path) -> tuple[FloatArray, FloatArray]:
@@ -39,6 +40,12 @@ def read_radius_table(path: str | Path) -> tuple[FloatArray, FloatArray]:
     y, delta = columns
     _check(y, ~np.isfinite(y), findings, table.cell_position, "is not a number")
     _check(delta, ~np.isfinite(delta), findings, table.cell_position, "is not a number")
+    for name, values in (("y", y), ("delta_r", delta)):
+        beyond = np.flatnonzero(np.abs(values) > MAX_LENGTH)
+        if beyond.size:
+            fault = f"{values[beyond[0]]:.4g} m is more than the {MAX_LENGTH:g} m of a wheelset"
+            place = table.cell_position(int(beyond[0]), name)
+            findings.add(name, fault, f"correct the number, or write `{name} [mm]` if they are mm", position=place)
     if len(y) > 1 and y[0] > y[-1]:
         y, delta = y[::-1], delta[::-1]
     else:

@@ -13,8 +13,8 @@ from railui.campaign.dataset import read_dataset
 from railui.campaign.faults.diagnose import diagnose
 from railui.contact.profile_reader import SIMPACK_KINDS, read_profile
 from railui.contact.radius_table_reader import read_radius_table
-from railui.documents.recognise import recognise
-from railui.io.problems import FileProblems, Findings, Problem
+from railui.documents.recognise import USES_BY_KIND, recognise
+from railui.io.problems import FileProblems, Findings, Problem, file_problem
 from railui.io.yaml_document import load_yaml as load_yaml
 from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
@@ -30,15 +30,25 @@ if TYPE_CHECKING:
 
 
 LoadedFile: TypeAlias = (
-    "Design | Campaign | Study | Element | Run | TrackColumns | Profile | tuple[FloatArray, FloatArray]"
+    "Design | Campaign | Study | Element | Run | TrackColumns | Profile | tuple[FloatArray, FloatArray] | object"
 )
 
 
 def load(
-    path: str | Path, catalogue: Catalogue | None = None, check_track: Callable[[str], object] | None = None
+    path: str | Path,
+    catalogue: Catalogue | None = None,
+    check_track: Callable[[str], object] | None = None,
+    load_map: Callable[[str | Path], object] | None = None,
 ) -> LoadedFile:
-    """Load a file of any kind; FileProblems with every problem."""
+    """Load a file of any kind; FileProblems with every problem.
+
+    `load_map` reads a sensor map, which belongs to a package beside this one.
+    """
     kind = recognise(path)
+    if kind == "map":
+        if load_map is None:
+            raise file_problem(path, "is a sensor map", USES_BY_KIND["map"])
+        return load_map(path)
     loaders: dict[str, Callable[[], LoadedFile]] = {
         "design": lambda: load_design(Path(path), catalogue),
         "campaign": lambda: load_campaign(path, catalogue),
@@ -69,17 +79,21 @@ def check(
     paths: Iterable[str | Path],
     catalogue: Catalogue | None = None,
     check_track: Callable[[str], object] | None = None,
+    load_map: Callable[[str | Path], object] | None = None,
 ) -> list[Problem]:
     """Return all problems and warnings of files, including the runs that a campaign names."""
-    problems = [problem for path in paths for problem in _check_file(path, catalogue, check_track)]
+    problems = [problem for path in paths for problem in _check_file(path, catalogue, check_track, load_map)]
     return list(dict.fromkeys(problems))
 
 
 def _check_file(
-    path: str | Path, catalogue: Catalogue | None, check_track: Callable[[str], object] | None
+    path: str | Path,
+    catalogue: Catalogue | None,
+    check_track: Callable[[str], object] | None,
+    load_map: Callable[[str | Path], object] | None,
 ) -> list[Problem]:
     try:
-        loaded = load(path, catalogue, check_track)
+        loaded = load(path, catalogue, check_track, load_map)
     except FileProblems as error:
         return list(error.problems)
     problems: list[Problem] = list(getattr(loaded, "warnings", ()))

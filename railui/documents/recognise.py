@@ -17,6 +17,7 @@ USES_BY_KIND = {
     "campaign": "railui loop and adjust take it",
     "study": "railui optimise takes it",
     "element": "a design mounts it: `effects: [{element: FILE, at: secondary_lateral}]`",
+    "map": "railui import and railui capture campaign take it with --map",
     "run": "--track and railui import take it, or a campaign names it",
     "track": "--track takes it",
     "delta_r": "railui contact --delta-r takes it",
@@ -25,7 +26,7 @@ USES_BY_KIND = {
 
 
 def recognise(path: str | Path) -> str:
-    """Return the kind of a file: design, campaign, study, element, run, track, profile or delta_r.
+    """Return the kind of a file: design, campaign, study, element, map, run, track, profile or delta_r.
 
     A directory stands for the campaign in it. The schema line decides, else the keys, else the columns of a table.
 
@@ -45,7 +46,7 @@ def recognise(path: str | Path) -> str:
         remedy = "give a run with a column t [s], or a track with s [m], yw [m]"
     else:
         kind = document_kind(load_yaml(path).value)
-        remedy = "write `schema: railui.design/1`, or the keys of a design, a campaign or a study"
+        remedy = "write `schema: railui.design/1`, or the keys of a design, a campaign, a study or a map"
     if kind not in USES_BY_KIND:
         findings = Findings(str(path))
         findings.add(

@@ -57,6 +57,11 @@ def json_schema(kind: str, catalogue: Catalogue | None = None) -> dict[str, Any]
         schema["properties"]["effects"]["items"] = _element_laws_schema(records)
     else:
         raise ValueError(f"no schema of {kind!r}; known are {', '.join(KINDS)}")
+    return schema_document(kind, schema)
+
+
+def schema_document(kind: str, schema: dict[str, Any]) -> dict[str, Any]:
+    """Return the JSON Schema of a kind of file from that of its model."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "$id": schema_name(kind),

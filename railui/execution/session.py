@@ -107,6 +107,10 @@ class Session:
         except Exception:
             self.close()
             raise
+        generations = self._study.method.generations
+        if (longer := int((before.get("method") or {}).get("generations", 0))) > generations:
+            shorter = f"{generations} generations replace the result of {longer}"
+            progress.message(f"warning: {shorter}, whose simulations remain stored: set {longer} to have it again")
         if self._cache.value("by") != environment_identity():
             reason = "another version of railui, SIMD level or numpy started this search"
             progress.message(f"warning: {reason}: its results are not used")

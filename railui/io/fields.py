@@ -117,16 +117,18 @@ def _read_list_or_scalar(value: Any) -> Any:
     return value if isinstance(value, list) else [value]
 
 
-def integer_reader(minimum: int = 0) -> ValueReader:
-    """Return a reader of integers from `minimum` on."""
+def integer_reader(minimum: int = 0, maximum: int = 2**63 - 1) -> ValueReader:
+    """Return a reader of integers from `minimum` to `maximum`."""
 
     def read(value: Any) -> int:
         number = int(value) if isinstance(value, float) and value.is_integer() else value
-        if isinstance(number, bool) or not isinstance(number, int) or not minimum <= number < 2**63:
-            raise UnitError(f"{value!r} is not an integer from {minimum} on", f"write for example {max(minimum, 1)}")
+        if isinstance(number, bool) or not isinstance(number, int) or not minimum <= number <= maximum:
+            extent = f"from {minimum} on" if maximum == 2**63 - 1 else f"from {minimum} to {maximum}"
+            raise UnitError(f"{value!r} is not an integer {extent}", f"write for example {max(minimum, 1)}")
         return number
 
-    return ValueReader(read, {"type": "integer", "minimum": minimum})
+    limits = {"minimum": minimum} if maximum == 2**63 - 1 else {"minimum": minimum, "maximum": maximum}
+    return ValueReader(read, {"type": "integer", **limits})
 
 
 Text = Annotated[str, ValueReader(_read_text, {"type": "string"})]

@@ -78,6 +78,14 @@ def unreadable_file(file: str | Path, error: OSError) -> FileProblems:
     return file_problem(file, f"cannot be read ({error.strerror})", remedy)
 
 
+def refuse_stream(path: str | Path) -> None:
+    """Raise FileProblems for a pipe, a device or a socket: reading one may wait or go on for ever."""
+    file = Path(path)
+    if file.is_fifo() or file.is_socket() or file.is_char_device() or file.is_block_device():
+        kind = "a pipe" if file.is_fifo() else "a socket" if file.is_socket() else "a device"
+        raise file_problem(path, f"is {kind}, not a file", "write its contents to a file, and name that")
+
+
 class TemporaryError(RuntimeError):
     """External condition that may pass: a port, a scheduler or a directory in use."""
 

@@ -12,6 +12,7 @@ SCHEMA_VERSION = 1
 KEYS_BY_KIND = {
     "study": ("variables", "objectives", "cases"),
     "campaign": ("runs", "adjust", "noise"),
+    "map": ("sensors", "rails", "convention", "speed"),
     "design": ("vehicle", "contact"),
 }  # that identify a file without a schema line
 SCHEMA_NAME = re.compile(r"railui\.([a-z]+)/(\d{1,6})\Z")

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from railui.arrays import FloatArray
 from railui.io.atomic import write_text
-from railui.io.problems import FileProblems, Findings, Position, unreadable_file
+from railui.io.problems import FileProblems, Findings, Position, refuse_stream, unreadable_file
 from railui.io.table_cells import MAX_REPORTED_CELLS, Header, cell_columns, parse_block, split_cells
 
 MAX_ROWS = 20_000_000
@@ -161,6 +161,7 @@ def _header_line(names: Iterable[str]) -> str:
 
 
 def _open_table(path: Path, findings: Findings) -> IO[bytes]:
+    refuse_stream(path)
     try:
         with path.open("rb") as probe:
             start = probe.read(4096)

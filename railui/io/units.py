@@ -46,6 +46,8 @@ NUMBER = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
 TOKEN = re.compile(r"\^\(?[-+]?\d+\)?|[*/()]|1(?![\d.])|[^\W\d_]+|[%‰°]|\S")
 
 MAX_PLAUSIBLE_SPEED = 120.0  # m/s, above the speed of measured trains: km/h are more likely
+MAX_SPEED = 170.0  # m/s, above that of any train so far
+SMALLEST, LARGEST = 1e-30, 1e30  # SI, beyond every quantity of a vehicle or a track
 
 EXAMPLES = {"m": "7 mm", "m/s": "144 km/h", "s": "2 s", "Hz": "1.2 Hz", "N": "55 kN", "N/m": "3.0 MN/m",
             "N*m/rad": "0.2 MN*m/rad", "N*s/m": "30 kN*s/m", "N*m*s/rad": "30 kN*m*s/rad", "kg": "2900 kg",
@@ -214,9 +216,17 @@ def quantity(value: object, unit: str) -> float:
             )
         # rounded once: 7 mm is exactly 0.007
         number = _scale(number, given.factor)
+    _check_size(value, number, unit)
+    return number
+
+
+def _check_size(value: object, number: float, unit: str) -> None:
+    """Raise UnitError for a number that is not finite, or beyond every physical range."""
     if not math.isfinite(number):
         raise UnitError(f"{value!r} is not finite", f"write for example {example_quantity(unit)!r}")
-    return number
+    if number and not SMALLEST <= abs(number) <= LARGEST:
+        extent = f"not between {SMALLEST:g} and {LARGEST:g} in SI"
+        raise UnitError(f"{value!r} is {extent}", f"write for example {example_quantity(unit)!r}")
 
 
 def quantity_in_any_unit(value: object) -> float:
@@ -227,21 +237,23 @@ def quantity_in_any_unit(value: object) -> float:
     """
     number, text = _number_and_unit(value, "1")
     number = _scale(number, parse_unit(text).factor) if text else number
-    if not math.isfinite(number):
-        raise UnitError(f"{value!r} is not finite", "write a number")
+    _check_size(value, number, "1")
     return number
 
 
 def read_speed(value: object) -> float:
-    """Return a speed [m/s]; reject a number above 120 without a unit, which is probably in km/h.
+    """Return a speed [m/s]; reject one above 170 m/s, and a number above 120 without a unit, which may be in km/h.
 
     >>> read_speed("144 km/h"), read_speed(40)
     (40.0, 40.0)
     """
     speed = quantity(value, "m/s")
-    bare = not isinstance(value, str) or re.search(r"[a-z]", value) is None
-    if bare and speed > MAX_PLAUSIBLE_SPEED:
-        raise UnitError(f"{value} m/s is faster than any train", f"is it in km/h? write {value} km/h")
+    is_bare = not isinstance(value, str) or not split_quantity(value)[1]
+    if is_bare and speed > MAX_PLAUSIBLE_SPEED:
+        remedy = f"is it in km/h? write {value} km/h" if speed <= 3.6 * MAX_SPEED else f"give up to {MAX_SPEED:g} m/s"
+        raise UnitError(f"{value} m/s is faster than any train", remedy)
+    if speed > MAX_SPEED:
+        raise UnitError(f"{value} is faster than any train", f"give up to {MAX_SPEED:g} m/s")
     if speed <= 0:
         raise UnitError(f"{value!r} is not a speed", "give more than 0 m/s")
     return speed

@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from railui.io.problems import Findings, Position, file_problem, unreadable_file
+from railui.io.problems import Findings, Position, file_problem, refuse_stream, unreadable_file
 from railui.io.yaml_nodes import Composer, Node, join_path
 
 MAX_BYTES = 1_000_000  # bytes
@@ -35,6 +35,7 @@ class Document:
 def read_text(path: str | Path, file: str | None = None) -> str:
     """Read a text file of at most 1 MB in UTF-8, without its byte order mark; FileProblems otherwise."""
     name = file or str(path)
+    refuse_stream(path)
     try:
         with Path(path).open("rb") as handle:
             data = handle.read(MAX_BYTES + 1)

@@ -48,7 +48,7 @@ class CasesModel(Group):
     speed: Annotated[list[Speed], LIST_OR_SCALAR] = Field(json_schema_extra={"sample": "speed: [40 m/s]"})
     seed: Annotated[list[Whole], LIST_OR_SCALAR] = Field(default_factory=lambda: [0])
     scenario: Annotated[list[Annotated[dict[str, Any], SCENARIO]], LIST_OR_SCALAR] = Field(default=[{}])
-    draws: Annotated[int, integer_reader()] = 0
+    draws: Annotated[int, integer_reader(0, 10_000)] = 0
     radius: Annotated[float, quantity_reader("m", 0.0, above=True)] = Field(
         default=600.0, title="radius of the curve, for the keys of curve"
     )
@@ -69,8 +69,8 @@ class MethodModel(Group):
     kind: Annotated[str, choice_reader(METHODS)] | None = Field(
         default=None, title="nsga2, nsga3; for one objective cmaes, de"
     )
-    population: Annotated[int, integer_reader(4)] = 64
-    generations: Annotated[int, integer_reader(1)] = 20
+    population: Annotated[int, integer_reader(4, 100_000)] = 64
+    generations: Annotated[int, integer_reader(1, 1_000_000)] = 20
     seed: Annotated[int, integer_reader()] = 1
 
 

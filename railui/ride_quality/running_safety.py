@@ -18,6 +18,7 @@ from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
 from railui.vehicle.simulate import simulate_series
 
+MAX_BAND_SHARE: Final = 0.45  # of the sampling rate, below which the band of f_0 lies
 MEAN_LENGTH: Final = 2.0  # m, of the sliding mean
 PERCENTILE: Final = 99.85  # of the magnitudes of the sliding means
 LOW_PASS_FREQUENCY: Final = 20.0  # Hz, of guiding forces and quotient
@@ -203,9 +204,11 @@ def instability_rms(total: FloatArray, rate: float, spacing: float) -> dict[str,
     if len(total) < window + 1:
         return {"rms_100m": None, "dominant_frequency": None}
     f, power = welch(total, rate, 4 * window)
-    candidates = f >= MIN_DOMINANT_FREQUENCY
+    candidates = (f >= MIN_DOMINANT_FREQUENCY) & (f <= MAX_BAND_SHARE * rate - HALF_BANDWIDTH)
+    if not candidates.any():
+        return {"rms_100m": None, "dominant_frequency": None}
     f_0 = float(f[candidates][np.argmax(power[candidates])])
-    band = [max(f_0 - HALF_BANDWIDTH, 0.1), min(f_0 + HALF_BANDWIDTH, 0.45 * rate)]
+    band = [max(f_0 - HALF_BANDWIDTH, 0.1), f_0 + HALF_BANDWIDTH]
     filtered = sosfiltfilt(butterworth(FILTER_ORDER, band, rate), total)
     rms = np.sqrt(sliding_mean(filtered**2, spacing, RMS_WINDOW)[::step])
     return {"rms_100m": float(rms.max()), "dominant_frequency": f_0}

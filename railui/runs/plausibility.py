@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.io.problems import Findings
 from railui.io.table import Table
-from railui.io.units import MAX_PLAUSIBLE_SPEED
+from railui.io.units import MAX_PLAUSIBLE_SPEED, MAX_SPEED
 from railui.runs.clipping import clipped_samples
 from railui.runs.columns import COLUMNS, column_names
+from railui.runs.units import MAX_PLAUSIBLE_SD
 
 CORRECT = "empty the cell, or correct the unit of the column"
 ANGLE = "a cross-level as a height is no angle: divide it by the distance of the running circles, 1.5 m"
@@ -21,7 +22,7 @@ DEVIATION = "write the deviation from the nominal gauge: subtract 1.435 m"
 # largest absolute value [SI] by column, several times what vehicles and tracks have
 LIMITS: dict[str, tuple[float, str]] = {
     "s": (1e8, CORRECT),
-    "v": (300.0, "write `v [km/h]` where the numbers are km/h, or empty the cell"),
+    "v": (MAX_SPEED, "write `v [km/h]` where the numbers are km/h, or empty the cell"),
     "yw": (10.0, CORRECT),
     "phiw": (0.25, ANGLE),
     "gauge": (0.3, DEVIATION),
@@ -32,6 +33,7 @@ LIMITS: dict[str, tuple[float, str]] = {
     "Qy": (1e8, CORRECT),
     "Qpsi": (1e9, CORRECT),
 }
+MAX_FAULTY_SHARE = 0.01  # of the rows with single wrong values
 MAX_RMS = {"ay1": 100.0, "ay2": 100.0, "ayf": 30.0, "rf": 1.0, "psi1": 0.1, "psi2": 0.1}  # SI, of a whole run
 MIN_SPIKE_RATIO = 50.0  # of a sample off the line through its neighbours to the median of all
 MIN_SPIKE_SHARE = 0.05  # of the robust standard deviation that counts as that median at least
@@ -56,13 +58,20 @@ def check_limits(table: Table, columns: Mapping[str, FloatArray], findings: Find
         if name not in LIMITS:
             continue
         limit, remedy = LIMITS[name]
-        beyond = np.flatnonzero(np.abs(np.nan_to_num(x, posinf=np.nan, neginf=np.nan)) > limit)
-        if beyond.size:
+        beyond = np.flatnonzero(np.isfinite(x) & (np.abs(x) > limit))
+        # a whole column in mm is reported by its standard deviation, with its unit
+        is_in_mm = COLUMNS[name].unit == "m" and name != "s" and _standard_deviation(x) > MAX_PLAUSIBLE_SD
+        if beyond.size and not (is_in_mm and beyond.size > MAX_FAULTY_SHARE * x.size):
             row = int(beyond[0])
             more = f" (and {beyond.size - 1} more rows)" if beyond.size > 1 else ""
             unit = COLUMNS[name].unit
             message = f"is {x[row]:.6g} {unit}, more than the {limit:g} {unit} that are possible{more}"
             findings.add(name, message, remedy, position=table.cell_position(row, name))
+
+
+def _standard_deviation(x: FloatArray) -> float:
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.std(x[np.isfinite(x)])) if np.isfinite(x).any() else 0.0
 
 
 def warn_of_implausible(

@@ -97,9 +97,9 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
     _check_required(table, columns, form, findings, responses)
     findings.raise_errors()
     _drop_constant_channels(columns, form, notes, findings, table, responses)
-    check_magnitudes(table, columns, known, findings)
     if form != "rig":
         check_limits(table, columns, findings)
+    check_magnitudes(table, columns, known, findings)
     findings.raise_errors()
     rows = np.flatnonzero(np.isfinite(columns["t"]))
     columns = columns if rows.size == len(table.rows) else {name: column[rows] for name, column in columns.items()}

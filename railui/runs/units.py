@@ -131,10 +131,12 @@ def check_magnitudes(
     table: Table, columns: Mapping[str, FloatArray], known: Mapping[str, Column], findings: Findings
 ) -> None:
     """Report motions and deviations with a standard deviation above 0.2 m, which are probably in mm."""
+    reported = {problem.key for problem in findings.problems}
     for name, column in columns.items():
         values = column[np.isfinite(column)]
         if (
             name == "s"
+            or name in reported
             or known[name].unit != "m"
             or not values.size
             or not (sd := float(np.std(values))) > MAX_PLAUSIBLE_SD

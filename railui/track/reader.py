@@ -13,6 +13,7 @@ from railui.io.atomic import sha256_file, write_text
 from railui.io.problems import Findings, file_problem, suggest_name
 from railui.io.table import Table, read_header, read_table, table_text
 from railui.runs.columns import COLUMNS
+from railui.runs.plausibility import check_limits
 from railui.runs.run import load_run
 from railui.runs.units import check_magnitudes, columns_in_si
 from railui.track.line import MIN_SAMPLES, SPACING_TOLERANCE
@@ -67,6 +68,7 @@ def load_track(path: str | Path) -> TrackColumns:
                 position=table.cell_position(int(missing[0]), name),
             )
     _check_spacing(table, columns["s"], findings)
+    check_limits(table, columns, findings)
     check_magnitudes(table, columns, known, findings)
     findings.raise_errors()
     zero = np.zeros_like(columns["s"])

@@ -94,7 +94,7 @@ def test_unequal_diameters_shift_the_centre() -> None:
         (("--delta-r", "t.csv", "--laws", "l.png"), "no contact ellipse"),
         ((*PAIR, "--figure", "f.gif"), "is not the file of a figure"),
         ((*PAIR[:2], "--inclination", "40"), "write 1:40"),
-        ((*PAIR, "--gauge", "1435"), "in one unit"),
+        ((*PAIR, "--gauge", "1435"), "or write its unit"),
         ((*PAIR, "--gauge", "1405 mm"), "1405 mm"),
         ((PAIR[1], PAIR[0]), "that is a rail"),
         ((*PAIR, "--smooth", "1 m"), "out of range"),

@@ -12,7 +12,7 @@ import numpy as np
 
 from railui.capture.processing.recording import Recording
 from railui.io.atomic import check_file_writable
-from railui.io.problems import FileProblems, file_problem
+from railui.io.problems import FileProblems, file_problem, refuse_stream
 
 # module of this package that reads or writes each suffix
 READERS = {
@@ -62,6 +62,7 @@ def read_recordings(path: str | Path, clock: str | None = None, rate: float | No
 
         return read_recorded(path)
     format_name = READERS.get(format_suffix(path))
+    refuse_stream(path)
     if not path.is_file():
         raise file_problem(path, "cannot be read (no such file)", "give the path of a file")
     if format_name is None:

@@ -20,12 +20,13 @@ from railui.capture.processing.map_schema import (
 from railui.io.fields import check_group
 from railui.io.problems import Findings, suggest_name
 from railui.io.schema_line import check_schema
-from railui.io.units import UnitError, convert, quantity, quantity_in_any_unit
+from railui.io.units import UnitError, convert, quantity, quantity_in_any_unit, split_quantity
 from railui.io.yaml_document import load_yaml
 from railui.vehicle.design_reader import Design
 from railui.vehicle.reference import load_named_design
 
 STANDARD_GRAVITY = 9.80665  # m/s^2 in the unit g
+UNITS_OF_GRAVITY = ("g", "gn", "G")
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class Sensor:
     def si_factor(self, unit: str) -> float:
         """Return the factor from a unit to SI; raise UnitError if the unit is not one of the quantity."""
         wanted = QUANTITIES[self.quantity].unit
-        if unit in ("g", "gn", "G") and wanted == "m/s^2":
+        if unit in UNITS_OF_GRAVITY and wanted == "m/s^2":
             return STANDARD_GRAVITY
         return convert(1.0, unit, wanted) if wanted else 1.0
 
@@ -197,7 +198,7 @@ def _with_offset_and_noise(sensor: Sensor, model: SensorModel, path: str, findin
         findings.add(f"{path}.offset", error.message, error.remedy)
     try:
         if model.noise is not None:
-            values["noise"] = quantity(model.noise, QUANTITIES[sensor.quantity].unit)
+            values["noise"] = _read_noise(sensor, model.noise)
     except UnitError as error:
         findings.add(f"{path}.noise", error.message, error.remedy)
     try:
@@ -206,3 +207,14 @@ def _with_offset_and_noise(sensor: Sensor, model: SensorModel, path: str, findin
     except UnitError as error:
         findings.add(f"{path}.unit", error.message, error.remedy)
     return replace(sensor, **values)
+
+
+def _read_noise(sensor: Sensor, value: Any) -> float:
+    """Return a standard deviation in SI, that of an acceleration also from g; raise UnitError if it is not above 0."""
+    wanted = QUANTITIES[sensor.quantity].unit
+    number, unit = split_quantity(value) if isinstance(value, str) else (0.0, "")
+    is_in_g = unit in UNITS_OF_GRAVITY and wanted == "m/s^2"
+    noise = number * STANDARD_GRAVITY if is_in_g else quantity(value, wanted)
+    if not noise > 0:
+        raise UnitError(f"{value!r} is no standard deviation", "give more than 0, or leave it out")
+    return noise
