@@ -43,7 +43,7 @@ def command(
     railui import run_a.csv.gz -o run_a.mf4                     export: .mf4, .uff, .h5, .mat
 
     FILE: CSV of any kind (separator, decimal comma, encoding, units in the header), MDF (.mf4), universal file 58,
-    HDF5, MATLAB, a directory that railui capture wrote. Rows against distance (recording cars) become a track.
+    HDF5, MATLAB, TDMS, MCAP, a directory of railui capture. Rows against distance (recording cars) become a track.
     The rail position is reconstructed where no channel contains it: docs/capture.md.
     """
     from railui.capture.formats import read_recordings

@@ -21,6 +21,8 @@ READERS = {
     ".uff": "universal", ".unv": "universal", ".uf": "universal",
     ".h5": "hdf5", ".hdf5": "hdf5", ".hdf": "hdf5",
     ".mat": "matlab",
+    ".tdms": "tdms",
+    ".mcap": "mcap_",
 }  # fmt: skip
 WRITERS = {".csv": "delimited", ".mf4": "mdf", ".uff": "universal", ".h5": "hdf5", ".hdf5": "hdf5", ".mat": "matlab"}
 
@@ -76,7 +78,7 @@ def read_recordings(path: str | Path, clock: str | None = None, rate: float | No
         raise file_problem(path, f"needs {error.name}", "pip install 'railui[formats]'") from None
     except Exception as error:  # readers of foreign formats raise any exception
         raise file_problem(
-            path, f"cannot be read as {format_name}: {type(error).__name__}: {error}", "check the file"
+            path, f"cannot be read as {format_name.rstrip('_')}: {type(error).__name__}: {error}", "check the file"
         ) from error
 
 

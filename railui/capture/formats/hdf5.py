@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.capture.formats.time_base import check_size, recording_from_vectors
+from railui.capture.formats.time_base import check_size
+from railui.capture.formats.vectors import recording_from_vectors
 from railui.capture.processing.recording import Recording
 
 UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")

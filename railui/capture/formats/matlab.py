@@ -9,7 +9,8 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.capture.formats import hdf5
-from railui.capture.formats.time_base import check_size, recording_from_vectors
+from railui.capture.formats.time_base import check_size
+from railui.capture.formats.vectors import recording_from_vectors
 from railui.capture.processing.recording import Recording
 
 RATE_VARIABLES = ("fs", "Fs", "rate", "sampling_rate")
