@@ -9,13 +9,14 @@
 # emulated: the kernel's tests on an emulated processor with AVX-512;
 # growth: cost against length, designs, degrees of freedom, threads and effects;
 # purpose: optima of the nominal and of the calibrated vehicle compared;
+# fuzz: mutated files and command lines, damaged frames, forged streams, before a release;
 # pictures: the README's figure, from the result of run
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run test rust rust-style python-style slow check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny emulated killed clean
+.PHONY: run fuzz test rust rust-style python-style slow check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny emulated killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -97,6 +98,10 @@ slow: .stamp-build
 
 emulated:
 	$(PYTHON) release/emulate_avx512.py
+
+# failures are kept in target/fuzz; one case again: python -m tests.fuzz --only NUMBER
+fuzz: .stamp-build
+	$(BIN)/python -m tests.fuzz --cases 10000 --frames 1000000 --seed 1
 
 killed: .stamp-build
 	$(BIN)/python -m pytest tests/execution -m slow

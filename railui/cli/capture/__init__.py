@@ -149,9 +149,15 @@ def record(
             ctx.exit(EXIT_RETRY_LATER)
         call.info(f"recording {port} into {directory}: ctrl-c ends it, a line typed here marks an instant")
         _run(recorder, seconds, call)
-    finish_recording(call, recorder.replay, directory)
+    try:
+        finish_recording(call, recorder.replay, directory)
+    except OSError:
+        if recorder.disk_error is None:
+            raise
     if recorder.disk_error is not None:
-        raise OSError(f"{directory}: the disk is full, {recorder.replay.dropped_bytes} bytes were lost")
+        lost = f"{recorder.replay.dropped_bytes} bytes were lost"
+        remedy = f"make room, then `railui capture decode {directory}/raw.bin -o DIR` gives the rest"
+        raise OSError(f"{directory}: the disk is full, {lost}: {remedy}")
 
 
 def _new_directory(out: str | None) -> Path:
