@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -123,17 +124,26 @@ def _export(recording: Recording, out: Path, call: Invocation) -> dict[str, Any]
 
 
 def _import_track(recording: Recording, sensor_map: Any, out: Path, call: Invocation) -> dict[str, Any]:
+    from dataclasses import replace
+
     from railui.capture.processing.track_car import build_track_columns
+    from railui.io.atomic import check_file_writable
+    from railui.io.problems import FileProblems
     from railui.track.reader import load_track, save_track
 
     columns = build_track_columns(recording, sensor_map)
     about = (f"measured: {recording.name}", "lateral deviation as filtered by the recording car")
-    save_track(out, columns["s"], columns["yw"], columns.get("phiw"), columns.get("gauge"), about)
-    try:
-        load_track(out)
-    except ValueError:
-        out.unlink()
-        raise
+    check_file_writable(out)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".railui-", dir=out.parent) as directory:
+        written = Path(directory) / out.name
+        save_track(written, columns["s"], columns["yw"], columns.get("phiw"), columns.get("gauge"), about)
+        try:
+            load_track(written)
+        except FileProblems as error:  # the track is not there: name the recording
+            source = str(recording.sources[0])
+            raise FileProblems(replace(p, file=source, line=0, column=0) for p in error.problems) from None
+        written.replace(out)
     call.info(f"wrote {out}: a track of {columns['s'].size} points, every {recording.interval:.4g} m")
     return {"columns": list(columns), "rows": columns["s"].size}
 

@@ -67,3 +67,10 @@ def test_flipped_bits_in_a_store_are_refused_or_change_nothing(tmp_path: Path) -
             assert "damaged" in done.stderr or "locked" in done.stderr, done.stderr
         for name in (f"{DATABASE}-wal", f"{DATABASE}-shm"):
             (out / name).unlink(missing_ok=True)
+
+
+def test_fewer_generations_than_before_give_a_warning(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert run("optimise", write_study(tmp_path, length=200, population=8, generations=3), "-o", out).returncode == 0
+    done = run("optimise", write_study(tmp_path, length=200, population=8, generations=2), "-o", out)
+    assert done.returncode == 0 and "2 generations replace the result of 3" in done.stderr

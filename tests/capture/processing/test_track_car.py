@@ -40,3 +40,15 @@ sensors:
     track = load_track(tmp_path / "track.csv")
     assert np.allclose(track.yw, 1e-3 * (1 + np.sin(s)), atol=1e-7)
     assert np.allclose(track.phiw, 0.003 / 1.5) and np.allclose(track.gauge, 0.003)
+
+
+def test_an_unusable_track_names_its_recording_and_leaves_an_older_file(tmp_path: Path) -> None:
+    rows = "".join(f"{5 * k},0.5\n" for k in range(400))  # every 5 m
+    (tmp_path / "car.csv").write_text("s [m],yw [mm]\n" + rows)
+    (tmp_path / "map.yaml").write_text("sensors: {yw: {channel: yw}}\n")
+    (tmp_path / "track.csv").write_text("older")
+    words = ["import", "car.csv", "--map", "map.yaml", "-o", "track.csv"]
+    result = CliRunner().invoke(cli, [str(tmp_path / w) if "." in w else w for w in words])
+    assert result.exit_code == 2 and "car.csv: s: the locations are 5 m apart" in result.output
+    assert (tmp_path / "track.csv").read_text() == "older"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["car.csv", "map.yaml", "track.csv"]

@@ -310,3 +310,13 @@ def test_the_end_of_a_recording_is_no_arrival_for_the_drift(tmp_path: Path) -> N
     (tmp_path / "journal.jsonl").write_text("".join(json.dumps(event) + "\n" for event in events))
     (segment,) = decode(tmp_path / "raw.bin", tmp_path / "out").report()["segments"]
     assert abs(segment["drift"]) < 1e-6 and abs(segment["begins"] - 1e9) < 0.01
+
+
+def test_half_the_stated_rate_and_a_clock_set_forward_are_named(tmp_path: Path) -> None:
+    body = wire.hello_body(1, RATE, "x", "1", CHANNELS)
+    layout, data = wire.layout_hash(body), bytes(8)
+    frames = [wire.encode_sample(layout, k + 1, 10_000 * k + (600_000_000 if k > 500 else 0), data) for k in range(900)]
+    (tmp_path / "raw.bin").write_bytes(wire.encode_hello(0, body) + b"".join(frames))
+    notes = decode(tmp_path / "raw.bin", tmp_path / "out").report()["notes"]
+    assert "segment 1 has 100 samples/s, its hello states 200: correct it" in notes
+    assert any(note.startswith("1 times the logger's time advanced by more than a second without a") for note in notes)
