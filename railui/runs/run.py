@@ -97,7 +97,7 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
     _check_required(table, columns, form, findings, responses)
     findings.raise_errors()
     _drop_constant_channels(columns, form, notes, findings, table, responses)
-    if form != "rig":
+    if form not in RIG_FORMS:
         check_limits(table, columns, findings)
     check_magnitudes(table, columns, known, findings)
     findings.raise_errors()
