@@ -8,6 +8,7 @@
 # bench-peers: the standard job with other software; bench-counts: its instructions, counted by valgrind;
 # emulated: the kernel's tests on an emulated processor with AVX-512;
 # growth: cost against length, designs, degrees of freedom, threads and effects;
+# sensors: what sets of sensors determine and detect, and the delay and noise that they bear;
 # purpose: optima of the nominal and of the calibrated vehicle compared;
 # fuzz: mutated files and command lines, damaged frames, forged streams, before a release;
 # pictures: the README's figure, from the result of run
@@ -16,7 +17,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run fuzz test rust rust-style python-style slow check bench bench-peers bench-counts growth shots blind pictures docs transcripts rewrite dist minimum deny emulated killed clean
+.PHONY: run fuzz test rust rust-style python-style slow check bench bench-peers bench-counts growth sensors shots blind pictures docs transcripts rewrite dist minimum deny emulated killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -63,6 +64,9 @@ bench-peers: .stamp-build $(PEERS)/.stamp
 
 growth: .stamp-build
 	$(BIN)/python -m tests.bench.growth --write docs/growth.md
+
+sensors: .stamp-build
+	$(BIN)/python -m tests.bench.sensors --write docs/sensors.md
 
 pictures: run
 	@$(BIN)/python docs/pictures.py

@@ -129,6 +129,12 @@ def test_accelerometers_alone_have_a_wide_interval():
     assert "yw" not in model  # neither stated nor determined
 
 
+@pytest.mark.parametrize("channel", ["ayf", "e1"])
+def test_a_single_channel_keeps_its_stated_noise(channel: str):
+    model = estimate({channel: SD[channel]}, record(10, channels=(channel,)))
+    assert model[channel] == pytest.approx(SD[channel], rel=0.3)
+
+
 def test_a_channel_in_its_whole_spectrum_is_bounded_by_its_incoherent_part():
     """The quiet band contains motion, which another channel and the track explain."""
     rng = np.random.default_rng(10)

@@ -91,7 +91,7 @@ def relation_spectra(
     for record in records:
         rows = {c: row for c, row in _rows(values["vehicle.geometry.half_wheelbase"]).items() if c in record.channels}
         usable = round(2.0 * TAPER_SECONDS / record.dt) + 4 * round(WINDOW_SECONDS / record.dt)
-        if rows and len(record.columns["t"]) >= usable:
+        if len(rows) > 1 and len(record.columns["t"]) >= usable:  # a single channel is in no relation
             highest = band_limits(band, record.dt)[1]
             series = {c: _acceleration(record, values, c, row.order, highest) for c, row in rows.items()}
             names = _usable_channels(record, series, rows, 2.0 * values["vehicle.geometry.half_wheelbase"])
@@ -158,7 +158,7 @@ def _usable_channels(
     combination of the channels, so that their noise does not follow it.
     """
     names = list(rows)
-    trials = [names, *([c for c in names if c != out] for out in names)]
+    trials = [names, *([c for c in names if c != out] for out in names if len(names) > 2)]
     shares = []
     for used in trials:
         share = _following_share(record, used, series, rows, wheelbase)

@@ -19,6 +19,7 @@ GAIN_MARGIN = 1.4  # on the estimation runs, whose gain is not that of the valid
 # a fit absorbs more of an effect than to first order; trial: with 1.25 some 77 of 100 were found, with 2.5 94
 ABSORPTION_MARGIN = 1.5
 MIN_LOG_SLOPE = 0.1  # of the amount over the parameter, below which no parameter is detectable
+MAX_EXTRAPOLATION = float(np.log(10.0))  # beyond the simulated shapes, logarithm of the parameter
 
 
 def minimum_detectable_amount(
@@ -98,7 +99,8 @@ def _minimum_value(
     if record["acts"] == "sensor":
         neutral = 1.0 if key == "gain" else 0.0
         return key, float(neutral + amounts[0] * (candidate.shapes[0][key] - neutral)), {}
-    return key, value_of_unit_amount(shapes, amounts, key), shapes[0]
+    sizes = [float(np.sqrt(score.norm / max(score.unabsorbed_share, 1e-300))) for score in scores]
+    return key, value_of_unit_amount(shapes, amounts, key, sizes), shapes[0]
 
 
 def _scaled(candidate: Candidate, shape: Mapping[str, Any], key: str, value: float | None) -> Mapping[str, Any]:
@@ -108,25 +110,33 @@ def _scaled(candidate: Candidate, shape: Mapping[str, Any], key: str, value: flo
     return candidate.scale_force(shape, value / abs(shape[key]))
 
 
-def value_of_unit_amount(shapes: Sequence[Mapping[str, Any]], amounts: Sequence[float], key: str) -> float | None:
+def value_of_unit_amount(
+    shapes: Sequence[Mapping[str, Any]], amounts: Sequence[float], key: str, sizes: Sequence[float] = ()
+) -> float | None:
     """Return the parameter at which the full effect (amount 1) is just detectable, None where there is none.
 
-    Log-log interpolation between the simulated shapes that differ in this parameter alone, extrapolation beyond.
+    Log-log interpolation between the simulated shapes that differ in this parameter alone, from the weakest shape on;
+    extrapolation beyond them by at most a factor of 10. The amount need not fall all the way from the weakest shape to
+    the strongest: of a large clearance the estimated stiffness absorbs more than of a small one.
+
+    sizes: lengths of the output differences, before anything is absorbed, which order the shapes by strength; without
+    them the end with the smaller amount is the stronger.
     """
     others = [tuple(value for k, value in shape.items() if k != key) for shape in shapes]
     comparable = [i for i, other in enumerate(others) if other == others[0]]
+    if len(comparable) < 2:
+        return None
+    comparable.sort(key=lambda i: shapes[i][key])
+    strength = sizes or [1.0 / a for a in amounts]
+    if strength[comparable[-1]] < strength[comparable[0]]:
+        comparable.reverse()
     x = np.log([shapes[i][key] for i in comparable])
     y = np.log([amounts[i] for i in comparable])
-    order = np.argsort(x)
-    x, y = x[order], y[order]
-    if len(x) < 2:
+    i = next((k for k in range(len(x)) if y[k] <= 0.0), len(x) - 1)
+    near, far = (i, i + 1) if i == 0 else (i, i - 1)
+    slope = (y[far] - y[near]) / (x[far] - x[near])
+    is_outside = i == 0 or y[i] > 0.0
+    if is_outside and (abs(slope) < MIN_LOG_SLOPE or (y[far] < y[near]) != (y[near] <= 0.0)):
         return None
-    for i in range(len(x) - 1):
-        if (y[i] > 0) != (y[i + 1] > 0):
-            return float(np.exp(x[i] - y[i] * (x[i + 1] - x[i]) / (y[i + 1] - y[i])))
-    i = 0 if abs(y[0]) < abs(y[-1]) else len(x) - 2
-    slope = (y[i + 1] - y[i]) / (x[i + 1] - x[i])
-    if abs(slope) < MIN_LOG_SLOPE:
-        return None
-    end = i if i == 0 else i + 1
-    return float(np.exp(x[end] - y[end] / slope))
+    step = -y[near] / slope
+    return None if is_outside and abs(step) > MAX_EXTRAPOLATION else float(np.exp(x[near] + step))

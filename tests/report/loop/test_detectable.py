@@ -95,6 +95,24 @@ def test_beyond_the_simulated_shapes_the_two_nearest_are_extrapolated() -> None:
     assert value_of_unit_amount(shapes, [20.0, 16.0, 4.0], "half_width") == pytest.approx(1.0)
 
 
+def test_the_weakest_detectable_shape_counts_where_the_strongest_is_absorbed() -> None:
+    shapes = [{"half_width": h} for h in (1e-4, 1e-3, 1e-2)]
+    sizes = [1.0, 10.0, 100.0]
+    assert value_of_unit_amount(shapes, [0.5, 0.05, 0.8], "half_width", sizes) == pytest.approx(5e-5)
+    assert value_of_unit_amount(shapes, [5.0, 0.5, 2.0], "half_width", sizes) == pytest.approx(5e-4)
+
+
+def test_a_friction_is_detectable_below_a_value() -> None:
+    shapes = [{"friction": f} for f in (0.01, 0.1)]
+    assert value_of_unit_amount(shapes, [0.1, 10.0], "friction", [5.0, 1.0]) == pytest.approx(0.1 / 10**0.5)
+
+
+def test_an_effect_that_no_shape_makes_detectable_has_no_value() -> None:
+    shapes = [{"half_width": h} for h in (1e-4, 1e-3, 1e-2)]
+    assert value_of_unit_amount(shapes, [9.0, 3.0, 5.0], "half_width", [1.0, 10.0, 100.0]) is None
+    assert value_of_unit_amount(shapes[:2], [9.0, 6.0], "half_width", [1.0, 10.0]) is None  # beyond 10 times 1 mm
+
+
 def test_an_amount_that_no_parameter_changes_is_unknown() -> None:
     assert value_of_unit_amount([*PLAY.shapes], [4.0, 4.0], "half_width") is None
     assert value_of_unit_amount([{"half_width": 1e-4}], [4.0], "half_width") is None
