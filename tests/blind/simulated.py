@@ -14,9 +14,11 @@ from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.validation import validate
 from railui.vehicle.model import Model
 from tests.truth.campaign import Campaign, Order, campaign, write
 from tests.truth.effects import parse
+from tests.truth.files import paths
 
 DURATIONS = (25.0, 20.0)  # s
 SPEEDS = (40.0, 31.0)  # m/s
@@ -38,6 +40,19 @@ class SimulatedCampaign:
     def nominal(self) -> Model:
         """The nominal model."""
         return self.context.nominal
+
+    @property
+    def true_model(self) -> Model:
+        """The nominal model with the true parameters."""
+        values = self.nominal.design.values
+        return Model(
+            self.nominal.design.with_values({k: x for k, x in paths(self.truth.vehicle).items() if k in values})
+        )
+
+    @property
+    def true_error(self) -> float:
+        """NRMSE that the true parameters leave on the validation runs, by this realisation of the noise."""
+        return validate(self.context, self.true_model, self.dataset.validation).nrmse
 
 
 @cache

@@ -160,9 +160,10 @@ def test_the_desk_refuses_a_terminal_that_cannot_draw(home: Path) -> None:
     assert done.returncode == 2 and "TERM=dumb: this terminal cannot draw" in done.stderr
 
 
-def test_effects_are_called_insufficient_with_the_verdict_outside() -> None:
-    titles = [effects_table({"verdict": verdict, "effects": []}).title for verdict in ("effect", "outside")]
-    assert titles == ["identified effect", "effects tried, insufficient"]
+def test_the_title_of_the_table_of_effects_counts_them() -> None:
+    effect = {"kind": "free_play", "at": "primary_lateral", "wheelset": None, "parameters": {}, "phases": []}
+    titles = [effects_table({"effects": [effect] * count}).title for count in (1, 2)]
+    assert titles == ["identified effect", "identified effects"]
 
 
 @pytest.mark.parametrize("column", ["yw", "e1"])

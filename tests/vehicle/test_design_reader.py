@@ -228,7 +228,7 @@ def test_poorly_observable_parameters_have_a_prior() -> None:
     assert held == {"contact_angle", "roll", "spin_creep"}
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(changes=st.dictionaries(st.sampled_from([p.path for p in FORMS["bogie"]]), st.floats(0.001, 0.09), max_size=6))
 def test_values_within_range_are_read_unchanged(bogie: str, changes: dict[str, float]) -> None:
     changed = parse_design(bogie).with_values(changes)

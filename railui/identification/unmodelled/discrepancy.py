@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from railui.campaign.comparison import compared_channels
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.residual_evidence import ResidualEvidence
 from railui.identification.estimation.validation import is_significant_gain
 from railui.identification.structure.stepwise import Selection, has_structure
+from railui.identification.unmodelled.evidence import NO_EVIDENCE
 from railui.identification.unmodelled.locate import (
     Discrepancy,
     find_run_dependence,
@@ -72,12 +74,19 @@ def find_acting_discrepancy(
     if discrepancy is None:
         return None
     lowers_error = is_significant_gain(context, selection.validation, discrepancy.validation)
+    if not lowers_error and _has_single_channel(context):
+        discrepancy = replace(discrepancy, evidence=NO_EVIDENCE)
     # a residual that is coherent with no motion is noise, however large, unless it is that of a force at a location
     is_noise = evidence.is_noise and not (evidence.is_shared and _is_force_on_vehicle(context, discrepancy))
     is_unsolved = is_unexplained and (is_structured or not is_noise)
     if lowers_error or is_conclusive(context, discrepancy) or is_unsolved:
         return replace(discrepancy, lowers_error=lowers_error)
     return None
+
+
+def _has_single_channel(context: Context) -> bool:
+    """True where forces at any location can explain the residual, so that only a law that transfers locates one."""
+    return all(not s.is_rig and len(compared_channels(s)) == 1 for s in context.dataset.estimation)
 
 
 def _is_force_on_vehicle(context: Context, discrepancy: Discrepancy) -> bool:

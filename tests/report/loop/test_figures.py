@@ -16,7 +16,7 @@ SAMPLES, DT = 4000, 0.01
 def result(monkeypatch: pytest.MonkeyPatch, **series: np.ndarray) -> Any:
     """Return a loop result with one validation segment of 40 s and these compared series."""
     monkeypatch.setattr(figures, "compared_series", lambda _, index: {k: x[None] for k, x in series.items()})
-    return SimpleNamespace(dataset=SimpleNamespace(validation=[SimpleNamespace(kind="bogie", dt=DT)]))
+    return SimpleNamespace(dataset=SimpleNamespace(validation=[SimpleNamespace(is_rig=False, dt=DT)]))
 
 
 def burst(begin: int, end: int) -> np.ndarray:
