@@ -99,7 +99,10 @@ def refit_candidates(
         s, f = item
         is_close = f.normal.rss <= limit
         max_steps = None if is_close else screening.max_steps
-        segments = adapt_to_model(background, f.model, fit.segments, max_steps)
+        try:
+            segments = adapt_to_model(background, f.model, fit.segments, max_steps)
+        except ValueError:
+            return None  # too stiff to be simulated over whole runs
         if f.model.design.kind == "rig":  # the screening fit has the better initial state
             screened_starts = {_start_key(t): t.initial_state for t in f.segments}
             segments = [replace(t, initial_state=screened_starts.get(_start_key(t), t.initial_state)) for t in segments]

@@ -13,6 +13,7 @@ from railui.identification.estimation.validation import is_significant_gain
 from railui.identification.structure.stepwise import Selection, has_structure
 from railui.identification.unmodelled.evidence import NO_EVIDENCE
 from railui.identification.unmodelled.locate import (
+    CONTACT_LOCATIONS,
     Discrepancy,
     find_run_dependence,
     find_variation_along_track,
@@ -91,8 +92,11 @@ def _has_single_channel(context: Context) -> bool:
 
 def _is_force_on_vehicle(context: Context, discrepancy: Discrepancy) -> bool:
     """True for a located force that noise of the track columns, which acts at the contact, cannot imitate."""
-    at_contact = discrepancy.at in ("contact", "wheelset", "wheelset_yaw")
-    return discrepancy.is_located(context.settings.verdict) and not at_contact
+    settings, evidence = context.settings.verdict, discrepancy.evidence
+    if discrepancy.at in CONTACT_LOCATIONS or not discrepancy.is_located(settings):
+        return False
+    excess = evidence.share - discrepancy.contact_share
+    return excess > settings.location_standard_errors * evidence.standard_error
 
 
 def is_at_noise_floor(context: Context, fit: Fit, error_to_noise: float) -> bool:

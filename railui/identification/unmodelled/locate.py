@@ -30,6 +30,7 @@ from railui.identification.unmodelled.run_dependence import RunDependence, detec
 from railui.vehicle.model import Model
 
 CURVES_FITTED = 2  # of the curves that explain most
+CONTACT_LOCATIONS = ("contact", "wheelset", "wheelset_yaw")
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +58,8 @@ class Discrepancy:
         Whether it lowers the validation error significantly.
     evidence
         For the location.
+    contact_share
+        Share that forces at the contact or the wheelsets explain, as noise of the track columns does.
     """
 
     at: str
@@ -75,6 +78,7 @@ class Discrepancy:
     run_dependence: RunDependence | None = None
     lowers_error: bool = False
     evidence: LocationEvidence = NO_EVIDENCE
+    contact_share: float = 0.0
 
     def is_located(self, settings: VerdictSettings) -> bool:
         """True where the evidence suffices to name the location."""
@@ -131,7 +135,9 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
     else:
         coupling = None
     share = curve.share if origin is None else max(curve.share, origin.share)
-    return replace(_curve_discrepancy(curve, at, wheelset, share), coupling=coupling, evidence=evidence)
+    contact_share = max((f.share for f in forces if f.at in CONTACT_LOCATIONS), default=0.0)
+    found = _curve_discrepancy(curve, at, wheelset, share)
+    return replace(found, coupling=coupling, evidence=evidence, contact_share=contact_share)
 
 
 def _best_curve(context: Context, fit: Fit, origin: ForceLocation | None) -> _FittedCurve | None:
