@@ -76,7 +76,10 @@ async def test_data_faults_are_shown_before_the_fit(open_desk: OpenDesk, tmp_pat
     async with open_desk(campaign) as keys:
         panel = keys.desk.query_one(CampaignPanel)
         assert panel.job is None and panel.history.dataset is not None
-        assert "check this first: run_a.csv.gz: e1 has the opposite sign" in details(panel)
+        assert (
+            "check this first: run_a.csv.gz: leading wheelset relative to the rails e1 has the wrong sign"
+            in details(panel)
+        )
         assert "1 serious" in str(panel.query_one("#details").border_title)
 
 
