@@ -25,6 +25,7 @@ RESPONSES = known.column_names("bogie", "response")
 RIG_RESPONSES = tuple(c for form in known.RIG_FORMS for c in known.column_names(form, "response"))
 COACH_FORCES = known.column_names("bogie", "coach")
 TRACK_COLUMNS = known.column_names("bogie", "track")
+MIN_PART_SAMPLES = 1000  # of a run that is cut for the test
 MAX_SHARED_STEPS = 2  # per sample, up to which a truncated segment takes its rows from the table of the full one
 
 
@@ -241,6 +242,7 @@ def hold_back(segments: Sequence[Segment], share: float, seconds: float, rig_rat
         for s in same:
             cut, left = min(max(left, 0), s.samples), left - s.samples
             least = seconds / s.dt if not s.is_rig else min(seconds / s.dt, seconds * rig_rate)
+            least = max(least, MIN_PART_SAMPLES)
             if cut < least:
                 whole = parts.test if cut < s.samples - cut and s.samples >= least else parts.selection
                 whole.append(s)

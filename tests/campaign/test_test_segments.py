@@ -51,6 +51,10 @@ def test_of_a_rig_a_part_needs_samples_not_seconds():
     assert split(segment(1.0, kind="rig", rate=20_000.0)) == ([pytest.approx(0.66665)], [pytest.approx(0.33335)])
 
 
+def test_a_rig_sampled_slowly_is_not_cut_into_a_few_samples():
+    assert split(segment(1000.0, kind="rig", rate=0.25)) == ([1000.0], [])
+
+
 def test_a_part_has_the_track_of_the_whole():
     whole = segment(45.0)
     part = whole.part(3000, 4500)
