@@ -189,3 +189,19 @@ def test_standard_deviations_become_white_noise():
     model = as_noise_model({"e1": 1e-4})
     assert model["e1"] == 1e-4 and model.columns["e1"].spectrum == NoiseSpectrum(1e-4)
     assert as_noise_model(model) is model
+
+
+def test_a_track_reconstructed_from_the_axle_boxes_keeps_its_stated_noise():
+    def integrated_twice(x: np.ndarray) -> np.ndarray:
+        w = 2.0 * np.pi * np.fft.rfftfreq(len(x), DT)
+        spectrum = np.fft.rfft(x)
+        spectrum[w < 1.0] = 0.0
+        return np.fft.irfft(-spectrum / np.maximum(w, 1.0) ** 2, len(x))
+
+    given = record(3)
+    c = given.columns
+    c["phiw"] = np.zeros_like(c["phiw"])
+    at_1, at_2 = (integrated_twice(c[f"ay{i}"]) - c[f"e{i}"] for i in (1, 2))
+    c["yw"] = 0.5 * (at_1 + np.roll(at_2, -BEHIND))
+    model = estimate({"yw": 2e-5}, given)
+    assert model["yw"] > 1e-5

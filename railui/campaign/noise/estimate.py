@@ -199,7 +199,7 @@ class NoiseEstimate:
             yw = sd / (float(np.hypot(1.0, r / b)) if "phiw" in present else 1.0)
             levels = {"yw": yw, "phiw": yw / b, "gauge": 2.0 * yw}
         else:
-            ratio = sd / float(np.exp(prior.log))
+            ratio = sd / float(np.exp(prior.log)) if is_determined else 1.0
             levels = {c: ratio * self.stated.get(c, 0.0) for c in TRACK}
         return {
             c: ColumnNoise(
