@@ -92,7 +92,9 @@ def test_the_divergence_limit_of_a_rig_does_not_depend_on_its_units() -> None:
     t = np.arange(2001) / 100.0
     rows = np.zeros((4001, 5))
     rows[:, 2] = 1e6
-    rigs = Batch.from_arrays(np.array([[1.0, 1.0, 0.0, 1.0], [1.0, -400.0, 0.0, 1.0]]))  # m, k, c, gain, a force
+    rigs = Batch.from_arrays(
+        np.array([[1.0, 1.0, 0.0, 1.0, 0.0], [1.0, -400.0, 0.0, 1.0, 0.0]])
+    )  # m, k, c, gain, preload
     found, lost = Vehicles("rig").simulate(rigs, rows, 0.01, 1, ["z"])
     assert lost[0] == -1 and lost[1] > 0
     assert np.abs(found[0, 0] - 1e6 * (1.0 - np.cos(t))).max() < 1.0

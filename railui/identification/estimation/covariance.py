@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import linalg, stats
+from scipy import linalg, special
 
 from railui.arrays import FloatArray
 
@@ -62,4 +62,4 @@ def t_factors(grams: FloatArray, inverse: FloatArray) -> FloatArray:
     share = np.maximum(np.einsum("ij,bik,kj->bj", inverse, grams, inverse), 0.0)
     share = share / np.maximum(share.sum(axis=0), 1e-300)
     freedom = np.maximum(1.0 / np.maximum(np.sum(share**2, axis=0), 1e-300) - 1.0, LEAST_FREEDOM)
-    return np.asarray(stats.t.ppf(TAIL, freedom) / stats.norm.ppf(TAIL))
+    return np.asarray(special.stdtrit(freedom, TAIL) / special.ndtri(TAIL))

@@ -116,7 +116,11 @@ def test_the_last_edge_belongs_to_the_last_section():
     changed = fit.normal.gram.copy()
     changed[-1, :, 1:, 0] += changed[-1, :, 1:, 1:].sum(axis=-1)
     plain, other = (
-        estimate_per_section(simulated_campaign().context, replace(fit, normal=replace(fit.normal, gram=g)), length)
+        estimate_per_section(
+            simulated_campaign().context,
+            replace(fit, normal=replace(fit.normal, gram=g), given_covariance=fit.covariance),
+            length,
+        )
         for g in (fit.normal.gram, changed)
     )
     assert len(plain.sections) == 2
