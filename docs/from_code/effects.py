@@ -99,13 +99,13 @@ def _picture(record: dict[str, Any]) -> bytes:
     at = "primary_lateral"
     site = site_quantities(at, REFERENCE_BOGIE)
     values = {p["key"]: resolve_parameter(p, [at])["default"] for p in record["parameters"]}
-    mass, k = site["m"], site["k"]
+    k = site["k"]
     effect = PlacedEffect(record["kind"], "rig", None, {key: x for key, x in values.items() if x is not None})
     t = np.linspace(0.0, 2.0 / FREQUENCY, 2000)
     figure, ax = plt.subplots(figsize=(4.6, 3.0), constrained_layout=True)
     for amplitude, shade in zip(AMPLITUDES, ("#9ecae1", "#4292c6", "#08519c"), strict=True):
         z = amplitude * np.sin(2 * np.pi * FREQUENCY * t)
-        force, _ = restoring_force(z, t[1], mass, [effect], k, 0.0)
+        force, _ = restoring_force(z, t[1], [effect], k, 0.0)
         last_period = t >= 1.0 / FREQUENCY
         ax.plot(1e3 * z[last_period], 1e-3 * force[last_period], color=shade, lw=1.5)
     ax.plot(
