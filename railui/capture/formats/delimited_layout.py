@@ -198,10 +198,11 @@ def _fitted(record: Record, count: int, is_padded: bool) -> tuple[str, ...] | No
 def _names_and_units(
     header: Sequence[str], unit_row: Sequence[str] | None
 ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
+    """Separate names from units; above a row of units the whole cell is the name."""
     names: list[str] = []
     units: list[str | None] = []
     for i, cell in enumerate(header):
-        match = HEADER_PATTERN.match(cell)
+        match = HEADER_PATTERN.match(cell) if unit_row is None else None
         name = " ".join((match[1] if match else cell).split()) or f"column_{i + 1}"
         names.append(name if name not in names else f"{name}_{i + 1}")
         inside = next((g for g in (match.groups()[1:] if match else ()) if g is not None), None)

@@ -88,6 +88,13 @@ def test_a_csv_of_any_dialect_comes_back_or_is_refused(
         assert np.array_equal(recording.channels[name], x), name
 
 
+def test_a_name_above_a_row_of_units_is_the_whole_cell(tmp_path: Path) -> None:
+    rows = "".join(f"{i / 8},{i},{-i}\n" for i in range(9))
+    (tmp_path / "a.csv").write_text(f"t,gap / left,gap (right)\ns,mm,mm\n{rows}")
+    (recording,) = read_recordings(tmp_path / "a.csv")
+    assert recording.units == {"t": "s", "gap / left": "mm", "gap (right)": "mm"}
+
+
 @pytest.mark.parametrize("separator", [",", ";", "\t", "|"])
 @pytest.mark.parametrize("quoting", [csv.QUOTE_ALL, csv.QUOTE_MINIMAL])
 @pytest.mark.parametrize("decimal", [".", ","])
