@@ -160,7 +160,7 @@ fn filter(bencher: Bencher<'_, '_>) {
         weights: vec![1.0],
         every: 4,
     };
-    bencher.counter(ItemsCount::new(LANES * SAMPLES)).bench(|| filtered(&series, SAMPLES, &filter));
+    bencher.counter(ItemsCount::new(LANES * SAMPLES)).bench(|| filtered(&series, LANES, SAMPLES, &filter));
 }
 
 fn main() {

@@ -25,7 +25,7 @@ pub struct VehicleBatch<'a> {
     pub initial: &'a [f64],
 }
 
-/// Vehicles that step together, sixteen or what is left: the first, and how many.
+/// Vehicles that step together, [`group_size`] or what is left: the first, and how many.
 #[derive(Clone, Copy)]
 struct LaneGroup {
     from: usize,
@@ -37,6 +37,12 @@ impl LaneGroup {
     fn of(self, lane: usize) -> usize {
         self.from + if lane < self.live { lane } else { 0 }
     }
+}
+
+/// Vehicles of a group: sixteen, or eight where sixteen would leave one thread with most of the work. It depends on
+/// nothing but the number of vehicles, and so do the digits.
+fn group_size(count: usize) -> usize {
+    if 2 * count <= 3 * LANES { LANES / 2 } else { LANES }
 }
 
 impl VehicleBatch<'_> {
@@ -57,8 +63,9 @@ impl VehicleBatch<'_> {
     }
 
     fn lane_groups(&self) -> Vec<LaneGroup> {
-        let of = |from| LaneGroup { from, live: (self.count - from).min(LANES) };
-        (0..self.count).step_by(LANES).map(of).collect()
+        let size = group_size(self.count);
+        let of = |from| LaneGroup { from, live: (self.count - from).min(size) };
+        (0..self.count).step_by(size).map(of).collect()
     }
 
     /// The first group and its sums, for counting operations.
@@ -118,13 +125,14 @@ pub fn simulate(
     let row = channels.len() * filter.map_or(samples, |f| f.kept_samples(samples));
     let mut out = vec![0.0; vehicles.count * row];
     let mut diverged = vec![None; vehicles.count];
-    out.par_chunks_mut((LANES * row).max(1))
-        .zip(diverged.par_chunks_mut(LANES))
+    let size = group_size(vehicles.count);
+    out.par_chunks_mut((size * row).max(1))
+        .zip(diverged.par_chunks_mut(size))
         .zip(vehicles.lane_groups())
         .try_for_each(|((out, diverged_at), some)| {
             let (mut lanes, found) = series(vehicles, inputs, channels, some, cancel)?;
             if let Some(filter) = filter {
-                lanes = filtered(&lanes, samples, filter);
+                lanes = filtered(&lanes, some.live, samples, filter);
             }
             transpose(&lanes, some.live, out);
             diverged_at.copy_from_slice(&found[..some.live]);

@@ -70,20 +70,22 @@ def estimate_components(
     Majorisation-minimisation with multiplicative steps (Zhou, Hu, Zhou, Lange 2019) gives levels and colours; then
     Fisher scoring of the logarithms of the levels, with fixed colours, adds the log-normal prior.
     """
-    theta = {c: np.array(v, dtype=np.float64) for c, v in start.items()}
+    names = list(start)
+    stacks = _stacked(observations, names)
+    theta, weights = _padded(start, names), _padded(level, names)
     for _ in range(MAX_ITERATIONS):
-        before = np.array([level[c] @ theta[c] for c in theta])
-        up, down = _sums(observations, theta)
-        theta = {c: theta[c] * np.sqrt(up[c] / np.maximum(down[c], 1e-300)) for c in theta}
-        after = np.array([level[c] @ theta[c] for c in theta])
+        before = np.sum(weights * theta, axis=1)
+        up, down = _sums(stacks, theta)
+        theta = theta * np.sqrt(up / np.maximum(down, 1e-300))
+        after = np.sum(weights * theta, axis=1)
         if np.max(np.abs(after - before) / np.maximum(before, 1e-300)) < MIN_LEVEL_CHANGE:
             break
-    names = list(theta)
-    centre = np.array([2.0 * prior[c][0] - np.log(max(float(level[c] @ theta[c]), 1e-300)) for c in names])
+    squared_levels = np.maximum(np.sum(weights * theta, axis=1), 1e-300)
+    centre = np.array([2.0 * prior[c][0] for c in names]) - np.log(squared_levels)
     precision = np.array([1.0 / (2.0 * prior[c][1]) ** 2 for c in names])
     x = np.zeros(len(names))
     for _ in range(MAX_SCORING_STEPS):
-        score, information = _score(observations, {c: np.exp(v) * theta[c] for c, v in zip(names, x, strict=True)})
+        score, information = _score(stacks, np.exp(x)[:, None] * theta)
         step = np.linalg.solve(information + np.diag(precision), score - precision * (x - centre))
         x += np.clip(step, -MAX_STEP, MAX_STEP)
         if np.max(np.abs(step)) < MIN_SCORING_STEP:
@@ -91,52 +93,87 @@ def estimate_components(
     covariance = np.linalg.inv(information + np.diag(precision))
     alone = np.linalg.inv(information + np.eye(len(names)) / WIDE_LOG_VARIANCE_SD**2)
     return Components(
-        theta,
+        {c: theta[i, : len(start[c])] for i, c in enumerate(names)},
         dict(zip(names, 0.5 * x, strict=True)),
         dict(zip(names, 0.5 * np.sqrt(np.diag(covariance)), strict=True)),
         dict(zip(names, 0.5 * np.sqrt(np.diag(alone)), strict=True)),
     )
 
 
-def _inverse(o: Observation, theta: Mapping[str, FloatArray]) -> tuple[ComplexArray, dict[str, FloatArray]]:
-    """Inverse of the expected density [F, n, n], and the density [F] of every noise."""
-    noise = {c: theta[c] @ o.shapes[c] for c in o.gains}
-    g = np.stack([np.sqrt(noise[c])[:, None] * g for c, g in o.gains.items()], axis=2)  # [F, n, c]
+@dataclass(frozen=True, eq=False)
+class _Stack:
+    """Observations of as many combinations n each, one after the other along the frequencies F.
+
+    density [F, n, n], gains [F, n, channel] (zero where a channel is absent), shapes [channel, part, F], averages [F].
+    """
+
+    density: ComplexArray
+    gains: ComplexArray
+    shapes: FloatArray
+    averages: FloatArray
+
+
+def _stacked(observations: Sequence[Observation], names: Sequence[str]) -> list[_Stack]:
+    parts = max(len(s) for o in observations for s in o.shapes.values())
+    by_size: dict[int, list[Observation]] = {}
+    for o in observations:
+        by_size.setdefault(o.density.shape[1], []).append(o)
+    stacks = []
+    for some in by_size.values():
+        gains, shapes = [], []
+        for o in some:
+            gain = np.zeros((*o.density.shape[:2], len(names)), dtype=np.complex128)
+            shape = np.zeros((len(names), parts, len(o.density)))
+            for c, g in o.gains.items():
+                gain[:, :, names.index(c)] = g
+                shape[names.index(c), : len(o.shapes[c])] = o.shapes[c]
+            gains.append(gain)
+            shapes.append(shape)
+        averages = np.concatenate([np.full(len(o.density), o.averages) for o in some])
+        density = np.concatenate([o.density for o in some])
+        stacks.append(_Stack(density, np.concatenate(gains), np.concatenate(shapes, axis=2), averages))
+    return stacks
+
+
+def _padded(values: Mapping[str, FloatArray], names: Sequence[str]) -> FloatArray:
+    """Values [part] of every name as an array [name, part], with zeros for parts that a name lacks."""
+    out = np.zeros((len(names), max(len(v) for v in values.values())))
+    for i, c in enumerate(names):
+        out[i, : len(values[c])] = values[c]
+    return out
+
+
+def _inverse(o: _Stack, theta: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    """Inverse of the expected density [F, n, n], and the density [F, channel] of every noise."""
+    noise = np.einsum("cp,cpf->fc", theta, o.shapes)
+    g = np.sqrt(noise)[:, None] * o.gains
     total = np.asarray(g @ g.conj().transpose(0, 2, 1))
     ridge = 1e-12 * np.real(np.trace(total, axis1=1, axis2=2))[:, None, None] * np.eye(total.shape[1])
     return np.asarray(np.linalg.inv(total + ridge)), noise
 
 
-def _sums(
-    observations: Sequence[Observation], theta: Mapping[str, FloatArray]
-) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-    """Numerator and denominator [part] of a multiplicative step per noise."""
-    up = {c: np.zeros_like(v) for c, v in theta.items()}
-    down = {c: np.zeros_like(v) for c, v in theta.items()}
-    for o in observations:
+def _sums(stacks: Sequence[_Stack], theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Numerator and denominator [channel, part] of a multiplicative step."""
+    up, down = np.zeros_like(theta), np.zeros_like(theta)
+    for o in stacks:
         inverse, _ = _inverse(o, theta)
-        g = np.stack(list(o.gains.values()), axis=2)  # [F, n, c]
-        h = inverse @ g
-        observed = np.real(np.sum(h.conj() * (o.density @ h), axis=1))
-        expected = np.real(np.sum(g.conj() * h, axis=1))
-        for i, c in enumerate(o.gains):
-            up[c] += o.averages * (o.shapes[c] @ observed[:, i])
-            down[c] += o.averages * (o.shapes[c] @ expected[:, i])
+        h = inverse @ o.gains
+        observed = o.averages[:, None] * np.real(np.sum(h.conj() * (o.density @ h), axis=1))
+        expected = o.averages[:, None] * np.real(np.sum(o.gains.conj() * h, axis=1))
+        up += np.einsum("cpf,fc->cp", o.shapes, observed)
+        down += np.einsum("cpf,fc->cp", o.shapes, expected)
     return up, down
 
 
-def _score(observations: Sequence[Observation], theta: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+def _score(stacks: Sequence[_Stack], theta: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Score [c] and information [c, c] of the logarithms of the variances of all noises."""
-    names = list(theta)
-    score, information = np.zeros(len(names)), np.zeros((len(names), len(names)))
-    for o in observations:
+    score, information = np.zeros(len(theta)), np.zeros((len(theta), len(theta)))
+    for o in stacks:
         inverse, noise = _inverse(o, theta)
-        present = [c for c in names if c in o.gains]
-        index = [names.index(c) for c in present]
-        g = np.stack([np.sqrt(noise[c])[:, None] * o.gains[c] for c in present], axis=2)
+        g = np.sqrt(noise)[:, None] * o.gains
         h = inverse @ g
         cross = g.conj().transpose(0, 2, 1) @ h
         observed = np.real(np.sum(h.conj() * (o.density @ h), axis=1))
-        score[index] += o.averages * np.sum(observed - np.real(np.einsum("fcc->fc", cross)), axis=0)
-        information[np.ix_(index, index)] += o.averages * np.sum(np.abs(cross) ** 2, axis=0)
+        score += o.averages @ (observed - np.real(np.einsum("fcc->fc", cross)))
+        information += np.einsum("f,fcd->cd", o.averages, np.abs(cross) ** 2)
     return score, information

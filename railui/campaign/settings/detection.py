@@ -172,7 +172,7 @@ class SelectionSettings:
         1.10, minimum=1.0, meaning="Cross-validated error over the best up to which two laws are indistinguishable."
     )
     gain_forecast_duration: float = setting(
-        20.0, unit="s", minimum=1.0, meaning="First part of every validation segment on which gains are predicted."
+        12.0, unit="s", minimum=1.0, meaning="First part of every validation segment on which gains are predicted."
     )
 
 

@@ -142,7 +142,7 @@ class ValidationSettings:
         maximum=0.9,
         meaning="Largest share of a test segment that is left out at its start, where its initial state is estimated.",
     )
-    noise_floor_draws: int = setting(20, minimum=2, meaning="Noise realisations behind the noise floor.")
+    noise_floor_draws: int = setting(10, minimum=2, meaning="Noise realisations behind the noise floor.")
     preliminary_floor_draws: int = setting(
         5, minimum=2, meaning="Noise realisations behind the noise floor that only steers the selection."
     )

@@ -17,7 +17,6 @@ from railui.identification.estimation.problem import prepare_segments, reprepare
 from railui.vehicle.model import Model
 
 COARSE_TOLERANCE = 1e-4
-RIG_REFITS = 1
 MAX_CONICITY_STEPS = 20
 
 
@@ -48,11 +47,9 @@ def calibrate(context: Context) -> Fit:
         f"estimated {len(paths)} parameters in {fit.iterations} iterations; estimating again with renewed noise weights"
     )
     spent = fit.simulations
-    for _ in range(RIG_REFITS if context.nominal.design.form == "rig" else 1):
-        prepared = reprepare_segments(context, fit.model, fit.segments)
-        fit = fit_output_error(context, fit.model, paths, segments=prepared, stable=not bounded)
-        spent += fit.simulations
-    return replace(fit, simulations=spent)
+    prepared = reprepare_segments(context, fit.model, fit.segments)
+    fit = fit_output_error(context, fit.model, paths, segments=prepared, stable=not bounded)
+    return replace(fit, simulations=spent + fit.simulations)
 
 
 def nominal_fit(context: Context) -> Fit:

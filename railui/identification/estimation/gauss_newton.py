@@ -79,7 +79,6 @@ class GaussNewton:
 
         table: input table in the place of the measured one.
         """
-        self.simulations += len(x)
         batch = self.model.batch(self.rows(x, target.segment))
         return target.predictor(self.model).simulate(batch=batch, table=table, jobs=self.context.jobs)
 
@@ -89,10 +88,14 @@ class GaussNewton:
         out = np.where(admissible, 0.0, np.inf)
         if not admissible.any():
             return out
-        for target in self.segments:
+
+        def sum_of_squares(target: FitSegment) -> FloatArray:
             series, diverged = self.simulate(target, x[admissible])
             squares = np.sum(target.without_initial_state(series - target.measured) ** 2, axis=(1, 2))
-            out[admissible] += np.where((diverged < 0) & np.isfinite(squares), squares, np.inf)
+            return np.where((diverged < 0) & np.isfinite(squares), squares, np.inf)
+
+        self.simulations += len(self.segments) * int(admissible.sum())
+        out[admissible] = sum(map_threads(sum_of_squares, self.segments, self.context.jobs))
         return out
 
     def _is_admissible(self, x: FloatArray) -> bool:
@@ -131,24 +134,31 @@ class GaussNewton:
         table: input table in the place of the measured one.
         """
         delta = self.difference_steps(x)
-        key = target.segment.segment_key[0]
-        active = [j for j, p in enumerate(self.free.paths) if "@" not in p or p.endswith(f"@{key}")]
+        active = self.active_parameters(target)
         series, diverged = self.simulate(target, np.vstack([x, x + np.diag(delta)[active]]), table)
         series[1:] -= series[0]
         series[1:] /= delta[active, None, None]
         series[0] = target.measured - series[0]
         return Simulation(_expand(target.without_initial_state(series), active, len(x)), diverged)
 
+    def active_parameters(self, target: FitSegment) -> list[int]:
+        """Indices of the free parameters that act on a segment; those of other segments do not."""
+        key = target.segment.segment_key[0]
+        return [j for j, p in enumerate(self.free.paths) if "@" not in p or p.endswith(f"@{key}")]
+
     def linearise(self, x: FloatArray) -> NormalEquations:
         """Compute the normal equations at x [p]."""
-        grams, count = [], 0
-        self.restart_windows(x)
-        for target in self.segments:
+
+        def gram(target: FitSegment) -> FloatArray:
             series, diverged = self.sensitivities(target, x)
             if np.any(diverged >= 0):
                 raise ValueError(f"the vehicle diverges on {target.segment.file} at a point of the fit")
-            grams.append(block_gram(series, self.block_samples(target)))
-            count += target.measured.size
+            return block_gram(series, self.block_samples(target))
+
+        self.restart_windows(x)
+        grams = list(map_threads(gram, self.segments, self.context.jobs))
+        self.simulations += sum(1 + len(self.active_parameters(t)) for t in self.segments)
+        count = sum(t.measured.size for t in self.segments)
         return NormalEquations(np.concatenate(grams), count, self.settings.independent_sample_share)
 
     def restart_windows(self, x: FloatArray) -> None:

@@ -69,6 +69,7 @@ def _step(optimiser: GaussNewton, x: FloatArray, j: int, cost: float) -> tuple[F
     change[j] = RELATIVE_DIFFERENCE * max(abs(x[j]), MIN_STEP_SIZE_SHARE * free.size[j])
     products = np.zeros(3)
     for target in optimiser.segments:
+        optimiser.simulations += 2
         pair, diverged = optimiser.simulate(target, np.vstack([x, x + change]))
         if np.any(diverged >= 0):
             return x, cost

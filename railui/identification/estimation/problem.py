@@ -15,6 +15,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, state_scale
 from railui.identification.estimation.noise_floor import noise_weights
 from railui.identification.prediction import Predictor, Simulation, required_steps
+from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
 WEIGHTED_WINDOWS = 6  # windows of a segment on which noise is simulated for the weights of all
@@ -100,18 +101,29 @@ class FitSegment:
 
 def prepare_segments(context: Context, model: Model, segments: Sequence[Segment]) -> list[FitSegment]:
     """Prepare segments for a model: weights from sensor and track noise, initial states estimated."""
-    prepared = []
-    shared = dict[tuple[str, int], FloatArray]()
-    for segment in segments:
-        campaign = context.campaign
-        weights = channel_weights(context, model, segment, shared)
-        every = _decimation(campaign.band, 1.0 / segment.dt)
-        filtered = comparison_filter(campaign, segment, segment.measured(segment.channels))
-        measured = filtered[:, ::every] * weights[:, None]
-        start = estimate_initial_state(context, model, segment)
-        steps = required_steps(model, segment)
-        prepared.append(FitSegment(segment, kernel_filter(campaign, segment, weights, every), measured, start, steps))
-    return prepared
+    first = {_weight_key(s): s for s in reversed(segments)}
+    found = map_threads(lambda s: channel_weights(context, model, s), list(first.values()), context.jobs)
+    weights = dict(zip(first, found, strict=True))
+
+    def prepare(segment: Segment) -> FitSegment:
+        return _prepare_segment(context, model, segment, weights[_weight_key(segment)])
+
+    return list(map_threads(prepare, segments, context.jobs))
+
+
+def _prepare_segment(context: Context, model: Model, segment: Segment, weights: FloatArray) -> FitSegment:
+    campaign = context.campaign
+    every = _decimation(campaign.band, 1.0 / segment.dt)
+    filtered = comparison_filter(campaign, segment, segment.measured(segment.channels))
+    measured = filtered[:, ::every] * weights[:, None]
+    start = estimate_initial_state(context, model, segment)
+    steps = required_steps(model, segment)
+    return FitSegment(segment, kernel_filter(campaign, segment, weights, every), measured, start, steps)
+
+
+def _weight_key(segment: Segment) -> tuple[str, int, int | None]:
+    """Key of the segments that have equal weights: all windows of one segment."""
+    return segment.file, segment.number, segment.first_sample if segment.window_of is None else None
 
 
 def _decimation(band: tuple[float, float] | None, rate: float) -> int:
@@ -119,19 +131,14 @@ def _decimation(band: tuple[float, float] | None, rate: float) -> int:
     return 1 if band is None else max(1, int(rate / (SAMPLES_PER_PERIOD * upper_band_limit(band, rate))))
 
 
-def channel_weights(
-    context: Context, model: Model, segment: Segment, shared: dict[tuple[str, int], FloatArray]
-) -> FloatArray:
-    """Weights of a segment [channel]; windows share those of some of them, collected in `shared`."""
+def channel_weights(context: Context, model: Model, segment: Segment) -> FloatArray:
+    """Weights of a segment [channel]; those of a window are of some windows of its segment."""
     whole = segment.window_of
     if whole is None:
         return noise_weights(context, model, segment)
-    key = (segment.file, segment.number)
-    if key not in shared:
-        windows = whole.windows(segment.samples * segment.dt)
-        some = [noise_weights(context, model, w) for w in windows[:: max(len(windows) // WEIGHTED_WINDOWS, 1)]]
-        shared[key] = 1.0 / np.sqrt(np.mean([1.0 / w**2 for w in some], axis=0))
-    return shared[key]
+    windows = whole.windows(segment.samples * segment.dt)
+    some = [noise_weights(context, model, w) for w in windows[:: max(len(windows) // WEIGHTED_WINDOWS, 1)]]
+    return np.asarray(1.0 / np.sqrt(np.mean([1.0 / w**2 for w in some], axis=0)))
 
 
 def reprepare_segments(context: Context, model: Model, prepared: Sequence[FitSegment]) -> list[FitSegment]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.comparison import comparison_filter, cut_samples, upper_band_limit
@@ -129,16 +130,12 @@ def _segment_sums(context: Context, prediction: Prediction) -> dict[str, _Channe
     spectra = _Spectra(segment, comparison.dt, residuals.shape[1], max(len(track), len(motions)), limits)
     lines = spectra.transforms(residuals)
     track_lines, motion_lines = spectra.transforms(track), spectra.transforms(motions)
-    sums = {}
-    for i, name in enumerate(comparison.channels):
-        others = np.delete(lines, i, axis=2)
-        sums[name] = _ChannelSums(
-            spectra.coherent(lines[:, :, i], track_lines),
-            spectra.coherent(lines[:, :, i], motion_lines),
-            spectra.coherent(lines[:, :, i], others),
-            float(np.mean(residuals[i] ** 2)),
-        )
-    return sums
+    by_track, by_motions = spectra.coherent(lines, track_lines), spectra.coherent(lines, motion_lines)
+    by_others, power = spectra.coherent_with_others(lines), np.mean(residuals**2, axis=1)
+    return {
+        name: _ChannelSums(by_track[i], by_motions[i], by_others[i], float(power[i]))
+        for i, name in enumerate(comparison.channels)
+    }
 
 
 def _track_inputs(context: Context, segment: Segment) -> FloatArray:
@@ -174,15 +171,31 @@ class _Spectra:
             parts.append(np.fft.rfft((part - part.mean(axis=1, keepdims=True)) * window, axis=1))
         return np.stack(parts)[..., self.used].transpose(2, 0, 1)
 
-    def coherent(self, output: ComplexArray, inputs: ComplexArray) -> _Coherent | None:
-        """Power of the output [frequency, window] that inputs [frequency, window, input] explain; None: too short."""
-        windows = output.shape[1]
-        if windows * (1.0 - 1.0 / JACKKNIFE_GROUPS) < inputs.shape[2] + 2:
-            return None
+    def coherent(self, outputs: ComplexArray, inputs: ComplexArray) -> list[_Coherent | None]:
+        """Power of each of the outputs [frequency, window, output] that inputs explain; None: too short a segment."""
+        kept = self._jackknife(outputs.shape[1], inputs.shape[2])
+        return _by_output([_explained_power(outputs[:, k], inputs[:, k], self.phase) for k in kept], outputs.shape[2])
+
+    def coherent_with_others(self, series: ComplexArray) -> list[_Coherent | None]:
+        """Power of each of some series [frequency, window, series] that all others explain; None: too short."""
+        kept = self._jackknife(series.shape[1], series.shape[2] - 1)
+        return _by_output([_power_explained_by_others(series[:, k], self.phase) for k in kept], series.shape[2])
+
+    @staticmethod
+    def _jackknife(windows: int, inputs: int) -> list[NDArray[np.bool_]]:
+        """Masks of all windows, then of those without each group; none if too few windows for so many inputs."""
+        if windows * (1.0 - 1.0 / JACKKNIFE_GROUPS) < inputs + 2:
+            return []
         group = np.arange(windows) * min(JACKKNIFE_GROUPS, windows) // windows
-        kept = [np.ones(windows, dtype=bool), *(group != g for g in range(group[-1] + 1))]
-        both = np.array([_explained_power(output[:, k], inputs[:, k], self.phase) for k in kept])
-        return _Coherent(both[:, 0], both[:, 1])
+        return [np.ones(windows, dtype=bool), *(group != g for g in range(group[-1] + 1))]
+
+
+def _by_output(powers: Sequence[tuple[FloatArray, FloatArray]], outputs: int) -> list[_Coherent | None]:
+    """Split powers (explained [output], all [output]) of all windows and without each group by output."""
+    if not powers:
+        return [None] * outputs
+    both = np.array(powers)
+    return [_Coherent(both[:, 0, i], both[:, 1, i]) for i in range(outputs)]
 
 
 def _window_length(segment: Segment, dt: float, samples: int, inputs: int) -> int:
@@ -193,25 +206,58 @@ def _window_length(segment: Segment, dt: float, samples: int, inputs: int) -> in
     return int(np.clip(enough, round(MIN_WINDOW_SECONDS / dt), round(WINDOW_SECONDS / dt)).clip(max=samples))
 
 
-def _explained_power(output: ComplexArray, inputs: ComplexArray, phase: FloatArray) -> tuple[float, float]:
-    """Power that the inputs explain at all frequencies less chance, and the power.
+def _explained_power(outputs: ComplexArray, inputs: ComplexArray, phase: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Power [output] that the inputs explain at all frequencies less chance, and the power of the outputs.
 
     The projection P on the inputs [frequency, window, input] takes trace(P C) of K shares of white noise by chance, C
     the correlation of its windows; phase: sign [frequency] of that of neighbours, whose starts differ by half a window.
     """
-    power = np.sum(np.abs(output) ** 2, axis=1)
+    power = np.sum(np.abs(outputs) ** 2, axis=1)
     if inputs.shape[2] == 0:
-        return 0.0, float(power.sum())
+        return np.zeros(outputs.shape[2]), power.sum(axis=0)
     scale = np.sqrt(np.sum(np.abs(inputs) ** 2, axis=1, keepdims=True))
     basis, size, _ = np.linalg.svd(inputs / np.maximum(scale, 1e-300), full_matrices=False)
     independent = size > MIN_SINGULAR_VALUE * size[:, :1]
-    projected = np.abs(np.einsum("fkp,fk->fp", basis.conj(), output)) ** 2
-    explained = np.sum(projected * independent, axis=1)
-    neighbours = np.real(np.einsum("fkp,fkp,fp->f", basis[:, 1:].conj(), basis[:, :-1], independent))
-    overlap = 2.0 * OVERLAP_CORRELATION * phase * neighbours
-    windows = output.shape[1]
-    incoherent = (power - explained) * windows / np.maximum(windows - independent.sum(axis=1) - overlap, 1.0)
-    return float(np.sum(power - incoherent)), float(power.sum())
+    projected = np.abs(basis.conj().transpose(0, 2, 1) @ outputs) ** 2
+    explained = np.sum(projected * independent[:, :, None], axis=1)
+    neighbours = np.sum(_neighbour_products(basis) * independent, axis=1)
+    incoherent = _beyond_chance(power - explained, outputs.shape[1], independent.sum(axis=1), neighbours, phase)
+    return np.sum(power - incoherent, axis=0), power.sum(axis=0)
+
+
+def _power_explained_by_others(series: ComplexArray, phase: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Power [series] of each series [frequency, window, series] that all others explain less chance, and its power.
+
+    The columns of the transposed pseudoinverse are orthogonal to all other series: what the others leave of a series is
+    its projection on its column. The others project as all series do, less that column.
+    """
+    windows, count = series.shape[1:]
+    power = np.sum(np.abs(series) ** 2, axis=1)
+    scale = np.maximum(np.sqrt(power), 1e-300)
+    basis, size, axes = np.linalg.svd(series / scale[:, None], full_matrices=False)
+    size = np.maximum(size, MIN_SINGULAR_VALUE * size[:, :1])
+    column = (basis / size[:, None]) @ axes
+    squares = np.sum(np.abs(column) ** 2, axis=1)
+    neighbours = np.sum(_neighbour_products(basis), axis=1)[:, None] - _neighbour_products(column) / squares
+    incoherent = _beyond_chance(scale**2 / squares, windows, np.full(len(series), count - 1), neighbours.T, phase)
+    return np.sum(power - incoherent, axis=0), power.sum(axis=0)
+
+
+def _neighbour_products(columns: ComplexArray) -> FloatArray:
+    """Real part of the inner products [frequency, column] of columns [frequency, window, column] a window apart."""
+    return np.asarray(np.real(np.sum(columns[:, 1:].conj() * columns[:, :-1], axis=1)))
+
+
+def _beyond_chance(
+    unexplained: FloatArray, windows: int, inputs: NDArray[np.int64], neighbours: FloatArray, phase: FloatArray
+) -> FloatArray:
+    """Expected power [frequency, output] that is incoherent with inputs which leave so much unexplained.
+
+    neighbours: trace [frequency] or [output, frequency] of the projection on the inputs with a shift by one window.
+    """
+    chance = inputs + 2.0 * OVERLAP_CORRELATION * phase * neighbours
+    factor = windows / np.maximum(windows - chance, 1.0)
+    return np.asarray(unexplained * (factor[:, None] if factor.ndim == 1 else factor.T))
 
 
 def _combine(sums: Sequence[_ChannelSums]) -> ResidualCoherence:

@@ -80,17 +80,18 @@ fn delay(x: &mut [Lanes], lane: usize, by: f64) {
     }
 }
 
-/// Filtered, cut and weighted series, channel after channel, `kept_samples` samples each.
-pub fn filtered(series: &[Lanes], samples: usize, filter: &Filter) -> Vec<Lanes> {
+/// Filtered, cut and weighted series of the first `live` vehicles, channel after channel, `kept_samples` samples each.
+pub fn filtered(series: &[Lanes], live: usize, samples: usize, filter: &Filter) -> Vec<Lanes> {
     let channels = series.len() / samples;
     let kept_samples = filter.kept_samples(samples);
     let mut out = vec![Lanes::ZERO; channels * kept_samples];
-    dispatch(level(), FiltFilt { series, samples, filter, out: &mut out, kept_samples });
+    dispatch(level().filled(live), FiltFilt { series, live, samples, filter, out: &mut out, kept_samples });
     out
 }
 
 struct FiltFilt<'a> {
     series: &'a [Lanes],
+    live: usize,
     samples: usize,
     filter: &'a Filter,
     out: &'a mut [Lanes],
@@ -100,26 +101,24 @@ struct FiltFilt<'a> {
 impl Job for FiltFilt<'_> {
     type Output = ();
 
+    /// A part of the vehicles after the other, each channel in a buffer of its own that stays in the cache.
     #[inline(always)]
     fn run<P: Part>(self) {
-        let FiltFilt { series, samples, filter, out, kept_samples } = self;
+        let FiltFilt { series, live, samples, filter, out, kept_samples } = self;
         let pad = if filter.sos.is_empty() { 0 } else { filter.pad };
-        let mut work = vec![Lanes::ZERO; samples + 2 * pad];
+        let mut work = vec![P::zero(); samples + 2 * pad];
         for (c, x) in series.chunks_exact(samples).enumerate() {
-            for at in (0..LANES).step_by(P::WIDTH) {
-                extend::<P>(x, &mut work, pad, at);
+            for at in (0..live).step_by(P::WIDTH) {
+                extend(x, &mut work, pad, at);
                 if filter.sos.is_empty() {
-                    centre::<P>(&mut work, at);
+                    centre(&mut work);
                 } else {
-                    let begins = P::load(&work[0], at);
-                    pass(&sections(filter, begins), &mut work, at, false);
-                    let ends = P::load(&work[work.len() - 1], at);
-                    pass(&sections(filter, ends), &mut work, at, true);
+                    pass(&sections(filter, work[0]), &mut work, false);
+                    pass(&sections(filter, work[work.len() - 1]), &mut work, true);
                 }
                 let weight = P::splat(filter.weights[c]);
-                for k in 0..kept_samples {
-                    let from = &work[pad + filter.cut + k * filter.every];
-                    (P::load(from, at) * weight).store(&mut out[c * kept_samples + k], at);
+                for (k, to) in out[c * kept_samples..(c + 1) * kept_samples].iter_mut().enumerate() {
+                    (work[pad + filter.cut + k * filter.every] * weight).store(to, at);
                 }
             }
         }
@@ -128,28 +127,28 @@ impl Job for FiltFilt<'_> {
 
 /// Odd extension at both ends: 2 x_0 - x_k.
 #[inline(always)]
-fn extend<P: Part>(x: &[Lanes], work: &mut [Lanes], pad: usize, at: usize) {
+fn extend<P: Part>(x: &[Lanes], work: &mut [P], pad: usize, at: usize) {
     let n = x.len();
     let (first, last) = (P::load(&x[0], at), P::load(&x[n - 1], at));
     let two = P::splat(2.0);
     for k in 0..pad {
-        (two * first - P::load(&x[pad - k], at)).store(&mut work[k], at);
-        (two * last - P::load(&x[n - 2 - k], at)).store(&mut work[pad + n + k], at);
+        work[k] = two * first - P::load(&x[pad - k], at);
+        work[pad + n + k] = two * last - P::load(&x[n - 2 - k], at);
     }
-    for k in 0..n {
-        P::load(&x[k], at).store(&mut work[pad + k], at);
+    for (to, x) in work[pad..pad + n].iter_mut().zip(x) {
+        *to = P::load(x, at);
     }
 }
 
 #[inline(always)]
-fn centre<P: Part>(work: &mut [Lanes], at: usize) {
+fn centre<P: Part>(work: &mut [P]) {
     let mut sum = P::zero();
     for x in work.iter() {
-        sum = sum + P::load(x, at);
+        sum = sum + *x;
     }
     let mean = sum * P::splat(1.0 / work.len() as f64);
     for x in work.iter_mut() {
-        (P::load(x, at) - mean).store(x, at);
+        *x = *x - mean;
     }
 }
 
@@ -166,7 +165,7 @@ impl<P: Part> Section<P> {
     fn step(&mut self, x: P) -> P {
         let ([b0, b1, b2], [a1, a2], [m0, m1]) = (self.b, self.a, self.memory);
         let y = b0.mul_add(x, m0);
-        self.memory = [b1 * x - a1 * y + m1, b2 * x - a2 * y];
+        self.memory = [a1.neg_mul_add(y, b1.mul_add(x, m1)), a2.neg_mul_add(y, b2 * x)];
         y
     }
 }
@@ -188,24 +187,22 @@ const AT_ONCE: usize = 4;
 
 /// All sections over the whole work, forwards or backwards.
 #[inline(always)]
-fn pass<P: Part>(sections: &[Section<P>], work: &mut [Lanes], at: usize, backwards: bool) {
+fn pass<P: Part>(sections: &[Section<P>], work: &mut [P], backwards: bool) {
     for some in sections.chunks(AT_ONCE) {
         match <[Section<P>; AT_ONCE]>::try_from(some) {
-            Ok(all) => along(all, work, at, backwards),
-            Err(_) => some.iter().for_each(|one| along([*one], work, at, backwards)),
+            Ok(all) => along(all, work, backwards),
+            Err(_) => some.iter().for_each(|one| along([*one], work, backwards)),
         }
     }
 }
 
 #[inline(always)]
-fn along<P: Part, const N: usize>(mut sections: [Section<P>; N], work: &mut [Lanes], at: usize, backwards: bool) {
+fn along<P: Part, const N: usize>(mut sections: [Section<P>; N], work: &mut [P], backwards: bool) {
     let n = work.len();
     for k in 0..n {
         let here = &mut work[if backwards { n - 1 - k } else { k }];
-        let mut x = P::load(here, at);
         for section in &mut sections {
-            x = section.step(x);
+            *here = section.step(*here);
         }
-        x.store(here, at);
     }
 }
