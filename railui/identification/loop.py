@@ -22,7 +22,7 @@ from railui.identification.estimation.multiple_shooting import refit_hunting
 from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.parallel_models import two_parallel_models
 from railui.identification.estimation.problem import prepare_segments
-from railui.identification.estimation.residual_evidence import NO_EVIDENCE, examine_residual
+from railui.identification.estimation.residual_evidence import NO_EVIDENCE, ResidualEvidence, examine_residual
 from railui.identification.estimation.unbiased import with_shift_as_spread, with_unbiased_estimates
 from railui.identification.estimation.validation import Validation, is_worse_than_nominal, validate
 from railui.identification.events import ModelValidated
@@ -33,6 +33,7 @@ from railui.identification.structure.stage import SelectionStep
 from railui.identification.structure.stepwise import NO_SCORE_TEST, Selection, StepwiseSelection
 from railui.identification.unmodelled.condition_dependence import dependence_on_conditions
 from railui.identification.unmodelled.discrepancy import find_discrepancy
+from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
 from railui.identification.verdict import Verdict, decide_verdict, explained_share
 from railui.parallel import run_both
@@ -114,66 +115,89 @@ def _calibrated_base(context: Context, nominal: Validation) -> _Base:
     return _Base(nominal_fit(context), nominal, windowed, is_failed=True)
 
 
+class _Examination(NamedTuple):
+    """What the selected effects leave: its evidence, a discrepancy, and whether the error is that of noise."""
+
+    evidence: ResidualEvidence
+    discrepancy: Discrepancy | None
+    is_adequate: bool
+    is_noise: bool
+
+
 def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult:
     """Examine what the selected effects leave, validate on the whole runs, test, and give the verdict."""
-    dataset, settings = context.dataset, context.settings
-    floor = estimate_noise_floor(context, selection.fit.model, dataset.selection)
-    context.progress.event(floor)
+    runs = context.dataset.validation
     validation_fit = prepare_validation(context, selection.fit)
-    evidence = examine_residual(context, selection.fit.model)
-    is_without = selection.fit is base.fit and base.windowed is not None
-    start = base.windowed if is_without and base.windowed is not None else selection.fit
-    discrepancy = find_discrepancy(context, start, validation_fit, selection, floor, evidence=evidence)
-    error_to_noise = selection.validation.nrmse / floor.nrmse
-    is_noise = error_to_noise <= settings.selection.unexplained_ratio or evidence.is_noise
-    fit = selection.fit
-    if discrepancy is not None and discrepancy.lowers_error and not selection.has_effects:
-        fit = discrepancy.fit
-    elif (discrepancy is None or discrepancy.fit is not fit) and not base.is_failed:
-        fit = final_estimates(context, fit, selection.validation)
+    examination = _examine(context, base, selection, validation_fit)
+    discrepancy = examination.discrepancy
+    fit = _final_fit(context, base, selection, discrepancy)
     base_fit = fit if selection.fit is base.fit and discrepancy is None else base.fit
     validations = {
-        "declared": validate(context, context.nominal, dataset.validation),
-        "before": validate(context, base_fit.model, dataset.validation),
-        "after": validate_final(context, fit, discrepancy, dataset.validation),
+        "declared": validate(context, context.nominal, runs),
+        "before": validate(context, base_fit.model, runs),
+        "after": validate_final(context, fit, discrepancy, runs),
     }
-    floor = estimate_noise_floor(context, fit.model, dataset.validation)
+    floor = estimate_noise_floor(context, fit.model, runs)
     explained = explained_share(validations["before"], validations["after"], floor)
-    remainder = describe_remainder(context, validations, floor, evidence, selection.final_score_test, discrepancy)
+    scores = selection.final_score_test
+    remainder = describe_remainder(context, validations, floor, examination.evidence, scores, discrepancy)
     verdict = decide_verdict(
-        settings.verdict,
+        context.settings.verdict,
         has_effects=selection.has_effects,
         explained=explained,
         remainder=remainder,
-        is_adequate=error_to_noise <= settings.selection.adequate_ratio,
-        has_discrepancy=discrepancy is not None or (context.is_out_of_time and not is_noise),
+        is_adequate=examination.is_adequate,
+        has_discrepancy=discrepancy is not None or (context.is_out_of_time and not examination.is_noise),
     )
     context.progress.message(
         f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}"
     )
     test, predicted_gains = run_both(
         lambda: run_independent_test(context, base_fit, fit, discrepancy),
-        lambda: predict_validation_gain(context, validation_fit, selection.final_score_test),
+        lambda: predict_validation_gain(context, validation_fit, scores),
         context.jobs,
     )
     return LoopResult(
         context,
-        base_fit,
-        fit,
-        validations,
-        floor,
-        selection.steps,
-        selection.final_score_test,
-        verdict,
-        explained,
-        remainder,
-        test,
-        discrepancy,
+        before=base_fit,
+        after=fit,
+        validations=validations,
+        noise_floor=floor,
+        steps=selection.steps,
+        score_test=scores,
+        verdict=verdict,
+        explained=explained,
+        remainder=remainder,
+        test=test,
+        discrepancy=discrepancy,
         windowed=base.windowed,
         is_failed_fit=base.is_failed,
         left_out=tuple(leave_one_run_out(context, selection.fit, validation_fit)),
         predicted_gains=predicted_gains,
     )
+
+
+def _examine(context: Context, base: _Base, selection: Selection, validation_fit: Fit | None) -> _Examination:
+    """Compare the error with noise, and look for a discrepancy, on the runs that select effects."""
+    settings = context.settings.selection
+    floor = estimate_noise_floor(context, selection.fit.model, context.dataset.selection)
+    context.progress.event(floor)
+    evidence = examine_residual(context, selection.fit.model)
+    is_without = selection.fit is base.fit and base.windowed is not None
+    start = base.windowed if is_without and base.windowed is not None else selection.fit
+    discrepancy = find_discrepancy(context, start, validation_fit, selection, floor, evidence=evidence)
+    ratio = selection.validation.nrmse / floor.nrmse
+    is_noise = ratio <= settings.unexplained_ratio or evidence.is_noise
+    return _Examination(evidence, discrepancy, ratio <= settings.adequate_ratio, is_noise)
+
+
+def _final_fit(context: Context, base: _Base, selection: Selection, discrepancy: Discrepancy | None) -> Fit:
+    """Return the fit of a discrepancy that lowers the error without effects, or that of the last step."""
+    if discrepancy is not None and discrepancy.lowers_error and not selection.has_effects:
+        return discrepancy.fit
+    if (discrepancy is None or discrepancy.fit is not selection.fit) and not base.is_failed:
+        return final_estimates(context, selection.fit, selection.validation)
+    return selection.fit
 
 
 def final_estimates(context: Context, fit: Fit, validation: Validation) -> Fit:
@@ -239,19 +263,19 @@ def calibrate_only(
     seconds = time.perf_counter() - started
     return LoopResult(
         context,
-        before,
-        before,
-        validations,
-        floor,
-        (step,),
-        NO_SCORE_TEST,
-        Verdict.NONE,
-        None,
-        remainder,
-        test,
-        None,
-        seconds,
-        findings,
+        before=before,
+        after=before,
+        validations=validations,
+        noise_floor=floor,
+        steps=(step,),
+        score_test=NO_SCORE_TEST,
+        verdict=Verdict.NONE,
+        explained=None,
+        remainder=remainder,
+        test=test,
+        discrepancy=None,
+        seconds=seconds,
+        findings=findings,
         is_failed_fit=is_worse_than_nominal(context, validations["declared"], validations["before"]),
     )
 

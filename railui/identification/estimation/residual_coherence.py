@@ -18,10 +18,8 @@ from railui.campaign.comparison import comparison_filter, cut_samples, upper_ban
 from railui.campaign.dataset import TRACK_COLUMNS, Segment
 from railui.dsp.spectra import hann
 from railui.identification.context import Context
-from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
-from railui.identification.prediction import Prediction, Predictor
+from railui.identification.prediction import Prediction
 from railui.runs.columns import column_names
-from railui.vehicle.model import Model
 
 WINDOW_SECONDS = 2.56  # longest window of the spectra
 MIN_WINDOW_SECONDS = 0.64
@@ -81,7 +79,7 @@ def residual_coherence(context: Context, predictions: Sequence[Prediction]) -> d
     context
         Of the identification.
     predictions
-        Of one model on segments, as `predict_segments` computes them; those that diverge are left out.
+        Of one model on segments, as `predict_each` computes them; those that diverge are left out.
 
     References
     ----------
@@ -93,16 +91,6 @@ def residual_coherence(context: Context, predictions: Sequence[Prediction]) -> d
             for name, sums in _segment_sums(context, prediction).items():
                 parts.setdefault(name, []).append(sums)
     return {name: _combine(sums) for name, sums in parts.items()}
-
-
-def predict_segments(context: Context, model: Model, segments: Sequence[Segment]) -> list[Prediction]:
-    """Predict segments by a model; initial states and phases are estimated on each."""
-    predictions = []
-    for segment in segments:
-        phased = estimate_phases(context, model, segment)
-        start = estimate_initial_state(context, phased, segment)
-        predictions.append(Predictor(phased, segment, initial_state=start).predict(context.campaign))
-    return predictions
 
 
 class _Coherent(NamedTuple):

@@ -10,12 +10,8 @@ import numpy as np
 from railui.campaign.comparison import compared_channels
 from railui.campaign.settings.detection import VerdictSettings
 from railui.identification.context import Context
-from railui.identification.estimation.residual_coherence import (
-    ResidualCoherence,
-    Share,
-    predict_segments,
-    residual_coherence,
-)
+from railui.identification.estimation.residual_coherence import ResidualCoherence, Share, residual_coherence
+from railui.identification.estimation.validation import predict_each
 from railui.vehicle.model import Model
 
 
@@ -51,7 +47,7 @@ NO_EVIDENCE = ResidualEvidence(float("nan"), None, False, False, False)
 def examine_residual(context: Context, model: Model) -> ResidualEvidence:
     """Compute the coherence of the residual of a model, on the runs that select effects."""
     segments = context.dataset.selection
-    coherence = residual_coherence(context, predict_segments(context, model, segments))
+    coherence = residual_coherence(context, predict_each(context, [(model, s) for s in segments]))
     has_witness = any(
         len(compared_channels(s)) > 1 or s.kind != "rig" or np.any(s.columns.get("u", 0.0)) for s in segments
     )

@@ -13,6 +13,7 @@ from railui.campaign.dataset import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Prediction, Predictor
+from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
 SHORT_RUN_BLOCKS = 4  # a run of fewer blocks is cut into twentieths
@@ -52,12 +53,19 @@ def validate(context: Context, model: Model, segments: Sequence[Segment]) -> Val
 
 def validate_each(context: Context, models: Sequence[tuple[Model, Segment]]) -> Validation:
     """Compute the error of models, each on its segment."""
-    predictions = []
-    for vehicle, segment in models:
+    return compute_validation(context, predict_each(context, models))
+
+
+def predict_each(context: Context, models: Sequence[tuple[Model, Segment]]) -> list[Prediction]:
+    """Predict segments, each by its model, with initial states and phases estimated there."""
+
+    def predict(pair: tuple[Model, Segment]) -> Prediction:
+        vehicle, segment = pair
         model = estimate_phases(context, vehicle, segment)
         start = estimate_initial_state(context, model, segment)
-        predictions.append(Predictor(model, segment, initial_state=start).predict(context.campaign))
-    return compute_validation(context, predictions)
+        return Predictor(model, segment, initial_state=start).predict(context.campaign)
+
+    return list(map_threads(predict, models, context.jobs))
 
 
 def compute_validation(context: Context, predictions: Sequence[Prediction]) -> Validation:

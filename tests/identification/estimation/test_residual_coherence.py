@@ -13,9 +13,9 @@ from railui.identification.context import Context
 from railui.identification.estimation.residual_coherence import (
     ResidualCoherence,
     incoherent_channels,
-    predict_segments,
     residual_coherence,
 )
+from railui.identification.estimation.validation import predict_each
 from railui.identification.prediction import Prediction
 from tests.blind.simulated import simulated_campaign
 
@@ -26,7 +26,7 @@ CHANNELS = ("e1", "ay1", "ayf")
 def simulated() -> tuple[Context, list[Prediction]]:
     """A context, and the nominal model on the runs of its campaign."""
     context = simulated_campaign().context
-    return context, predict_segments(context, context.nominal, context.dataset.segments)
+    return context, predict_each(context, [(context.nominal, s) for s in context.dataset.segments])
 
 
 def with_residual(context: Context, prediction: Prediction, extra: dict[str, Any]) -> Prediction:
