@@ -14,12 +14,10 @@ from railui.campaign.directory import campaign_file
 from railui.campaign.schema import ROLES, CampaignModel, read_conditions
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.io.atomic import sha256_file
-from railui.io.fields import check_group
 from railui.io.problems import FileProblems, Findings, Problem, suggest_name
-from railui.io.schema_line import check_schema
 from railui.io.table import read_header
 from railui.io.units import UnitError, convert, quantity, split_quantity
-from railui.io.yaml_document import load_yaml
+from railui.io.yaml_file import load_fields
 from railui.runs.columns import RIG_FORMS, columns_of
 from railui.runs.units import BENCH_UNITS, DERIVATIVE_ORDERS, bench_factor, rate_factor
 from railui.vehicle.design_reader import Design
@@ -111,14 +109,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
         With every fault of both files.
     """
     source = campaign_file(path)
-    document = load_yaml(source)
-    findings = document.findings()
-    data = document.value if isinstance(document.value, dict) else {}
-    if not data:
-        findings.add("", "is not a campaign", "write `vehicle:` and `runs:`")
-        findings.raise_errors()
-    check_schema(data, "campaign", findings)
-    model = check_group(CampaignModel, data, findings)
+    data, model, findings = load_fields(source, "campaign", CampaignModel, "write `vehicle:` and `runs:`")
     design = _check_estimable(load_named_design(source, data, findings, catalogue), findings)
     kind = design.form if design else "bogie"
     runs = _runs(source.parent, data.get("runs"), findings)
