@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from railui.campaign.dataset import Dataset, Segment
+from railui.campaign.dataset import Segment
 from railui.campaign.finding import Finding
-from railui.identification.context import Context
+from railui.identification.context import Context, WithContext
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.leave_one_out import LeftOutRun
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
@@ -18,7 +18,6 @@ from railui.identification.structure.stage import SelectionStep
 from railui.identification.unmodelled.condition_dependence import ConditionDependence
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.verdict import Explained, Remainder, Verdict
-from railui.vehicle.model import Model
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,7 @@ class IndependentTest:
 
 
 @dataclass(frozen=True, eq=False)
-class LoopResult:
+class LoopResult(WithContext):
     """Result of the loop, from which the report is made.
 
     Attributes
@@ -63,7 +62,6 @@ class LoopResult:
         On the validation runs, of the candidates of the last score test.
     """
 
-    context: Context
     before: Fit
     after: Fit
     validations: dict[str, Validation]
@@ -83,16 +81,6 @@ class LoopResult:
     left_out: tuple[LeftOutRun, ...] = ()
     predicted_gains: PredictedGains = field(default_factory=dict, repr=False)
     conditions: ConditionDependence | None = None
-
-    @property
-    def dataset(self) -> Dataset:
-        """The measured runs."""
-        return self.context.dataset
-
-    @property
-    def nominal(self) -> Model:
-        """The nominal model."""
-        return self.context.nominal
 
     @property
     def seed(self) -> int:

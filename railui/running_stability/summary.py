@@ -189,10 +189,8 @@ def practical_critical_speed(
         Track.
     speeds : sequence of float
         Speeds [m/s], increasing.
-    jobs : int, optional
-        Threads; by default all.
-    progress : Progress
-        Receiver of messages.
+    jobs, progress
+        As for `stability`.
 
     Returns
     -------
