@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from railui.campaign.dataset import Segment
 from railui.campaign.finding import Finding
+from railui.campaign.segment import Segment
 from railui.identification.context import Context, WithContext
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.leave_one_out import LeftOutRun

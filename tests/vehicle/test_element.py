@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.core import Batch, Placement, Vehicles
 from railui.documents.check import check
 from railui.identification.prediction import Predictor

@@ -9,7 +9,7 @@ import numpy as np
 
 from railui.campaign.corrections.apply import corrected_columns
 from railui.campaign.corrections.correction import Corrections, yaml_line
-from railui.campaign.dataset import Dataset, Segment
+from railui.campaign.dataset import Dataset
 from railui.campaign.faults.fault import Diagnosis, Fault, ordered
 from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
 from railui.campaign.faults.merge import merged_faults
@@ -18,6 +18,7 @@ from railui.campaign.faults.search import FaultSearch, Transform
 from railui.campaign.faults.spectra import RAILS, RunSpectra, run_spectra
 from railui.campaign.faults.waveform import waveform_faults
 from railui.campaign.faults.wording import fault_text
+from railui.campaign.segment import Segment
 from railui.io.units import UnitError, parse_unit
 from railui.runs.columns import COLUMNS
 from railui.vehicle.model import Model

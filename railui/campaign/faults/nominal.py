@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import COMPARED, Segment
 from railui.campaign.faults.families import discrete_hypotheses
 from railui.campaign.faults.hypotheses import Hypothesis
+from railui.campaign.segment import COMPARED, Segment
 from railui.dsp.spectra import csd, welch
 from railui.vehicle.model import Model
 

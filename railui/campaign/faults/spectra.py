@@ -18,7 +18,7 @@ import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.corrections.apply import distance
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.core import Spline
 from railui.dsp.spectra import detrend, hann, tukey
 

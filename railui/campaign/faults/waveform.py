@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.corrections.correction import Correction, Corrections
-from railui.campaign.dataset import Segment
 from railui.campaign.faults.fault import Fault
+from railui.campaign.segment import Segment
 from railui.campaign.settings.faults import FaultSettings
 from railui.dsp.spectra import periodogram
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from railui import core
 from railui.arrays import FloatArray
 from railui.campaign.comparison import cut_samples
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.core import LINKAGE_NUMBER, Batch, Placement, Vehicles
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Predictor
