@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from railui.runs.columns import BENCH_COLUMNS, COLUMNS, RIG_COLUMNS
-from railui.vehicle.parameters import Parameter
+from railui.vehicle.parameter import Parameter
 
 Number = float | tuple[float, ...]
 Record = Mapping[str, Any]

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from railui.bench.standard_job import bogie_model, coach_model
 from railui.core import Batch
 from railui.track.excitation import Excitation, resolve_track
-from railui.vehicle.model import Model, parameter_paths
+from railui.vehicle.kernel_rows import parameter_paths
+from railui.vehicle.model import Model
 
 Floats = NDArray[np.float64]
 
