@@ -98,13 +98,13 @@ def hum_line(x: FloatArray, rate: float, ratio: float) -> tuple[float, float] | 
     f, power = periodogram(x, rate)
     for mains, tolerance in MAINS:
         inside = np.flatnonzero(np.abs(f - mains) <= tolerance)
-        beside = (np.abs(f - mains) > NEIGHBOURS[0]) & (np.abs(f - mains) < NEIGHBOURS[1])
+        sides = (np.abs(f - mains) > NEIGHBOURS[0]) & (np.abs(f - mains) < NEIGHBOURS[1])
         if len(inside) < 3 or mains + NEIGHBOURS[1] > 0.5 * rate:
             continue
         peak = inside[int(np.argmax(power[inside]))]
         line = float(power[max(peak - 1, 0) : peak + 2].sum() * f[1])
-        usual = float(np.median(power[beside]))
-        if power[peak] > ratio * usual and line > ratio * usual * f[1] and power[peak] > 3.0 * power[beside].max():
+        usual = float(np.median(power[sides]))
+        if power[peak] > ratio * usual and line > ratio * usual * f[1] and power[peak] > 3.0 * power[sides].max():
             return float(f[peak]), line
     return None
 
