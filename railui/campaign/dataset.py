@@ -46,14 +46,14 @@ def segments_of_run(run: Run, name: str, role: str, kind: str = "bogie", index: 
 
 
 class ValidationParts(NamedTuple):
-    """Segments of the validation runs that select effects, and those that are held back for the test."""
+    """Segments of the validation runs that select effects, and those reserved for the test."""
 
     selection: list[Segment]
     test: list[Segment]
 
 
 def hold_back(segments: Sequence[Segment], share: float, seconds: float, rig_rate: float) -> ValidationParts:
-    """Hold back the last share of every validation run for the test, where it and the rest are long enough.
+    """Reserve the last share of every validation run for the test, where it and the rest are long enough.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def hold_back(segments: Sequence[Segment], share: float, seconds: float, rig_rat
     parts = ValidationParts([], [])
     for run in dict.fromkeys(s.run_index for s in segments):
         same = [s for s in segments if s.run_index == run]
-        left = round((1.0 - share) * sum(s.samples for s in same))  # samples before the part held back
+        left = round((1.0 - share) * sum(s.samples for s in same))  # samples before the reserved part
         for s in same:
             cut, left = min(max(left, 0), s.samples), left - s.samples
             least = seconds / s.dt if not s.is_rig else min(seconds / s.dt, seconds * rig_rate)
@@ -102,17 +102,17 @@ class Dataset:
 
     @property
     def selection(self) -> list[Segment]:
-        """Segments that accept and drop effects: the validation runs without what is held back for the test."""
+        """Segments that accept and remove effects: the validation runs without the part reserved for the test."""
         return self._parts.selection
 
     @property
     def test(self) -> list[Segment]:
-        """Segments that decide nothing: the test runs, or what is held back of the validation runs; maybe none."""
+        """Segments of the independent test: test runs, or the reserved part of the validation runs; may be empty."""
         return self._parts.test
 
     @property
     def has_test_runs(self) -> bool:
-        """True where the campaign has runs of role test; otherwise a part of the validation runs is held back."""
+        """True where the campaign has runs of role test; otherwise a part of the validation runs is reserved."""
         return any(run.role == "test" for run in self.campaign.runs)
 
     @cached_property

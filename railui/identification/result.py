@@ -22,7 +22,7 @@ from railui.identification.verdict import Explained, Remainder, Verdict
 
 @dataclass(frozen=True)
 class IndependentTest:
-    """NRMSE on segments that decided nothing, without and with the effects, and the error that noise leaves there.
+    """NRMSE on the test segments, without and with the effects, and the error expected from noise there.
 
     files: the runs. is_held_back: whether the segments are parts of validation runs, not runs of role test.
     """
@@ -47,9 +47,9 @@ class LoopResult(WithContext):
     explained
         Share of the error beyond noise that the effects remove; None where there is none to remove.
     remainder
-        Residual that the final model leaves.
+        Residual of the final model.
     test
-        Errors on the test runs, or on what is held back; None where the runs are too short.
+        Errors on the test runs, or on the reserved part of validation runs; None where the runs are too short.
     windowed
         The model without effects fitted on windows, where the vehicle hunts or falls out of step with the motion.
     is_failed_fit

@@ -140,7 +140,7 @@ def _fold_notes(cycles: LimitCycles, highest: float) -> list[str]:
     if cycles.critical_speed is None:
         return [f"fold_speed: none, nothing hunts up to {highest:g} m/s"]
     if not cycles.is_subcritical:
-        return ["fold_speed: below it hunting no longer reaches the flanges; it dwindles, without a jump"]
+        return ["fold_speed: below it hunting no longer reaches the flanges; its amplitude decreases without a jump"]
     return []
 
 

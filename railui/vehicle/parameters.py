@@ -162,8 +162,8 @@ RIDING = _in_group(
     Parameter("floor_damping", "z", "1", "damping ratio of the floor", 0.2, FLOOR, usual_range=(0, 1)),
     _optional("cushion_frequency", "f_c", "Hz", "frequency of the seat cushion", 1, 20),
     _optional("cushion_damping", "z_c", "1", "damping ratio of the seat cushion", 0, 1, above=False),
-    _optional("rms_limit", "a_rms", "m/s^2", "rms acceleration that goods bear", 0.1, 10),
-    _optional("peak_limit", "a_max", "m/s^2", "peak acceleration that goods bear", 0.1, 50),
+    _optional("rms_limit", "a_rms", "m/s^2", "admissible rms acceleration of goods", 0.1, 10),
+    _optional("peak_limit", "a_max", "m/s^2", "admissible peak acceleration of goods", 0.1, 50),
 )
 
 FORMS: dict[str, tuple[Parameter, ...]] = {"bogie": VEHICLE + CONTACT, "rig": RIG, "bench": BENCH}

@@ -23,7 +23,7 @@ from railui.io.units import UnitError, parse_unit
 from railui.runs.columns import COLUMNS
 from railui.vehicle.model import Model
 
-FOLLOWING = ("ay1", "ay2", "ayf", "rf")  # channels that follow the track at long wavelengths, whatever the vehicle is
+FOLLOWING = ("ay1", "ay2", "ayf", "rf")  # channels that follow the track at long wavelengths, for any vehicle
 NAMED_UNITS = {"m/s^2": {"g": 1.0 / G}, "rad/s": {"deg/s": RADIAN}, "rad": {"deg": RADIAN}}  # gain where SI is stated
 TRACK_COLUMNS = ("yw", "phiw")
 MIN_WITNESSES = 2  # that all oppose the model, from which the track is the one with the wrong sign
@@ -154,9 +154,9 @@ def _witnessed(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequenc
             for w in witnesses(model, corrected, [c for c in FOLLOWING if c in segment.columns]):
                 found.setdefault(w.channel, []).append((name, w))
     contradictions: dict[str, Hypothesis] = {}
-    for channel, seen in found.items():
-        opinions = {contradicted(w, threshold) for _, w in seen}
-        if len(opinions) == 1 and (h := opinions.pop()) is not None:
+    for channel, checks in found.items():
+        hypotheses = {contradicted(w, threshold) for _, w in checks}
+        if len(hypotheses) == 1 and (h := hypotheses.pop()) is not None:
             contradictions[channel] = h
     files = tuple(runs)
     all_opposed = set(contradictions) == set(found) and all(h.kind == "sign" for h in contradictions.values())

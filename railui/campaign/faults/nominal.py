@@ -1,7 +1,7 @@
 """The nominal model as a witness of signs and units, where no kinematic relation decides.
 
-At wavelengths far above those of the vehicle's own motion every body follows the track, whatever the suspension and the
-contact are. There, and there only, a measured channel must have the sign and about the size of the simulated one.
+At wavelengths far above those of the vehicle's own motion every body follows the track, independently of suspension
+and contact. There, and there only, a measured channel must have the sign and about the size of the simulated one.
 """
 
 from __future__ import annotations

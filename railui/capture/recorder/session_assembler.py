@@ -1,4 +1,4 @@
-"""Sessions from frames: unwrap numbers and times, count gaps, start a session wherever the logger changes."""
+"""Sessions from frames: unwrap numbers and times, count gaps, start a session at every change of the logger."""
 
 from __future__ import annotations
 
