@@ -109,7 +109,7 @@ def validate_final(
 def run_independent_test(
     context: Context, before: Fit, after: Fit, discrepancy: Discrepancy | None
 ) -> IndependentTest | None:
-    """Compute the errors on the segments that decided nothing; None where there are none."""
+    """Compute the errors on the test segments; None without any."""
     dataset = context.dataset
     segments = dataset.test
     if not segments:

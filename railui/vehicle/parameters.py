@@ -8,6 +8,7 @@ from typing import Any
 
 from railui.io.problems import suggest_name
 from railui.io.units import UnitError
+from railui.runs.columns import RIG_FORMS
 from railui.vehicle.parameter import INFINITE, MAX_PLAUSIBLE, Parameter
 
 
@@ -187,7 +188,6 @@ DEFAULT_ESTIMATED = {
     "rig": ("vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain"),
     "bench": ("vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.preload"),
 }  # fmt: skip
-RIG_FORMS = ("rig", "bench")  # one mass on a test bench; a component on a bench, whose motion is prescribed
 
 
 def default_estimated(form: str, rig_input: str) -> tuple[str, ...]:

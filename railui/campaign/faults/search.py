@@ -133,7 +133,7 @@ class FaultSearch:
         return None if spectra is None else Consistency(spectra)
 
     def _explained(self, found: list[Hypothesis], scored: dict[Hypothesis, ScoredFault]) -> list[Explanation]:
-        """Drop every fault without evidence of its own; find the alternatives of each other one."""
+        """Drop every fault without independent evidence; find the alternatives of the others."""
         out: list[Explanation] = []
         if not found:
             return out

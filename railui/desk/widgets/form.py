@@ -96,7 +96,7 @@ The mouse drags the slider.
         self.gesture = 0
         self.is_dragging = False
         self.has_symbols = False
-        self.is_typing = False  # whether further characters belong to the input
+        self.is_typing = False  # further characters belong to the input
 
     def fill(self, rows: Sequence[Heading | Field], base: dict[str, float]) -> None:
         """Show rows; the cursor stays on its path."""
