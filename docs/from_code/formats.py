@@ -15,16 +15,15 @@ from railui.track.spectra import SPECTRA
 from railui.vehicle.contact_profiles import ProfilesModel
 from railui.vehicle.element_kinds import BODY, ELEMENT_KINDS, POSITION, parameters_of_kind
 from railui.vehicle.multibody_reader import word_keys
+from railui.vehicle.parameter import MAX_PLAUSIBLE, Parameter
 from railui.vehicle.parameters import (
     CONTACT,
     DEFAULT_ESTIMATED,
     DEFAULTS_BY_USE,
-    MAX_PLAUSIBLE,
     RIDING,
     RIG,
     SETTINGS,
     VEHICLE,
-    Parameter,
 )
 
 NUMBERS = ("key", "letter", "unit", "default", "allowed", "usual", "meaning")
@@ -44,7 +43,9 @@ parameters below it.
 
 def page() -> str:
     """Return a section for each format."""
-    return "".join([INTRODUCTION, *_design(), *_runs(), *_campaign(), *_track(), *_study(), *_element(), *_map(), *_results()])
+    return "".join(
+        [INTRODUCTION, *_design(), *_runs(), *_campaign(), *_track(), *_study(), *_element(), *_map(), *_results()]
+    )
 
 
 def _numbers(parameters: tuple[Parameter, ...]) -> str:

@@ -13,15 +13,12 @@ from railui.campaign.corrections.reading import effects_of, read_corrections
 from railui.campaign.directory import campaign_file
 from railui.campaign.schema import ROLES, CampaignModel, read_conditions
 from railui.campaign.settings.loop_settings import LoopSettings
+from railui.campaign.stated_noise import read_stated_noise
 from railui.io.atomic import sha256_file
-from railui.io.fields import check_group
-from railui.io.problems import FileProblems, Findings, Problem, suggest_name
-from railui.io.schema_line import check_schema
-from railui.io.table import read_header
-from railui.io.units import UnitError, convert, quantity, split_quantity
-from railui.io.yaml_document import load_yaml
-from railui.runs.columns import RIG_FORMS, columns_of
-from railui.runs.units import BENCH_UNITS, DERIVATIVE_ORDERS, bench_factor, rate_factor
+from railui.io.problems import FileProblems, Findings, Problem
+from railui.io.units import UnitError, quantity
+from railui.io.yaml_file import load_fields
+from railui.runs.columns import RIG_FORMS
 from railui.vehicle.design_reader import Design
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
@@ -111,18 +108,11 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
         With every fault of both files.
     """
     source = campaign_file(path)
-    document = load_yaml(source)
-    findings = document.findings()
-    data = document.value if isinstance(document.value, dict) else {}
-    if not data:
-        findings.add("", "is not a campaign", "write `vehicle:` and `runs:`")
-        findings.raise_errors()
-    check_schema(data, "campaign", findings)
-    model = check_group(CampaignModel, data, findings)
+    data, model, findings = load_fields(source, "campaign", CampaignModel, "write `vehicle:` and `runs:`")
     design = _check_estimable(load_named_design(source, data, findings, catalogue), findings)
     kind = design.form if design else "bogie"
     runs = _runs(source.parent, data.get("runs"), findings)
-    noise = _noise(data.get("noise"), kind, runs, findings)
+    noise = read_stated_noise(data.get("noise"), kind, [run.file for run in runs], findings)
     paths = _estimated_parameters(data.get("adjust"), design, findings)
     sensors = _sensors(data.get("sensors"), findings, catalogue, kind)
     corrections = read_corrections(data.get("sensors"), kind, [run.name for run in runs], findings)
@@ -209,54 +199,6 @@ def _check_roles(roles: Sequence[str], findings: Findings) -> None:
     for role, use in (("adjust", "estimate the parameters from"), ("validate", "validate the model on")):
         if role not in roles:
             findings.add("runs", f"no run has the role {role}: there is nothing to {use}", f"give one the role {role}")
-
-
-def _noise(raw: Any, kind: str, runs: tuple[RunEntry, ...], findings: Findings) -> dict[str, float]:
-    noise: dict[str, float] = {}
-    columns = columns_of(kind)
-    for name, value in (raw if isinstance(raw, dict) else {}).items():
-        path = f"noise.{name}"
-        known = [n for n, c in columns.items() if c.role != "clock"]
-        if name in columns and name not in known:
-            findings.add(path, f"{name} is the clock of the run and has no noise", "leave it out", key=True)
-        elif name not in columns:
-            findings.add(path, "unknown column", suggest_name(name, known), key=True)
-        else:
-            try:
-                noise[name] = _standard_deviation(value, name, kind, runs)
-            except UnitError as error:
-                findings.add(path, error.message, error.remedy)
-    return noise
-
-
-def _standard_deviation(value: Any, name: str, kind: str, runs: tuple[RunEntry, ...]) -> float:
-    if kind in RIG_FORMS:
-        number = _rig_standard_deviation(value, name, kind, runs)
-    else:
-        number = quantity(value, columns_of(kind)[name].unit)
-    if number < 0:
-        raise UnitError(f"{value!r} is not a standard deviation", "give 0 or more")
-    return number
-
-
-def _rig_standard_deviation(value: Any, name: str, kind: str, runs: tuple[RunEntry, ...]) -> float:
-    """Convert a standard deviation to the units in which the columns of a rig's run are read."""
-    labels: Mapping[str, str | None] = {}
-    for run in runs[:1]:
-        try:
-            header = read_header(run.file)
-            labels = dict(zip(header.names, header.units, strict=True))
-        except FileProblems:
-            break  # reading the run reports its problems
-    label = labels.get(name) or ""
-    number, unit = split_quantity(value) if isinstance(value, str) else (quantity(value, "1"), "")
-    if unit and label and unit != label:
-        number = convert(number, unit, label)
-    if kind == "bench" and name in BENCH_UNITS:
-        return number * bench_factor(name, label)[0]
-    if name not in DERIVATIVE_ORDERS:
-        return number
-    return number * rate_factor(labels.get("z") or "", label, DERIVATIVE_ORDERS[name])
 
 
 def _check_band(raw: Any, findings: Findings) -> None:

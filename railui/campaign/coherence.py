@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
-from railui.campaign.dataset import COMPARED, Segment
 from railui.campaign.finding import Finding
+from railui.campaign.segment import COMPARED, Segment
 from railui.dsp.spectra import detrend, hann
 
 SPECTRUM_SECONDS = 5.12  # window of the spectra

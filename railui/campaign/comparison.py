@@ -9,7 +9,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign
-from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment
+from railui.campaign.segment import COMPARED, RIG_RESPONSES, Segment
 from railui.core import ZeroPhaseFilter
 from railui.dsp.filters import butterworth, padlen, sosfilt_zi, sosfiltfilt
 

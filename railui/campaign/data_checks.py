@@ -11,10 +11,11 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.coherence import coherence_limits
-from railui.campaign.dataset import Dataset, Segment
+from railui.campaign.dataset import Dataset
 from railui.campaign.faults.diagnose import diagnose
 from railui.campaign.faults.fault import Diagnosis
 from railui.campaign.finding import Finding
+from railui.campaign.segment import Segment
 from railui.dsp.filters import butterworth, sosfiltfilt
 from railui.dsp.spectra import periodogram
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import click
 
-# summaries stand here and not in the modules, so that --help imports none of them
+# summaries are here and not in the modules, so that --help imports none of them
 COMMANDS = {
     "desk": "Open the terminal user interface; the default without a command.",
     "check": "Validate input files; list all errors and warnings.",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.arguments import figure_option, quantity_option
+from railui.cli.arguments import Decorator, figure_option, quantity_option
 from railui.cli.invocation import Invocation, common_options, usage_error
 from railui.cli.quantities import bounded, parse_force, parse_length
 from railui.cli.tables import make_table
@@ -30,40 +30,22 @@ def _parse_inclination(text: str) -> float:
     return read_inclination(text)
 
 
+def _length_option(name: str, lowest: float, highest: float, default: str, text: str) -> Decorator:
+    """Return an option of a length between bounds [m]."""
+    parse = bounded(parse_length, lowest, highest, "m")
+    return quantity_option(name, parse, default=default, metavar="LENGTH", help=text)
+
+
 @click.command("contact")
 @click.argument("wheel", required=False, metavar="[WHEEL]")
 @click.argument("rail", required=False, metavar="[RAIL]")
-@quantity_option(
-    "--gauge",
-    bounded(parse_length, 0.3, 2.0, "m"),
-    default="1435 mm",
-    metavar="LENGTH",
-    help="Track gauge, 14 mm below the top of the rails.",
-)
-@quantity_option(
-    "--back-to-back",
-    bounded(parse_length, 0.2, 2.0, "m"),
-    default="1360 mm",
-    metavar="LENGTH",
-    help="Distance of the wheels' inner faces.",
-)
+@_length_option("--gauge", 0.3, 2.0, "1435 mm", "Track gauge, 14 mm below the top of the rails.")
+@_length_option("--back-to-back", 0.2, 2.0, "1360 mm", "Distance of the wheels' inner faces.")
 @quantity_option(
     "--inclination", _parse_inclination, default="0", metavar="1:N", help="Rail inclination; 0 where the file has it."
 )
-@quantity_option(
-    "--radius",
-    bounded(parse_length, 0.05, 1.5, "m"),
-    default="0.46 m",
-    metavar="LENGTH",
-    help="Nominal rolling radius.",
-)
-@quantity_option(
-    "--diameter-difference",
-    bounded(parse_length, -0.05, 0.05, "m"),
-    default="0",
-    metavar="LENGTH",
-    help="Right minus left wheel diameter.",
-)
+@_length_option("--radius", 0.05, 1.5, "0.46 m", "Nominal rolling radius.")
+@_length_option("--diameter-difference", -0.05, 0.05, "0", "Right minus left wheel diameter.")
 @click.option("--mirror-rail", is_flag=True, help="Mirror the rail: its y points opposite to that of its file type.")
 @quantity_option(
     "--smooth",

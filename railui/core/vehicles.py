@@ -28,7 +28,7 @@ class Vehicles:
     measured : sequence of str
         Columns of the input table with measured forces of the coach.
     layout : Layout, optional
-        Bodies and elements of a multibody vehicle, instead of a kind that the kernel knows.
+        Bodies and elements of a multibody vehicle, instead of a kind built into the kernel.
     rig_input : str, optional
         Input of a rig: force (the default), base_displacement or base_acceleration.
 

@@ -42,7 +42,7 @@ def load(
 ) -> LoadedFile:
     """Load a file of any kind; FileProblems with every problem.
 
-    `load_map` reads a sensor map, which belongs to a package beside this one.
+    `load_map` reads a sensor map, which belongs to a package of the same layer.
     """
     kind = recognise(path)
     if kind == "map":

@@ -61,6 +61,23 @@ class Context:
         return replace(self, jobs=jobs, progress=SILENT)
 
 
+@dataclass(frozen=True, eq=False)
+class WithContext:
+    """Base of results in a context, whose dataset and nominal model they name directly."""
+
+    context: Context
+
+    @property
+    def dataset(self) -> Dataset:
+        """The runs of the campaign."""
+        return self.context.dataset
+
+    @property
+    def nominal(self) -> Model:
+        """The nominal model."""
+        return self.context.nominal
+
+
 def create_context(
     dataset: Dataset,
     *,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign
 from railui.campaign.comparison import Comparison, compare
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.core import Batch, Vehicles, ZeroPhaseFilter
 from railui.vehicle.model import Model
 

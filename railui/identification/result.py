@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from railui.campaign.dataset import Dataset, Segment
 from railui.campaign.finding import Finding
-from railui.identification.context import Context
+from railui.campaign.segment import Segment
+from railui.identification.context import Context, WithContext
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.leave_one_out import LeftOutRun
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
@@ -18,12 +18,11 @@ from railui.identification.structure.stage import SelectionStep
 from railui.identification.unmodelled.condition_dependence import ConditionDependence
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.verdict import Explained, Remainder, Verdict
-from railui.vehicle.model import Model
 
 
 @dataclass(frozen=True)
 class IndependentTest:
-    """NRMSE on segments that decided nothing, without and with the effects, and the error that noise leaves there.
+    """NRMSE on the test segments, without and with the effects, and the error expected from noise there.
 
     files: the runs. is_held_back: whether the segments are parts of validation runs, not runs of role test.
     """
@@ -36,7 +35,7 @@ class IndependentTest:
 
 
 @dataclass(frozen=True, eq=False)
-class LoopResult:
+class LoopResult(WithContext):
     """Result of the loop, from which the report is made.
 
     Attributes
@@ -48,9 +47,9 @@ class LoopResult:
     explained
         Share of the error beyond noise that the effects remove; None where there is none to remove.
     remainder
-        Residual that the final model leaves.
+        Residual of the final model.
     test
-        Errors on the test runs, or on what is held back; None where the runs are too short.
+        Errors on the test runs, or on the reserved part of validation runs; None where the runs are too short.
     windowed
         The model without effects fitted on windows, where the vehicle hunts or falls out of step with the motion.
     is_failed_fit
@@ -63,7 +62,6 @@ class LoopResult:
         On the validation runs, of the candidates of the last score test.
     """
 
-    context: Context
     before: Fit
     after: Fit
     validations: dict[str, Validation]
@@ -83,16 +81,6 @@ class LoopResult:
     left_out: tuple[LeftOutRun, ...] = ()
     predicted_gains: PredictedGains = field(default_factory=dict, repr=False)
     conditions: ConditionDependence | None = None
-
-    @property
-    def dataset(self) -> Dataset:
-        """The measured runs."""
-        return self.context.dataset
-
-    @property
-    def nominal(self) -> Model:
-        """The nominal model."""
-        return self.context.nominal
 
     @property
     def seed(self) -> int:
@@ -121,7 +109,7 @@ def validate_final(
 def run_independent_test(
     context: Context, before: Fit, after: Fit, discrepancy: Discrepancy | None
 ) -> IndependentTest | None:
-    """Compute the errors on the segments that decided nothing; None where there are none."""
+    """Compute the errors on the test segments; None without any."""
     dataset = context.dataset
     segments = dataset.test
     if not segments:

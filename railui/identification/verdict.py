@@ -8,6 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from railui.campaign.settings.detection import VerdictSettings
+from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.validation import Validation
 
@@ -88,10 +89,8 @@ def explained_share(before: Validation, after: Validation, floor: NoiseFloor) ->
     value = float(np.clip(ratio, 0.0, 1.0))
     if not has_blocks or len(before.block_errors) != len(after.block_errors):
         return Explained(value, None)
-    count = len(before.block_errors)
-    less = before.block_errors - after.block_errors
-    scatter = less - ratio * (before.block_errors - floor.nrmse**2 / count)
-    of_blocks = np.sqrt(count) * scatter.std() / total
+    noise = floor.nrmse**2 / len(before.block_errors)
+    of_blocks = ratio_standard_error(before.block_errors - after.block_errors, before.block_errors - noise)
     of_floor = ratio / total * 2.0 * floor.nrmse * floor.sd
     return Explained(value, float(np.hypot(of_blocks, of_floor)))
 

@@ -42,7 +42,7 @@ def read_text(path: str | Path, file: str | None = None) -> str:
     except OSError as error:
         raise unreadable_file(name, error) from None
     if len(data) > MAX_BYTES:
-        raise file_problem(name, f"is larger than {MAX_BYTES} bytes", "keep measured data in CSV files beside it")
+        raise file_problem(name, f"is larger than {MAX_BYTES} bytes", "keep measured data in separate CSV files")
     if data.startswith(GZIP):
         raise file_problem(name, "is compressed (gzip), as runs are", "give a text file, such as a design in YAML")
     try:
@@ -70,7 +70,7 @@ def parse_yaml(text: str, file: str = "text") -> Document:
     (1, 31)
     """
     if len(text) > MAX_BYTES:
-        raise file_problem(file, f"is larger than {MAX_BYTES} characters", "keep measured data in CSV files beside it")
+        raise file_problem(file, f"is larger than {MAX_BYTES} characters", "keep measured data in separate CSV files")
     composer = Composer(file)
     try:
         root = composer.compose_document(text)

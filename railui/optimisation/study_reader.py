@@ -8,11 +8,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from railui.io.atomic import sha256_file
-from railui.io.fields import check_group
 from railui.io.problems import FileProblems, Findings, suggest_name
-from railui.io.schema_line import check_schema
 from railui.io.units import UnitError, convert, split_quantity
-from railui.io.yaml_document import load_yaml
+from railui.io.yaml_file import load_fields
 from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS
 from railui.optimisation.scenarios import default_scenarios, read_scenarios
 from railui.optimisation.study import Cases, Constraint, Method, Objective, Study, Variable
@@ -49,14 +47,8 @@ def load_study(
         With every fault of the file.
     """
     source = Path(path)
-    document = load_yaml(source)
-    findings = document.findings()
-    data = document.value if isinstance(document.value, dict) else {}
-    if not data:
-        findings.add("", "is no study", "write `vehicle:`, `variables:`, `cases:` and `objectives:`")
-        findings.raise_errors()
-    check_schema(data, "study", findings)
-    model = check_group(StudyModel, data, findings)
+    remedy = "write `vehicle:`, `variables:`, `cases:` and `objectives:`"
+    data, model, findings = load_fields(source, "study", StudyModel, remedy)
     design = load_named_design(source, data, findings, catalogue)
     variables = read_variables(data.get("variables"), design, findings)
     objectives = read_objectives(data.get("objectives"), findings)

@@ -49,12 +49,8 @@ def simulate(
 
     Parameters
     ----------
-    design : Design, Model or path
-        Vehicle.
-    track : Track, TrackSource, spec or path
-        Track.
-    speed : float or str
-        Speed [m/s], or a quantity such as "144 km/h".
+    design, track, speed
+        As for `ride`.
     channels : sequence of str
         Names of channels.
 
@@ -190,12 +186,8 @@ def ride_many(
     ----------
     designs : iterable of Design, Model or path
         Vehicles.
-    track : Track, TrackSource, spec or path
-        Track.
-    speed : float or str
-        Speed [m/s], or a quantity such as "144 km/h".
-    jobs : int, optional
-        Threads; by default all.
+    track, speed, jobs
+        As for `ride`.
 
     Returns
     -------

@@ -220,10 +220,8 @@ def evaluate_ride(statistics: Mapping[str, Any], riding: ScoreSettings, clearanc
         As for `score_many` with one ride ([wheelset] and scalars). May also contain `wz` (rms [m/s^2] of the
         acceleration weighted with B), `block_rms` [block] (W_d rms of consecutive 5 s), `comfort_point` (its name),
         and `derailment_quotient` (largest Y/Q as mean over 2 m, only if load transfer is modelled).
-    riding : ScoreSettings
-        Use of the train.
-    clearance : float
-        Flange clearance [m].
+    riding, clearance
+        As for `score_many`.
 
     Returns
     -------

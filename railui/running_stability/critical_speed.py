@@ -110,10 +110,8 @@ def linear_stability_many(model: Model, rows: FloatArray, speeds: Sequence[float
 
     Parameters
     ----------
-    model : Model
-        Structure of the vehicles.
-    rows : FloatArray
-        Parameters [n, row].
+    model, rows
+        As for `critical_speeds`.
     speeds : sequence of float
         Speeds [m/s].
 

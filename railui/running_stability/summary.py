@@ -140,7 +140,7 @@ def _fold_notes(cycles: LimitCycles, highest: float) -> list[str]:
     if cycles.critical_speed is None:
         return [f"fold_speed: none, nothing hunts up to {highest:g} m/s"]
     if not cycles.is_subcritical:
-        return ["fold_speed: below it hunting no longer reaches the flanges; it dwindles, without a jump"]
+        return ["fold_speed: below it hunting no longer reaches the flanges; its amplitude decreases without a jump"]
     return []
 
 
@@ -189,10 +189,8 @@ def practical_critical_speed(
         Track.
     speeds : sequence of float
         Speeds [m/s], increasing.
-    jobs : int, optional
-        Threads; by default all.
-    progress : Progress
-        Receiver of messages.
+    jobs, progress
+        As for `stability`.
 
     Returns
     -------

@@ -15,50 +15,45 @@ class Column:
     caption: str
 
 
-COLUMNS: dict[str, Column] = {
-    c.name: c
-    for c in (
-        Column("t", "s", "clock", "time"),
-        Column("s", "m", "clock", "distance of the leading wheelset"),
-        Column("v", "m/s", "clock", "speed"),
-        Column("yw", "m", "track", "lateral deviation of the track"),
-        Column("phiw", "rad", "track", "cross-level of the track"),
-        Column("gauge", "m", "track", "gauge deviation"),
-        Column("e1", "m", "response", "leading wheelset relative to the rails"),
-        Column("e2", "m", "response", "trailing wheelset relative to the rails"),
-        Column("ay1", "m/s^2", "response", "acceleration of the leading axle boxes"),
-        Column("ay2", "m/s^2", "response", "acceleration of the trailing axle boxes"),
-        Column("ayf", "m/s^2", "response", "acceleration of the frame centre"),
-        Column("rf", "rad/s", "response", "yaw rate of the frame"),
-        Column("d1", "m", "response", "deflection of the leading primary suspension"),
-        Column("d2", "m", "response", "deflection of the trailing primary suspension"),
-        Column("psi1", "rad", "response", "yaw of the leading wheelset"),
-        Column("psi2", "rad", "response", "yaw of the trailing wheelset"),
-        Column("Qy", "N", "coach", "force of the coach on the frame"),
-        Column("Qpsi", "N*m", "coach", "moment of the coach on the frame"),
-    )
-}
+def _by_name(*columns: Column) -> dict[str, Column]:
+    return {c.name: c for c in columns}
+
+
+COLUMNS = _by_name(
+    Column("t", "s", "clock", "time"),
+    Column("s", "m", "clock", "distance of the leading wheelset"),
+    Column("v", "m/s", "clock", "speed"),
+    Column("yw", "m", "track", "lateral deviation of the track"),
+    Column("phiw", "rad", "track", "cross-level of the track"),
+    Column("gauge", "m", "track", "gauge deviation"),
+    Column("e1", "m", "response", "leading wheelset relative to the rails"),
+    Column("e2", "m", "response", "trailing wheelset relative to the rails"),
+    Column("ay1", "m/s^2", "response", "acceleration of the leading axle boxes"),
+    Column("ay2", "m/s^2", "response", "acceleration of the trailing axle boxes"),
+    Column("ayf", "m/s^2", "response", "acceleration of the frame centre"),
+    Column("rf", "rad/s", "response", "yaw rate of the frame"),
+    Column("d1", "m", "response", "deflection of the leading primary suspension"),
+    Column("d2", "m", "response", "deflection of the trailing primary suspension"),
+    Column("psi1", "rad", "response", "yaw of the leading wheelset"),
+    Column("psi2", "rad", "response", "yaw of the trailing wheelset"),
+    Column("Qy", "N", "coach", "force of the coach on the frame"),
+    Column("Qpsi", "N*m", "coach", "moment of the coach on the frame"),
+)
 # a one-mass rig: any unit except that of time
-RIG_COLUMNS: dict[str, Column] = {
-    c.name: c
-    for c in (
-        Column("t", "s", "clock", "time"),
-        Column("u", "", "track", "input"),
-        Column("z", "", "response", "motion of the mass"),
-        Column("vz", "", "response", "speed of the mass"),
-        Column("az", "", "response", "acceleration of the mass"),
-    )
-}
+RIG_COLUMNS = _by_name(
+    Column("t", "s", "clock", "time"),
+    Column("u", "", "track", "input"),
+    Column("z", "", "response", "motion of the mass"),
+    Column("vz", "", "response", "speed of the mass"),
+    Column("az", "", "response", "acceleration of the mass"),
+)
 # a component on a bench, whose motion is prescribed: any unit, too
-BENCH_COLUMNS: dict[str, Column] = {
-    c.name: c
-    for c in (
-        Column("t", "s", "clock", "time"),
-        Column("z", "", "track", "prescribed motion"),
-        Column("vz", "", "track", "speed of the prescribed motion"),
-        Column("F", "", "response", "force of the component"),
-    )
-}
+BENCH_COLUMNS = _by_name(
+    Column("t", "s", "clock", "time"),
+    Column("z", "", "track", "prescribed motion"),
+    Column("vz", "", "track", "speed of the prescribed motion"),
+    Column("F", "", "response", "force of the component"),
+)
 FORMS = {"bogie": COLUMNS, "rig": RIG_COLUMNS, "bench": BENCH_COLUMNS}
 RIG_FORMS = ("rig", "bench")
 # usual sensors of a bogie, over which the NRMSE is averaged

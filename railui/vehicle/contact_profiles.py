@@ -227,7 +227,7 @@ def _report_fault(fault: Exception, findings: Findings, *, only_warn: bool) -> N
     elif isinstance(fault, OSError):
         message = f"{fault.filename} cannot be read ({fault.strerror})"
         if only_warn:
-            findings.warn(where, message, "the numbers of the file stand without it")
+            findings.warn(where, message, "the numbers of the file are used without it")
         else:
             findings.add(where, message, "give the path from the design's directory")
     elif isinstance(fault, ProfileError):

@@ -14,12 +14,12 @@ from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, effect_parameter, kernel_catalogue
 from railui.vehicle.load_states import STATE_PATH, values_in_load_state
 from railui.vehicle.multibody import Structure
+from railui.vehicle.parameter import Parameter
 from railui.vehicle.parameters import (
     DEFAULTS_BY_USE,
     PARAMETERS,
     RIDING,
     SETTINGS,
-    Parameter,
     expand_path,
     parse_setting,
     setting_paths,

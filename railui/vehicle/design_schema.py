@@ -10,7 +10,8 @@ from pydantic import Field, create_model
 from pydantic.config import JsonDict
 
 from railui.io.fields import LIST, Group, Objects, Switch, Text, ValueReader, choice_reader, quantity_schema
-from railui.vehicle.parameters import FORMS, RIDING, SETTINGS, Parameter, nest, setting_paths
+from railui.vehicle.parameter import Parameter
+from railui.vehicle.parameters import FORMS, RIDING, SETTINGS, nest, setting_paths
 
 
 class AdjustmentModel(Group):

@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from railui.runs.columns import BENCH_COLUMNS, COLUMNS, RIG_COLUMNS
-from railui.vehicle.parameters import Parameter
+from railui.vehicle.parameter import Parameter
 
 Number = float | tuple[float, ...]
 Record = Mapping[str, Any]
@@ -149,7 +149,7 @@ def site_quantities(at: str, values: Mapping[str, float]) -> dict[str, float]:
     """
     get = values.get
     if at == "rig" and "vehicle.rig.mass" not in values:
-        return {}  # a component: its nominal spring and damper say little of the laws that it may have
+        return {}  # a component: its nominal spring and damper do not bound the laws that it may have
     stiffness, damping = _stiffness_and_damping(at, values)
     known = {
         "k": stiffness,

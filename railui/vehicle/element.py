@@ -9,10 +9,9 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from railui.io.fields import OBJECT, Group, Objects, Text, ValueReader, check_group, choice_reader, quantity_reader
+from railui.io.fields import OBJECT, Group, Objects, Text, ValueReader, choice_reader, quantity_reader
 from railui.io.problems import Findings
-from railui.io.schema_line import check_schema
-from railui.io.yaml_document import load_yaml
+from railui.io.yaml_file import load_fields
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, Number, PlacedEffect, record_of
 
@@ -75,14 +74,8 @@ def _times(value: Number, count: float) -> Number:
 
 def load_element(path: str | Path, catalogue: Catalogue) -> Element:
     """Read an element file; FileProblems with every problem."""
-    document = load_yaml(path)
-    findings = document.findings()
-    data = document.value if isinstance(document.value, dict) else {}
-    if not data:
-        findings.add("", "is not an element", "write `damping:` and `effects:`, or let railui loop export one")
-        findings.raise_errors()
-    check_schema(data, "element", findings)
-    model = check_group(ElementModel, data, findings)
+    remedy = "write `damping:` and `effects:`, or let railui loop export one"
+    data, model, findings = load_fields(path, "element", ElementModel, remedy)
     entries = data.get("effects")
     motion = model.motion if model is not None else "m"
     laws = _read_laws(entries if isinstance(entries, list) else [], motion, findings, catalogue)

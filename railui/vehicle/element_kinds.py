@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from railui.vehicle.parameters import INFINITE, MAX_PLAUSIBLE, Parameter
+from railui.vehicle.parameter import INFINITE, MAX_PLAUSIBLE, Parameter
 
 GROUND: Final = "ground"
 DIRECTIONS: Final = ("longitudinal", "lateral", "vertical", "yaw", "roll")

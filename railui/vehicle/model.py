@@ -15,33 +15,12 @@ from railui.arrays import FloatArray
 from railui.core import Batch, Placement, Vehicles
 from railui.track import Wheelbase, wheelset_distances
 from railui.vehicle.design_reader import Design, PlacedEffect
-from railui.vehicle.kernel_layout import kernel_layout, structure_paths
+from railui.vehicle.kernel_layout import kernel_layout
+from railui.vehicle.kernel_rows import effect_row, kernel_placement, parameter_paths, parameter_values, rig_input
 from railui.vehicle.multibody import position_terms
 
 RADIUS = "rolling_radius"  # parameter r_e of an effect with a rotation angle s/r_e + phase
 TURN = 2.0 * np.pi
-
-
-def parameter_values(design: Design) -> FloatArray:
-    """Return the numbers of a design in the kernel's order, [parameter]."""
-    return np.array([design.values[path] for path in parameter_paths(design)])
-
-
-def parameter_paths(design: Design) -> tuple[str, ...]:
-    """Return the paths of a design's numbers in the kernel's order."""
-    if design.structure is not None:
-        return structure_paths(design.structure)
-    return core.parameter_paths(design.kind, _rig_input(design))
-
-
-def effect_row(effect: PlacedEffect) -> list[float]:
-    """Return the numbers of an effect in the kernel's order."""
-    return core.effect_numbers(effect.kind, effect.parameters)
-
-
-def kernel_placement(effect: PlacedEffect) -> Placement:
-    """Return the kernel's record of an effect and its location."""
-    return Placement(effect.kind, effect.at, effect.wheelset, len(effect_row(effect)), effect.against)
 
 
 @dataclass(frozen=True)
@@ -96,7 +75,7 @@ class Model:
     def structure_key(self) -> tuple[Any, ...]:
         """Everything but the numbers, which vehicles of one kernel call must have in common."""
         design = self.design
-        return (design.kind, _rig_input(design), design.structure, tuple(map(kernel_placement, self.effects)))
+        return (design.kind, rig_input(design), design.structure, tuple(map(kernel_placement, self.effects)))
 
     def vehicles(self, measured: Sequence[str] = (), extra: Sequence[Placement] = ()) -> Vehicles:
         """Return the structure of the vehicle in the kernel.
@@ -111,7 +90,7 @@ class Model:
         structure = self.design.structure
         layout = None if structure is None else kernel_layout(structure)
         placed = [*map(kernel_placement, self.effects), *extra]
-        return Vehicles(self.design.kind, placed, measured, layout, _rig_input(self.design))
+        return Vehicles(self.design.kind, placed, measured, layout, rig_input(self.design))
 
     def batch(self, rows: FloatArray, extra: FloatArray | None = None, amounts: FloatArray | None = None) -> Batch:
         """Return vehicles from rows [n, row], with numbers [n, ...] and amounts [n, k] of k further effects."""
@@ -279,10 +258,6 @@ def wrap_angle(angle: FloatArray) -> FloatArray:
     [0.717, 2.283]
     """
     return np.asarray(angle - TURN * np.round(angle / TURN))
-
-
-def _rig_input(design: Design) -> str | None:
-    return design.rig_input if design.kind == "rig" else None
 
 
 def _run_dependent_keys(effect: PlacedEffect) -> list[str]:

@@ -68,7 +68,7 @@ def expand_elements(
 
 
 def _locations(records: Catalogue, form: str, structure: Structure | None) -> list[str]:
-    """Return the locations of a vehicle where an element can stand."""
+    """Return the locations of a vehicle where an element can be mounted."""
     record = record_of(LAW, records) or {"at": ()}
     if structure is not None:
         return [at for at, found in structure.effect_locations.items() if found.catalogue_name in record["at"]]

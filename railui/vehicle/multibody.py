@@ -8,7 +8,8 @@ from functools import cached_property
 
 from railui.vehicle.element_kinds import GROUND, ROTATIONS
 from railui.vehicle.multibody_parts import EffectLocation, Joint, Member, Part
-from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT, Parameter
+from railui.vehicle.parameter import Parameter
+from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT
 
 
 @dataclass(frozen=True)

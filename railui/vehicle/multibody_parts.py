@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from railui.vehicle.element_kinds import BODY, POSITION, parameters_of_kind
-from railui.vehicle.parameters import Parameter
+from railui.vehicle.parameter import Parameter
 
 
 @dataclass(frozen=True)

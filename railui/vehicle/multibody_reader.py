@@ -23,7 +23,8 @@ from railui.vehicle.element_kinds import (
 from railui.vehicle.multibody import Structure
 from railui.vehicle.multibody_checks import check_structure
 from railui.vehicle.multibody_parts import Part
-from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT, Parameter
+from railui.vehicle.parameter import Parameter
+from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT
 
 WORDS = {"wheelset": ("under", "contact"), "floor": ("body",), "body": ()}
 SIDES = ("both", "right", "left")

@@ -1,87 +1,15 @@
-"""List of the parameters of a design: path, symbol, unit, default, range and caption."""
+"""List of the parameters of bogies and rigs, and of their settings."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
-from railui.io.number_format import format_quantity
 from railui.io.problems import suggest_name
-from railui.io.units import UnitError, example_quantity, quantity
-
-INFINITE = math.inf
-MAX_PLAUSIBLE = 1e15  # beyond any number of a vehicle
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """Number of a design.
-
-    Attributes
-    ----------
-    path : str
-        Dotted path.
-    symbol, unit, caption : str
-        The unit is SI.
-    default : float or None
-        None if the key is required, unless `optional`.
-    origin : str
-        Origin of the default.
-    minimum, maximum : float
-        Range of a file; `exclusive_minimum` rejects the minimum itself.
-    usual_range : (float, float)
-        Range of real vehicles, for scales and searches.
-    prior_sd : float or None
-        Standard deviation of a prior about the nominal value, for parameters that sensors hardly determine.
-    optional : bool
-    """
-
-    path: str
-    symbol: str
-    unit: str
-    caption: str
-    default: float | None = None
-    origin: str = ""
-    minimum: float = 0.0
-    maximum: float = MAX_PLAUSIBLE
-    exclusive_minimum: bool = False
-    usual_range: tuple[float, float] = (0.0, INFINITE)
-    prior_sd: float | None = None
-    optional: bool = False
-
-    @property
-    def key(self) -> str:
-        """Last part of the path."""
-        return self.path.rpartition(".")[2]
-
-    def read(self, value: object) -> float:
-        """Return a value in SI; UnitError if unit or range do not fit.
-
-        >>> PARAMETERS["contact.flange_clearance"].read("7 mm")
-        0.007
-        """
-        return self.check_range(quantity(value, self.unit), value)
-
-    def check_range(self, number: float, value: object) -> float:
-        """Return the number; UnitError if it is out of range."""
-        if number < self.minimum or (self.exclusive_minimum and number == self.minimum):
-            bound = "above" if self.exclusive_minimum else "at least"
-            raise UnitError(
-                f"{value} is too small for the {self.caption}",
-                f"give {bound} {format_quantity(self.minimum, self.unit)}",
-            )
-        if number > self.maximum:
-            raise UnitError(
-                f"{value} is too large for the {self.caption}",
-                f"give at most {format_quantity(self.maximum, self.unit)}",
-            )
-        return number
-
-    def sample(self) -> str:
-        """Return an example line for remedies."""
-        return f"{self.key}: {example_quantity(self.unit)}"
+from railui.io.units import UnitError
+from railui.runs.columns import RIG_FORMS
+from railui.vehicle.parameter import INFINITE, MAX_PLAUSIBLE, Parameter
 
 
 def _in_group(group: str, *entries: Parameter) -> tuple[Parameter, ...]:
@@ -235,8 +163,8 @@ RIDING = _in_group(
     Parameter("floor_damping", "z", "1", "damping ratio of the floor", 0.2, FLOOR, usual_range=(0, 1)),
     _optional("cushion_frequency", "f_c", "Hz", "frequency of the seat cushion", 1, 20),
     _optional("cushion_damping", "z_c", "1", "damping ratio of the seat cushion", 0, 1, above=False),
-    _optional("rms_limit", "a_rms", "m/s^2", "rms acceleration that goods bear", 0.1, 10),
-    _optional("peak_limit", "a_max", "m/s^2", "peak acceleration that goods bear", 0.1, 50),
+    _optional("rms_limit", "a_rms", "m/s^2", "admissible rms acceleration of goods", 0.1, 10),
+    _optional("peak_limit", "a_max", "m/s^2", "admissible peak acceleration of goods", 0.1, 50),
 )
 
 FORMS: dict[str, tuple[Parameter, ...]] = {"bogie": VEHICLE + CONTACT, "rig": RIG, "bench": BENCH}
@@ -260,7 +188,6 @@ DEFAULT_ESTIMATED = {
     "rig": ("vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain"),
     "bench": ("vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.preload"),
 }  # fmt: skip
-RIG_FORMS = ("rig", "bench")  # one mass on a test bench; a component on a bench, whose motion is prescribed
 
 
 def default_estimated(form: str, rig_input: str) -> tuple[str, ...]:

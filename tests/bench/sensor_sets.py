@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from railui.campaign.dataset import RESPONSES, Dataset
+from railui.campaign.dataset import Dataset
 from railui.campaign.noise.estimate import estimate_noise_model
+from railui.campaign.segment import RESPONSES
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit

@@ -1,4 +1,4 @@
-"""Compute what sets of sensors determine and detect, and the delay and noise that they bear.
+"""Compute what sets of sensors determine and detect, and the delay and noise that they tolerate.
 
 python -m tests.bench.sensors [--write docs/sensors.md]
 

@@ -178,17 +178,17 @@ def with_faults(dataset: Dataset, faults: Sequence[PlantedFault], missing: Seque
 
 
 def outcome(diagnosis: Diagnosis, planted: Sequence[PlantedFault]) -> str:
-    """Classify a diagnosis: found, tied, in part, passed over or blamed wrongly."""
+    """Classify a diagnosis: found, ambiguous, partly found, missed or wrong channel."""
     expected = {(f.kind, frozenset(f.channels)) for f in planted}
     named = {(f.kind, frozenset(f.channels)): f for f in diagnosis.serious}
     if set(named) == expected:
-        return "tied" if any(f.alternatives for f in named.values()) else "found"
+        return "ambiguous" if any(f.alternatives for f in named.values()) else "found"
     if set(named) < expected:
-        return "in part" if named else "passed over"
+        return "partly found" if named else "missed"
     true_channels = {c for f in planted for c in f.channels}
     true_channels |= set(TRACK) if "track" in true_channels else set()
-    blamed = {c for f in diagnosis.serious for c in f.channels}
-    return "right channel, other kind" if blamed <= true_channels | {"track"} else "blamed wrongly"
+    named_channels = {c for f in diagnosis.serious for c in f.channels}
+    return "correct channel, other kind" if named_channels <= true_channels | {"track"} else "wrong channel"
 
 
 @dataclass
@@ -261,7 +261,7 @@ def false_alarms(count: int) -> list[Row]:
 
 def page(rows: Sequence[Row], sound: Sequence[Row]) -> str:
     """Return the page of the results."""
-    results = ("found", "tied", "right channel, other kind", "in part", "passed over", "blamed wrongly")
+    results = ("found", "ambiguous", "correct channel, other kind", "partly found", "missed", "wrong channel")
     lines = [HEAD]
     alarms = [r for r in sound if r.named]
     campaigns = len({r.campaign for r in sound})
@@ -281,7 +281,7 @@ def page(rows: Sequence[Row], sound: Sequence[Row]) -> str:
                 f"| {kind} | {sum(counts.values())} | " + " | ".join(str(counts[x] or "") for x in results) + " |"
             )
         lines.append("")
-    worst = [r for r in rows if r.result not in ("found", "tied")]
+    worst = [r for r in rows if r.result not in ("found", "ambiguous")]
     lines += [
         "## Cases that were not found\n",
         "| campaign | channels | planted | result | named |",
@@ -300,9 +300,9 @@ def page(rows: Sequence[Row], sound: Sequence[Row]) -> str:
 HEAD = """# Data faults: trial of the diagnosis
 
 `python -m tests.blind.faults` plants faults into the columns of simulated campaigns (30 s and 22 s; the generator of
-`tests/truth` shares no code with the package) and counts the diagnoses. *tied*: the fault is named together with
-another that explains the data as well. *right channel, other kind*: only truly faulty channels are blamed.
-*passed over*: nothing serious is reported; without a relation between the channels no diagnosis is possible.
+`tests/truth` shares no code with the package) and counts the diagnoses. *ambiguous*: the fault is named together with
+another that explains the data as well. *correct channel, other kind*: the named channels are faulty.
+*missed*: nothing serious is reported; without a relation between the channels no diagnosis is possible.
 """
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import Dataset, read_dataset
-from railui.identification.context import Context, create_context
+from railui.campaign.dataset import read_dataset
+from railui.identification.context import WithContext, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.validation import validate
@@ -25,21 +25,10 @@ SPEEDS = (40.0, 31.0)  # m/s
 
 
 @dataclass(frozen=True, eq=False)
-class SimulatedCampaign:
+class SimulatedCampaign(WithContext):
     """A simulated campaign: its true vehicle, and the context of its identification."""
 
     truth: Campaign
-    context: Context
-
-    @property
-    def dataset(self) -> Dataset:
-        """The simulated measurement."""
-        return self.context.dataset
-
-    @property
-    def nominal(self) -> Model:
-        """The nominal model."""
-        return self.context.nominal
 
     @property
     def true_model(self) -> Model:
@@ -72,7 +61,7 @@ def simulated_campaign(
     with tempfile.TemporaryDirectory() as folder:
         write(truth, Path(folder))
         dataset = read_dataset(load_campaign(folder))
-    return SimulatedCampaign(truth, create_context(dataset, jobs=2))
+    return SimulatedCampaign(create_context(dataset, jobs=2), truth)
 
 
 @cache

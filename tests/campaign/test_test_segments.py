@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from railui.campaign.dataset import Segment, hold_back
+from railui.campaign.dataset import hold_back
+from railui.campaign.segment import Segment
 
 RATE = 100.0
 

@@ -21,7 +21,7 @@ MEMORY = 2_000_000  # kB
 
 
 def limited(*words: str, timeout: float = 30.0) -> subprocess.CompletedProcess[str]:
-    """Run a command with 2 GB of address space beside the libraries."""
+    """Run a command with 2 GB of address space in addition to the libraries."""
     line = f"ulimit -v {MEMORY}; exec " + " ".join(f"'{word}'" for word in railui(*words))
     return subprocess.run(["bash", "-c", line], capture_output=True, text=True, timeout=timeout)
 

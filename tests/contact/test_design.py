@@ -108,7 +108,7 @@ def test_a_saved_design_without_its_profiles_loads_with_a_warning(home: Path) ->
     save_design(load_design(design(home, f"{PAIR}}}")), home / "saved.yaml")
     (home / "wheel.txt").unlink()
     again = load_design(home / "saved.yaml")
-    assert any("cannot be read" in str(w) and "stand without it" in str(w) for w in again.warnings)
+    assert any("cannot be read" in str(w) and "are used without it" in str(w) for w in again.warnings)
     with pytest.raises(FileProblems, match=r"contact\.profiles: .*wheel\.txt cannot be read"):
         load_design(home / "design.yaml")
 

@@ -1,1 +1,1 @@
-"""What README and docs print is what the commands print."""
+"""Outputs in README and docs agree with those of the commands."""

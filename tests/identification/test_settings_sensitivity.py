@@ -46,7 +46,7 @@ REFERENCES = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the loop concludes: verdict, effects, location of a discrepancy; and its errors."""
+    """Conclusion of the loop: verdict, effects, location of a discrepancy; and its errors."""
 
     verdict: str
     effects: tuple[str, ...]

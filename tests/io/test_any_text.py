@@ -61,7 +61,7 @@ def slipped(text: str, edits: list[tuple[float, int, str]]) -> str:
 
 
 def leaves(value: Any, at: str) -> Iterator[tuple[str, Any]]:
-    """What is not a group, under its dotted path."""
+    """Values that are not groups, by dotted path."""
     if value and isinstance(value, dict | list):
         for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
             yield from leaves(inner, f"{at}.{key}")
@@ -69,8 +69,8 @@ def leaves(value: Any, at: str) -> Iterator[tuple[str, Any]]:
         yield at, value
 
 
-def beside(value: Any, path: str) -> str:
-    """All that stands neither at a path nor below it, nor holds it."""
+def values_elsewhere(value: Any, path: str) -> str:
+    """Values neither at a path nor below nor above it."""
     there = f".{path}."
     return repr([(p, x) for p, x in leaves(value, "") if not (f"{p}.".startswith(there) or there.startswith(f"{p}."))])
 
@@ -133,7 +133,7 @@ def test_an_edit_changes_the_requested_path_only_or_is_rejected(
         after = parse_yaml(edit_values(text, {path: value}))
     except FileProblems:
         return
-    assert beside(after.value, path) == beside(before.value, path)
+    assert values_elsewhere(after.value, path) == values_elsewhere(before.value, path)
     asked = [(p, x) for p, x in leaves(after.value, "") if f"{p}.".startswith(f".{path}.")]
     in_its_old_unit = value == 1.5 and len(asked) == 1 and isinstance(asked[0][1], str)
     assert in_its_old_unit or asked == list(leaves(value, f".{path}"))

@@ -152,5 +152,5 @@ def assert_same(found: Mapping[str, Floats], truth: Mapping[str, Floats], within
 
 
 def change(found: Mapping[str, Floats], other: Mapping[str, Floats], channel: str = "e1") -> float:
-    """How far an effect moves a channel, in units of its standard deviation."""
+    """Change of a channel by an effect, in units of its standard deviation."""
     return relative_differences({channel: found[channel]}, other)[channel]

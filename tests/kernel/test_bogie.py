@@ -91,11 +91,11 @@ def test_a_measured_coach_force_replaces_other_forces_at_its_location() -> None:
         parse("dry_friction at=secondary_lateral force=2000 slip_speed=0.02"),
         parse("coach_mode at=secondary_lateral mass=15e3 stiffness=3e5 damping=2e4"),
     ]
-    beside = [parse("dry_friction at=secondary_yaw force=1000 slip_speed=0.02")]
+    further = [parse("dry_friction at=secondary_yaw force=1000 slip_speed=0.02")]
     bare = replace(vehicle, c_sy=0.0, k_y=0.0)
     assert np.array_equal(kernel(vehicle, run, there)["e1"], kernel(bare, run)["e1"])
-    found = kernel(vehicle, run, [*there, *beside])
-    assert_same(found, simulate(vehicle, run, [*there, *beside], steps=1), ROUNDING)
+    found = kernel(vehicle, run, [*there, *further])
+    assert_same(found, simulate(vehicle, run, [*there, *further], steps=1), ROUNDING)
     assert relative_differences(found, kernel(vehicle, run))["e1"] > 1e-2
 
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from railui.bench.standard_job import bogie_model, coach_model
 from railui.core import Batch
 from railui.track.excitation import Excitation, resolve_track
-from railui.vehicle.model import Model, parameter_paths
+from railui.vehicle.kernel_rows import parameter_paths
+from railui.vehicle.model import Model
 
 Floats = NDArray[np.float64]
 
@@ -19,10 +20,10 @@ MODEL = coach_model()
 ROAD = Excitation(resolve_track("erri_b176_high length=60 seed=3"), 45.0)
 TABLE = ROAD.table(MODEL.wheelset_spacing(), 1)
 CHANNELS = [*MODEL.vehicles().degrees_of_freedom(MODEL.single_batch()), "e1", "e4"]
-# what the coach of the standard job does without, as little as would do
+# small values of the parameters that the coach of the standard job lacks
 MORE = {"yaw_stiffness": 2e5, "roll_stiffness": 2e4, "longitudinal_damping": 5e3, "lateral_damping": 4e3}
 MORE |= {"yaw_damping": 3e3, "roll_damping": 2e3, "vertical_damping": 3e3}
-# what a coach beside them goes without, and hangs otherwise by
+# parameters that are zero or changed in the neighbouring coach
 LESS = {
     "no anti-roll bar": "vehicle.elements.anti_roll_bar.stiffness",
     "no vertical dampers": "vehicle.elements.secondary_damper.vertical_damping",

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.core import Batch, Placement, Vehicles
 
 DT, N = 1e-3, 1500

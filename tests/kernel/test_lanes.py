@@ -85,25 +85,25 @@ def test_a_vehicle_has_the_same_digits_in_every_lane(with_effects: bool) -> None
     assert np.array_equal(series(made, all_of_them.select(order), 2), alone(with_effects)[order])
 
 
-def beside(k: int, neighbours: Batch) -> Floats:
+def between(k: int, neighbours: Batch) -> Floats:
     """Vehicle k of the thirty-three between two neighbours."""
     made, all_of_them = many(True)
     rows = [neighbours.select([0]), all_of_them.select([k]), neighbours.select([1])]
     names = ("numbers", "effects", "amounts")
-    between = Batch.from_arrays(*(np.concatenate([getattr(one, name) for one in rows]) for name in names))
-    return np.asarray(series(made, between)[1])
+    batch_of_three = Batch.from_arrays(*(np.concatenate([getattr(one, name) for one in rows]) for name in names))
+    return np.asarray(series(made, batch_of_three)[1])
 
 
 def test_sliding_neighbours_do_not_change_a_vehicle() -> None:
     sliding = [parse("creep_saturation at=contact friction=0.01"), *EFFECTS[1:]]
     neighbours = batch([replace(asymmetric_bogie(k), a=1.28) for k in (50, 51)], [sliding] * 2)
-    assert np.array_equal(beside(4, neighbours), alone(True)[4])
+    assert np.array_equal(between(4, neighbours), alone(True)[4])
 
 
 @pytest.mark.parametrize("amount", [0.0, 0.05, 0.7])
 def test_neighbours_with_other_amounts_do_not_change_a_vehicle(amount: float) -> None:
     neighbours = batch([replace(asymmetric_bogie(k), a=1.28) for k in (50, 51)], [EFFECTS] * 2, amount)
-    assert np.array_equal(beside(7, neighbours), alone(True)[7])
+    assert np.array_equal(between(7, neighbours), alone(True)[7])
 
 
 # ----------------------------------------------------------------------------------------------------- amounts
@@ -163,7 +163,7 @@ def test_a_small_amount_moves_the_vehicle_in_proportion(one: Effect) -> None:
 
 
 def choices(kind: str) -> Sequence[str | None]:
-    """What the curve of a kind may stand against; None alone where it has no such choice."""
+    """Coordinates against which the curve of a kind may be defined; None alone where there is no choice."""
     return ABSCISSAE if has_abscissa(core.effect_record(kind)) else (None,)
 
 

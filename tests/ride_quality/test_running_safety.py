@@ -110,7 +110,7 @@ def test_at_rest_the_wheels_press_outwards_by_their_contact_angle_less_its_spin(
 
 
 def test_load_transfer_bears_the_moments_of_all_bodies_about_the_track() -> None:
-    """Steadily rolled: no acceleration, so what the wheels bear is what springs and dampers lay on the wheelsets."""
+    """Steady roll: without acceleration the wheel loads balance the forces of springs and dampers on the wheelsets."""
     values = COACH.design.values
     freedoms = COACH.vehicles().degrees_of_freedom(COACH.single_batch())
     start = np.zeros((1, 34))

@@ -69,7 +69,7 @@ class Order:
     pink: bool = False  # sensors' noise with a 1/f spectrum
     stated: float = 1.0  # standard deviations in the campaign file over the true ones; 0: none are stated
     without: Sequence[str] = ()  # responses that are not recorded
-    spread: Mapping[str, float] = field(default_factory=dict)  # letter to the width of its draw, beside the usual ones
+    spread: Mapping[str, float] = field(default_factory=dict)  # letter to the width of its draw, besides the usual
     unmeasured: float = 0.0  # N: standard deviation of a random force on the frame
     columns: Sequence[str] = ()  # beyond the usual ones: psi1, psi2, Qy, Qpsi
     declared: Vehicle = DECLARED
@@ -269,7 +269,7 @@ def main(words: Sequence[str] | None = None) -> None:
     p.add_argument("--columns", nargs="*", default=[], choices=["psi1", "psi2", "Qy", "Qpsi"])
     p.add_argument("--centre", default="", metavar="kappa_x=0.65,kappa_y=0.65", help="where the draw is centred")
     p.add_argument("--as-declared", action="store_true", help="the true vehicle is the declared one")
-    p.add_argument("--truth", type=Path, help="where the truth goes; not beside the campaign, tracers might peek")
+    p.add_argument("--truth", type=Path, help="file of the truth; not in the directory of the campaign")
     given = p.parse_args(words)
     order = Order(
         effects=[parse(text) for text in given.effect],

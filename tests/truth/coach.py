@@ -1,8 +1,8 @@
 """A whole coach on two bogies by Newton and Euler: forces at points, moments about centres, plain numpy.
 
 Seventeen degrees of freedom: lateral, yaw, roll of body and two frames, lateral and yaw of four wheelsets. Axes x
-forward, y right, z down; heights h upwards. Every suspension force is worked out from the motion of its two ends, laid
-on both bodies at its point, and taken to the centres of mass. Wheel by wheel the contact is (3.2)-(3.5) of Broersen
+forward, y right, z down; heights h upwards. Every suspension force is computed from the motion of its two ends, applied
+to both bodies at its point, and taken to the centres of mass. Wheel by wheel the contact is (3.2)-(3.5) of Broersen
 (1976). A wheelset leans as the rails and its own displacement make it; its roll moment goes to the rails, but for what
 the lean per lateral displacement hands back. The numbers are those of the Manchester benchmark, vehicle 1.
 """

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.core import Batch, Placement, Vehicles
 from railui.documents.check import check
 from railui.identification.prediction import Predictor
@@ -16,7 +16,8 @@ from railui.ride_quality.evaluation import ride
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.effects import kernel_catalogue
 from railui.vehicle.element import load_element
-from railui.vehicle.model import Model, effect_row
+from railui.vehicle.kernel_rows import effect_row
+from railui.vehicle.model import Model
 
 BOGIE = Path(__file__).parents[2] / "designs" / "test_bogie.yaml"
 ELEMENT = """\

@@ -49,7 +49,7 @@ def company(kind: str) -> list[Design]:
 
 
 def ridden(found: dict[str, Any]) -> dict[str, Any]:
-    """What a ride alone and one of many both have."""
+    """Result without the keys that only a single ride computes."""
     return {**found, "reference": None, "forces": None}
 
 

@@ -24,7 +24,7 @@ class Correction:
     gain
         Recorded value over true value; -1 for a sensor that is mounted the wrong way.
     unit
-        Unit in which the numbers truly are, whatever the header says; None: as the header says.
+        Actual unit of the numbers, which replaces that of the header; None: unit of the header.
     delay
         Time [s] by which the record is late.
     clock_rate

@@ -18,7 +18,7 @@ class CorrectionModel(Group):
     """Schema of the corrections of one column: how its record differs from the truth."""
 
     gain: Annotated[float, quantity_reader("1")] = Field(default=1.0, title="recorded over true value")
-    unit: Text | None = Field(default=None, title="unit of the numbers, whatever the header says")
+    unit: Text | None = Field(default=None, title="unit of the numbers, which replaces that of the header")
     delay: Annotated[float, quantity_reader("s")] = Field(default=0.0, title="time by which the record is late")
     clock_rate: Annotated[float, quantity_reader("1", 0.0, above=True)] = Field(
         default=1.0, title="rate of the logger's clock over that of t"

@@ -9,23 +9,24 @@ import numpy as np
 
 from railui.campaign.corrections.apply import corrected_columns
 from railui.campaign.corrections.correction import Corrections, yaml_line
-from railui.campaign.dataset import Dataset, Segment
+from railui.campaign.dataset import Dataset
 from railui.campaign.faults.fault import Diagnosis, Fault, ordered
 from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
 from railui.campaign.faults.merge import merged_faults
-from railui.campaign.faults.nominal import Witness, contradicted, witnesses
+from railui.campaign.faults.nominal import ModelAgreement, compare_with_nominal, contradicted
 from railui.campaign.faults.search import FaultSearch, Transform
 from railui.campaign.faults.spectra import RAILS, RunSpectra, run_spectra
 from railui.campaign.faults.waveform import waveform_faults
 from railui.campaign.faults.wording import fault_text
+from railui.campaign.segment import Segment
 from railui.io.units import UnitError, parse_unit
 from railui.runs.columns import COLUMNS
 from railui.vehicle.model import Model
 
-FOLLOWING = ("ay1", "ay2", "ayf", "rf")  # channels that follow the track at long wavelengths, whatever the vehicle is
+FOLLOWING = ("ay1", "ay2", "ayf", "rf")  # channels that follow the track at long wavelengths, for any vehicle
 NAMED_UNITS = {"m/s^2": {"g": 1.0 / G}, "rad/s": {"deg/s": RADIAN}, "rad": {"deg": RADIAN}}  # gain where SI is stated
 TRACK_COLUMNS = ("yw", "phiw")
-MIN_WITNESSES = 2  # that all oppose the model, from which the track is the one with the wrong sign
+MIN_OPPOSED_CHANNELS = 2  # that all oppose the model, from which the track is the one with the wrong sign
 
 
 def diagnose(dataset: Dataset) -> Diagnosis:
@@ -59,7 +60,7 @@ def diagnose(dataset: Dataset) -> Diagnosis:
     faults = merged_faults({name: s.find() for name, s in searches.items()}, searches, settings)
     faults = [_with_named_unit(_unresolved(f, searches), dataset) for f in faults]
     if is_bogie:
-        faults += _witnessed(dataset, runs, faults)
+        faults += _faults_against_model(dataset, runs, faults)
     return ordered([*faults, *waveform])
 
 
@@ -138,11 +139,11 @@ def _with_named_unit(fault: Fault, dataset: Dataset) -> Fault:
     return replace(fault, corrections=Corrections(channels))
 
 
-def _witnessed(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
+def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
     """Find signs and units that only the nominal model can decide: of accelerations without a relation to the track."""
     model = Model(dataset.campaign.design, dataset.campaign.sensors)
     threshold = dataset.campaign.settings.faults.opposed_correlation
-    found: dict[str, list[tuple[str, Witness]]] = {}
+    found: dict[str, list[tuple[str, ModelAgreement]]] = {}
     corrections = ordered(faults).corrections
     wheelbase = _geometry(dataset)[0]
     for name, segments in runs.items():
@@ -150,23 +151,23 @@ def _witnessed(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequenc
             continue  # relations with the track decide
         for segment in segments[:1]:
             corrected = corrected_segment(segment, corrections, wheelbase)
-            for w in witnesses(model, corrected, [c for c in FOLLOWING if c in segment.columns]):
-                found.setdefault(w.channel, []).append((name, w))
+            for agreement in compare_with_nominal(model, corrected, [c for c in FOLLOWING if c in segment.columns]):
+                found.setdefault(agreement.channel, []).append((name, agreement))
     contradictions: dict[str, Hypothesis] = {}
-    for channel, seen in found.items():
-        opinions = {contradicted(w, threshold) for _, w in seen}
-        if len(opinions) == 1 and (h := opinions.pop()) is not None:
+    for channel, checks in found.items():
+        hypotheses = {contradicted(agreement, threshold) for _, agreement in checks}
+        if len(hypotheses) == 1 and (h := hypotheses.pop()) is not None:
             contradictions[channel] = h
     files = tuple(runs)
     all_opposed = set(contradictions) == set(found) and all(h.kind == "sign" for h in contradictions.values())
-    if len(found) >= MIN_WITNESSES and all_opposed:
+    if len(found) >= MIN_OPPOSED_CHANNELS and all_opposed:
         recorded = tuple(c for c in TRACK_COLUMNS if any(np.any(s.columns.get(c, 0.0)) for s in dataset.segments))
-        track = _witnessed_fault(Hypothesis("sign", recorded, -1.0), files)
+        track = _fault_against_model(Hypothesis("sign", recorded, -1.0), files)
         alone = yaml_line(Hypothesis("sign", ("yw",), -1.0).corrections())
         return [replace(track, alternatives=(alone,) if len(recorded) > 1 else ())]
-    return [_with_named_unit(_witnessed_fault(h, files), dataset) for h in contradictions.values()]
+    return [_with_named_unit(_fault_against_model(h, files), dataset) for h in contradictions.values()]
 
 
-def _witnessed_fault(h: Hypothesis, files: tuple[str, ...]) -> Fault:
+def _fault_against_model(h: Hypothesis, files: tuple[str, ...]) -> Fault:
     text = f"{fault_text(h)} (against the nominal model at wavelengths above those of the vehicle's own motion)"
     return Fault(h.kind, h.channels, h.value, None, "1", files, text, True, h.corrections())

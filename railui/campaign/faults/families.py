@@ -1,4 +1,4 @@
-"""Families of hypotheses: what may be wrong with which channels, and the value of each that fits best."""
+"""Families of hypotheses: kinds of faults by channel, and the value of each that fits best."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def merged_faults(
     explanations
         Faults by run.
     searches
-        Their searches by run, which tell whether a run without the fault contradicts it.
+        Their searches by run, which show whether a run without the fault contradicts it.
     """
     groups: list[_Group] = []
     clocks = [e.hypothesis for found in explanations.values() for e in found if e.hypothesis.kind == "clock"]

@@ -1,7 +1,7 @@
-"""The nominal model as a witness of signs and units, where no kinematic relation decides.
+"""Signs and units of channels by comparison with the nominal model, where no kinematic relation determines them.
 
-At wavelengths far above those of the vehicle's own motion every body follows the track, whatever the suspension and the
-contact are. There, and there only, a measured channel must have the sign and about the size of the simulated one.
+At wavelengths far above those of the vehicle's own motion every body follows the track, independently of suspension
+and contact. There, and there only, a measured channel must have the sign and about the size of the simulated one.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import COMPARED, Segment
 from railui.campaign.faults.families import discrete_hypotheses
 from railui.campaign.faults.hypotheses import Hypothesis
+from railui.campaign.segment import COMPARED, Segment
 from railui.dsp.spectra import csd, welch
 from railui.vehicle.model import Model
 
@@ -28,7 +28,7 @@ MIN_UNIT_GAIN = 6.0
 
 
 @dataclass(frozen=True)
-class Witness:
+class ModelAgreement:
     """Correlation of a channel with its simulation, -1 to 1, and its gain over it, at long wavelengths."""
 
     channel: str
@@ -36,7 +36,7 @@ class Witness:
     gain: float
 
 
-def witnesses(model: Model, segment: Segment, channels: Sequence[str]) -> list[Witness]:
+def compare_with_nominal(model: Model, segment: Segment, channels: Sequence[str]) -> list[ModelAgreement]:
     """Compare channels with the nominal model on a segment; empty where it diverges or the segment is too short."""
     names = [c for c in channels if c in COMPARED]
     part = segment.truncated(min(segment.samples, round(MAX_DURATION / segment.dt)))
@@ -49,28 +49,28 @@ def witnesses(model: Model, segment: Segment, channels: Sequence[str]) -> list[W
     series, diverged = vehicles.simulate(model.single_batch(), table, segment.dt, steps, names, jobs=1)
     if diverged[0] >= 0:
         return []
-    return [_witness(c, x, part.columns[c], part, length) for c, x in zip(names, series[0], strict=True)]
+    return [_agreement(c, x, part.columns[c], part, length) for c, x in zip(names, series[0], strict=True)]
 
 
-def _witness(channel: str, simulated: FloatArray, measured: FloatArray, part: Segment, length: int) -> Witness:
+def _agreement(channel: str, simulated: FloatArray, measured: FloatArray, part: Segment, length: int) -> ModelAgreement:
     rate = 1.0 / part.dt
     f, cross = csd(simulated, measured, rate, length, "line")
     used = (f >= MIN_FREQUENCY) & (f <= part.mean_speed / LONG_WAVELENGTH)
     if used.sum() < MIN_FREQUENCIES:
-        return Witness(channel, 0.0, 1.0)
+        return ModelAgreement(channel, 0.0, 1.0)
     own, other = (welch(x, rate, length, "line")[1][used] for x in (simulated, measured))
     weight = 1.0 / np.maximum(own, 1e-300)  # every frequency counts alike
     norm = float(np.sqrt(np.sum(weight * own) * np.sum(weight * other)))
     correlation = float(np.sum(weight * np.real(cross[used]))) / max(norm, 1e-300)
-    return Witness(channel, correlation, float(np.sqrt(np.sum(weight * other) / np.sum(weight * own))))
+    return ModelAgreement(channel, correlation, float(np.sqrt(np.sum(weight * other) / np.sum(weight * own))))
 
 
-def contradicted(witness: Witness, threshold: float) -> Hypothesis | None:
+def contradicted(agreement: ModelAgreement, threshold: float) -> Hypothesis | None:
     """Return the fault of a channel that its simulation contradicts clearly: the opposite sign, or another unit."""
-    if witness.correlation < -threshold and 1.0 / MIN_UNIT_GAIN < witness.gain < MIN_UNIT_GAIN:
-        return Hypothesis("sign", (witness.channel,), -1.0)
-    if witness.correlation < threshold or 1.0 / MIN_UNIT_GAIN < witness.gain < MIN_UNIT_GAIN:
+    if agreement.correlation < -threshold and 1.0 / MIN_UNIT_GAIN < agreement.gain < MIN_UNIT_GAIN:
+        return Hypothesis("sign", (agreement.channel,), -1.0)
+    if agreement.correlation < threshold or 1.0 / MIN_UNIT_GAIN < agreement.gain < MIN_UNIT_GAIN:
         return None
-    units = [h for h in discrete_hypotheses([witness.channel]) if h.kind == "unit"]
-    nearest = min(units, key=lambda h: abs(np.log(h.value / witness.gain)))
-    return nearest if abs(np.log(nearest.value / witness.gain)) < np.log(UNIT_TOLERANCE) else None
+    units = [h for h in discrete_hypotheses([agreement.channel]) if h.kind == "unit"]
+    nearest = min(units, key=lambda h: abs(np.log(h.value / agreement.gain)))
+    return nearest if abs(np.log(nearest.value / agreement.gain)) < np.log(UNIT_TOLERANCE) else None

@@ -8,7 +8,6 @@ from itertools import combinations
 
 import numpy as np
 
-from railui.arrays import FloatArray
 from railui.campaign.corrections.correction import Corrections
 from railui.campaign.faults.clocks import drifting_clock
 from railui.campaign.faults.families import (
@@ -19,15 +18,23 @@ from railui.campaign.faults.families import (
     discrete_hypotheses,
     groups_of,
 )
-from railui.campaign.faults.hypotheses import Consistency, G, Hypothesis
+from railui.campaign.faults.hypotheses import Consistency, Hypothesis
+from railui.campaign.faults.scores import (
+    CONTINUOUS_PENALTY,
+    ScoredFault,
+    is_consistent,
+    is_evident,
+    is_large,
+    is_same_fault,
+    penalty,
+    score_continuous,
+    score_discrete,
+    total_misfit,
+)
 from railui.campaign.faults.spectra import RunSpectra
 from railui.campaign.settings.faults import FaultSettings
 
-CONTINUOUS_PENALTY = 8.0  # of a free value against a sign, unit or exchange, as a log-likelihood
-CONSISTENT_SHARE = -2.0  # logarithm of the inconsistent share of power, in the most consistent quarter of the band
 PAIR_FREQUENCIES = 3  # every third one is used where all pairs are compared
-LOCAL_LAGS = 0.06  # s, searched where the columns are consistent already
-MIN_STANDARD_ERRORS = 4.0  # of a gain or delay
 
 Transform = Callable[[Corrections], RunSpectra | None]
 
@@ -40,13 +47,6 @@ class Explanation:
     evidence: float
     sd: float = float("nan")
     alternatives: tuple[Hypothesis, ...] = ()
-
-
-@dataclass(frozen=True)
-class _Scored:
-    hypothesis: Hypothesis
-    misfit: float
-    sd: float = float("nan")
 
 
 class FaultSearch:
@@ -88,7 +88,7 @@ class FaultSearch:
     def _is_resolved(self, found: Sequence[Explanation]) -> bool:
         """True if the data are consistent after all corrections."""
         consistency = self._consistency([e.hypothesis for e in found])
-        return consistency is None or _is_consistent(consistency)
+        return consistency is None or is_consistent(consistency)
 
     def _better_clock(self, found: list[Explanation]) -> list[Explanation] | None:
         """Explain the data by a clock that drifts far, which spectra of the whole run do not show."""
@@ -108,12 +108,12 @@ class FaultSearch:
         if first is None or second is None:
             return None
         needed = self.settings.min_fault_evidence * (1 if len(other) >= len(found) else -1)
-        return other if _total(first) - _total(second) > needed else None
+        return other if total_misfit(first) - total_misfit(second) > needed else None
 
     def _stepwise(self, given: tuple[Hypothesis, ...]) -> list[Explanation]:
         """Add the fault with most evidence until none is left; then remove those that others explain."""
         found: list[Hypothesis] = list(given)
-        scored: dict[Hypothesis, _Scored] = {}
+        scored: dict[Hypothesis, ScoredFault] = {}
         while len(found) < self.settings.max_faults:
             consistency = self._consistency(found)
             if consistency is None:
@@ -132,64 +132,66 @@ class FaultSearch:
         spectra = self.transform(corrections)
         return None if spectra is None else Consistency(spectra)
 
-    def _explained(self, found: list[Hypothesis], scored: dict[Hypothesis, _Scored]) -> list[Explanation]:
-        """Drop every fault without evidence of its own; find the alternatives of each other one."""
+    def _explained(self, found: list[Hypothesis], scored: dict[Hypothesis, ScoredFault]) -> list[Explanation]:
+        """Drop every fault without independent evidence; find the alternatives of the others."""
         out: list[Explanation] = []
         if not found:
             return out
         full = self._consistency(found)
-        misfit = 0.0 if full is None else _total(full)
+        misfit = 0.0 if full is None else total_misfit(full)
         for h in list(found):
             others = [x for x in found if x != h]
             without = self._consistency(others)
             if without is None:
                 continue
-            evidence = _total(without) - misfit
-            if not self._is_evident(h, evidence, without):
+            evidence = total_misfit(without) - misfit
+            if not is_evident(h, evidence, without, self.settings):
                 found.remove(h)
                 full = self._consistency(found)
-                misfit = 0.0 if full is None else _total(full)
+                misfit = 0.0 if full is None else total_misfit(full)
                 continue
             alternatives = self._alternatives(h, without, evidence)
-            out.append(Explanation(h, evidence, scored.get(h, _Scored(h, 0.0)).sd, alternatives))
+            out.append(Explanation(h, evidence, scored.get(h, ScoredFault(h, 0.0)).sd, alternatives))
         return out
 
     def _alternatives(self, h: Hypothesis, without: Consistency, evidence: float) -> tuple[Hypothesis, ...]:
         """List other single faults that explain the data as well as a fault does."""
-        scores = self._discrete(without)
+        scores = score_discrete(without, self.has_units)
         if h.kind in CONTINUOUS:
-            scores += self._continuous(without)
-        reference = min((s.misfit for s in scores if _same(s.hypothesis, h)), default=_total(without) - evidence)
+            scores += score_continuous(without, self.has_units)
+        reference = min(
+            (s.misfit for s in scores if is_same_fault(s.hypothesis, h)), default=total_misfit(without) - evidence
+        )
         limit = reference + max(self.settings.tied_evidence_share * evidence, CONTINUOUS_PENALTY)
-        tied = [s.hypothesis for s in scores if s.misfit < limit and not _same(s.hypothesis, h)]
+        tied = [s.hypothesis for s in scores if s.misfit < limit and not is_same_fault(s.hypothesis, h)]
         tied = [x for x in tied if (x.kind, set(x.channels)) != (h.kind, set(h.channels))]
         return tuple(dict.fromkeys(x for x in tied if x.kind == h.kind or x.kind not in ("gain", "delay")))
 
-    def _best_single(self, consistency: Consistency, found: Sequence[Hypothesis]) -> _Scored | None:
-        """Find the single fault with most evidence beyond those found; None if there is none."""
-        base = _total(consistency)
-        discrete = self._discrete(consistency)
-        if not _is_consistent(consistency) and discrete:
+    def _best_single(self, consistency: Consistency, found: Sequence[Hypothesis]) -> ScoredFault | None:
+        """Find the single fault with most evidence beyond those assumed; None if there is none."""
+        base = total_misfit(consistency)
+        discrete = score_discrete(consistency, self.has_units)
+        if not is_consistent(consistency) and discrete:
             best = min(discrete, key=lambda s: s.misfit)
-            evident = self._is_evident(best.hypothesis, base - best.misfit, consistency)
-            if evident and _is_consistent(consistency, [best.hypothesis]):
+            evident = is_evident(best.hypothesis, base - best.misfit, consistency, self.settings)
+            if evident and is_consistent(consistency, [best.hypothesis]):
                 return best
         scores = [
             s
-            for s in [*discrete, *self._continuous(consistency)]
-            if self._is_evident(s.hypothesis, base - s.misfit, consistency)
+            for s in [*discrete, *score_continuous(consistency, self.has_units)]
+            if is_evident(s.hypothesis, base - s.misfit, consistency, self.settings)
         ]
-        scores = [s for s in scores if self._is_material(s)]
+        scores = [s for s in scores if is_large(s, self.settings)]
         if not scores:
             return None
-        best = min(scores, key=lambda s: s.misfit + _penalty(s.hypothesis))
+        best = min(scores, key=lambda s: s.misfit + penalty(s.hypothesis))
         if best.hypothesis.kind in ("delay", "offset"):
             return self._lag(consistency, best, scores, found)
         return best
 
     def _lag(
-        self, consistency: Consistency, best: _Scored, scores: Sequence[_Scored], found: Sequence[Hypothesis]
-    ) -> _Scored:
+        self, consistency: Consistency, best: ScoredFault, scores: Sequence[ScoredFault], found: Sequence[Hypothesis]
+    ) -> ScoredFault:
         """Choose between delay, offset and drifting clock by the exactly corrected columns."""
         rivals = [
             s
@@ -197,59 +199,20 @@ class FaultSearch:
             if s.hypothesis.kind in ("delay", "offset") and s.hypothesis.channels == best.hypothesis.channels
         ]
         if (drift := drifting_clock(consistency, best.hypothesis)) is not None:
-            rivals.append(_Scored(*drift))
+            rivals.append(ScoredFault(*drift))
         if len(rivals) == 1:
             return best
         preference = {"offset": 0.0, "delay": CONTINUOUS_PENALTY, "clock": self.settings.min_fault_evidence}
         exact = [(self._consistency([*found, s.hypothesis]), s) for s in rivals]
         return min(
-            (_total(c) + preference[s.hypothesis.kind], i, s) for i, (c, s) in enumerate(exact) if c is not None
+            (total_misfit(c) + preference[s.hypothesis.kind], i, s) for i, (c, s) in enumerate(exact) if c is not None
         )[2]
 
     def evidence(self, h: Hypothesis, found: Sequence[Hypothesis]) -> float | None:
-        """Log-likelihood that a fault gains beside those found; None without any relation."""
-        others = [x for x in found if not _same(x, h)]
+        """Log-likelihood that a fault gains in addition to others; None without any relation."""
+        others = [x for x in found if not is_same_fault(x, h)]
         without, corrected = self._consistency(others), self._consistency([*others, h])
-        return None if without is None or corrected is None else _total(without) - _total(corrected)
-
-    def _discrete(self, consistency: Consistency) -> list[_Scored]:
-        """Score every single sign, unit and exchange."""
-        discrete = discrete_hypotheses(candidates(consistency.spectra), self.has_units)
-        misfits = consistency.misfits([[h] for h in discrete])
-        return [_Scored(h, float(m)) for h, m in zip(discrete, misfits, strict=True)]
-
-    def _continuous(self, consistency: Consistency) -> list[_Scored]:
-        """Score every single gain, delay, offset and gravity at its best value."""
-        spectra, scores = consistency.spectra, []
-        channels = candidates(spectra)
-        base, is_consistent = _total(consistency), _is_consistent(consistency)
-        for family, grid in continuous_families(channels, spectra):
-            if not self.has_units and family.kind == "gain":
-                continue
-            local = _near(family, grid, consistency) if is_consistent else grid
-            if is_consistent and not _improves_locally(consistency, family, local, base):
-                continue
-            scores.append(_Scored(*best_of_family(consistency, family, local)))
-        return scores
-
-    def _is_evident(self, h: Hypothesis, evidence: float, consistency: Consistency) -> bool:
-        needed = self.settings.min_fault_evidence
-        if h.kind in ("sign", "unit", "exchanged"):
-            samples = consistency.weight * len(consistency.spectra.f)
-            needed = max(needed, self.settings.min_fault_evidence_share * samples)
-        return evidence > needed
-
-    def _is_material(self, s: _Scored) -> bool:
-        """True for a fault of a size that matters."""
-        h, settings = s.hypothesis, self.settings
-        if h.kind == "gravity":
-            return abs(abs(h.value) - G) <= settings.gravity_tolerance * G
-        sizes = {"gain": (h.value - 1.0, settings.reported_gain_error), "delay": (h.value, settings.reported_delay)}
-        sizes["offset"] = (h.value, settings.serious_track_offset)
-        if h.kind not in sizes:
-            return True
-        value, smallest = sizes[h.kind]
-        return abs(value) > smallest and not abs(value) < MIN_STANDARD_ERRORS * s.sd
+        return None if without is None or corrected is None else total_misfit(without) - total_misfit(corrected)
 
     def _better_pair(self, found: list[Explanation]) -> list[Explanation] | None:
         """Explain the data by a pair of signs, units or exchanges where that needs fewer faults or fits better."""
@@ -263,43 +226,6 @@ class FaultSearch:
         if set(best) <= {e.hypothesis for e in found}:
             return None
         return self._better_of(found, self._stepwise(best))
-
-
-def _total(consistency: Consistency) -> float:
-    return float(consistency.misfit(consistency.base).sum())
-
-
-def _penalty(h: Hypothesis) -> float:
-    return CONTINUOUS_PENALTY if h.kind in CONTINUOUS else 0.0
-
-
-def _same(a: Hypothesis, b: Hypothesis) -> bool:
-    same = (a.kind, set(a.channels)) == (b.kind, set(b.channels))
-    return same and (a.kind != "unit" or bool(np.isclose(a.value, b.value)))
-
-
-def _is_consistent(consistency: Consistency, given: Sequence[Hypothesis] = ()) -> bool:
-    """True if every combination of the relations holds in a quarter of the band, under faults if some are given."""
-    worst = np.sort(consistency.worst_share(consistency.relations(given)))
-    return float(np.mean(worst[: max(len(worst) // 4, 1)])) < CONSISTENT_SHARE
-
-
-def _near(family: Hypothesis, grid: FloatArray, consistency: Consistency) -> FloatArray:
-    """Return the part of a grid of lags that is near zero."""
-    if family.kind not in ("delay", "offset"):
-        return grid
-    scale = consistency.speed if family.kind == "offset" else 1.0
-    return grid[np.abs(grid) <= LOCAL_LAGS * scale]
-
-
-def _improves_locally(consistency: Consistency, family: Hypothesis, grid: FloatArray, base: float) -> bool:
-    """True if one of the values next to no fault improves the consistency; any value of gravity."""
-    if family.kind == "gravity":
-        return True
-    neutral = 1.0 if family.kind == "gain" else 0.0
-    below, above = grid[grid < neutral].max(), grid[grid > neutral].min()
-    misfits = consistency.misfits([[replace(family, value=float(x))] for x in (below, above)])
-    return bool(np.min(misfits) < base)
 
 
 def _merged(found: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -5,8 +5,8 @@ The lateral motions y_1, y_2 of the wheelsets and y, psi of the frame give every
     e_i = y_i - y_wi - r phi_wi,   d_1 = y_1 - y - a psi,   d_2 = y_2 - y + a psi,
     ay_i = y_i'',   ayf = y'',   rf = psi'
 
-With more responses than motions, the left null space of these equations relates the responses to each other whatever
-the vehicle is.
+With more responses than motions, the left null space of these equations relates the responses to each other,
+independently of the vehicle.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.corrections.apply import distance
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.core import Spline
 from railui.dsp.spectra import detrend, hann, tukey
 

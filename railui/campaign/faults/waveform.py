@@ -1,4 +1,4 @@
-"""Faults that the samples of one channel show by themselves: clipping, dropouts and mains hum."""
+"""Faults of a single channel: clipping, dropouts and mains hum."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.corrections.correction import Correction, Corrections
-from railui.campaign.dataset import Segment
 from railui.campaign.faults.fault import Fault
+from railui.campaign.segment import Segment
 from railui.campaign.settings.faults import FaultSettings
 from railui.dsp.spectra import periodogram
 
@@ -68,7 +68,7 @@ def clipped_samples(x: FloatArray, pile_up: float) -> int:
 
 
 def lost_samples(x: FloatArray) -> tuple[int, int]:
-    """Count the samples and events of dropouts: zeros or held values with a jump at an end.
+    """Count the samples and events of dropouts: zeros or repeated values with a jump at an end.
 
     >>> t = np.arange(2000) * 0.01
     >>> x = np.sin(3 * t) + np.sin(7.3 * t)
@@ -98,13 +98,13 @@ def hum_line(x: FloatArray, rate: float, ratio: float) -> tuple[float, float] | 
     f, power = periodogram(x, rate)
     for mains, tolerance in MAINS:
         inside = np.flatnonzero(np.abs(f - mains) <= tolerance)
-        beside = (np.abs(f - mains) > NEIGHBOURS[0]) & (np.abs(f - mains) < NEIGHBOURS[1])
+        sides = (np.abs(f - mains) > NEIGHBOURS[0]) & (np.abs(f - mains) < NEIGHBOURS[1])
         if len(inside) < 3 or mains + NEIGHBOURS[1] > 0.5 * rate:
             continue
         peak = inside[int(np.argmax(power[inside]))]
         line = float(power[max(peak - 1, 0) : peak + 2].sum() * f[1])
-        usual = float(np.median(power[beside]))
-        if power[peak] > ratio * usual and line > ratio * usual * f[1] and power[peak] > 3.0 * power[beside].max():
+        usual = float(np.median(power[sides]))
+        if power[peak] > ratio * usual and line > ratio * usual * f[1] and power[peak] > 3.0 * power[sides].max():
             return float(f[peak]), line
     return None
 
@@ -150,7 +150,7 @@ def _dropouts(channel: str, segments: Sequence[Segment], settings: FaultSettings
         return []
     files = tuple(dict.fromkeys(s.file for s, (_, n) in counts.items() if n))
     share = sum(n for n, _ in counts.values()) / sum(s.samples for s in segments)
-    text = f"{channel} drops out {events} times: {100.0 * share:.2f} % of its samples are zeros or held values"
+    text = f"{channel} drops out {events} times: {100.0 * share:.2f} % of its samples are zeros or repeated values"
     serious = share > settings.serious_clipped_share and segments[0].kind == "bogie"
     return [Fault("dropouts", (channel,), share, None, "1", files, text, serious, _left_out(channel, has_others))]
 

@@ -132,7 +132,7 @@ class SelectionSettings:
         provenance="trial: blind simulation study, runs without an unmodelled effect",
     )
     unexplained_ratio: float = setting(
-        1.5, minimum=1.0, meaning="Error over noise floor from which something is missing, whatever its form."
+        1.5, minimum=1.0, meaning="Error over noise floor from which an unmodelled effect of any form is assumed."
     )
     absorbed_ratio: float = setting(
         1.3,

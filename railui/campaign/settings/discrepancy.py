@@ -1,4 +1,4 @@
-"""Settings of what no effect of the library explains: drifts, force curves and run-to-run variation."""
+"""Settings of discrepancies outside the library: drifts, force curves and run-to-run variation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Settings of the noise model: how far stated and estimated noise are believed."""
+"""Settings of the noise model: weights of stated and estimated noise."""
 
 from __future__ import annotations
 

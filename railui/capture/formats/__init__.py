@@ -85,7 +85,7 @@ def read_recordings(path: str | Path, clock: str | None = None, rate: float | No
 def write_recording(path: Path, recording: Recording) -> None:
     """Write a recording in the format of the suffix, completely or not at all.
 
-    The file is written beside its place and read back; it takes its place if it gives every channel and unit.
+    The file is written under a temporary name and read back; it is renamed if that returns every channel and unit.
 
     Raises
     ------

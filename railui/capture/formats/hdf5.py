@@ -9,7 +9,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.capture.formats.time_base import check_size
-from railui.capture.formats.vectors import recording_from_vectors
+from railui.capture.formats.vectors import Vectors
 from railui.capture.processing.recording import Recording
 
 UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")
@@ -40,7 +40,7 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
                 notes.append(f"{name} is an array of {' x '.join(map(str, values.shape))}: left out")
 
         file.visititems(visit)
-    recording = recording_from_vectors(path, columns, units, clock, rate, rates)
+    recording = Vectors(path, columns, units, clock, rate, rates).recording()
     recording.notes.extend(notes)
     return [recording]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.capture.formats.time_base import Series, check_size, is_discrete, merge_series
-from railui.capture.formats.vectors import recording_from_vectors, series_of_vectors
+from railui.capture.formats.vectors import Vectors
 from railui.capture.processing.recording import Recording
 
 UNIT_PROPERTIES = ("unit_string", "Unit", "unit", "NI_UnitDescription")
@@ -36,9 +36,10 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
                 waveforms.append((channel.properties, name, values))
             else:
                 columns[name] = _as_numbers(values)
+    vectors = Vectors(path, columns, units, clock, rate)
     if not waveforms:
-        return [recording_from_vectors(path, columns, units, clock, rate, {})]
-    others, notes = series_of_vectors(path, columns, units, clock, rate, {})
+        return [vectors.recording()]
+    others, notes = vectors.series()
     return [merge_series(path, [*_series_of(waveforms, units), *others], notes)]
 
 

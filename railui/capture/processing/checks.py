@@ -17,7 +17,7 @@ from railui.runs.clipping import clipped_samples
 
 MAX_STANDSTILL_SPEED = 0.1  # m/s
 MIN_STANDSTILL_DURATION = 2.0  # s
-MAX_MEAN_ACCELERATION = 3.0  # m/s^2: above what any cant gives a lateral accelerometer
+MAX_MEAN_ACCELERATION = 3.0  # m/s^2 of a lateral accelerometer: more than any cant causes
 MIN_REPORTED_DRIFT = 1e-4
 MAX_CORRECTED_DRIFT = 1e-3
 MIN_REPLAY_DRIFT = 0.01  # not a clock error: the recording was played at another pace

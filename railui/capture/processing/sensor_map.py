@@ -17,11 +17,9 @@ from railui.capture.processing.map_schema import (
     SensorModel,
     SpeedModel,
 )
-from railui.io.fields import check_group
 from railui.io.problems import Findings, suggest_name
-from railui.io.schema_line import check_schema
 from railui.io.units import UnitError, convert, quantity, quantity_in_any_unit, split_quantity
-from railui.io.yaml_document import load_yaml
+from railui.io.yaml_file import load_fields
 from railui.vehicle.design_reader import Design
 from railui.vehicle.reference import load_named_design
 
@@ -120,11 +118,7 @@ class SensorMap:
 def load_map(path: str | Path) -> SensorMap:
     """Read a sensor map; raise FileProblems with every problem."""
     source = Path(path)
-    document = load_yaml(source)
-    findings = document.findings()
-    data = document.value if isinstance(document.value, dict) else {}
-    check_schema(data, "map", findings)
-    model = check_group(MapModel, data, findings)
+    data, model, findings = load_fields(source, "map", MapModel)
     design = load_named_design(source, data, findings, None)
     if design is not None and design.kind != "bogie":
         findings.add("vehicle", f"is a {design.kind}, which has no wheelsets", "name the design of a bogie")

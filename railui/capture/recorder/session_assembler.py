@@ -1,17 +1,15 @@
-"""Frames to sessions: unwrap numbers and times, count gaps, begin a session wherever the logger changes."""
+"""Sessions from frames: unwrap numbers and times, count gaps, start a session at every change of the logger."""
 
 from __future__ import annotations
-
-from collections import deque
 
 from railui.capture.protocol.frames import Frame, Hello, Mark, Samples, Status
 from railui.capture.protocol.link import Link, LinkStatistics
 from railui.capture.recorder.clock import COUNTER_PERIOD, LoggerClock
+from railui.capture.recorder.postponed_frames import PostponedFrames
 from railui.capture.recorder.restart_watch import RestartWatch
 from railui.capture.recorder.sessions import LoggerSession, Marker, PendingSamples, RecordingCounts, Rows, decode_rows
 from railui.runs.segments import GAP_INTERVALS
 
-MAX_PENDING_BYTES = 1 << 20  # of frames that wait for their hello
 MAX_LOST_AFTER_RESTART = 1000  # frames; a higher number is where the logger began to count, not a loss
 MICROSECONDS = 1e6
 MIN_FORWARD_JUMP = 1.0  # s
@@ -19,7 +17,7 @@ DecodedRows = list[tuple[LoggerSession, Rows]]
 
 
 class SessionAssembler:
-    """Bytes and events of a recording, in their order, to sessions with rows; the result depends on these alone."""
+    """Assembly of sessions with rows from the bytes and events of a recording; the result depends on these alone."""
 
     def __init__(self) -> None:
         self.counts = RecordingCounts()
@@ -34,8 +32,7 @@ class SessionAssembler:
         self._starts = 0
         self._watch = RestartWatch()
         self._clock = LoggerClock()
-        self._pending: deque[Frame] = deque()
-        self._pending_bytes = 0
+        self._postponed = PostponedFrames()
         self._reason = "begin"
         self._overruns: int | None = None
 
@@ -50,7 +47,7 @@ class SessionAssembler:
         return rows
 
     def reconnect(self) -> DecodedRows:
-        """Begin a session with the next hello, after the link was interrupted; return the last rows before."""
+        """Start a session with the next hello, after the link was interrupted; return the last rows before."""
         rows = self.close()
         self.counts.reconnects += 1
         self._reason = "reconnect"
@@ -98,7 +95,7 @@ class SessionAssembler:
     @property
     def pending_bytes(self) -> int:
         """Bytes of frames that wait for their hello."""
-        return self._pending_bytes
+        return self._postponed.bytes
 
     # -- frames
 
@@ -185,7 +182,7 @@ class SessionAssembler:
             session.origin = time
         t = (time - session.origin) * 1e-6
         if session.first_time is not None:
-            steps = session.lay_newest_frame(t, skipped)
+            steps = session.space_newest_frame(t, skipped)
             if steps <= 0:
                 self._refuse(f"a time stamp {-1e3 * steps / rate:.3g} ms before that of the previous sample")
                 return
@@ -277,25 +274,16 @@ class SessionAssembler:
     def _close_link(self) -> None:
         self._closed_links.add(self._link.close())
         self._link = Link()
-        self.counts.frames_without_hello += len(self._pending)
-        self._pending.clear()
-        self._pending_bytes = 0
+        self.counts.frames_without_hello += len(self._postponed.take())
         self._session = None
 
     def _postpone(self, frame: Frame) -> None:
         """Store a frame until its hello arrives."""
-        self._pending.append(frame)
-        self._pending_bytes += _memory_size(frame)
-        while self._pending_bytes > MAX_PENDING_BYTES:
-            self._pending_bytes -= _memory_size(self._pending.popleft())
-            self.counts.frames_without_hello += 1
+        self.counts.frames_without_hello += self._postponed.add(frame)
 
     def _process_postponed(self, layout: int, rows: DecodedRows) -> None:
         """Process the stored frames of a layout."""
-        frames = self._pending
-        self._pending = deque()
-        self._pending_bytes = 0
-        for frame in frames:
+        for frame in self._postponed.take():
             if frame.layout == layout and self._session is not None:
                 self._process_in_session(self._session, frame, rows)
             else:
@@ -307,10 +295,3 @@ class SessionAssembler:
 
 def _is_same_logger(a: Hello, b: Hello) -> bool:
     return (a.layout, a.boot, a.rate, a.channels) == (b.layout, b.boot, b.rate, b.channels)
-
-
-def _memory_size(frame: Frame) -> int:
-    """Return the approximate memory [bytes] of a frame."""
-    if not isinstance(frame, Samples):
-        return 64
-    return 64 + len(frame.data) * (1 if isinstance(frame.data, bytes) else 8)

@@ -9,7 +9,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.capture.protocol.frames import Hello
 
-# the samples of a block are laid evenly up to the stamp of the next one
+# the samples of a block are spaced uniformly up to the time stamp of the next one
 MAX_RATE_DEVIATION = 0.1  # of a sensor from the rate that its hello states
 MIN_BLOCKS = 5  # after which the sensor's own interval is known
 SMOOTHING_FACTOR = 0.1  # of that interval
@@ -122,8 +122,8 @@ class LoggerSession:
         rate = self._span_samples / self._span
         return rate if abs(rate / self.hello.rate - 1) > MIN_REPORTED_DEVIATION else None
 
-    def lay_newest_frame(self, t: float, skipped: int) -> float:
-        """Lay the samples of the newest frame evenly, given the stamp `t` [s] of the next after `skipped` lost ones.
+    def space_newest_frame(self, t: float, skipped: int) -> float:
+        """Space the samples of the newest frame uniformly, up to the stamp `t` [s] of the next after `skipped` lost.
 
         Returns
         -------

@@ -100,7 +100,7 @@ def check_line(call: Invocation, line: Line, baud: int) -> int:
 
 
 def _remedy(line: Line, load: LineLoad) -> str:
-    """Return what reduces the load of a line."""
+    """Return the remedies that reduce the load of a line."""
     from railui.capture.protocol.load import WARNING_UTILISATION
 
     parts = []

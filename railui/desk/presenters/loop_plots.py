@@ -6,15 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-import numpy as np
-
 from railui.campaign.comparison import cut_samples
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import Line, PlotData
 from railui.identification.result import LoopResult
-from railui.io.number_format import scale_to_prefix, typeset_unit
 from railui.report.loop.figures import Window, units_of
 from railui.report.loop.force_evaluation import SuspensionForce
+from railui.report.numbers import display_scale
 
 MAX_FORCE_POINTS: Final = 4000
 LABELS: Final = {"measured": "data", "before": "calibrated", "after": "with effect"}
@@ -45,7 +43,7 @@ def series_plot(finished: FinishedLoop, channel: str) -> PlotData:
         for key in LABELS
         if key in finished.series
     ]
-    return PlotData(Axis("t", "s"), Axis(channel, typeset_unit(unit)), lines)
+    return PlotData(Axis("t", "s"), Axis(channel, unit), lines)
 
 
 def force_plot(forces: SuspensionForce) -> PlotData:
@@ -58,13 +56,4 @@ def force_plot(forces: SuspensionForce) -> PlotData:
         Line(x, y_factor * force[::step], LABELS[key], LINE_ROLES[key], is_points=True)
         for key, force in (("before", forces.before), ("after", forces.after))
     ]
-    return PlotData(Axis("z", typeset_unit(x_unit)), Axis("force", typeset_unit(y_unit)), lines)
-
-
-def display_scale(values: Any, unit: str) -> tuple[float, str]:
-    """Return the factor from SI to a prefixed unit that suits the values, and that unit."""
-    largest = float(np.nanmax(np.abs(values), initial=0.0))
-    if not largest:
-        return 1.0, unit
-    number, name = scale_to_prefix(largest, unit)
-    return number / largest, name
+    return PlotData(Axis("z", x_unit), Axis("force", y_unit), lines)

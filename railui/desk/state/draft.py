@@ -14,7 +14,8 @@ from railui.io.yaml_document import parse_yaml, read_text
 from railui.io.yaml_edit import edit_file, edit_values
 from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.effects import PlacedEffect
-from railui.vehicle.parameters import PARAMETERS, SETTINGS, Parameter, setting_paths
+from railui.vehicle.parameter import Parameter
+from railui.vehicle.parameters import PARAMETERS, SETTINGS, setting_paths
 
 GROUP_ORDER = ("vehicle", "contact", "effects")  # of the form
 

@@ -7,7 +7,7 @@ from math import log
 from typing import Final
 
 from railui.io.number_format import format_quantity, typeset
-from railui.vehicle.parameters import Parameter
+from railui.vehicle.parameter import Parameter
 
 LOG_SCALE_RATIO: Final = 10.0  # ratio of the ends of a range from which a slider is logarithmic
 UNBOUNDED: Final = 1e15  # ends of a range at least this large count as infinite

@@ -8,11 +8,12 @@ from typing import Any, ClassVar
 
 from rich.segment import Segment
 from textual import events
-from textual.binding import Binding
 from textual.geometry import Region, Size
 from textual.message import Message
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
+
+from railui.desk.widgets.keys import hidden_bindings
 
 BAR_BLOCKS = " ▏▎▍▌▋▊▉█"
 MIN_NAME_COLUMNS, MIN_BAR_COLUMNS = 10, 6  # columns that names and bars have where it is narrow
@@ -45,13 +46,13 @@ class Bars(ScrollView, can_focus=True):
         "bars--strong",
         "bars--cursor",
     }
-    BINDINGS: ClassVar[list[Any]] = [
-        Binding("up", "go(-1)", show=False),
-        Binding("down", "go(1)", show=False),
-        Binding("pageup", "go(-10)", show=False),
-        Binding("pagedown", "go(10)", show=False),
-        Binding("y", "copy", "Copy table", show=False),
-    ]
+    BINDINGS: ClassVar[list[Any]] = hidden_bindings(
+        ("up", "go(-1)", ""),
+        ("down", "go(1)", ""),
+        ("pageup", "go(-10)", ""),
+        ("pagedown", "go(10)", ""),
+        ("y", "copy", "Copy table"),
+    )
     HELP = "\n**Bars**: up and down move through the rows, `y` copies them as a table.\n"
 
     @dataclass

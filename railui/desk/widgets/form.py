@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 from rich.segment import Segment
 from rich.style import Style
 from textual import events
-from textual.binding import Binding
 from textual.geometry import Region, Size
 from textual.message import Message
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
 from railui.desk.state.form_rows import Field, Heading, symbol_text, value_text
+from railui.desk.widgets.keys import hidden_bindings
 
 NAME_COLUMNS, VALUE_COLUMNS, SYMBOL_COLUMNS = 22, 14, 9  # columns
 SLIDER_STEP = 0.02  # of the range, per key press
@@ -35,21 +35,21 @@ class Form(ScrollView, can_focus=True):
         "form--cursor",
         "form--base",
     }
-    BINDINGS: ClassVar[list[Any]] = [
-        Binding("up", "go(-1)", "Up", show=False),
-        Binding("down", "go(1)", "Down", show=False),
-        Binding("pageup", "go(-10)", "Page up", show=False),
-        Binding("pagedown", "go(10)", "Page down", show=False),
-        Binding("home", "go(-1000)", "First", show=False),
-        Binding("end", "go(1000)", "Last", show=False),
-        Binding("left", "slide(-1)", "Less", show=False),
-        Binding("right", "slide(1)", "More", show=False),
-        Binding("shift+left", "slide(-5)", "Much less", show=False),
-        Binding("shift+right", "slide(5)", "Much more", show=False),
-        Binding("enter", "type", "Type", show=False),
-        Binding("backspace", "reset", "Back to base", show=False),
-        Binding("slash", "search", "Find", show=False),
-    ]
+    BINDINGS: ClassVar[list[Any]] = hidden_bindings(
+        ("up", "go(-1)", "Up"),
+        ("down", "go(1)", "Down"),
+        ("pageup", "go(-10)", "Page up"),
+        ("pagedown", "go(10)", "Page down"),
+        ("home", "go(-1000)", "First"),
+        ("end", "go(1000)", "Last"),
+        ("left", "slide(-1)", "Less"),
+        ("right", "slide(1)", "More"),
+        ("shift+left", "slide(-5)", "Much less"),
+        ("shift+right", "slide(5)", "Much more"),
+        ("enter", "type", "Type"),
+        ("backspace", "reset", "Back to base"),
+        ("slash", "search", "Find"),
+    )
     HELP = """
 **Form**: every parameter of the design. A dot marks values that differ from the file.
 Left and right move the slider through the range of real vehicles (shift: faster); a digit or Enter starts typing
@@ -96,7 +96,7 @@ The mouse drags the slider.
         self.gesture = 0
         self.is_dragging = False
         self.has_symbols = False
-        self.is_typing = False  # whether further characters belong to the input
+        self.is_typing = False  # further characters belong to the input
 
     def fill(self, rows: Sequence[Heading | Field], base: dict[str, float]) -> None:
         """Show rows; the cursor stays on its path."""

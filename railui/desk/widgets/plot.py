@@ -14,6 +14,7 @@ from textual.widget import Widget
 from railui.desk.widgets.axis import Scale, scale_of, ticks
 from railui.desk.widgets.braille import DOT_COLUMNS, DOT_ROWS, rasterise_line, rasterise_points
 from railui.desk.widgets.canvas import Canvas, Frame
+from railui.desk.widgets.keys import hidden_bindings
 from railui.desk.widgets.plot_data import PlotData
 
 MAX_LABEL_COLUMNS = 8  # of the labels of the vertical axis
@@ -35,10 +36,12 @@ class Plot(Widget, can_focus=True):
         "plot--cursor",
     }
     BINDINGS: ClassVar[list[Any]] = [
-        Binding("left", "move(-1)", "Cursor", show=False),
-        Binding("right", "move(1)", "Cursor", show=False),
-        Binding("shift+left", "move(-10)", "Cursor", show=False),
-        Binding("shift+right", "move(10)", "Cursor", show=False),
+        *hidden_bindings(
+            ("left", "move(-1)", "Cursor"),
+            ("right", "move(1)", "Cursor"),
+            ("shift+left", "move(-10)", "Cursor"),
+            ("shift+right", "move(10)", "Cursor"),
+        ),
         Binding("plus,equals_sign", "zoom(0.5)", "Zoom in"),
         Binding("minus", "zoom(2)", "Zoom out"),
         Binding("0", "all", "Show all", show=False),

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.initial_state import estimate_phases

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from railui.campaign.comparison import compare
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.growing_windows import (

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.campaign.settings.estimation import CalibrationSettings
 from railui.identification.estimation.block_products import block_length
 from railui.identification.estimation.covariance import block_covariance

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period
 from railui.vehicle.model import Model

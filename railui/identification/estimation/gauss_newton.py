@@ -8,7 +8,7 @@ import numpy as np
 from scipy import linalg, optimize
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import block_gram, block_length
 from railui.identification.estimation.fit import Fit, NormalEquations

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.campaign.settings.estimation import WindowSettings
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import split_into_blocks

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.campaign.settings.estimation import InitialStateSettings
 from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period

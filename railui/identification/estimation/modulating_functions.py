@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.vehicle.model import Model
 
 EXPONENT = 4  # of 1 - x^2, which vanishes at both ends with three derivatives

@@ -10,7 +10,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from railui import core
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error

@@ -17,8 +17,8 @@ from railui.campaign.comparison import (
     nrmse,
     overall_nrmse,
 )
-from railui.campaign.dataset import TRACK_COLUMNS, Segment
 from railui.campaign.noise.model import NoiseModel
+from railui.campaign.segment import TRACK_COLUMNS, Segment
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Predictor

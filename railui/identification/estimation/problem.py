@@ -9,7 +9,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.comparison import comparison_filter, kernel_filter, sosfiltfilt_or_demean, upper_band_limit
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.core import ZeroPhaseFilter
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, state_scale

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.comparison import comparison_filter, cut_samples, upper_band_limit
-from railui.campaign.dataset import TRACK_COLUMNS, Segment
+from railui.campaign.segment import TRACK_COLUMNS, Segment
 from railui.dsp.spectra import hann
 from railui.identification.context import Context
 from railui.identification.prediction import Prediction

@@ -48,18 +48,18 @@ def examine_residual(context: Context, model: Model) -> ResidualEvidence:
     """Compute the coherence of the residual of a model, on the runs that select effects."""
     segments = context.dataset.selection
     coherence = residual_coherence(context, predict_each(context, [(model, s) for s in segments]))
-    has_witness = any(
+    has_reference = any(
         len(compared_channels(s)) > 1 or s.kind != "rig" or np.any(s.columns.get("u", 0.0)) for s in segments
     )
-    return summarise_coherence(context.settings.verdict, coherence, has_witness=has_witness)
+    return summarise_coherence(context.settings.verdict, coherence, has_reference=has_reference)
 
 
 def summarise_coherence(
-    settings: VerdictSettings, coherence: Mapping[str, ResidualCoherence], *, has_witness: bool
+    settings: VerdictSettings, coherence: Mapping[str, ResidualCoherence], *, has_reference: bool
 ) -> ResidualEvidence:
     """Summarise the coherence of all channels.
 
-    has_witness: another channel or an input was measured.
+    has_reference: another channel or an input was measured.
     """
 
     def is_evident(s: Share) -> bool:
@@ -71,4 +71,4 @@ def summarise_coherence(
     evident = [(s, name) for s, name in shares if is_evident(s)]
     largest, channel = max(evident or shares, key=lambda item: item[0].share)
     is_shared = any(is_evident(c.others) for c in coherence.values())
-    return ResidualEvidence(largest.share, channel, bool(evident), is_shared, has_witness and not evident)
+    return ResidualEvidence(largest.share, channel, bool(evident), is_shared, has_reference and not evident)

@@ -9,7 +9,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.comparison import Comparison, compare, cut_samples, nrmse, overall_nrmse
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Prediction, Predictor

@@ -9,7 +9,7 @@ import numpy as np
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment
+from railui.campaign.segment import COMPARED, RIG_RESPONSES, Segment
 from railui.identification.prediction import Predictor
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.effects import WHEELSET_LOCATIONS, evaluate_product

@@ -15,7 +15,7 @@ import numpy as np
 from railui import core
 from railui.arrays import FloatArray
 from railui.campaign.comparison import compare
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.estimation.fit import Fit

@@ -9,6 +9,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import VerdictSettings
+from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.validation import Validation
 from railui.identification.structure.equivalent_inputs import ForceLocation
@@ -39,9 +40,8 @@ def evidence_of_blocks(before: FloatArray, after: FloatArray, noise: float) -> L
     if total <= 0:
         return NO_EVIDENCE
     less = before - after
-    share = float(less.sum()) / total
-    scatter = less - share * (before - noise / len(before))
-    return LocationEvidence(min(share, 1.0), float(np.sqrt(np.sum(scatter**2)) / total))
+    standard_error = ratio_standard_error(less, before - noise / len(before))
+    return LocationEvidence(min(float(less.sum()) / total, 1.0), standard_error)
 
 
 def evidence_of_fits(before: Fit, after: Fit) -> LocationEvidence:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.campaign.settings.detection import VerdictSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit

@@ -15,7 +15,6 @@ from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.validation import Validation
 from railui.identification.loop import close_loop, indistinguishable_kinds
 from railui.identification.result import IndependentTest, LoopResult
-from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.verdict import Remainder
 from railui.io.atomic import to_json_value
 from railui.progress import SILENT, Progress
@@ -28,6 +27,7 @@ from railui.report.loop.data_faults import (
     examine_data,
 )
 from railui.report.loop.detectable import minimum_detectable_effects
+from railui.report.loop.discrepancy_record import discrepancy_record
 from railui.report.loop.identifiability import identifiability
 from railui.report.loop.model_comparison import rank_candidates, significant_below_threshold
 from railui.report.loop.noise import noise_rows
@@ -139,7 +139,7 @@ def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[
         "leave_one_run_out": [dataclasses.asdict(run) for run in result.left_out],
         "sentence": sentence(result),
         "effects": _effects(result),
-        "outside": _outside(result),
+        "outside": discrepancy_record(result),
         "classes": [kinds for step in result.steps if (kinds := indistinguishable_kinds(result.context, step))],
         "ranking": rank_candidates(result),
         "traces": significant_below_threshold(result),
@@ -232,49 +232,6 @@ def _independent_test(test: IndependentTest | None) -> dict[str, Any]:
         "files": list(test.files),
         "held_back": test.is_held_back,
     }
-
-
-def _outside(result: LoopResult) -> dict[str, Any] | None:
-    """Return the discrepancy; its location is null where the evidence does not suffice to name it."""
-    discrepancy = result.discrepancy
-    if discrepancy is None:
-        return None
-    located = {} if discrepancy.is_located(result.context.settings.verdict) else {"at": None, "wheelset": None}
-    evidence = {"share": discrepancy.evidence.share, "share_sd": discrepancy.evidence.standard_error}
-    return _discrepancy(discrepancy) | located | evidence
-
-
-def _discrepancy(discrepancy: Discrepancy) -> dict[str, Any]:
-    curve = {
-        "at": discrepancy.at,
-        "wheelset": discrepancy.wheelset,
-        "against": discrepancy.against,
-        "motion": list(discrepancy.motion),
-        "force": list(discrepancy.force),
-        "sd": list(discrepancy.sd),
-        "motion_unit": discrepancy.motion_unit,
-        "force_unit": discrepancy.force_unit,
-    }
-    return curve | _discrepancy_cause(discrepancy)
-
-
-def _discrepancy_cause(discrepancy: Discrepancy) -> dict[str, Any]:
-    """Return the keys of a discrepancy that a curve of force against motion does not describe."""
-    if (dependence := discrepancy.run_dependence) is not None:
-        keys = ("file", "role", "speed", "value", "sd")
-        return {
-            "parameter": dependence.path,
-            "parameters": list(dependence.ratios),
-            "runs": [{key: getattr(run, key) for key in keys} for run in dependence.runs],
-            "p": dependence.p,
-            "nrmse": dependence.validation.nrmse,
-        }
-    if (drift := discrepancy.drift) is not None:
-        return {"parameter": drift.path, "parameters": list(drift.ratios)}
-    if (coupling := discrepancy.coupling) is not None:
-        pairs = [[{"at": at, "wheelset": wheelset} for at, wheelset in pair] for pair in coupling.pairs]
-        return {"coupling": {"pairs": pairs, "per": coupling.against, "share": coupling.share}}
-    return {}
 
 
 def _parameters(result: LoopResult) -> dict[str, dict[str, Any]]:

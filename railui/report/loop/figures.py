@@ -10,7 +10,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.comparison import comparison_filter, cut_samples
-from railui.campaign.dataset import COMPARED, RIG_RESPONSES, Segment
+from railui.campaign.segment import COMPARED, RIG_RESPONSES, Segment
 from railui.dsp.spectra import periodogram, welch
 from railui.identification.result import LoopResult
 from railui.report.figures.drawing import BLUE, ORANGE, Drawing, Picture, axis_label, draw_picture, draw_pictures

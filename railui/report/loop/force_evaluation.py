@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from railui import core
 from railui.arrays import FloatArray
 from railui.campaign.comparison import cut_samples
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.core import LINKAGE_NUMBER, Batch, Placement, Vehicles
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Predictor
@@ -19,7 +19,8 @@ from railui.identification.result import LoopResult
 from railui.report.loop.figures import Window, units_of
 from railui.report.loop.wording import location_text
 from railui.vehicle.effects import PlacedEffect, unit_at
-from railui.vehicle.model import Model, effect_row
+from railui.vehicle.kernel_rows import effect_row
+from railui.vehicle.model import Model
 
 MASS_FACTOR = 1e9  # on the mass of a body: the forces under test do not move it
 # columns of the kernel's input table: both wheelsets' track inputs, of them yw and its slope

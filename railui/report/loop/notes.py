@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from railui.campaign.dataset import TRACK_COLUMNS, Dataset
+from railui.campaign.dataset import Dataset
+from railui.campaign.segment import TRACK_COLUMNS
 from railui.identification.estimation.multiple_shooting import windowed_files
 from railui.identification.result import LoopResult
 from railui.identification.structure.stepwise import has_structure

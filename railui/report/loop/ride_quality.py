@@ -8,7 +8,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.comparison import cut_samples
-from railui.campaign.dataset import Segment
+from railui.campaign.segment import Segment
 from railui.identification.result import LoopResult
 from railui.ride_quality.comfort import comfort_point_transfer
 from railui.ride_quality.weighting import W_D, cascade, weighted_rms

@@ -5,7 +5,7 @@ from __future__ import annotations
 from railui import core
 from railui.identification.result import LoopResult
 
-# keys of the report: what the page, the figures and the tables call them
+# keys of the report, and their names on the page, in figures and tables
 MODEL_LABELS = {
     "measured": "measured",
     "declared": "nominal",

@@ -15,8 +15,9 @@ from railui.arrays import FloatArray
 from railui.capture.protocol import wire
 from railui.capture.protocol.frames import Channel
 from railui.capture.recorder.clock import fit_clock
+from railui.capture.recorder.postponed_frames import MAX_PENDING_BYTES
 from railui.capture.recorder.replay import decode
-from railui.capture.recorder.session_assembler import MAX_PENDING_BYTES, SessionAssembler
+from railui.capture.recorder.session_assembler import SessionAssembler
 from railui.capture.recorder.sessions import LoggerSession, Rows
 from railui.capture.simulator.logger import Faults, SimulatedLogger
 

@@ -144,9 +144,9 @@ def noise_result(rng: np.random.Generator, candidate: Candidate, where: np.ndarr
     sine, cosine = rng.standard_normal((2, len(where)))
     angle = np.arctan2(*(np.bincount(where, x)[where] for x in (cosine, sine)))
     scores = np.cos(angle) * sine + np.sin(angle) * cosine
-    beside = np.cos(angle) * cosine - np.sin(angle) * sine
+    quadrature = np.cos(angle) * cosine - np.sin(angle) * sine
     return ScoreResult(
-        candidate, 0, float(scores.sum()), 1.0, scores, 1.0, quadrature_scores=beside, segment_of_block=where
+        candidate, 0, float(scores.sum()), 1.0, scores, 1.0, quadrature_scores=quadrature, segment_of_block=where
     )
 
 

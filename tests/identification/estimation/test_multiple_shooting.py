@@ -56,11 +56,13 @@ def test_the_initial_state_of_a_window_is_projected_out(hunting: Dataset):
     (whole,) = hunting.estimation
     context = create_context(hunting)
     ready = prepare_segments(context, model, cut_into_windows([whole], {(whole.file, whole.number)}, 3.0))[3]
-    begun = estimate_window_start(context, model, ready)
-    assert begun.initial_sensitivity is not None
-    made = np.tensordot(np.linspace(-1.0, 1.0, len(begun.initial_sensitivity.rows)), begun.initial_sensitivity.rows, 1)
+    window = estimate_window_start(context, model, ready)
+    assert window.initial_sensitivity is not None
+    made = np.tensordot(
+        np.linspace(-1.0, 1.0, len(window.initial_sensitivity.rows)), window.initial_sensitivity.rows, 1
+    )
     # the prior of typical motions retains a little of the directions that the sensors hardly observe
-    assert np.sum(begun.without_initial_state(made) ** 2) < 1e-4 * np.sum(made**2)
+    assert np.sum(window.without_initial_state(made) ** 2) < 1e-4 * np.sum(made**2)
 
 
 def test_a_hunting_vehicle_with_nominal_flanges_is_calibrated(hunting: Dataset):

@@ -8,7 +8,8 @@ from dataclasses import replace
 import pytest
 
 from railui import core
-from railui.campaign.dataset import Dataset, Segment
+from railui.campaign.dataset import Dataset
+from railui.campaign.segment import Segment
 from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.loop import close_loop

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import Dataset, read_dataset
+from railui.campaign.dataset import read_dataset
 from railui.campaign.settings.detection import SelectionSettings
-from railui.identification.context import Context, create_context
+from railui.identification.context import WithContext, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import estimate_noise_floor
@@ -35,16 +35,10 @@ ADEQUATE = SelectionSettings().adequate_ratio
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class Case(WithContext):
     """A campaign whose vehicle has other parameters on some runs, with its context and the calibrated model."""
 
-    context: Context
     fit: Fit
-
-    @property
-    def dataset(self) -> Dataset:
-        """The measured runs."""
-        return self.context.dataset
 
     def run_dependence(self) -> RunDependence | None:
         """Detect the parameter that differs from run to run."""

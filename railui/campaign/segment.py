@@ -1,0 +1,197 @@
+"""Segment of a measured run: its columns, channels and input tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.core import Spline
+from railui.runs import columns as known
+from railui.track import Wheelbase, add_track, band_limited_noise, run_table
+
+COMPARED = known.COMPARED_CHANNELS
+RESPONSES = known.column_names("bogie", "response")
+RIG_RESPONSES = tuple(c for form in known.RIG_FORMS for c in known.column_names(form, "response"))
+COACH_FORCES = known.column_names("bogie", "coach")
+TRACK_COLUMNS = known.column_names("bogie", "track")
+MAX_SHARED_STEPS = 2  # per sample, up to which a truncated segment takes its rows from the table of the full one
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """An unbroken part of a measured run.
+
+    Attributes
+    ----------
+    number
+        Index among the segments of its run.
+    columns
+        Measured columns [n] by name, in SI units.
+    dt
+        Time between samples [s].
+    tables
+        Cache of the input tables by half-wheelbase and number of steps.
+    window_of
+        The segment from which this window was cut.
+    truncation_of
+        The segment of which this is a part.
+    first_sample
+        Index of the first sample of a window or a part in the segment from which it was cut.
+    run_index
+        Index of the run in the campaign.
+    """
+
+    file: str
+    role: str
+    number: int
+    columns: Mapping[str, FloatArray]
+    dt: float
+    kind: str = "bogie"
+    tables: dict[tuple[Wheelbase, int], FloatArray] = field(default_factory=dict, repr=False)
+    window_of: Segment | None = None
+    first_sample: int = 0
+    truncation_of: Segment | None = None
+    run_index: int = 0
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return len(self.columns["t"])
+
+    @property
+    def is_rig(self) -> bool:
+        """True for a test bench, with a free mass or with prescribed motion."""
+        return self.kind in known.RIG_FORMS
+
+    @property
+    def channels(self) -> list[str]:
+        """Names of the measured responses."""
+        responses = known.column_names(self.kind, "response") if self.is_rig else RESPONSES
+        return [c for c in responses if c in self.columns]
+
+    @property
+    def coach_forces(self) -> tuple[str, ...]:
+        """Names of the measured forces of the carbody, which are inputs of the model."""
+        return tuple(q for q in COACH_FORCES if q in self.columns)
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """Lowest and highest speed [m/s]; 1 on a rig."""
+        if self.is_rig:
+            return 1.0, 1.0
+        if self.window_of is not None:
+            return self.window_of.speeds
+        return float(self.columns["v"].min()), float(self.columns["v"].max())
+
+    @property
+    def mean_speed(self) -> float:
+        """Mean speed [m/s]; 1 on a rig."""
+        return 1.0 if self.is_rig else float(self.columns["v"].mean())
+
+    @property
+    def segment_key(self) -> tuple[str, float]:
+        """Run and number of the full segment as a key, and the distance [m] of its middle."""
+        source = self.window_of or self.truncation_of
+        if source is not None:
+            return source.segment_key
+        s = self.columns.get("s")
+        return f"{self.run_index}.{self.number}", 0.0 if s is None else float(0.5 * (s[0] + s[-1]))
+
+    def table(self, half_wheelbase: Wheelbase, steps: int) -> FloatArray:
+        """Return the input table of the segment for a number of RK4 steps per sample, cached."""
+        key = (half_wheelbase, steps)
+        if key not in self.tables:
+            is_shared = steps <= MAX_SHARED_STEPS or self.first_sample > 0
+            source = self.window_of or (self.truncation_of if is_shared else None)
+            self.tables[key] = (
+                self._input_table(self.columns, half_wheelbase, steps)
+                if source is None
+                else self._window_rows(source.table(half_wheelbase, steps), steps)
+            )
+        return self.tables[key]
+
+    def truncated(self, samples: int) -> Segment:
+        """Return the segment cut after its first samples."""
+        return self.part(0, samples)
+
+    def part(self, start: int, stop: int) -> Segment:
+        """Return the samples from `start` to before `stop` as a segment, on the track of this one."""
+        columns = {k: np.ascontiguousarray(x[start:stop]) for k, x in self.columns.items()}
+        first = start if self.window_of is None else self.first_sample + start
+        return replace(self, columns=columns, tables={}, truncation_of=self, first_sample=first)
+
+    def windows(self, seconds: float) -> list[Segment]:
+        """Cut the segment into windows of at least a length [s] that share its track."""
+        edges = np.linspace(0, self.samples, max(int(self.samples * self.dt / seconds), 1) + 1).astype(int)
+        return [
+            replace(
+                self,
+                columns={k: np.ascontiguousarray(x[a:b]) for k, x in self.columns.items()},
+                tables={},
+                window_of=self,
+                first_sample=int(a),
+            )
+            for a, b in pairwise(edges)
+        ]
+
+    def _window_rows(self, table: FloatArray, steps: int) -> FloatArray:
+        """Select the rows of this window from a table of the full segment."""
+        start, last = self.first_sample, self.first_sample + self.samples - 1
+        return np.ascontiguousarray(table[2 * steps * start : 2 * steps * last + 1])
+
+    def _input_table(self, c: Mapping[str, FloatArray], half_wheelbase: Wheelbase, steps: int) -> FloatArray:
+        if self.is_rig:
+            return _rig_table(c, self.dt, steps)
+        return run_table(c, half_wheelbase, steps)[0]
+
+    def noisy_table(
+        self, noise: Mapping[str, float], band: float, rng: np.random.Generator, half_wheelbase: Wheelbase, steps: int
+    ) -> FloatArray:
+        """Return the input table with random noise on its track columns, or on the input of a rig.
+
+        noise: standard deviation per column; band: shortest wavelength of the track noise [m]. The noise of a rig's
+        input is white from sample to sample, as that of its sensors.
+        """
+        if self.window_of is not None:
+            return self._window_rows(self.window_of.noisy_table(noise, band, rng, half_wheelbase, steps), steps)
+        if self.is_rig:
+            return self._noisy_rig_table(noise, rng, half_wheelbase, steps)
+        s = self.columns["s"]
+        realisations = [
+            band_limited_noise(rng, s, noise[name], band) if noise.get(name) and name in self.columns else None
+            for name in TRACK_COLUMNS
+        ]
+        return add_track(self.table(half_wheelbase, steps), s, realisations, half_wheelbase)
+
+    def _noisy_rig_table(
+        self, noise: Mapping[str, float], rng: np.random.Generator, half_wheelbase: Wheelbase, steps: int
+    ) -> FloatArray:
+        inputs = [c for c in known.column_names(self.kind, "track") if c in self.columns and noise.get(c)]
+        if not inputs:
+            return self.table(half_wheelbase, steps)
+        noisy = {c: self.columns[c] + noise[c] * rng.standard_normal(self.samples) for c in inputs}
+        return _rig_table({**self.columns, **noisy}, self.dt, steps)
+
+    def measured(self, channels: Sequence[str]) -> FloatArray:
+        """Measured channels [channel, n]."""
+        return np.stack([self.columns[c] for c in channels])
+
+
+def _rig_table(c: Mapping[str, FloatArray], dt: float, steps: int) -> FloatArray:
+    """Tabulate t, 1, u, u', u'' at half steps, u a cubic spline in time; of a bench z, its speed as measured, z''."""
+    n = len(c["t"])
+    at = np.arange(2 * steps * (n - 1) + 1) * (dt / (2 * steps))
+    table = np.zeros((len(at), 5))
+    table[:, 0], table[:, 1] = at, 1.0
+    driving = c.get("u", c["z"] if "F" in c else None)
+    if driving is not None:
+        spline = Spline(np.arange(n) * dt, driving)
+        table[:, 2], table[:, 3], table[:, 4] = spline(at), spline(at, 1), spline(at, 2)
+    if "F" in c and "vz" in c:
+        spline = Spline(np.arange(n) * dt, c["vz"])
+        table[:, 3], table[:, 4] = spline(at), spline(at, 1)
+    return table

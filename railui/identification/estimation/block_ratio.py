@@ -1,0 +1,31 @@
+"""Standard error of a ratio of sums over blocks of time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from railui.arrays import FloatArray
+
+
+def ratio_standard_error(numerator: FloatArray, denominator: FloatArray) -> float:
+    """Compute the standard error of r = sum(x)/sum(y) over independent blocks, sqrt(sum((x - r y)^2))/|sum(y)|.
+
+    Parameters
+    ----------
+    numerator, denominator : array [block]
+        x and y.
+
+    References
+    ----------
+    Cochran, Sampling Techniques, 1977, chapter 6: ratio estimators.
+
+    Examples
+    --------
+    >>> ratio_standard_error(np.array([1.0, 1.0]), np.array([2.0, 2.0]))
+    0.0
+    >>> ratio_standard_error(np.array([0.0, 2.0]), np.array([2.0, 2.0]))
+    0.3535533905932738
+    """
+    total = denominator.sum()
+    scatter = numerator - numerator.sum() / total * denominator
+    return float(np.sqrt(np.sum(scatter**2)) / abs(total))

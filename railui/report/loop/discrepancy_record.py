@@ -1,0 +1,51 @@
+"""Discrepancy of a loop as data: location, force against motion, cause."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from railui.identification.result import LoopResult
+from railui.identification.unmodelled.locate import Discrepancy
+
+
+def discrepancy_record(result: LoopResult) -> dict[str, Any] | None:
+    """Return the discrepancy, None without one; its location is null where the evidence does not suffice to name it."""
+    discrepancy = result.discrepancy
+    if discrepancy is None:
+        return None
+    located = {} if discrepancy.is_located(result.context.settings.verdict) else {"at": None, "wheelset": None}
+    evidence = {"share": discrepancy.evidence.share, "share_sd": discrepancy.evidence.standard_error}
+    return _curve(discrepancy) | located | evidence
+
+
+def _curve(discrepancy: Discrepancy) -> dict[str, Any]:
+    curve = {
+        "at": discrepancy.at,
+        "wheelset": discrepancy.wheelset,
+        "against": discrepancy.against,
+        "motion": list(discrepancy.motion),
+        "force": list(discrepancy.force),
+        "sd": list(discrepancy.sd),
+        "motion_unit": discrepancy.motion_unit,
+        "force_unit": discrepancy.force_unit,
+    }
+    return curve | _cause(discrepancy)
+
+
+def _cause(discrepancy: Discrepancy) -> dict[str, Any]:
+    """Return the keys of a discrepancy that a curve of force against motion does not describe."""
+    if (dependence := discrepancy.run_dependence) is not None:
+        keys = ("file", "role", "speed", "value", "sd")
+        return {
+            "parameter": dependence.path,
+            "parameters": list(dependence.ratios),
+            "runs": [{key: getattr(run, key) for key in keys} for run in dependence.runs],
+            "p": dependence.p,
+            "nrmse": dependence.validation.nrmse,
+        }
+    if (drift := discrepancy.drift) is not None:
+        return {"parameter": drift.path, "parameters": list(drift.ratios)}
+    if (coupling := discrepancy.coupling) is not None:
+        pairs = [[{"at": at, "wheelset": wheelset} for at, wheelset in pair] for pair in coupling.pairs]
+        return {"coupling": {"pairs": pairs, "per": coupling.against, "share": coupling.share}}
+    return {}

@@ -1,0 +1,81 @@
+"""Parameter of a design: path, symbol, unit, default and range."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from railui.io.number_format import format_quantity
+from railui.io.units import UnitError, example_quantity, quantity
+
+INFINITE = math.inf
+MAX_PLAUSIBLE = 1e15  # beyond any number of a vehicle
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Number of a design.
+
+    Attributes
+    ----------
+    path : str
+        Dotted path.
+    symbol, unit, caption : str
+        The unit is SI.
+    default : float or None
+        None if the key is required, unless `optional`.
+    origin : str
+        Origin of the default.
+    minimum, maximum : float
+        Range of a file; `exclusive_minimum` rejects the minimum itself.
+    usual_range : (float, float)
+        Range of real vehicles, for scales and searches.
+    prior_sd : float or None
+        Standard deviation of a prior about the nominal value, for parameters that sensors hardly determine.
+    optional : bool
+    """
+
+    path: str
+    symbol: str
+    unit: str
+    caption: str
+    default: float | None = None
+    origin: str = ""
+    minimum: float = 0.0
+    maximum: float = MAX_PLAUSIBLE
+    exclusive_minimum: bool = False
+    usual_range: tuple[float, float] = (0.0, INFINITE)
+    prior_sd: float | None = None
+    optional: bool = False
+
+    @property
+    def key(self) -> str:
+        """Last part of the path."""
+        return self.path.rpartition(".")[2]
+
+    def read(self, value: object) -> float:
+        """Return a value in SI; UnitError if unit or range do not fit.
+
+        >>> Parameter("contact.flange_clearance", "c", "m", "clearance").read("7 mm")
+        0.007
+        """
+        return self.check_range(quantity(value, self.unit), value)
+
+    def check_range(self, number: float, value: object) -> float:
+        """Return the number; UnitError if it is out of range."""
+        if number < self.minimum or (self.exclusive_minimum and number == self.minimum):
+            bound = "above" if self.exclusive_minimum else "at least"
+            raise UnitError(
+                f"{value} is too small for the {self.caption}",
+                f"give {bound} {format_quantity(self.minimum, self.unit)}",
+            )
+        if number > self.maximum:
+            raise UnitError(
+                f"{value} is too large for the {self.caption}",
+                f"give at most {format_quantity(self.maximum, self.unit)}",
+            )
+        return number
+
+    def sample(self) -> str:
+        """Return an example line for remedies."""
+        return f"{self.key}: {example_quantity(self.unit)}"
