@@ -162,7 +162,7 @@ def _show(call: Invocation, result: LoopResult, report: dict[str, Any]) -> None:
         profiles_note,
     )
     from railui.report.loop.conditions import condition_notes
-    from railui.report.loop.notes import unstated_track_noise_notes, unstructured_residual_notes
+    from railui.report.loop.notes import track_noise_notes, unstructured_residual_notes
     from railui.report.loop.summary import summary_lines
 
     call.show(f"\n{report['sentence']}\n")
@@ -170,7 +170,7 @@ def _show(call: Invocation, result: LoopResult, report: dict[str, Any]) -> None:
         call.show(line)
     call.show("")
     call.show(errors_table(report))
-    for note in [*unstated_track_noise_notes(result.dataset), *unstructured_residual_notes(result)]:
+    for note in [*track_noise_notes(result), *unstructured_residual_notes(result)]:
         call.show(f"{note}\n")
     if report["conditions"] is not None:
         for note in condition_notes(result):

@@ -23,6 +23,7 @@ from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.parallel_models import two_parallel_models
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.residual_evidence import NO_EVIDENCE, ResidualEvidence, examine_residual
+from railui.identification.estimation.track_noise import with_track_noise
 from railui.identification.estimation.unbiased import with_shift_as_spread, with_unbiased_estimates
 from railui.identification.estimation.validation import Validation, is_worse_than_nominal, validate
 from railui.identification.events import ModelValidated
@@ -32,7 +33,7 @@ from railui.identification.structure.gain_forecast import predict_validation_gai
 from railui.identification.structure.stage import SelectionStep
 from railui.identification.structure.stepwise import NO_SCORE_TEST, Selection, StepwiseSelection
 from railui.identification.unmodelled.condition_dependence import dependence_on_conditions
-from railui.identification.unmodelled.discrepancy import find_discrepancy
+from railui.identification.unmodelled.discrepancy import find_discrepancy, may_be_track_noise
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
 from railui.identification.verdict import Verdict, decide_verdict, explained_share
@@ -116,20 +117,25 @@ def _calibrated_base(context: Context, nominal: Validation) -> _Base:
 
 
 class _Examination(NamedTuple):
-    """What the selected effects leave: its evidence, a discrepancy, and whether the error is that of noise."""
+    """What the selected effects leave: its evidence, a discrepancy, and whether the error is that of noise.
 
+    context: with the track noise that the residual has, where has_track_noise.
+    """
+
+    context: Context
     evidence: ResidualEvidence
     discrepancy: Discrepancy | None
     is_adequate: bool
     is_noise: bool
+    has_track_noise: bool
 
 
 def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult:
     """Examine what the selected effects leave, validate on the whole runs, test, and give the verdict."""
-    runs = context.dataset.validation
     validation_fit = prepare_validation(context, selection.fit)
     examination = _examine(context, base, selection, validation_fit)
-    discrepancy = examination.discrepancy
+    context, discrepancy = examination.context, examination.discrepancy
+    runs = context.dataset.validation
     fit = _final_fit(context, base, selection, discrepancy)
     base_fit = fit if selection.fit is base.fit and discrepancy is None else base.fit
     validations = {
@@ -172,6 +178,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         discrepancy=discrepancy,
         windowed=base.windowed,
         is_failed_fit=base.is_failed,
+        has_track_noise=examination.has_track_noise,
         left_out=tuple(leave_one_run_out(context, selection.fit, validation_fit)),
         predicted_gains=predicted_gains,
     )
@@ -186,9 +193,17 @@ def _examine(context: Context, base: _Base, selection: Selection, validation_fit
     is_without = selection.fit is base.fit and base.windowed is not None
     start = base.windowed if is_without and base.windowed is not None else selection.fit
     discrepancy = find_discrepancy(context, start, validation_fit, selection, floor, evidence=evidence)
+    with_noise = None
+    if discrepancy is not None and may_be_track_noise(context, selection, discrepancy):
+        with_noise = with_track_noise(context, selection.fit.model, selection.validation, floor)
+        if with_noise is not None:
+            (context, floor), discrepancy = with_noise, None
+            context.progress.message(f"track noise of {1e3 * context.noise['yw']:.2g} mm (yw) explains the residual")
     ratio = selection.validation.nrmse / floor.nrmse
     is_noise = ratio <= settings.unexplained_ratio or evidence.is_noise
-    return _Examination(evidence, discrepancy, ratio <= settings.adequate_ratio, is_noise)
+    return _Examination(
+        context, evidence, discrepancy, ratio <= settings.adequate_ratio, is_noise, with_noise is not None
+    )
 
 
 def _final_fit(context: Context, base: _Base, selection: Selection, discrepancy: Discrepancy | None) -> Fit:

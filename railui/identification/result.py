@@ -54,6 +54,8 @@ class LoopResult(WithContext):
         The model without effects fitted on windows, where the vehicle hunts or falls out of step with the motion.
     is_failed_fit
         Whether the calibrated model was worse than the nominal one on the runs that select effects.
+    has_track_noise
+        Whether the noise of the track columns is that which explains the residual, since it was not known better.
     is_out_of_time
         Whether the time budget ended before the search did.
     left_out
@@ -77,6 +79,7 @@ class LoopResult(WithContext):
     findings: tuple[Finding, ...] = ()
     windowed: Fit | None = None
     is_failed_fit: bool = False
+    has_track_noise: bool = False
     is_out_of_time: bool = False
     left_out: tuple[LeftOutRun, ...] = ()
     predicted_gains: PredictedGains = field(default_factory=dict, repr=False)

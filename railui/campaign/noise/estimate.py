@@ -75,8 +75,14 @@ class NoiseEstimate:
         else:
             columns |= self._from_relations(columns)
         columns = {c: self._bounded(c, noise) for c, noise in columns.items()}
-        given = {c: ColumnNoise(sd, NoiseSpectrum(sd), sd) for c, sd in self.stated.items()}
+        given = {c: self._as_stated(c) for c in self.stated}
         return NoiseModel(given | columns)
+
+    def _as_stated(self, column: str) -> ColumnNoise:
+        """Noise of which nothing is known but what was stated, which may be wrong."""
+        sd, prior = self.stated.get(column), self._prior(column)
+        level = sd or 0.0
+        return ColumnNoise(level, NoiseSpectrum(level), sd, log_sd=0.0 if prior is None else prior.sd)
 
     def _prior(self, channel: str) -> Level | None:
         sd = self.stated.get(channel, 0.0)
@@ -87,7 +93,7 @@ class NoiseEstimate:
         stated = self.stated.get(channel)
         quiet = quiet_level(self.records, channel, float(np.log(self.settings.quiet_noise_factor)))
         if quiet is None:
-            return ColumnNoise(stated or 0.0, NoiseSpectrum(stated or 0.0), stated)
+            return self._as_stated(channel)
         level = quiet.combine(self._prior(channel))
         used, source = float(np.exp(level.log)), ESTIMATED if stated is None else BOTH
         return ColumnNoise(used, NoiseSpectrum(used), stated, float(np.exp(quiet.log)), level.sd, quiet.sd, source)
@@ -101,7 +107,7 @@ class NoiseEstimate:
         stated = self.stated["u"]
         quiet = quiet_level([r for r in self.records if "u" in r.columns], "u", 1e-9)
         if quiet is None or np.exp(quiet.log) >= stated:
-            return {"u": ColumnNoise(stated, NoiseSpectrum(stated), stated)}
+            return {"u": self._as_stated("u")}
         used = float(np.exp(quiet.combine(self._prior("u")).log if quiet.sd > 1e-9 else quiet.log))
         return {"u": ColumnNoise(used, NoiseSpectrum(used), stated, used, source=BOTH)}
 
@@ -184,9 +190,8 @@ class NoiseEstimate:
     def _track(self, found: Components, prior: Level) -> dict[str, ColumnNoise]:
         """Noise of the track columns, of which the relations determine y_w + r phi_w under the wheelsets.
 
-        One recorder measures all: where its stated noise is wrong, it is so by one factor. Without any stated noise,
-        independent errors x of both rails, sidewise and vertically, give y_w = x/sqrt 2, phi_w = sqrt 2 x/(2 b) and
-        gauge = sqrt 2 x.
+        One recorder measures all: where its stated noise is wrong, it is so by one factor. Without any stated noise
+        the errors of both rails count as independent.
         """
         data_sd, log_factor = found.data_log_sd[RAILS], found.log_factor[RAILS]
         sd = float(np.sqrt(found.variances[RAILS][0])) * float(np.exp(log_factor))
@@ -197,7 +202,7 @@ class NoiseEstimate:
                 return {}
             b, r = self.values["vehicle.geometry.half_gauge"], self.values["vehicle.geometry.rolling_radius"]
             yw = sd / (float(np.hypot(1.0, r / b)) if "phiw" in present else 1.0)
-            levels = {"yw": yw, "phiw": yw / b, "gauge": 2.0 * yw}
+            levels = independent_rail_levels(yw, b)
         else:
             ratio = sd / float(np.exp(prior.log)) if is_determined else 1.0
             levels = {c: ratio * self.stated.get(c, 0.0) for c in TRACK}
@@ -223,6 +228,14 @@ class NoiseEstimate:
         scaled = noise.spectrum.scaled(bound / noise.used)
         source = ESTIMATED if noise.stated is None else BOTH
         return ColumnNoise(bound, scaled, noise.stated, bound, noise.log_sd, noise.estimated_log_sd, source)
+
+
+def independent_rail_levels(yw: float, half_gauge: float) -> dict[str, float]:
+    """Standard deviations of the track columns from that of y_w, with independent errors of both rails.
+
+    Errors x of each, sidewise and vertically, give y_w = x/sqrt 2, phi_w = sqrt 2 x/(2 b) and gauge = sqrt 2 x.
+    """
+    return {"yw": yw, "phiw": yw / half_gauge, "gauge": 2.0 * yw}
 
 
 class _Parts:

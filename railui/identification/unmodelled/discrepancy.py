@@ -99,6 +99,16 @@ def _is_force_on_vehicle(context: Context, discrepancy: Discrepancy) -> bool:
     return excess > settings.location_standard_errors * evidence.standard_error
 
 
+def may_be_track_noise(context: Context, selection: Selection, discrepancy: Discrepancy) -> bool:
+    """True for a discrepancy that noise of the track columns can imitate: forces at the contact that follow no law."""
+    if discrepancy.lowers_error or discrepancy.run_dependence is not None or is_conclusive(context, discrepancy):
+        return False
+    if any(s.is_rig for s in context.dataset.selection):
+        return False
+    is_structured = has_structure(context.settings.score_test, selection.final_score_test)
+    return not is_structured and not _is_force_on_vehicle(context, discrepancy)
+
+
 def is_at_noise_floor(context: Context, fit: Fit, error_to_noise: float) -> bool:
     """True where the estimation runs are at their noise floor while the validation runs are not at theirs."""
     share = context.settings.discrepancy.noise_floor_excess_share

@@ -33,8 +33,12 @@ def report_notes(result: LoopResult) -> list[str]:
     for model, validation in result.validations.items():
         notes += [divergence_note(model, file, time) for file, time in validation.diverged]
     notes += condition_notes(result)
-    noise = noise_notes(result.context.noise)
-    return [*notes, *noise, *unstated_track_noise_notes(result.dataset), *unstructured_residual_notes(result)]
+    return [
+        *notes,
+        *noise_notes(result.context.noise),
+        *track_noise_notes(result),
+        *unstructured_residual_notes(result),
+    ]
 
 
 def divergence_note(model: str, file: str, time: float) -> str:
@@ -59,6 +63,17 @@ def searched_pairs(result: LoopResult) -> dict[str, int] | None:
     if not searches:
         return None
     return {"scored": sum(s.scored for s in searches), "refitted": sum(s.refitted for s in searches)}
+
+
+def track_noise_notes(result: LoopResult) -> list[str]:
+    """Return notes on noise of the track columns that was not known before the fit."""
+    if not result.has_track_noise:
+        return unstated_track_noise_notes(result.dataset)
+    yw = 1e3 * result.context.noise["yw"]
+    return [
+        f"the residual is that of noise of the track columns, {yw:.2g} mm in yw, whose level was not known as closely; "
+        "an unmeasured force at the contact that follows no law would leave the same"
+    ]
 
 
 def unstated_track_noise_notes(dataset: Dataset) -> list[str]:

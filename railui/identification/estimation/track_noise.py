@@ -1,0 +1,89 @@
+"""Noise of the track columns from what a model leaves, where it is neither stated closely nor given by relations.
+
+It moves the wheelsets as forces at the contact do. A residual that such forces explain, whatever their course, and no
+law, is what noise of the track columns leaves: nothing tells the two apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from railui.campaign.noise.estimate import RAIL_SHARE, TRACK, independent_rail_levels
+from railui.campaign.noise.model import BOTH, ESTIMATED, ColumnNoise, NoiseModel
+from railui.campaign.noise.spectrum import NoiseSpectrum
+from railui.identification.context import Context
+from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
+from railui.identification.estimation.validation import Validation
+from railui.vehicle.model import Model
+
+
+def with_track_noise(
+    context: Context, model: Model, validation: Validation, floor: NoiseFloor
+) -> tuple[Context, NoiseFloor] | None:
+    """Return the context and the noise floor with so much track noise that it leaves the error of a validation.
+
+    The excess of the squared floor over that of the sensors grows as the squared level.
+
+    Parameters
+    ----------
+    validation
+        Of the model on the runs that select effects.
+    floor
+        Noise floor there.
+
+    Returns
+    -------
+    tuple or None
+        None where the level would lie outside the uncertainty of the known one, or a channel had a larger error still.
+    """
+    noise, limit = context.noise, _largest_factor(context)
+    if not any(noise.get(c, 0.0) > 0.0 for c in TRACK):
+        noise, limit = _assumed(context), np.inf
+        draws = context.settings.validation.preliminary_floor_draws
+        floor = estimate_noise_floor(_with(context, noise), model, context.dataset.selection, draws)
+    excess = floor.nrmse**2 - floor.sensors_only**2
+    if not noise or excess <= 0.0 or not validation.nrmse > floor.sensors_only:
+        return None
+    factor = float(np.sqrt((validation.nrmse**2 - floor.sensors_only**2) / excess))
+    if factor > limit:
+        return None
+    found = _with(context, _scaled(context, noise, factor))
+    floor = estimate_noise_floor(found, model, context.dataset.selection)
+    ratio = max(validation.channels[c] / floor.channels[c] for c in floor.channels)
+    return (found, floor) if ratio <= context.settings.selection.unexplained_ratio else None
+
+
+def _largest_factor(context: Context) -> float:
+    """Factor on the known level of the track noise up to which it is believed."""
+    standard_errors = context.settings.verdict.location_standard_errors
+    return float(np.exp(standard_errors * max((context.noise.log_sd(c) for c in TRACK), default=0.0)))
+
+
+def _assumed(context: Context) -> NoiseModel:
+    """Noise model with independent errors of both rails; empty where no track was measured, or it was without noise."""
+    segments, values = context.dataset.selection, context.nominal.design.values
+    present = {c for c in TRACK if any(np.any(s.columns.get(c, 0.0)) for s in segments)}
+    if "yw" not in present or any(c in context.noise for c in TRACK):
+        return NoiseModel()
+    yw = RAIL_SHARE * float(np.median([np.std(s.columns["yw"]) for s in segments]))
+    levels = independent_rail_levels(yw, values["vehicle.geometry.half_gauge"])
+    unstated = {c: ColumnNoise(levels[c], NoiseSpectrum(levels[c]), source=ESTIMATED) for c in TRACK if c in present}
+    return NoiseModel({**context.noise.columns, **unstated})
+
+
+def _scaled(context: Context, noise: NoiseModel, factor: float) -> NoiseModel:
+    """Noise model with the track noise times a factor."""
+    log_sd = float(np.log(context.settings.noise.quiet_noise_factor))
+    columns = dict(noise.columns)
+    for name in TRACK:
+        if (c := columns.get(name)) is not None and c.used > 0.0:
+            used, source = factor * c.used, ESTIMATED if c.stated is None else BOTH
+            columns[name] = ColumnNoise(used, c.spectrum.scaled(factor), c.stated, used, log_sd, log_sd, source)
+    return NoiseModel(columns)
+
+
+def _with(context: Context, noise: Mapping[str, float]) -> Context:
+    return replace(context, dataset=replace(context.dataset, noise=noise))

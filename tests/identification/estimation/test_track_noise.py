@@ -1,0 +1,81 @@
+"""Track noise from the residual: its level, what bounds it, and the residuals that it cannot explain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from railui.campaign.noise.model import ColumnNoise, NoiseModel
+from railui.campaign.noise.spectrum import NoiseSpectrum
+from railui.identification.context import Context
+from railui.identification.estimation.noise_floor import estimate_noise_floor
+from railui.identification.estimation.track_noise import with_track_noise
+from railui.identification.estimation.validation import Validation, validate
+from tests.blind.simulated import simulated_campaign
+
+TRUE_YW = 2e-5  # m, of the generator
+TRACK = ("yw", "phiw", "gauge")
+
+
+def with_levels(context: Context, factor: float | None, log_sd: float) -> Context:
+    """The context with the true track noise times a factor, or without any, known so closely."""
+    columns = {c: n for c, n in context.noise.columns.items() if c not in TRACK}
+    if factor is not None:
+        levels = {"yw": TRUE_YW, "phiw": TRUE_YW / 0.75, "gauge": 2 * TRUE_YW}
+        columns |= {c: ColumnNoise(factor * x, NoiseSpectrum(factor * x), log_sd=log_sd) for c, x in levels.items()}
+    return replace(context, dataset=replace(context.dataset, noise=NoiseModel(columns)))
+
+
+@pytest.fixture(scope="module")
+def residual() -> tuple[Context, Validation]:
+    """The context of a campaign without a missing effect, and the validation of its true model."""
+    simulated = simulated_campaign()
+    context = replace(simulated.context, nominal=simulated.true_model)
+    return context, validate(context, context.nominal, context.dataset.selection)
+
+
+def level_found(context: Context, validation: Validation) -> float | None:
+    floor = estimate_noise_floor(context, context.nominal, context.dataset.selection)
+    found = with_track_noise(context, context.nominal, validation, floor)
+    return None if found is None else found[0].noise["yw"]
+
+
+def test_the_level_is_found_from_one_that_is_too_small(residual: tuple[Context, Validation]) -> None:
+    context, validation = residual
+    found = level_found(with_levels(context, 0.5, np.log(2.0)), validation)
+    assert found == pytest.approx(TRUE_YW, rel=0.15)
+
+
+def test_the_level_is_found_where_none_is_stated(residual: tuple[Context, Validation]) -> None:
+    context, validation = residual
+    found = level_found(with_levels(context, None, 0.0), validation)
+    assert found == pytest.approx(TRUE_YW, rel=0.3)  # with another share of gauge and cross-level noise
+
+
+def test_the_floor_with_the_level_found_is_the_error(residual: tuple[Context, Validation]) -> None:
+    context, validation = residual
+    context = with_levels(context, 0.5, np.log(2.0))
+    floor = estimate_noise_floor(context, context.nominal, context.dataset.selection)
+    found = with_track_noise(context, context.nominal, validation, floor)
+    assert found is not None
+    assert found[1].nrmse == pytest.approx(validation.nrmse, rel=0.02)
+
+
+def test_a_level_that_is_known_closely_stays(residual: tuple[Context, Validation]) -> None:
+    context, validation = residual
+    assert level_found(with_levels(context, 0.5, np.log(1.2)), validation) is None
+
+
+def test_a_track_stated_without_noise_has_none(residual: tuple[Context, Validation]) -> None:
+    context, validation = residual
+    assert level_found(with_levels(context, 0.0, 0.0), validation) is None
+
+
+def test_an_error_of_one_channel_alone_is_no_track_noise(residual: tuple[Context, Validation]) -> None:
+    context, validation = residual
+    context = with_levels(context, 1.0, np.log(2.0))
+    channels = {**validation.channels, "ayf": 10.0 * validation.channels["ayf"]}
+    larger = replace(validation, channels=channels, nrmse=float(np.sqrt(np.mean(np.square(list(channels.values()))))))
+    assert level_found(context, larger) is None
