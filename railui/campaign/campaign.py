@@ -87,6 +87,11 @@ class Campaign:
     settings: LoopSettings = field(default_factory=LoopSettings)
     corrections: Corrections = field(default_factory=Corrections)
 
+    @property
+    def min_gain(self) -> float:
+        """Share by which an effect must lower the squared validation error."""
+        return 1.0 - (1.0 - self.min_relative_gain) ** 2
+
     def cut_length(self, duration: float) -> float:
         """Compute the length [s] to leave out at each end of a segment of a duration [s]."""
         return self.cut + self.cut_share * duration

@@ -152,6 +152,16 @@ class SelectionSettings:
         meaning="Standard errors by which the gain on the validation runs must differ from zero.",
         provenance="conventional: one standard error (Hastie, Tibshirani, Friedman 2009, 7.10)",
     )
+    decisive_misfit_ratio: float = setting(
+        0.5,
+        maximum=1.0,
+        meaning="Misfit with an effect over that without it from which sensor noise does not count in the gain.",
+    )
+    decisive_standard_errors: float = setting(
+        3.0,
+        meaning="Standard errors by which the gain must then differ from zero.",
+        provenance="conventional: three, since many candidates are tried",
+    )
     runners_up: int = setting(
         3, minimum=0, meaning="Next candidates that are validated where the best one gains nothing on unseen runs."
     )

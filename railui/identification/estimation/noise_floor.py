@@ -126,6 +126,20 @@ def _interval(
     return float(low), float(high)
 
 
+def sensor_noise_error(context: Context, segments: Sequence[Segment]) -> float:
+    """NRMSE that noise of the sensors alone leaves on segments, by its expectation."""
+    campaign, noise = context.campaign, context.noise
+    variance, power = dict[str, float](), dict[str, float]()
+    for s in segments:
+        names = compared_channels(s)
+        expected = noise.variance(names, band_pass(campaign.band, 1.0 / s.dt), s.dt)
+        measured = np.mean(comparison_filter(campaign, s, s.measured(names)) ** 2, axis=1)
+        for c, own, total in zip(names, expected, measured, strict=True):
+            variance[c] = variance.get(c, 0.0) + s.samples * float(own)
+            power[c] = power.get(c, 0.0) + s.samples * float(total)
+    return overall_nrmse({c: float(np.sqrt(variance[c] / max(power[c], 1e-300))) for c in power})
+
+
 def noise_weights(context: Context, model: Model, segment: Segment) -> FloatArray:
     """Weight of each channel [channel]: 1 / standard deviation that sensor and track noise leave in the band."""
     channels, noise, campaign = segment.channels, context.noise, context.campaign

@@ -128,5 +128,4 @@ def is_significant_gain(context: Context, old: Validation, new: Validation) -> b
     if not np.isfinite(new.nrmse):
         return False
     gain, sd = old.error_reduction(new)
-    least = 1.0 - (1.0 - context.campaign.min_relative_gain) ** 2
-    return bool(gain >= least and gain > context.settings.selection.gain_standard_errors * sd)
+    return bool(gain >= context.campaign.min_gain and gain > context.settings.selection.gain_standard_errors * sd)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.noise_floor import sensor_noise_error
 from railui.identification.estimation.validation import Validation, is_significant_gain, validate
 from railui.identification.structure.pairs import PairRefit, PairSearch
 from railui.identification.structure.refit import Refit, cross_validation_errors
@@ -45,8 +46,20 @@ def validated_stage(context: Context, fit: Fit) -> Stage:
 
 
 def gains(context: Context, old: Stage, new: Stage) -> bool:
-    """True where a stage has a significantly lower validation error than another."""
-    return is_significant_gain(context, old.validation, new.validation)
+    """True where a stage has a significantly lower validation error than another, or one but for noise of the sensors.
+
+    Where noise of some channels dominates the error, the largest effect lowers it by little. An effect that takes most
+    of the misfit, in which every channel counts by its noise, has to lower what is not noise of the sensors.
+    """
+    if is_significant_gain(context, old.validation, new.validation):
+        return True
+    settings = context.settings.selection
+    before, after = (stage.fit.normal.rss / stage.fit.normal.samples for stage in (old, new))
+    if after > settings.decisive_misfit_ratio * before:
+        return False
+    gain, sd = old.validation.error_reduction(new.validation)
+    noise = sensor_noise_error(context, context.dataset.selection) / old.validation.nrmse
+    return gain >= context.campaign.min_gain * (1.0 - noise**2) and gain > settings.decisive_standard_errors * sd
 
 
 def pair_steps(context: Context, step: SelectionStep, pair: PairRefit) -> list[SelectionStep]:
