@@ -201,6 +201,11 @@ class VerdictSettings:
         maximum=1.0,
         meaning="Share of the squared residual beyond noise that a force must explain for its location to be named.",
     )
+    min_location_excess: float = setting(
+        0.1,
+        maximum=1.0,
+        meaning="Share that a force on the vehicle must explain beyond forces at the contact, as track noise has.",
+    )
     location_standard_errors: float = setting(
         2.0,
         meaning="Standard errors by which that share must exceed zero.",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from railui.campaign.comparison import compared_channels
+from railui.campaign.noise.estimate import TRACK
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import NoiseFloor
@@ -96,7 +97,7 @@ def _is_force_on_vehicle(context: Context, discrepancy: Discrepancy) -> bool:
     if discrepancy.at in CONTACT_LOCATIONS or not discrepancy.is_located(settings):
         return False
     excess = evidence.share - discrepancy.contact_share
-    return excess > settings.location_standard_errors * evidence.standard_error
+    return excess > max(settings.min_location_excess, settings.location_standard_errors * evidence.standard_error)
 
 
 def may_be_track_noise(context: Context, selection: Selection, discrepancy: Discrepancy) -> bool:
@@ -105,8 +106,10 @@ def may_be_track_noise(context: Context, selection: Selection, discrepancy: Disc
         return False
     if any(s.is_rig for s in context.dataset.selection):
         return False
-    is_structured = has_structure(context.settings.score_test, selection.final_score_test)
-    return not is_structured and not _is_force_on_vehicle(context, discrepancy)
+    if _is_force_on_vehicle(context, discrepancy):
+        return False
+    is_unknown = not any(c in context.noise for c in TRACK)  # nothing may then be claimed that rests on its absence
+    return is_unknown or not has_structure(context.settings.score_test, selection.final_score_test)
 
 
 def is_at_noise_floor(context: Context, fit: Fit, error_to_noise: float) -> bool:
