@@ -185,10 +185,36 @@ def parse_figure_path(text: str) -> str:
     >>> parse_figure_path("a.svg")
     'a.svg'
     """
+    return _output_path(text, (".svg", ".png", ".pdf"), "a figure")
+
+
+def parse_plot_path(text: str) -> str:
+    """Return the path of a figure or of a page with figures, where it can be written.
+
+    >>> parse_plot_path("a.html")
+    'a.html'
+    """
+    return _output_path(text, (".html", ".svg", ".png", ".pdf"), "a figure or a page")
+
+
+def parse_series_path(text: str) -> str:
+    """Return the path of a file of time series, where it can be written.
+
+    >>> parse_series_path("run.csv.gz")
+    'run.csv.gz'
+    """
+    from railui.io.series_file import check_series_file
+
+    check_series_file(text)
+    return text
+
+
+def _output_path(text: str, suffixes: tuple[str, ...], what: str) -> str:
     from railui.io.atomic import check_file_writable
 
-    if not text.lower().endswith((".svg", ".png", ".pdf")):
-        raise ValueError(f"{text!r} is not the file of a figure: write a name that ends in .svg, .png or .pdf")
+    if not text.lower().endswith(suffixes):
+        names = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+        raise ValueError(f"{text!r} is not the file of {what}: write a name that ends in {names}")
     check_file_writable(text)
     return text
 
