@@ -21,6 +21,7 @@ COMMANDS = {
     "effects": "List the effects of the model library, with their parameters.",
     "track": "Write a synthetic track, or analyse the spectrum of one.",
     "ride": "Compute the ride quality of a design on a track.",
+    "response": "Compute transfer functions and the linear response to a track.",
     "stability": "Compute modes and critical speeds of a design.",
     "curve": "Compute the quasi-static curving behaviour of a design.",
     "assess": "Rank the sections of a track by the ride of a reference vehicle.",

@@ -106,6 +106,35 @@ def parse_speed(text: str) -> float:
     return speeds[0]
 
 
+def parse_frequencies(text: str) -> list[float]:
+    """Parse frequencies [Hz] above 0: values and ranges separated by commas.
+
+    >>> parse_frequencies("1:3:0.5"), parse_frequencies("0.5, 2 Hz")
+    ([1.0, 1.5, 2.0, 2.5, 3.0], [0.5, 2.0])
+    """
+    from railui.io.units import quantity
+
+    frequencies: list[float] = []
+    for part in text.split(","):
+        ends = [quantity(end, "Hz") for end in _split_range(part)]
+        frequencies += [ends[0]] if len(ends) == 1 else inclusive_range(*ends)
+    if not all(f > 0 for f in frequencies):
+        raise ValueError(f"{text!r} has a frequency that is not above 0 Hz")
+    return frequencies
+
+
+def parse_names(text: str) -> list[str]:
+    """Parse names separated by commas, each once.
+
+    >>> parse_names("e1, ayf,e1")
+    ['e1', 'ayf']
+    """
+    names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    if not names:
+        raise ValueError("the list is empty: write names separated by commas")
+    return names
+
+
 def parse_length(text: str) -> float:
     """Parse a length [m], with or without a unit.
 
