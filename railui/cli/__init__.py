@@ -25,6 +25,7 @@ COMMANDS = {
     "stability": "Compute modes and critical speeds of a design.",
     "curve": "Compute the quasi-static curving behaviour of a design.",
     "map": "Compute results over two parameters of a design.",
+    "sensitivity": "Compute changes of results with each parameter of a design.",
     "assess": "Rank the sections of a track by the ride of a reference vehicle.",
     "contact": "Compute contact parameters from wheel and rail profiles.",
     "adjust": "Estimate the parameters of a model from a campaign.",
