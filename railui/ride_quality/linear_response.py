@@ -36,7 +36,8 @@ PANELS_PER_ROTATION: Final = 4  # panels while the phase between the first and t
 RESONANCE_DISTANCES: Final = (-16.0, -8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 8.0, 16.0)  # in half bandwidths
 POINTS_PER_PANEL: Final = 8  # of Gauss's quadrature
 CORNERS: Final = (1.0, 2.0, 80.0)  # Hz, of the weighting of the 1970s
-MIN_DECAY: Final = 1e-9  # 1/s: a mode that decays more slowly has no stationary response
+MIN_DECAY: Final = 1e-9  # 1/s: an oscillation that decays more slowly has no stationary response
+MIN_ROOT: Final = 1e-6  # 1/s: a smaller root is a constant, which the band of a track does not excite
 
 
 def default_channels(model: Model) -> list[str]:
@@ -119,7 +120,7 @@ def response(
     if not (len(grid) and np.all(grid > 0) and np.all(np.isfinite(grid))):
         raise ValueError("frequencies must be positive, at least one of them")
     roots, inputs = vehicle.roots, acting_inputs(vehicle)
-    is_stable = bool(roots[0].real < -MIN_DECAY)
+    is_stable = bool(np.all((roots.real < -MIN_DECAY) | (np.abs(roots) < MIN_ROOT)))
     source = None if track is None else resolve_track(track, seed)
     transfer = vehicle.transfer(grid)
     result: dict[str, Any] = {
@@ -168,7 +169,9 @@ def _ratio(above: str, below: str) -> str:
 
 def _notes(model: Model) -> list[str]:
     omitted = {e.kind for e, yes in zip(model.effects, linear_effects(model), strict=True) if not yes}
-    return [f"linear: without {', '.join(sorted(omitted))}"] if omitted else []
+    forcing = {model.effects[int(path.split(".")[1])].kind for path in model.run_dependent_paths()} - omitted
+    notes = [f"linear: without {', '.join(sorted(omitted))}"] if omitted else []
+    return notes + [f"response to the track alone: without the excitation by {kind}" for kind in sorted(forcing)]
 
 
 def _stability_note(is_stable: bool, root: complex, is_asked: bool) -> list[str]:

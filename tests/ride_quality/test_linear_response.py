@@ -147,6 +147,24 @@ def test_an_unstable_vehicle_has_no_stationary_response() -> None:
     assert document(run(*words[:2], "--speed", "61", *words[4:]))["stationary"]["e1"]["rms"] > 0
 
 
+def test_a_force_with_memory_has_a_constant_root_and_still_a_stationary_response(tmp_path: Path) -> None:
+    """Hysteresis below its yield force is a spring: its root is 0, and the response that of the spring."""
+    text, rms = CHECK_BOGIE.read_text("utf-8"), []
+    for effect in ("{kind: hysteresis, stiffness: 4e5, yield: 1e5}", "{kind: spring, stiffness: 4e5}"):
+        path = tmp_path / "bogie.yaml"
+        path.write_text(f"{text}\neffects:\n  - {effect[:-1]}, at: secondary_lateral}}\n")
+        result = response(path, 40.0, "erri_b176_low", ["ayf"])
+        assert result["stable"]
+        rms.append(result["stationary"]["ayf"]["rms"])
+    assert rms[0] == pytest.approx(rms[1], rel=1e-6)
+
+
+def test_the_excitation_by_a_wheel_that_is_out_of_round_is_noted_as_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "bogie.yaml"
+    path.write_text(CHECK_BOGIE.read_text("utf-8") + "\neffects:\n  - {kind: run_out, at: wheelset}\n")
+    assert "without the excitation by run_out" in response(path, 40.0)["notes"][-1]
+
+
 def test_the_command_writes_units_a_figure_and_what_it_left_out(tmp_path: Path) -> None:
     figure = tmp_path / "h.svg"
     coach = str(ROOT / "designs/bogie_under_coach.yaml")
