@@ -97,7 +97,12 @@ def paths_of(design: Design, name: str) -> list[str]:
     if name in known:
         return [name]
     group, _, key = name.rpartition(".")
-    members = [path for path in known if path.startswith(f"{group}.") and path.endswith(f".{key}")]
+    levels = len(name.split(".")) + 1
+    members = [
+        path
+        for path in known
+        if path.startswith(f"{group}.") and path.endswith(f".{key}") and len(path.split(".")) == levels
+    ]
     if members and len({design.unit(path) for path in members}) == 1:
         return members
     if name.startswith("riding."):

@@ -273,5 +273,5 @@ def _ride(model: Model, vehicle: LinearVehicle, density: TrackDensity, variance:
         "weighted_acceleration_1974": float(rms_1974[worst]),
         "comfort_hours": float(comfort_time(rms_1974[worst])) / HOUR,
         "flange_fraction_gaussian": float(np.exp(np.max(log_flange_fraction_gaussian(0.0, sd, clearance)))),
-        "flange_margin": float(np.min(clearance / sd)),
+        "flange_margin": float(np.min(clearance / sd[sd > 0])) if np.any(sd > 0) else None,
     }

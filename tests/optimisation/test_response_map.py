@@ -15,7 +15,7 @@ from railui import load, ride
 from railui.execution.cache import ResultCache
 from railui.execution.map_session import MapSession
 from railui.execution.threads import ThreadRunner
-from railui.optimisation.response_map import case_of, read_axis, response_map
+from railui.optimisation.response_map import case_of, paths_of, read_axis, response_map
 from railui.track.excitation import resolve_track
 from railui.vehicle.design_reader import load_design
 from tests.cli.runner import BOGIE, ROOT, document, run
@@ -146,6 +146,14 @@ def test_a_wrong_axis_or_key_names_its_remedy(tmp_path: Path, words: tuple[str, 
     result = run("map", BOGIE, "--y", f"{STIFFNESS}=2e6:4e6", "-o", str(tmp_path / "m"), *words)
     assert result.exit_code == 2 and result.stdout == ""
     assert message in " ".join(result.stderr.split())
+
+
+def test_a_name_of_a_group_sets_its_members_only_and_not_those_of_deeper_groups() -> None:
+    coach = load_design(ROOT / "designs/manchester_coach.yaml")
+    assert paths_of(coach, "contact.wheels.conicity") == ["contact.wheels.conicity"]
+    assert paths_of(coach, "contact.conicity") == ["contact.wheels.conicity"]
+    with pytest.raises(ValueError, match=r"no parameter 'vehicle\.lateral_stiffness'"):
+        paths_of(coach, "vehicle.lateral_stiffness")
 
 
 def test_a_directory_with_other_files_is_refused(tmp_path: Path) -> None:

@@ -147,6 +147,14 @@ def test_an_unstable_vehicle_has_no_stationary_response() -> None:
     assert document(run(*words[:2], "--speed", "61", *words[4:]))["stationary"]["e1"]["rms"] > 0
 
 
+def test_a_flat_track_gives_no_motion_and_no_margin() -> None:
+    s = 0.1 * np.arange(2000)
+    source = TrackSource(Track(s, 0 * s, 0 * s, 0 * s), "flat")
+    result = response(CHECK_BOGIE, 40.0, source, ["e1"])
+    assert result["stationary"]["e1"]["rms"] == 0 and result["ride"]["flange_margin"] is None
+    assert result["ride"]["flange_fraction_gaussian"] == 0
+
+
 def test_a_force_with_memory_has_a_constant_root_and_still_a_stationary_response(tmp_path: Path) -> None:
     """Hysteresis below its yield force is a spring: its root is 0, and the response that of the spring."""
     text, rms = CHECK_BOGIE.read_text("utf-8"), []
