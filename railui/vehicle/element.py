@@ -124,13 +124,13 @@ def _element(
     directory: Path | None,
     catalogue: Catalogue,
 ) -> Element | None:
-    before = len(findings.problems)
+    before = len(findings.errors())
     entries = data.get("effects")
     motion = model.motion if model is not None else "m"
     at = REFERENCE_LOCATIONS[motion]
     laws = _read_laws(entries if isinstance(entries, list) else [], motion, findings, catalogue, path)
     tables = read_tables(data, motion, findings, path, directory, at)
-    if model is None or len(findings.problems) > before:
+    if model is None or len(findings.errors()) > before:
         return None
     linear = linear_effects(model.stiffness, model.damping, model.preload, at)
     return Element(model.name or name, motion, (*linear, *tables, *laws), catalogue)
