@@ -24,7 +24,7 @@ from railui.vehicle.sampling import ParameterisedModel
 DEFAULT_INTERVALS: Final = 20  # of a range without a step
 DIGITS: Final = 12  # of the values of an axis
 MIN_VALUES, MAX_VALUES = 2, 400  # of an axis
-CRITICAL_SPEEDS: Final = ("linear_critical_speed", "fold_speed", "practical_critical_speed")
+CRITICAL_SPEEDS: Final = ("linear_critical_speed", "rest_critical_speed", "fold_speed", "practical_critical_speed")
 WITH_SPEED: Final = ("linear_damping",)
 WITH_TRACK: Final = ("practical_critical_speed",)
 

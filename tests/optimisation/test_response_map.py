@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railui import load, ride
+from railui import load, ride, stability
 from railui.execution.cache import ResultCache
 from railui.execution.map_session import MapSession
 from railui.execution.threads import ThreadRunner
@@ -102,6 +102,17 @@ def test_a_killed_map_resumes_with_the_same_digits(tmp_path: Path) -> None:
     assert run(*words, "-o", str(whole), "--jobs", "2", "-q").exit_code == 0
     for name in ("map.json", "map.csv"):
         assert (broken / name).read_bytes() == (whole / name).read_bytes()
+
+
+def test_the_critical_speed_about_rest_is_that_of_stability() -> None:
+    design = load_design(ROOT / "designs/bogie_under_coach.yaml")
+    x, y = read_axis(design, "contact.conicity=0.2:0.3:0.1"), read_axis(design, "effects.0.friction=0.3:0.4:0.1")
+    case = case_of(design, [*x.paths, *y.paths], None, None)
+    found = response_map(design, x, y, ["rest_critical_speed"], case)["of"]["rest_critical_speed"]["values"]
+    at = design.with_values(
+        {"contact.leading.conicity": 0.3, "contact.trailing.conicity": 0.3, "effects.0.friction": 0.4}
+    )
+    assert found[1, 1] == stability(at, [60.0, 90.0])["rest_critical_speed"]
 
 
 def test_vehicles_evaluated_one_by_one_have_the_same_values(monkeypatch: pytest.MonkeyPatch) -> None:
