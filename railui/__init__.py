@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from railui.optimisation.optimise import optimise
     from railui.report.loop.data import loop
     from railui.ride_quality.evaluation import ride, ride_many, simulate
+    from railui.ride_quality.linear_response import response
     from railui.ride_quality.track_assessment import assess
     from railui.running_stability.summary import stability
     from railui.track import synthetic_track
@@ -23,6 +24,7 @@ __all__ = [
     "load",
     "loop",
     "optimise",
+    "response",
     "ride",
     "ride_many",
     "simulate",
@@ -36,6 +38,7 @@ _MODULES = {
     "curve": "railui.curving",
     "loop": "railui.report.loop.data",
     "optimise": "railui.optimisation.optimise",
+    "response": "railui.ride_quality.linear_response",
     "ride": "railui.ride_quality.evaluation",
     "ride_many": "railui.ride_quality.evaluation",
     "simulate": "railui.ride_quality.evaluation",

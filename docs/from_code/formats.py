@@ -149,8 +149,9 @@ def _study() -> Iterator[str]:
 
 
 def _element() -> Iterator[str]:
-    yield "\n## Element\n\nA component that a bench has identified, written by `railui loop --export-element`. A design mounts it by "
-    yield "`effects: [{element: FILE, at: LOCATION, count: N}]`, see [a component on a bench](../component_bench.md). The `effects` of an element have no location.\n\n"
+    yield "\n## Element\n\nA component of a bench: identified, as `railui loop --export-element` writes it, or the table of a data sheet. A design mounts it by "
+    yield "`effects: [{element: FILE, at: LOCATION, count: N}]`, see [a component on a bench](../component_bench.md); instead of FILE the keys may stand "
+    yield "there. A CSV with the columns `v [m/s],F [N]` (or `z [m],F [N]`) is an element as well. The `effects` of an element have no location.\n\n"
     yield table(KEYS, _keys(json_schema("element")))
 
 

@@ -106,6 +106,35 @@ def parse_speed(text: str) -> float:
     return speeds[0]
 
 
+def parse_frequencies(text: str) -> list[float]:
+    """Parse frequencies [Hz] above 0: values and ranges separated by commas.
+
+    >>> parse_frequencies("1:3:0.5"), parse_frequencies("0.5, 2 Hz")
+    ([1.0, 1.5, 2.0, 2.5, 3.0], [0.5, 2.0])
+    """
+    from railui.io.units import quantity
+
+    frequencies: list[float] = []
+    for part in text.split(","):
+        ends = [quantity(end, "Hz") for end in _split_range(part)]
+        frequencies += [ends[0]] if len(ends) == 1 else inclusive_range(*ends)
+    if not all(f > 0 for f in frequencies):
+        raise ValueError(f"{text!r} has a frequency that is not above 0 Hz")
+    return frequencies
+
+
+def parse_names(text: str) -> list[str]:
+    """Parse names separated by commas, each once.
+
+    >>> parse_names("e1, ayf,e1")
+    ['e1', 'ayf']
+    """
+    names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    if not names:
+        raise ValueError("the list is empty: write names separated by commas")
+    return names
+
+
 def parse_length(text: str) -> float:
     """Parse a length [m], with or without a unit.
 
@@ -185,10 +214,36 @@ def parse_figure_path(text: str) -> str:
     >>> parse_figure_path("a.svg")
     'a.svg'
     """
+    return _output_path(text, (".svg", ".png", ".pdf"), "a figure")
+
+
+def parse_plot_path(text: str) -> str:
+    """Return the path of a figure or of a page with figures, where it can be written.
+
+    >>> parse_plot_path("a.html")
+    'a.html'
+    """
+    return _output_path(text, (".html", ".svg", ".png", ".pdf"), "a figure or a page")
+
+
+def parse_series_path(text: str) -> str:
+    """Return the path of a file of time series, where it can be written.
+
+    >>> parse_series_path("run.csv.gz")
+    'run.csv.gz'
+    """
+    from railui.io.series_file import check_series_file
+
+    check_series_file(text)
+    return text
+
+
+def _output_path(text: str, suffixes: tuple[str, ...], what: str) -> str:
     from railui.io.atomic import check_file_writable
 
-    if not text.lower().endswith((".svg", ".png", ".pdf")):
-        raise ValueError(f"{text!r} is not the file of a figure: write a name that ends in .svg, .png or .pdf")
+    if not text.lower().endswith(suffixes):
+        names = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+        raise ValueError(f"{text!r} is not the file of {what}: write a name that ends in {names}")
     check_file_writable(text)
     return text
 

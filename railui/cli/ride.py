@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -18,7 +19,7 @@ from railui.cli.arguments import (
     strict_option,
 )
 from railui.cli.invocation import Invocation, common_options, usage_error
-from railui.cli.quantities import parse_seeds, parse_speeds
+from railui.cli.quantities import parse_plot_path, parse_seeds, parse_series_path, parse_speeds
 from railui.cli.tables import format_cell, make_table
 
 if TYPE_CHECKING:
@@ -51,6 +52,18 @@ LISTS = ("flange_fractions",)
 @speed_option()
 @quantity_option("--speeds", parse_speeds, metavar="RANGE", help="Several speeds, such as 30:60:10, ends included.")
 @quantity_option("--seeds", parse_seeds, metavar="LIST", help="Seeds of the track, such as 1,2,3 or 1:10.")
+@quantity_option(
+    "--series",
+    parse_series_path,
+    metavar="FILE",
+    help="Write the time series of all channels: .csv, .csv.gz or .parquet.",
+)
+@quantity_option(
+    "--plot",
+    parse_plot_path,
+    metavar="FILE",
+    help="Draw time histories, spectra, guiding forces and Y/Q: .html, .svg, .png or .pdf.",
+)
 @strict_option("a ride")
 @common_options
 @click.pass_context
@@ -62,6 +75,8 @@ def command(
     speed: float | None,
     speeds: list[float] | None,
     seeds: list[int] | None,
+    series: str | None,
+    plot: str | None,
     strict: bool,
     call: Invocation,
 ) -> None:
@@ -70,6 +85,7 @@ def command(
     \b
     railui ride design.yaml --track "erri_b176_low length=2000" --speed 40
     railui ride design.yaml --track line.csv --speed "144 km/h" vehicle.primary.lateral_stiffness=4e6
+    railui ride design.yaml --track line.csv --speed 40 --series run.csv.gz --plot ride.html
 
     Several speeds or seeds are reported with their mean and standard deviation (n - 1): one seed of a synthetic
     track is a random sample. The class is not an acceptance or running-safety assessment.
@@ -81,7 +97,10 @@ def command(
     asked: list[int | None] = [call.seed] if seeds is None else [*seeds]
     sources = [resolve_track_argument(track, seed, seeded=seeds is not None) for seed in asked]
     head = {"design": loaded.name, "overrides": overrides}
-    if len(given) * len(sources) == 1:
+    is_single = len(given) * len(sources) == 1
+    if not is_single and (series is not None or plot is not None):
+        raise usage_error("--series and --plot are of one ride: give one --speed and one seed")
+    if is_single:
         from railui.ride_quality.evaluation import ride
 
         result = ride(loaded, sources[0], given[0], jobs=call.jobs)
@@ -91,9 +110,46 @@ def command(
         cases = _simulate_cases(loaded, sources, given, call)
         body = head | summary(cases)
         call.show(_cases_table(body))
-    call.write_json(call.document("ride", body, input_files(design, sources[0]), body.get("seed")))
+    document = call.document("ride", body, input_files(design, sources[0]), body.get("seed"))
+    if series is not None or plot is not None:
+        _write_time_series(loaded, sources[0], given[0], document, series, plot, call)
+    call.write_json(document)
     is_rejected = any(case["class"] in REJECTED_CLASSES for case in cases)
     ctx.exit(EXIT_LIMIT_VIOLATED if strict and is_rejected else 0)
+
+
+def _write_time_series(
+    design: Design,
+    source: TrackSource,
+    speed: float,
+    document: Mapping[str, Any],
+    series: str | None,
+    plot: str | None,
+    call: Invocation,
+) -> None:
+    """Write the time series and the figures of a ride."""
+    from railui.ride_quality.time_series import ride_series
+    from railui.track.excitation import Excitation
+    from railui.vehicle.resolve import resolve_model
+
+    model, excitation = resolve_model(design), Excitation(source, speed)
+    result = ride_series(model, excitation, jobs=call.jobs)
+    if series is not None:
+        from railui.io.series_file import write_series
+
+        title = f"simulated by railui {document['version']}: {design.name} on {source.name} at {speed:g} m/s"
+        write_series(series, result.by_header(), [title])
+        call.info(f"wrote {series}")
+    if plot is not None:
+        from railui.report.ride.figures import RidePanels, draw_ride
+        from railui.report.ride.page import write_ride_page
+
+        panels = RidePanels(model, excitation, result)
+        if plot.lower().endswith(".html"):
+            write_ride_page(panels, document, plot)
+        else:
+            draw_ride(panels, plot)
+        call.info(f"wrote {plot}")
 
 
 def _simulate_cases(

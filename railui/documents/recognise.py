@@ -41,6 +41,8 @@ def recognise(path: str | Path) -> str:
     if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".gz")):
         names = set(read_header(path).names)
         kind = "run" if "t" in names or {"v", "z"} & names else "track" if {"s", "yw"} & names else None
+        if "F" in names and "t" not in names and {"v", "z"} & names:
+            kind = "element"
         if "y" in names and "t" not in names and {"z", "delta_r"} & names:
             kind = "delta_r" if "delta_r" in names else "profile"
         remedy = "give a run with a column t [s], or a track with s [m], yw [m]"

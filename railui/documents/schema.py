@@ -26,7 +26,10 @@ from railui.vehicle.element import ElementModel
 MOUNTED_ELEMENT: dict[str, Any] = {
     "type": "object",
     "properties": {
-        "element": {"type": "string", "description": "file of an element, relative to the design"},
+        "element": {
+            "type": ["string", "object"],
+            "description": "file of an element or of a force table (CSV), relative to the design, or its keys",
+        },
         "at": {"type": "string"},
         "wheelset": {"type": "integer"},
         "count": {"type": "number", "exclusiveMinimum": 0, "description": "elements in parallel"},

@@ -49,6 +49,7 @@ RESPONSE_KEYS: dict[str, ResponseKey] = {
         ResponseKey("wz", "ride"),
         ResponseKey("linear_critical_speed", "stability", "m/s"),
         ResponseKey("linear_critical_frequency", "stability", "Hz"),
+        ResponseKey("rest_critical_speed", "stability", "m/s"),
         ResponseKey("linear_damping", "stability"),
         ResponseKey("klingel_wavelength", "stability", "m"),
         ResponseKey("fold_speed", "stability", "m/s"),

@@ -17,7 +17,7 @@ from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.ride_quality.comfort import n_mv, sperling_wz
 from railui.ride_quality.score import score_many
 from railui.ride_quality.statistics import ride_statistics
-from railui.running_stability.critical_speed import linear_stability_many
+from railui.running_stability.critical_speed import critical_speeds, linear_stability_many
 from railui.running_stability.limit_cycles import nonlinear_critical_speeds
 from railui.running_stability.summary import DEFAULT_SPEEDS, practical_critical_speed
 from railui.track.excitation import Excitation
@@ -174,6 +174,9 @@ def stability_responses(case: Case, rows: FloatArray, keys: Collection[str], job
         linear = linear_stability_many(model, rows, [MAX_SPEED])
         linear["linear_critical_speed"] = np.minimum(linear["linear_critical_speed"], MAX_SPEED)
         values |= {key: linear[key] for key in asked & LINEAR_KEYS}
+    if "rest_critical_speed" in asked:
+        rest = critical_speeds(model, rows, MAX_SPEED, at_rest=True)
+        values["rest_critical_speed"] = np.array([MAX_SPEED if c is None else c.speed for c in rest])
     if asked & NONLINEAR_KEYS:
         values |= _nonlinear_speeds(case, rows, asked & NONLINEAR_KEYS, jobs)
     return Responses(values, np.ones(len(rows)), [""] * len(rows))

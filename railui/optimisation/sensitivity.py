@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -45,9 +45,10 @@ def one_at_a_time(study: Study, cases: Sequence[Case], x: FloatArray, evaluator:
     ----------
     Broersen 1976, 7.3.
     """
-    design = study.design.with_values(values_by_path(study, x))
-    paths = [path for path in design.paths() if design.value(path) and _perturbed(design, path) is not None]
-    table = evaluator(cases, _perturbed_rows(study, cases, x, paths), required_keys(study))
+    changes = values_by_path(study, x)
+    design = study.design.with_values(changes)
+    paths = perturbable_paths(design)
+    table = evaluator(cases, perturbed_rows(cases, changes, paths), required_keys(study))
     assessment = assess_responses(study, table)
     objectives = _differences(assessment.objectives, assessment)
     constraints = _differences(assessment.constraints, assessment)
@@ -78,12 +79,20 @@ def _perturbed(design: Design, path: str) -> list[Design] | None:
         return None
 
 
-def _perturbed_rows(study: Study, cases: Sequence[Case], x: FloatArray, paths: Sequence[str]) -> list[FloatArray]:
-    """Return the rows [2 x path, row] of both perturbed designs per path, for each case."""
+def perturbable_paths(design: Design) -> list[str]:
+    """Return the paths of the numbers of a design that are not zero and may be 5 % smaller and larger."""
+    return [path for path in design.paths() if design.value(path) and _perturbed(design, path) is not None]
+
+
+def perturbed_rows(cases: Sequence[Case], changes: Mapping[str, float], paths: Sequence[str]) -> list[FloatArray]:
+    """Return the rows [2 x path, row] of both perturbed designs per path, the lower first, for each case.
+
+    `changes` are values of the design by path, to which the perturbations are added.
+    """
     known: dict[int, FloatArray] = {}
     for case in cases:
         if id(case.vehicle) not in known:
-            design = case.vehicle.model.design.with_values(values_by_path(study, x))
+            design = case.vehicle.model.design.with_values(changes)
             perturbed = [each for path in paths for each in _perturbed(design, path) or [design, design]]
             known[id(case.vehicle)] = np.stack([_kernel_row(each, case) for each in perturbed])
     return [known[id(case.vehicle)] for case in cases]

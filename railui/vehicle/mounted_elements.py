@@ -16,7 +16,7 @@ from railui.vehicle.effects import (
     kernel_catalogue,
     record_of,
 )
-from railui.vehicle.element import Element, load_element
+from railui.vehicle.element import Element, load_element, read_element
 from railui.vehicle.multibody import Structure
 
 KEYS = ("element", "at", "wheelset", "count")
@@ -33,6 +33,8 @@ def expand_elements(
     structure: Structure | None,
 ) -> list[Any]:
     """Replace every entry `{element: FILE, at: LOCATION, count: N}` by the effects of the element there.
+
+    Instead of FILE the keys of an element may stand in the design.
 
     Parameters
     ----------
@@ -87,7 +89,7 @@ def _mount(
     for key in entry:
         if key not in KEYS:
             findings.add(f"{path}.{key}", "unknown key of an element", suggest_name(key, KEYS), key=True)
-    element = _load(str(entry["element"]), findings, path, records, directory)
+    element = _load(entry["element"], findings, path, records, directory)
     at = str(entry.get("at"))
     if "at" not in entry:
         findings.add(path, "the element has no location", f"add `at:`, one of {', '.join(locations)}")
@@ -116,10 +118,15 @@ def _count(entry: Mapping[str, Any], findings: Findings, path: str) -> float:
     return count
 
 
-def _load(name: str, findings: Findings, path: str, records: Catalogue, directory: Path | None) -> Element | None:
+def _load(given: Any, findings: Findings, path: str, records: Catalogue, directory: Path | None) -> Element | None:
+    """Return the element of a file, or of the keys in the design itself."""
+    if isinstance(given, Mapping):
+        return read_element(given, "element", findings, f"{path}.element", directory, records)
+    name = str(given)
     file = (directory or Path()) / name
     if not file.is_file():
-        near = sorted(p.name for p in file.parent.glob("*.yaml")) if file.parent.is_dir() else []
+        patterns = ("*.yaml", "*.csv")
+        near = sorted(p.name for x in patterns for p in file.parent.glob(x)) if file.parent.is_dir() else []
         remedy = suggest_name(file.name, near) if near else "railui loop CAMPAIGN --export-element FILE writes one"
         findings.add(f"{path}.element", f"no file {name!r}", remedy)
         return None

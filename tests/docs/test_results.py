@@ -23,6 +23,8 @@ from tests.docs.transcript import ROOT
 BOGIE, COACH = "designs/test_bogie.yaml", "designs/manchester_coach.yaml"
 PROFILES = ["designs/profiles/s1002.txt", "designs/profiles/60e1.txt"]
 LOW = ["--track", "erri_b176_low length=400 seed=1"]
+HIGH = ["--track", "erri_b176_high length=800", "--speed", "80"]
+GRID = ["--x", "contact.conicity=0.1:0.4:0.3", "--y", "vehicle.primary.lateral_stiffness=2e6:3e6:1e6"]
 STUDY = f"""\
 name: small
 vehicle: {ROOT / BOGIE}
@@ -44,6 +46,18 @@ CASES = {
         ["designs/check_bogie.yaml", "--speeds", "40:80:20", "--fold", *LOW],
     ],
     "curve": [[BOGIE, "--radius", "600"], [BOGIE, "--radii", "500,600"]],
+    "response": [
+        [BOGIE, "--speed", "40", "--track", "erri_b176_low", "--frequencies", "1:5:1", "vehicle.wheel_load=56e3"],
+        [COACH, "--speed", "40", "--frequencies", "1:5:1"],
+    ],
+    "map": [
+        [BOGIE, *GRID, "--of", "klingel_wavelength", "-o", "m", "vehicle.wheel_load=56e3"],
+        ["designs/check_bogie.yaml", *GRID, *HIGH, "--of", "score", "-o", "m"],
+    ],
+    "sensitivity": [
+        [BOGIE, "--of", "klingel_wavelength", "vehicle.wheel_load=56e3"],
+        ["designs/check_bogie.yaml", *LOW, "--speed", "40", "--of", "score", "--seeds", "1,2"],
+    ],
     "assess": [["line.csv", BOGIE, "--speed", "40"]],
     "contact": [PROFILES, ["--delta-r", "delta_r.csv"]],
     "track": [["--spectrum", "line.csv"]],

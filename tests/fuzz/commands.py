@@ -20,6 +20,12 @@ ROWS = 2600  # of the runs: 13 s
 TRACK = "erri_b176_low length=300 seed=1"
 SHARE_OF_FITS = 0.003  # of the cases, since a fit takes seconds
 RIDE = ("--track", TRACK, "--speed", "30")
+GRID = ("--x", "contact.conicity=0.1:0.2:0.1", "--y", "vehicle.primary.lateral_stiffness=2e6:3e6:1e6")
+CURVE = "v [mm/s],F [kN]\n-300,-4\n-100,-2.5\n0,0\n100,1.5\n300,2\n"
+MOUNTED = """effects:
+  - {element: curve.csv, at: secondary_lateral, count: 2}
+  - {element: {damper: {velocity: [0, 0.1, 0.3], force: [0, 1 kN, 2 kN], symmetric: true}}, at: primary_lateral}
+"""
 # file that is mutated, and the words of a command that reads it
 TEMPLATES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("test_bogie.yaml", ("check", "test_bogie.yaml")),
@@ -54,6 +60,12 @@ TEMPLATES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("test_bogie.yaml", ("schema", "design")),
     ("test_bogie.yaml", ("effects",)),
     ("study.yaml", ("status", "campaign")),
+    ("check_bogie.yaml", ("response", "check_bogie.yaml", "--track", TRACK, "--speed", "30", "--frequencies", "1:9:1")),
+    ("track.csv", ("response", "cooperrider.yaml", "--track", "track.csv", "--speed", "30", "--channels", "e1,ayf")),
+    ("check_bogie.yaml", ("map", "check_bogie.yaml", *GRID, "--of", "linear_damping", "--speed", "30", "-o", "grid")),
+    ("check_bogie.yaml", ("sensitivity", "check_bogie.yaml", "--of", "linear_damping", "--speed", "30")),
+    ("curve.csv", ("ride", "digressive.yaml", *RIDE, "--series", "out.csv")),
+    ("digressive.yaml", ("check", "digressive.yaml")),
 )
 FITS = (
     ("profiles/60e1.txt", ("contact", "profiles/s1002.txt", "profiles/60e1.txt", "--inclination", "1:40")),
@@ -75,6 +87,8 @@ def write_files(home: Path) -> None:
     runs = "[{file: run_a.csv, role: adjust}, {file: run_b.csv, role: validate}]"
     (home / "campaign/campaign.yaml").write_text(f"name: fuzz\nvehicle: ../test_bogie.yaml\nruns: {runs}\n")
     (home / "map.yaml").write_text(MAP)
+    (home / "curve.csv").write_text(CURVE)
+    (home / "digressive.yaml").write_text((home / "test_bogie.yaml").read_text() + MOUNTED)
     shutil.copy(home / "studies/test_bogie.yaml", home / "study.yaml")
     (home / "study.yaml").write_text((home / "study.yaml").read_text().replace("../", ""))
     track = synthetic_track("erri_b176_low", length=300.0, seed=1)

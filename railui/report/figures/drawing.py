@@ -6,7 +6,7 @@ import base64
 import importlib
 import io
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -117,6 +117,23 @@ def _clear(ax: Axes) -> None:
     ax.set_prop_cycle(None)
     ax.relim()
     ax.autoscale()
+
+
+def draw_changes(ax: Axes, changes: Sequence[tuple[str, float]], colours: Sequence[str]) -> None:
+    """Draw changes as bars below each other, each with the name of what is changed opposite to it."""
+    for i, (_, x) in enumerate(changes):
+        ax.barh(-i, x, height=0.72, color=colours[i])
+    ax.set_yticks([-i for i in range(len(changes))], ["" for _ in changes])
+    for i, (name, x) in enumerate(changes):  # next to the zero line
+        offset, alignment = ((-4, 0), "right") if x > 0 else ((4, 0), "left")
+        text: dict[str, Any] = {"fontsize": 7, "ha": alignment, "va": "center"}
+        ax.annotate(name, (0, -i), xytext=offset, textcoords="offset points", **text)
+    widest = max((abs(x) for _, x in changes), default=1.0)
+    ax.set_xlim(-1.75 * widest, 1.75 * widest)
+    ax.axvline(0, color="#444444", lw=0.8)
+    ax.grid(axis="y", visible=False)
+    ax.spines["left"].set_visible(False)
+    ax.tick_params(axis="y", length=0)
 
 
 def axis_label(name: str, unit: str) -> str:

@@ -12,7 +12,7 @@ from railui.io.number_format import typeset_unit
 from railui.optimisation.design_space import DesignSpace
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study import Study, Variable
-from railui.report.figures.drawing import BLUE, ORANGE, Picture, axis_label, draw_picture
+from railui.report.figures.drawing import BLUE, ORANGE, Picture, axis_label, draw_changes, draw_picture
 from railui.report.numbers import display_scale
 
 if TYPE_CHECKING:
@@ -172,19 +172,8 @@ def sensitivity_bars(report: Report, j: int) -> Picture | None:
     better = -1.0 if aim["sense"] == "minimise" else 1.0
 
     def draw(ax: Axes) -> None:
-        for i, (_, x) in enumerate(largest):
-            ax.barh(-i, x, height=0.72, color=BLUE if x * better > 0 else ORANGE)
-        ax.set_yticks([-i for i in range(len(largest))], ["" for _ in largest])
-        for i, (path, x) in enumerate(largest):  # next to the zero line, opposite to the bar
-            offset, alignment = ((-4, 0), "right") if x > 0 else ((4, 0), "left")
-            text: dict[str, Any] = {"fontsize": 7, "ha": alignment, "va": "center"}
-            ax.annotate(path, (0, -i), xytext=offset, textcoords="offset points", **text)
-        widest = max(abs(x) for _, x in largest)
-        ax.set_xlim(-1.75 * widest, 1.75 * widest)
-        ax.axvline(0, color="#444444", lw=0.8)
-        ax.grid(axis="y", visible=False)
-        ax.spines["left"].set_visible(False)
-        ax.tick_params(axis="y", length=0)
+        colours = [BLUE if x * better > 0 else ORANGE for _, x in largest]
+        draw_changes(ax, largest, colours)
         ax.set_xlabel(axis_label(f"change of {objective_text(aim)}", _unit(aim)))
 
     alt = f"Change of {objective_text(aim)} for a rise of 10 % of each parameter; blue is better"

@@ -1,0 +1,1 @@
+"""The report of a ride: time histories, spectra, guiding forces."""
