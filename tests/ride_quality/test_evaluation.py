@@ -38,7 +38,7 @@ def with_effects(*entries: dict[str, Any], base: Design = BOGIE) -> Design:
 
 def same(one: dict[str, Any], other: dict[str, Any]) -> bool:
     """Equal to the last digit, but for what only a single ride has."""
-    own = {"reference": None, "forces": None}
+    own = {"reference": None}
     return {**one, **own} == {**other, **own}
 
 
