@@ -110,7 +110,7 @@ class GuidingForces:
         rms, centres, f_0 = _instability(Y.sum(axis=1), rate, spacing)
         return cls(
             total=sliding_mean(total, spacing),
-            limit=np.asarray(force_limit(loads)),
+            limit=np.asarray(force_limit(loads, model.design.riding.use)),
             wheels=sliding_mean(Y_outward, spacing),
             quotient=np.where(is_lifted, np.nan, sliding_mean(ratio, spacing)),
             unloading=sliding_mean((Q_0 - Q) / Q_0, spacing),

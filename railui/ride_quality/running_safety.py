@@ -153,7 +153,7 @@ class RunningSafety:
     forces: GuidingForces
     limits: SafetyLimits
     criteria: tuple[Criterion, ...]
-    has_friction: bool
+    model_notes: tuple[str, ...]
 
     @property
     def findings(self) -> list[tuple[str, str]]:
@@ -174,14 +174,12 @@ class RunningSafety:
 
     def notes(self) -> list[str]:
         """Return notes on the meaning of the figures."""
-        limits = self.limits
-        notes = [(True, f"Y/Q: {QUASI_STATIC_NOTE if limits.has_load_transfer else STATIC_LOAD_NOTE}")]
-        notes.append((not limits.has_flange, NO_FLANGE_NOTE))
-        notes.append((not self.has_friction, NO_FRICTION_NOTE))
-        notes.append((limits.nadal is None, NO_ANGLE_NOTE))
-        notes.append((bool(self.forces.is_lifted.any()), LIFT_NOTE))
-        notes.append((not self.forces.rms.size, f"rms_100m: null, the track is shorter than {RMS_WINDOW:g} m"))
-        return [text for applies, text in notes if applies]
+        notes = [
+            (self.limits.nadal is None, NO_ANGLE_NOTE),
+            (bool(self.forces.is_lifted.any()), LIFT_NOTE),
+            (not self.forces.rms.size, f"rms_100m: null, the track is shorter than {RMS_WINDOW:g} m"),
+        ]
+        return [*self.model_notes, *(text for applies, text in notes if applies)]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the value of the result key `forces`."""
@@ -260,7 +258,15 @@ def safety_of(model: Model, forces: GuidingForces, s: FloatArray, first: int = 0
     """Return the running safety of guiding forces on a track s [sample] in m, from sample `first` on."""
     limits = SafetyLimits.of(model)
     criteria = tuple(criteria_of(forces, limits, s, first))
-    return RunningSafety(forces, limits, criteria, friction_of(model) is not None)
+    return RunningSafety(forces, limits, criteria, tuple(model_notes(model)))
+
+
+def model_notes(model: Model) -> list[str]:
+    """Return notes on what the guiding forces and wheel loads of a model can and cannot show."""
+    limits = SafetyLimits.of(model)
+    notes = [f"Y/Q: {QUASI_STATIC_NOTE if limits.has_load_transfer else STATIC_LOAD_NOTE}"]
+    notes += [] if limits.has_flange else [NO_FLANGE_NOTE]
+    return notes + ([] if friction_of(model) is not None else [NO_FRICTION_NOTE])
 
 
 def _force_series(

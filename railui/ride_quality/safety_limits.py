@@ -11,7 +11,7 @@ from railui.arrays import FloatArray
 from railui.vehicle.model import Model
 
 BASE_FORCE_LIMIT: Final = 10e3  # N, of the limit 10 kN + 2 Q_0/3 of the sum of guiding forces
-FORCE_LIMIT_FACTOR: Final = 1.0  # of that limit: Prud'homme's track of lower quality has 0.85
+FORCE_LIMIT_FACTORS: Final = {"goods": 0.85}  # of that limit by use, 1 for passengers; from memory of EN 14363:2005
 INSTABILITY_SHARE: Final = 0.5  # of the limit of the sum: that of its rms over 100 m
 QUOTIENT_LIMIT: Final = 0.8  # Y/Q as mean over 2 m
 UNLOADING_LIMIT: Final = 0.6  # (Q_0 - Q)/Q_0; that of the quasi-static test on twisted track, used here for dynamic Q
@@ -19,15 +19,16 @@ ASSUMED_FRICTION: Final = 0.36  # of Nadal's formula for a design whose creep is
 CHORD: Final = 2e-3  # m over which the angle of a flange is measured: noise of measured profiles has no angle
 
 
-def force_limit(wheel_load: Any) -> Any:
-    """Return the limit [N] of the sum of guiding forces for static wheel loads Q_0 [N]: k (10 kN + 2 Q_0/3), k 1.
+def force_limit(wheel_load: Any, use: str = "") -> Any:
+    """Return the limit [N] of the sum of guiding forces for static wheel loads Q_0 [N]: k (10 kN + 2 Q_0/3).
 
-    2 Q_0 is the static load of the wheelset: the limit of track shift of Prud'homme, which EN 14363 adopted.
+    k is 1, and 0.85 for the use "goods"; 2 Q_0 is the static load of the wheelset. The limit of track shift of
+    Prud'homme, which EN 14363 adopted.
 
     >>> round(force_limit(54e3))
     46000
     """
-    return FORCE_LIMIT_FACTOR * (BASE_FORCE_LIMIT + 2.0 * wheel_load / 3.0)
+    return FORCE_LIMIT_FACTORS.get(use, 1.0) * (BASE_FORCE_LIMIT + 2.0 * wheel_load / 3.0)
 
 
 def nadal_limit(flange_angle: float, friction: float) -> float:

@@ -38,7 +38,7 @@ def guidance_limits(model: Model, rows: FloatArray) -> FloatArray:
     if not is_guided_by_force(model):
         return np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]])
     loads = np.stack([rows[:, model.columns[path]] for path in wheel_load_paths(model)])
-    return np.asarray(force_limit(loads.min(axis=0)))
+    return np.asarray(force_limit(loads.min(axis=0), model.design.riding.use))
 
 
 def half_gauge_deviations(table: FloatArray, steps: int, wheelsets: int) -> FloatArray:

@@ -184,7 +184,9 @@ class _TrackRide:
         self.diverged_at = diverged_at
         self.valid_samples = len(excitation.track) if diverged_at is None else diverged_at
         self.e, accelerations, y = np.split(series, [len(wheelsets), len(channels) - len(forces)])
-        self.force_limits = force_limit(np.array([model.design.values[path] for path in wheel_load_paths(model)]))
+        self.force_limits = force_limit(
+            np.array([model.design.values[path] for path in wheel_load_paths(model)]), model.design.riding.use
+        )
         self.forces = self._guiding_forces(y)
         sections = comfort_sections(model, model.row[None], excitation.dt)
         self.weighted = {name: sosfilt(sos[0], accelerations) for name, sos in sections.items()}
