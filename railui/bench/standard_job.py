@@ -10,8 +10,9 @@ from typing import Any, Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.bench.designs import BOGIE, COACH
+from railui.bench.designs import BOGIE
 from railui.core import LANES, Batch, RideStatistics, Vehicles, resolve_thread_count, simd_level
+from railui.doctor.coach import COACH
 from railui.ride_quality.comfort import comfort_sections, felt_acceleration
 from railui.ride_quality.score import score_many
 from railui.ride_quality.statistics import BLOCK_DURATION, SCORE_CHANNELS, guidance_channels

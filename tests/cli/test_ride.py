@@ -112,3 +112,9 @@ def test_a_ride_of_half_a_second_is_not_very_good() -> None:
     found = document(run(*words))
     assert found["class"] == "satisfactory" and found["decided_by"].startswith("a ride of 0.5 s only")
     assert any("take 20 s or more" in note for note in found["notes"])
+
+
+def test_an_override_that_contradicts_the_masses_is_warned_of() -> None:
+    done = run_ride("--speed", "40", "vehicle.wheel_load=55")
+    assert "4 N is 0.22 kN, the masses weigh" in done.stderr
+    assert "the masses weigh" not in run_ride("--speed", "40", "vehicle.wheel_load=54e3").stderr
