@@ -12,12 +12,12 @@ from railui.contact.conicity import klingel_wavelength
 from railui.core import Batch, Placement, Vehicles, creep_forces
 from railui.curving import curve
 from railui.doctor.check import Check
-from railui.doctor.coach import COACH
 from railui.ride_quality.evaluation import excitation_of
 from railui.running_stability.critical_speed import critical_speeds
 from railui.running_stability.limit_cycles import nonlinear_critical_speeds
 from railui.running_stability.modes import modes_at
 from railui.vehicle.design_reader import Design, parse_design
+from railui.vehicle.manchester_coach import COACH
 from railui.vehicle.model import Model
 from railui.vehicle.simulate import simulate_series
 

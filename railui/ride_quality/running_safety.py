@@ -107,13 +107,13 @@ def criteria_of(forces: GuidingForces, limits: SafetyLimits, s: FloatArray, firs
     value, limit, place, at = worst(np.abs(forces.total), forces.limit[:, None])
     text = f"sum of guiding forces {value / 1e3:.3g} kN over 2 m, more than {limit / 1e3:.3g} kN"
     found = [Criterion("sum_of_guiding_forces", value, limit, place, at, NOT_ADMISSIBLE, text)]
-    found += _climbing(forces, limits, worst)
     if forces.rms.size:
         value, limit, place, _ = worst(forces.rms, INSTABILITY_SHARE * forces.limit[:, None])
         at = float(s[forces.centres[int(np.argmax(forces.rms.max(axis=0)))]])
         text = f"unstable: rms of the sum of guiding forces {value / 1e3:.3g} kN over 100 m, more than"
         text += f" {limit / 1e3:.3g} kN"
         found.append(Criterion("rms_100m", value, limit, place, at, NOT_ADMISSIBLE, text))
+    found += _climbing(forces, limits, worst)
     if limits.has_load_transfer:
         value, limit, place, at = worst(forces.unloading, UNLOADING_LIMIT)
         text = f"a wheel is unloaded by {100 * value:.3g} % over 2 m, more than {100 * limit:.3g} %"
