@@ -19,13 +19,12 @@ from railui.ride_quality.comfort import (
     reference_accelerations,
     sperling_wz,
 )
+from railui.ride_quality.conditions import duration_findings, duration_notes, guidance_limit
 from railui.ride_quality.running_safety import SAFETY_KEYS, RunningSafety, running_safety_many
 from railui.ride_quality.score import FRAME_FLOOR, evaluate_ride
 from railui.ride_quality.statistics import (
-    BLOCK_DURATION,
     DECISIVE_STATISTIC,
     SCORE_CHANNELS,
-    is_guided_by_force,
     ride_statistics,
 )
 from railui.track import Track
@@ -40,7 +39,6 @@ TrackLike = Track | TrackSource | str | Path
 DEFAULT_CHANNELS: Final = (*SCORE_CHANNELS, "ay1", "ay2", "rf", "d1", "d2", "psi1", "psi2")
 WEIGHTED_STATISTICS: Final = ("weighted_acceleration", DECISIVE_STATISTIC, "wz")
 STEP_ERROR_TOLERANCE: Final = 1e-4  # relative change by halved steps up to which a ride is taken as exact
-SHORT_DURATION: Final = 20.0  # s, eight periods of the lower band limit of W_d, 0.4 Hz
 MAX_CHECKED_STEPS: Final = 16  # steps per sample up to which halved steps are tried: more resolve any motion smoothly
 
 
@@ -141,10 +139,10 @@ def ride_result(
     own: dict[str, Any] = {name: values[number] for name, values in statistics.items()}
     floors = floor_points(model)
     own["comfort_point"] = _comfort_point(model, floors, own)
-    clearance, notes = _clearance(model, float(own["clearance"]), excitation)
-    findings = [*_duration_findings(excitation), *(safety.findings if safety is not None else ())]
+    clearance, notes = guidance_limit(model, float(own["clearance"]), excitation)
+    findings = [*duration_findings(excitation), *(safety.findings if safety is not None else ())]
     result = evaluate_ride(own, model.design.riding, clearance, findings)
-    result["notes"] = [*excitation.source.notes, *notes, *result["notes"], *_duration_notes(excitation)]
+    result["notes"] = [*excitation.source.notes, *notes, *result["notes"], *duration_notes(excitation)]
     diverged = bool(own["diverged"])
     result |= dict.fromkeys(SAFETY_KEYS) if safety is None else safety.measures()
     result["forces"] = None if safety is None else safety.as_dict()
@@ -158,44 +156,11 @@ def ride_result(
     return result | {"speed": excitation.speed, "seed": source.seed, "track": source.name}
 
 
-def _duration_findings(excitation: Excitation) -> list[tuple[str, str]]:
-    """Return the best class of a ride that is shorter than one block of 5 s, with the reason."""
-    duration = len(excitation.track) * excitation.dt
-    if duration >= BLOCK_DURATION * (1.0 - 1e-9):
-        return []
-    return [("satisfactory", f"a ride of {duration:.3g} s only, shorter than {BLOCK_DURATION:g} s")]
-
-
-def _duration_notes(excitation: Excitation) -> list[str]:
-    """Return a note on a ride too short for reliable statistics."""
-    duration = len(excitation.track) * excitation.dt
-    if duration >= SHORT_DURATION:
-        return []
-    return [f"a ride of {duration:.3g} s: its statistics are those of this place, take {SHORT_DURATION:g} s or more"]
-
-
 def _comfort_point(model: Model, floors: Sequence[str], statistics: dict[str, Any]) -> str:
     """Return the name of the comfort point, of several floor points the worst."""
     if floors:
         return f"floor {floors[int(statistics.get('point', 0))]}"
     return FRAME_FLOOR if carbody_effect(model) is None else CARBODY_CENTRE
-
-
-def _clearance(model: Model, limit: float, excitation: Excitation) -> tuple[float, list[str]]:
-    """Return the limit of guidance, widened by half the mean gauge deviation if the design asks for it, and notes."""
-    notes = []
-    if is_guided_by_force(model):
-        notes.append(f"guidance: flange_* count the sum of guiding forces against {limit:.5g} N, not flange contact")
-    elif model.design.gauge_widens_clearance:
-        limit += float(excitation.track.gauge.mean()) / 2
-        notes.append("clearance: widened by half the gauge, of which flange_margin takes mean and spread")
-        if any(effect.kind == "flange_contact" for effect in model.effects):
-            notes.append(
-                "flange_contact: its force acts from the clearance without the gauge: motion and forces keep it"
-            )
-    if carbody_effect(model) is not None and sum(e.at == "secondary_lateral" for e in model.design.effects) > 1:
-        notes.append("comfort: what other effects at secondary_lateral do to the coach itself is left out")
-    return limit, notes
 
 
 def _floor_results(floors: Sequence[str], statistics: dict[str, Any]) -> dict[str, dict[str, float]]:

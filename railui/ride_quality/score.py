@@ -20,7 +20,7 @@ from railui.ride_quality.comfort import (
     n_mv,
     sperling_wz,
 )
-from railui.ride_quality.guidance import guidance_index, log_flange_fraction_gaussian
+from railui.ride_quality.guidance import flange_margin, guidance_index, log_flange_fraction_gaussian
 
 CLASSES: Final = ("dangerous", "not admissible", "just admissible", "satisfactory", "good", "very good")
 CLASS_THRESHOLDS: Final = (20.0, 40.0, 60.0, 80.0)  # lowest scores of the classes above "not admissible"
@@ -98,7 +98,7 @@ def score_many(statistics: Mapping[str, Any], riding: ScoreSettings, clearance: 
 
     with np.errstate(invalid="ignore", divide="ignore"):
         m, sd = np.abs(wheelsets["mean_e"]), wheelsets["sd_e"]
-        margin = _flange_margin(m, sd, clearance)
+        margin = flange_margin(m, sd, clearance)
         log_fraction = valid(np.max(log_flange_fraction_gaussian(m, sd, clearance), axis=-1), 0.0)
         rms = valid(scalars["weighted_acceleration_1974"], np.inf)
         time = comfort_time(rms)
@@ -136,13 +136,6 @@ def _diverged(
     for values in scalars.values():
         diverged = diverged | ~np.isfinite(values)
     return diverged
-
-
-def _flange_margin(mean: FloatArray, sd: FloatArray, clearance: float) -> FloatArray:
-    """Return the least distance of abs(mean) from the clearance in standard deviations; infinite where sd is 0."""
-    distance = clearance - mean
-    if_constant = np.where(distance == 0, 0.0, np.copysign(np.inf, distance))
-    return np.asarray(np.min(np.where(sd > 0, distance / np.where(sd > 0, sd, 1.0), if_constant), axis=-1))
 
 
 def _goods_index(scalars: Mapping[str, FloatArray], riding: ScoreSettings) -> FloatArray:
@@ -295,8 +288,7 @@ def _notes(result: Mapping[str, Any], time: float, blocks: int) -> list[str]:
         (result["wz"] is None, "wz: null, no acceleration weighted with B"),
         (
             counted > NON_GAUSSIAN_RATIO * gaussian,
-            f"flange_fraction_gaussian: {gaussian:.2g} where {counted:.2g} is counted, e is not Gaussian: guidance in"
-            " the score and flange_margin are too good",
+            f"flange_fraction_gaussian: {gaussian:.2g} where {counted:.2g} is counted: e is not Gaussian",
         ),
     ]
     return [text for applies, text in notes if applies]

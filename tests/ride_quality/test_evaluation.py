@@ -248,3 +248,11 @@ def test_a_gauge_that_widens_the_clearance_is_noted_where_the_flange_keeps_it() 
     notes = [" ".join(ride(design, LOW, 40.0)["notes"]) for design in (wide, flanged)]
     assert "flange_contact: its force acts from the clearance without the gauge" in notes[0]
     assert "flange_contact" not in notes[1]
+
+
+def test_a_ride_does_not_depend_on_the_datum_of_the_alignment() -> None:
+    line = resolve_track(LOW).track
+    shifted = Track(line.s, line.yw + 0.1, line.phiw, line.gauge)
+    near, far = (ride(BOGIE, track, 40.0) for track in (line, shifted))
+    assert far["class"] == near["class"] and far["safety_share"] == pytest.approx(near["safety_share"], rel=1e-9)
+    assert far["score"] == pytest.approx(near["score"], rel=1e-9)
