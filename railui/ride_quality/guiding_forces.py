@@ -45,7 +45,8 @@ def sliding_mean(x: FloatArray, spacing: float, length: float = MEAN_LENGTH) -> 
     [0.5, 1.5, 2.5]
     """
     k = max(1, round(length / spacing))
-    total = np.cumsum(np.insert(x, 0, 0.0, axis=-1), axis=-1)
+    total = np.zeros((*x.shape[:-1], x.shape[-1] + 1))
+    np.cumsum(x, axis=-1, out=total[..., 1:])
     return np.asarray((total[..., k:] - total[..., :-k]) / k)
 
 
@@ -98,22 +99,26 @@ class GuidingForces:
         """Compute from the series [channel, sample] of `guiding_force_channels` sampled at `rate` [Hz]."""
         loads = np.array([model.design.values[path] for path in wheel_load_paths(model)])
         n = len(loads)
-        Y = series[: 2 * n].reshape(n, 2, -1)
-        dQ = series[2 * n :] if len(series) > 2 * n else np.zeros((n, Y.shape[-1]))
         Q_0 = loads[:, None, None]
+        Y = series[: 2 * n].reshape(n, 2, -1)
         Y_outward = _low_pass(Y * np.array([1.0, -1.0])[:, None], rate)  # to the right at the right wheel
-        Q = Q_0 + _low_pass(np.stack([dQ, -dQ], axis=1), rate)
-        is_unloaded = Q <= 0.0
-        ratio = np.where(is_unloaded, 0.0, Y_outward) / np.where(is_unloaded, 1.0, Q)
-        is_lifted = sliding_mean(is_unloaded.astype(float), spacing) > 0.5 * spacing / MEAN_LENGTH
-        total = np.asarray(Y_outward[:, 0] - Y_outward[:, 1])
+        wheels = sliding_mean(Y_outward, spacing)
+        if len(series) > 2 * n:
+            transfer = _low_pass(series[2 * n :], rate)
+            Q = Q_0 + np.stack([transfer, -transfer], axis=1)
+            quotient, is_lifted = _quotient(Y_outward, Q, spacing)
+            share = sliding_mean(transfer, spacing) / loads[:, None]
+            unloading = np.stack([-share, share], axis=1)
+        else:  # static wheel loads
+            quotient, unloading = wheels / Q_0, np.zeros_like(wheels)
+            is_lifted = np.zeros(wheels.shape, dtype=bool)
         rms, centres, f_0 = _instability(Y.sum(axis=1), rate, spacing)
         return cls(
-            total=sliding_mean(total, spacing),
+            total=wheels[:, 0] - wheels[:, 1],
             limit=np.asarray(force_limit(loads, model.design.riding.use)),
-            wheels=sliding_mean(Y_outward, spacing),
-            quotient=np.where(is_lifted, np.nan, sliding_mean(ratio, spacing)),
-            unloading=sliding_mean((Q_0 - Q) / Q_0, spacing),
+            wheels=wheels,
+            quotient=quotient,
+            unloading=unloading,
             is_lifted=is_lifted,
             rms=rms,
             centres=centres,
@@ -136,6 +141,17 @@ class GuidingForces:
             "share_above_limit": float(np.mean(total > self.limit[:, None], axis=1).max()),
             "derailment_quotient": max(quotients, default=None),
         }
+
+
+def _quotient(Y: FloatArray, Q: FloatArray, spacing: float) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return 2 m means of Y/Q, NaN where Q is not positive within them, and where that is."""
+    is_unloaded = Q <= 0.0
+    if not is_unloaded.any():
+        quotient = sliding_mean(Y / Q, spacing)
+        return quotient, np.zeros(quotient.shape, dtype=bool)
+    is_lifted = sliding_mean(is_unloaded.astype(float), spacing) > 0.5 * spacing / MEAN_LENGTH
+    ratio = np.where(is_unloaded, 0.0, Y) / np.where(is_unloaded, 1.0, Q)
+    return np.where(is_lifted, np.nan, sliding_mean(ratio, spacing)), is_lifted
 
 
 LOCATED: Final = ("total", "wheels", "quotient", "unloading", "is_lifted")  # attributes by location
