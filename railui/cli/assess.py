@@ -20,7 +20,7 @@ from railui.cli.arguments import (
     strict_option,
 )
 from railui.cli.invocation import Invocation, common_options, usage_error
-from railui.cli.quantities import parse_length
+from railui.cli.quantities import parse_cant, parse_length
 from railui.cli.tables import format_cell, make_table
 
 METHODS = ("response", "en14363")
@@ -41,7 +41,7 @@ COLUMNS = (
 @click.option("--measured", is_flag=True, help="en14363: evaluate the measured columns of the run TRACK.")
 @quantity_option(
     "--cant-deficiency",
-    parse_length,
+    parse_cant,
     metavar="LENGTH",
     help="en14363: target of the two-dimensional method; one-dimensional without it.",
 )

@@ -210,3 +210,20 @@ def test_a_run_without_any_quantity_of_the_method_is_refused(tmp_path: Path) -> 
     path = write_run(tmp_path / "run.csv", s, {"e1 [m]": 0.001 * np.sin(s)})
     with pytest.raises(FileProblems, match="no column that EN 14363 evaluates"):
         evaluate_measured(path, BOGIE)
+
+
+def test_forces_beyond_any_vehicle_or_of_no_wheelset_are_refused(tmp_path: Path) -> None:
+    s = np.arange(0.0, 300.0, STEP)
+    for header, message in (("Y1 [MN]", "more than any vehicle"), ("Y3 [N]", "the design has 2 wheelsets")):
+        path = write_run(tmp_path / "run.csv", s, {header: 20.0 * np.sin(s)})
+        with pytest.raises(FileProblems, match=message):
+            evaluate_measured(path, BOGIE)
+
+
+def test_a_measured_wheel_without_load_fails(tmp_path: Path) -> None:
+    s = np.arange(0.0, 1000.0, STEP)
+    Q = np.where((s > 300.0) & (s < 310.0), -100.0, 50e3)
+    path = write_run(tmp_path / "run.csv", s, {"Y1.right [N]": 1e3 * np.sin(s), "Q1.right [N]": Q})
+    result = evaluate_measured(path, BOGIE)
+    assert of(result, "wheel lift", "wheelset 1, right")["exceeded"] and result["verdict"] == "limit exceeded"
+    assert of(result, "Y/Q", "wheelset 1, right")["values"] == 9  # of ten sections: one has none

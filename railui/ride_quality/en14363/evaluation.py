@@ -118,9 +118,10 @@ def evaluate_measured(path: str | Path, design: ModelSource, *, cant_deficiency:
     FileProblems
         For a faulty run.
     """
-    recordings, notes = read_recording(path)
+    vehicle = vehicle_data(resolve_model(design))
+    recordings, notes = read_recording(path, len(vehicle.wheel_loads))
     head = {"track": Path(path).name, "seed": None, "source": "measured"}
-    return head | evaluate(recordings, vehicle_data(resolve_model(design)), cant_deficiency, notes)
+    return head | evaluate(recordings, vehicle, cant_deficiency, notes)
 
 
 def vehicle_data(model: Model) -> VehicleData:
@@ -251,6 +252,7 @@ def _missing(zones: Sequence[dict[str, Any]], recordings: Sequence[Recording]) -
     missing = [
         f"zone {z['zone']}: {z['sections']} of {z['required']} sections" for z in zones if z["sections"] < z["required"]
     ]
+    missing += [f"zone {z['zone']}: no value" for z in zones if z["sections"] and not z["quantities"]]
     if not any(piece.wheelsets for piece in recordings):
         missing.append("guiding forces: the simplified method of accelerations was used")
     elif not any(name.startswith("Q") for piece in recordings for name in piece.series):

@@ -33,6 +33,7 @@ QUASI_STATIC_ACCELERATION: Final = 1.5  # m/s^2
 FILTER_ORDER: Final = 4
 MIN_OVERSAMPLING: Final = 2.2
 EXTENSION: Final = 2.0  # periods of the lower edge of a band by which a series is extended at both ends
+LIFTED: Final = 1.0 + 1e-9  # least unloading of a wheel without load, above the limit 1
 WINDOW_STEP: Final = 10.0  # m
 
 
@@ -117,14 +118,23 @@ def filtered(x: FloatArray, rate: float, low: float | None, high: float) -> Floa
 def sliding_means(s: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return means over 2 m every 0.5 m of x [sample] at s [sample] m: their middles [m], and the means.
 
+    NaN where x is NaN anywhere in the 2 m.
+
     >>> at, mean = sliding_means(np.arange(0.0, 5.0), np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
     >>> at.tolist(), mean.tolist()
     ([1.0, 1.5, 2.0, 2.5, 3.0], [1.0, 1.5, 2.0, 2.5, 3.0])
     """
-    integral = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * np.diff(s))])
     middles = np.arange(s[0] + 0.5 * MEAN_LENGTH, s[-1] - 0.5 * MEAN_LENGTH + 1e-9, STEP)
-    # the integral of a line is a parabola: samples lie closer than the means, a line between them suffices but at ends
-    return middles, (_at(middles + 1.0, s, x, integral) - _at(middles - 1.0, s, x, integral)) / MEAN_LENGTH
+    first, last = middles - 0.5 * MEAN_LENGTH, middles + 0.5 * MEAN_LENGTH
+    missing = np.isnan(x)
+    defined = np.where(missing, 0.0, x)
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * (defined[1:] + defined[:-1]) * np.diff(s))])
+    mean = (_at(last, s, defined, integral) - _at(first, s, defined, integral)) / MEAN_LENGTH
+    if missing.any():
+        count = np.concatenate([[0], np.cumsum(missing)])
+        ends = np.searchsorted(s, last, side="right"), np.searchsorted(s, first, side="left")
+        mean[count[ends[0]] > count[ends[1]]] = np.nan
+    return middles, mean
 
 
 def _at(where: FloatArray, s: FloatArray, x: FloatArray, integral: FloatArray) -> FloatArray:
@@ -176,10 +186,10 @@ def _wheel_signals(
     at, mean = sliding_means(s, ratio)
     limits = dict.fromkeys(range(1, 5), QUOTIENT_LIMIT)
     yield Signal("Y/Q", place, "running safety", "1", at, mean, "outward", limits, side)
-    if float(np.ptp(Q)) <= 1e-9 * static_load:  # static: a wheel of a planar model cannot lift
+    if float(np.ptp(Q)) <= 1e-9 * static_load and float(Q.min()) > 0.0:  # static: a wheel of a planar model cannot lift
         return
     limits = dict.fromkeys(range(1, 5), 1.0)
-    unloading = (static_load - Q) / static_load
+    unloading = np.where(Q <= 0.0, np.maximum(1.0 - Q / static_load, LIFTED), 1.0 - Q / static_load)
     yield Signal("wheel lift", f"{place}, {side} wheel", "largest", "1", s, unloading, "largest", limits)
 
 

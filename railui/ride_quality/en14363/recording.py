@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.io.problems import Findings, file_problem
-from railui.io.table import read_table
+from railui.io.table import Table, read_table
 from railui.ride_quality.guiding_forces import guiding_force_channels, wheel_load_paths
 from railui.runs.columns import Column
 from railui.runs.segments import sampling_rate
@@ -33,6 +33,7 @@ CLOCK: Final = {
     "radius": Column("radius", "m", "track", "radius of the track, right-hand curves positive, 0 on tangent track"),
     "cant_deficiency": Column("cant_deficiency", "m", "track", "cant deficiency"),
 }
+MAX_VALUES: Final = {"N": 1e7, "m/s^2": 1e4}  # beyond any vehicle: a wrong unit
 MIN_SPEED: Final = 1.0  # m/s, below which a vehicle stands
 GAP_INTERVALS: Final = 1.5  # sampling intervals
 MIN_DURATION: Final = 5.0  # s of an unbroken piece
@@ -101,8 +102,24 @@ def simulate_recording(
     return [Recording(excitation.track.s[:n], speed, zero, zero, 1.0 / excitation.dt, values)], end
 
 
-def read_recording(path: str | Path) -> tuple[list[Recording], list[str]]:
-    """Read the measured columns of a run; return its unbroken pieces and notes.
+def _check_values(
+    table: Table, columns: Mapping[str, FloatArray], known: Mapping[str, Column], wheelsets: int, findings: Findings
+) -> None:
+    """Report values beyond any vehicle, and forces of wheelsets that the design does not have."""
+    for name, column in columns.items():
+        limit = MAX_VALUES.get(known[name].unit)
+        values = np.abs(column[np.isfinite(column)])
+        if name not in CLOCK and limit is not None and values.size and values.max() > limit:
+            message = f"reaches {values.max():.3g} {known[name].unit}, more than any vehicle"
+            findings.add(name, message, "give the right unit in the header", position=table.header_position)
+        number = re.match(r"[YQ](\d+)", name)
+        if number and not 1 <= int(number[1]) <= wheelsets:
+            message = f"the design has {wheelsets} wheelsets"
+            findings.add(name, message, "number them from the front, from 1", position=table.header_position)
+
+
+def read_recording(path: str | Path, wheelsets: int) -> tuple[list[Recording], list[str]]:
+    """Read the measured columns of a run of a vehicle with so many wheelsets; return its unbroken pieces and notes.
 
     Raises
     ------
@@ -121,6 +138,7 @@ def read_recording(path: str | Path) -> tuple[list[Recording], list[str]]:
     for name in ("t", "v"):
         if name not in table.names:
             findings.add(name, "this column is missing", f"add `{name} [{CLOCK[name].unit}]`")
+    _check_values(table, columns, known, wheelsets, findings)
     findings.raise_errors()
     measured = [name for name in columns if name not in CLOCK]
     if not measured:
