@@ -43,9 +43,7 @@ parameters below it.
 
 def page() -> str:
     """Return a section for each format."""
-    return "".join(
-        [INTRODUCTION, *_design(), *_runs(), *_campaign(), *_track(), *_study(), *_element(), *_map(), *_results()]
-    )
+    return "".join([INTRODUCTION, *_design(), *_runs(), *_campaign(), *_track(), *_study(), *_element(), *_map(), *_results()])
 
 
 def _numbers(parameters: tuple[Parameter, ...]) -> str:

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.bench.designs import BOGIE, COACH
+from railui.bench.designs import BOGIE
 from railui.core import LANES, Batch, RideStatistics, Vehicles, resolve_thread_count, simd_level
 from railui.ride_quality.comfort import comfort_sections, felt_acceleration
 from railui.ride_quality.score import score_many
@@ -18,6 +18,7 @@ from railui.ride_quality.statistics import BLOCK_DURATION, SCORE_CHANNELS, guida
 from railui.track import Track
 from railui.track.excitation import Excitation, TrackSource, resolve_track
 from railui.vehicle.design_reader import parse_design
+from railui.vehicle.manchester_coach import COACH
 from railui.vehicle.model import Model
 
 DESIGN_COUNT: Final = 64

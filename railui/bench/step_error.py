@@ -12,11 +12,12 @@ from typing import Any, Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.bench.designs import BOGIE, COACH
+from railui.bench.designs import BOGIE
 from railui.core import CURVE_KINDS, effect_catalogue
 from railui.ride_quality.evaluation import excitation_of
 from railui.track.excitation import Excitation
 from railui.vehicle.design_reader import Design, parse_design
+from railui.vehicle.manchester_coach import COACH
 from railui.vehicle.model import Model
 from railui.vehicle.simulate import simulate_series
 

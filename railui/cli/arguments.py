@@ -70,11 +70,17 @@ def load_design_argument(call: Invocation, path: str, overrides: Mapping[str, st
     """Load a design with its overrides and print its warnings; FileProblems with every fault."""
     from railui.documents.recognise import expect_kind
     from railui.vehicle.design_reader import load_design
+    from railui.vehicle.wheel_loads import wheel_load_warnings
 
     expect_kind(path, "design")
     design = load_design(Path(path))
     call.warn(design.warnings)
-    return design.with_values(overrides) if overrides else design
+    if not overrides:
+        return design
+    changed = design.with_values(overrides)
+    known = {problem.message for problem in design.warnings}
+    call.warn([problem for problem in wheel_load_warnings(changed) if problem.message not in known])
+    return changed
 
 
 def resolve_track_argument(

@@ -20,9 +20,10 @@ from railui.cli.arguments import (
     strict_option,
 )
 from railui.cli.invocation import Invocation, common_options, usage_error
-from railui.cli.quantities import parse_length
+from railui.cli.quantities import parse_cant, parse_length
 from railui.cli.tables import format_cell, make_table
 
+METHODS = ("response", "en14363")
 MAX_ROWS = 20
 COLUMNS = (
     *("from [m]", "to [m]", "score", "class", "flange", "margin [sd]", "W_d [m/s^2]", "max e [mm]"),
@@ -34,8 +35,16 @@ COLUMNS = (
 @click.argument("track", metavar="TRACK")
 @click.argument("design", metavar="DESIGN")
 @overrides_argument
-@speed_option(required=True)
+@speed_option()
 @quantity_option("--stretch", parse_length, default="200", metavar="LENGTH", help="Length of a track section [m].")
+@click.option("--method", type=click.Choice(METHODS), default=METHODS[0], show_default=True, help="Kind of assessment.")
+@click.option("--measured", is_flag=True, help="en14363: evaluate the measured columns of the run TRACK.")
+@quantity_option(
+    "--cant-deficiency",
+    parse_cant,
+    metavar="LENGTH",
+    help="en14363: target of the two-dimensional method; one-dimensional without it.",
+)
 @figure_option("geometry and ride quality along the track")
 @strict_option("a section")
 @common_options
@@ -45,8 +54,11 @@ def command(
     track: str,
     design: str,
     overrides: dict[str, str],
-    speed: float,
+    speed: float | None,
     stretch: float,
+    method: str,
+    measured: bool,
+    cant_deficiency: float | None,
     figure: str | None,
     strict: bool,
     call: Invocation,
@@ -59,10 +71,29 @@ def command(
 
     TRACK is a track, a measured run or the spec of a synthetic track. The table also gives the rank of each section
     by track geometry alone, so that maintenance can be prioritised by vehicle response.
+
+    \b
+    railui assess line.csv design.yaml --speed 40 --method en14363
+    railui assess run.csv design.yaml --method en14363 --measured
+
+    With `--method en14363` the forces and accelerations of the simulation, or those measured in a run, are evaluated by
+    the rules of EN 14363: test zones, track sections, percentiles, estimated maxima, limits. It is not an acceptance.
     """
     from railui.ride_quality.track_assessment import assess, check_section_length
 
+    if method != METHODS[1] and (measured or cant_deficiency is not None):
+        raise usage_error("--measured and --cant-deficiency belong to --method en14363")
+    if speed is None and not measured:
+        raise usage_error("give --speed")
     loaded = load_design_argument(call, design, overrides)
+    if method == METHODS[1]:
+        from railui.cli.assess_en14363 import evaluate_command
+
+        if figure is not None:
+            raise usage_error("--figure: --method en14363 draws none")
+        is_exceeded = evaluate_command(call, track, design, loaded, overrides, speed, cant_deficiency, measured)
+        ctx.exit(EXIT_LIMIT_VIOLATED if strict and is_exceeded else 0)
+    assert speed is not None
     source = resolve_track_argument(track, call.seed, "TRACK")
     try:
         check_section_length(source.track, stretch)

@@ -56,7 +56,7 @@ def _length_option(name: str, lowest: float, highest: float, default: str, text:
 @quantity_option(
     "--sd", parse_length, default="2 mm", metavar="LENGTH", help="Standard deviation of e for the linearisation."
 )
-@quantity_option("--load", bounded(parse_force, 10.0, 1e6, "N"), default="55 kN", metavar="FORCE", help="Wheel load.")
+@quantity_option("--load", bounded(parse_force, 1e3, 1e6, "N"), default="55 kN", metavar="FORCE", help="Wheel load.")
 @click.option(
     "--surface",
     type=click.FloatRange(0.05, 1.5),

@@ -45,10 +45,10 @@ def _table(report: Mapping[str, Any]) -> Any:
     title = f"SIMD {machine['simd']}, {machine['threads']} threads, Python {machine['python']}, {machine['platform']}"
     rows = []
     for check in report["checks"]:
-        values = (format_cell(check[key], 7) for key in ("name", "expected", "got", "source"))
+        values = (format_cell(check[key], 7) for key in ("name", "expected", "got", "tolerance", "source"))
         rows.append(["ok" if check["ok"] else Text("FAILS", "bold red"), *values])
     failed = sum(not check["ok"] for check in report["checks"])
     skipped = [f"skipped: {check['name']}, {check['reason']}" for check in report["skipped"]]
     counts = f"{len(report['checks'])} checks, {failed} failed, {report['seconds']:.1f} s"
-    columns = ("", "check", "expected", "got", "source")
+    columns = ("", "check", "expected", "got", "within", "source")
     return make_table(columns, rows, title=title, caption="\n".join([*skipped, counts]))

@@ -41,9 +41,26 @@ QUANTITIES = {
     "wz": "",
 }
 # columns of the table of several rides
-COMPARED = ("score", "class", "comfort_hours", "weighted_acceleration", "flange_fraction", "flange_margin")
+COMPARED = (
+    "score",
+    "class",
+    "comfort_hours",
+    "weighted_acceleration",
+    "flange_fraction",
+    "flange_margin",
+    "safety_share",
+)
 NOT_AVERAGED = ("steps", "speed", "seed", "comfort_clipped")
 LISTS = ("flange_fractions",)
+LABELS = {"class": "class, no acceptance"}
+# criteria of running safety: row, factor, unit
+CRITERIA = {
+    "sum_of_guiding_forces": ("sum of guiding forces, 2 m mean", 1e-3, "kN"),
+    "rms_100m": ("its rms over 100 m near f_0", 1e-3, "kN"),
+    "derailment_quotient": ("Y/Q of a wheel, 2 m mean", 1.0, ""),
+    "weinstock": ("sum of abs(Y/Q) of a wheelset", 1.0, ""),
+    "wheel_unloading": ("unloading of a wheel, 2 m mean", 1.0, ""),
+}
 
 
 @click.command("ride")
@@ -87,8 +104,8 @@ def command(
     railui ride design.yaml --track line.csv --speed "144 km/h" vehicle.primary.lateral_stiffness=4e6
     railui ride design.yaml --track line.csv --speed 40 --series run.csv.gz --plot ride.html
 
-    Several speeds or seeds are reported with their mean and standard deviation (n - 1): one seed of a synthetic
-    track is a random sample. The class is not an acceptance or running-safety assessment.
+    Several speeds or seeds are reported with their mean and standard deviation (n - 1) and the worst of them: one seed
+    of a synthetic track is a random sample. The class is a grade of this program, not an acceptance.
     """
     if (speed is None) == (speeds is None):
         raise usage_error("give either --speed or --speeds")
@@ -183,7 +200,23 @@ def summary(cases: list[dict[str, Any]]) -> dict[str, Any]:
         sd[key] = np.std(values, axis=0, ddof=1) if is_complete and len(values) > 1 else None
     diverged = sum(case["diverged"] is not None for case in cases)
     notes = [f"mean and sd: null where a case has no value, {diverged} of {len(cases)} diverged"] if diverged else []
-    return {"cases": cases, "mean": mean, "sd": sd, "notes": [*notes, "sd: of the sample, n - 1"]}
+    return {
+        "cases": cases,
+        "mean": mean,
+        "sd": sd,
+        "worst": worst_case(cases),
+        "notes": [*notes, "sd: of the sample, n - 1"],
+    }
+
+
+def worst_case(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return speed, seed, class and reason of the worst case, and the largest value of each measure of safety."""
+    from railui.ride_quality.running_safety import SAFETY_KEYS
+    from railui.ride_quality.score import CLASSES
+
+    worst = min(cases, key=lambda case: (CLASSES.index(case["class"]), case["score"]))
+    largest = {key: max((case[key] for case in cases if case[key] is not None), default=None) for key in SAFETY_KEYS}
+    return {key: worst[key] for key in ("speed", "seed", "class", "decided_by")} | largest
 
 
 def _is_numeric(value: Any, is_list: bool) -> bool:
@@ -191,19 +224,28 @@ def _is_numeric(value: Any, is_list: bool) -> bool:
 
 
 def _single_table(result: dict[str, Any]) -> Any:
-    rows = [(key, format_cell(result[key]), unit) for key, unit in QUANTITIES.items()]
+    rows = [(LABELS.get(key, key), format_cell(result[key]), unit) for key, unit in QUANTITIES.items()]
     for key, value in (result["reference"] or {}).items():
         rows.append((f"{key}, in the frequency domain", format_cell(value), "m/s^2"))
-    forces = result.get("forces") or {}
-    for i, wheelset in enumerate(forces.get("wheelsets", ()), 1):
-        of_limit = f"{wheelset['sum_of_guiding_forces'] / 1e3:.3g} of {wheelset['limit'] / 1e3:.3g}"
-        rows.append((f"sum of guiding forces, wheelset {i} (2 m, 99.85 %)", of_limit, "kN"))
-    if forces.get("derailment_quotient"):
-        rows.append(("Y/Q (2 m, 99.85 %), indicative only", format_cell(forces["derailment_quotient"]), ""))
+    forces = result["forces"] or {"criteria": [], "notes": []}
+    rows += _criteria_rows(forces["criteria"])
     if result["diverged"]:
         rows.append(("simulation diverged at s", format_cell(result["diverged"]["at_s"]), "m"))
     title = f"{result['track']} at {result['speed']:g} m/s ({3.6 * result['speed']:g} km/h)"
-    return make_table(("ride quality", "", "unit"), rows, title=title, caption="\n".join(result["notes"]))
+    return make_table(
+        ("ride quality", "", "unit"), rows, title=title, caption="\n".join([*result["notes"], *forces["notes"]])
+    )
+
+
+def _criteria_rows(criteria: list[dict[str, Any]]) -> list[tuple[str, str, str]]:
+    """Return the rows of the largest values with their limits; criteria without a limit are in the JSON only."""
+    rows = []
+    for item in criteria:
+        if item["criterion"] in CRITERIA and item["limit"] is not None:
+            name, factor, unit = CRITERIA[item["criterion"]]
+            value = f"{item['value'] * factor:.3g} of {item['limit'] * factor:.3g}"
+            rows.append((name, value + (f", exceeded: {item['place']}" if item["exceeded"] else ""), unit))
+    return rows
 
 
 def _cases_table(body: dict[str, Any]) -> Any:
@@ -216,4 +258,6 @@ def _cases_table(body: dict[str, Any]) -> Any:
         for name in ("mean", "sd")
     ]
     columns = ("speed [m/s]", "seed", *(key.replace("_", " ") for key in COMPARED))
-    return make_table(columns, cases, statistics, title=body["cases"][0]["track"])
+    worst = body["worst"]
+    caption = f"worst, at {worst['speed']:g} m/s: {worst['class']}, {worst['decided_by']}"
+    return make_table(columns, cases, statistics, title=body["cases"][0]["track"], caption=caption)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 SIMPACK_KINDS: dict[str, Kind] = {".prw": "wheel", ".prr": "rail"}
 SIMPACK_TYPES = {0.0: "rail", 1.0: "wheel"}
+MAX_REPORTED = 10  # faulty lines of one file
 SETTING = re.compile(r"\s*([A-Za-z][\w.]*)\s*=\s*('[^']*'|\S+)")
 HEADED = re.compile(r"\s*([A-Za-z]\w*)\s*(?:\[([^\]]*)\])?\s*\Z")
 MILLIMETRES = (20.0, 400.0)  # widths of a profile in mm
@@ -96,7 +97,7 @@ def _simpack(text: str, file: str, kind: str) -> _Points:
         elif not inside and (setting := SETTING.match(bare)):
             # the first type is that of the header; that of the original data file follows and is another number
             settings.setdefault(setting[1], (setting[2].strip("'"), number))
-    findings.raise_errors()
+    _raise_errors(findings)
     values: dict[str, float] = {}
     for key, (word, number) in settings.items():
         if key.split(".")[0] in ("units", "mirror", "shift", "bound", "rotate", "inversion", "type"):
@@ -166,12 +167,21 @@ def _text(text: str, file: str, kind: str) -> _Points:
             lines.append(number)
     if not rows and not findings.problems:
         findings.add("", "has no points", "write y and z of a point on each line", position=(1, 1))
-    findings.raise_errors()
+    _raise_errors(findings)
     p = np.array(rows)
     if factors[0] is None or factors[1] is None:
         factors = [_metres_per_unit(float(np.ptp(p[:, 0])), kind, findings)] * 2
     y, z = (p[:, i] * float(factors[i] or 1.0) for i in (0, 1))
     return _Points(y, z, tuple(lines))
+
+
+def _raise_errors(findings: Findings) -> None:
+    """Raise FileProblems for faulty lines: the first ten, and the number of the others."""
+    more = len(findings.problems) - MAX_REPORTED
+    if more > 0:
+        del findings.problems[MAX_REPORTED:]
+        findings.add("", f"{more} more lines are faulty", "is it the file of a profile?")
+    findings.raise_errors()
 
 
 def _cells(line: str) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from railui.doctor.check import Check
 
-KALKER: Final = "Kalker 1990, table E.3, Poisson's ratio 0.25"
+KALKER: Final = "Kalker 1990, table E.3, Poisson's ratio 0.25; typed twice: shows typing errors only"
 EN_15302: Final = "EN 15302, nominal results"
 # a/b, then C11, C22, C23
 COEFFICIENTS: Final = (
@@ -66,6 +66,23 @@ def conicity_of_the_standard(reference: Path) -> Iterator[Check]:
             )
 
 
+def tolerance_of_the_standard(reference: Path) -> Iterator[Check]:
+    """Yield the conicity of every table of the standard that the directory has, at all amplitudes within its bounds."""
+    from railui.contact.conicity import equivalent_conicity
+
+    for file in sorted((reference / "en15302").glob("E*_conicity.csv")):
+        name = file.name.partition("_")[0]
+        bounds = np.genfromtxt(file, delimiter=",", skip_header=1)
+        table = np.genfromtxt(file.with_name(f"{name}_delta_r.csv"), delimiter=",", skip_header=1) * 1e-3
+        within = bounds[bounds[:, 1] > 0.0]  # 0: no orbit round the centre
+        curve = equivalent_conicity(table[:, 0], table[:, 1], within[:, 0] * 1e-3)
+        reached = np.isin(np.round(within[:, 0], 3), np.round(curve.amplitude * 1e3, 3))
+        upper, lower = within[reached, 2], within[reached, 3]
+        outside = int(np.sum(~((curve.tan_gamma >= lower) & (curve.tan_gamma <= upper))))
+        title = f"{name}, amplitudes of {len(upper)} with tan gamma_e outside the tolerance"
+        yield Check(title, 0.0, float(outside), EN_15302, 0.0)
+
+
 def conicity_of_profiles(reference: Path) -> Iterator[Check]:
     """Yield S1002 on UIC60, rigid contact with roll, within 0.02 of two independent computations."""
     from railui.contact.conicity import equivalent_conicity
@@ -84,5 +101,6 @@ def conicity_of_profiles(reference: Path) -> Iterator[Check]:
 GROUPS: Final[tuple[Callable[[], Iterator[Check]], ...]] = (kalkers_coefficients, cones)
 REFERENCE_DATA_CHECKS: Final[dict[str, Callable[[Path], Iterator[Check]]]] = {
     "equivalent conicity, EN 15302 E1 to E4": conicity_of_the_standard,
+    "equivalent conicity, tolerance of EN 15302": tolerance_of_the_standard,
     "equivalent conicity of S1002 on UIC60": conicity_of_profiles,
 }

@@ -1,9 +1,7 @@
-"""Checks of the machine: SIMD level, locale, serial ports, identical results for any number of lanes and threads."""
+"""Checks of the machine: SIMD level, output, serial ports, identical results for any number of lanes and threads."""
 
 from __future__ import annotations
 
-import json
-import locale
 import os
 import platform
 import sys
@@ -17,12 +15,13 @@ from railui.arrays import FloatArray
 from railui.core import LANES, resolve_thread_count, simd_level, source_hash
 from railui.doctor.check import Check
 from railui.doctor.vehicles import check_bogie
-from railui.io.units import quantity
 from railui.ride_quality.evaluation import excitation_of
 from railui.ride_quality.statistics import ride_statistics
 from railui.vehicle.model import Model
 
-SIMD_LEVELS: Final = ("v4", "v3", "portable")
+# the best first: flags of the processor that a level needs
+SIMD_FLAGS: Final = {"v4": {"avx512f", "avx512dq", "avx2", "fma"}, "v3": {"avx2", "fma"}}
+CPU_INFO: Final = Path("/proc/cpuinfo")
 HERE: Final = "this installation"
 PORT_PATTERNS: Final = ("ttyUSB*", "ttyACM*")
 
@@ -48,34 +47,51 @@ def _agreement(first: FloatArray, second: FloatArray) -> str:
 
 
 def simd_checks(jobs: int | None) -> Iterator[Check]:
-    """Yield that the SIMD level is a known one, and the requested one."""
-    requested = os.environ.get("RAILUI_SIMD")
-    yield Check(
-        "SIMD level",
-        requested or simd_level(),
-        simd_level() if simd_level() in SIMD_LEVELS else f"unknown {simd_level()}",
-        HERE,
-    )
+    """Yield that the SIMD level is the requested one, or the best of this processor."""
+    best = best_simd_level(CPU_INFO.read_text()) if CPU_INFO.is_file() else None
+    expected = os.environ.get("RAILUI_SIMD") or best or simd_level()
+    yield Check("SIMD level", expected, simd_level(), HERE)
 
 
-def locale_checks(jobs: int | None) -> Iterator[Check]:
-    """Yield that numbers are read and written with a point in the locale of the machine."""
-    written = json.dumps(quantity("0.5 mm", "m"))
-    yield Check(
-        "numbers of files and JSON have a decimal point",
-        "0.0005",
-        written,
-        f"locale {locale.setlocale(locale.LC_NUMERIC)}",
-    )
-    yield Check("text is UTF-8", "utf-8", sys.getdefaultencoding(), HERE)
+def best_simd_level(cpu_info: str) -> str:
+    """Return the SIMD level that a processor supports, from the text of /proc/cpuinfo.
+
+    >>> best_simd_level("flags : fpu avx2 fma avx512f"), best_simd_level("flags : sse2")
+    ('v3', 'portable')
+    """
+    flags = {word for line in cpu_info.splitlines() if line.startswith("flags") for word in line.split()}
+    return next((level for level, needed in SIMD_FLAGS.items() if needed <= flags), "portable")
+
+
+def output_checks(jobs: int | None) -> Iterator[Check]:
+    """Yield that standard output can print the frames of tables."""
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    try:
+        "\u250f\u2501\u2503".encode(encoding)
+        result = "printable"
+    except (UnicodeEncodeError, LookupError):
+        result = f"not in {encoding}: set PYTHONIOENCODING=utf-8"
+    yield Check("frames of tables on standard output", "printable", result, HERE)
 
 
 def port_checks(jobs: int | None) -> Iterator[Check]:
-    """Yield that the serial ports of the machine can be opened."""
-    ports = [port for pattern in PORT_PATTERNS for port in Path("/dev").glob(pattern)]
+    """Yield that the serial ports of the machine can be opened; nothing without a port."""
+    ports = serial_ports()
+    if not ports:
+        return
     closed = [str(port) for port in ports if not os.access(port, os.R_OK | os.W_OK)]
     result = f"no permission for {', '.join(closed)}: join their group" if closed else "all that are there"
     yield Check("serial ports can be opened", "all that are there", result, f"{len(ports)} ports")
+
+
+def serial_ports() -> list[Path]:
+    """Return the serial ports of the machine."""
+    return [port for pattern in PORT_PATTERNS for port in Path("/dev").glob(pattern)]
+
+
+def skipped_checks() -> list[dict[str, str]]:
+    """Return the checks that this machine gives no occasion for."""
+    return [] if serial_ports() else [{"name": "serial ports can be opened", "reason": "the machine has none"}]
 
 
 def describe_machine(jobs: int | None) -> dict[str, Any]:
@@ -91,4 +107,4 @@ def describe_machine(jobs: int | None) -> dict[str, Any]:
     }
 
 
-GROUPS: Final = (simd_checks, lanes_and_threads, locale_checks, port_checks)
+GROUPS: Final = (simd_checks, lanes_and_threads, output_checks, port_checks)

@@ -43,7 +43,7 @@ def doctor(reference: Path | None = None, jobs: int | None = None) -> dict[str, 
     return {
         "ok": all(check.is_ok for check in checks),
         "checks": [check.as_dict() for check in checks],
-        "skipped": skipped,
+        "skipped": skipped + machine.skipped_checks(),
         "machine": machine.describe_machine(jobs),
         "seconds": time.perf_counter() - start,
     }

@@ -9,16 +9,21 @@ import numpy as np
 from scipy import optimize
 
 from railui.contact.conicity import klingel_wavelength
-from railui.core import Batch, Placement, Vehicles
+from railui.core import Batch, Placement, Vehicles, creep_forces
 from railui.curving import curve
 from railui.doctor.check import Check
+from railui.ride_quality.evaluation import excitation_of
 from railui.running_stability.critical_speed import critical_speeds
+from railui.running_stability.limit_cycles import nonlinear_critical_speeds
 from railui.running_stability.modes import modes_at
 from railui.vehicle.design_reader import Design, parse_design
+from railui.vehicle.manchester_coach import COACH
 from railui.vehicle.model import Model
+from railui.vehicle.simulate import simulate_series
 
 INDEPENDENT: Final = "own, worked out twice independently"
-BROERSEN: Final = "Broersen 1976, chapters 2 to 4, derived again"
+BROERSEN: Final = "own, worked out twice from the equations of Broersen 1976, which has no such values"
+SEPARATE_CODE: Final = "own, ramps of the speed by a separate code"
 KAAS_PETERSEN: Final = "Cooperrider 1972, Kaas-Petersen 1986; bifurcation.de, exd10: 68.66 m/s"
 
 CHECK_BOGIE: Final = """
@@ -49,6 +54,10 @@ CURVES: Final = (
     (8e6, (-10.940, -3.289, -1.417, 0.843)),
     (8e7, (-15.270, -5.715, -2.434, 1.583)),
 )
+
+FOLDS: Final = {0.9: 61.781, 1.5: 76.539}  # half wheelbase [m]: nonlinear critical speed [m/s], without D6
+HOPF: Final = {0.9: 63.214, 1.2: 72.112, 1.5: 78.206}
+COACH_SPEEDS: Final = {0.1: 82.5868526, 0.3: 63.0060765}  # conicity: linear critical speed [m/s]
 
 COOPERRIDER: Final = """
 vehicle:
@@ -126,6 +135,65 @@ def cooperriders_bogie() -> Iterator[Check]:
     yield Check("Cooperrider's bogie, its frequency [Hz]", 3.998, frequency, KAAS_PETERSEN, 5e-4)
 
 
+def nonlinear_critical_speeds_of_the_bogie() -> Iterator[Check]:
+    """Yield the fold of Cooperrider's bogie, and fold and Hopf bifurcation at other half wheelbases b, undamped."""
+    wheelbase, damping = "vehicle.elements.wheelset.half_wheelbase", "vehicle.elements.pivot_damper.yaw_damping"
+    design, undamped = parse_design(COOPERRIDER), {damping: 0.0}
+    cases: dict[str, tuple[dict[str, float], float]] = {"b 1.074 m": ({}, 66.688)} | {
+        f"b {b:g} m, D6 0": ({wheelbase: b} | undamped, v) for b, v in FOLDS.items()
+    }
+    for name, (changes, expected) in cases.items():
+        speeds = [expected + 3.0]
+        fold = float(nonlinear_critical_speeds([Model(design.with_values(changes))], speeds, jobs=1)[0])
+        title = f"Cooperrider's bogie, nonlinear critical speed, {name} [m/s]"
+        yield Check(title, expected, fold, SEPARATE_CODE, 0.02)
+    for b, expected in HOPF.items():
+        model = Model(design.with_values({wheelbase: b} | undamped))
+        hopf = critical_speeds(model, model.row[None], 90.0)[0]
+        title = f"Cooperrider's bogie, linear critical speed, b {b:g} m, D6 0 [m/s]"
+        yield Check(title, expected, hopf.speed if hopf else None, INDEPENDENT, 1e-3)
+
+
+def coach() -> Iterator[Check]:
+    """Yield the linear critical speed of a coach of 17 degrees of freedom."""
+    design = parse_design(COACH)
+    for conicity, expected in COACH_SPEEDS.items():
+        paths = [path for path in design.values if path.endswith(".conicity")]
+        model = Model(design.with_values(dict.fromkeys(paths, conicity)))
+        critical = critical_speeds(model, model.row[None], 120.0)[0]
+        title = f"coach of 17 degrees of freedom, critical speed at conicity {conicity:g} [m/s]"
+        yield Check(title, expected, critical.speed if critical else None, INDEPENDENT, 1e-5)
+
+
+def guiding_force_at_rest() -> Iterator[Check]:
+    """Yield the guiding forces of the wheels of a bogie at rest: N delta (1 - kappa_s/r), outwards at both wheels."""
+    excitation = excitation_of("erri_b176_low length=10 scale=1e-12", 40.0)
+    series, _ = simulate_series(Model(check_bogie()), excitation, ["Y1.right", "Y1.left"])
+    expected = 55e3 * 0.05 * (1.0 - 0.25 / 0.46)
+    title = "bogie at rest, guiding forces of the right and left wheel [N]"
+    yield Check(title, [expected, -expected], series[:, 0].tolist(), "equations of Broersen 1976, by hand", 1e-3)
+
+
+def creep_laws() -> Iterator[Check]:
+    """Yield the creep laws of Shen, Hedrick, Elkins and of Polach by their formulas, with spin and falling friction."""
+    mu, n, slope = 0.3, 6e4, 9e6
+    u = np.array([5e-4, 1e-3, 2e-3, 4e-3, 2e-2])
+    linear = np.stack([0.6 * slope * u, 0.8 * slope * u, np.zeros(u.size)], axis=1)
+    e = np.minimum(0.6 * slope * u / (mu * n), 3.0)  # surface 0.6
+    expected = np.where(e < 3.0, e - e**2 / 3 + e**3 / 27, 1.0)
+    found = creep_forces("shen_hedrick_elkins", {"friction": mu, "surface": 0.6}, n, (slope, slope), linear, 40.0)
+    computed = np.hypot(*found.T) / (mu * n)
+    source = "Shen, Hedrick, Elkins 1983, the formula by hand"
+    yield Check("creep law of Shen, Hedrick, Elkins, F/(mu N)", expected.tolist(), computed.tolist(), source, 1e-9)
+    falling = mu * (0.6 * np.exp(-0.6 * 40.0 * u) + 0.4)
+    e = 0.25 * np.pi * slope * u / (falling * n)
+    expected = 2 * falling / (np.pi * mu) * (e / (1 + e**2) + np.arctan(0.4 * e))
+    values = {"friction": mu, "slip_reduction": 0.4, "friction_ratio": 0.4, "friction_decay": 0.6}
+    found = creep_forces("polach", values, n, (slope, slope), linear, 40.0)
+    computed = np.hypot(*found.T) / (mu * n)
+    yield Check("creep law of Polach, F/(mu N)", expected.tolist(), computed.tolist(), "Polach 2005, by hand", 1e-9)
+
+
 def creep_of_vermeulen_and_johnson() -> Iterator[Check]:
     """Yield F/(mu N) = u - u^2/3 + u^3/27, 1 beyond u = 3: the lateral force of a wheelset at a fixed yaw angle."""
     mu, kappa, n, m = 0.3, 150.0, 6e4, 1000.0
@@ -147,9 +215,15 @@ def creep_of_vermeulen_and_johnson() -> Iterator[Check]:
 
 def klingel() -> Iterator[Check]:
     """Yield Klingel's wavelength."""
-    for conicity, expected in ((0.1, 11.670), (0.05, 16.504)):
+    for conicity, expected in ((0.1, 11.670), (0.05, 16.505)):
         computed = klingel_wavelength(0.75, 0.46, conicity)
-        yield Check(f"Klingel's wavelength at conicity {conicity:g} [m]", expected, computed, "Klingel 1883", 1e-3)
+        yield Check(
+            f"Klingel's wavelength at conicity {conicity:g} [m]",
+            expected,
+            computed,
+            "Klingel 1883, the formula by hand",
+            1e-3,
+        )
 
 
 GROUPS: Final = (
@@ -157,6 +231,10 @@ GROUPS: Final = (
     bogie_eigenvalues,
     curving,
     cooperriders_bogie,
+    nonlinear_critical_speeds_of_the_bogie,
+    coach,
+    guiding_force_at_rest,
     creep_of_vermeulen_and_johnson,
+    creep_laws,
     klingel,
 )

@@ -32,6 +32,7 @@ from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
 from railui.progress import SILENT, Progress
 from railui.ride_quality.evaluation import ride_result
+from railui.ride_quality.running_safety import running_safety_many
 from railui.ride_quality.score import CLASSES
 from railui.ride_quality.statistics import ride_statistics
 from railui.track import parse_spec
@@ -186,8 +187,10 @@ def ride_quality(cases: Sequence[Case], x: FloatArray, jobs: int | None = None) 
         integrable, steps = integrable_rows(model, rows, excitation)
         if len(integrable):
             statistics = ride_statistics(model, rows[integrable], excitation, steps=steps, jobs=jobs)
+            vehicles = [model.with_path_values(list(model.columns), row) for row in rows[integrable]]
+            safety = running_safety_many(vehicles, excitation, steps, jobs)
             for k, i in enumerate(integrable):
-                results[i].append(ride_result(model, statistics, k, excitation))
+                results[i].append(ride_result(vehicles[k], statistics, k, excitation, safety[k]))
     return [mean_ride_quality(each) if len(each) == len(cases) else None for each in results]
 
 
@@ -198,6 +201,8 @@ def mean_ride_quality(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
     for key in RIDE_QUALITY_KEYS:
         values = [result[key] for result in results]
         means[key] = None if any(value is None for value in values) else float(np.mean(values))
+    shares = [result["safety_share"] for result in results if result["safety_share"] is not None]
+    means["safety_share"] = max(shares, default=None)  # the worst, like the class
     return {"class": worst["class"], "decided_by": worst["decided_by"], **means}
 
 

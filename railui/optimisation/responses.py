@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from railui.memo import IdentityCache
 from railui.optimisation.cases import Case
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.ride_quality.comfort import n_mv, sperling_wz
+from railui.ride_quality.running_safety import SAFETY_KEYS, running_safety_many
 from railui.ride_quality.score import score_many
 from railui.ride_quality.statistics import ride_statistics
 from railui.running_stability.critical_speed import critical_speeds, linear_stability_many
@@ -110,6 +111,9 @@ def ride_responses(case: Case, rows: FloatArray, keys: Collection[str], jobs: in
         result.reasons[i] = DIVERGED if failed else ""
     for key, values in _ride_values(model, statistics, excitation, keys).items():
         result.values[key][integrable] = values
+    if asked := set(keys) & set(SAFETY_KEYS):
+        for key, values in _safety_values(model, rows[integrable], excitation, steps, asked, jobs).items():
+            result.values[key][integrable] = values
     return result
 
 
@@ -161,6 +165,23 @@ def _ride_values(
     return values
 
 
+def _safety_values(
+    model: Model,
+    rows: FloatArray,
+    excitation: Excitation,
+    steps: NDArray[np.int64],
+    keys: Collection[str],
+    jobs: int,
+) -> dict[str, FloatArray]:
+    """Return measures of running safety [n]; inf for a vehicle that leaves the track, NaN where one is undefined."""
+    vehicles = [model.with_path_values(list(model.columns), row) for row in rows]
+    measures = [
+        dict.fromkeys(keys, np.inf) if safety is None else safety.measures()
+        for safety in running_safety_many(vehicles, excitation, steps, jobs)
+    ]
+    return {key: np.array([np.nan if each[key] is None else each[key] for each in measures]) for key in keys}
+
+
 def stability_responses(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:
     """Evaluate keys of stability; a critical speed above `MAX_SPEED` counts as `MAX_SPEED`.
 
@@ -191,9 +212,16 @@ def _nonlinear_speeds(case: Case, rows: FloatArray, keys: Collection[str], jobs:
         values["fold_speed"] = np.nan_to_num(nonlinear_critical_speeds(models, DEFAULT_SPEEDS, jobs), nan=MAX_SPEED)
     if "practical_critical_speed" in keys:
         source = case.excitation.source
-        speeds = [practical_critical_speed(vehicle, source, DEFAULT_SPEEDS, jobs)["speed"] for vehicle in models]
-        values["practical_critical_speed"] = np.array([MAX_SPEED if speed is None else speed for speed in speeds])
+        found = [practical_critical_speed(vehicle, source, DEFAULT_SPEEDS, jobs) for vehicle in models]
+        values["practical_critical_speed"] = np.array([_practical_speed(each) for each in found])
     return values
+
+
+def _practical_speed(found: Mapping[str, Any]) -> float:
+    """Return a speed limit by ride criteria [m/s]: `MAX_SPEED` without a limit, 0 without an admissible speed."""
+    if found["speed"] is not None:
+        return float(found["speed"])
+    return MAX_SPEED if found["decided_by"] is None else 0.0
 
 
 def linear_damping(model: Model, rows: FloatArray, speed: float) -> FloatArray:

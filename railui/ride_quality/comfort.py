@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from railui.arrays import FloatArray
+from railui.arrays import ComplexArray, FloatArray
 from railui.dsp.discretise import discretise
 from railui.ride_quality.weighting import (
     W_D,
@@ -114,14 +114,11 @@ def reference_accelerations(model: Model, acceleration: ArrayLike, dt: float) ->
     """
     point = comfort_point_transfer(riding_of_row(model, model.row), not floor_points(model))
 
-    def w_d(f: FloatArray) -> FloatArray:
-        return point.modulus(f) * W_D.modulus(f)
-
-    def w_1974(f: FloatArray) -> FloatArray:
-        return point.modulus(f) * brick_wall_1974(f)
+    def w_1974(f: FloatArray) -> ComplexArray:
+        return point.response(f) * brick_wall_1974(f)
 
     return {
-        "weighted_acceleration": weighted_rms(acceleration, dt, w_d),
+        "weighted_acceleration": weighted_rms(acceleration, dt, cascade(point, W_D)),
         "weighted_acceleration_1974": weighted_rms(acceleration, dt, w_1974),
     }
 

@@ -19,9 +19,14 @@ from railui.ride_quality.comfort import (
     reference_accelerations,
     sperling_wz,
 )
-from railui.ride_quality.running_safety import running_safety
+from railui.ride_quality.conditions import duration_findings, duration_notes, guidance_limit
+from railui.ride_quality.running_safety import SAFETY_KEYS, RunningSafety, running_safety_many
 from railui.ride_quality.score import FRAME_FLOOR, evaluate_ride
-from railui.ride_quality.statistics import DECISIVE_STATISTIC, SCORE_CHANNELS, is_guided_by_force, ride_statistics
+from railui.ride_quality.statistics import (
+    DECISIVE_STATISTIC,
+    SCORE_CHANNELS,
+    ride_statistics,
+)
 from railui.track import Track
 from railui.track.excitation import Excitation, TrackSource, resolve_track
 from railui.vehicle.grouping import group_by_structure
@@ -114,19 +119,33 @@ def simulate_rides(models: Sequence[Model], excitation: Excitation, jobs: int | 
     for members in group_by_structure(models):
         rows = np.stack([models[i].row for i in members])
         statistics = ride_statistics(models[members[0]], rows, excitation, jobs=jobs)
-        results |= {i: ride_result(models[i], statistics, k, excitation) for k, i in enumerate(members)}
+        steps = statistics["steps"].astype(np.int64)
+        safety = running_safety_many([models[i] for i in members], excitation, steps, jobs)
+        results |= {i: ride_result(models[i], statistics, k, excitation, safety[k]) for k, i in enumerate(members)}
     return [results[i] for i in range(len(models))]
 
 
-def ride_result(model: Model, statistics: dict[str, FloatArray], number: int, excitation: Excitation) -> dict[str, Any]:
-    """Return the ride quality of one of many rides, its statistics, and notes on values that are None."""
+def ride_result(
+    model: Model,
+    statistics: dict[str, FloatArray],
+    number: int,
+    excitation: Excitation,
+    safety: RunningSafety | None,
+) -> dict[str, Any]:
+    """Return the ride quality of one of many rides, its statistics, and notes on values that are None.
+
+    safety: guiding forces of the ride; None if it diverged or the track is too short for them.
+    """
     own: dict[str, Any] = {name: values[number] for name, values in statistics.items()}
     floors = floor_points(model)
     own["comfort_point"] = _comfort_point(model, floors, own)
-    clearance, notes = _clearance(model, float(own["clearance"]), excitation)
-    result = evaluate_ride(own, model.design.riding, clearance)
-    result["notes"] = [*excitation.source.notes, *notes, *result["notes"]]
+    clearance, notes = guidance_limit(model, float(own["clearance"]), excitation)
+    findings = [*duration_findings(excitation), *(safety.findings if safety is not None else ())]
+    result = evaluate_ride(own, model.design.riding, clearance, findings)
+    result["notes"] = [*excitation.source.notes, *notes, *result["notes"], *duration_notes(excitation)]
     diverged = bool(own["diverged"])
+    result |= dict.fromkeys(SAFETY_KEYS) if safety is None else safety.measures()
+    result["forces"] = None if safety is None else safety.as_dict()
     if floors:
         result["floor"] = None if diverged else _floor_results(floors, own)
     result["diverged"] = {"at_s": float(own["lost_at"])} if diverged else None
@@ -142,19 +161,6 @@ def _comfort_point(model: Model, floors: Sequence[str], statistics: dict[str, An
     if floors:
         return f"floor {floors[int(statistics.get('point', 0))]}"
     return FRAME_FLOOR if carbody_effect(model) is None else CARBODY_CENTRE
-
-
-def _clearance(model: Model, limit: float, excitation: Excitation) -> tuple[float, list[str]]:
-    """Return the limit of guidance, widened by half the mean gauge deviation if the design asks for it, and notes."""
-    notes = []
-    if is_guided_by_force(model):
-        notes.append(f"guidance: flange_* count the sum of guiding forces against {limit:.5g} N, not flange contact")
-    elif model.design.gauge_widens_clearance:
-        limit += float(excitation.track.gauge.mean()) / 2
-        notes.append("clearance: widened by half the gauge, of which flange_margin takes mean and spread")
-    if carbody_effect(model) is not None and sum(e.at == "secondary_lateral" for e in model.design.effects) > 1:
-        notes.append("comfort: what other effects at secondary_lateral do to the coach itself is left out")
-    return limit, notes
 
 
 def _floor_results(floors: Sequence[str], statistics: dict[str, Any]) -> dict[str, dict[str, float]]:
@@ -193,7 +199,7 @@ def ride_many(
     -------
     list of dict
         Keys as `evaluate_ride`, and `diverged` (None, or the location), `statistics`, `steps` per sample, `speed`,
-        `seed`, `track`.
+        `seed`, `track`; `forces`: guiding forces and Y/Q with their limits, see `railui.ride_quality.running_safety`.
 
     Raises
     ------
@@ -231,9 +237,8 @@ def ride(
     -------
     dict
         Keys as `ride_many`; `reference`: the weighted accelerations computed in the frequency domain, with the brick
-        wall of the 1970s, to verify the streaming filters; `forces`: guiding forces and Y/Q by the names of EN 14363,
-        see `railui.ride_quality.running_safety`. A note reports if halved steps change the statistics of the score by
-        more than 1e-4, because of hard stops or a motion that no step resolves.
+        wall of the 1970s, to verify the streaming filters. A note reports if halved steps change the statistics of the
+        score by more than 1e-4, because of hard stops or a motion that no step resolves.
 
     Raises
     ------
@@ -253,12 +258,13 @@ def ride(
     """
     model, excitation = resolve_model(design), excitation_of(track, speed, seed)
     statistics = ride_statistics(model, model.row[None], excitation, jobs=jobs)
-    result = ride_result(model, statistics, 0, excitation)
+    safety = running_safety_many([model], excitation, statistics["steps"].astype(np.int64), jobs)[0]
+    result = ride_result(model, statistics, 0, excitation, safety)
     result["notes"] += _step_notes(model, excitation, statistics, jobs)
     if result["diverged"] is not None:
-        return result | {"reference": None, "forces": None}
+        return result | {"reference": None}
     has_floor = bool(floor_points(model))
     channel = result["comfort_point"].replace("floor ", "floor.", 1) if has_floor else "ayf"
     acceleration = _series(model, excitation, [channel])[0]
     reference = reference_accelerations(model, acceleration, excitation.dt)
-    return result | {"reference": reference, "forces": running_safety(model, excitation)}
+    return result | {"reference": reference}

@@ -100,3 +100,14 @@ def guidance_index(log_fraction: ArrayLike, admissible: float) -> FloatArray:
     distance = np.log(admissible) - np.asarray(log_fraction, dtype=np.float64)
     index = np.clip(distance / np.log(admissible / MIN_FLANGE_FRACTION), 0.0, 1.0)
     return np.asarray(index, dtype=np.float64)
+
+
+def flange_margin(mean: FloatArray, sd: FloatArray, clearance: float) -> FloatArray:
+    """Return the least distance of abs(mean) from the clearance in standard deviations; infinite where sd is 0.
+
+    >>> float(flange_margin(np.array([1e-3, 0.0]), np.array([2e-3, 1e-3]), 7e-3))
+    3.0
+    """
+    distance = clearance - mean
+    if_constant = np.where(distance == 0, 0.0, np.copysign(np.inf, distance))
+    return np.asarray(np.min(np.where(sd > 0, distance / np.where(sd > 0, sd, 1.0), if_constant), axis=-1))

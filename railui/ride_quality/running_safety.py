@@ -1,214 +1,189 @@
-"""Guiding forces and derailment quotients of a ride, by the quantities of EN 14363.
-
-The models are lateral: vertical irregularities are not modelled. The wheels of a vehicle of bodies and elements that
-rolls are loaded and unloaded quasi-statically; those of a planar bogie have their static load.
-"""
+"""Running safety of a ride: guiding forces, Y/Q, wheel unloading and lift against their limits."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.dsp.filters import butterworth, sosfiltfilt
-from railui.dsp.spectra import welch
+from railui.core import LANES
+from railui.ride_quality.guiding_forces import (
+    MEAN_LENGTH,
+    RMS_WINDOW,
+    GuidingForces,
+    characteristic_quotients,
+    characteristic_values,
+    guiding_force_channels,
+    sliding_mean,
+)
+from railui.ride_quality.safety_criteria import Criterion, criteria_of
+from railui.ride_quality.safety_limits import QUOTIENT_LIMIT, SafetyLimits, friction_of
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
-from railui.vehicle.simulate import simulate_series
 
-MAX_BAND_SHARE: Final = 0.45  # of the sampling rate, below which the band of f_0 lies
-MEAN_LENGTH: Final = 2.0  # m, of the sliding mean
-PERCENTILE: Final = 99.85  # of the magnitudes of the sliding means
-LOW_PASS_FREQUENCY: Final = 20.0  # Hz, of guiding forces and quotient
-MIN_OVERSAMPLING: Final = 2.2  # sampling rate over the low-pass frequency below which forces are not filtered
-BASE_FORCE_LIMIT: Final = 10e3  # N, of the limit 10 kN + 2 Q_0/3 of the sum of guiding forces
-RMS_WINDOW: Final = 100.0  # m, of the running rms that indicates instability
-RMS_STEP: Final = 10.0  # m, between two windows
-HALF_BANDWIDTH: Final = 2.0  # Hz, to either side of the dominant frequency f_0
-MIN_DOMINANT_FREQUENCY: Final = 0.4  # Hz: slower forces come from the line, not from the vehicle
-FILTER_ORDER: Final = 4
-QUOTIENT_LIMIT: Final = 0.8  # Y/Q
+__all__ = [
+    "QUOTIENT_LIMIT",
+    "SAFETY_KEYS",
+    "Criterion",
+    "GuidingForces",
+    "RunningSafety",
+    "characteristic_values",
+    "criteria_of",
+    "guiding_force_channels",
+    "model_notes",
+    "running_safety",
+    "running_safety_many",
+    "safety_of",
+    "sliding_mean",
+]
+
 STATIC_LOAD_NOTE: Final = "an indication: this model is planar, its wheels bear their static load"
 QUASI_STATIC_NOTE: Final = "load transfer quasi-static in roll; vertical irregularities are left out"
-UNLOADED_NOTE: Final = "Y/Q: null, a wheel is wholly unloaded"
-
-
-def force_limit(wheel_load: Any) -> Any:
-    """Return the limit [N] of the sum of guiding forces for static wheel loads Q_0 [N]: 10 kN + 2 Q_0/3.
-
-    Source: EN 14363.
-
-    >>> round(force_limit(54e3))
-    46000
-    """
-    return BASE_FORCE_LIMIT + 2.0 * wheel_load / 3.0
-
-
-def wheel_load_paths(model: Model) -> list[str]:
-    """Return the path of the static wheel load Q_0 of every wheelset."""
-    structure = model.design.structure
-    if structure is None:
-        return ["vehicle.wheel_load"] * len(model.wheelset_distances())
-    return [wheelset.part.number_path("wheel_load") for wheelset in structure.wheelsets]
-
-
-def sliding_mean(x: FloatArray, spacing: float, length: float = MEAN_LENGTH) -> FloatArray:
-    """Return means of a series [..., n] over a length [m] of samples `spacing` [m] apart, [..., n - k + 1].
-
-    >>> sliding_mean(np.array([0.0, 1.0, 2.0, 3.0]), 1.0).tolist()
-    [0.5, 1.5, 2.5]
-    """
-    k = max(1, round(length / spacing))
-    total = np.cumsum(np.insert(x, 0, 0.0, axis=-1), axis=-1)
-    return np.asarray((total[..., k:] - total[..., :-k]) / k)
-
-
-def guiding_force_channels(model: Model) -> list[str]:
-    """Return the channels of guiding forces: Yi.right, Yi.left, and dQi if load transfer is modelled."""
-    numbers = range(1, len(wheel_load_paths(model)) + 1)
-    wheels = [f"Y{i}.{side}" for i in numbers for side in ("right", "left")]
-    return wheels + ([f"dQ{i}" for i in numbers] if model.design.structure is not None else [])
+NO_FLANGE_NOTE: Final = "forces: the design has no flange_contact, nothing limits e: they are those of the tread only"
+NO_FRICTION_NOTE: Final = "forces: the design has no creep law with friction, its creep forces grow without bound"
+NO_ANGLE_NOTE: Final = "Y/Q: against 0.8 only, without contact.profiles the flange angle of Nadal's limit is unknown"
+LIFT_NOTE: Final = "Y/Q: a wheel is wholly unloaded in places, where it has none"
 
 
 @dataclass(frozen=True, eq=False)
-class GuidingForces:
-    """Guiding forces of a ride as sliding means over 2 m.
+class RunningSafety:
+    """Running safety of one ride."""
 
-    Attributes
-    ----------
-    total : FloatArray
-        Sums of guiding forces [wheelset, location] in N.
-    limit : FloatArray
-        Limits of these sums [wheelset] in N.
-    wheels : FloatArray
-        Guiding forces of the wheels, outward positive [wheelset, wheel, location] in N.
-    quotient : FloatArray or None
-        Y/Q [wheelset, wheel, location]; None if a wheel was wholly unloaded.
-    sums : FloatArray
-        Sums of guiding forces without mean and filter [wheelset, sample] in N.
-    """
+    forces: GuidingForces
+    limits: SafetyLimits
+    criteria: tuple[Criterion, ...]
+    model_notes: tuple[str, ...]
 
-    total: FloatArray
-    limit: FloatArray
-    wheels: FloatArray
-    quotient: FloatArray | None
-    sums: FloatArray
+    @property
+    def findings(self) -> list[tuple[str, str]]:
+        """Exceeded limits: best class, and reason."""
+        return [each.finding for each in self.criteria if each.is_exceeded]
 
-    @classmethod
-    def from_series(cls, model: Model, series: FloatArray, rate: float, spacing: float) -> GuidingForces:
-        """Compute from the series [channel, sample] of `guiding_force_channels` sampled at `rate` [Hz]."""
-        loads = np.array([model.design.values[path] for path in wheel_load_paths(model)])
-        n = len(loads)
-        Y = series[: 2 * n].reshape(n, 2, -1)
-        dQ = series[2 * n :] if len(series) > 2 * n else np.zeros((n, Y.shape[-1]))
-        Q = loads[:, None, None] + np.stack([dQ, -dQ], axis=1)
-        outward = Y * np.array([1.0, -1.0])[:, None]  # to the right at the right wheel
-        sums = Y.sum(axis=1)
+    @property
+    def safety_share(self) -> float:
+        """Largest value over its limit of all criteria; at least 1 if a wheel lifts."""
+        shares = [each.share for each in self.criteria if each.share is not None]
+        lifted = [1.0 + each.value for each in self.criteria if each.key == "wheel_lift"]
+        return max(shares + lifted)
 
-        def mean(x: FloatArray) -> FloatArray:
-            return sliding_mean(_low_pass(x, rate), spacing)
+    def measures(self) -> dict[str, float | None]:
+        """Return the criteria as numbers of the ride: values by key, None where one is undefined."""
+        values = {each.key: each.value for each in self.criteria}
+        return {name: values.get(key) for name, key in MEASURES.items()} | {"safety_share": self.safety_share}
 
-        quotient = mean(outward / Q) if np.all(Q > 0.0) else None  # a wheel that lifts has no quotient
-        return cls(mean(sums), np.asarray(force_limit(loads)), mean(outward), quotient, sums)
+    def notes(self) -> list[str]:
+        """Return notes on the meaning of the figures."""
+        notes = [
+            (self.limits.nadal is None, NO_ANGLE_NOTE),
+            (bool(self.forces.is_lifted.any()), LIFT_NOTE),
+            (not self.forces.rms.size, f"rms_100m: null, the track is shorter than {RMS_WINDOW:g} m"),
+        ]
+        return [*self.model_notes, *(text for applies, text in notes if applies)]
 
-    def section_maxima(self, first: int, stop: int) -> dict[str, Any]:
-        """Return the largest values of all wheelsets from sample `first` to before `stop`."""
-        last = max(first + 1, stop - (self.sums.shape[1] - self.total.shape[1]))
-        total, limit = np.abs(self.total[:, first:last]), self.limit[:, None]
-        quotient = None if self.quotient is None else self.quotient[..., first:last]
+    def as_dict(self) -> dict[str, Any]:
+        """Return the value of the result key `forces`."""
+        forces, total = self.forces, np.abs(self.forces.total)
+        quotients = characteristic_quotients(forces.quotient)
+        wheels, sums = characteristic_values(forces.wheels), characteristic_values(total)
+        unloading = characteristic_values(forces.unloading)
+        wheelsets = [
+            {
+                "sum_of_guiding_forces": float(sums[i]),
+                "limit": float(limit),
+                "share_above_limit": float(np.mean(total[i] > limit)),
+                "rms_100m": float(forces.rms[i].max()) if forces.rms.size else None,
+                "dominant_frequency": _finite(forces.dominant_frequency[i]),
+                "guiding_force": wheels[i].tolist(),
+                "derailment_quotient": [_finite(q) for q in quotients[i]],
+                "wheel_unloading": unloading[i].tolist() if self.limits.has_load_transfer else None,
+            }
+            for i, limit in enumerate(forces.limit)
+        ]
+        is_defined = np.isfinite(quotients)
         return {
-            "sum_of_guiding_forces": float(characteristic_values(total).max()),
-            "share_above_limit": float(np.mean(total > limit, axis=1).max()),
-            "derailment_quotient": None if quotient is None else float(characteristic_values(quotient).max()),
+            "wheelsets": wheelsets,
+            "derailment_quotient": float(quotients[is_defined].max()) if is_defined.any() else None,
+            "derailment_quotient_limit": self.limits.quotient,
+            "nadal_limit": self.limits.nadal,
+            "weinstock_limit": self.limits.weinstock,
+            "flange_angle": self.limits.flange_angle,
+            "friction": self.limits.friction,
+            "load_transfer": self.limits.has_load_transfer,
+            "criteria": [each.as_dict() for each in self.criteria],
+            "notes": self.notes(),
         }
 
 
-def characteristic_values(x: FloatArray) -> FloatArray:
-    """Return the 99.85th percentile of sliding means [..., location].
-
-    As numpy.percentile, which would import numpy.ma at the start of every ride.
-    """
-    if x.shape[-1] == 1:
-        return np.asarray(x[..., 0])
-    position = PERCENTILE / 100.0 * (x.shape[-1] - 1)
-    k = min(int(position), x.shape[-1] - 2)
-    below, above = np.moveaxis(np.partition(x, [k, k + 1], axis=-1)[..., k : k + 2], -1, 0)
-    return np.asarray(below + (position - k) * (above - below))
+MEASURES: Final = {
+    "largest_sum_of_guiding_forces": "sum_of_guiding_forces",
+    "largest_derailment_quotient": "derailment_quotient",
+    "largest_rms_100m": "rms_100m",
+    "largest_wheel_unloading": "wheel_unloading",
+}
+SAFETY_KEYS: Final = (*MEASURES, "safety_share")
 
 
-def running_safety(model: Model, excitation: Excitation) -> dict[str, Any] | None:
-    """Compute guiding forces of a ride by the names of EN 14363.
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def running_safety(model: Model, excitation: Excitation, jobs: int | None = 1) -> RunningSafety | None:
+    """Compute guiding forces of a ride and compare them with their limits.
 
     Returns
     -------
-    dict or None
-        Per wheelset: `sum_of_guiding_forces` [N] (99.85 % of abs of the 2 m mean), its `limit` 10 kN + 2 Q_0/3,
-        `share_above_limit` of the time, `rms_100m` [N] (largest rms over 100 m in f_0 +/- 2 Hz, to be compared with
-        half the limit) and `dominant_frequency` [Hz]; per wheel (right, left) `guiding_force` [N] and
-        `derailment_quotient` Y/Q, likewise 99.85 % of the 2 m mean. None if the vehicle diverges or the track is
-        shorter than 4 m.
+    RunningSafety or None
+        `as_dict()` is the result key `forces`. None if the vehicle diverges or the track is shorter than 4 m.
     """
-    series, diverged_at = simulate_series(model, excitation, guiding_force_channels(model))
+    steps = model.vehicles().required_steps(model.single_batch(), excitation.speed, excitation.speed, excitation.dt)
+    return running_safety_many([model], excitation, np.array(steps), jobs)[0]
+
+
+def running_safety_many(
+    models: Sequence[Model], excitation: Excitation, steps: NDArray[np.int64], jobs: int | None = None
+) -> list[RunningSafety | None]:
+    """Return the running safety of n vehicles of one structure on one track; `steps` [n] RK4 steps per sample."""
     spacing, rate = excitation.track.spacing, 1.0 / excitation.dt
-    if diverged_at is not None or excitation.track.length < 2 * MEAN_LENGTH:
-        return None
-    forces = GuidingForces.from_series(model, series, rate, spacing)
-    total = np.abs(forces.total)
-    quotients = None if forces.quotient is None else characteristic_values(forces.quotient)
-    wheels, sums = characteristic_values(forces.wheels), characteristic_values(total)
-    wheelsets = [
-        {
-            "sum_of_guiding_forces": float(sums[i]),
-            "limit": float(limit),
-            "share_above_limit": float(np.mean(total[i] > limit)),
-            **instability_rms(forces.sums[i], rate, spacing),
-            "guiding_force": wheels[i].tolist(),
-            "derailment_quotient": None if quotients is None else quotients[i].tolist(),
-        }
-        for i, limit in enumerate(forces.limit)
-    ]
-    notes = [wheel_load_note(model)]
-    if quotients is None:
-        notes.append(UNLOADED_NOTE)
-    if wheelsets[0]["rms_100m"] is None:
-        notes.append(f"rms_100m: null, the track is shorter than {RMS_WINDOW:g} m")
-    return {
-        "wheelsets": wheelsets,
-        "derailment_quotient": None if quotients is None else float(quotients.max()),
-        "derailment_quotient_limit": QUOTIENT_LIMIT,
-        "load_transfer": model.design.structure is not None,
-        "notes": notes,
-    }
+    results: list[RunningSafety | None] = [None] * len(models)
+    if excitation.track.length < 2 * MEAN_LENGTH:
+        return results
+    for i, series in _force_series(models, excitation, steps, jobs):
+        forces = GuidingForces.from_series(models[i], series, rate, spacing)
+        results[i] = safety_of(models[i], forces, excitation.track.s)
+    return results
 
 
-def wheel_load_note(model: Model) -> str:
-    """Return a note on the wheel loads of Y/Q."""
-    return f"Y/Q: {STATIC_LOAD_NOTE if model.design.structure is None else QUASI_STATIC_NOTE}"
+def safety_of(model: Model, forces: GuidingForces, s: FloatArray, first: int = 0) -> RunningSafety:
+    """Return the running safety of guiding forces on a track s [sample] in m, from sample `first` on."""
+    limits = SafetyLimits.of(model)
+    criteria = tuple(criteria_of(forces, limits, s, first))
+    return RunningSafety(forces, limits, criteria, tuple(model_notes(model)))
 
 
-def _low_pass(x: FloatArray, rate: float) -> FloatArray:
-    """Low-pass at 20 Hz with zero phase; unchanged if the sampling rate is too low for that."""
-    if rate <= MIN_OVERSAMPLING * LOW_PASS_FREQUENCY:
-        return x
-    return sosfiltfilt(butterworth(FILTER_ORDER, [LOW_PASS_FREQUENCY], rate), x)
+def model_notes(model: Model) -> list[str]:
+    """Return notes on what the guiding forces and wheel loads of a model can and cannot show."""
+    limits = SafetyLimits.of(model)
+    notes = [f"Y/Q: {QUASI_STATIC_NOTE if limits.has_load_transfer else STATIC_LOAD_NOTE}"]
+    notes += [] if limits.has_flange else [NO_FLANGE_NOTE]
+    return notes + ([] if friction_of(model) is not None else [NO_FRICTION_NOTE])
 
 
-def instability_rms(total: FloatArray, rate: float, spacing: float) -> dict[str, float | None]:
-    """Return the largest rms over 100 m, every 10 m, of a sum of guiding forces in f_0 +/- 2 Hz.
-
-    f_0 is the dominant frequency of the sum [sample] in N. Both values are None if the track is shorter than 100 m.
-    """
-    window, step = round(RMS_WINDOW / spacing), max(1, round(RMS_STEP / spacing))
-    if len(total) < window + 1:
-        return {"rms_100m": None, "dominant_frequency": None}
-    f, power = welch(total, rate, 4 * window)
-    candidates = (f >= MIN_DOMINANT_FREQUENCY) & (f <= MAX_BAND_SHARE * rate - HALF_BANDWIDTH)
-    if not candidates.any():
-        return {"rms_100m": None, "dominant_frequency": None}
-    f_0 = float(f[candidates][np.argmax(power[candidates])])
-    band = [max(f_0 - HALF_BANDWIDTH, 0.1), f_0 + HALF_BANDWIDTH]
-    filtered = sosfiltfilt(butterworth(FILTER_ORDER, band, rate), total)
-    rms = np.sqrt(sliding_mean(filtered**2, spacing, RMS_WINDOW)[::step])
-    return {"rms_100m": float(rms.max()), "dominant_frequency": f_0}
+def _force_series(
+    models: Sequence[Model], excitation: Excitation, steps: NDArray[np.int64], jobs: int | None
+) -> Iterator[tuple[int, FloatArray]]:
+    """Yield the number and the series [channel, sample] of each vehicle that stays on the track."""
+    vehicles, channels = models[0].vehicles(), guiding_force_channels(models[0])
+    groups: dict[tuple[Any, int], list[int]] = {}
+    for i, model in enumerate(models):
+        groups.setdefault((model.wheelset_spacing(), int(steps[i])), []).append(i)
+    for (spacing, n), members in groups.items():
+        table = excitation.table(spacing, n)
+        for start in range(0, len(members), LANES):
+            part = members[start : start + LANES]
+            batch = models[0].batch(np.stack([models[i].row for i in part]))
+            series, diverged = vehicles.simulate(batch, table, excitation.dt, n, channels, jobs=jobs)
+            yield from ((i, series[k]) for k, i in enumerate(part) if diverged[k] < 0)

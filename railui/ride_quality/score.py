@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, Protocol
 
 import numpy as np
@@ -20,7 +20,7 @@ from railui.ride_quality.comfort import (
     n_mv,
     sperling_wz,
 )
-from railui.ride_quality.guidance import guidance_index, log_flange_fraction_gaussian
+from railui.ride_quality.guidance import flange_margin, guidance_index, log_flange_fraction_gaussian
 
 CLASSES: Final = ("dangerous", "not admissible", "just admissible", "satisfactory", "good", "very good")
 CLASS_THRESHOLDS: Final = (20.0, 40.0, 60.0, 80.0)  # lowest scores of the classes above "not admissible"
@@ -28,7 +28,7 @@ SATISFACTORY: Final = CLASSES.index("satisfactory")
 NOT_ADMISSIBLE: Final = CLASSES.index("not admissible")
 DANGEROUS: Final = CLASSES.index("dangerous")
 DANGEROUS_FLANGE_FRACTION: Final = 0.5  # share of the time with flange contact
-DANGEROUS_QUOTIENT: Final = 0.8  # Y/Q as mean over 2 m
+NON_GAUSSIAN_RATIO: Final = 10.0  # of counted to Gaussian share of flange contact, from which a note reports it
 FRAME_FLOOR: Final = "frame centre through the floor transfer"
 SCORE_KEYS: Final = (
     *("score", "class", "decided_by", "comfort_hours", "comfort_clipped", "comfort_point"),
@@ -98,7 +98,7 @@ def score_many(statistics: Mapping[str, Any], riding: ScoreSettings, clearance: 
 
     with np.errstate(invalid="ignore", divide="ignore"):
         m, sd = np.abs(wheelsets["mean_e"]), wheelsets["sd_e"]
-        margin = _flange_margin(m, sd, clearance)
+        margin = flange_margin(m, sd, clearance)
         log_fraction = valid(np.max(log_flange_fraction_gaussian(m, sd, clearance), axis=-1), 0.0)
         rms = valid(scalars["weighted_acceleration_1974"], np.inf)
         time = comfort_time(rms)
@@ -138,13 +138,6 @@ def _diverged(
     return diverged
 
 
-def _flange_margin(mean: FloatArray, sd: FloatArray, clearance: float) -> FloatArray:
-    """Return the least distance of abs(mean) from the clearance in standard deviations; infinite where sd is 0."""
-    distance = clearance - mean
-    if_constant = np.where(distance == 0, 0.0, np.copysign(np.inf, distance))
-    return np.asarray(np.min(np.where(sd > 0, distance / np.where(sd > 0, sd, 1.0), if_constant), axis=-1))
-
-
 def _goods_index(scalars: Mapping[str, FloatArray], riding: ScoreSettings) -> FloatArray:
     limit = getattr(riding, "rms_limit", None)
     if limit is None or "acceleration" not in scalars:
@@ -158,8 +151,8 @@ def classify(
     time: float,
     fraction: float,
     riding: ScoreSettings,
-    derailment_quotient: float | None = None,
     parts: tuple[float, float] | None = None,
+    findings: Sequence[tuple[str, str]] = (),
 ) -> tuple[str, str]:
     """Return the class of a ride and a sentence with the reason for it.
 
@@ -171,10 +164,10 @@ def classify(
         Score, 0 to 100; comfort time [s]; share of flange contact.
     riding : ScoreSettings
         Use of the train.
-    derailment_quotient : float, optional
-        Largest Y/Q as mean over 2 m, if load transfer is modelled.
     parts : tuple of float, optional
         Comfort and guidance index, for the reason.
+    findings : sequence of tuple
+        Exceeded limits of running safety and of other kinds: best class that they admit, and the reason.
 
     Examples
     --------
@@ -196,8 +189,7 @@ def classify(
         reasons.append((NOT_ADMISSIBLE, f"{contact} the admissible {100 * riding.admissible_flange_fraction:.3g} %"))
     if fraction > DANGEROUS_FLANGE_FRACTION:
         reasons.append((DANGEROUS, f"{contact} half"))
-    if derailment_quotient is not None and derailment_quotient > DANGEROUS_QUOTIENT:
-        reasons.append((DANGEROUS, f"Y/Q {derailment_quotient:.3g} over 2 m, more than {DANGEROUS_QUOTIENT:g}"))
+    reasons += [(CLASSES.index(name), finding) for name, finding in findings]
     rank, reason = min(reasons, key=lambda each: each[0])  # the first of equals: the score before a limit
     return CLASSES[rank], reason
 
@@ -211,17 +203,23 @@ def _score_reason(score: float, parts: tuple[float, float] | None, is_goods: boo
     return f"score {score:.1f}: {both}" + ("" if score >= CLASS_THRESHOLDS[-1] else f", the weaker is {weaker}")
 
 
-def evaluate_ride(statistics: Mapping[str, Any], riding: ScoreSettings, clearance: float) -> dict[str, Any]:
+def evaluate_ride(
+    statistics: Mapping[str, Any],
+    riding: ScoreSettings,
+    clearance: float,
+    findings: Sequence[tuple[str, str]] = (),
+) -> dict[str, Any]:
     """Evaluate one ride: floats, strings, lists, or None where a value is undefined (never NaN).
 
     Parameters
     ----------
     statistics : mapping
         As for `score_many` with one ride ([wheelset] and scalars). May also contain `wz` (rms [m/s^2] of the
-        acceleration weighted with B), `block_rms` [block] (W_d rms of consecutive 5 s), `comfort_point` (its name),
-        and `derailment_quotient` (largest Y/Q as mean over 2 m, only if load transfer is modelled).
+        acceleration weighted with B), `block_rms` [block] (W_d rms of consecutive 5 s), and `comfort_point` (its name).
     riding, clearance
         As for `score_many`.
+    findings : sequence of tuple
+        As for `classify`.
 
     Returns
     -------
@@ -258,8 +256,7 @@ def evaluate_ride(statistics: Mapping[str, Any], riding: ScoreSettings, clearanc
     blocks = np.asarray(statistics.get("block_rms", ()), dtype=np.float64)
     rms_sperling = statistics.get("wz")
     parts = (measures["comfort"], measures["guidance"])
-    quotient = statistics.get("derailment_quotient")
-    name, reason = classify(measures["score"], time, measures["flange_fraction"], riding, quotient, parts)
+    name, reason = classify(measures["score"], time, measures["flange_fraction"], riding, parts, findings)
     result: dict[str, Any] = {
         "score": measures["score"],
         "class": name,
@@ -282,12 +279,17 @@ def evaluate_ride(statistics: Mapping[str, Any], riding: ScoreSettings, clearanc
 def _notes(result: Mapping[str, Any], time: float, blocks: int) -> list[str]:
     """Return the reasons for values that are None, clipped or partial."""
     end = "24 h" if time >= DAY / 2 else "1 min"
+    counted, gaussian = result["flange_fraction"], result["flange_fraction_gaussian"]
     notes = [
         (result["comfort_clipped"], f"comfort_hours: clipped to {end}, the end of the table"),
         (result["flange_margin"] is None, "flange_margin: null, a wheelset does not move against the rails"),
         (result["n_mv"] is None, f"n_mv: null, {blocks} blocks of 5 s are fewer than {MIN_BLOCKS}"),
         (result["n_mv"] is not None, "n_mv: the lateral part only, EN 12299 adds the other axes"),
         (result["wz"] is None, "wz: null, no acceleration weighted with B"),
+        (
+            counted > NON_GAUSSIAN_RATIO * gaussian,
+            f"flange_fraction_gaussian: {gaussian:.2g} where {counted:.2g} is counted: e is not Gaussian",
+        ),
     ]
     return [text for applies, text in notes if applies]
 

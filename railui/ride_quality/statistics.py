@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.core import Batch, Vehicles, sosfilt
 from railui.ride_quality.comfort import comfort_sections, felt_acceleration
-from railui.ride_quality.running_safety import force_limit, wheel_load_paths
+from railui.ride_quality.guiding_forces import wheel_load_paths
+from railui.ride_quality.safety_limits import force_limit
 from railui.track.excitation import Excitation
 from railui.track.input_table import COLUMNS_PER_WHEELSET, FIRST_WHEELSET_COLUMN
 from railui.vehicle.model import Model
@@ -37,7 +38,7 @@ def guidance_limits(model: Model, rows: FloatArray) -> FloatArray:
     if not is_guided_by_force(model):
         return np.ascontiguousarray(rows[:, model.columns["contact.flange_clearance"]])
     loads = np.stack([rows[:, model.columns[path]] for path in wheel_load_paths(model)])
-    return np.asarray(force_limit(loads.min(axis=0)))
+    return np.asarray(force_limit(loads.min(axis=0), model.design.riding.use))
 
 
 def half_gauge_deviations(table: FloatArray, steps: int, wheelsets: int) -> FloatArray:

@@ -13,16 +13,9 @@ from railui.core import sosfilt
 from railui.dsp.spectra import detrend
 from railui.ride_quality.comfort import CARBODY_CENTRE, carbody_effect, comfort_sections
 from railui.ride_quality.evaluation import TrackLike, excitation_of
-from railui.ride_quality.running_safety import (
-    MEAN_LENGTH,
-    QUOTIENT_LIMIT,
-    UNLOADED_NOTE,
-    GuidingForces,
-    force_limit,
-    guiding_force_channels,
-    wheel_load_note,
-    wheel_load_paths,
-)
+from railui.ride_quality.guiding_forces import MEAN_LENGTH, GuidingForces, guiding_force_channels, wheel_load_paths
+from railui.ride_quality.running_safety import SAFETY_KEYS, safety_of
+from railui.ride_quality.safety_limits import SafetyLimits, force_limit
 from railui.ride_quality.score import CLASSES, FRAME_FLOOR, evaluate_ride
 from railui.ride_quality.statistics import half_gauge_deviations, sd_with_gauge
 from railui.track import Track
@@ -78,7 +71,8 @@ def assess(
         `stretches`: the sections, worst first, each with from, to [m], the keys of a ride in it (score, class,
         decided_by, comfort, flange contact), the largest displacement `largest_e` [m]; by the names of EN 14363 (see
         `railui.ride_quality.running_safety`), of the worst wheelset, `sum_of_guiding_forces` [N], its
-        `share_above_limit` and `derailment_quotient` (None if a wheel was wholly unloaded); and the geometry, `sd_yw`
+        `share_above_limit` and `derailment_quotient`; the largest values of running safety, which limit the class:
+        `SAFETY_KEYS` and `criteria`; and the geometry, `sd_yw`
         [m] of wavelengths of 3 to 25 m with its rank among the sections `rank_geometry`, 1 the worst. `agreement`:
         Spearman's rank correlation between the order by geometry and the order by ride, 1 if both are the same.
 
@@ -114,7 +108,7 @@ def assess(
         "stretch": section_length,
         "comfort_point": ride.comfort_point,
         "sum_of_guiding_forces_limit": float(ride.force_limits.min()),
-        "derailment_quotient_limit": QUOTIENT_LIMIT,
+        "derailment_quotient_limit": SafetyLimits.of(model).quotient,
         "stretches": [results[i] for i in order],
         "agreement": rank_correlation(sd, severities),
         "notes": [*excitation.source.notes, *ride.notes()],
@@ -190,7 +184,9 @@ class _TrackRide:
         self.diverged_at = diverged_at
         self.valid_samples = len(excitation.track) if diverged_at is None else diverged_at
         self.e, accelerations, y = np.split(series, [len(wheelsets), len(channels) - len(forces)])
-        self.force_limits = force_limit(np.array([model.design.values[path] for path in wheel_load_paths(model)]))
+        self.force_limits = force_limit(
+            np.array([model.design.values[path] for path in wheel_load_paths(model)]), model.design.riding.use
+        )
         self.forces = self._guiding_forces(y)
         sections = comfort_sections(model, model.row[None], excitation.dt)
         self.weighted = {name: sosfilt(sos[0], accelerations) for name, sos in sections.items()}
@@ -217,15 +213,14 @@ class _TrackRide:
             location = self.excitation.distance_at(self.diverged_at)
             notes.append(f"the vehicle left the track at s = {location:.5g} m: no statistics from there on")
         if self.forces is not None:
-            notes.append(wheel_load_note(self.model))
-            notes += [UNLOADED_NOTE] if self.forces.quotient is None else []
+            notes += safety_of(self.model, self.forces, self.excitation.track.s).notes()
         return notes
 
     def section(self, first: int, stop: int) -> dict[str, Any]:
         """Return the ride quality and guiding forces from sample `first` to before `stop`."""
         location = {"from": self.excitation.distance_at(first), "to": self.excitation.distance_at(stop - 1)}
         if self.valid_samples < stop:
-            undefined: dict[str, Any] = dict.fromkeys((*RIDE_KEYS, *FORCE_KEYS))
+            undefined: dict[str, Any] = dict.fromkeys((*RIDE_KEYS, *FORCE_KEYS, *SAFETY_KEYS)) | {"criteria": []}
             reason = {"score": 0.0, "class": CLASSES[0], "decided_by": "the vehicle left the track", "largest_e": None}
             return location | undefined | reason
         e, half_gauge = self.e[:, first:stop], self.half_gauge[:, first:stop]
@@ -240,7 +235,16 @@ class _TrackRide:
             statistics[name] = float(np.sqrt(np.mean(x[:, first:stop] ** 2, axis=1)).max())
         if "acceleration" in self.weighted:
             statistics["acceleration_peak"] = float(np.abs(self.weighted["acceleration"][:, first:stop]).max())
-        quality = evaluate_ride(statistics, self.model.design.riding, float(clearance.mean()))
+        forces, findings = self._forces_between(first, stop)
+        quality = evaluate_ride(statistics, self.model.design.riding, float(clearance.mean()), findings)
         result = {key: quality[key] for key in RIDE_KEYS} | {"largest_e": float(np.abs(e).max())}
-        forces = dict.fromkeys(FORCE_KEYS) if self.forces is None else self.forces.section_maxima(first, stop)
         return location | result | forces
+
+    def _forces_between(self, first: int, stop: int) -> tuple[dict[str, Any], list[tuple[str, str]]]:
+        """Return guiding forces, criteria of running safety and exceeded limits of a section."""
+        if self.forces is None:
+            return dict.fromkeys((*FORCE_KEYS, *SAFETY_KEYS)) | {"criteria": []}, []
+        forces = self.forces.between(first, stop, self.valid_samples)
+        safety = safety_of(self.model, forces, self.excitation.track.s, first)
+        criteria = {"criteria": [each.as_dict() for each in safety.criteria]}
+        return forces.section_maxima() | safety.measures() | criteria, safety.findings

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from railui.arrays import ComplexArray, FloatArray
 from railui.dsp.discretise import discretise
 
-Weight = Callable[[FloatArray], FloatArray]
+Weight = Callable[[FloatArray], FloatArray | ComplexArray]
 
 
 class AnalogFilter(NamedTuple):
@@ -146,8 +146,8 @@ COMFORT_WEIGHTS: Final[dict[str, AnalogFilter]] = {
 def weighted_rms(x: ArrayLike, dt: float, weight: AnalogFilter | Weight) -> float:
     """Compute the rms of a weighted signal in the frequency domain, to verify the streaming filters.
 
-    Convention: the transform of the whole record with its mean and without a window, each line times the weight, and
-    the root of the mean square over the record, which so counts as one period.
+    Convention: the transform of the record with its mean, without a window, followed by as many zeros, so that its end
+    does not run into its start; each line times the complex response; the rms of the filtered signal over the record.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def weighted_rms(x: ArrayLike, dt: float, weight: AnalogFilter | Weight) -> floa
     dt : float
         Time between samples [s].
     weight : AnalogFilter or callable
-        Filter, or a function of the frequency [Hz].
+        Filter, or a response, complex or real, as a function of the frequency [Hz].
 
     Raises
     ------
@@ -167,21 +167,17 @@ def weighted_rms(x: ArrayLike, dt: float, weight: AnalogFilter | Weight) -> floa
     --------
     >>> import numpy as np
     >>> t = np.arange(4000) / 400
-    >>> round(weighted_rms(np.sqrt(2) * np.sin(2 * np.pi * 4 * t), 1 / 400, W_D), 4)
-    0.5119
+    >>> round(weighted_rms(np.sqrt(2) * np.sin(2 * np.pi * 4 * t), 1 / 400, W_D), 4)  # with the start of the filter
+    0.5132
     """
     signal = np.asarray(x, dtype=np.float64)
-    modulus = weight.modulus if isinstance(weight, AnalogFilter) else weight
+    response = weight.response if isinstance(weight, AnalogFilter) else weight
     n = signal.size
     if n == 0:
         raise ValueError("a record without samples has no rms")
-    frequency = np.asarray(np.fft.rfftfreq(n, dt), dtype=np.float64)
-    line = np.abs(np.fft.rfft(signal)) * modulus(frequency) / n
-    twice = np.full(line.size, 2.0)  # each line counts twice but the mean and the last of an even record
-    twice[0] = 1.0
-    if n % 2 == 0:
-        twice[-1] = 1.0
-    return float(np.sqrt(np.sum(twice * line**2)))
+    frequency = np.asarray(np.fft.rfftfreq(2 * n, dt), dtype=np.float64)
+    filtered = np.fft.irfft(np.fft.rfft(signal, 2 * n) * response(frequency), 2 * n)[:n]
+    return float(np.sqrt(np.mean(filtered**2)))
 
 
 class ComfortPoint(Protocol):

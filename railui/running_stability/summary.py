@@ -22,6 +22,7 @@ from railui.vehicle.resolve import resolve_model
 
 DEFAULT_SPEEDS: Final = tuple(float(v) for v in range(5, 95, 5))  # m/s
 MIN_ADMISSIBLE_CLASS: Final = CLASSES.index("just admissible")
+DOWNWARD_STEP: Final = 5.0  # m/s of the search below the range
 SPEED_TOLERANCE: Final = 0.1  # m/s of the speed limit by ride criteria
 
 
@@ -178,8 +179,9 @@ def practical_critical_speed(
 ) -> dict[str, Any]:
     """Compute the speed limit by ride criteria: the highest speed up to which the class is at least just admissible.
 
-    The class is that of `railui ride` on this track. The search runs upward over the speeds, then bisects to 0.1 m/s
-    between the last admissible and the first inadmissible one.
+    The class is that of `railui ride` on this track. The search runs upward over the speeds, from the first of them
+    downward by 5 m/s if that is inadmissible, then bisects to 0.1 m/s between the last admissible and the first
+    inadmissible one.
 
     Parameters
     ----------
@@ -195,7 +197,8 @@ def practical_critical_speed(
     Returns
     -------
     dict
-        speed [m/s] (None if all speeds are admissible, 0 if none is), track, decided_by, rides, notes.
+        speed [m/s] (None if all speeds are admissible, or none is), track, decided_by (None if all speeds are
+        admissible), rides, notes.
 
     References
     ----------
@@ -215,20 +218,28 @@ def practical_critical_speed(
             inadmissible = v
             break
         admissible = v
+    while inadmissible is not None and not admissible and inadmissible > DOWNWARD_STEP:
+        lower = inadmissible - DOWNWARD_STEP
+        if is_admissible(lower):
+            admissible = lower
+        else:
+            inadmissible = lower
     speed: float | None = None
     notes = []
     if inadmissible is None:
         notes.append(f"practical_critical_speed: none, the class is admissible up to {admissible:g} m/s")
+    elif not admissible:
+        notes.append(f"practical_critical_speed: null, not admissible at {inadmissible:g} m/s nor above")
     else:
-        while admissible and inadmissible - admissible > SPEED_TOLERANCE:
+        if admissible < speeds[0]:
+            notes.append(f"practical_critical_speed: below the range of speeds, not admissible at {speeds[0]:g} m/s")
+        while inadmissible - admissible > SPEED_TOLERANCE:
             middle = 0.5 * (admissible + inadmissible)
             if is_admissible(middle):
                 admissible = middle
             else:
                 inadmissible = middle
         speed = admissible
-        if not admissible:
-            notes.append(f"practical_critical_speed: 0, not admissible at {speeds[0]:g} m/s already")
     rides.sort(key=lambda ride: ride["speed"])
     decisive = next((ride for ride in rides if ride["speed"] == inadmissible), None)
     reason = None if decisive is None else decisive["decided_by"]

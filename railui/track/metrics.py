@@ -12,7 +12,11 @@ from railui.dsp.spectra import welch
 from railui.track.line import Track
 from railui.track.spectra import QUANTITIES, SPECTRA, Quantity, spectrum_sd
 
-BANDS: Final = ((3.0, 25.0), (25.0, 70.0), (70.0, 150.0))  # m, the wavelength ranges D1 to D3 of EN 13848
+BANDS: Final = (
+    (3.0, 25.0),
+    (25.0, 70.0),
+    (70.0, 150.0),
+)  # m: D1 and D2 of EN 13848, and D3 (for alignment to 200 m) up to 150 m
 MIN_SEGMENT_SAMPLES: Final = 8  # of a spectral density
 MIN_BAND_SHARE: Final = 1e-3  # of the largest standard deviation, for a band to be compared with known spectra
 

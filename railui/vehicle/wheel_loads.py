@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from railui.io.problems import Findings
+from railui.io.problems import Findings, Problem
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.multibody import Structure
+
+if TYPE_CHECKING:
+    from railui.vehicle.design import Design
 
 GRAVITY = 9.81  # m/s^2
 WEIGHT_TOLERANCE = 0.10  # relative difference of the wheel loads from the weight of the masses
@@ -23,6 +27,16 @@ def check_wheel_loads(structure: Structure, values: Mapping[str, float], finding
     if load < low or (load > high and not grounded):
         message = f"the wheels carry {load / 1e3:.4g} kN, the masses weigh {weight / 1e3:.4g} kN"
         findings.warn(structure.wheelsets[0].part.number_path("wheel_load"), message, REMEDY)
+
+
+def wheel_load_warnings(design: Design) -> tuple[Problem, ...]:
+    """Return warnings on wheel loads that do not carry the masses, for a design with changed values."""
+    findings = Findings("override")
+    if design.structure is not None:
+        check_wheel_loads(design.structure, design.values, findings)
+    elif design.kind == "bogie":
+        check_bogie_wheel_loads(design.values, design.effects, findings)
+    return findings.warnings()
 
 
 def check_bogie_wheel_loads(values: Mapping[str, float], effects: Sequence[PlacedEffect], findings: Findings) -> None:

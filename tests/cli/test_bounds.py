@@ -12,7 +12,7 @@ import pytest
 from railui.cli import cli
 from railui.documents.check import check
 from railui.io.units import UnitError, read_speed
-from railui.ride_quality.running_safety import instability_rms
+from railui.ride_quality.guiding_forces import instability_rms
 from tests.execution.small import railui
 
 DESIGNS = Path(__file__).parents[2] / "designs"

@@ -90,3 +90,31 @@ def test_a_track_file_has_no_seeds(tmp_path: Path) -> None:
     assert document(run(*words, "--seed", "5", "--json", "-"))["seed"] is None  # nothing was random
     refused = run(*words, "--seeds", "1,2")
     assert refused.exit_code == 2 and "it has no seed" in refused.stderr
+
+
+def test_several_speeds_report_the_worst_with_its_limits_of_running_safety(tmp_path: Path) -> None:
+    s = [0.1 * i for i in range(8000)]
+    rows = (f"{x:.1f},{0.02 * (1 + math.cos(2 * math.pi * (x - 400) / 10)) if abs(x - 400) < 5 else 0.0}" for x in s)
+    (tmp_path / "kink.csv").write_text("s [m],yw [m]\n" + "\n".join(rows) + "\n")
+    words = ("ride", str(ROOT / "designs/bogie_under_coach.yaml"), "--track", str(tmp_path / "kink.csv"))
+    found = document(run(*words, "--speeds", "20,45", "--json", "-"))
+    assert [case["class"] for case in found["cases"]][1] == "dangerous" == found["worst"]["class"]
+    assert found["worst"]["speed"] == 45.0 and found["worst"]["decided_by"].startswith("Y/Q 1.27")
+    assert found["worst"]["safety_share"] == max(case["safety_share"] for case in found["cases"])
+    assert found["cases"][1]["forces"]["criteria"]
+    assert run(*words, "--speeds", "20,45", "--strict").exit_code == 4
+    single = run(*words, "--speed", "45", "--strict")
+    assert single.exit_code == 4 and "1.27 of 0.8, exceeded" in single.output
+
+
+def test_a_ride_of_half_a_second_is_not_very_good() -> None:
+    words = ("ride", BOGIE, "--track", "erri_b176_low length=20", "--speed", "40", "--json", "-")
+    found = document(run(*words))
+    assert found["class"] == "satisfactory" and found["decided_by"].startswith("a ride of 0.5 s only")
+    assert any("take 20 s or more" in note for note in found["notes"])
+
+
+def test_an_override_that_contradicts_the_masses_is_warned_of() -> None:
+    done = run_ride("--speed", "40", "vehicle.wheel_load=55")
+    assert "4 N is 0.22 kN, the masses weigh" in done.stderr
+    assert "the masses weigh" not in run_ride("--speed", "40", "vehicle.wheel_load=54e3").stderr

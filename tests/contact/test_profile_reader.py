@@ -190,3 +190,10 @@ def test_a_radius_table_is_read_in_either_order_with_faults_by_line(tmp_path: Pa
         with pytest.raises(FileProblems) as error:
             read_radius_table(path)
         assert words in str(error.value) and error.value.problems[0].line == line
+
+
+def test_a_damaged_profile_reports_ten_lines_and_counts_the_others(tmp_path: Path) -> None:
+    (tmp_path / "bad.txt").write_text("y [mm], z [mm]\n" + "".join(f"{i}.0, 1x\n" for i in range(100)))
+    with pytest.raises(FileProblems) as caught:
+        read_profile(tmp_path / "bad.txt", "wheel")
+    assert len(caught.value.problems) == 11 and "90 more lines are faulty" in str(caught.value)

@@ -59,6 +59,7 @@ CASES = {
         ["designs/check_bogie.yaml", *LOW, "--speed", "40", "--of", "score", "--seeds", "1,2"],
     ],
     "assess": [["line.csv", BOGIE, "--speed", "40"]],
+    "assess --method en14363": [["line.csv", BOGIE, "--speed", "40"]],
     "contact": [PROFILES, ["--delta-r", "delta_r.csv"]],
     "track": [["--spectrum", "line.csv"]],
     "check": [["absent.yaml"]],
@@ -96,7 +97,7 @@ def assert_documented(documents: list[Any], *headings: str) -> None:
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_page_lists_exactly_the_keys_of_a_command(home: Path, name: str) -> None:
-    assert_documented([run(name, *words) for words in CASES[name]], name)
+    assert_documented([run(*name.split(), *words) for words in CASES[name]], name)
 
 
 def test_the_page_lists_exactly_the_keys_of_a_search(home: Path) -> None:

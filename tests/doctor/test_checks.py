@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import time
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from railui.cli import cli
-from railui.doctor import Check, doctor
+from railui.doctor import Check, doctor, machine
 from railui.doctor.vehicles import COOPERRIDER, check_bogie
 from railui.vehicle.design_reader import Design, load_design, parse_design
 
@@ -61,3 +62,49 @@ def test_schemas_are_json_schemas(kind: str) -> None:
     assert done.exit_code == 0
     assert json.loads(done.stdout)["$schema"].startswith("https://json-schema.org/")
     assert CliRunner().invoke(cli, ["schema", "vehicle"]).exit_code == 2
+
+
+def test_the_rows_that_decide_about_nonlinear_behaviour_are_among_the_checks() -> None:
+    names = " ".join(check["name"] for check in doctor(jobs=1)["checks"])
+    for words in (
+        "nonlinear critical speed, b 0.9 m",
+        "17 degrees of freedom",
+        "Polach",
+        "Shen",
+        "n_mv",
+        "wz",
+        "guiding",
+    ):
+        assert words in names
+    assert "UTF-8" not in names and "decimal point" not in names
+
+
+@pytest.mark.parametrize(
+    ("flags", "level"), [("avx2 fma avx512f avx512dq", "v4"), ("avx2 fma", "v3"), ("sse2 avx", "portable")]
+)
+def test_the_simd_level_is_compared_with_the_processor(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, flags: str, level: str
+) -> None:
+    (tmp_path / "cpuinfo").write_text(f"processor : 0\nflags : {flags}\n")
+    monkeypatch.setattr(machine, "CPU_INFO", tmp_path / "cpuinfo")
+    monkeypatch.delenv("RAILUI_SIMD", raising=False)
+    (check,) = machine.simd_checks(None)
+    assert check.expected == level and check.is_ok == (machine.simd_level() == level)
+    monkeypatch.setenv("RAILUI_SIMD", "v9")
+    assert not next(iter(machine.simd_checks(None))).is_ok
+
+
+def test_an_output_that_cannot_print_frames_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(machine.sys, "stdout", io.TextIOWrapper(io.BytesIO(), encoding="ascii"))
+    (check,) = machine.output_checks(None)
+    assert not check.is_ok and "PYTHONIOENCODING" in str(check.computed)
+
+
+def test_a_machine_without_ports_skips_their_check(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(machine, "PORT_PATTERNS", ("no such port",))
+    assert list(machine.port_checks(None)) == [] and machine.skipped_checks()[0]["reason"] == "the machine has none"
+
+
+def test_the_table_shows_tolerances() -> None:
+    done = CliRunner().invoke(cli, ["doctor"])
+    assert "within" in done.output and "5e-06" in done.output

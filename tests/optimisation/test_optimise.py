@@ -119,12 +119,13 @@ def test_a_design_too_stiff_to_integrate_fails_without_the_others(tmp_path: Path
 
 
 def test_ride_quality_over_cases_is_the_mean_with_the_worst_class() -> None:
-    good = dict.fromkeys(RIDE_QUALITY_KEYS, 2.0) | {"class": "good", "decided_by": "score"}
+    good = dict.fromkeys(RIDE_QUALITY_KEYS, 2.0) | {"class": "good", "decided_by": "score", "safety_share": 0.4}
     poor = dict.fromkeys(RIDE_QUALITY_KEYS, 4.0) | {
         "class": "not admissible",
         "decided_by": "flange contact",
         "wz": None,
+        "safety_share": 1.2,
     }
     result = mean_ride_quality([good, poor])
     assert (result["class"], result["decided_by"]) == ("not admissible", "flange contact")
-    assert result["score"] == 3.0 and result["wz"] is None
+    assert result["score"] == 3.0 and result["wz"] is None and result["safety_share"] == 1.2

@@ -13,6 +13,7 @@ from railui.optimisation.evaluation import evaluate_in_process
 from railui.optimisation.objectives import assess
 from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS
 from railui.optimisation.responses import ANALYSES, MAX_SPEED, linear_damping
+from railui.ride_quality.evaluation import ride
 from railui.running_stability.summary import DEFAULT_SPEEDS, stability
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
@@ -44,3 +45,14 @@ def test_linear_damping_is_the_ratio_of_the_least_damped_mode() -> None:
     roots = model.eigenvalues(20.0)[0]  # at this speed a mode of the frame is damped less than hunting
     assert linear_damping(model, model.row[None], 20.0)[0] == min(-roots.real / np.abs(roots)) < 0.15
     assert linear_damping(model, model.row[None], 62.0)[0] < 0
+
+
+def test_objectives_of_running_safety_are_those_of_a_ride(tmp_path: Path) -> None:
+    keys = ["safety_share", "largest_derailment_quotient", "largest_sum_of_guiding_forces"]
+    objectives = ", ".join(f"{{minimise: {key}}}" for key in keys)
+    cases = "{track: [erri_b176_high length=300], speed: [40], scenario: [{}]}"
+    study = small_study(tmp_path, CHECK_BOGIE, objectives=f"[{objectives}]", constraints="[]", cases=cases)
+    x = np.array([[study.design.value(v.path) for v in study.variables]])
+    values = assess(study, cases_of(study), x, evaluate_in_process(1)).objectives[0]
+    found = ride(study.design, study.cases.track[0], 40.0)
+    assert values == pytest.approx([found[key] for key in keys], rel=1e-12)

@@ -16,7 +16,7 @@ from railui.io.problems import FileProblems
 from railui.ride_quality.comfort import comfort_point_transfer
 from railui.ride_quality.evaluation import excitation_of, ride, ride_many, simulate, simulate_rides
 from railui.ride_quality.statistics import ride_statistics
-from railui.ride_quality.weighting import W_D, comfort_cascades, weighted_rms
+from railui.ride_quality.weighting import W_D, cascade, comfort_cascades, weighted_rms
 from railui.track import Track
 from railui.track.excitation import Excitation, resolve_track
 from railui.track.reader import save_track
@@ -38,7 +38,7 @@ def with_effects(*entries: dict[str, Any], base: Design = BOGIE) -> Design:
 
 def same(one: dict[str, Any], other: dict[str, Any]) -> bool:
     """Equal to the last digit, but for what only a single ride has."""
-    own = {"reference": None, "forces": None}
+    own = {"reference": None}
     return {**one, **own} == {**other, **own}
 
 
@@ -66,7 +66,7 @@ def test_the_reference_weighs_in_the_frequency_domain() -> None:
     x = simulate(BOGIE, LOW, 40.0, ["ayf"])["ayf"]
     point = comfort_point_transfer(BOGIE.riding)
     result = ride(BOGIE, LOW, 40.0)["reference"]
-    wd = weighted_rms(x, 0.0025, lambda f: point.modulus(f) * W_D.modulus(f))
+    wd = weighted_rms(x, 0.0025, cascade(point, W_D))
     assert result["weighted_acceleration"] == pytest.approx(wd, rel=1e-12)
 
 
@@ -232,3 +232,27 @@ def test_an_excitation_caches_a_limited_number_of_tables() -> None:
 
 def test_a_renamed_design_is_the_same_vehicle() -> None:
     assert same(ride(replace(BOGIE, name="other"), LOW, 40.0), ride(BOGIE, LOW, 40.0))
+
+
+def test_the_end_of_a_record_does_not_run_into_its_start() -> None:
+    """A record that ends with a decaying swing: periodic continuation would lay it on the quiet start."""
+    t = np.arange(1000) / 400.0
+    x = np.where(t < 2.3, 0.01, 1.0) * np.sin(2 * np.pi * 2.0 * t) + 0.5 * (t > 2.4)
+    streamed = signal.sosfilt(discretise(W_D, 1 / 400.0), x)
+    assert weighted_rms(x, 1 / 400.0, W_D) == pytest.approx(float(np.sqrt(np.mean(streamed**2))), rel=0.01)
+
+
+def test_a_gauge_that_widens_the_clearance_is_noted_where_the_flange_keeps_it() -> None:
+    flanged = with_effects({"kind": "flange_contact", "at": "contact"})
+    wide = flanged.with_values({"contact.gauge_widens_clearance": True})
+    notes = [" ".join(ride(design, LOW, 40.0)["notes"]) for design in (wide, flanged)]
+    assert "flange_contact: its force acts from the clearance without the gauge" in notes[0]
+    assert "flange_contact" not in notes[1]
+
+
+def test_a_ride_does_not_depend_on_the_datum_of_the_alignment() -> None:
+    line = resolve_track(LOW).track
+    shifted = Track(line.s, line.yw + 0.1, line.phiw, line.gauge)
+    near, far = (ride(BOGIE, track, 40.0) for track in (line, shifted))
+    assert far["class"] == near["class"] and far["safety_share"] == pytest.approx(near["safety_share"], rel=1e-9)
+    assert far["score"] == pytest.approx(near["score"], rel=1e-9)

@@ -69,7 +69,7 @@ def test_classes_begin_at_20_40_60_80():
 
 
 @pytest.mark.parametrize(
-    ("time", "share", "quotient", "expected", "why"),
+    ("time", "share", "finding", "expected", "why"),
     [
         (5 * 3600, 0.0, None, "very good", "score"),
         (3 * 3600, 0.0, None, "satisfactory", "within the journey of 4 h"),
@@ -77,12 +77,13 @@ def test_classes_begin_at_20_40_60_80():
         (5 * 3600, 0.06, None, "not admissible", "admissible 5 %"),
         (5 * 3600, 0.05, None, "very good", "score"),
         (5 * 3600, 0.51, None, "dangerous", "more than half"),
-        (5 * 3600, 0.0, 0.81, "dangerous", "Y/Q 0.81"),
+        (5 * 3600, 0.0, ("dangerous", "Y/Q 0.81"), "dangerous", "Y/Q 0.81"),
+        (5 * 3600, 0.0, ("not admissible", "sum of guiding forces"), "not admissible", "sum of guiding forces"),
         (0.3 * 3600, 0.6, None, "dangerous", "more than half"),
     ],
 )
-def test_a_limit_that_lowers_the_class_is_named(time, share, quotient, expected, why):
-    name, reason = classify(90.0, time, share, LONG, quotient)
+def test_a_limit_that_lowers_the_class_is_named(time, share, finding, expected, why):
+    name, reason = classify(90.0, time, share, LONG, findings=[finding] if finding else [])
     assert name == expected
     assert why in reason
 

@@ -13,7 +13,8 @@ from scipy import signal, stats
 
 from railui.cli import cli
 from railui.ride_quality.evaluation import excitation_of, ride, simulate
-from railui.ride_quality.running_safety import characteristic_values, running_safety
+from railui.ride_quality.guiding_forces import characteristic_values
+from railui.ride_quality.running_safety import running_safety
 from railui.ride_quality.track_assessment import assess, band_pass, rank_correlation, ranks, severity
 from railui.track import Track, band_sd, synthetic_track
 from railui.track.reader import save_track
@@ -38,8 +39,9 @@ def faulty_line(*faults: tuple[float, float, float, float]) -> Track:
 def test_guiding_forces_of_sections_are_those_of_the_ride(design: Path) -> None:
     line = synthetic_track("erri_b176_high", length=1000.0, seed=3)
     result = assess(line, design, 40.0, section_length=250.0)
-    whole = running_safety(resolve_model(design), excitation_of(line, 40.0))
-    assert whole is not None
+    safety = running_safety(resolve_model(design), excitation_of(line, 40.0))
+    assert safety is not None
+    whole = safety.as_dict()
     sums = [one["sum_of_guiding_forces"] for one in result["stretches"]]
     of_wheelsets = max(one["sum_of_guiding_forces"] for one in whole["wheelsets"])
     # a percentile of the whole lies between those of its parts
@@ -164,3 +166,15 @@ def test_a_band_passed_track_is_detrended_as_by_scipy() -> None:
     wavelength = 99.7 / np.maximum(np.arange(len(line)), 1e-9)
     line[(wavelength < 3.0) | (wavelength >= 25.0)] = 0.0
     assert band_pass(track, 3.0, 25.0) == pytest.approx(np.fft.irfft(line, 997), abs=1e-15)
+
+
+def test_a_section_with_a_kink_is_dangerous_and_stands_first() -> None:
+    line = synthetic_track("erri_b176_low", length=1000.0, seed=1)
+    x = (line.s - 650.0) / 10.0
+    kink = np.where(np.abs(x) < 0.5, 0.02 * (1 + np.cos(2 * np.pi * x)), 0.0)
+    result = assess(Track(line.s, line.yw + kink), HOME / "designs/bogie_under_coach.yaml", 45.0)
+    worst, *others = result["stretches"]
+    assert worst["from"] == pytest.approx(600.0) and worst["class"] == "dangerous"
+    at = {each["criterion"]: each["at"] for each in worst["criteria"]}
+    assert worst["decided_by"].startswith("Y/Q") and 645.0 < at["derailment_quotient"] < 660.0
+    assert all(one["class"] != "dangerous" and one["safety_share"] < 1.0 for one in others)

@@ -57,3 +57,18 @@ def test_the_command_rejects_invalid_input() -> None:
     for words in (["--speeds", "150"], ["--speeds", "60:20:5"], ["--track", "erri_b176_hi"]):
         done = CliRunner().invoke(cli, ["stability", str(HOME / "designs/check_bogie.yaml"), *words])
         assert done.exit_code == 2, done.output
+
+
+def test_a_speed_limit_below_the_range_is_found_there() -> None:
+    track = "erri_b176_high length=1000 seed=1"
+    design = CHECK.with_effects([SLIPPERY, FLANGE])
+    low, high = (stability(design, speeds, track=track) for speeds in ([40.0, 60.0], [60.0, 80.0]))
+    assert high["practical_critical_speed"] == pytest.approx(low["practical_critical_speed"], abs=0.11)
+    assert any("below the range" in note for note in high["notes"])
+
+
+def test_no_admissible_speed_at_all_is_null_with_its_reason() -> None:
+    design = CHECK.with_values({"contact.flange_clearance": 1e-5})
+    result = stability(design, [20.0, 40.0], track="erri_b176_high length=200 seed=1")
+    assert result["practical_critical_speed"] is None and result["practical"]["decided_by"]
+    assert any("not admissible at 5 m/s" in note for note in result["notes"])

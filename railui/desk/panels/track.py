@@ -76,9 +76,9 @@ class TrackPanel(Panel):
 ## Track
 `o` chooses a standard spectrum or a file (a track, or the track of a measured run), `e` edits the spec of a synthetic
 track: `length=2000 seed=1 spacing=0.1 shortest=3 longest=150 scale=1`. `u` uses the track in the Design panel.
-The grey line in the spectrum is the nearest standard spectrum; the bands are those of EN 13848. Track sections of
-200 m are ranked by the ride quality of the design in the form, worst first, with their rank by geometry (1: worst):
-maintenance should improve the vehicle response rather than the geometry alone.
+The grey line in the spectrum is the nearest standard spectrum; the bands are D1, D2 and part of D3 of EN 13848. Track
+sections of 200 m are ranked by the ride quality of the design in the form, worst first, with their rank by geometry (1:
+worst): maintenance should improve the vehicle response rather than the geometry alone.
 """
 
     class TrackChosen(Message):

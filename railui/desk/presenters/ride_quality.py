@@ -39,14 +39,14 @@ class Row:
 MAIN_ROWS = (
     Row("score", "score", "score", "1", -1),
     Row("comfort_hours", "reduced comfort after", "comfort", "h", -1),
-    Row("weighted_acceleration", "weighted acceleration", "weighted acc", "m/s^2", 1),
+    Row("safety_share", "share of safety limit", "safety share", "1", 1),
     Row("flange_margin", "flange margin", "flange margin", "sd", -1),
     Row("flange_fraction", "flange contact time", "flange time", "%", 1),
     Row("linear_critical_speed", "linear critical speed", "critical V", "m/s", -1),
     Row("linear_damping", "minimum damping ratio", "min. damping", "1", -1),
 )
 EXTRA_ROWS = (
-    Row("weighted_acceleration_1974", "weighted acc., 1974", "", "m/s^2", 1),
+    Row("weighted_acceleration", "weighted acceleration", "", "m/s^2", 1),
     Row("wz", "ride index Wz", "", "1", 1),
     Row("n_mv", "N_mv, lateral part", "", "1", 1),
     Row("sd_e1", "e₁ standard deviation", "", "m", 1),

@@ -30,7 +30,7 @@ class TrackAnalysis:
     """Analysis of a track.
 
     density [m^2/(rad/m)] of the lateral deviation over wavenumber [rad/m]; bands: standard deviation [m] in the
-    wavelength bands of EN 13848; nearest: the most similar standard spectrum.
+    wavelength bands `BANDS`; nearest: the most similar standard spectrum.
     """
 
     name: str

@@ -1,0 +1,96 @@
+"""Test zones and track sections: tangent track, large, small and very small radii."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.arrays import FloatArray
+
+MAX_TANGENT_CANT_DEFICIENCY: Final = 0.040  # m, of tangent track and curves of very large radius
+TANGENT_RADIUS: Final = 10e3  # m above which a track is tangent at any cant deficiency
+CURVATURE_TOLERANCE: Final = 0.10  # of the median of a curve, beyond which a location is in its transition
+SPEED_STEPS: Final = ((160.0 / 3.6, 100.0), (220.0 / 3.6, 250.0), (np.inf, 500.0))  # up to a speed [m/s]: length [m]
+
+
+@dataclass(frozen=True)
+class Zone:
+    """Test zone: radii [m] from `radius_from` to below `radius_to`, number of sections that a test needs."""
+
+    number: int
+    caption: str
+    radius_from: float
+    radius_to: float
+    required: int
+    length: float | None = None
+
+    def section_length(self, speed: float) -> float:
+        """Return the length [m] of a section; on tangent track and in large radii it grows with the speed [m/s]."""
+        return self.length or next(length for limit, length in SPEED_STEPS if speed <= limit)
+
+
+ZONES: Final = (
+    Zone(1, "tangent track and very large radii", TANGENT_RADIUS, np.inf, 25),
+    Zone(2, "large radii, above 600 m", 600.0, TANGENT_RADIUS, 25),
+    Zone(3, "small radii, 400 to 600 m", 400.0, 600.0, 50, 100.0),
+    Zone(4, "very small radii, 250 to 400 m", 250.0, 400.0, 25, 70.0),
+)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Track section: zone, ends [m], mean curvature [1/m] (right-hand curves positive), mean cant deficiency [m]."""
+
+    zone: Zone
+    start: float
+    end: float
+    curvature: float
+    cant_deficiency: float
+
+
+def zone_numbers(curvature: FloatArray, cant_deficiency: FloatArray) -> NDArray[np.int64]:
+    """Return the number of the zone at each location, 0 outside all zones.
+
+    >>> zone_numbers(np.array([0.0, 1 / 2000, 1 / 2000, -1 / 500, 1 / 300, 1 / 200]),
+    ...              np.array([0.0, 0.03, 0.10, 0.10, 0.10, 0.10])).tolist()
+    [1, 1, 2, 3, 4, 0]
+    """
+    radius = 1.0 / np.maximum(np.abs(curvature), 1e-12)
+    numbers = np.zeros(radius.shape, dtype=np.int64)
+    for zone in ZONES[1:]:
+        numbers[(radius >= zone.radius_from) & (radius < zone.radius_to)] = zone.number
+    numbers[np.isclose(radius, 600.0, rtol=1e-9)] = 3
+    is_flat = np.abs(cant_deficiency) <= MAX_TANGENT_CANT_DEFICIENCY
+    numbers[(radius >= TANGENT_RADIUS) | ((numbers == 2) & is_flat)] = 1
+    return numbers
+
+
+def cut_sections(s: FloatArray, curvature: FloatArray, cant_deficiency: FloatArray, speed: float) -> list[Section]:
+    """Cut a line s [n] m into sections of the length of their zone at a speed [m/s].
+
+    A section lies in one zone, and in a curve between its transitions; what is shorter than a section is left out.
+    """
+    numbers = zone_numbers(curvature, cant_deficiency)
+    edges = np.flatnonzero((np.diff(numbers) != 0) | (np.diff(np.sign(curvature)) != 0) & (numbers[1:] > 1)) + 1
+    bounds = [0, *edges.tolist(), len(s)]
+    sections = []
+    for first, stop in pairwise(bounds):
+        zone = next((z for z in ZONES if z.number == numbers[first]), None)
+        if zone is None or stop - first < 2:
+            continue
+        inside = np.arange(first, stop)
+        if zone.number > 1:
+            middle = np.median(curvature[inside])
+            inside = inside[np.abs(curvature[inside] - middle) <= CURVATURE_TOLERANCE * abs(middle)]
+        length = zone.section_length(speed)
+        ends = s[inside[-1]] + float(np.median(np.diff(s)))
+        for k in range(int((ends - s[inside[0]]) / length + 1e-6)):
+            a = s[inside[0]] + k * length
+            here = inside[(s[inside] >= a) & (s[inside] < a + length)]
+            means = float(curvature[here].mean()), float(cant_deficiency[here].mean())
+            sections.append(Section(zone, float(a), float(a + length), *means))
+    return sections
