@@ -10,7 +10,7 @@
 # growth: cost against length, designs, degrees of freedom, threads and effects;
 # sensors: what sets of sensors determine and detect, and the delay and noise that they bear;
 # purpose: optima of the nominal and of the calibrated vehicle compared;
-# fuzz: mutated files and command lines, damaged frames, forged streams, before a release;
+# fuzz: other examples of the properties of readers, mutated files and command lines, damaged frames, forged streams;
 # pictures: the README's figure, from the result of run
 PYTHON ?= python3
 VENV := .venv
@@ -105,6 +105,7 @@ emulated:
 
 # failures are kept in target/fuzz; one case again: python -m tests.fuzz --only NUMBER
 fuzz: .stamp-build
+	RAILUI_HYPOTHESIS=random $(BIN)/python -m pytest tests/capture tests/io -q -n 2
 	$(BIN)/python -m tests.fuzz --cases 10000 --frames 1000000 --seed 1
 
 killed: .stamp-build

@@ -1,7 +1,12 @@
-"""Settings of all tests: one thread of BLAS as on the command line, and SIGINT enabled."""
+"""Settings of all tests: one thread of BLAS as on the command line, SIGINT enabled, examples of hypothesis drawn alike.
+
+RAILUI_HYPOTHESIS=random draws other examples in every run, as `make fuzz` does.
+"""
 
 import os
 import signal
+
+from hypothesis import settings
 
 from railui.__main__ import SINGLE_THREADED_BLAS
 from tests.file_fixtures import *  # noqa: F403
@@ -12,3 +17,7 @@ for name, count in SINGLE_THREADED_BLAS.items():
 # a shell without a terminal starts background processes with SIGINT ignored, which tested commands would inherit
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+settings.register_profile("alike", derandomize=True)
+settings.register_profile("random", derandomize=False)
+settings.load_profile(os.environ.get("RAILUI_HYPOTHESIS", "alike"))
