@@ -14,7 +14,9 @@ from railui.ride_quality.comfort import comfort_time, n_mv, sperling_wz
 from railui.ride_quality.weighting import W_D, W_K, comfort_cascades
 from railui.track import band_sd, spectrum_density, spectrum_sd, synthetic_track
 
-FROM_MEMORY: Final = "the formula by hand, its constants from the literature from memory: shows typing errors only"
+UNVERIFIED_CONSTANTS: Final = (
+    "the formula by hand, its constants not compared with their source: shows typing errors only"
+)
 ERRI: Final = "ERRI B176; own integration"
 BANDS: Final = ((3.0, 25.0), (25.0, 70.0), (70.0, 150.0), (2.0, 100.0))
 ERRI_SD: Final = {"low": (0.714, 1.197, 1.539, 1.696), "high": (1.213, 2.035, 2.616, 2.883)}
@@ -46,7 +48,7 @@ def fra() -> Iterator[Check]:
         computed = [float(spectrum_density(name, quantity, wc)) for name in names]  # type: ignore[arg-type]
         unit = "rad^2/(rad/m)" if quantity == "phiw" else "m^2/(rad/m)"
         title = f"FRA class 1 to 6, {quantity} at {wc} rad/m [{unit}]"
-        yield Check(title, expected, computed, FROM_MEMORY, 1e-9 * max(expected))
+        yield Check(title, expected, computed, UNVERIFIED_CONSTANTS, 1e-9 * max(expected))
 
 
 def sncf() -> Iterator[Check]:
@@ -54,7 +56,7 @@ def sncf() -> Iterator[Check]:
     w, factors = 2 * np.pi * 0.0489, {"sncf_good": 0.509, "sncf_poor": 1.790}
     expected = [a * 308e-6 / 8 / (2 * np.pi) for a in factors.values()]
     computed = [float(spectrum_density(name, "yw", w)) for name in factors]
-    yield Check("SNCF good and poor at n0 [m^2/(rad/m)]", expected, computed, FROM_MEMORY, 1e-15)
+    yield Check("SNCF good and poor at n0 [m^2/(rad/m)]", expected, computed, UNVERIFIED_CONSTANTS, 1e-15)
 
 
 def weightings() -> Iterator[Check]:

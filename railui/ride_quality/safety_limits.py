@@ -11,7 +11,9 @@ from railui.arrays import FloatArray
 from railui.vehicle.model import Model
 
 BASE_FORCE_LIMIT: Final = 10e3  # N, of the limit 10 kN + 2 Q_0/3 of the sum of guiding forces
-FORCE_LIMIT_FACTORS: Final = {"goods": 0.85}  # of that limit by use, 1 for passengers; from memory of EN 14363:2005
+FORCE_LIMIT_FACTORS: Final = {
+    "goods": 0.85
+}  # of that limit by use, 1 for passengers; not compared with the text of EN 14363
 INSTABILITY_SHARE: Final = 0.5  # of the limit of the sum: that of its rms over 100 m
 QUOTIENT_LIMIT: Final = 0.8  # Y/Q as mean over 2 m
 UNLOADING_LIMIT: Final = 0.6  # (Q_0 - Q)/Q_0; that of the quasi-static test on twisted track, used here for dynamic Q
