@@ -194,7 +194,7 @@ def _examine(context: Context, base: _Base, selection: Selection, validation_fit
     start = base.windowed if is_without and base.windowed is not None else selection.fit
     discrepancy = find_discrepancy(context, start, validation_fit, selection, floor, evidence=evidence)
     with_noise = None
-    if discrepancy is not None and may_be_track_noise(context, selection, discrepancy):
+    if discrepancy is not None and may_be_track_noise(context, discrepancy):
         with_noise = with_track_noise(context, selection.fit.model, selection.validation, floor)
         if with_noise is not None:
             (context, floor), discrepancy = with_noise, None

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from railui.campaign.comparison import compared_channels
-from railui.campaign.noise.estimate import TRACK
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import NoiseFloor
@@ -100,16 +99,13 @@ def _is_force_on_vehicle(context: Context, discrepancy: Discrepancy) -> bool:
     return excess > max(settings.min_location_excess, settings.location_standard_errors * evidence.standard_error)
 
 
-def may_be_track_noise(context: Context, selection: Selection, discrepancy: Discrepancy) -> bool:
+def may_be_track_noise(context: Context, discrepancy: Discrepancy) -> bool:
     """True for a discrepancy that noise of the track columns can imitate: forces at the contact that follow no law."""
     if discrepancy.lowers_error or discrepancy.run_dependence is not None or is_conclusive(context, discrepancy):
         return False
     if any(s.is_rig for s in context.dataset.selection):
         return False
-    if _is_force_on_vehicle(context, discrepancy):
-        return False
-    is_unknown = not any(c in context.noise for c in TRACK)  # nothing may then be claimed that rests on its absence
-    return is_unknown or not has_structure(context.settings.score_test, selection.final_score_test)
+    return not _is_force_on_vehicle(context, discrepancy)
 
 
 def is_at_noise_floor(context: Context, fit: Fit, error_to_noise: float) -> bool:
