@@ -117,7 +117,7 @@ def _calibrated_base(context: Context, nominal: Validation) -> _Base:
 
 
 class _Examination(NamedTuple):
-    """What the selected effects leave: its evidence, a discrepancy, and whether the error is that of noise.
+    """Residual of the selected effects: its evidence, a discrepancy, and whether the error is that of noise.
 
     context: with the track noise that the residual has, where has_track_noise.
     """

@@ -10,10 +10,11 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.corrections.correction import Correction, Corrections, gain_of_unit
 from railui.core import Spline
+from railui.runs.columns import column_names
 from railui.runs.run import Run
 from railui.track import distance_from_speed
 
-TRACK_COLUMNS = ("yw", "phiw", "gauge")
+TRACK_COLUMNS = column_names("bogie", "track")
 HUM_BLOCK_SECONDS = 10.0  # in which a hum has one amplitude and phase
 MIN_CORRECTED_SAMPLES = 50  # of a segment after its ends are cut
 

@@ -11,6 +11,7 @@ import numpy as np
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.noise.record import Record, band_limits
 from railui.dsp.spectra import detrend, hann, welch
+from railui.runs.columns import column_names
 
 QUIET_SAMPLES = 1024  # of a window, at most
 QUIET_WINDOWS = 8  # in a record, without overlap, where it is long enough for
@@ -21,7 +22,7 @@ WINDOW_SECONDS = 2.56
 RIG_WINDOWS = 60
 WINDOWS_PER_INPUT = 4
 RIG_INPUTS = {"rig": ("u",), "bench": ("z", "vz")}
-TRACK = ("yw", "phiw", "gauge")
+TRACK = column_names("bogie", "track")
 
 
 class Level(NamedTuple):

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.noise.bounds import Level, incoherent_level, is_flat, quiet_band, quiet_level
+from railui.campaign.noise.bounds import TRACK, Level, incoherent_level, is_flat, quiet_band, quiet_level
 from railui.campaign.noise.model import BOTH, ESTIMATED, STATED, ColumnNoise, NoiseModel
 from railui.campaign.noise.record import Record, band_limits
 from railui.campaign.noise.relations import RAILS, RelationSpectra, relation_spectra
@@ -26,7 +26,6 @@ from railui.campaign.noise.variance_components import (
 )
 from railui.campaign.settings.noise import NoiseSettings
 
-TRACK = ("yw", "phiw", "gauge")
 SMALL_SHARE = 1e-3  # of the variance in the band, of a coloured part that is left out
 UNKNOWN_FACTOR = 5.0  # one standard deviation of the level of unstated rails, and of an unstated channel
 RAIL_SHARE = 0.01  # of the track's standard deviation: centre of the prior of unstated rails

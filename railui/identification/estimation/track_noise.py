@@ -1,7 +1,7 @@
 """Noise of the track columns from what a model leaves, where it is neither stated closely nor given by relations.
 
 It moves the wheelsets as forces at the contact do. A residual that such forces explain, whatever their course, and no
-law, is what noise of the track columns leaves: nothing tells the two apart.
+law, is that of noise of the track columns: the data do not distinguish the two.
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from railui.campaign.noise.estimate import RAIL_SHARE, TRACK, independent_rail_levels
+from railui.campaign.noise.estimate import RAIL_SHARE, independent_rail_levels
 from railui.campaign.noise.model import BOTH, ESTIMATED, ColumnNoise, NoiseModel
 from railui.campaign.noise.spectrum import NoiseSpectrum
+from railui.campaign.segment import TRACK_COLUMNS
 from railui.identification.context import Context
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.validation import Validation
@@ -40,7 +41,7 @@ def with_track_noise(
         None where the level would lie outside the uncertainty of the known one, or a channel had a larger error still.
     """
     noise, limit = context.noise, _largest_factor(context)
-    if not any(noise.get(c, 0.0) > 0.0 for c in TRACK):
+    if not any(noise.get(c, 0.0) > 0.0 for c in TRACK_COLUMNS):
         noise, limit = _assumed(context), np.inf
         draws = context.settings.validation.preliminary_floor_draws
         floor = estimate_noise_floor(_with(context, noise), model, context.dataset.selection, draws)
@@ -59,18 +60,18 @@ def with_track_noise(
 def _largest_factor(context: Context) -> float:
     """Factor on the known level of the track noise up to which it is believed."""
     standard_errors = context.settings.verdict.location_standard_errors
-    return float(np.exp(standard_errors * max((context.noise.log_sd(c) for c in TRACK), default=0.0)))
+    return float(np.exp(standard_errors * max((context.noise.log_sd(c) for c in TRACK_COLUMNS), default=0.0)))
 
 
 def _assumed(context: Context) -> NoiseModel:
     """Noise model with independent errors of both rails; empty where no track was measured, or it was without noise."""
     segments, values = context.dataset.selection, context.nominal.design.values
-    present = {c for c in TRACK if any(np.any(s.columns.get(c, 0.0)) for s in segments)}
-    if "yw" not in present or any(c in context.noise for c in TRACK):
+    present = {c for c in TRACK_COLUMNS if any(np.any(s.columns.get(c, 0.0)) for s in segments)}
+    if "yw" not in present or any(c in context.noise for c in TRACK_COLUMNS):
         return NoiseModel()
     yw = RAIL_SHARE * float(np.median([np.std(s.columns["yw"]) for s in segments]))
     levels = independent_rail_levels(yw, values["vehicle.geometry.half_gauge"])
-    unstated = {c: ColumnNoise(levels[c], NoiseSpectrum(levels[c]), source=ESTIMATED) for c in TRACK if c in present}
+    unstated = {c: ColumnNoise(levels[c], NoiseSpectrum(levels[c]), source=ESTIMATED) for c in levels if c in present}
     return NoiseModel({**context.noise.columns, **unstated})
 
 
@@ -78,7 +79,7 @@ def _scaled(context: Context, noise: NoiseModel, factor: float) -> NoiseModel:
     """Noise model with the track noise times a factor."""
     log_sd = float(np.log(context.settings.noise.quiet_noise_factor))
     columns = dict(noise.columns)
-    for name in TRACK:
+    for name in TRACK_COLUMNS:
         if (c := columns.get(name)) is not None and c.used > 0.0:
             used, source = factor * c.used, ESTIMATED if c.stated is None else BOTH
             columns[name] = ColumnNoise(used, c.spectrum.scaled(factor), c.stated, used, log_sd, log_sd, source)
