@@ -16,6 +16,7 @@ from railui.report.figures.drawing import (
     GREEN,
     GREY,
     ORANGE,
+    STYLE,
     Drawing,
     Picture,
     axis_label,
@@ -38,6 +39,7 @@ MAX_LINE_BUCKETS: Final = 1500  # of a drawn line, each with its smallest and la
 MIN_SEGMENT: Final = 256  # samples of Welch's segments
 SEGMENTS: Final = 8  # into which a ride is divided for its spectra, which overlap by half
 MAX_FREQUENCY: Final = 60.0  # Hz, of the drawn spectra
+LABEL_LETTERS: Final = 24  # that fit along the axes; a longer label is smaller
 SHOWN_RANGE: Final = 1e10  # of a spectrum, from its largest value down
 PAGE_SIZE: Final = (9.4, 2.3)  # inch
 PANEL_HEIGHT: Final = 1.7  # inch, in a file with all panels
@@ -136,7 +138,8 @@ class RidePanels:
             ax.loglog(f[drawn], density[drawn], lw=0.9, color=COLOURS[i % len(COLOURS)], label=name)
         ax.set_xlabel("frequency [Hz]")
         ax.set_ylim(bottom=ax.get_ylim()[1] / SHOWN_RANGE)
-        ax.set_ylabel(axis_label(f"PSD of {_common(names)}", density_unit(unit)))
+        label = axis_label(f"PSD of {_common(names)}", density_unit(unit))
+        ax.set_ylabel(label, fontsize=STYLE["font.size"] * min(1.0, LABEL_LETTERS / len(label)))
         if len(ax.lines) > 1:
             ax.legend(**LEGEND)
 
