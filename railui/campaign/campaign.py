@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +12,19 @@ from railui.campaign.corrections.correction import Corrections
 from railui.campaign.corrections.reading import effects_of, read_corrections
 from railui.campaign.directory import campaign_file
 from railui.campaign.schema import ROLES, CampaignModel, read_conditions
+from railui.campaign.sensors import read_sensors
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.campaign.stated_noise import read_stated_noise
 from railui.io.atomic import sha256_file
 from railui.io.problems import FileProblems, Findings, Problem
 from railui.io.units import UnitError, quantity
 from railui.io.yaml_file import load_fields
-from railui.runs.columns import RIG_FORMS
+from railui.runs.columns import RIG_FORMS, Form
 from railui.vehicle.design_reader import Design
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
-from railui.vehicle.parameters import DEFAULT_ESTIMATED, default_estimated
+from railui.vehicle.multibody_estimated import default_estimated_of_vehicle
+from railui.vehicle.parameters import default_estimated
 from railui.vehicle.reference import load_named_design, suggest_file
 
 DEFAULT_BAND = (0.3, 40.0)  # Hz
@@ -114,8 +116,8 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     """
     source = campaign_file(path)
     data, model, findings = load_fields(source, "campaign", CampaignModel, "write `vehicle:` and `runs:`")
-    design = _check_estimable(load_named_design(source, data, findings, catalogue), findings)
-    kind = design.form if design else "bogie"
+    design = _with_sensors(load_named_design(source, data, findings, catalogue), data.get("channels"), findings)
+    kind: Form = design.run_form if design else "bogie"
     runs = _runs(source.parent, data.get("runs"), findings)
     noise = read_stated_noise(data.get("noise"), kind, [run.file for run in runs], findings)
     paths = _estimated_parameters(data.get("adjust"), design, findings)
@@ -147,16 +149,14 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     )
 
 
-def _check_estimable(design: Design | None, findings: Findings) -> Design | None:
-    """Return the design, or None if no parameter of its kind of vehicle can be estimated."""
-    if design is None or design.kind in DEFAULT_ESTIMATED:
+def _with_sensors(design: Design | None, raw: Any, findings: Findings) -> Design | None:
+    """Return the design with the sensors that a campaign declares, which only a vehicle of bodies has."""
+    if design is None or design.structure is None:
+        if design is not None and raw:
+            remedy = "leave the key out: its channels have names of their own"
+            findings.add("channels", f"a {design.kind} takes no declared channels", remedy, key=True)
         return design
-    findings.add(
-        "vehicle",
-        "describes a vehicle of bodies; a campaign can estimate the parameters of a bogie or a rig only",
-        "name a design with the groups frame, wheelset, primary, secondary and geometry, or with rig",
-    )
-    return None
+    return replace(design, structure=replace(design.structure, sensors=read_sensors(raw, design.structure, findings)))
 
 
 def _runs(directory: Path, raw: Any, findings: Findings) -> tuple[RunEntry, ...]:
@@ -221,7 +221,7 @@ def _estimated_parameters(given: Any, design: Design | None, findings: Findings)
     if design is None:
         return ()
     paths: list[str] = []
-    for i, name in enumerate(given if isinstance(given, list) else default_estimated(design.form, design.rig_input)):
+    for i, name in enumerate(given if isinstance(given, list) else _default_estimated(design)):
         try:
             paths += [path for path in design.expand(str(name)) if path not in paths]
         except FileProblems as error:
@@ -237,12 +237,18 @@ def _estimated_parameters(given: Any, design: Design | None, findings: Findings)
     return tuple(paths)
 
 
-def _sensors(raw: Any, findings: Findings, catalogue: Catalogue | None, kind: str) -> tuple[PlacedEffect, ...]:
+def _default_estimated(design: Design) -> tuple[str, ...]:
+    if design.structure is not None:
+        return default_estimated_of_vehicle(design.structure, design.values)
+    return default_estimated(design.form, design.rig_input)
+
+
+def _sensors(raw: Any, findings: Findings, catalogue: Catalogue | None, kind: Form) -> tuple[PlacedEffect, ...]:
     effects, path = effects_of(raw)
     if not effects:
         return ()
     known = kernel_catalogue() if catalogue is None else catalogue
-    form = "rig" if kind in RIG_FORMS else kind
+    form = "rig" if kind in RIG_FORMS else str(kind)
     return read_effects(effects, findings, path, known, {}, form=form, sensors=True)
 
 

@@ -1,15 +1,17 @@
-"""Multiple coherence of the channels with the track under both wheelsets: the limit of any linear model."""
+"""Multiple coherence of the channels with the track under all wheelsets: the limit of any linear model."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.finding import Finding
-from railui.campaign.segment import COMPARED, Segment
+from railui.campaign.segment import Segment
 from railui.dsp.spectra import detrend, hann
+from railui.runs.columns import is_compared
+from railui.vehicle.track_geometry import TrackGeometry
 
 SPECTRUM_SECONDS = 5.12  # window of the spectra
 BAND = (0.5, 12.0)  # Hz
@@ -17,7 +19,7 @@ MIN_AVERAGES_PER_INPUT = 4
 MIN_WINDOWS = 10  # in the length of a segment, without overlap
 
 
-def coherence_limits(segment: Segment, values: Mapping[str, float]) -> list[Finding]:
+def coherence_limits(segment: Segment, geometry: TrackGeometry) -> list[Finding]:
     """Compute the lowest NRMSE of each channel that a linear vehicle can reach with the measured track as its input.
 
     The limit is sqrt(1 - multiple coherence) over the band. Nonlinear effects, unmeasured forces, noise and a varying
@@ -26,18 +28,18 @@ def coherence_limits(segment: Segment, values: Mapping[str, float]) -> list[Find
     Parameters
     ----------
     segment
-        A segment of a run of a bogie.
-    values
-        Parameters of the bogie.
+        A segment of a run of a vehicle on a track.
+    geometry
+        Of its wheelsets on the track.
 
     Returns
     -------
     list of Finding
         One per compared channel, `value` its lowest NRMSE; empty if the segment is too short for the average.
     """
-    columns, wheelbase = segment.columns, 2.0 * values["vehicle.geometry.half_wheelbase"]
-    inputs = [columns[name] for name in ("yw", "phiw") if np.any(columns.get(name, np.zeros(1)))]
-    inputs += [np.interp(columns["s"] - wheelbase, columns["s"], x) for x in inputs]
+    columns, s = segment.columns, segment.columns["s"]
+    track = [columns[name] for name in ("yw", "phiw") if np.any(columns.get(name, np.zeros(1)))]
+    inputs = track + [np.interp(s - behind, s, x) for behind in geometry.distances[1:] for x in track]
     length = min(round(SPECTRUM_SECONDS / segment.dt), segment.samples // MIN_WINDOWS)
     f, x = _transforms(inputs, segment.dt, length)
     in_band = (f >= BAND[0]) & (f <= BAND[1])
@@ -47,7 +49,7 @@ def coherence_limits(segment: Segment, values: Mapping[str, float]) -> list[Find
     sxx = np.einsum("isf,jsf->fij", x.conj(), x)[in_band]
     findings = []
     for name in segment.channels:
-        if name not in COMPARED:
+        if not is_compared(name):
             continue
         y = _transforms([columns[name]], segment.dt, length)[1][0]
         sxy = np.einsum("isf,sf->fi", x.conj(), y)[in_band]

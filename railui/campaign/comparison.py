@@ -9,9 +9,10 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign
-from railui.campaign.segment import COMPARED, RIG_RESPONSES, Segment
+from railui.campaign.segment import Segment
 from railui.core import ZeroPhaseFilter
 from railui.dsp.filters import butterworth, padlen, sosfilt_zi, sosfiltfilt
+from railui.runs.columns import is_compared
 
 FILTER_ORDER = 4
 MAX_BAND_SHARE = 0.45  # of the sampling rate, the upper end of the band
@@ -29,7 +30,7 @@ class Comparison:
 
 def compared_channels(segment: Segment) -> list[str]:
     """List the channels of a segment that count in the error."""
-    return [c for c in segment.channels if c in COMPARED or c in RIG_RESPONSES]
+    return [c for c in segment.channels if is_compared(c)]
 
 
 def compare(campaign: Campaign, segment: Segment, series: FloatArray) -> Comparison:
@@ -108,5 +109,5 @@ def nrmse(comparisons: Sequence[Comparison]) -> dict[str, float]:
 
 def overall_nrmse(channels: Mapping[str, float]) -> float:
     """Root of the mean of the squared errors over the compared channels."""
-    used = [v for c, v in channels.items() if c in COMPARED or c in RIG_RESPONSES]
+    used = [v for c, v in channels.items() if is_compared(c)]
     return float(np.sqrt(np.mean(np.square(used)))) if used else float("nan")

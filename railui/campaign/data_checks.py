@@ -18,6 +18,7 @@ from railui.campaign.finding import Finding
 from railui.campaign.segment import Segment
 from railui.dsp.filters import butterworth, sosfiltfilt
 from railui.dsp.spectra import periodogram
+from railui.vehicle.track_geometry import track_geometry
 
 MIN_STUCK_SECONDS = 1.0  # at one value
 HUNTING_BAND = (0.8, 8.0)  # Hz
@@ -37,10 +38,10 @@ def check_data(dataset: Dataset, diagnosis: Diagnosis | None = None) -> list[Fin
         findings += check_gaps(entry.name, run.counts)
         for name in (*run.responses, *run.coach_forces):
             findings += check_stuck(entry.name, name, run.columns[name], run.columns["t"], run.rate)
-    values = dataset.campaign.design.values
+    geometry = track_geometry(dataset.campaign.design)
     for segment in dataset.segments:
-        if segment.kind == "bogie":
-            findings += coherence_limits(segment, values)
+        if not segment.is_rig:
+            findings += coherence_limits(segment, geometry)
             findings += check_hunting(segment)
     return sorted(findings, key=lambda f: not f.serious)
 
@@ -68,7 +69,7 @@ def check_stuck(file: str, name: str, x: FloatArray, t: FloatArray, rate: float)
 
 def check_hunting(segment: Segment) -> list[Finding]:
     """Report sections where a wheelset swings much more than elsewhere, with frequency and wavelength."""
-    name = next((c for c in ("ay1", "ay2") if c in segment.columns), None)
+    name = next((c for c in segment.channels if c.startswith("ay") and c[2:].isdigit()), None)
     if name is None:
         return []
     s = segment.columns["s"]

@@ -12,24 +12,26 @@ import numpy as np
 from railui.campaign.campaign import Campaign
 from railui.campaign.corrections.apply import corrected_run
 from railui.campaign.noise.estimate import estimate_noise_model
-from railui.campaign.segment import RESPONSES, Segment
+from railui.campaign.segment import Segment
 from railui.io.problems import file_problem
 from railui.runs import columns as known
 from railui.runs.run import Run, load_run
 from railui.track import distance_from_speed
+from railui.vehicle.track_geometry import track_geometry
 
 MIN_PART_SAMPLES = 1000  # of a run that is cut for the test
 
 
-def segments_of_run(run: Run, name: str, role: str, kind: str = "bogie", index: int = 0) -> list[Segment]:
+def segments_of_run(run: Run, name: str, role: str, kind: known.Form = "bogie", index: int = 0) -> list[Segment]:
     """Cut a run into its usable segments, in their order; index: that of the run in the campaign."""
     names = tuple(known.columns_of(kind))
+    responses = known.column_names(kind, "response")
     segments = []
     for number, part in enumerate(run.segments):
         columns = {k: np.ascontiguousarray(run.columns[k][part]) for k in names if k in run.columns}
         if kind not in known.RIG_FORMS and "s" not in columns:
             columns["s"] = distance_from_speed(columns["t"], columns["v"])
-        usable = {k: x for k, x in columns.items() if k not in RESPONSES or np.all(np.isfinite(x))}
+        usable = {k: x for k, x in columns.items() if k not in responses or np.all(np.isfinite(x))}
         segments.append(Segment(name, role, number, usable, 1.0 / run.rate, kind, run_index=index))
     return segments
 
@@ -117,12 +119,12 @@ class Dataset:
 
 def read_dataset(campaign: Campaign) -> Dataset:
     """Read the runs of a campaign and make its corrections; FileProblems for a run that cannot be used."""
-    kind = campaign.design.form
-    wheelbase = 2.0 * campaign.design.values.get("vehicle.geometry.half_wheelbase", 0.0)
+    kind = campaign.design.run_form
+    geometry = track_geometry(campaign.design)
     runs: list[Run] = []
     segments: list[Segment] = []
     for index, entry in enumerate(campaign.runs):
-        run = corrected_run(load_run(entry.file, kind), entry.name, campaign.corrections, wheelbase)
+        run = corrected_run(load_run(entry.file, kind), entry.name, campaign.corrections, geometry.wheelbase)
         if not run.segments:
             raise file_problem(
                 entry.file, "has no segment left after its corrections", "check the delays of its columns"
@@ -130,6 +132,6 @@ def read_dataset(campaign: Campaign) -> Dataset:
         runs.append(run)
         segments += segments_of_run(run, entry.name, entry.role, kind, index)
     noise = estimate_noise_model(
-        segments, campaign.noise, campaign.design.values, campaign.band, campaign.noise_band, campaign.settings.noise
+        segments, campaign.noise, geometry, campaign.band, campaign.noise_band, campaign.settings.noise
     )
     return Dataset(campaign, tuple(runs), tuple(segments), noise)

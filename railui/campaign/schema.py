@@ -7,12 +7,14 @@ from typing import Annotated, Any
 from pydantic import Field, create_model
 
 from railui.campaign.corrections.reading import SENSORS
+from railui.campaign.sensors import SENSOR_KINDS, read_position
 from railui.campaign.settings.declaration import Setting
 from railui.campaign.settings.loop_settings import SETTINGS
 from railui.io.fields import (
     LIST,
     PAIR,
     Group,
+    Switch,
     Text,
     ValueReader,
     choice_reader,
@@ -64,6 +66,23 @@ class RunModel(Group):
     )
 
 
+class ChannelModel(Group):
+    """Schema of a sensor: its kind, its body or joint, its position, whether gravity through roll is in its signal."""
+
+    kind: Annotated[str, choice_reader(SENSOR_KINDS)] = Field(json_schema_extra={"sample": "kind: yaw_rate"})
+    body: Text = ""
+    joint: Text = ""
+    at: Annotated[
+        list[Annotated[float, quantity_reader("m")]], ValueReader(read_position, {"type": "array", "maxItems": 3})
+    ] = Field(
+        default_factory=list,
+        title="position of an accelerometer",
+        description="[x, y, z] from the centre of mass: forwards, to the right, down",
+    )
+    gravity: Switch = Field(default=False, title="true where an accelerometer measures gravity through roll as well")
+
+
+CHANNELS = ValueReader(lambda value: {} if value is None else value)
 NOISE = ValueReader(
     lambda value: {} if value is None else value,
     {"type": "object", "additionalProperties": quantity_schema("", title="standard deviation of a column")},
@@ -121,6 +140,9 @@ class CampaignModel(Group):
         default=0.10, title="share by which an effect must lower the validation error"
     )
     sensors: Annotated[Any, SENSORS] = Field(default_factory=list)
+    channels: Annotated[dict[str, ChannelModel], CHANNELS] = Field(
+        default_factory=dict, title="sensors of a vehicle of bodies by the names of their columns"
+    )
     track: Annotated[str, choice_reader(("unloaded", "loaded"))] = "unloaded"
     settings: Annotated[SettingsModel, ValueReader(read_settings)] = Field(  # type: ignore[valid-type]
         default_factory=SettingsModel, title="thresholds of the loop"

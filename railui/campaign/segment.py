@@ -13,9 +13,6 @@ from railui.core import Spline
 from railui.runs import columns as known
 from railui.track import Wheelbase, add_track, band_limited_noise, run_table
 
-COMPARED = known.COMPARED_CHANNELS
-RESPONSES = known.column_names("bogie", "response")
-RIG_RESPONSES = tuple(c for form in known.RIG_FORMS for c in known.column_names(form, "response"))
 COACH_FORCES = known.column_names("bogie", "coach")
 TRACK_COLUMNS = known.column_names("bogie", "track")
 MAX_SHARED_STEPS = 2  # per sample, up to which a truncated segment takes its rows from the table of the full one
@@ -50,7 +47,7 @@ class Segment:
     number: int
     columns: Mapping[str, FloatArray]
     dt: float
-    kind: str = "bogie"
+    kind: known.Form = "bogie"
     tables: dict[tuple[Wheelbase, int], FloatArray] = field(default_factory=dict, repr=False)
     window_of: Segment | None = None
     first_sample: int = 0
@@ -70,8 +67,7 @@ class Segment:
     @property
     def channels(self) -> list[str]:
         """Names of the measured responses."""
-        responses = known.column_names(self.kind, "response") if self.is_rig else RESPONSES
-        return [c for c in responses if c in self.columns]
+        return [c for c in known.column_names(self.kind, "response") if c in self.columns]
 
     @property
     def coach_forces(self) -> tuple[str, ...]:

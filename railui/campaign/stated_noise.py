@@ -9,11 +9,11 @@ from typing import Any
 from railui.io.problems import FileProblems, Findings, suggest_name
 from railui.io.table import read_header
 from railui.io.units import UnitError, convert, quantity, split_quantity
-from railui.runs.columns import RIG_FORMS, columns_of
+from railui.runs.columns import RIG_FORMS, Form, columns_of
 from railui.runs.units import BENCH_UNITS, DERIVATIVE_ORDERS, bench_factor, rate_factor
 
 
-def read_stated_noise(raw: Any, kind: str, files: Sequence[Path], findings: Findings) -> dict[str, float]:
+def read_stated_noise(raw: Any, kind: Form, files: Sequence[Path], findings: Findings) -> dict[str, float]:
     """Read the standard deviation [SI] of every column under `noise:`; files: the runs, for the units of a rig."""
     noise: dict[str, float] = {}
     columns = columns_of(kind)
@@ -32,7 +32,7 @@ def read_stated_noise(raw: Any, kind: str, files: Sequence[Path], findings: Find
     return noise
 
 
-def _standard_deviation(value: Any, name: str, kind: str, files: Sequence[Path]) -> float:
+def _standard_deviation(value: Any, name: str, kind: Form, files: Sequence[Path]) -> float:
     if kind in RIG_FORMS:
         number = _rig_standard_deviation(value, name, kind, files)
     else:
@@ -42,7 +42,7 @@ def _standard_deviation(value: Any, name: str, kind: str, files: Sequence[Path])
     return number
 
 
-def _rig_standard_deviation(value: Any, name: str, kind: str, files: Sequence[Path]) -> float:
+def _rig_standard_deviation(value: Any, name: str, kind: Form, files: Sequence[Path]) -> float:
     """Convert a standard deviation to the units in which the columns of a rig's run are read."""
     labels: Mapping[str, str | None] = {}
     for file in files[:1]:

@@ -18,6 +18,7 @@ from railui.core.catalogue import (
     parameter_paths,
 )
 from railui.core.layout import (
+    AccelerometerLayout,
     BodyLayout,
     FloorLayout,
     JointLayout,
@@ -35,6 +36,7 @@ __all__ = [
     "LANES",
     "LINKAGE_NUMBER",
     "MAX_STEPS_PER_SAMPLE",
+    "AccelerometerLayout",
     "Batch",
     "BodyLayout",
     "FloorLayout",

@@ -58,6 +58,16 @@ class FloorLayout:
 
 
 @dataclass(frozen=True)
+class AccelerometerLayout:
+    """Lateral accelerometer on a body, forwards of and below its centre of mass [m]."""
+
+    name: str
+    body: int
+    at: tuple[float, float]
+    with_gravity: bool
+
+
+@dataclass(frozen=True)
 class Layout:
     """Vehicle of bodies (wheelsets from the front) and joints, with `numbers` numbers in a row."""
 
@@ -65,3 +75,4 @@ class Layout:
     bodies: list[BodyLayout]
     joints: list[JointLayout]
     floor: list[FloorLayout]
+    accelerometers: list[AccelerometerLayout]

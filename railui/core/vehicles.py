@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,8 @@ class Vehicles:
         Bodies and elements of a multibody vehicle, instead of a kind built into the kernel.
     rig_input : str, optional
         Input of a rig: force (the default), base_displacement or base_acceleration.
+    channel_names : mapping, optional
+        Channels of the kernel by the names that sensors have in the runs, as far as these differ.
 
     Raises
     ------
@@ -45,9 +48,11 @@ class Vehicles:
         measured: Sequence[str] = (),
         layout: Layout | None = None,
         rig_input: str | None = None,
+        channel_names: Mapping[str, str] | None = None,
     ) -> None:
         self.kind = kind
-        self.placements = tuple(placed)
+        self._channel_names = channel_names or {}
+        self.placements = tuple(replace(p, at=self._channel_names.get(p.at, p.at)) for p in placed)
         self.measured = tuple(measured)
         self._core = _core.Vehicle(
             kind,
@@ -93,7 +98,8 @@ class Vehicles:
         """
         filter_arguments = filter.kernel_arguments() if filter else None
         threads = resolve_thread_count(jobs)
-        flat, diverged = self._core.simulate(batch, table, dt, steps, list(channels), filter_arguments, threads)
+        names = [self._channel_names.get(c, c) for c in channels]
+        flat, diverged = self._core.simulate(batch, table, dt, steps, names, filter_arguments, threads)
         return flat.reshape(len(batch), len(channels), -1), np.array(diverged)
 
     def ride_statistics(

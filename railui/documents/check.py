@@ -108,7 +108,7 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
     runs: list[Run] = []
     for entry in campaign.runs:
         try:
-            runs.append(load_run(entry.file, campaign.design.form))
+            runs.append(load_run(entry.file, campaign.design.run_form))
         except FileProblems as error:
             problems += error.problems
     if problems:

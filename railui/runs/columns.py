@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 
 @dataclass(frozen=True)
@@ -56,16 +59,44 @@ BENCH_COLUMNS = _by_name(
 )
 FORMS = {"bogie": COLUMNS, "rig": RIG_COLUMNS, "bench": BENCH_COLUMNS}
 RIG_FORMS = ("rig", "bench")
+TRACK_COLUMNS = tuple(c for c in COLUMNS.values() if c.role in ("clock", "track"))
 # usual sensors of a bogie, over which the NRMSE is averaged
 COMPARED_CHANNELS = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
 
 
-def columns_of(form: str) -> dict[str, Column]:
-    """Return the columns of the runs of a "bogie", of a "rig", or of a "bench" with prescribed motion."""
-    return FORMS.get(form, COLUMNS)
+@dataclass(frozen=True)
+class VehicleColumns:
+    """Columns of the runs of a multibody vehicle: clock, track, and the responses that its sensors may measure."""
+
+    responses: tuple[Column, ...]
+
+    @cached_property
+    def columns(self) -> Mapping[str, Column]:
+        """Columns by name."""
+        return _by_name(*TRACK_COLUMNS, *self.responses)
+
+    def __str__(self) -> str:
+        return "vehicle"
 
 
-def column_names(form: str, *parts: str) -> tuple[str, ...]:
+Form = str | VehicleColumns  # "bogie", "rig", "bench", or the columns of a multibody vehicle
+
+
+def columns_of(form: Form) -> Mapping[str, Column]:
+    """Return the columns of the runs of a "bogie", a "rig", a "bench" with prescribed motion, or another vehicle."""
+    return form.columns if isinstance(form, VehicleColumns) else FORMS.get(form, COLUMNS)
+
+
+def is_compared(channel: str) -> bool:
+    """True for a response that counts in the error: all but the yaw of a wheelset, which is seldom measured.
+
+    >>> is_compared("ay3"), is_compared("psi2")
+    (True, False)
+    """
+    return not re.fullmatch(r"psi\d+", channel)
+
+
+def column_names(form: Form, *parts: str) -> tuple[str, ...]:
     """Return the names of the columns with certain roles.
 
     >>> column_names("bogie", "track")

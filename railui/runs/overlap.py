@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.runs.columns import RIG_FORMS, column_names
+from railui.runs.columns import column_names
 
 SEQUENCE = 16  # samples; noise makes a repetition by chance impossible
 MIN_DISTINCT = 4  # different values of a sequence
@@ -23,8 +23,8 @@ def shared_share(a: Mapping[str, FloatArray], b: Mapping[str, FloatArray]) -> fl
     a, b
         Columns [n] by name; the largest share of a response counts.
     """
-    responses = {name for form in ("bogie", *RIG_FORMS) for name in column_names(form, "response")}
-    return max((_shared(a[name], b[name]) for name in responses & a.keys() & b.keys()), default=0.0)
+    others = {*column_names("bogie", "clock", "track", "coach"), *column_names("rig", "clock", "track")}
+    return max((_shared(a[name], b[name]) for name in (a.keys() & b.keys()) - others), default=0.0)
 
 
 def _shared(x: FloatArray, y: FloatArray) -> float:

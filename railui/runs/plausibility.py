@@ -13,7 +13,7 @@ from railui.io.problems import Findings
 from railui.io.table import Table
 from railui.io.units import MAX_PLAUSIBLE_SPEED, MAX_SPEED
 from railui.runs.clipping import clipped_samples
-from railui.runs.columns import COLUMNS, column_names
+from railui.runs.columns import Column
 from railui.runs.units import MAX_PLAUSIBLE_SD
 
 CORRECT = "empty the cell, or correct the unit of the column"
@@ -33,8 +33,10 @@ LIMITS: dict[str, tuple[float, str]] = {
     "Qy": (1e8, CORRECT),
     "Qpsi": (1e9, CORRECT),
 }
+LIMITS_BY_UNIT = {"m": 1.0, "m/s^2": 1e5, "rad/s": 100.0, "rad": 1.0}  # of a response of any other name
 MAX_FAULTY_SHARE = 0.01  # of the rows with single wrong values
 MAX_RMS = {"ay1": 100.0, "ay2": 100.0, "ayf": 30.0, "rf": 1.0, "psi1": 0.1, "psi2": 0.1}  # SI, of a whole run
+MAX_RMS_BY_UNIT = {"m/s^2": 100.0, "rad/s": 1.0, "rad": 0.1}  # of a response of any other name
 MIN_SPIKE_RATIO = 50.0  # of a sample off the line through its neighbours to the median of all
 MIN_SPIKE_SHARE = 0.05  # of the robust standard deviation that counts as that median at least
 MAX_NEIGHBOUR_SHARE = 0.2  # of a spike by which its neighbours differ
@@ -52,19 +54,19 @@ class Spikes(NamedTuple):
     value: float
 
 
-def check_limits(table: Table, columns: Mapping[str, FloatArray], findings: Findings) -> None:
-    """Report the first value of each column [SI] beyond its limit as an error."""
+def check_limits(
+    table: Table, columns: Mapping[str, FloatArray], known: Mapping[str, Column], findings: Findings
+) -> None:
+    """Report the first value of each column [SI] beyond its limit as an error; known: the columns by name."""
     for name, x in columns.items():
-        if name not in LIMITS:
-            continue
-        limit, remedy = LIMITS[name]
+        limit, remedy = LIMITS.get(name) or (LIMITS_BY_UNIT.get(known[name].unit, np.inf), CORRECT)
         beyond = np.flatnonzero(np.isfinite(x) & (np.abs(x) > limit))
         # a whole column in mm is reported by its standard deviation, with its unit
-        is_in_mm = COLUMNS[name].unit == "m" and name != "s" and _standard_deviation(x) > MAX_PLAUSIBLE_SD
+        is_in_mm = known[name].unit == "m" and name != "s" and _standard_deviation(x) > MAX_PLAUSIBLE_SD
         if beyond.size and not (is_in_mm and beyond.size > MAX_FAULTY_SHARE * x.size):
             row = int(beyond[0])
             more = f" (and {beyond.size - 1} more rows)" if beyond.size > 1 else ""
-            unit = COLUMNS[name].unit
+            unit = known[name].unit
             message = f"is {x[row]:.6g} {unit}, more than the {limit:g} {unit} that are possible{more}"
             findings.add(name, message, remedy, position=table.cell_position(row, name))
 
@@ -75,7 +77,12 @@ def _standard_deviation(x: FloatArray) -> float:
 
 
 def warn_of_implausible(
-    table: Table, columns: Mapping[str, FloatArray], rows: NDArray[np.intp], distance: FloatArray, findings: Findings
+    table: Table,
+    columns: Mapping[str, FloatArray],
+    rows: NDArray[np.intp],
+    distance: FloatArray,
+    known: Mapping[str, Column],
+    findings: Findings,
 ) -> None:
     """Add warnings of a run: speed, distance against speed, size of accelerations, spikes, clipping.
 
@@ -89,6 +96,8 @@ def warn_of_implausible(
         Rows of the table of these values [n].
     distance
         Integral of the speed [m], [n].
+    known
+        Columns of the form of the run by name.
     findings
         Receives the warnings.
     """
@@ -98,14 +107,14 @@ def warn_of_implausible(
         findings.warn("v", f"is {speed:.4g} m/s in the median", "write `v [km/h]` if it is in km/h", position=header)
     if "s" in table.names and "s" in columns:
         _warn_of_distance(columns["s"], distance, findings, table)
-    for name, limit in MAX_RMS.items():
-        if name in columns and (rms := float(np.sqrt(np.nanmean(columns[name] ** 2)))) > limit:
-            unit = COLUMNS[name].unit
+    for name, unit in ((c.name, c.unit) for c in known.values() if c.role == "response" and c.name in columns):
+        limit = MAX_RMS.get(name, MAX_RMS_BY_UNIT.get(unit, np.inf))
+        if (rms := float(np.sqrt(np.nanmean(columns[name] ** 2)))) > limit:
             message = f"has an rms of {rms:.4g} {unit}, vehicles have less than {limit:g} {unit}"
             findings.warn(name, message, "correct the unit in the header", position=header)
-    for name in column_names("bogie", "track", "response", "coach"):
-        if name in columns and name in table.names:
-            _warn_of_samples(table, name, columns[name], rows, findings)
+    for column in known.values():
+        if column.role != "clock" and column.name in columns and column.name in table.names:
+            _warn_of_samples(table, column, columns[column.name], rows, findings)
     for comment in table.comments:
         if comment.startswith(CLIPPED_COMMENT):
             remedy = "widen the range of the sensor, or leave the channel out"
@@ -123,17 +132,18 @@ def _warn_of_distance(s: FloatArray, distance: FloatArray, findings: Findings, t
         findings.warn("s", message, remedy, position=table.header_position)
 
 
-def _warn_of_samples(table: Table, name: str, x: FloatArray, rows: NDArray[np.intp], findings: Findings) -> None:
+def _warn_of_samples(table: Table, column: Column, x: FloatArray, rows: NDArray[np.intp], findings: Findings) -> None:
+    name, unit = column.name, column.unit
     spikes = find_spikes(x)
     if spikes is not None:
         many = f"{spikes.number} spikes, the largest" if spikes.number > 1 else "a spike"
-        message = f"has {many} of {spikes.value:.4g} {COLUMNS[name].unit}, in a single row"
+        message = f"has {many} of {spikes.value:.4g} {unit}, in a single row"
         place = table.cell_position(int(rows[spikes.row]), name)
         findings.warn(name, message, "empty the cell: the row becomes a gap", position=place)
     clipped = clipped_samples(x)
     if clipped is not None:
         count, level = clipped
-        message = f"is clipped at {level:.4g} {COLUMNS[name].unit}: {count} samples ({100 * count / x.size:.2g} %)"
+        message = f"is clipped at {level:.4g} {unit}: {count} samples ({100 * count / x.size:.2g} %)"
         remedy = "widen the range of the sensor, or leave the column out"
         findings.warn(name, message, remedy, position=table.header_position)
 

@@ -13,7 +13,7 @@ from railui.io.atomic import sha256_file
 from railui.io.problems import Findings, Problem, suggest_name
 from railui.io.table import Table, read_table
 from railui.io.units import MAX_PLAUSIBLE_SPEED
-from railui.runs.columns import RIG_FORMS, Column, column_names, columns_of
+from railui.runs.columns import RIG_FORMS, Column, Form, column_names, columns_of
 from railui.runs.plausibility import check_limits, warn_of_implausible
 from railui.runs.segments import Segments, find_segments, sampling_rate
 from railui.runs.units import bench_columns, check_magnitudes, columns_in_si, rig_columns
@@ -29,8 +29,8 @@ class Run:
     ----------
     file : Path
     sha256 : str
-    kind : str
-        "bogie", "rig" or "bench".
+    kind : str or VehicleColumns
+        "bogie", "rig" or "bench"; of any other vehicle the columns that its runs may have.
     columns : mapping
         Arrays [row] by name in SI (rig: in the units of the run; bench: in SI where the unit is known), NaN for missing
         values.
@@ -55,7 +55,7 @@ class Run:
 
     file: Path
     sha256: str
-    kind: str
+    kind: Form
     columns: Mapping[str, FloatArray]
     units: Mapping[str, str]
     rate: float
@@ -72,14 +72,14 @@ class Run:
         return int(self.columns["t"].size)
 
 
-def load_run(path: str | Path, kind: str | None = None, *, responses: bool = True) -> Run:
+def load_run(path: str | Path, kind: Form | None = None, *, responses: bool = True) -> Run:
     """Read a run.
 
     Parameters
     ----------
     path : path
-    kind : str, optional
-        "bogie", "rig" or "bench"; detected from the columns by default.
+    kind : str or VehicleColumns, optional
+        "bogie", "rig", "bench" or the columns of any other vehicle; detected from the columns by default.
     responses : bool
         False for a run that needs no measured response, since only its track is used.
 
@@ -98,7 +98,7 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
     findings.raise_errors()
     _drop_constant_channels(columns, form, notes, findings, table, responses)
     if form not in RIG_FORMS:
-        check_limits(table, columns, findings)
+        check_limits(table, columns, known, findings)
     check_magnitudes(table, columns, known, findings)
     findings.raise_errors()
     rows = np.flatnonzero(np.isfinite(columns["t"]))
@@ -109,7 +109,7 @@ def load_run(path: str | Path, kind: str | None = None, *, responses: bool = Tru
         _check_rig_limits(rate, len(rows), findings)
     distance = _add_absent_columns(columns, form, notes)
     if distance is not None:
-        warn_of_implausible(table, columns, rows, distance, findings)
+        warn_of_implausible(table, columns, rows, distance, known, findings)
     segments = find_segments(columns, rate, form)
     _require_segment(segments, rate, findings)
     _check_distance(table, columns, segments, rows, form, findings)
@@ -147,7 +147,7 @@ def detect_kind(names: tuple[str, ...]) -> str:
 
 
 def _read_columns(
-    table: Table, known: Mapping[str, Column], form: str, findings: Findings, notes: list[str]
+    table: Table, known: Mapping[str, Column], form: Form, findings: Findings, notes: list[str]
 ) -> tuple[dict[str, FloatArray], dict[str, str]]:
     if form == "bench":
         return bench_columns(table, known, findings, notes)
@@ -157,10 +157,10 @@ def _read_columns(
 
 
 def _check_required(
-    table: Table, columns: Mapping[str, FloatArray], form: str, findings: Findings, responses: bool
+    table: Table, columns: Mapping[str, FloatArray], form: Form, findings: Findings, responses: bool
 ) -> None:
-    required = {"rig": ("t",), "bench": ("t", "z")}
-    for name in required.get(form, ("t", "v", "yw")):
+    required = {"rig": ("t",), "bench": ("t", "z")}.get(str(form), ("t", "v", "yw"))
+    for name in required:
         if name not in table.names:
             column = columns_of(form)[name]
             suggestion = suggest_name(name, [n for n in table.names if n not in columns_of(form)])
@@ -178,7 +178,7 @@ def _check_required(
 
 
 def _drop_constant_channels(
-    columns: dict[str, FloatArray], form: str, notes: list[str], findings: Findings, table: Table, responses: bool
+    columns: dict[str, FloatArray], form: Form, notes: list[str], findings: Findings, table: Table, responses: bool
 ) -> None:
     """Remove channels without a value or with a constant one: they were not connected."""
     for name in (*column_names(form, "track", "response", "coach"), "s"):
@@ -208,7 +208,7 @@ def _drop_constant_channels(
         findings.add("", "no response varies", "give at least one that varies", position=table.header_position)
 
 
-def _add_absent_columns(columns: dict[str, FloatArray], form: str, notes: list[str]) -> FloatArray | None:
+def _add_absent_columns(columns: dict[str, FloatArray], form: Form, notes: list[str]) -> FloatArray | None:
     """Add absent columns: s from v, track columns and the input as zero; return the integral of v, None for a rig."""
     if form == "bench":
         return None
@@ -268,7 +268,7 @@ def _check_distance(
     columns: Mapping[str, FloatArray],
     segments: Segments,
     rows: np.ndarray,
-    form: str,
+    form: Form,
     findings: Findings,
 ) -> None:
     if form in RIG_FORMS:

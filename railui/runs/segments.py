@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.io.problems import Findings
 from railui.io.table import Table
-from railui.runs.columns import RIG_FORMS, column_names
+from railui.runs.columns import RIG_FORMS, Form, column_names
 
 INTERVAL_TOLERANCE = 0.01  # relative deviation of a sampling interval
 STUCK_DURATION = 1.0  # s
@@ -70,7 +70,7 @@ def sampling_rate(table: Table, t: FloatArray, rows: NDArray[np.intp], findings:
     return float(round(rate)) if abs(rate - round(rate)) < 1e-6 * rate else rate
 
 
-def find_segments(columns: Mapping[str, FloatArray], rate: float, form: str) -> Segments:
+def find_segments(columns: Mapping[str, FloatArray], rate: float, form: Form) -> Segments:
     """Return the usable segments of a run, and counts of their interruptions."""
     channels = column_names(form, "track", "response", "coach")
     used = [columns[name] for name in (*column_names(form, "clock"), *channels) if name in columns]
@@ -102,7 +102,7 @@ def find_segments(columns: Mapping[str, FloatArray], rate: float, form: str) -> 
     return Segments(segments, counts, shortest)
 
 
-def _may_rest(form: str, name: str) -> bool:
+def _may_rest(form: Form, name: str) -> bool:
     """True for the input of a rig and the motion of a bench, which may rest on purpose."""
     return (form == "rig" and name == "u") or (form == "bench" and name in ("z", "vz"))
 

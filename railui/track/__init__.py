@@ -2,6 +2,8 @@
 
 from railui.track.input_table import (
     COLUMNS,
+    COLUMNS_PER_WHEELSET,
+    FIRST_WHEELSET_COLUMN,
     Wheelbase,
     add_track,
     distance_from_speed,
@@ -18,6 +20,8 @@ from railui.track.synthetic import TrackSpec, band_limited_noise, parse_spec, sy
 __all__ = [
     "BANDS",
     "COLUMNS",
+    "COLUMNS_PER_WHEELSET",
+    "FIRST_WHEELSET_COLUMN",
     "QUANTITIES",
     "SPECTRA",
     "NearestSpectrum",

@@ -68,7 +68,7 @@ def load_track(path: str | Path) -> TrackColumns:
                 position=table.cell_position(int(missing[0]), name),
             )
     _check_spacing(table, columns["s"], findings)
-    check_limits(table, columns, findings)
+    check_limits(table, columns, known, findings)
     check_magnitudes(table, columns, known, findings)
     findings.raise_errors()
     zero = np.zeros_like(columns["s"])

@@ -9,6 +9,7 @@ from typing import Any
 
 from railui.io.problems import FileProblems, Findings, Problem, file_problem, suggest_name
 from railui.io.units import UnitError
+from railui.runs.columns import Form
 from railui.vehicle.contact_profiles import ContactProfiles
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, effect_parameter, kernel_catalogue
@@ -24,6 +25,7 @@ from railui.vehicle.parameters import (
     parse_setting,
     setting_paths,
 )
+from railui.vehicle.sensors import vehicle_columns
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,16 @@ class Design:
     def form(self) -> str:
         """Form of the design's runs: its kind, or "bench" for a rig whose motion is prescribed."""
         return "bench" if self.kind == "rig" and self.rig_input == "motion" else self.kind
+
+    @property
+    def run_form(self) -> Form:
+        """Form of the design's runs, or of a vehicle of bodies the columns that its runs may have."""
+        return self.form if self.structure is None else vehicle_columns(self.structure)
+
+    @property
+    def is_on_track(self) -> bool:
+        """True for a vehicle that runs on a track, false for a test bench."""
+        return self.kind != "rig"
 
     def setting(self, path: str) -> float | str | bool:
         """Return a word, switch or riding number, or its default."""

@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 
-from railui.core import BodyLayout, FloorLayout, JointLayout, KernelPoint, Layout, LinearSum, WheelsLayout
+from railui.core import (
+    AccelerometerLayout,
+    BodyLayout,
+    FloorLayout,
+    JointLayout,
+    KernelPoint,
+    Layout,
+    LinearSum,
+    WheelsLayout,
+)
 from railui.vehicle.element_kinds import DIRECTIONS
 from railui.vehicle.multibody import Structure, position_terms
 from railui.vehicle.multibody_parts import Joint, Member, Part
@@ -37,7 +46,12 @@ class _LayoutBuilder:
     def layout(self) -> Layout:
         bodies = [self.body(member) for member in self.structure.members.values()]
         joints = [self.joint(joint) for joint in self.structure.joints]
-        return Layout(len(self.columns), bodies, joints, [self.floor(part) for part in self.structure.floor])
+        floor = [self.floor(part) for part in self.structure.floor]
+        return Layout(len(self.columns), bodies, joints, floor, self.accelerometers())
+
+    def accelerometers(self) -> list[AccelerometerLayout]:
+        sensors = [(s.channel, s.accelerometer) for s in self.structure.sensors if s.accelerometer is not None]
+        return [AccelerometerLayout(name, self.index[a.body], a.at, a.with_gravity) for name, a in sensors]
 
     def number(self, part: Part, key: str) -> LinearSum:
         """Return the index of a part's number; empty if it has none."""

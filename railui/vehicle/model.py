@@ -18,6 +18,7 @@ from railui.vehicle.design_reader import Design, PlacedEffect
 from railui.vehicle.kernel_layout import kernel_layout
 from railui.vehicle.kernel_rows import effect_row, kernel_placement, parameter_paths, parameter_values, rig_input
 from railui.vehicle.multibody import position_terms
+from railui.vehicle.sensors import kernel_names
 
 RADIUS = "rolling_radius"  # parameter r_e of an effect with a rotation angle s/r_e + phase
 TURN = 2.0 * np.pi
@@ -90,7 +91,8 @@ class Model:
         structure = self.design.structure
         layout = None if structure is None else kernel_layout(structure)
         placed = [*map(kernel_placement, self.effects), *extra]
-        return Vehicles(self.design.kind, placed, measured, layout, rig_input(self.design))
+        names = None if structure is None else kernel_names(structure)
+        return Vehicles(self.design.kind, placed, measured, layout, rig_input(self.design), names)
 
     def batch(self, rows: FloatArray, extra: FloatArray | None = None, amounts: FloatArray | None = None) -> Batch:
         """Return vehicles from rows [n, row], with numbers [n, ...] and amounts [n, k] of k further effects."""

@@ -10,16 +10,18 @@ from railui.vehicle.element_kinds import GROUND, ROTATIONS
 from railui.vehicle.multibody_parts import EffectLocation, Joint, Member, Part
 from railui.vehicle.parameter import Parameter
 from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT
+from railui.vehicle.sensors import Sensor
 
 
 @dataclass(frozen=True)
 class Structure:
-    """Topology of a multibody vehicle: everything but its numbers."""
+    """Topology of a multibody vehicle: everything but its numbers; `sensors` are those that a campaign declares."""
 
     bodies: tuple[Part, ...]
     elements: tuple[Part, ...]
     floor: tuple[Part, ...]
     contacts: tuple[str, ...]
+    sensors: tuple[Sensor, ...] = ()
 
     @cached_property
     def parameters(self) -> dict[str, Parameter]:

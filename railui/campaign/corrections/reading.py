@@ -11,7 +11,7 @@ from railui.campaign.corrections.correction import EFFECTS, TRACK_OFFSET, Correc
 from railui.io.fields import LIST_OR_SCALAR, OBJECT, Group, Switch, Text, ValueReader, check_group, quantity_reader
 from railui.io.problems import Findings, suggest_name
 from railui.io.units import UnitError, quantity
-from railui.runs.columns import columns_of
+from railui.runs.columns import Form, columns_of
 
 
 class CorrectionModel(Group):
@@ -67,7 +67,7 @@ def effects_of(raw: Any) -> tuple[list[Any], str]:
     return (raw if isinstance(raw, list) else []), "sensors"
 
 
-def read_corrections(raw: Any, kind: str, runs: Sequence[str], findings: Findings) -> Corrections:
+def read_corrections(raw: Any, kind: Form, runs: Sequence[str], findings: Findings) -> Corrections:
     """Read the corrections of a `sensors` mapping and report every fault in it.
 
     Parameters
@@ -101,7 +101,7 @@ def read_corrections(raw: Any, kind: str, runs: Sequence[str], findings: Finding
 
 
 def _correction(
-    name: str, value: Any, path: str, kind: str, runs: Sequence[str], findings: Findings
+    name: str, value: Any, path: str, kind: Form, runs: Sequence[str], findings: Findings
 ) -> list[Correction]:
     if not isinstance(value, Mapping):
         findings.add(path, "is not a mapping", f"write `{name}: {{gain: -1}}`")
@@ -140,7 +140,7 @@ def _check_unit(unit: str, expected: str, path: str, findings: Findings) -> None
         findings.add(path, error.message, error.remedy)
 
 
-def _track_offset(raw: Any, kind: str, runs: Sequence[str], findings: Findings) -> dict[str, float]:
+def _track_offset(raw: Any, kind: Form, runs: Sequence[str], findings: Findings) -> dict[str, float]:
     if raw is None:
         return {}
     if kind == "rig":

@@ -15,13 +15,14 @@ from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
 from railui.campaign.faults.merge import merged_faults
 from railui.campaign.faults.nominal import ModelAgreement, compare_with_nominal, contradicted
 from railui.campaign.faults.search import FaultSearch, Transform
-from railui.campaign.faults.spectra import RAILS, RunSpectra, run_spectra
+from railui.campaign.faults.spectra import RunSpectra, run_spectra
 from railui.campaign.faults.waveform import waveform_faults
 from railui.campaign.faults.wording import fault_text
 from railui.campaign.segment import Segment
 from railui.io.units import UnitError, parse_unit
-from railui.runs.columns import COLUMNS
+from railui.runs.columns import COLUMNS, columns_of
 from railui.vehicle.model import Model
+from railui.vehicle.track_geometry import track_geometry
 
 FOLLOWING = ("ay1", "ay2", "ayf", "rf")  # channels that follow the track at long wavelengths, for any vehicle
 NAMED_UNITS = {"m/s^2": {"g": 1.0 / G}, "rad/s": {"deg/s": RADIAN}, "rad": {"deg": RADIAN}}  # gain where SI is stated
@@ -46,8 +47,8 @@ def diagnose(dataset: Dataset) -> Diagnosis:
         All faults; `serious` are those with which no fit should begin.
     """
     settings = dataset.campaign.settings.faults
-    is_bogie = dataset.campaign.design.kind == "bogie"
-    radius = dataset.campaign.design.values["vehicle.geometry.rolling_radius"] if is_bogie else None
+    is_on_track = dataset.campaign.design.is_on_track
+    radius = track_geometry(dataset.campaign.design).rolling_radius if is_on_track else None
     waveform = waveform_faults(dataset.segments, settings, radius)
     unusable = {f.channels[0] for f in waveform if f.serious and f.kind != "hum"}
     usable = [_without(s, unusable) for s in dataset.segments]
@@ -59,7 +60,7 @@ def diagnose(dataset: Dataset) -> Diagnosis:
     }
     faults = merged_faults({name: s.find() for name, s in searches.items()}, searches, settings)
     faults = [_with_named_unit(_unresolved(f, searches), dataset) for f in faults]
-    if is_bogie:
+    if is_on_track:
         faults += _faults_against_model(dataset, runs, faults)
     return ordered([*faults, *waveform])
 
@@ -73,10 +74,8 @@ def _without(segment: Segment, channels: set[str]) -> Segment:
 
 def _geometry(dataset: Dataset) -> tuple[float, float]:
     """Wheelbase and rolling radius [m]; 1 on a rig."""
-    values = dataset.campaign.design.values
-    if dataset.campaign.design.kind != "bogie":
-        return 1.0, 1.0
-    return 2.0 * values["vehicle.geometry.half_wheelbase"], values["vehicle.geometry.rolling_radius"]
+    geometry = track_geometry(dataset.campaign.design)
+    return (geometry.wheelbase, geometry.rolling_radius) if dataset.campaign.design.is_on_track else (1.0, 1.0)
 
 
 def _transform(dataset: Dataset, segments: Sequence[Segment]) -> Transform:
@@ -102,7 +101,7 @@ def corrected_segment(segment: Segment, corrections: Corrections, wheelbase: flo
 
 def _has_units(dataset: Dataset) -> bool:
     """True if the columns have physical units; on a rig they may be volts of any scale."""
-    if dataset.campaign.design.kind == "bogie":
+    if dataset.campaign.design.is_on_track:
         return True
     try:
         labels = [run.units.get(c, "") for run in dataset.runs for c in run.responses]
@@ -147,11 +146,11 @@ def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faul
     corrections = ordered(faults).corrections
     wheelbase = _geometry(dataset)[0]
     for name, segments in runs.items():
-        if set(RAILS) & set(segments[0].channels):
+        if any(c.startswith("e") and c[1:].isdigit() for c in segments[0].channels):
             continue  # relations with the track decide
         for segment in segments[:1]:
             corrected = corrected_segment(segment, corrections, wheelbase)
-            for agreement in compare_with_nominal(model, corrected, [c for c in FOLLOWING if c in segment.columns]):
+            for agreement in compare_with_nominal(model, corrected, _following(segment)):
                 found.setdefault(agreement.channel, []).append((name, agreement))
     contradictions: dict[str, Hypothesis] = {}
     for channel, checks in found.items():
@@ -166,6 +165,14 @@ def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faul
         alone = yaml_line(Hypothesis("sign", ("yw",), -1.0).corrections())
         return [replace(track, alternatives=(alone,) if len(recorded) > 1 else ())]
     return [_with_named_unit(_fault_against_model(h, files), dataset) for h in contradictions.values()]
+
+
+def _following(segment: Segment) -> list[str]:
+    """List the measured accelerations and yaw rates, which follow the track at long wavelengths for any vehicle."""
+    if segment.kind == "bogie":
+        return [c for c in FOLLOWING if c in segment.columns]
+    columns = columns_of(segment.kind)
+    return [c for c in segment.channels if columns[c].unit == "m/s^2" or c.startswith("rf")]
 
 
 def _fault_against_model(h: Hypothesis, files: tuple[str, ...]) -> Fault:

@@ -14,8 +14,9 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.faults.families import discrete_hypotheses
 from railui.campaign.faults.hypotheses import Hypothesis
-from railui.campaign.segment import COMPARED, Segment
+from railui.campaign.segment import Segment
 from railui.dsp.spectra import csd, welch
+from railui.runs.columns import is_compared
 from railui.vehicle.model import Model
 
 LONG_WAVELENGTH = 28.0  # m, from which on the vehicle follows the track
@@ -38,7 +39,7 @@ class ModelAgreement:
 
 def compare_with_nominal(model: Model, segment: Segment, channels: Sequence[str]) -> list[ModelAgreement]:
     """Compare channels with the nominal model on a segment; empty where it diverges or the segment is too short."""
-    names = [c for c in channels if c in COMPARED]
+    names = [c for c in channels if is_compared(c)]
     part = segment.truncated(min(segment.samples, round(MAX_DURATION / segment.dt)))
     length = round(WINDOW_SECONDS / segment.dt)
     if not names or part.samples < 3 * length:

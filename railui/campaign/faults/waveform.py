@@ -151,7 +151,7 @@ def _dropouts(channel: str, segments: Sequence[Segment], settings: FaultSettings
     files = tuple(dict.fromkeys(s.file for s, (_, n) in counts.items() if n))
     share = sum(n for n, _ in counts.values()) / sum(s.samples for s in segments)
     text = f"{channel} drops out {events} times: {100.0 * share:.2f} % of its samples are zeros or repeated values"
-    serious = share > settings.serious_clipped_share and segments[0].kind == "bogie"
+    serious = share > settings.serious_clipped_share and not segments[0].is_rig
     return [Fault("dropouts", (channel,), share, None, "1", files, text, serious, _left_out(channel, has_others))]
 
 
@@ -165,7 +165,7 @@ def _hum(channel: str, segments: Sequence[Segment], settings: FaultSettings, rad
     share = max(line[1] / float(np.var(s.columns[channel])) for s, line in lines.items() if line)
     files = tuple(dict.fromkeys(s.file for s in lines))
     text = f"{channel} contains mains hum of {frequency:.2f} Hz, {100.0 * share:.2g} % of its power"
-    serious = share > settings.serious_hum_share and segments[0].kind == "bogie"
+    serious = share > settings.serious_hum_share and not segments[0].is_rig
     corrections = Corrections((Correction(channel, hum=round(frequency, 4)),))
     return [Fault("hum", (channel,), frequency, None, "Hz", files, text, serious, corrections)]
 

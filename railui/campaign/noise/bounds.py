@@ -11,7 +11,8 @@ import numpy as np
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.noise.record import Record, band_limits
 from railui.dsp.spectra import detrend, hann, welch
-from railui.runs.columns import column_names
+from railui.runs.columns import RIG_FORMS, column_names
+from railui.vehicle.track_geometry import TrackGeometry
 
 QUIET_SAMPLES = 1024  # of a window, at most
 QUIET_WINDOWS = 8  # in a record, without overlap, where it is long enough for
@@ -82,14 +83,16 @@ def quiet_band(record: Record, channel: str) -> tuple[FloatArray, FloatArray]:
     return np.array([f[top].mean()]), np.array([density[top].mean()])
 
 
-def incoherent_level(record: Record, channel: str, wheelbase: float, band: tuple[float, float] | None) -> float | None:
+def incoherent_level(
+    record: Record, channel: str, geometry: TrackGeometry, band: tuple[float, float] | None
+) -> float | None:
     """White-noise level of the part of a channel that is incoherent with the track and with all other channels.
 
     Unmodelled motion that no other channel contains is part of it, so that it bounds the noise from above. The chance
     level p/K of p inputs and K windows is corrected. None: no input, or a record too short.
     """
     others = [record.columns[c] for c in record.channels if c != channel]
-    powers = incoherent_power(record, record.columns[channel], others + track_inputs(record, wheelbase), band)
+    powers = incoherent_power(record, record.columns[channel], others + track_inputs(record, geometry), band)
     return None if powers is None else float(np.sqrt(powers[0]))
 
 
@@ -120,18 +123,18 @@ def incoherent_power(
     return both[0] / float(window @ window), both[1] / float(window @ window)
 
 
-def track_inputs(record: Record, wheelbase: float) -> list[FloatArray]:
-    """Track columns under both wheelsets; the input of a rig."""
+def track_inputs(record: Record, geometry: TrackGeometry) -> list[FloatArray]:
+    """Track columns under all wheelsets; the input of a rig."""
     columns: Mapping[str, FloatArray] = record.columns
-    if record.kind != "bogie":
-        return [columns[c] for c in RIG_INPUTS[record.kind] if c in columns]
-    track = [columns[c] for c in TRACK if c in columns]
-    return track + [np.interp(columns["s"] - wheelbase, columns["s"], x) for x in track]
+    if record.kind in RIG_FORMS:
+        return [columns[c] for c in RIG_INPUTS[str(record.kind)] if c in columns]
+    track, s = [columns[c] for c in TRACK if c in columns], columns["s"]
+    return track + [np.interp(s - behind, s, x) for behind in geometry.distances[1:] for x in track]
 
 
 def _window_length(record: Record, samples: int, inputs: int) -> int:
     enough = 2 * samples // (WINDOWS_PER_INPUT * max(inputs, 1) + 1)
-    longest = 2 * samples // RIG_WINDOWS if record.kind != "bogie" else round(WINDOW_SECONDS / record.dt)
+    longest = 2 * samples // RIG_WINDOWS if record.kind in RIG_FORMS else round(WINDOW_SECONDS / record.dt)
     return max(min(longest, enough), 8)
 
 

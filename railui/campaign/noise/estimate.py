@@ -25,6 +25,8 @@ from railui.campaign.noise.variance_components import (
     estimate_components,
 )
 from railui.campaign.settings.noise import NoiseSettings
+from railui.runs.columns import RIG_FORMS
+from railui.vehicle.track_geometry import TrackGeometry
 
 SMALL_SHARE = 1e-3  # of the variance in the band, of a coloured part that is left out
 UNKNOWN_FACTOR = 5.0  # one standard deviation of the level of unstated rails, and of an unstated channel
@@ -41,27 +43,26 @@ class NoiseEstimate:
         self,
         records: Sequence[Record],
         stated: Mapping[str, float],
-        values: Mapping[str, float],
+        geometry: TrackGeometry,
         band: tuple[float, float] | None,
         noise_band: float,
         settings: NoiseSettings,
     ) -> None:
         self.records = records
         self.stated = stated
-        self.values = values
+        self.geometry = geometry
         self.band = band
         self.noise_band = noise_band
         self.settings = settings
         self.channels = list(dict.fromkeys(c for record in records for c in record.channels))
-        self.is_rig = bool(records) and records[0].kind != "bogie"
+        self.is_rig = bool(records) and records[0].kind in RIG_FORMS
 
     @cached_property
     def bounds(self) -> dict[str, float]:
         """Level per response of its part that is incoherent with track and other channels; infinite: unknown."""
-        wheelbase = 0.0 if self.is_rig else 2.0 * self.values["vehicle.geometry.half_wheelbase"]
         bounds = {}
         for c in self.channels:
-            levels = [incoherent_level(r, c, wheelbase, self.band) for r in self.records if c in r.columns]
+            levels = [incoherent_level(r, c, self.geometry, self.band) for r in self.records if c in r.columns]
             known = [x for x in levels if x is not None]
             bounds[c] = float(np.median(known)) if known else np.inf
         return bounds
@@ -112,7 +113,7 @@ class NoiseEstimate:
 
     def _from_relations(self, single: Mapping[str, ColumnNoise]) -> dict[str, ColumnNoise]:
         """Levels and colours of the channels in kinematic relations, and of the track columns."""
-        spectra = relation_spectra(self.records, self.values, self.band)
+        spectra = relation_spectra(self.records, self.geometry, self.band)
         if not spectra:
             return {}
         names = list(dict.fromkeys(c for s in spectra for c, g in s.gains.items() if np.max(np.abs(g)) > 0.0))
@@ -160,7 +161,7 @@ class NoiseEstimate:
 
     def _rails_prior(self) -> Level:
         """Prior of the noise of y_w + r phi_w."""
-        r = self.values["vehicle.geometry.rolling_radius"]
+        r = self.geometry.rolling_radius
         sd = float(np.hypot(self.stated.get("yw", 0.0), r * self.stated.get("phiw", 0.0)))
         if sd > 0.0:
             return Level(float(np.log(sd)), float(np.log(self.settings.stated_noise_factor)))
@@ -199,7 +200,7 @@ class NoiseEstimate:
         if not any(self.stated.get(c) for c in ("yw", "phiw")):
             if not is_determined:
                 return {}
-            b, r = self.values["vehicle.geometry.half_gauge"], self.values["vehicle.geometry.rolling_radius"]
+            b, r = self.geometry.half_gauge, self.geometry.rolling_radius
             yw = sd / (float(np.hypot(1.0, r / b)) if "phiw" in present else 1.0)
             levels = independent_rail_levels(yw, b)
         else:
@@ -277,7 +278,7 @@ class _Parts:
 def estimate_noise_model(
     records: Sequence[Record],
     stated: Mapping[str, float],
-    values: Mapping[str, float],
+    geometry: TrackGeometry,
     band: tuple[float, float] | None,
     noise_band: float,
     settings: NoiseSettings,
@@ -290,8 +291,8 @@ def estimate_noise_model(
         Unbroken segments of its runs.
     stated
         Standard deviation per column, as far as stated.
-    values
-        Parameters of the vehicle by path, for its geometry.
+    geometry
+        Of the wheelsets on the track.
     band
         Compared band [Hz]; None: all frequencies.
     noise_band
@@ -299,4 +300,4 @@ def estimate_noise_model(
     settings
         How far stated and estimated levels are believed.
     """
-    return NoiseEstimate(records, stated, values, band, noise_band, settings).run()
+    return NoiseEstimate(records, stated, geometry, band, noise_band, settings).run()

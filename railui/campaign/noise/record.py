@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from railui.arrays import FloatArray
+from railui.runs.columns import Form
 
 
 class Record(Protocol):
@@ -16,8 +17,8 @@ class Record(Protocol):
         """Interval between samples [s]."""
 
     @property
-    def kind(self) -> str:
-        """Kind of the run: bogie or rig."""
+    def kind(self) -> Form:
+        """Form of the run: bogie, rig, bench or the columns of any other vehicle."""
 
     @property
     def columns(self) -> Mapping[str, FloatArray]:

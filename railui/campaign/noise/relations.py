@@ -22,6 +22,7 @@ from railui.campaign.noise.bounds import incoherent_power, track_inputs
 from railui.campaign.noise.record import Record, band_limits
 from railui.core import Spline
 from railui.dsp.spectra import detrend, hann, tukey
+from railui.vehicle.track_geometry import TrackGeometry
 
 WINDOW_SECONDS = 2.56
 MIN_LINE = 1.9  # lowest line used of a window: the first contains leakage of slow motions
@@ -34,14 +35,16 @@ RAILS = "rails"  # noise of the track columns under the wheelset, y_w + r phi_w
 
 
 class _Row(NamedTuple):
-    """Channel as an acceleration: amounts of y_1, y_2, y, psi, and times it is differentiated."""
+    """Channel as an acceleration: amounts of y_1, y_2, y, psi (or of all y_i), and times it is differentiated."""
 
-    amounts: tuple[float, float, float, float]
+    amounts: tuple[float, ...]
     order: int
 
 
-def _rows(half_wheelbase: float) -> dict[str, _Row]:
-    a = half_wheelbase
+def _rows(geometry: TrackGeometry) -> dict[str, _Row]:
+    if not geometry.is_bogie:
+        return _rows_of_wheelsets(len(geometry.distances))
+    a = geometry.half_wheelbase
     return {
         "e1": _Row((1.0, 0.0, 0.0, 0.0), 2),
         "e2": _Row((0.0, 1.0, 0.0, 0.0), 2),
@@ -51,6 +54,14 @@ def _rows(half_wheelbase: float) -> dict[str, _Row]:
         "rf": _Row((0.0, 0.0, 0.0, 1.0), 1),
         "d1": _Row((1.0, 0.0, -1.0, -a), 2),
         "d2": _Row((0.0, 1.0, -1.0, a), 2),
+    }
+
+
+def _rows_of_wheelsets(count: int) -> dict[str, _Row]:
+    """Return e_i and ay_i of each wheelset, which need no kinematics of the bodies above."""
+    units = [tuple(float(i == k) for k in range(count)) for i in range(count)]
+    return {
+        f"{letters}{i + 1}": _Row(u, order) for i, u in enumerate(units) for letters, order in (("e", 2), ("ay", 0))
     }
 
 
@@ -81,28 +92,28 @@ class RelationSpectra:
 
 
 def relation_spectra(
-    records: Sequence[Record], values: Mapping[str, float], band: tuple[float, float] | None
+    records: Sequence[Record], geometry: TrackGeometry, band: tuple[float, float] | None
 ) -> list[RelationSpectra]:
     """Compute the spectra of all relations that the channels of each record satisfy; records without any left out.
 
-    values: parameters of the bogie.
+    geometry: of the wheelsets on the track.
     """
     spectra = []
     for record in records:
-        rows = {c: row for c, row in _rows(values["vehicle.geometry.half_wheelbase"]).items() if c in record.channels}
+        rows = {c: row for c, row in _rows(geometry).items() if c in record.channels}
         usable = round(2.0 * TAPER_SECONDS / record.dt) + 4 * round(WINDOW_SECONDS / record.dt)
         if len(rows) > 1 and len(record.columns["t"]) >= usable:  # a single channel is in no relation
             highest = band_limits(band, record.dt)[1]
-            series = {c: _acceleration(record, values, c, row.order, highest) for c, row in rows.items()}
-            names = _usable_channels(record, series, rows, 2.0 * values["vehicle.geometry.half_wheelbase"])
+            series = {c: _acceleration(record, geometry, c, row.order, highest) for c, row in rows.items()}
+            names = _usable_channels(record, series, rows, geometry)
             if names:
-                spectra.append(_spectra(record, values, {c: rows[c] for c in names}, series, band))
+                spectra.append(_spectra(record, geometry, {c: rows[c] for c in names}, series, band))
     return spectra
 
 
 def _spectra(
     record: Record,
-    values: Mapping[str, float],
+    geometry: TrackGeometry,
     rows: Mapping[str, _Row],
     series: Mapping[str, FloatArray],
     band: tuple[float, float] | None,
@@ -118,24 +129,22 @@ def _spectra(
     gains: dict[str, ComplexArray] = {
         c: (w[:, None] ** row.order * null[names.index(c)]).astype(complex) for c, row in rows.items()
     }
-    delay = 2.0 * values["vehicle.geometry.half_wheelbase"] / record.mean_speed
     rails = np.zeros((len(f), null.shape[1]), dtype=complex)
-    for c, lag in (("e1", 0.0), ("e2", delay)):
-        if c in rows:
-            rails += gains[c] * np.exp(-1j * w * lag)[:, None]
+    for number, behind in enumerate(geometry.distances, 1):
+        if (c := f"e{number}") in rows:
+            rails += gains[c] * np.exp(-1j * w * behind / record.mean_speed)[:, None]
     if np.any(rails):
         gains[RAILS] = rails
     return RelationSpectra(f, density[used], gains, averages, record.dt, record.mean_speed)
 
 
-def _acceleration(record: Record, values: Mapping[str, float], channel: str, order: int, highest: float) -> FloatArray:
+def _acceleration(record: Record, geometry: TrackGeometry, channel: str, order: int, highest: float) -> FloatArray:
     """Channel as an acceleration [n]: e_i plus the track under its wheelset, all differentiated."""
     x = record.columns[channel]
-    if channel in ("e1", "e2"):
+    if channel.startswith("e"):
         columns, s = record.columns, record.columns["s"]
-        r = values["vehicle.geometry.rolling_radius"]
-        rails = columns["yw"] + r * columns.get("phiw", np.zeros_like(s))
-        behind = 0.0 if channel == "e1" else 2.0 * values["vehicle.geometry.half_wheelbase"]
+        rails = columns["yw"] + geometry.rolling_radius * columns.get("phiw", np.zeros_like(s))
+        behind = geometry.distances[int(channel[1:]) - 1]
         x = x + (Spline(s, rails)(np.clip(s - behind, s[0], s[-1])) if behind else rails)
     return differentiate(x, record.dt, order, highest)
 
@@ -150,7 +159,7 @@ def differentiate(x: FloatArray, dt: float, order: int, highest: float) -> Float
 
 
 def _usable_channels(
-    record: Record, series: Mapping[str, FloatArray], rows: Mapping[str, _Row], wheelbase: float
+    record: Record, series: Mapping[str, FloatArray], rows: Mapping[str, _Row], geometry: TrackGeometry
 ) -> list[str]:
     """List the channels whose relations hold: all, or without the one that makes them follow the track; else none.
 
@@ -161,7 +170,7 @@ def _usable_channels(
     trials = [names, *([c for c in names if c != out] for out in names if len(names) > 2)]
     shares = []
     for used in trials:
-        share = _following_share(record, used, series, rows, wheelbase)
+        share = _following_share(record, used, series, rows, geometry)
         if used is names and share <= MAX_FOLLOWING_SHARE:
             return names
         shares.append(share)
@@ -177,13 +186,17 @@ def _bases(names: Sequence[str], rows: Mapping[str, _Row]) -> tuple[FloatArray, 
 
 
 def _following_share(
-    record: Record, names: Sequence[str], series: Mapping[str, FloatArray], rows: Mapping[str, _Row], wheelbase: float
+    record: Record,
+    names: Sequence[str],
+    series: Mapping[str, FloatArray],
+    rows: Mapping[str, _Row],
+    geometry: TrackGeometry,
 ) -> float:
     """Largest share of a relation's power that is coherent with the track; infinite without relation."""
     _, null = _bases(names, rows)
     if null.shape[1] == 0:
         return np.inf
-    track = track_inputs(record, wheelbase)
+    track = track_inputs(record, geometry)
     relations = null.T @ np.stack([series[c] for c in names])
     powers = [incoherent_power(record, relation, track, FOLLOWED_BAND) for relation in relations]
     return max(0.0 if p is None else 1.0 - p[0] / max(p[1], 1e-300) for p in powers)

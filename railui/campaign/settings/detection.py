@@ -31,6 +31,11 @@ class ScoreTestSettings:
     preselected_candidates: int = setting(
         12, minimum=1, meaning="Candidates that are scored on the whole part after preselection."
     )
+    divided_groups: int = setting(
+        10,
+        minimum=1,
+        meaning="Groups of joints of a vehicle of bodies, the best first, whose single joints are candidates as well.",
+    )
     max_step_doublings: int = setting(
         2,
         minimum=0,

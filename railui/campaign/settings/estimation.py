@@ -44,6 +44,10 @@ class CalibrationSettings:
         2.0,
         meaning="Prior standard deviation of the points of a force curve, in its largest force.",
     )
+    element_prior_share: float = setting(
+        0.5,
+        meaning="Prior standard deviation of stiffness and damping of a vehicle of bodies, in their nominal values.",
+    )
     block_hunting_periods: float = setting(
         3.0,
         meaning="Hunting periods in a block of time; residuals in different blocks count as uncorrelated.",

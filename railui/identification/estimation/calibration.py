@@ -11,7 +11,12 @@ from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.initial_state import estimate_phases
-from railui.identification.estimation.multiple_shooting import cut_into_windows, limits_hunting, unstable_segments
+from railui.identification.estimation.multiple_shooting import (
+    cut_into_windows,
+    limits_hunting,
+    unstable_segments,
+    windowed_growth_rate,
+)
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import prepare_segments, reprepare_segments
 from railui.vehicle.model import Model
@@ -39,8 +44,7 @@ def calibrate(context: Context) -> Fit:
         context.progress.message(
             "the nominal model is unstable at a speed of the campaign: the fit starts at a lower conicity"
         )
-    limit = settings.windows.windowed_growth_rate
-    cut = unstable_segments(context.nominal, segments, limit) if bounded else set()
+    cut = unstable_segments(context.nominal, segments, windowed_growth_rate(context)) if bounded else set()
     prepared = prepare_segments(context, start, cut_into_windows(segments, cut, settings.windows.window_duration))
     fit = fit_output_error(context, start, paths, segments=prepared, stable=not bounded, tolerance=COARSE_TOLERANCE)
     context.progress.message(
@@ -63,9 +67,9 @@ def nominal_fit(context: Context) -> Fit:
 def with_stable_start(context: Context, segments: Sequence[Segment]) -> Model:
     """Return the nominal model, or one of lower conicity that is stable at every speed of the segments."""
     model, settings = context.nominal, context.settings.calibration
-    if model.design.kind != "bogie":
+    if not model.design.is_on_track:
         return model
-    conicities = [f"contact.{wheelset}.conicity" for wheelset in ("leading", "trailing")]
+    conicities = [p for p in model.design.values if p.startswith("contact.") and p.endswith(".conicity")]
     for _ in range(MAX_CONICITY_STEPS):
         if not unstable_segments(model, segments, settings.max_growth_rate):
             break

@@ -142,7 +142,7 @@ class Fit:
 
 def block_duration(settings: CalibrationSettings, model: Model, segments: Sequence[Segment]) -> float:
     """Duration [s] of a block: some hunting periods of the model; a share of a rig's record."""
-    if model.design.kind != "bogie":
+    if not model.design.is_on_track:
         runs = [s.window_of or s for s in segments]
         return max(s.samples * s.dt for s in runs) / settings.rig_block_count
     eigenvalues = [model.eigenvalues(s.mean_speed)[0] for s in segments]

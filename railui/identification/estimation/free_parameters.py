@@ -14,7 +14,6 @@ from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period
 from railui.vehicle.model import Model
-from railui.vehicle.parameters import PARAMETERS
 
 USUAL_PHASE = 0.3  # rad
 RIG_RANGE = 100.0  # bound of a rig's parameter, in its usual size
@@ -84,7 +83,7 @@ def free_parameters(context: Context, model: Model, paths: Sequence[str]) -> Fre
 def _bounds(context: Context, model: Model, path: str) -> _Bounds:
     if "@" in path:
         return _Bounds(-np.inf, np.inf, USUAL_PHASE, model.value(path), np.inf)
-    if path in PARAMETERS:
+    if path in model.design.parameters:
         return _vehicle_bounds(context, model, path)
     bounds = _effect_bounds(model, path, context.settings.calibration.curve_prior_sd)
     if model.design.form == "rig" and path.endswith(".slip_speed"):
@@ -93,7 +92,7 @@ def _bounds(context: Context, model: Model, path: str) -> _Bounds:
 
 
 def _vehicle_bounds(context: Context, model: Model, path: str) -> _Bounds:
-    parameter = PARAMETERS[path]
+    parameter = model.design.parameters[path]
     nominal = context.nominal.design.values[path]
     usual = parameter.usual_range
     if not np.isfinite(usual[1]):
@@ -108,6 +107,9 @@ def _vehicle_bounds(context: Context, model: Model, path: str) -> _Bounds:
     if path == "vehicle.rig.preload" and (model.design.form != "bench" or context.campaign.band is not None):
         # a comparison without the mean shows it only where the stiffness depends on the motion
         undriven = rig_scale(context, model, path)
+    if model.design.structure is not None and path.startswith("vehicle."):
+        # of the many elements of a vehicle its sensors barely see some
+        undriven = context.settings.calibration.element_prior_share * abs(nominal)
     prior_sd = parameter.prior_sd if parameter.prior_sd is not None else undriven
     return _Bounds(low, high, max(abs(nominal), 0.01 * (high - low)), nominal, prior_sd)
 

@@ -102,7 +102,7 @@ class GaussNewton:
         """True unless a vehicle is too stiff for the samples, or unstable over a whole run."""
         if self.model.effects and not self._steps_suffice(x):
             return False
-        if not self.stable or self.model.design.kind != "bogie":
+        if not self.stable or not self.model.design.is_on_track:
             return True
         rows = self.rows(x[None])
         speeds = {v for t in self.segments if not t.is_window for v in t.segment.speeds}

@@ -201,6 +201,15 @@ def state_scale(settings: InitialStateSettings, segment: Segment, model: Model) 
         usual = max(float(np.std(segment.columns[segment.channels[0]])), 1e-12)
         displacement = np.array([usual])
         return np.concatenate([displacement, displacement / segment.dt * RIG_RATE_SHARE])
+    if model.design.structure is not None:
+        is_displacement = [n.startswith("y") for n in model.vehicles().degrees_of_freedom(model.single_batch())]
+        scales = np.array(
+            [
+                [settings.initial_displacement, settings.initial_velocity],
+                [settings.initial_yaw, settings.initial_yaw_rate],
+            ]
+        )
+        return scales[np.where(is_displacement, 0, 1)].T.ravel()
     has_coach = any(e.kind == "coach_mode" for e in model.effects) and not segment.coach_forces
     displacements = [settings.initial_displacement, settings.initial_yaw] * 3
     rates = [settings.initial_velocity, settings.initial_yaw_rate] * 3

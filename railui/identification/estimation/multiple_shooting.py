@@ -48,6 +48,16 @@ def windowed_files(fit: Fit) -> list[str]:
     return list(dict.fromkeys(t.segment.file for t in fit.segments if t.is_window))
 
 
+def windowed_growth_rate(context: Context) -> float:
+    """Growth rate [1/s] of the least damped motion from which a fit goes by windows.
+
+    A body on soft springs decays slowly at any speed, so that of a vehicle of bodies only an unstable motion counts.
+    """
+    settings = context.settings
+    is_bogie = context.nominal.design.structure is None
+    return settings.windows.windowed_growth_rate if is_bogie else settings.calibration.max_growth_rate
+
+
 def refit_hunting(context: Context, before: Fit) -> tuple[Fit, Fit | None]:
     """Fit a calibrated vehicle near its hunting limit on windows.
 
@@ -58,7 +68,7 @@ def refit_hunting(context: Context, before: Fit) -> tuple[Fit, Fit | None]:
         where the data demand a vehicle that hunts, that one, fitted on windows.
     """
     segments = context.dataset.estimation
-    if context.nominal.design.kind != "bogie" or limits_hunting(context.nominal):
+    if not context.nominal.design.is_on_track or limits_hunting(context.nominal):
         return before, None
     cut = _segments_near_limit(context, before)
     if not cut:
@@ -81,7 +91,7 @@ def refit_hunting(context: Context, before: Fit) -> tuple[Fit, Fit | None]:
 
 def _segments_near_limit(context: Context, before: Fit) -> set[SegmentKey]:
     segments = context.dataset.estimation
-    cut = unstable_segments(before.model, segments, context.settings.windows.windowed_growth_rate)
+    cut = unstable_segments(before.model, segments, windowed_growth_rate(context))
     if before.constrained:
         worst = max(segments, key=lambda s: max_growth_rate(before.model, s))
         cut.add((worst.file, worst.number))

@@ -127,15 +127,15 @@ def _segment_sums(context: Context, prediction: Prediction) -> dict[str, _Channe
 
 
 def _track_inputs(context: Context, segment: Segment) -> FloatArray:
-    """Filtered track columns under both wheelsets [input, n], or the input of a rig; those that are zero left out."""
+    """Filtered track columns under all wheelsets [input, n], or the input of a rig; those that are zero left out."""
     columns = segment.columns
     n = segment.samples - 2 * cut_samples(context.campaign, segment)
     if segment.is_rig:
         inputs = [columns[name] for name in column_names(segment.kind, "track") if name in columns]
     else:
-        s, wheelbase = columns["s"], 2.0 * context.nominal.design.values["vehicle.geometry.half_wheelbase"]
-        inputs = [columns[name] for name in TRACK_COLUMNS if name in columns]
-        inputs += [np.interp(s - wheelbase, s, x) for x in inputs]
+        s, distances = columns["s"], context.nominal.wheelset_distances()
+        track = [columns[name] for name in TRACK_COLUMNS if name in columns]
+        inputs = track + [np.interp(s - behind, s, x) for behind in distances[1:] for x in track]
     moving = [x for x in inputs if np.ptp(x) > 0.0]
     return comparison_filter(context.campaign, segment, np.stack(moving)) if moving else np.zeros((0, n))
 

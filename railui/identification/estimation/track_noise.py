@@ -19,6 +19,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.validation import Validation
 from railui.vehicle.model import Model
+from railui.vehicle.track_geometry import track_geometry
 
 
 def with_track_noise(
@@ -65,12 +66,12 @@ def _largest_factor(context: Context) -> float:
 
 def _assumed(context: Context) -> NoiseModel:
     """Noise model with independent errors of both rails; empty where no track was measured, or it was without noise."""
-    segments, values = context.dataset.selection, context.nominal.design.values
+    segments = context.dataset.selection
     present = {c for c in TRACK_COLUMNS if any(np.any(s.columns.get(c, 0.0)) for s in segments)}
     if "yw" not in present or any(c in context.noise for c in TRACK_COLUMNS):
         return NoiseModel()
     yw = RAIL_SHARE * float(np.median([np.std(s.columns["yw"]) for s in segments]))
-    levels = independent_rail_levels(yw, values["vehicle.geometry.half_gauge"])
+    levels = independent_rail_levels(yw, track_geometry(context.nominal.design).half_gauge)
     unstated = {c: ColumnNoise(levels[c], NoiseSpectrum(levels[c]), source=ESTIMATED) for c in levels if c in present}
     return NoiseModel({**context.noise.columns, **unstated})
 

@@ -77,7 +77,7 @@ def with_shift_as_spread(fit: Fit, last: Fit) -> Fit:
 
 def _is_as_good(context: Context, fit: Fit, x: FloatArray) -> bool:
     """True where a shifted estimate fits about as well, and its vehicle may be simulated."""
-    stable = fit.model.design.kind == "bogie" and not any(t.is_window for t in fit.segments)
+    stable = fit.model.design.is_on_track and not any(t.is_window for t in fit.segments)
     optimiser = GaussNewton(context.in_background(1), fit.model, fit.free, fit.segments, block=fit.block, stable=stable)
     misfits = optimiser.misfit(np.stack([fit.x, x]))
     return bool(misfits[1] <= (1.0 + context.settings.calibration.bias_misfit_share) * misfits[0])

@@ -9,11 +9,14 @@ import numpy as np
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.segment import COMPARED, RIG_RESPONSES, Segment
+from railui.campaign.segment import Segment
 from railui.identification.prediction import Predictor
+from railui.identification.structure.locations import candidate_locations
+from railui.runs.columns import is_compared
 from railui.vehicle.design_reader import PlacedEffect
-from railui.vehicle.effects import WHEELSET_LOCATIONS, evaluate_product
+from railui.vehicle.effects import evaluate_product
 from railui.vehicle.model import Model
+from railui.vehicle.track_geometry import track_geometry
 
 W = 10.0  # rad/s, corner frequency to which the shapes of dampers refer
 QUADRATURE = 0.5 * np.pi  # rad, between the two phases in which a periodic effect is simulated
@@ -78,7 +81,7 @@ def list_candidates(
     starts: initial states of the segments, from which the usual motions are computed; by default at rest.
     """
     sites = _sites(model, segments, starts)
-    measured = {c for s in segments for c in s.channels if c in (*COMPARED, *RIG_RESPONSES)}
+    measured = {c for s in segments for c in s.channels if is_compared(c)}
     prescribed = driven_locations(segments)
     has_gauge = any(np.any(s.columns.get("gauge", np.zeros(1))) for s in segments)
     candidates = []
@@ -87,14 +90,14 @@ def list_candidates(
         excluded = not record["candidate"] or kind in without
         if excluded or (kind == "rail_flexibility" and loaded) or (kind == "gauge_conicity" and not has_gauge):
             continue
-        for at in record["at"]:
+        for at, numbers in candidate_locations(model, record):
             is_possible = at in measured if record["acts"] == "sensor" else (at in sites and at not in prescribed)
             if not is_possible:
                 continue
             shapes = tuple(_shape(record, shape, sites.get(at, {})) for shape in record["shapes"])
             if any(p["role"] == "run" for p in record["parameters"]):
                 shapes = tuple(shape for s in shapes for shape in (s, s | {"phase": QUADRATURE}))
-            for wheelset in (None, 1, 2) if at in WHEELSET_LOCATIONS else (None,):
+            for wheelset in numbers:
                 candidate = Candidate(kind, at, wheelset, shapes)
                 if _compatible(model, candidate):
                     candidates.append(candidate)
@@ -133,11 +136,11 @@ def _sites(
             square += series[0][:, series.shape[2] // 10 :].var(axis=1) / len(segments)
     rms = dict(zip(channels, np.sqrt(square), strict=True))
     values = model.design.values
-    general = {"w": W, "m": values.get("vehicle.frame.mass", values.get("vehicle.rig.mass", 1.0)), "1": 1.0}
+    general = {"w": W, "m": _reference_mass(model), "1": 1.0}
     general["h"] = values.get("contact.flange_clearance", 1.0)
-    general["r"] = values.get("vehicle.geometry.rolling_radius", 1.0)
-    is_rig = model.design.kind == "rig"
-    sites: dict[str, dict[str, float]] = {} if is_rig else {"contact": dict(general), "track": dict(general)}
+    is_on_track = model.design.is_on_track
+    general["r"] = track_geometry(model.design).rolling_radius if is_on_track else 1.0
+    sites: dict[str, dict[str, float]] = {"contact": dict(general), "track": dict(general)} if is_on_track else {}
     for at in {at for at, _ in locations}:
         same = [(a, w) for a, w in locations if a == at]
         z = float(np.mean([rms[f"z.{a}.{w}"] for a, w in same])) or 1e-6
@@ -149,6 +152,14 @@ def _sites(
         k = k or _reference_stiffness(at, linear, general["m"], v / z)
         sites[at] = general | {"k": k, "z": z, "v": v, "F": k * z, "c": c or k * z / v}
     return sites
+
+
+def _reference_mass(model: Model) -> float:
+    """Mass of the frame, of a rig, or of the lightest body above the wheelsets [kg]; 1 of a component on a bench."""
+    values, structure = model.design.values, model.design.structure
+    if structure is None:
+        return values.get("vehicle.frame.mass", values.get("vehicle.rig.mass", 1.0))
+    return min((values[part.number_path("mass")] for part in structure.bodies), default=1.0)
 
 
 def _reference_stiffness(

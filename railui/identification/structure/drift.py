@@ -63,7 +63,7 @@ def find_drifts(context: Context, fit: Fit) -> list[Drift]:
 
     A parameter that both wheelsets have is tried on each wheelset, and on both in proportion.
     """
-    if fit.model.design.kind != "bogie":
+    if not fit.model.design.is_on_track:
         return []
     settings = context.settings.drift
     s = fit.block_distances()
@@ -92,12 +92,8 @@ def parameter_groups(fit: Fit) -> list[tuple[str, dict[str, float]]]:
             twin = path.replace(".leading.", ".trailing.")
             if twin != path and twin in values and values[path]:
                 groups.append((path, {path: 1.0, twin: float(values[twin] / values[path])}))
-    creep = [
-        f"contact.{wheelset}.{direction}_creep"
-        for direction in ("lateral", "longitudinal")
-        for wheelset in ("leading", "trailing")
-    ]
-    if all(values.get(p) for p in creep):  # adhesion changes all creep coefficients together
+    creep = [p for way in ("lateral", "longitudinal") for p in values if p.endswith(f".{way}_creep")]
+    if len(creep) > 1 and all(values[p] for p in creep):  # adhesion changes all creep coefficients together
         groups.append((creep[0], {p: float(values[p] / values[creep[0]]) for p in creep}))
     return groups
 

@@ -21,9 +21,12 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import FitSegment
 from railui.identification.prediction import Predictor
+from railui.identification.structure.locations import JOINT_CLASSES, distinct_locations
 from railui.track import input_table
+from railui.vehicle.model import Model
 
 Port = tuple[str, int | None]  # location and wheelset of a force
+PortsOfLocation = tuple[str, int | None, tuple[Port, ...]]
 
 DRAWS = 4  # of the noise
 PULSE_FORCE = 100.0  # N
@@ -37,7 +40,7 @@ CUBIC_PULSE: Pulse = (
 WIDE_PULSE: Pulse = ((-2.0, 0.0), (0.0, 0.5), (2.0, 0.0))  # has no content at half the rate, which permits decimation
 WINDOW_DURATION = 5.12  # s, window of the spectra
 # reported location, wheelset, ports at which independent forces act
-FORCE_LOCATIONS: tuple[tuple[str, int | None, tuple[Port, ...]], ...] = (
+FORCE_LOCATIONS: tuple[PortsOfLocation, ...] = (
     ("secondary_lateral", None, (("secondary_lateral", None),)),
     ("secondary_yaw", None, (("secondary_yaw", None),)),
     ("primary_lateral", 1, (("primary_lateral", 1),)),
@@ -78,23 +81,24 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
     the contact. As many independent forces as channels explain any residual: locations with so many are left out, which
     leaves none if a single channel was measured.
     """
-    if fit.model.design.kind != "bogie":
+    if not fit.model.design.is_on_track:
         return [ForceLocation("rig", None, 1.0, 1)]
     quiet = context.in_background(context.jobs)
     optimiser = GaussNewton(quiet, fit.model, fit.free, fit.segments, block=1.0, stable=False)
-    shares: list[list[_WindowedShare]] = [[] for _ in FORCE_LOCATIONS]
+    candidates = force_locations(fit.model)
+    shares: list[list[_WindowedShare]] = [[] for _ in candidates]
     for target in fit.segments:
         series, _ = optimiser.simulate(target, fit.x[None])
         residual = _transforms(target.without_initial_state(target.measured - series[0]), target)
         noise = _noise(context, fit, target)
-        responses = _frequency_responses(fit, target)
-        for i, (_, _, ports) in enumerate(FORCE_LOCATIONS):
+        responses = _frequency_responses(fit, target, candidates)
+        for i, (_, _, ports) in enumerate(candidates):
             if len(ports) < len(target.measured):
                 h = np.stack([responses[p] for p in ports], axis=2)
                 shares[i].append(_explained_share(residual, noise, h))
     locations = [
         ForceLocation(at, wheelset, _mean_share(same), len(ports), _standard_error(same))
-        for (at, wheelset, ports), same in zip(FORCE_LOCATIONS, shares, strict=True)
+        for (at, wheelset, ports), same in zip(candidates, shares, strict=True)
         if same
     ]
     best = max((o.share for o in locations), default=0.0)
@@ -180,9 +184,31 @@ def _noise(context: Context, fit: Fit, target: FitSegment) -> ComplexArray:
     return np.asarray(total)
 
 
-def _frequency_responses(fit: Fit, target: FitSegment) -> dict[Port, ComplexArray]:
+def force_locations(model: Model) -> tuple[PortsOfLocation, ...]:
+    """Return the locations that are compared, each with the ports at which independent forces act."""
+    structure = model.design.structure
+    if structure is None:
+        return FORCE_LOCATIONS
+    found: list[PortsOfLocation] = []
+    for at in distinct_locations(model):
+        location = structure.effect_locations[at]
+        ports = tuple((at, n or None) for n in location.numbers)
+        if at in ("contact", "track") or at.endswith("_roll"):
+            continue
+        found += [(at, n, (port,)) for n, port in zip(location.numbers, ports, strict=True) if len(ports) > 1]
+        if location.catalogue_name in JOINT_CLASSES or len(ports) == 1:
+            found.append((at, None, ports))
+    wheels = [w.number for w in structure.wheelsets]
+    at_wheels = {n: (("wheelset", n), ("wheelset_yaw", n)) for n in wheels}
+    found += [("contact", n, ports) for n, ports in at_wheels.items()]
+    return (*found, ("contact", None, tuple(port for ports in at_wheels.values() for port in ports)))
+
+
+def _frequency_responses(
+    fit: Fit, target: FitSegment, locations: Sequence[PortsOfLocation]
+) -> dict[Port, ComplexArray]:
     """Frequency response [frequency, channel] of the model to a force at each port."""
-    ports = sorted({p for _, _, ports in FORCE_LOCATIONS for p in ports}, key=str)
+    ports = sorted({p for _, _, ports in locations for p in ports}, key=str)
     responses = impulse_responses(
         fit, target, ports, WINDOW_DURATION, target.filter.weights, WIDE_PULSE, target.filter.decimation
     )

@@ -75,7 +75,7 @@ def score_test(
     ):
         results = selected = full.run(candidates)
     else:
-        preselection = ScoreTest(context, fit, first).run(candidates)
+        preselection = _preselect(context, fit, candidates, first)
         best = {s.candidate for s in _ranked(preselection)[: settings.preselected_candidates]}
         best |= _undecided(candidates, preselection, settings.min_remaining_share)
         selected = full.run([c for c in candidates if c in best])
@@ -86,6 +86,22 @@ def score_test(
     return ScoreTestResult(
         tuple(results), _ranked(results), p, critical_score, full.projector.rss, settings.min_remaining_share
     )
+
+
+def _preselect(
+    context: Context, fit: Fit, candidates: Sequence[Candidate], first: Sequence[FitSegment]
+) -> tuple[ScoreResult, ...]:
+    """Score candidates on shortened segments; on a vehicle of bodies first by groups of joints, then inside the best."""
+    test = ScoreTest(context, fit, first)
+    if fit.model.design.structure is None:
+        return test.run(candidates)
+    groups = test.run([c for c in candidates if c.wheelset is None])
+    divided = {_group_of(s.candidate) for s in _ranked(groups)[: context.settings.score_test.divided_groups]}
+    return (*groups, *test.run([c for c in candidates if c.wheelset is not None and _group_of(c) in divided]))
+
+
+def _group_of(candidate: Candidate) -> tuple[str, str]:
+    return candidate.kind, candidate.at
 
 
 def _ranked(results: Sequence[ScoreResult]) -> tuple[ScoreResult, ...]:

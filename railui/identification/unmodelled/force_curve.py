@@ -16,8 +16,10 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, adapt_to_model
 from railui.identification.structure.candidates import driven_locations
+from railui.identification.structure.locations import Numbers, distinct_locations, location_numbers
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.effects import WHEELSET_LOCATIONS
+from railui.vehicle.model import Model
 
 TOLERANCE = 1e-5
 MAX_ITERATIONS = 15
@@ -81,11 +83,11 @@ def curve_locations(settings: DiscrepancySettings, fit: Fit) -> list[CurveLocati
     linear = model.vehicles().local_stiffness_and_damping(model.single_batch())
     prescribed = driven_locations([t.segment for t in fit.segments])
     locations = []
-    for at in CURVE_LOCATIONS:
+    for at, numbers in _usual_locations(model):
         ports = [w for other, w in linear if other == at and w != core.LINKAGE_NUMBER]
         if not ports or at in prescribed:
             continue
-        for wheelset in (None, 1, 2) if at in WHEELSET_LOCATIONS else (None,):
+        for wheelset in numbers:
             if at in ("wheelset", "wheelset_yaw") and wheelset is None:
                 continue
             wheelsets = [w for w in ports if wheelset is None or w == wheelset]
@@ -96,6 +98,16 @@ def curve_locations(settings: DiscrepancySettings, fit: Fit) -> list[CurveLocati
                 grid = sd * np.linspace(-settings.curve_span, settings.curve_span, settings.curve_points)
                 locations.append(CurveLocation(at, wheelset, against, grid, size))
     return locations
+
+
+def _usual_locations(model: Model) -> list[tuple[str, Numbers]]:
+    """List the locations of force curves with their numbers: joints and wheelsets."""
+    structure = model.design.structure
+    if structure is None:
+        return [(at, (None, 1, 2) if at in WHEELSET_LOCATIONS else (None,)) for at in CURVE_LOCATIONS]
+    classes = structure.effect_locations
+    used = [at for at in distinct_locations(model) if classes[at].catalogue_name in CURVE_LOCATIONS]
+    return [(at, location_numbers(structure, at)) for at in used]
 
 
 def _rms_motion(fit: Fit, at: str, wheelsets: Sequence[int], against: str) -> float:

@@ -269,6 +269,8 @@ def find_run_dependence(
 def location_of(path: str, ratios: Mapping[str, float], model: Model) -> tuple[str, int | None]:
     """Return location and wheelset of a parameter of the vehicle, or of an added effect."""
     group, name, *keys = path.split(".")
+    if group == "vehicle" and name in ("elements", "bodies"):
+        name, *keys = keys
     if group == "effects":
         effect = model.design.effects[int(name)]
         return effect.at, effect.wheelset

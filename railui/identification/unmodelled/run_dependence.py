@@ -87,7 +87,7 @@ def prepare_validation(context: Context, fit: Fit) -> Fit | None:
     """Prepare the validation runs for the model of a fit; None if it hunts there."""
     segments, model = context.dataset.selection, fit.model
     limit = context.settings.calibration.max_growth_rate
-    if model.design.kind == "bogie" and unstable_segments(model, segments, limit):
+    if model.design.is_on_track and unstable_segments(model, segments, limit):
         return None
     for segment in segments:
         model = estimate_phases(context, model, segment)
@@ -108,7 +108,7 @@ def detect_run_dependence(context: Context, fit: Fit, validation_fit: Fit) -> Ru
     validation_fit
         The same model prepared on the validation runs.
     """
-    if fit.model.design.kind != "bogie" or any(t.is_window for t in fit.segments):
+    if not fit.model.design.is_on_track or any(t.is_window for t in fit.segments):
         return None
     scores = _RunScores(context, fit, validation_fit)
     results = scores.score_shifts()

@@ -37,6 +37,7 @@ from railui.report.loop.wording import effect_title, location_text
 from railui.report.numbers import display_scale
 from railui.vehicle.effects import PlacedEffect, unit_at
 from railui.vehicle.model import Model
+from railui.vehicle.track_geometry import track_geometry
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -144,7 +145,7 @@ def _external_force(evaluation: EvaluationWindow, effect: PlacedEffect, name: st
     model = Model(evaluation.model.design.with_effects([effect]))
     force = forces_on_fixed_wheelsets(evaluation, model, False)[f"{key}{w}"]
     s = evaluation.segment.columns["s"][evaluation.piece]
-    radius = evaluation.model.design.values["vehicle.geometry.rolling_radius"]
+    radius = track_geometry(evaluation.model.design).rolling_radius
     shown = s <= s[0] + TURNS * 2 * np.pi * radius
     factor, printed_unit = display_scale(force, unit)
 

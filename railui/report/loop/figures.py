@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.comparison import comparison_filter, cut_samples
-from railui.campaign.segment import COMPARED, RIG_RESPONSES, Segment
+from railui.campaign.comparison import compared_channels, comparison_filter, cut_samples
+from railui.campaign.segment import Segment
 from railui.dsp.spectra import periodogram, welch
 from railui.identification.result import LoopResult
 from railui.report.figures.drawing import BLUE, ORANGE, Drawing, Picture, axis_label, draw_picture, draw_pictures
@@ -134,7 +134,7 @@ def _window_seconds(segment: Segment) -> float:
 
 def shown_channels(segment: Segment) -> list[str]:
     """Return the compared channels of a segment, the leading ones first."""
-    compared = [c for c in segment.channels if c in COMPARED or c in RIG_RESPONSES]
+    compared = compared_channels(segment)
     return [*(c for c in LEADING_CHANNELS if c in compared), *(c for c in compared if c not in LEADING_CHANNELS)]
 
 

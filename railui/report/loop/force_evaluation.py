@@ -18,15 +18,13 @@ from railui.identification.prediction import Predictor
 from railui.identification.result import LoopResult
 from railui.report.loop.figures import Window, units_of
 from railui.report.loop.wording import location_text
+from railui.track import COLUMNS_PER_WHEELSET, FIRST_WHEELSET_COLUMN
 from railui.vehicle.effects import PlacedEffect, unit_at
 from railui.vehicle.kernel_rows import effect_row
 from railui.vehicle.model import Model
 
 MASS_FACTOR = 1e9  # on the mass of a body: the forces under test do not move it
-# columns of the kernel's input table: both wheelsets' track inputs, of them yw and its slope
-INPUT_COLUMNS = [2, 3, 4, 5, 7, 8, 9, 10]
-YW_COLUMNS = [2, 7]
-YW_SLOPE_COLUMNS = [3, 8]
+TRACK_INPUTS = 4  # columns of a wheelset in the kernel's input table: yw, its slope, phiw, its slope
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,30 +125,47 @@ def total_force(
 def forces_on_fixed_wheelsets(
     evaluation: EvaluationWindow, model: Model, is_track_moved: bool
 ) -> dict[str, FloatArray]:
-    """Return the forces and moments [n] on both wheelsets of a vehicle with too much mass to move: Y1, Y2, M1, M2.
+    """Return the forces and moments [n] on all wheelsets of a vehicle with too much mass to move: Y1, Y2, M1, M2.
 
     is_track_moved: the rails move so that e is that of the simulated run; else the track is straight.
     """
     segment, columns = evaluation.segment, model.columns
     vehicles = model.vehicles(segment.coach_forces)
     row = model.row.copy()
-    masses = [path for path in columns if path.startswith("vehicle.") and path.endswith(("mass", "yaw_inertia"))]
+    inertias = ("mass", "yaw_inertia", "roll_inertia")
+    masses = [path for path in columns if path.startswith("vehicle.") and path.endswith(inertias)]
     row[[columns[path] for path in masses]] *= MASS_FACTOR
     batch = model.batch(row[None])
     steps = vehicles.required_steps(batch, *segment.speeds, segment.dt)[0]
     table = segment.table(model.wheelset_spacing(), steps).copy()
-    table[:, INPUT_COLUMNS] = 0.0
+    numbers = range(1, 1 + len(model.wheelset_distances()))
+    first = [FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * (w - 1) for w in numbers]
+    table[:, [column + k for column in first for k in range(TRACK_INPUTS)]] = 0.0
     if is_track_moved:
         t = np.arange(len(table)) * (segment.dt / (2 * steps))
-        e = evaluation.motion(["e1", "e2"])
+        e = evaluation.motion([f"e{w}" for w in numbers])
         spline = core.Spline(segment.dt * np.arange(segment.samples), -e.T)
-        table[:, YW_COLUMNS] = spline(t)
-        table[:, YW_SLOPE_COLUMNS] = spline(t, 1) / table[:, 1:2]
-    channels = ["ay1", "ay2", "v.wheelset_yaw.1", "v.wheelset_yaw.2"]
-    series = require_convergence(*vehicles.simulate(batch, table, segment.dt, steps, channels))
-    forces = row[columns["vehicle.wheelset.mass"]] * series[:2]
-    moments = row[columns["vehicle.wheelset.yaw_inertia"]] * np.gradient(series[2:], segment.dt, axis=1)
-    return {"Y1": forces[0], "Y2": forces[1], "M1": moments[0], "M2": moments[1]}
+        table[:, first] = spline(t)
+        table[:, [column + 1 for column in first]] = spline(t, 1) / table[:, 1:2]
+    channels = [f"ay{w}" for w in numbers] + [f"v.wheelset_yaw.{w}" for w in numbers]
+    accelerations, rates = np.split(
+        require_convergence(*vehicles.simulate(batch, table, segment.dt, steps, channels)), 2
+    )
+    forces: dict[str, FloatArray] = {}
+    for w, acceleration, rate in zip(numbers, accelerations, rates, strict=True):
+        mass, inertia = wheelset_inertia(model, w)
+        forces[f"Y{w}"] = row[columns[mass]] * acceleration
+        forces[f"M{w}"] = row[columns[inertia]] * np.gradient(rate, segment.dt)
+    return forces
+
+
+def wheelset_inertia(model: Model, wheelset: int) -> tuple[str, str]:
+    """Return the paths of mass and yaw inertia of a wheelset."""
+    structure = model.design.structure
+    if structure is None:
+        return "vehicle.wheelset.mass", "vehicle.wheelset.yaw_inertia"
+    part = structure.wheelsets[wheelset - 1].part
+    return part.number_path("mass"), part.number_path("yaw_inertia")
 
 
 def gauge_at_wheelset(evaluation: EvaluationWindow, wheelset: int) -> FloatArray | None:
@@ -181,7 +196,7 @@ def force_word(unit: str) -> str:
 
 def total_force_title(evaluation: EvaluationWindow, at: str, w: int) -> str:
     """Return the title of the total force at a location."""
-    return f"total {force_word(evaluation.unit('F', at))}, {location_text(at, w if w in (1, 2) else None)}"
+    return f"total {force_word(evaluation.unit('F', at))}, {location_text(at, w if 0 < w != LINKAGE_NUMBER else None)}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,6 +44,14 @@ struct Floor {
     point: bodies::Point,
 }
 
+#[derive(FromPyObject)]
+struct Accelerometer {
+    name: String,
+    body: usize,
+    at: [f64; 2],
+    with_gravity: bool,
+}
+
 /// `railui.core.Layout`.
 #[derive(FromPyObject)]
 pub struct Given {
@@ -51,6 +59,7 @@ pub struct Given {
     bodies: Vec<Body>,
     joints: Vec<Joint>,
     floor: Vec<Floor>,
+    accelerometers: Vec<Accelerometer>,
 }
 
 fn way(word: &str) -> PyResult<Way> {
@@ -109,6 +118,12 @@ impl Given {
                 static_load: j.static_load,
             })
         };
+        let accelerometer = |a: Accelerometer| bodies::Accelerometer {
+            name: a.name,
+            body: a.body,
+            at: a.at,
+            with_gravity: a.with_gravity,
+        };
         let layout = Layout {
             numbers: self.numbers,
             bodies: self.bodies.into_iter().map(body).collect(),
@@ -118,6 +133,7 @@ impl Given {
                 .into_iter()
                 .map(|f| bodies::Floor { name: f.name, body: f.body, point: f.point })
                 .collect(),
+            accelerometers: self.accelerometers.into_iter().map(accelerometer).collect(),
         };
         layout.check().map_err(crate::to_py_error)?;
         Ok(layout)

@@ -1,4 +1,4 @@
-//! Channels: displacements, accelerations, floor points, load transfer of a wheelset.
+//! Channels: displacements, accelerations, floor points, accelerometers, load transfer of a wheelset.
 use super::joining::Transfer;
 use super::motion::{Motion, Placed};
 use super::{Layout, Number};
@@ -23,7 +23,7 @@ impl Layout {
         channel.also = vec![(Order::Velocity, damped.row), (Order::Acceleration, vec![(y, -share * mass * r)])];
     }
 
-    /// The channels: wheelsets, bodies, floor points.
+    /// The channels: wheelsets, bodies, floor points, accelerometers.
     pub(super) fn add_channels(&self, vehicle: &mut Assembly, placed: &[Placed], value: &dyn Fn(&Number) -> f64) {
         for (i, (at, ..)) in self.wheelsets().enumerate() {
             let (number, Wheelset { column, r, .. }) = (i + 1, vehicle.wheelsets[i]);
@@ -60,6 +60,14 @@ impl Layout {
             // a sensor on the floor measures gravity through roll
             let felt = vehicle.channel(&format!("floor.{}", floor.name), Order::Acceleration, &lateral.row);
             felt.also = vec![(Order::Position, body.phi.times(-GRAVITY).row)];
+        }
+        for sensor in &self.accelerometers {
+            let (body, [x, z]) = (&placed[sensor.body], sensor.at);
+            let [_, lateral, _] = body.point([x, 0.0, -z]);
+            let channel = vehicle.channel(&sensor.name, Order::Acceleration, &lateral.row);
+            if sensor.with_gravity {
+                channel.also = vec![(Order::Position, body.phi.times(-GRAVITY).row)];
+            }
         }
     }
 }

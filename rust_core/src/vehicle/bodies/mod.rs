@@ -86,6 +86,16 @@ pub struct Floor {
     pub point: Point,
 }
 
+/// A lateral accelerometer on a body: x forwards and z downwards from the centre of mass [m].
+#[derive(Clone, Debug)]
+pub struct Accelerometer {
+    pub name: String,
+    pub body: usize,
+    pub at: [f64; 2],
+    /// Does it measure gravity through roll?
+    pub with_gravity: bool,
+}
+
 /// A vehicle as a list of bodies (wheelsets from the front to the rear) and what joins them.
 #[derive(Clone, Debug, Default)]
 pub struct Layout {
@@ -94,6 +104,7 @@ pub struct Layout {
     pub bodies: Vec<Body>,
     pub joints: Vec<Joint>,
     pub floor: Vec<Floor>,
+    pub accelerometers: Vec<Accelerometer>,
 }
 
 /// Columns s and v, before those of the wheelsets; Qy and Qpsi follow them.
@@ -108,9 +119,9 @@ impl Layout {
 
     /// Every index within its list, every wheelset free to yaw.
     pub fn check(&self) -> Result<()> {
-        let bodies =
-            self.joints.iter().flat_map(|j| j.bodies.iter().flatten()).chain(self.floor.iter().map(|f| &f.body));
-        let most = bodies.max().map_or(0, |i| i + 1);
+        let joined = self.joints.iter().flat_map(|j| j.bodies.iter().flatten());
+        let sensors = self.floor.iter().map(|f| &f.body).chain(self.accelerometers.iter().map(|a| &a.body));
+        let most = joined.chain(sensors).max().map_or(0, |i| i + 1);
         if most > self.bodies.len() {
             return Err(Error::Shape { what: "bodies of a layout".into(), got: self.bodies.len(), expected: most });
         }

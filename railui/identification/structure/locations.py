@@ -1,0 +1,75 @@
+"""Locations at which the trace places effects, forces and force curves on a vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from railui import core
+from railui.vehicle.effects import WHEELSET_LOCATIONS
+from railui.vehicle.model import Model
+from railui.vehicle.multibody import Structure
+
+# laws of a damper, which are looked for at the damper where it and a spring join the same bodies
+DAMPERS: Final = ("viscous_damper", "quadratic_damper", "asymmetric_damper", "maxwell_damper")
+JOINT_CLASSES: Final = ("primary_lateral", "primary_yaw", "secondary_lateral", "secondary_yaw")
+Numbers = tuple[int | None, ...]  # of a location: None for all of its wheelsets or joints, then each of them
+
+
+def candidate_locations(model: Model, record: core.Record) -> list[tuple[str, Numbers]]:
+    """List the locations of an effect of the catalogue with their numbers.
+
+    Elements that join the same bodies feel the same motion: one of them stands for all, the damper for the law of a
+    damper, else that with the largest stiffness.
+    """
+    structure = model.design.structure
+    if structure is None:
+        names = [str(at) for at in record["at"]]
+        return [(at, (None, 1, 2) if at in WHEELSET_LOCATIONS else (None,)) for at in names]
+    if record["acts"] == "body":
+        return []  # the vehicle has a body above its frames already
+    is_damper = record["kind"] in DAMPERS
+    return [
+        (at, location_numbers(structure, at))
+        for at in distinct_locations(model, prefer_damping=is_damper)
+        if structure.effect_locations[at].catalogue_name in record["at"]
+    ]
+
+
+def location_numbers(structure: Structure, at: str) -> Numbers:
+    """Return None for all joints or bodies of a location, then each of them where there are several."""
+    numbers = structure.effect_locations[at].numbers
+    return (None, *numbers) if len(numbers) > 1 else (None,)
+
+
+def distinct_locations(model: Model, *, prefer_damping: bool = False) -> list[str]:
+    """List the locations of a multibody vehicle, a single one of those that move alike."""
+    structure = model.design.structure
+    assert structure is not None
+    linear = model.vehicles().local_stiffness_and_damping(model.single_batch())
+    best: dict[tuple[object, str], tuple[float, float, str]] = {}
+    joints = dict(_joint_locations(structure))
+    for at, location in structure.effect_locations.items():
+        key = joints.get(at, (at, ""))
+        stiffness, damping = linear.get((at, location.numbers[0]), (0.0, 0.0))
+        rank = (damping, stiffness) if prefer_damping else (stiffness, damping)
+        if key not in best or rank > best[key][:2]:
+            best[key] = (*rank, at)
+    return [at for at in structure.effect_locations if at in {name for *_, name in best.values()}]
+
+
+def _joint_locations(structure: Structure) -> Iterator[tuple[str, tuple[object, str]]]:
+    """Yield the location of every element in each direction, with the bodies that it joins and the direction."""
+    for part in structure.elements:
+        if part.kind == "wheelset":
+            continue
+        ends = frozenset(frozenset(map(str, j.ends)) for j in structure.joints if j.part is part)
+        if part.kind == "link":
+            yield part.name, (ends, "along")
+        else:
+            yield from ((f"{part.name}_{way}", (ends, way)) for way in ("lateral", "yaw", "roll"))
+
+
+def is_rotation(at: str) -> bool:
+    """True for a location at which a moment acts on a rotation."""
+    return at.endswith(("_yaw", "_roll"))

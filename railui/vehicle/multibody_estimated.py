@@ -1,0 +1,35 @@
+"""Parameters of a multibody vehicle that a campaign estimates by default."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from railui.vehicle.multibody import Structure
+from railui.vehicle.parameters import WHEELSET_CONTACT
+
+STIFFNESS = ("lateral_stiffness", "longitudinal_stiffness", "yaw_stiffness")
+DAMPING = ("lateral_damping", "longitudinal_damping", "yaw_damping")
+
+
+def default_estimated_of_vehicle(structure: Structure, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Return the paths that a campaign estimates by default, by analogy with those of a bogie.
+
+    The wheel-rail contact, the lateral and yaw stiffness of the springs at the wheelsets, and the lateral and yaw
+    damping of all other elements: what is worn or declared as zero, unlike masses, geometry and the springs of the
+    body.
+
+    Parameters
+    ----------
+    structure : Structure
+    values : mapping
+        Numbers of the vehicle by path; those that are zero are not estimated.
+    """
+    paths = [f"contact.{name}.{p.path}" for name in structure.contacts for p in WHEELSET_CONTACT]
+    paths.append("contact.spin_creep")
+    wheelsets = {w.name for w in structure.wheelsets} | {w.part.name for w in structure.wheelsets}
+    for part in structure.elements:
+        if "between" not in part.words:
+            continue
+        keys = STIFFNESS if part.kind == "spring" and wheelsets & set(part.between) else DAMPING
+        paths += [part.number_path(k) for k in keys if k in part.keys and values.get(part.number_path(k), 0.0)]
+    return tuple(paths)

@@ -1,0 +1,50 @@
+"""Geometry by which the wheelsets of a vehicle meet the track."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from railui.vehicle.design import Design
+from railui.vehicle.model import Model
+
+
+@dataclass(frozen=True)
+class TrackGeometry:
+    """Geometry of the wheelsets of a vehicle on its track; of a test bench there is none.
+
+    Attributes
+    ----------
+    distances
+        Distance of each wheelset behind the first [m].
+    rolling_radius, half_gauge
+        Of the first wheelset [m].
+    half_wheelbase
+        Of a bogie [m], else NaN.
+    """
+
+    distances: tuple[float, ...] = ()
+    rolling_radius: float = 0.0
+    half_gauge: float = 0.0
+    half_wheelbase: float = float("nan")
+
+    @property
+    def is_bogie(self) -> bool:
+        """True for a bogie, whose channels satisfy kinematic relations through its frame."""
+        return self.half_wheelbase == self.half_wheelbase
+
+    @property
+    def wheelbase(self) -> float:
+        """Distance of the second wheelset behind the first [m]; 0 of a single one."""
+        return self.distances[1] if len(self.distances) > 1 else 0.0
+
+
+def track_geometry(design: Design) -> TrackGeometry:
+    """Return the geometry by which a vehicle meets its track."""
+    if not design.is_on_track:
+        return TrackGeometry()
+    values, distances = design.values, Model(design).wheelset_distances()
+    if design.structure is None:
+        r, b = values["vehicle.geometry.rolling_radius"], values["vehicle.geometry.half_gauge"]
+        return TrackGeometry(distances, r, b, values["vehicle.geometry.half_wheelbase"])
+    path = design.structure.wheelsets[0].part.number_path
+    return TrackGeometry(distances, values[path("rolling_radius")], values[path("half_gauge")])
