@@ -132,7 +132,8 @@ def _spectra(
     rails = np.zeros((len(f), null.shape[1]), dtype=complex)
     for number, behind in enumerate(geometry.distances, 1):
         if (c := f"e{number}") in rows:
-            rails += gains[c] * np.exp(-1j * w * behind / record.mean_speed)[:, None]
+            lag = behind / record.mean_speed
+            rails += gains[c] * np.exp(-1j * w * lag)[:, None]
     if np.any(rails):
         gains[RAILS] = rails
     return RelationSpectra(f, density[used], gains, averages, record.dt, record.mean_speed)

@@ -91,7 +91,7 @@ def score_test(
 def _preselect(
     context: Context, fit: Fit, candidates: Sequence[Candidate], first: Sequence[FitSegment]
 ) -> tuple[ScoreResult, ...]:
-    """Score candidates on shortened segments; on a vehicle of bodies first by groups of joints, then inside the best."""
+    """Score candidates on shortened segments; those of a vehicle of bodies by groups of joints, then in the best."""
     test = ScoreTest(context, fit, first)
     if fit.model.design.structure is None:
         return test.run(candidates)

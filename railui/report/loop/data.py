@@ -139,6 +139,7 @@ def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[
         "leave_one_run_out": [dataclasses.asdict(run) for run in result.left_out],
         "sentence": sentence(result),
         "effects": _effects(result),
+        "nominal_effects": _effects(result, of_nominal=True),
         "outside": discrepancy_record(result),
         "classes": [kinds for step in result.steps if (kinds := indistinguishable_kinds(result.context, step))],
         "ranking": rank_candidates(result),
@@ -173,13 +174,18 @@ def _errors(validation: Validation) -> dict[str, Any]:
     return errors
 
 
-def _effects(result: LoopResult) -> list[dict[str, Any]]:
-    fit = result.after
+def _effects(result: LoopResult, *, of_nominal: bool = False) -> list[dict[str, Any]]:
+    """Rows of the effects that were added, or of those that the nominal vehicle has already."""
+    fit, nominal = result.after, result.nominal
     sd = dict(zip(fit.free.paths, fit.sd, strict=True))
     rows = []
-    for group, effects in (("effects", fit.model.design.effects), ("sensors", fit.model.sensors)):
+    groups = (
+        ("effects", fit.model.design.effects, len(nominal.design.effects)),
+        ("sensors", fit.model.sensors, len(nominal.sensors)),
+    )
+    for group, effects, known in groups:
         for i, effect in enumerate(effects):
-            if effect.kind in core.CURVE_KINDS:
+            if effect.kind in core.CURVE_KINDS or (i < known) != of_nominal:
                 continue
             parameters = {
                 p["key"]: {

@@ -145,6 +145,7 @@ def data_fault_report(checked: CheckedData, seed: int = 0) -> dict[str, Any]:
         "verdict": DATA,
         "sentence": data_fault_sentence(checked.remaining),
         "effects": [],
+        "nominal_effects": [],
         "outside": None,
         "classes": [],
         "ranking": [],

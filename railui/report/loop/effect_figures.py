@@ -54,7 +54,12 @@ def effect_figures(result: LoopResult, report: Mapping[str, Any], window: Window
         evaluation = EvaluationWindow.of(result, result.discrepancy.fit.model, window)
         figures.append(discrepancy_figure(evaluation, report["outside"]))
     evaluation = EvaluationWindow.of(result, result.after.model, window)
-    for i, effect in enumerate(result.after.model.effects):
+    model, nominal = result.after.model, result.nominal
+    added = (
+        *model.design.effects[len(nominal.design.effects) :],
+        *model.sensors[len(nominal.sensors) :],
+    )
+    for i, effect in enumerate(added):
         if effect.kind not in core.CURVE_KINDS:
             figures.append(_effect_figure(evaluation, effect, f"law-{i}"))
     return figures

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from railui import core
-from railui.identification.estimation.fit import Fit
 from railui.identification.result import LoopResult
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import RunDependence
@@ -13,6 +12,7 @@ from railui.io.number_format import format_quantity
 from railui.report.loop.wording import effect_title, location_phrase
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
+from railui.vehicle.multibody import Structure
 
 FAILED_FIT = "Without effects, the calibrated model is worse on validation than the nominal one, which replaces it. "
 PARAMETER_NAMES = {"half_width": "half-width"}
@@ -37,7 +37,7 @@ def _none_text(result: LoopResult) -> str:
 
 
 def _effect_text(result: LoopResult) -> str:
-    effects = effects_text(result.after)
+    effects = effects_text(result)
     noun = "effects" if "; and " in effects else "effect"
     share = f" ({_explained_share(result)} of the error beyond noise)" if _is_explained_by_part(result) else ""
     text = f"Most likely unmodelled {noun}: {effects}. Validation error {_errors(result)}{share}; {_noise(result)}."
@@ -46,7 +46,7 @@ def _effect_text(result: LoopResult) -> str:
 
 def _partial_text(result: LoopResult) -> str:
     return (
-        f"Part of the discrepancy identified: {effects_text(result.after)}. Validation error {_errors(result)}: "
+        f"Part of the discrepancy identified: {effects_text(result)}. Validation error {_errors(result)}: "
         f"{_explained_share(result)} of the error beyond noise explained; {_noise(result)}. {remainder_text(result)}"
     )
 
@@ -79,7 +79,8 @@ def remainder_text(result: LoopResult) -> str:
         return f"The remainder{ratio} is {_location(result)} and in no law of the catalogue."
     if remainder.candidate is not None:
         kind, at, wheelset = remainder.candidate
-        return f"The remainder{ratio} resembles {effect_title(kind)} in {location_phrase(at, wheelset)}."
+        where = location_phrase(at, wheelset, _structure(result))
+        return f"The remainder{ratio} resembles {effect_title(kind)} in {where}."
     if remainder.coherent:
         return f"The remainder{ratio} is coherent with the motion, but resembles no effect of the catalogue."
     return f"The remainder{ratio} has no structure."
@@ -131,15 +132,19 @@ def _short(error: float) -> str:
     return f"{error:.3f}" if not error < 0.0095 else f"{error:.2g}"
 
 
-def effects_text(fit: Fit) -> str:
-    """Return the effects of a fitted model with their parameters and standard deviations."""
+def effects_text(result: LoopResult) -> str:
+    """Return the effects that were added to the nominal model, with their parameters and standard deviations."""
+    fit, nominal = result.after, result.nominal
     sd = dict(zip(fit.free.paths, fit.sd.tolist(), strict=True))
-    groups = (("effects", fit.model.design.effects), ("sensors", fit.model.sensors))
+    groups = (
+        ("effects", fit.model.design.effects, len(nominal.design.effects)),
+        ("sensors", fit.model.sensors, len(nominal.sensors)),
+    )
     return "; and ".join(
-        ", ".join([_name(effect), *_parameters(effect, f"{group}.{i}", sd)])
-        for group, effects in groups
+        ", ".join([_name(result, effect), *_parameters(effect, f"{group}.{i}", sd)])
+        for group, effects, known in groups
         for i, effect in enumerate(effects)
-        if effect.kind not in core.CURVE_KINDS
+        if effect.kind not in core.CURVE_KINDS and i >= known
     )
 
 
@@ -168,12 +173,17 @@ def run_dependence_text(result: LoopResult, dependence: RunDependence) -> str:
     group, *rest = dependence.path.split(".")
     name = dependence.path
     if group == "effects":
-        name = f"{rest[1].replace('_', ' ')} of the {_name(model.effects[int(rest[0])])}"
+        name = f"{rest[1].replace('_', ' ')} of the {_name(result, model.effects[int(rest[0])])}"
     return f"the vehicle is not the same from run to run, {name}{proportional} would be {' and '.join(values)}"
 
 
-def _name(effect: PlacedEffect) -> str:
-    return f"{effect_title(effect.kind)} in {location_phrase(effect.at, effect.wheelset)}"
+def _name(result: LoopResult, effect: PlacedEffect) -> str:
+    where = location_phrase(effect.at, effect.wheelset, _structure(result))
+    return f"{effect_title(effect.kind)} in {where}"
+
+
+def _structure(result: LoopResult) -> Structure | None:
+    return result.nominal.design.structure
 
 
 def _location(result: LoopResult) -> str:
@@ -181,7 +191,7 @@ def _location(result: LoopResult) -> str:
     if discrepancy is None or not discrepancy.is_located(result.context.settings.verdict):
         return "not located"
     coupling = f" (a coupling of {discrepancy.coupling.text})" if discrepancy.coupling else ""
-    return f"acting at {location_phrase(discrepancy.at, discrepancy.wheelset)}{coupling}"
+    return f"acting at {location_phrase(discrepancy.at, discrepancy.wheelset, _structure(result))}{coupling}"
 
 
 def _model(discrepancy: Discrepancy | None) -> str:

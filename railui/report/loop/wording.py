@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from railui import core
 from railui.identification.result import LoopResult
+from railui.vehicle.multibody import Structure
 
 # keys of the report, and their names on the page, in figures and tables
 MODEL_LABELS = {
@@ -45,19 +46,21 @@ def effect_title(kind: str) -> str:
     return str(core.effect_record(kind)["title"])
 
 
-def location_text(at: str, wheelset: int | None = None) -> str:
-    """Return a location for a table or a heading.
+def location_text(at: str, wheelset: int | None = None, structure: Structure | None = None) -> str:
+    """Return a location for a table or a heading; structure: that of a vehicle of bodies.
 
     >>> location_text("primary_lateral", 2), location_text("wheelset", 1), location_text("ay1")
     ('lateral primary suspension, wheelset 2', 'wheelset 1', 'ay1')
     """
     if at == "wheelset" and wheelset:
         return f"wheelset {wheelset}"
+    if structure is not None and at in structure.effect_locations:
+        return _words(at) + (f", {_noun(structure, at)} {wheelset}" if wheelset else "")
     return LOCATIONS.get(at, at.replace("_", " ")) + (f", wheelset {wheelset}" if wheelset else "")
 
 
-def location_phrase(at: str, wheelset: int | None = None) -> str:
-    """Return a location for a sentence.
+def location_phrase(at: str, wheelset: int | None = None, structure: Structure | None = None) -> str:
+    """Return a location for a sentence; structure: that of a vehicle of bodies.
 
     >>> location_phrase("primary_lateral"), location_phrase("contact", 1), location_phrase("secondary_yaw")
     ('the lateral primary suspension of both wheelsets', 'the wheel-rail contact of wheelset 1', \
@@ -65,6 +68,8 @@ def location_phrase(at: str, wheelset: int | None = None) -> str:
     >>> location_phrase("wheelset"), location_phrase("ay1")
     ('both wheelsets', 'signal ay1')
     """
+    if structure is not None and at in structure.effect_locations:
+        return _phrase_of_vehicle(structure, at, wheelset)
     which = f"wheelset {wheelset}" if wheelset else "both wheelsets"
     if at == "wheelset":
         return which
@@ -73,6 +78,32 @@ def location_phrase(at: str, wheelset: int | None = None) -> str:
     if at not in LOCATIONS:
         return f"signal {at}"
     return f"the {LOCATIONS[at]}" + (f" of {which}" if wheelset or at in PER_WHEELSET else "")
+
+
+def _words(at: str) -> str:
+    """Location in words: `yaw_damper_yaw` is the yaw damper in yaw."""
+    element, _, way = at.rpartition("_")
+    if at in LOCATIONS or way not in ("lateral", "yaw", "roll"):
+        return LOCATIONS.get(at, at.replace("_", " "))
+    called = element.replace("_", " ")
+    called = {"primary": "primary suspension", "secondary": "secondary suspension"}.get(called, called)
+    return f"lateral {called}" if way == "lateral" and "lateral" not in called else f"{called} in {way}"
+
+
+def _noun(structure: Structure, at: str) -> str:
+    """Word for one of the joints or bodies of a location: a wheelset, or a bogie."""
+    at_wheelsets = structure.effect_locations[at].catalogue_name.partition("_")[0] not in ("secondary", "frame")
+    return "wheelset" if at_wheelsets else "bogie"
+
+
+def _phrase_of_vehicle(structure: Structure, at: str, number: int | None) -> str:
+    noun, count = _noun(structure, at), len(structure.effect_locations[at].numbers)
+    which = f"{noun} {number}" if number else f"{'both' if count == 2 else 'all'} {noun}s"
+    if at == "wheelset":
+        return which
+    if at == "wheelset_yaw":
+        return f"the yaw motion of {which}"
+    return f"the {_words(at)}" + (f" of {which}" if number or count > 1 else "")
 
 
 def unit_location(result: LoopResult, at: str) -> str:
