@@ -14,6 +14,9 @@ from scipy.optimize import brentq
 
 from tests.truth.bogie import CHECK, Bogie, Vehicle
 from tests.truth.campaign import DECLARED, Campaign, Order, campaign, campaigns, main
+from tests.truth.coach import Coach
+from tests.truth.coach import rate as coach_rate
+from tests.truth.coach_campaign import Coaches
 from tests.truth.contact import Seen
 from tests.truth.effects import KINDS, PAIRED, Effect, effect, parse
 from tests.truth.files import paths, vehicle_of
@@ -465,3 +468,14 @@ def test_a_bench_gives_two_runs_and_a_rig_near_the_nominal_one() -> None:
     rig, runs = bench_runs(Bench([parse("free_play at=rig half_width=5e-4")], 2, free=True, seconds=(1.0, 0.5)))
     assert list(runs["a"]) == ["t", "z", "az"] and len(runs["b"]["t"]) == 500
     assert 0.0 < abs(rig.k / Rig().k - 1.0) <= 0.2
+
+
+def test_coaches_side_by_side_have_the_rates_of_the_single_one() -> None:
+    rng = np.random.default_rng(3)
+    x = np.concatenate([rng.normal(0.0, 0.01, 17), rng.normal(0.0, 0.1, 17), np.zeros(4)])
+    rails, speed = rng.normal(0.0, 2e-3, (4, 4)), 40.0
+    in_time = rails * [1.0, speed, 1.0, speed]
+    both = Coaches([Coach(), Coach()], [(), ()])
+    found = both.rate(np.stack([x, x], 1), np.full(2, speed), np.stack([in_time.ravel()] * 2, 1), 0.0)
+    known = coach_rate(Coach(), x[:34], speed, rails)
+    assert np.abs(found[:34, 1] - known).max() < 1e-12 * np.abs(known).max()

@@ -1,0 +1,44 @@
+"""Locations of effects on a vehicle of bodies: one for all elements that move alike."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from railui import core
+from railui.identification.structure.equivalent_inputs import FORCE_LOCATIONS, force_locations
+from railui.identification.structure.locations import candidate_locations, distinct_locations
+from railui.vehicle.design_reader import load_design
+from railui.vehicle.model import Model
+
+DESIGNS = Path(__file__).parents[3] / "designs"
+COACH = Model(load_design(DESIGNS / "manchester_coach.yaml"))
+BOGIE = Model(load_design(DESIGNS / "test_bogie.yaml"))
+
+
+def test_elements_between_the_same_bodies_are_one_location() -> None:
+    lateral = [at for at in distinct_locations(COACH) if at.endswith("_lateral")]
+    assert lateral == ["primary_lateral", "secondary_lateral"]
+
+
+def test_the_law_of_a_damper_is_sought_at_the_damper() -> None:
+    names = [at for at, _ in candidate_locations(COACH, core.effect_record("quadratic_damper"))]
+    assert "lateral_damper_lateral" in names and "secondary_lateral" not in names
+    names = [at for at, _ in candidate_locations(COACH, core.effect_record("dry_friction"))]
+    assert "secondary_lateral" in names and "lateral_damper_lateral" not in names
+
+
+def test_every_joint_of_a_location_is_a_candidate_after_all_of_them() -> None:
+    found = dict(candidate_locations(COACH, core.effect_record("free_play")))
+    assert found["primary_lateral"] == (None, 1, 2, 3, 4)
+    assert found["secondary_lateral"] == (None, 1, 2)
+
+
+def test_a_coach_takes_no_further_carbody() -> None:
+    assert candidate_locations(COACH, core.effect_record("coach_mode")) == []
+
+
+def test_forces_are_compared_at_joints_wheelsets_and_bodies() -> None:
+    found = {(at, number): ports for at, number, ports in force_locations(COACH)}
+    assert len(found["contact", None]) == 8 and len(found["contact", 3]) == 2
+    assert found["body", None] == (("body", None),) and ("frame", 2) in found
+    assert force_locations(BOGIE) == FORCE_LOCATIONS
