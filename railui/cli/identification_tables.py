@@ -9,6 +9,7 @@ from railui.cli.tables import format_fixed, make_table
 
 Report = Mapping[str, Any]
 
+MAX_CHANNEL_COLUMNS = 10  # of the table of errors; more channels stand below each other
 MAX_DETECTABLE_ROWS = 16
 DETECTABLE_KINDS = ("free_play", "dry_friction", "creep_saturation", "spring", "hysteresis", "flange_contact")
 MIN_CHI2 = 4.0  # of the values per track section, from which a parameter is shown as varying
@@ -20,12 +21,14 @@ def errors_table(report: Report) -> Any:
     from railui.report.loop.wording import MODEL_LABELS, MODELS
 
     channels = list(report["declared"]["channels"])
-    rows = []
+    rows = [("", "all", *channels)]
     for model in MODELS:
         errors = report[model]
         values = [errors["nrmse"], *(errors["channels"].get(channel) for channel in channels)]
         rows.append((MODEL_LABELS[model], *map(format_fixed, values)))
-    return make_table(("", "all", *channels), rows, title="NRMSE on the validation runs", align_right=True)
+    if len(channels) > MAX_CHANNEL_COLUMNS:
+        rows = list(zip(*rows, strict=True))
+    return make_table(rows[0], rows[1:], title="NRMSE on the validation runs", align_right=True)
 
 
 def parameters_table(report: Report, paths: Sequence[str]) -> Any:

@@ -8,7 +8,6 @@ from typing import Any
 
 from railui.campaign.dataset import Dataset
 from railui.campaign.noise.estimate import estimate_noise_model
-from railui.campaign.segment import RESPONSES
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
@@ -20,6 +19,8 @@ from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.stepwise import StepwiseSelection
 from railui.identification.unmodelled.run_dependence import prepare_validation
 from railui.report.loop.detectable import minimum_detectable_effects
+from railui.runs.columns import column_names
+from railui.vehicle.track_geometry import track_geometry
 
 SENSOR_SETS: tuple[tuple[str, ...], ...] = (
     ("ayf",),
@@ -57,7 +58,7 @@ class Identified:
 
 def with_channels(dataset: Dataset, channels: Sequence[str]) -> Dataset:
     """Keep some responses of a dataset and estimate the noise from what is left, as if no other had been recorded."""
-    dropped = set(RESPONSES) - set(channels)
+    dropped = set(column_names("bogie", "response")) - set(channels)
     segments = tuple(
         replace(s, columns={k: x for k, x in s.columns.items() if k not in dropped}, tables={})
         for s in dataset.segments
@@ -65,7 +66,7 @@ def with_channels(dataset: Dataset, channels: Sequence[str]) -> Dataset:
     campaign = dataset.campaign
     stated = {k: x for k, x in campaign.noise.items() if k not in dropped}
     noise = estimate_noise_model(
-        segments, stated, campaign.design.values, campaign.band, campaign.noise_band, campaign.settings.noise
+        segments, stated, track_geometry(campaign.design), campaign.band, campaign.noise_band, campaign.settings.noise
     )
     return replace(dataset, segments=segments, noise=noise)
 

@@ -212,15 +212,3 @@ def test_the_shared_campaigns_are_read(shared: Path, name: str) -> None:
     campaign = load_campaign(shared / name)
     assert len(campaign.estimated_parameters) == 17 and len(campaign.runs) == 2 and len(campaign.noise) == 11
     assert campaign.warnings == ()
-
-
-@pytest.mark.parametrize("adjust", ["", "adjust: [contact.leading.conicity]\n"])
-def test_a_vehicle_of_bodies_is_refused_with_one_problem(
-    campaign_folder: Path, adjust: str, problems_of: Problems
-) -> None:
-    bodies = Path(__file__).parents[2] / "designs" / "manchester_coach.yaml"
-    (campaign_folder / "coach.yaml").write_text(bodies.read_text())
-    rewrite(campaign_folder, ("vehicle: vehicle.yaml", "vehicle: coach.yaml"), ("", adjust))
-    (problem,) = problems_of(lambda: load_campaign(campaign_folder))
-    assert (problem.key, problem.line > 0) == ("vehicle", True)
-    assert "vehicle of bodies" in problem.message and "bogie" in problem.message and "design" in problem.remedy

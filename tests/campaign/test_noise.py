@@ -13,15 +13,12 @@ from railui.campaign.noise.spectrum import NoiseSpectrum
 from railui.campaign.settings.noise import NoiseSettings
 from railui.dsp.filters import butterworth, sosfiltfilt
 from railui.track import band_limited_noise
+from railui.vehicle.track_geometry import TrackGeometry
 from tests.noise_variants import pink
 
 BEHIND = 15  # samples between the wheelsets
 A = 0.5 * BEHIND * 35.0 * 0.005
-VALUES = {
-    "vehicle.geometry.half_wheelbase": A,
-    "vehicle.geometry.half_gauge": 0.75,
-    "vehicle.geometry.rolling_radius": 0.46,
-}
+GEOMETRY = TrackGeometry((0.0, 2 * A), rolling_radius=0.46, half_gauge=0.75, half_wheelbase=A)
 SD = {"e1": 5e-5, "e2": 5e-5, "ay1": 0.05, "ay2": 0.05, "ayf": 0.02, "rf": 3e-4, "d1": 2e-5, "d2": 2e-5}
 TRACK_SD = {"yw": 2e-5, "phiw": 2e-5}
 DT, SPEED, BAND = 0.005, 35.0, (0.3, 40.0)
@@ -82,7 +79,7 @@ def record(
 
 
 def estimate(stated: dict[str, float], *records: SyntheticRecord) -> NoiseModel:
-    return estimate_noise_model(records, stated, VALUES, BAND, 2.5, NoiseSettings())
+    return estimate_noise_model(records, stated, GEOMETRY, BAND, 2.5, NoiseSettings())
 
 
 @pytest.mark.parametrize("factor", [None, 1.0 / 3.0, 3.0])
@@ -142,7 +139,7 @@ def test_a_channel_in_its_whole_spectrum_is_bounded_by_its_incoherent_part():
     motion = rng.standard_normal(n)
     columns = {"t": np.arange(n) * DT, "u": motion, "z": motion + 0.1 * rng.standard_normal(n)}
     rig = SyntheticRecord(columns, ["z"], kind="rig", mean_speed=1.0)
-    model = estimate_noise_model([rig], {}, {}, None, 2.5, NoiseSettings())
+    model = estimate_noise_model([rig], {}, TrackGeometry(), None, 2.5, NoiseSettings())
     assert model["z"] == pytest.approx(0.1, rel=0.1) and "u" not in model
 
 
@@ -152,7 +149,7 @@ def test_the_noise_of_an_input_is_at_most_its_quiet_band():
     u = np.sin(20.0 * t) + 0.01 * rng.standard_normal(len(t))
     rig = SyntheticRecord({"t": t, "u": u, "z": u}, ["z"], 1e-3, "rig", 1.0)
     for stated, used in ((0.03, 0.01), (0.005, 0.005)):
-        model = estimate_noise_model([rig], {"u": stated}, {}, None, 2.5, NoiseSettings())
+        model = estimate_noise_model([rig], {"u": stated}, TrackGeometry(), None, 2.5, NoiseSettings())
         assert model["u"] == pytest.approx(used, rel=0.2)
 
 
@@ -162,7 +159,7 @@ def test_a_short_free_decay_has_a_noise(samples: int):
     t = np.arange(samples) * 1e-2
     z = np.exp(-0.1 * t) * np.cos(3.0 * t) + 1e-3 * rng.standard_normal(samples)
     rig = SyntheticRecord({"t": t, "z": z}, ["z"], 1e-2, "rig", 1.0)
-    assert 3e-4 < estimate_noise_model([rig], {"z": 1e-3}, {}, None, 2.5, NoiseSettings())["z"] < 3e-3
+    assert 3e-4 < estimate_noise_model([rig], {"z": 1e-3}, TrackGeometry(), None, 2.5, NoiseSettings())["z"] < 3e-3
 
 
 def test_drawn_noise_has_the_spectrum_of_the_model():
