@@ -20,6 +20,7 @@ from railui.vehicle.kernel_rows import effect_row, kernel_placement, parameter_p
 from railui.vehicle.multibody import position_terms
 
 RADIUS = "rolling_radius"  # parameter r_e of an effect with a rotation angle s/r_e + phase
+FLANGE, GAUGE = "flange_contact", "gauge"  # an effect, and what widens its clearance
 TURN = 2.0 * np.pi
 
 
@@ -75,7 +76,8 @@ class Model:
     def structure_key(self) -> tuple[Any, ...]:
         """Everything but the numbers, which vehicles of one kernel call must have in common."""
         design = self.design
-        return (design.kind, rig_input(design), design.structure, tuple(map(kernel_placement, self.effects)))
+        placed = tuple(map(kernel_placement, self.effects))
+        return (design.kind, rig_input(design), design.structure, design.gauge_widens_clearance, placed)
 
     def vehicles(self, measured: Sequence[str] = (), extra: Sequence[Placement] = ()) -> Vehicles:
         """Return the structure of the vehicle in the kernel.
@@ -90,6 +92,8 @@ class Model:
         structure = self.design.structure
         layout = None if structure is None else kernel_layout(structure)
         placed = [*map(kernel_placement, self.effects), *extra]
+        if self.design.gauge_widens_clearance:
+            placed = [replace(p, against=GAUGE) if p.kind == FLANGE else p for p in placed]
         return Vehicles(self.design.kind, placed, measured, layout, rig_input(self.design))
 
     def batch(self, rows: FloatArray, extra: FloatArray | None = None, amounts: FloatArray | None = None) -> Batch:
