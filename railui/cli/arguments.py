@@ -83,19 +83,16 @@ def load_design_argument(call: Invocation, path: str, overrides: Mapping[str, st
     return changed
 
 
-def resolve_track_argument(
-    track: str, seed: int | None, option: str = "--track", *, seeded: bool = False
-) -> TrackSource:
+def resolve_track_argument(track: str, seed: int | None, option: str = "--track") -> TrackSource:
     """Return the track that an argument names: a file, or a synthetic track with this seed.
 
-    seeded: the seed was given explicitly, which is an error for a file. Raises FileProblems for a faulty file, a
-    usage error of `option` for a faulty spec.
+    Raises FileProblems for a faulty file, a usage error of `option` for a faulty spec and for a file with a seed.
     """
     from railui.io.problems import FileProblems
-    from railui.track.excitation import is_track_file, resolve_track
+    from railui.track.excitation import resolve_track
 
     try:
-        return resolve_track(track, seed if seeded or not is_track_file(track) else None)
+        return resolve_track(track, seed)
     except FileProblems:
         raise
     except ValueError as error:

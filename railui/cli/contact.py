@@ -135,7 +135,13 @@ def _analyse_table(file: str, sd: float, figure: str | None, call: Invocation) -
 
 
 def _analyse_pair(
-    wheel: str, rail: str, mirror: bool, smoothing: float, geometry: tuple[float, ...], load: float, surface: float
+    wheel: str,
+    rail: str,
+    mirror: bool,
+    smoothing: float,
+    geometry: tuple[float, float, float, float, float],
+    load: float,
+    surface: float,
 ) -> ContactAnalysis:
     """Analyse the contact of two files; raise FileProblems with the faults of both."""
     from railui.contact.analysis import analyse_contact

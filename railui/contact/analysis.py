@@ -55,11 +55,11 @@ def analyse_contact(
     """
     contacts = find_contacts(pair)
     notes = [*contacts.notes]
-    for profile in (pair.wheel, pair.rail):
-        notes += [f"{profile.kind}: {note}" for note in profile.notes]
+    for name, profile in pair.profiles:
+        notes += [f"{name}: {note}" for note in profile.notes]
         if profile.roughness() > MAX_ROUGHNESS:
             notes.append(
-                f"{profile.kind}: noise of {profile.roughness() * 1e6:.2g} um from point to point makes contacts jump; "
+                f"{name}: noise of {profile.roughness() * 1e6:.2g} um from point to point makes contacts jump; "
                 "smooth it, such as --smooth '4 mm'"
             )
     conicity = creep = None

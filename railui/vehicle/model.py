@@ -18,6 +18,7 @@ from railui.vehicle.design_reader import Design, PlacedEffect
 from railui.vehicle.kernel_layout import kernel_layout
 from railui.vehicle.kernel_rows import effect_row, kernel_placement, parameter_paths, parameter_values, rig_input
 from railui.vehicle.multibody import position_terms
+from railui.vehicle.profile_tables import with_tables
 
 RADIUS = "rolling_radius"  # parameter r_e of an effect with a rotation angle s/r_e + phase
 FLANGE, GAUGE = "flange_contact", "gauge"  # an effect, and what widens its clearance
@@ -170,11 +171,17 @@ class Model:
                 curves.setdefault(int(rest.split(".")[0]), {})[int(rest.split(".")[2])] = float(value)
             else:
                 changes[path] = float(value)
-        design = self.design.with_values(changes)
+        # the numbers of a row are given: none of them follows the profiles
+        design = self.design.detached().with_values(changes)
         if curves:
             design = design.with_effects(_with_curves(design.effects, curves))
         placed = tuple(PlacedEffect(s.kind, s.at, s.wheelset, p) for s, p in zip(self.sensors, sensors, strict=True))
         return Model(design, placed, phases)
+
+    def with_row(self, row: FloatArray) -> Model:
+        """Return the vehicle with the numbers of a row [row], tables of profiles included."""
+        vehicle = self.with_path_values(list(self.columns), [float(row[i]) for i in self.columns.values()])
+        return replace(vehicle, design=with_tables(vehicle.design, row, len(parameter_paths(self.design))))
 
     def with_effect(self, effect: PlacedEffect, phases: Mapping[str, float] | None = None) -> Model:
         """Return the vehicle with a further effect of the design or of a sensor; `phases` [rad] by segment."""
