@@ -56,12 +56,20 @@ def design_argument(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def parse_overrides(ctx: click.Context, parameter: click.Parameter, words: tuple[str, ...]) -> dict[str, str]:
     """Parse PATH=VALUE words into a mapping, as the callback of an argument."""
+    try:
+        return split_overrides(words)
+    except click.UsageError as error:
+        raise click.BadParameter(error.message, ctx, parameter) from None
+
+
+def split_overrides(words: tuple[str, ...]) -> dict[str, str]:
+    """Return PATH=VALUE words as a mapping; raise a usage error for another word."""
     overrides: dict[str, str] = {}
     for word in words:
         path, equals, value = word.partition("=")
         if not equals or not path.strip() or not value.strip():
             message = f"{word!r} is not an override: write PATH=VALUE, such as vehicle.primary.lateral_stiffness=4e6"
-            raise click.BadParameter(message, ctx, parameter)
+            raise click.UsageError(message)
         overrides[path.strip()] = value.strip()
     return overrides
 

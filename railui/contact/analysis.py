@@ -11,7 +11,7 @@ from railui.arrays import FloatArray
 from railui.contact.conicity import AMPLITUDES, ConicityCurve, NoCentreError, equivalent_conicity, klingel_wavelength
 from railui.contact.contact_points import find_contacts
 from railui.contact.creep import CreepCoefficients, creep_coefficients
-from railui.contact.geometry import ContactGeometry
+from railui.contact.geometry import ContactGeometry, ContactJump
 from railui.contact.linearisation import LinearContact, fit_forms, linearise, linearise_harmonically
 from railui.contact.profile import MAX_ROUGHNESS
 from railui.contact.profile_shape import conicity_per_gauge
@@ -114,7 +114,7 @@ def result_dict(analysis: ContactAnalysis, deviation: float = DEFAULT_STANDARD_D
         "gauge_conicity": conicity_per_gauge(pair, deviation),
         "forms": vars(forms),
         "flange_contact": {"left": left, "right": right},
-        "two_point_contacts": [vars(jump) for jump in contacts.jumps],
+        "two_point_contacts": [_jump_dict(jump) for jump in contacts.jumps],
         "creep": _creep_dict(analysis.creep),
         "geometry": {
             "displacement": contacts.displacement,
@@ -127,6 +127,10 @@ def result_dict(analysis: ContactAnalysis, deviation: float = DEFAULT_STANDARD_D
         },
         "notes": [*analysis.notes, *_range_notes(contacts, linear, harmonic)],
     }
+
+
+def _jump_dict(jump: ContactJump) -> dict[str, Any]:
+    return vars(jump) | {"separation": jump.separation, "is_at_flange": jump.is_at_flange}
 
 
 def _range_notes(contacts: ContactGeometry, linear: LinearContact, harmonic: LinearContact) -> list[str]:

@@ -13,6 +13,7 @@ from jsonschema import Draft202012Validator
 import railui
 from railui.contact.contact_points import find_contacts
 from railui.contact.wheelset_on_track import WheelRailPair
+from railui.documents.check import check
 from railui.documents.saving import save_design
 from railui.documents.schema import json_schema
 from railui.io.problems import FileProblems
@@ -96,3 +97,14 @@ def test_one_side_alone_is_refused(home: Path) -> None:
     text = "  profiles: {wheel: {left: a.txt}, rail: r.txt}"
     with pytest.raises(FileProblems, match=r"write \{left: FILE, right: FILE\}"):
         load_design(design(home, text))
+
+
+def test_the_check_warns_of_tread_and_flange_touching_at_once(home: Path) -> None:
+    (warning,) = check([design(home, "  profiles: {wheel: a.txt, rail: r.txt, gauge: 1435 mm}")])
+    assert "tread and flange touch at once at e = 5." in warning.message and warning.key == "contact.profiles"
+    contacts = find_contacts(WheelRailPair(coned_wheel(0.05), round_rail()))
+    flange = [jump for jump in contacts.jumps if jump.is_at_flange]
+    # the cone's flange of 70 degrees meets the gauge corner while the tread is on the head
+    assert {jump.wheel for jump in flange} == {1, 2}
+    assert all(jump.separation > 5e-3 for jump in flange)
+    assert max(flange[0].angle) == pytest.approx(np.radians(70.0), abs=0.03)
