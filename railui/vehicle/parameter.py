@@ -83,7 +83,7 @@ class Parameter:
 
 
 class Inclination(Parameter):
-    """Inclination of the rails, as 1:40 or an angle.
+    """Inclination of the rails, as 1:40 or an angle; without bounds, since YAML 1.1 takes 1:40 for a number.
 
     >>> round(Inclination("contact.profiles.inclination", "i", "rad", "inclination").read("1:40"), 6)
     0.024995

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from railui.contact.profile_reader import MAX_INCLINATION
 from railui.io.problems import suggest_name
 from railui.io.units import UnitError
 from railui.runs.columns import RIG_FORMS
@@ -111,7 +110,7 @@ PROFILES = _in_group(
     Parameter("back_to_back", "B", "m", "distance of the inner faces of the wheels", 1.36, GAUGE, 0.0,
               exclusive_minimum=True, usual_range=(1.355, 1.365)),
     Inclination("inclination", "i", "rad", "inclination of the rails, 1:40 or an angle", 0.0,
-                "the file has it", -MAX_INCLINATION, MAX_INCLINATION, usual_range=(0.0, 0.05)),
+                "the file has it", -INFINITE, INFINITE, usual_range=(0.0, 0.05)),
     Parameter("diameter_difference", "D", "m", "right minus left wheel diameter", 0.0, "equal wheels", -0.1, 0.1,
               usual_range=(-2e-3, 2e-3)),
     Parameter("smoothing", "L", "m", "cut-off wavelength of the filter of the profiles", 0.0, "none", 0.0, 0.03,
