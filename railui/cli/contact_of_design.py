@@ -41,8 +41,8 @@ def _passes_table(body: dict[str, Any]) -> Any:
     ]
     if body["table_sd"] is not None:
         rows.append(("table", "", _millimetres(body["table_sd"]), ""))
-    columns = ("pass", "linearised over [mm]", "sd of e in the ride [mm]", "conicity")
-    return make_table(columns, rows, title=f"contact groups: {', '.join(body['groups'])}")
+    columns = ("pass", "linearised over [mm]", "sd of e in the ride [mm]", f"conicity, {', '.join(body['groups'])}")
+    return make_table(columns, rows)
 
 
 def _millimetres(values: list[float]) -> str:
