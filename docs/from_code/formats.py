@@ -12,7 +12,6 @@ from railui.io.number_format import format_quantity
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.runs.columns import BENCH_COLUMNS, COLUMNS, COMPARED_CHANNELS, RIG_COLUMNS
 from railui.track.spectra import SPECTRA
-from railui.vehicle.contact_profiles import ProfilesModel
 from railui.vehicle.element_kinds import BODY, ELEMENT_KINDS, POSITION, parameters_of_kind
 from railui.vehicle.multibody_reader import word_keys
 from railui.vehicle.parameter import MAX_PLAUSIBLE, Parameter

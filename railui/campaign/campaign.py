@@ -20,6 +20,7 @@ from railui.io.problems import FileProblems, Findings, Problem
 from railui.io.units import UnitError, quantity
 from railui.io.yaml_file import load_fields
 from railui.runs.columns import RIG_FORMS, Form
+from railui.vehicle.contact_profiles import GROUP as PROFILES_GROUP
 from railui.vehicle.design_reader import Design
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
@@ -223,7 +224,11 @@ def _estimated_parameters(given: Any, design: Design | None, findings: Findings)
     paths: list[str] = []
     for i, name in enumerate(given if isinstance(given, list) else _default_estimated(design)):
         try:
-            paths += [path for path in design.expand(str(name)) if path not in paths]
+            found = design.expand(str(name))
+            if str(name).startswith(PROFILES_GROUP):
+                message = "the numbers of the profiles are not estimated, the contact parameters are"
+                findings.add(f"adjust.{i}", message, "write contact.leading, contact.trailing")
+            paths += [p for p in found if p not in paths and not p.startswith(f"{PROFILES_GROUP}.")]
         except FileProblems as error:
             findings.add(f"adjust.{i}", f"no such parameter {name!r}", error.problems[0].remedy)
     if given == []:

@@ -56,12 +56,20 @@ def design_argument(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def parse_overrides(ctx: click.Context, parameter: click.Parameter, words: tuple[str, ...]) -> dict[str, str]:
     """Parse PATH=VALUE words into a mapping, as the callback of an argument."""
+    try:
+        return split_overrides(words)
+    except click.UsageError as error:
+        raise click.BadParameter(error.message, ctx, parameter) from None
+
+
+def split_overrides(words: tuple[str, ...]) -> dict[str, str]:
+    """Return PATH=VALUE words as a mapping; raise a usage error for another word."""
     overrides: dict[str, str] = {}
     for word in words:
         path, equals, value = word.partition("=")
         if not equals or not path.strip() or not value.strip():
             message = f"{word!r} is not an override: write PATH=VALUE, such as vehicle.primary.lateral_stiffness=4e6"
-            raise click.BadParameter(message, ctx, parameter)
+            raise click.UsageError(message)
         overrides[path.strip()] = value.strip()
     return overrides
 
@@ -83,19 +91,16 @@ def load_design_argument(call: Invocation, path: str, overrides: Mapping[str, st
     return changed
 
 
-def resolve_track_argument(
-    track: str, seed: int | None, option: str = "--track", *, seeded: bool = False
-) -> TrackSource:
+def resolve_track_argument(track: str, seed: int | None, option: str = "--track") -> TrackSource:
     """Return the track that an argument names: a file, or a synthetic track with this seed.
 
-    seeded: the seed was given explicitly, which is an error for a file. Raises FileProblems for a faulty file, a
-    usage error of `option` for a faulty spec.
+    Raises FileProblems for a faulty file, a usage error of `option` for a faulty spec and for a file with a seed.
     """
     from railui.io.problems import FileProblems
-    from railui.track.excitation import is_track_file, resolve_track
+    from railui.track.excitation import resolve_track
 
     try:
-        return resolve_track(track, seed if seeded or not is_track_file(track) else None)
+        return resolve_track(track, seed)
     except FileProblems:
         raise
     except ValueError as error:

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.arguments import Decorator, figure_option, quantity_option
+from railui.cli.arguments import (
+    Decorator,
+    figure_option,
+    overrides_argument,
+    quantity_option,
+    speed_option,
+    split_overrides,
+)
+from railui.cli.contact_of_design import close_design
 from railui.cli.invocation import Invocation, common_options, usage_error
 from railui.cli.quantities import bounded, parse_force, parse_length
 from railui.cli.tables import make_table
@@ -37,8 +45,9 @@ def _length_option(name: str, lowest: float, highest: float, default: str, text:
 
 
 @click.command("contact")
-@click.argument("wheel", required=False, metavar="[WHEEL]")
+@click.argument("wheel", required=False, metavar="[WHEEL | DESIGN]")
 @click.argument("rail", required=False, metavar="[RAIL]")
+@overrides_argument
 @_length_option("--gauge", 0.3, 2.0, "1435 mm", "Track gauge, 14 mm below the top of the rails.")
 @_length_option("--back-to-back", 0.2, 2.0, "1360 mm", "Distance of the wheels' inner faces.")
 @quantity_option(
@@ -64,13 +73,19 @@ def _length_option(name: str, lowest: float, highest: float, default: str, text:
     show_default=True,
     help="Factor on Kalker's coefficients for the rail surface: 0.5 to 0.7 in service, 1 clean.",
 )
+@click.option("--left-wheel", metavar="FILE", help="Profile of the left wheel where it differs; y points outward.")
+@click.option("--left-rail", metavar="FILE", help="Profile of the left rail where it differs.")
 @click.option("--delta-r", metavar="TABLE", help="Table `y [mm],delta_r [mm]` instead of profiles.")
+@click.option("--track", metavar="SPEC|CSV", help="With DESIGN: track over whose motion its profiles are linearised.")
+@speed_option()
+@click.option("--once", is_flag=True, help="With DESIGN: linearise once, over the sd of the design.")
 @figure_option("the contact")
 @figure_option("the creep laws of the library at this contact", "--laws")
 @common_options
 def command(
     wheel: str | None,
     rail: str | None,
+    overrides: dict[str, str],
     gauge: float,
     back_to_back: float,
     inclination: float,
@@ -81,7 +96,12 @@ def command(
     sd: float,
     load: float,
     surface: float,
+    left_wheel: str | None,
+    left_rail: str | None,
     delta_r: str | None,
+    track: str | None,
+    speed: float | None,
+    once: bool,
     figure: str | None,
     laws: str | None,
     call: Invocation,
@@ -92,10 +112,20 @@ def command(
     railui contact S1002.prw UIC60.prr --gauge "1435 mm" --back-to-back "1360 mm" --inclination 0
     railui contact worn.txt rail.txt --inclination 1:40 --smooth "4 mm" --figure worn.png
     railui contact --delta-r table.csv
+    railui contact design.yaml --track "erri_b176_low length=2000 seed=1" --speed 40
 
     WHEEL and RAIL are SIMPACK's .prw and .prr, or text of two columns y and z (header `y [mm], z [mm]`).
-    The equivalent conicity is that of EN 15302; conicity_parameters are linearised over --sd.
+    The equivalent conicity is that of EN 15302; conicity_parameters are linearised over --sd. With a DESIGN, a track
+    and a speed its profiles are linearised over the standard deviation of e of each wheelset, until the ride
+    reproduces it.
     """
+    if track is not None or speed is not None or once:
+        # the second argument is the first override of a design
+        first = {} if rail is None else split_overrides((rail,))
+        close_design(wheel, first | overrides, track, speed, once, call)
+        return
+    if overrides:
+        raise usage_error("overrides belong to a design: give --track and --speed with it")
     if not MIN_DEVIATION <= sd <= MAX_DEVIATION:
         raise usage_error(f"--sd: {sd * 1e3:g} mm is not plausible for a wheelset displacement: write 0.5 to 5 mm")
     if delta_r is not None:
@@ -106,10 +136,12 @@ def command(
         _analyse_table(delta_r, sd, figure, call)
         return
     if wheel is None or rail is None:
-        raise usage_error("give a wheel and a rail profile, or --delta-r TABLE")
+        raise usage_error("give a wheel and a rail profile, --delta-r TABLE, or a design with --track and --speed")
     geometry = (gauge, back_to_back, inclination, radius, diameter_difference)
-    result = _analyse_pair(wheel, rail, mirror_rail, smooth or 0.0, geometry, load, surface)
-    _report_pair(result, (wheel, rail), sd, figure, laws, call)
+    files = {"wheel": wheel, "rail": rail, "left_wheel": left_wheel, "left_rail": left_rail}
+    given = {name: file for name, file in files.items() if file is not None}
+    result = _analyse_pair(given, mirror_rail, smooth or 0.0, geometry, load, surface)
+    _report_pair(result, list(given.values()), sd, figure, laws, call)
 
 
 def _analyse_table(file: str, sd: float, figure: str | None, call: Invocation) -> None:
@@ -135,7 +167,12 @@ def _analyse_table(file: str, sd: float, figure: str | None, call: Invocation) -
 
 
 def _analyse_pair(
-    wheel: str, rail: str, mirror: bool, smoothing: float, geometry: tuple[float, ...], load: float, surface: float
+    files: dict[str, str],
+    mirror: bool,
+    smoothing: float,
+    geometry: tuple[float, float, float, float, float],
+    load: float,
+    surface: float,
 ) -> ContactAnalysis:
     """Analyse the contact of two files; raise FileProblems with the faults of both."""
     from railui.contact.analysis import analyse_contact
@@ -145,24 +182,28 @@ def _analyse_pair(
     from railui.documents.recognise import expect_kind
     from railui.io.problems import FileProblems, Problem, file_problem
 
-    profiles: list[Profile] = []
+    profiles: dict[str, Profile] = {}
     problems: list[Problem] = []
-    for file, kind, is_mirrored in ((wheel, "wheel", False), (rail, "rail", mirror)):
+    for name, file in files.items():
+        kind = name.removeprefix("left_")
+        is_mirrored = mirror and kind == "rail"
         try:
             expect_kind(file, "profile")
-            profiles.append(read_profile(file, kind, mirror=is_mirrored, smoothing=smoothing))  # type: ignore[arg-type]
+            profiles[name] = read_profile(file, kind, mirror=is_mirrored, smoothing=smoothing)  # type: ignore[arg-type]
         except FileProblems as error:
             problems += error.problems
     if problems:
         raise FileProblems(list(dict.fromkeys(problems)))
     try:
-        return analyse_contact(WheelRailPair(profiles[0], profiles[1], *geometry), load, surface)
+        left = (profiles.get("left_wheel"), profiles.get("left_rail"))
+        pair = WheelRailPair(profiles["wheel"], profiles["rail"], *geometry, left_wheel=left[0], left_rail=left[1])
+        return analyse_contact(pair, load, surface)
     except ProfileError as fault:
-        raise file_problem(f"{wheel} on {rail}", fault.message, fault.remedy) from None
+        raise file_problem(f"{files['wheel']} on {files['rail']}", fault.message, fault.remedy) from None
 
 
 def _report_pair(
-    result: ContactAnalysis, files: tuple[str, str], sd: float, figure: str | None, laws: str | None, call: Invocation
+    result: ContactAnalysis, files: list[str], sd: float, figure: str | None, laws: str | None, call: Invocation
 ) -> None:
     from railui.contact.analysis import result_dict
 
@@ -179,7 +220,7 @@ def _report_pair(
         draw_creep_laws(result.creep, laws)
         call.info(f"wrote {laws}")
     call.show(_parameters_table(body))
-    call.write_json(call.document("contact", body, list(files)))
+    call.write_json(call.document("contact", body, files))
 
 
 def _conicity_table(amplitude: Any, tan_gamma: Any, centre: float) -> Any:
@@ -199,7 +240,8 @@ def _parameters_table(body: dict[str, Any]) -> Any:
         en15302 = _number(body["conicity_3mm"]) if key == "conicity" else ""
         rows.append((name, _number(linearised[key]), _number(harmonic[key]), en15302))
     flanges = [body["flange_contact"][side] for side in ("left", "right")]
-    jumps = sorted({round(abs(jump["displacement"]) * 1e3, 1) for jump in body["two_point_contacts"]})
+    jumps = _jumps(body["two_point_contacts"])
+    flange_jumps = _jumps([jump for jump in body["two_point_contacts"] if jump["is_at_flange"]])
     rows += [
         ("change of conicity with gauge [1/m]", _number(body["gauge_conicity"], 1), "", ""),
         (
@@ -208,10 +250,17 @@ def _parameters_table(body: dict[str, Any]) -> Any:
             "",
             "",
         ),
-        ("two-point contact at [mm]", ", ".join(f"{x:g}" for x in jumps) or "none", "", ""),
+        ("two-point contact at [mm]", jumps, "", ""),
+        ("of tread and flange at [mm]", flange_jumps, "", ""),
     ]
     columns = ("", f"sd {sd * 1e3:g} mm", "harmonic, 3 mm", "EN 15302, 3 mm")
     return make_table(columns, rows, _creep_rows(body["creep"]))
+
+
+def _jumps(found: list[dict[str, Any]]) -> str:
+    """Return the displacements of two-point contact [mm]."""
+    displacements = sorted({round(abs(jump["displacement"]) * 1e3, 1) for jump in found})
+    return ", ".join(f"{x:g}" for x in displacements) or "none"
 
 
 def _creep_rows(creep: dict[str, Any] | None) -> list[tuple[str, ...]]:

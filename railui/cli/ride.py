@@ -112,7 +112,7 @@ def command(
     loaded = load_design_argument(call, design, overrides)
     given = speeds if speeds is not None else [speed] if speed is not None else []
     asked: list[int | None] = [call.seed] if seeds is None else [*seeds]
-    sources = [resolve_track_argument(track, seed, seeded=seeds is not None) for seed in asked]
+    sources = [resolve_track_argument(track, seed) for seed in asked]
     head = {"design": loaded.name, "overrides": overrides}
     is_single = len(given) * len(sources) == 1
     if not is_single and (series is not None or plot is not None):

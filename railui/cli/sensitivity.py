@@ -78,7 +78,7 @@ def command(
         raise usage_error("--seeds needs a track: give --track")
     loaded = load_design_argument(call, design, overrides)
     asked: list[int | None] = [call.seed] if seeds is None else [*seeds]
-    sources = [None if track is None else resolve_track_argument(track, s, seeded=seeds is not None) for s in asked]
+    sources = [None if track is None else resolve_track_argument(track, s) for s in asked]
     cases = [case_of(loaded, (), source, speed, radius, cant_deficiency) for source in sources]
     result = design_sensitivity(cases, keys, evaluate_in_process(call.jobs))
     if figure is not None:

@@ -11,7 +11,7 @@ from railui.arrays import FloatArray
 from railui.contact.conicity import AMPLITUDES, ConicityCurve, NoCentreError, equivalent_conicity, klingel_wavelength
 from railui.contact.contact_points import find_contacts
 from railui.contact.creep import CreepCoefficients, creep_coefficients
-from railui.contact.geometry import ContactGeometry
+from railui.contact.geometry import ContactGeometry, ContactJump
 from railui.contact.linearisation import LinearContact, fit_forms, linearise, linearise_harmonically
 from railui.contact.profile import MAX_ROUGHNESS
 from railui.contact.profile_shape import conicity_per_gauge
@@ -55,11 +55,11 @@ def analyse_contact(
     """
     contacts = find_contacts(pair)
     notes = [*contacts.notes]
-    for profile in (pair.wheel, pair.rail):
-        notes += [f"{profile.kind}: {note}" for note in profile.notes]
+    for name, profile in pair.profiles:
+        notes += [f"{name}: {note}" for note in profile.notes]
         if profile.roughness() > MAX_ROUGHNESS:
             notes.append(
-                f"{profile.kind}: noise of {profile.roughness() * 1e6:.2g} um from point to point makes contacts jump; "
+                f"{name}: noise of {profile.roughness() * 1e6:.2g} um from point to point makes contacts jump; "
                 "smooth it, such as --smooth '4 mm'"
             )
     conicity = creep = None
@@ -114,7 +114,7 @@ def result_dict(analysis: ContactAnalysis, deviation: float = DEFAULT_STANDARD_D
         "gauge_conicity": conicity_per_gauge(pair, deviation),
         "forms": vars(forms),
         "flange_contact": {"left": left, "right": right},
-        "two_point_contacts": [vars(jump) for jump in contacts.jumps],
+        "two_point_contacts": [_jump_dict(jump) for jump in contacts.jumps],
         "creep": _creep_dict(analysis.creep),
         "geometry": {
             "displacement": contacts.displacement,
@@ -127,6 +127,10 @@ def result_dict(analysis: ContactAnalysis, deviation: float = DEFAULT_STANDARD_D
         },
         "notes": [*analysis.notes, *_range_notes(contacts, linear, harmonic)],
     }
+
+
+def _jump_dict(jump: ContactJump) -> dict[str, Any]:
+    return vars(jump) | {"separation": jump.separation, "is_at_flange": jump.is_at_flange}
 
 
 def _range_notes(contacts: ContactGeometry, linear: LinearContact, harmonic: LinearContact) -> list[str]:

@@ -45,18 +45,18 @@ def find_contacts(
     ----------
     Broersen 1976, 2.2.
     """
-    wheel, rail = pair.wheel_curve, pair.rail_curve
-    side = _Side.from_profiles(pair, wheel, rail)
+    right = _Side.from_profiles(pair, *pair.curves(0))
+    sides = right, (right if pair.has_equal_sides else _Side.from_profiles(pair, *pair.curves(1)))
     count = round(reach / step)
     grid = step * np.arange(-count, count + 1)
     points: dict[int, tuple[float, _ContactPoint, _ContactPoint]] = {}
     notes = []
-    centre = _solve_roll(side, pair, 0.0, 0.0)
+    centre = _solve_roll(sides, pair, 0.0, 0.0)
     _check_centre(pair, centre)
     for direction in (1, -1):
         roll = centre[0]
         for k in range(0, count + 1):
-            state = centre if k == 0 else _solve_roll(side, pair, direction * step * k, roll)
+            state = centre if k == 0 else _solve_roll(sides, pair, direction * step * k, roll)
             roll = state[0]
             ended = next((n for n, point in (("right", state[1]), ("left", state[2])) if point.end), None)
             if ended:
@@ -140,15 +140,15 @@ class _Side:
 
 
 def _solve_roll(
-    side: _Side, pair: WheelRailPair, displacement: float, roll: float
+    sides: tuple[_Side, _Side], pair: WheelRailPair, displacement: float, roll: float
 ) -> tuple[float, _ContactPoint, _ContactPoint]:
     """Return the roll at which both wheels touch, and their contact points."""
     larger = 0.25 * pair.diameter_difference
     low, high = -np.inf, np.inf
     before: tuple[float, float] | None = None
     for _ in range(MAX_ITERATIONS):
-        right = side.touch(displacement, roll, larger)
-        left = side.touch(-displacement, -roll, -larger)
+        right = sides[0].touch(displacement, roll, larger)
+        left = sides[1].touch(-displacement, -roll, -larger)
         difference = right.gap - left.gap
         if not np.isfinite(difference) or abs(difference) < GAP_TOLERANCE:
             break

@@ -18,7 +18,7 @@ from railui.contact.kalker import (
 
 @dataclass(frozen=True)
 class CreepCoefficients:
-    """Creep coefficients of the right wheel at one displacement [m], with curvatures [1/m] and contact ellipse.
+    """Creep coefficients of a wheel at one displacement [m], with curvatures [1/m] and contact ellipse.
 
     longitudinal_creep kappa_x [1], lateral_creep kappa_y [1] and spin_creep kappa_s [m] are Kalker's f11/N, f22/N and
     f23/N times `surface`; see Broersen 1976, table 3.1.
@@ -51,8 +51,9 @@ def creep_coefficients(
     surface: float = 1.0,
     young: float = YOUNG_STEEL,
     poisson: float = POISSON_STEEL,
+    side: int = 0,
 ) -> CreepCoefficients:
-    """Compute Hertz's ellipse and Kalker's coefficients of the right wheel.
+    """Compute Hertz's ellipse and Kalker's coefficients of one wheel.
 
     Parameters
     ----------
@@ -66,6 +67,8 @@ def creep_coefficients(
         Share of Kalker's coefficients on contaminated rails (Hobbs 1967: 0.5 to 0.7; 1: clean).
     young, poisson : float
         Young's modulus [N/m^2] and Poisson's ratio.
+    side : int
+        0 for the right wheel, 1 for the left wheel.
 
     Raises
     ------
@@ -73,10 +76,11 @@ def creep_coefficients(
         For conforming contact, and for an ellipse longer or wider than the table of Kalker's coefficients.
     """
     pair, i = contacts.pair, contacts.index_at(displacement)
-    along = float(np.cos(contacts.angle[0, i]) / (pair.radius + contacts.radius[0, i]))
+    along = float(np.cos(contacts.angle[side, i]) / (pair.radius + contacts.radius[side, i]))
+    wheel_curve, rail_curve = pair.curves(side)
     # curvatures of heights are positive for concave profiles; a convex wheel is concave as seen from the rail
-    wheel = pair.wheel_curve.curvature(float(contacts.wheel[0, i]))
-    rail = -pair.rail_curve.curvature(float(contacts.rail[0, i]))
+    wheel = wheel_curve.curvature(float(contacts.wheel[side, i]))
+    rail = -rail_curve.curvature(float(contacts.rail[side, i]))
     ellipse = hertz(load, along, wheel + rail, young, poisson)
     ratio = ellipse.a / ellipse.b
     c = kalker_coefficients(ratio, poisson)
@@ -86,5 +90,5 @@ def creep_coefficients(
         float(contacts.displacement[i]), load, along, wheel, rail, ellipse, c,
         vermeulen_johnson_factors(ratio, poisson), surface,
         shear * area * c.c11 / load, shear * area * c.c22 / load, shear * area**1.5 * c.c23 / load,
-        float(np.sin(contacts.angle[0, i])) / (pair.radius + float(contacts.radius[0, i])),
+        float(np.sin(contacts.angle[side, i])) / (pair.radius + float(contacts.radius[side, i])),
     )  # fmt: skip

@@ -29,6 +29,16 @@ class ContactJump:
     rail: tuple[float, float]
     angle: tuple[float, float]
 
+    @property
+    def separation(self) -> float:
+        """Distance of both contact points across the rail [m]."""
+        return abs(self.rail[1] - self.rail[0])
+
+    @property
+    def is_at_flange(self) -> bool:
+        """True if the tread and the flange touch at once."""
+        return min(self.angle) < FLANGE_ANGLE <= max(self.angle)
+
 
 @dataclass(frozen=True, eq=False)
 class ContactGeometry:

@@ -36,12 +36,12 @@ class ProfileCurve:
 
 @dataclass(frozen=True, eq=False)
 class WheelRailPair:
-    """Profiles of the right-hand side and their position; both sides are alike except for the diameters.
+    """Profiles of both wheels and rails, and their position.
 
     Attributes
     ----------
     wheel, rail : Profile
-        Profiles.
+        Profiles of the right-hand side, and of the left-hand side unless that has its own.
     gauge : float
         Distance between the rails [m], measured up to `below` [m] under the rail top.
     back_to_back : float
@@ -52,6 +52,8 @@ class WheelRailPair:
         Mean rolling radius at the tape line [m].
     diameter_difference : float
         Diameter of the right wheel less that of the left wheel [m].
+    left_wheel, left_rail : Profile, optional
+        Profiles of the left-hand side, y outward like those of the right-hand side.
 
     Raises
     ------
@@ -67,13 +69,16 @@ class WheelRailPair:
     radius: float = 0.46
     diameter_difference: float = 0.0
     below: float = GAUGE_DEPTH
+    left_wheel: Profile | None = None
+    left_rail: Profile | None = None
 
     def __post_init__(self) -> None:
-        if self.wheel.kind != "wheel" or self.rail.kind != "rail":
-            raise ProfileError(
-                f"the first profile is of a {self.wheel.kind}, the second of a {self.rail.kind}",
-                "give the wheel first, then the rail",
-            )
+        for wheel, rail in ((self.wheel, self.rail), (self.left_wheel or self.wheel, self.left_rail or self.rail)):
+            if wheel.kind != "wheel" or rail.kind != "rail":
+                raise ProfileError(
+                    f"the first profile is of a {wheel.kind}, the second of a {rail.kind}",
+                    "give the wheel first, then the rail",
+                )
         clearance = self.gauge - self.back_to_back
         if not MIN_CLEARANCE < clearance < MAX_CLEARANCE:
             raise ProfileError(
@@ -87,18 +92,52 @@ class WheelRailPair:
         """Half the distance between the tape lines [m]: b of the model."""
         return 0.5 * self.back_to_back + INNER_FACE_TO_TAPE_LINE
 
+    @property
+    def has_equal_sides(self) -> bool:
+        """True if the profiles of the left-hand side are those of the right-hand side."""
+        return self.left_wheel is None and self.left_rail is None
+
+    @property
+    def profiles(self) -> tuple[tuple[str, Profile], ...]:
+        """Distinct profiles with their names: wheel and rail, and those of the left-hand side."""
+        named = (
+            *(("wheel", self.wheel), ("rail", self.rail)),
+            *(("left wheel", self.left_wheel), ("left rail", self.left_rail)),
+        )
+        return tuple((name, profile) for name, profile in named if profile is not None)
+
     @cached_property
     def wheel_curve(self) -> ProfileCurve:
         """Right wheel from the tip of its flange outward: y from the track centre line, h from the tape line."""
-        _, y, h = self.wheel.resampled()
-        tip = int(np.argmin(h))
-        curve = _increasing(y[tip:], h[tip:], self.wheel)
-        return ProfileCurve(curve.y + self.half_distance, curve.h)
+        return self._wheel_curve(self.wheel)
 
     @cached_property
     def rail_curve(self) -> ProfileCurve:
         """Right rail from its gauge face outward: y from the track centre line, h from its top."""
-        _, y, h = self.rail.rotated(self.inclination).resampled()
+        return self._rail_curve(self.rail)
+
+    @cached_property
+    def left_wheel_curve(self) -> ProfileCurve:
+        """Left wheel like `wheel_curve`, y to the left."""
+        return self.wheel_curve if self.left_wheel is None else self._wheel_curve(self.left_wheel)
+
+    @cached_property
+    def left_rail_curve(self) -> ProfileCurve:
+        """Left rail like `rail_curve`, y to the left."""
+        return self.rail_curve if self.left_rail is None else self._rail_curve(self.left_rail)
+
+    def curves(self, side: int) -> tuple[ProfileCurve, ProfileCurve]:
+        """Return wheel and rail of a side: 0 right, 1 left."""
+        return (self.left_wheel_curve, self.left_rail_curve) if side else (self.wheel_curve, self.rail_curve)
+
+    def _wheel_curve(self, wheel: Profile) -> ProfileCurve:
+        _, y, h = wheel.resampled()
+        tip = int(np.argmin(h))
+        curve = _increasing(y[tip:], h[tip:], wheel)
+        return ProfileCurve(curve.y + self.half_distance, curve.h)
+
+    def _rail_curve(self, rail: Profile) -> ProfileCurve:
+        _, y, h = rail.rotated(self.inclination).resampled()
         top = float(h.max())
         inside = np.flatnonzero(h >= top - self.below)
         crown = int(np.argmax(h))
@@ -114,7 +153,7 @@ class WheelRailPair:
         face = float(y[inside[inside >= begin]].min())
         start = int(begin + np.argmin(y[begin : crown + 1]))
         end = crown + int(np.argmax(y[crown:]))
-        curve = _increasing(y[start : end + 1], h[start : end + 1], self.rail)
+        curve = _increasing(y[start : end + 1], h[start : end + 1], rail)
         return ProfileCurve(curve.y - face + 0.5 * self.gauge, curve.h - top)
 
 

@@ -58,7 +58,7 @@ class Placement:
     parameter_count : int
         Length of its numbers in the kernel; that of the catalogue by default.
     against : str or None
-        Abscissa of a measured force: z (the default), v or s.
+        Abscissa of a measured force: z (the default), v or s; "gauge" for a flange that the gauge moves.
 
     Examples
     --------

@@ -99,7 +99,22 @@ def _check_file(
     problems: list[Problem] = list(getattr(loaded, "warnings", ()))
     if isinstance(loaded, Campaign):
         problems += _check_runs(loaded)
+    if isinstance(loaded, Design):
+        problems += _check_two_point_contact(loaded)
     return problems
+
+
+def _check_two_point_contact(design: Design) -> list[Problem]:
+    """Warn of wheels whose tread and flange touch the rail at once, which rigid contact does not share."""
+    if design.profiles is None or design.profiles.sha256 is None:
+        return []
+    findings = load_yaml(design.source).findings() if design.source is not None else Findings(design.name)
+    for jump in design.profiles.geometry(design.values).jumps:
+        if jump.is_at_flange and jump.displacement > 0.0:
+            points = f"tread and flange touch at once at e = {jump.displacement * 1e3:.1f} mm"
+            message = f"{points}, {jump.separation * 1e3:.1f} mm apart: one point carries the whole load"
+            findings.warn("contact.profiles", message, "trust Y, Q and wear beyond it as an indication only")
+    return findings.problems
 
 
 def _check_runs(campaign: Campaign) -> list[Problem]:

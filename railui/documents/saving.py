@@ -10,6 +10,7 @@ from railui.campaign.campaign import Campaign
 from railui.io.atomic import relative_path, write_text
 from railui.io.schema_line import schema_name
 from railui.io.yaml_writer import YamlWriter, number_text
+from railui.vehicle.contact_profiles import ContactProfiles
 from railui.vehicle.design import Adjustment, Design
 from railui.vehicle.parameters import FORMS, PARAMETERS, nest
 
@@ -46,7 +47,11 @@ def _write_groups(writer: YamlWriter, design: Design, directory: Path | None) ->
                 for key, value in groups[group].items():
                     writer.entry(key, value, comment=_symbols_and_units(f"{group}.{key}", value))
                 if profiles is not None:
-                    writer.entry("profiles", profiles.entry(directory, [effect.kind for effect in design.effects]))
+                    writer.entry("profiles", _profiles_entry(design, profiles, directory))
+
+
+def _profiles_entry(design: Design, profiles: ContactProfiles, directory: Path | None) -> dict[str, Any]:
+    return profiles.entry(directory, [effect.kind for effect in design.effects], design.values)
 
 
 def _vehicle_values(design: Design) -> dict[str, Any]:
@@ -54,7 +59,8 @@ def _vehicle_values(design: Design) -> dict[str, Any]:
     if design.structure is None:
         values: dict[str, Any] = {p.path: design.values[p.path] for p in FORMS[design.form]}
     else:
-        values = _structure_words(design) | dict(design.values)
+        numbers = {path: design.values[path] for path in design.parameters}
+        values = _structure_words(design) | numbers
     return values | _numbers_without_load_state(design)
 
 

@@ -8,7 +8,6 @@ from railui.campaign.schema import CampaignModel
 from railui.documents.schema_multibody import LOADS, multibody_schema
 from railui.io.schema_line import schema_name
 from railui.optimisation.study_schema import StudyModel
-from railui.vehicle.contact_profiles import ProfilesModel
 from railui.vehicle.design_schema import design_model
 from railui.vehicle.effect_reader import ABSCISSAE
 from railui.vehicle.effects import (
@@ -21,6 +20,7 @@ from railui.vehicle.effects import (
     kernel_catalogue,
 )
 from railui.vehicle.element import ElementModel
+from railui.vehicle.profiles_schema import profiles_schema
 
 # an element of a file at a location of a design
 MOUNTED_ELEMENT: dict[str, Any] = {
@@ -98,7 +98,7 @@ def _contact_schema(contact: dict[str, Any], definitions: dict[str, Any]) -> dic
         each = {k: v for k, v in each.items() if k != "required"}
     return {
         **{k: v for k, v in contact.items() if k != "required"},
-        "properties": properties | {"profiles": ProfilesModel.model_json_schema()},
+        "properties": properties | {"profiles": profiles_schema(None if each else ("leading", "trailing"))},
         "additionalProperties": each,
         "if": {"not": {"required": ["profiles"]}},
         "then": needed,

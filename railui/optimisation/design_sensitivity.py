@@ -13,7 +13,7 @@ from railui.optimisation.evaluation import Evaluator, evaluate_in_process
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.response_map import CRITICAL_SPEEDS, evaluate_vehicles
 from railui.optimisation.responses import MAX_SPEED
-from railui.optimisation.sensitivity import RELATIVE_STEP, perturbable_paths, perturbed_rows
+from railui.optimisation.sensitivity import RELATIVE_STEP, perturbable_paths, perturbed_rows, step_scale
 
 
 def design_sensitivity(
@@ -21,7 +21,8 @@ def design_sensitivity(
 ) -> dict[str, Any]:
     """Compute derivatives of results with respect to each parameter of a design by central differences.
 
-    Each parameter goes from 5 % below to 5 % above its value, all others fixed.
+    Each parameter goes from 5 % below to 5 % above its value, all others fixed; the gauge and the back-to-back distance
+    of profiles by 5 % of their difference.
 
     Parameters
     ----------
@@ -74,9 +75,10 @@ def design_sensitivity(
         responses[key] = {"unit": RESPONSE_KEYS[key].unit, "value": float(base.mean()), "sd": _sd(base)}
         for i, parameter in enumerate(parameters):
             mean = float(change[i].mean())
-            width = 2 * RELATIVE_STEP
+            scale = step_scale(design, parameter["path"])
+            width = 2 * RELATIVE_STEP * (scale / parameter["value"])
             parameter["change"][key], parameter["change_sd"][key] = mean, _sd(change[i])
-            parameter["derivative"][key] = mean / (width * parameter["value"])
+            parameter["derivative"][key] = mean / (2 * RELATIVE_STEP * scale)
             parameter["relative"][key] = mean / (width * float(base.mean())) if base.mean() else float("nan")
     return {
         "step": RELATIVE_STEP,

@@ -187,7 +187,7 @@ def ride_quality(cases: Sequence[Case], x: FloatArray, jobs: int | None = None) 
         integrable, steps = integrable_rows(model, rows, excitation)
         if len(integrable):
             statistics = ride_statistics(model, rows[integrable], excitation, steps=steps, jobs=jobs)
-            vehicles = [model.with_path_values(list(model.columns), row) for row in rows[integrable]]
+            vehicles = [model.with_row(row) for row in rows[integrable]]
             safety = running_safety_many(vehicles, excitation, steps, jobs)
             for k, i in enumerate(integrable):
                 results[i].append(ride_result(vehicles[k], statistics, k, excitation, safety[k]))

@@ -16,6 +16,7 @@ from railui.optimisation.evaluation import Evaluator, ResponseTable, evaluate_in
 from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS
 from railui.optimisation.responses import MAX_SPEED, NONLINEAR_KEYS
 from railui.track.excitation import Excitation, TrackSource
+from railui.vehicle.contact_profiles import GROUP as PROFILES_GROUP
 from railui.vehicle.design_reader import Design
 from railui.vehicle.linear import STRAIGHT_TRACK
 from railui.vehicle.resolve import resolve_model
@@ -93,8 +94,8 @@ def paths_of(design: Design, name: str) -> list[str]:
     >>> paths_of(load_design("designs/test_bogie.yaml"), "vehicle.primary.lateral_stiffness")
     ['vehicle.primary.lateral_stiffness']
     """
-    known = resolve_model(design).columns
-    if name in known:
+    known = [*resolve_model(design).columns, *(p for p in design.paths() if p.startswith(f"{PROFILES_GROUP}."))]
+    if name in known or (design.profiles is not None and design.profiles.parameter(name) is not None):
         return [name]
     group, _, key = name.rpartition(".")
     levels = len(name.split(".")) + 1

@@ -174,7 +174,7 @@ def _safety_values(
     jobs: int,
 ) -> dict[str, FloatArray]:
     """Return measures of running safety [n]; inf for a vehicle that leaves the track, NaN where one is undefined."""
-    vehicles = [model.with_path_values(list(model.columns), row) for row in rows]
+    vehicles = [model.with_row(row) for row in rows]
     measures = [
         dict.fromkeys(keys, np.inf) if safety is None else safety.measures()
         for safety in running_safety_many(vehicles, excitation, steps, jobs)
@@ -206,7 +206,7 @@ def stability_responses(case: Case, rows: FloatArray, keys: Collection[str], job
 def _nonlinear_speeds(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> dict[str, FloatArray]:
     """Return the critical speeds [n] that are computed vehicle by vehicle."""
     model = case.vehicle.model
-    models = [model.with_path_values(list(model.columns), row) for row in rows]
+    models = [model.with_row(row) for row in rows]
     values: dict[str, FloatArray] = {}
     if "fold_speed" in keys:
         values["fold_speed"] = np.nan_to_num(nonlinear_critical_speeds(models, DEFAULT_SPEEDS, jobs), nan=MAX_SPEED)

@@ -19,13 +19,15 @@ from railui.vehicle.model import Model
 from railui.vehicle.sampling import ParameterisedModel
 
 RELATIVE_STEP: Final = 0.05  # of a parameter, up and down
+CLEARANCE_ENDS: Final = ("contact.profiles.gauge", "contact.profiles.back_to_back")  # 5 % of either is no wheelset
 SOBOL_STREAM: Final = 2  # random stream of Sobol's samples, combined with the seed
 
 
 def one_at_a_time(study: Study, cases: Sequence[Case], x: FloatArray, evaluator: Evaluator) -> list[dict[str, Any]]:
     """Compute the changes of objectives and constraints as each parameter of a design rises by 10 %.
 
-    Each parameter goes from 5 % below to 5 % above its value, all others fixed.
+    Each parameter goes from 5 % below to 5 % above its value, all others fixed; the gauge and the back-to-back distance
+    of profiles by 5 % of their difference.
 
     Parameters
     ----------
@@ -73,10 +75,20 @@ def _differences(values: FloatArray, assessment: Assessment) -> FloatArray:
 def _perturbed(design: Design, path: str) -> list[Design] | None:
     """Return the design with one parameter lower and higher; None if a value is outside the permitted range."""
     try:
+        if path in CLEARANCE_ENDS:
+            step = RELATIVE_STEP * step_scale(design, path)
+            return [design.with_values({path: design.value(path) + by}) for by in (-step, step)]
         factors = (1 - RELATIVE_STEP, 1 + RELATIVE_STEP)
         return [design.with_values({path: design.value(path) * factor}) for factor in factors]
     except FileProblems:
         return None
+
+
+def step_scale(design: Design, path: str) -> float:
+    """Return the number of which a parameter changes by 5 %: its value, or the clearance between gauge and wheels."""
+    if path not in CLEARANCE_ENDS:
+        return design.value(path)
+    return design.value(CLEARANCE_ENDS[0]) - design.value(CLEARANCE_ENDS[1])
 
 
 def perturbable_paths(design: Design) -> list[str]:

@@ -36,10 +36,6 @@ def guidance_limit(model: Model, limit: float, excitation: Excitation) -> tuple[
     elif model.design.gauge_widens_clearance:
         limit += float(excitation.track.gauge.mean()) / 2
         notes.append("clearance: widened by half the gauge, of which flange_margin takes mean and spread")
-        if any(effect.kind == "flange_contact" for effect in model.effects):
-            notes.append(
-                "flange_contact: its force acts from the clearance without the gauge: motion and forces keep it"
-            )
     if carbody_effect(model) is not None and sum(e.at == "secondary_lateral" for e in model.design.effects) > 1:
         notes.append("comfort: what other effects at secondary_lateral do to the coach itself is left out")
     return limit, notes

@@ -136,7 +136,7 @@ def flange_angle_of(model: Model) -> float | None:
     if profiles is None or profiles.sha256 is None:
         return None
     try:
-        curve = profiles.geometry().pair.wheel_curve
+        curve = profiles.geometry(model.design.values).pair.wheel_curve
     except (OSError, ValueError):  # the files changed since the design was read
         return None
     return flange_angle(curve.y, curve.h)

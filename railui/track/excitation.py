@@ -70,7 +70,7 @@ def resolve_track(track: Track | TrackSource | str | Path, seed: int | None = No
         spec = spec if seed is None else replace(spec, seed=seed)
         return TrackSource(spec.build(), str(spec), seed=spec.seed)
     if seed is not None:
-        raise ValueError(f"{_name_of(track)} is not a synthetic track: it has no seed")
+        raise ValueError(f"{_name_of(track)} is not a synthetic track: it has no seed, leave out --seed and --seeds")
     if isinstance(track, TrackSource):
         return track
     if isinstance(track, Track):

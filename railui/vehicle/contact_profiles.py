@@ -1,138 +1,204 @@
-"""Measured wheel and rail profiles of a design: contact parameters and the smooth table that follow from them."""
+"""Measured wheel and rail profiles of a design: the contact parameters and the smooth table that follow from them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from railui.contact.profile_reader import read_inclination, read_profile
-from railui.io.atomic import relative_path, sha256_file
-from railui.io.fields import (
-    Group,
-    Switch,
-    Text,
-    ValueReader,
-    check_group,
-    choice_reader,
-    quantity_reader,
-    quantity_schema,
-)
-from railui.io.problems import FileProblems, Findings
-from railui.io.units import UnitError, quantity
-from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT
+from railui.io.atomic import relative_path
+from railui.vehicle.parameter import Parameter
+from railui.vehicle.parameters import CONTACT, PROFILES, WHEELSET_CONTACT
+from railui.vehicle.wheelset_profiles import PairFiles, Sides, WheelsetProfiles
 
 if TYPE_CHECKING:
     from railui.contact.geometry import ContactGeometry
 
+GROUP = "contact.profiles"
+USE_PATH = f"{GROUP}.use"
 USES = ("table", "linearised")
 SHAPE_KIND = "profile_shape"
-HALF_GAUGE_TOLERANCE = 0.02  # relative deviation of the model's half gauge from that of the profiles
 SHARED_KEYS = ("spin_creep", "flange_clearance")
-# stand-ins for the numbers of faulty profiles, so that the fault of the profile is the only one reported
-PLACEHOLDERS = {p.key: 1.0 for p in WHEELSET_CONTACT}
-Length = Annotated[float, quantity_reader("m", 0.0, above=True)]
-Inclination = Annotated[float, ValueReader(read_inclination, quantity_schema("rad", description="1:40, or an angle"))]
+PARAMETERS_BY_KEY = {p.key: p for p in PROFILES}
+GROUP_KEYS = ("back_to_back", "diameter_difference", "sd")  # that a group of wheelsets may have of its own
+ALWAYS_WRITTEN = ("gauge", "back_to_back")
 
 
-class ProfilesModel(Group):
-    """`contact.profiles` of a design: the pair of profiles, their position and their use."""
+class UndefinedContactError(ValueError):
+    """The profiles do not give a contact parameter that the design leaves to them."""
 
-    wheel: Text
-    rail: Text
-    gauge: Length = 1.435
-    back_to_back: Length = 1.360
-    inclination: Inclination = 0.0
-    diameter_difference: Annotated[float, quantity_reader("m", -0.1, maximum=0.1)] = 0.0
-    mirror_rail: Switch = False
-    smoothing: Annotated[float, quantity_reader("m", 0.0, maximum=0.03)] = 0.0
-    sd: Annotated[float, quantity_reader("m", 2.5e-4, maximum=0.01)] = 2e-3
-    surface: Annotated[float, quantity_reader("1", 0.05, maximum=1.5)] = 0.6
-    use: Annotated[str, choice_reader(USES)] = USES[0]
+
+@dataclass(frozen=True)
+class ContactGroup:
+    """Wheelsets with one set of contact parameters: paths of rolling radius and wheel load, numbers from 1."""
+
+    radius: str
+    wheel_load: str
+    wheelsets: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class FollowingNumbers:
+    """What follows from profiles: numbers by path, entries of the effect profile_shape, warnings."""
+
+    values: Mapping[str, float]
+    shapes: tuple[dict[str, Any], ...]
+    warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class ContactProfiles:
-    """Wheel and rail profile of a design.
+    """Wheel and rail profiles of a design.
+
+    Their numbers, `contact.profiles.gauge` and others, are parameters of the design.
 
     Attributes
     ----------
-    wheel, rail : Path
-    settings : mapping
-        Values of `ProfilesModel`, SI.
-    radius : float
-        Rolling radius of the vehicle [m].
-    wheel_load : float
-        Load of one wheel [N].
-    sha256 : (str, str) or None
-        Hashes of both files; None if a file is missing, so that only the numbers in the design are used.
+    wheels : mapping of str to (Path, Path)
+        Profiles of the right and the left wheel, of each contact group.
+    rails : (Path, Path)
+        Profiles of the right and the left rail.
+    mirror_rail : bool
+    use : str
+        "table" for the effect profile_shape, or "linearised".
+    groups : mapping of str to ContactGroup
+    derived : frozenset of str
+        Paths of the contact parameters that follow from the profiles; the design gives the others.
+    has_given_table : bool
+        The design lists the effect profile_shape itself.
+    sha256 : tuple of str or None
+        Hashes of all files; None if a file is missing, so that only the numbers in the design are used.
     """
 
-    wheel: Path
-    rail: Path
-    settings: Mapping[str, Any]
-    radius: float
-    wheel_load: float
-    sha256: tuple[str, str] | None
+    wheels: Mapping[str, Sides]
+    rails: Sides
+    mirror_rail: bool
+    use: str
+    groups: Mapping[str, ContactGroup]
+    derived: frozenset[str] = frozenset()
+    has_given_table: bool = False
+    sha256: tuple[str, ...] | None = None
 
-    def geometry(self) -> ContactGeometry:
-        """Return the rigid contact geometry of the pair.
+    @property
+    def wheel(self) -> Path:
+        """Profile of the first right wheel."""
+        return next(iter(self.wheels.values()))[0]
+
+    @property
+    def rail(self) -> Path:
+        """Profile of the right rail."""
+        return self.rails[0]
+
+    @property
+    def has_derived_table(self) -> bool:
+        """True if the effect profile_shape follows from the profiles."""
+        return self.use == USES[0] and not self.has_given_table
+
+    @property
+    def is_followed(self) -> bool:
+        """True if any number of the design follows from the profiles."""
+        return bool(self.derived) or self.has_derived_table
+
+    def detached(self) -> ContactProfiles:
+        """Return the profiles of a design that gives all contact parameters and its table itself."""
+        return replace(self, derived=frozenset(), has_given_table=True)
+
+    def parameter(self, path: str) -> Parameter | None:
+        """Return the record of a number of the profiles, also of one group; None if there is no such number."""
+        rest = path.removeprefix(f"{GROUP}.")
+        group, _, key = rest.rpartition(".")
+        if rest == path or key not in PARAMETERS_BY_KEY or (group and not self._has(group, key)):
+            return None
+        return replace(PARAMETERS_BY_KEY[key], path=path)
+
+    def _has(self, group: str, key: str) -> bool:
+        return group in self.groups and key in GROUP_KEYS
+
+    def number(self, values: Mapping[str, float], path: str) -> float:
+        """Return a number of the profiles; that of all wheelsets if a group has none of its own."""
+        return values[path] if path in values else values[f"{GROUP}.{path.rpartition('.')[2]}"]
+
+    def of_group(self, values: Mapping[str, float], group: str) -> WheelsetProfiles:
+        """Return the profiles of a contact group with the numbers of a design."""
+        site = self.groups[group]
+        number = {key: self.number(values, f"{GROUP}.{group}.{key}") for key in PARAMETERS_BY_KEY}
+        pair = PairFiles(
+            wheels=self.wheels[group],
+            rails=self.rails,
+            mirror_rail=self.mirror_rail,
+            radius=values[site.radius],
+            **{k: number[k] for k in ("smoothing", "gauge", "back_to_back", "inclination", "diameter_difference")},
+        )
+        return WheelsetProfiles(pair, values[site.wheel_load], number["sd"], number["surface"])
+
+    def inputs(self, values: Mapping[str, float]) -> dict[str, WheelsetProfiles]:
+        """Return the profiles of every contact group with the numbers of a design."""
+        return {group: self.of_group(values, group) for group in self.groups}
+
+    def input_paths(self) -> set[str]:
+        """Return the paths of the numbers of a design that its contact parameters follow."""
+        numbers = {f"{GROUP}.{key}" for key in PARAMETERS_BY_KEY}
+        numbers |= {f"{GROUP}.{group}.{key}" for group in self.groups for key in GROUP_KEYS}
+        return numbers | {path for site in self.groups.values() for path in (site.radius, site.wheel_load)}
+
+    def geometry(self, values: Mapping[str, float]) -> ContactGeometry:
+        """Return the contact geometry of the first wheelset with the numbers of a design.
 
         Raises
         ------
-        FileProblems, ProfileFault
+        OSError, FileProblems, ProfileError
             If a file cannot be read or the profiles do not touch.
         """
-        words = {k: v for k, v in self.settings.items() if k not in ("wheel", "rail", "sd", "surface", "use")}
-        stamp = sha256_file(self.wheel), sha256_file(self.rail)
-        return _cached_geometry(self.wheel, self.rail, stamp, self.radius, **words)
+        return self.of_group(values, next(iter(self.groups))).geometry()
 
-    def contact_parameters(self, deviation: float | None = None) -> tuple[dict[str, float], list[str]]:
-        """Return the contact parameters of the pair by key, and warnings.
+    def follow(self, values: Mapping[str, float]) -> FollowingNumbers:
+        """Return the contact parameters and the table that follow from the numbers of a design.
 
-        Keys of quantities that the pair does not have are absent.
-
-        Parameters
-        ----------
-        deviation : float, optional
-            Standard deviation of e over which the geometry is linearised [m]; that of the design by default.
+        Raises
+        ------
+        OSError, FileProblems, ProfileError, UndefinedContactError, ValueError
+            If a file cannot be read, the profiles do not touch, or give no number that the design lacks.
         """
-        from railui.contact.creep import creep_coefficients
-        from railui.contact.linearisation import linearise
+        inputs = self.inputs(values)
+        is_linearised = self.use == USES[1]
+        each = {group: one.contact_parameters(is_linearised=is_linearised) for group, one in inputs.items()}
+        warnings = [note for _, notes in each.values() for note in notes]
+        numbers: dict[str, float] = {}
+        for group, (found, _) in each.items():
+            for p in WHEELSET_CONTACT:
+                self._add(numbers, replace(p, path=f"contact.{group}.{p.key}"), found.get(p.key), inputs[group])
+        for p in CONTACT:
+            if p.key in SHARED_KEYS:
+                shared = [found[p.key] for found, _ in each.values() if p.key in found]
+                self._add(numbers, p, _mean(shared), next(iter(inputs.values())))
+        shapes = self._shapes(inputs, values) if self.has_derived_table else ()
+        return FollowingNumbers(numbers, shapes, tuple(dict.fromkeys(warnings)))
 
-        contacts = self.geometry()
-        centre = contacts.centre
-        warnings = (
-            [f"has its centre at {centre * 1e3:.2f} mm"]
-            if abs(centre) > 2e-4 and self.settings["use"] != "table"
-            else []
-        )
-        linear = linearise(contacts, deviation or self.settings["sd"], centre)
-        keys = ("conicity", "gravitational_stiffness", "contact_angle", "roll")
-        parameters = {key: value for key in keys if (value := getattr(linear, key)) == value}
-        ends = [abs(x) for x in contacts.flange_displacements if x is not None]
-        if ends:
-            parameters["flange_clearance"] = sum(ends) / len(ends)
-        try:
-            creep = creep_coefficients(contacts, self.wheel_load, centre, self.settings["surface"])
-        except ValueError as fault:
-            return parameters, [*warnings, f"gives no creep coefficients: {fault}"]
-        return parameters | {
-            k: getattr(creep, k) for k in ("longitudinal_creep", "lateral_creep", "spin_creep")
-        }, warnings
+    def _add(self, to: dict[str, float], p: Parameter, value: float | None, of: WheelsetProfiles) -> None:
+        """Add a number that the design leaves to its profiles: theirs, or its default."""
+        if p.path not in self.derived:
+            return
+        number = p.default if value is None else value
+        if number is None:
+            raise UndefinedContactError(
+                f"gives no {p.path} at a wheel load of {of.wheel_load:.4g} N and an sd of {of.sd:.3g} m"
+            )
+        to[p.path] = number
 
-    def shape_effect(self) -> dict[str, Any]:
-        """Return the pair as the effect profile_shape; raise ValueError if its conicity is zero."""
-        from railui.contact.linearisation import linearise
-        from railui.contact.profile_shape import compute_profile_shape
+    def _shapes(
+        self, inputs: Mapping[str, WheelsetProfiles], values: Mapping[str, float]
+    ) -> tuple[dict[str, Any], ...]:
+        """Return one effect for all wheelsets, or one for each if their profiles may differ."""
+        shapes = {group: one.shape() for group, one in inputs.items()}
+        has_own_numbers = any(f"{GROUP}.{group}.{key}" in values for group in self.groups for key in GROUP_KEYS)
+        sources = {(self.wheels[group], site.radius) for group, site in self.groups.items()}
+        if len(sources) == 1 and not has_own_numbers:
+            return (_shape_entry(next(iter(shapes.values()))),)
+        placed = [(i, shapes[group]) for group, site in self.groups.items() for i in site.wheelsets]
+        return tuple(_shape_entry(shape, i) for i, shape in sorted(placed, key=lambda each: each[0]))
 
-        contacts = self.geometry()
-        linear = linearise(contacts, self.settings["sd"], contacts.centre)
-        return {"kind": SHAPE_KIND, "at": "contact", **compute_profile_shape(contacts, linear).parameters()}
-
-    def entry(self, directory: Path | None, kinds: Iterable[str]) -> dict[str, Any]:
+    def entry(self, directory: Path | None, kinds: Iterable[str], values: Mapping[str, float]) -> dict[str, Any]:
         """Return the keys of `contact.profiles` for a design file.
 
         Parameters
@@ -141,158 +207,47 @@ class ContactProfiles:
             Directory of the design file; None for absolute paths.
         kinds : iterable of str
             Kinds of the design's effects; `use` is table if they include profile_shape.
+        values : mapping
+            Numbers of the design.
         """
-        standard = ProfilesModel(wheel="", rail="")
-        settings = {
-            k: v for k, v in self.settings.items() if v != getattr(standard, k) or k in ("gauge", "back_to_back")
-        }
-        return settings | self.files(directory) | {"use": USES[0] if SHAPE_KIND in kinds else USES[1]}
+        written = {p.key: values[p.path] for p in PROFILES if values[p.path] != p.default or p.key in ALWAYS_WRITTEN}
+        words: dict[str, Any] = {"mirror_rail": True} if self.mirror_rail else {}
+        words |= {"use": self.present_use(kinds)}
+        files = self.files(directory)
+        groups: dict[str, dict[str, Any]] = {}
+        for group in self.groups:
+            paths = {key: f"{GROUP}.{group}.{key}" for key in GROUP_KEYS}
+            own: dict[str, Any] = {key: values[path] for key, path in paths.items() if path in values}
+            own |= {k.rpartition(".")[2]: v for k, v in files.items() if k.startswith(f"{group}.")}
+            groups |= {group: own} if own else {}
+        return written | {k: v for k, v in files.items() if "." not in k} | words | groups
 
-    def files(self, directory: Path | None) -> dict[str, str]:
-        """Return the paths of both files relative to a directory, or absolute for None."""
-        paths = {"wheel": self.wheel, "rail": self.rail}
+    @staticmethod
+    def present_use(kinds: Iterable[str]) -> str:
+        """Return the use of the profiles of a design with effects of these kinds."""
+        return USES[0] if SHAPE_KIND in kinds else USES[1]
+
+    def files(self, directory: Path | None) -> dict[str, Any]:
+        """Return the files by key of `contact.profiles`, relative to a directory, or absolute for None."""
+        common = next(iter(self.wheels.values()))
+        own = {f"{group}.wheel": wheels for group, wheels in self.wheels.items() if wheels != common}
         return {
-            key: path.as_posix() if directory is None else relative_path(path, directory) for key, path in paths.items()
+            key: _sides_text(sides, directory) for key, sides in ({"wheel": common, "rail": self.rails} | own).items()
         }
 
 
-def fill_from_profiles(
-    data: dict[str, Any], findings: Findings, directory: Path | None, form: str
-) -> tuple[dict[str, Any], ContactProfiles | None]:
-    """Fill absent contact parameters of a design from its profiles.
-
-    Values in the file take precedence: a calibrated conicity scales the table.
-
-    Returns
-    -------
-    dict
-        The design file's data, completed.
-    ContactProfiles or None
-        None for a design without profiles.
-    """
-    contact = data.get("contact")
-    if not isinstance(contact, dict) or contact.get("profiles") is None:
-        return data, None
-    own_contact = {key: value for key, value in contact.items() if key != "profiles"}
-    groups = _groups_to_fill(own_contact, form)
-    model = check_group(ProfilesModel, contact["profiles"], findings, "contact.profiles")
-    vehicle = _radius_and_load(data, form)
-    if model is None or vehicle is None:
-        return _merge(data, own_contact, groups, PLACEHOLDERS), None
-    base = (directory or Path()).resolve()
-    wheel, rail = ((base / name).resolve() for name in (model.wheel, model.rail))
-    profiles = ContactProfiles(wheel, rail, model.model_dump(), *vehicle, None)
-    wanted = model.use == "table" and SHAPE_KIND not in _effect_kinds(data)
-    try:
-        profiles = replace(profiles, sha256=(sha256_file(wheel), sha256_file(rail)))
-        numbers, warnings = profiles.contact_parameters()
-        table = [profiles.shape_effect()] if wanted else []
-    except (OSError, ValueError) as fault:
-        whole = not wanted and all(p.key in group for group in groups.values() for p in WHEELSET_CONTACT)
-        _report_fault(fault, findings, only_warn=whole and isinstance(fault, OSError))
-        return _merge(data, own_contact, groups, {} if whole else PLACEHOLDERS), profiles
-    for note in warnings:
-        findings.warn("contact.profiles", note)
-    _check_half_gauge(data, form, model, findings)
-    return _merge(data, own_contact, groups, numbers, table), profiles
-
-
-def _merge(
-    data: Mapping[str, Any],
-    contact: dict[str, Any],
-    groups: Mapping[str, dict[str, Any]],
-    numbers: Mapping[str, float],
-    table: Sequence[dict[str, Any]] = (),
-) -> dict[str, Any]:
-    """Add contact numbers that the design lacks, and append the table to its effects."""
-    group_numbers = {key: value for key, value in numbers.items() if key not in SHARED_KEYS}
-    shared = {key: numbers[key] for key in SHARED_KEYS if key in numbers}
-    filled = shared | contact | {name: group_numbers | group for name, group in groups.items()}
-    given = data.get("effects") or []
-    effects = {"effects": [*given, *table]} if table and isinstance(given, list) else {}
-    return {**data, "contact": filled, **effects}
-
-
-def _effect_kinds(data: Mapping[str, Any]) -> list[Any]:
-    effects = data.get("effects")
-    return [e.get("kind") for e in effects if isinstance(e, dict)] if isinstance(effects, list) else []
-
-
-def _report_fault(fault: Exception, findings: Findings, *, only_warn: bool) -> None:
-    from railui.contact.profile import ProfileError
-
-    where = "contact.profiles"
-    if isinstance(fault, FileProblems):
-        findings.problems += fault.problems
-    elif isinstance(fault, OSError):
-        message = f"{fault.filename} cannot be read ({fault.strerror})"
-        if only_warn:
-            findings.warn(where, message, "the numbers of the file are used without it")
-        else:
-            findings.add(where, message, "give the path from the design's directory")
-    elif isinstance(fault, ProfileError):
-        findings.add(where, fault.message, fault.remedy)
-    else:
-        findings.add(where, str(fault), "write `use: linearised`, or another sd")
-
-
-def _groups_to_fill(contact: Mapping[str, Any], form: str) -> dict[str, dict[str, Any]]:
-    """Return the contact groups to fill by name: those in the file and those that are required."""
-    common = {p.key for p in CONTACT if p.path.count(".") == 1} | {"gauge_widens_clearance"}
-    given = {k: dict(v) for k, v in contact.items() if k not in common and isinstance(v, dict)}
-    needed = ("leading", "trailing") if form == "bogie" else () if given else ("wheels",)
-    return {name: {} for name in needed if contact.get(name) is None} | given
-
-
-def _radius_and_load(data: Mapping[str, Any], form: str) -> tuple[float, float] | None:
-    """Return rolling radius [m] and wheel load [N]; None if absent (the design's reader reports it)."""
-    vehicle = data.get("vehicle")
-    try:
-        if form == "bogie":
-            geometry, load = vehicle["geometry"], vehicle["wheel_load"]  # type: ignore[index]
-        else:
-            elements = vehicle["elements"].values()  # type: ignore[index]
-            geometry = next(e for e in elements if e.get("kind") == "wheelset")
-            load = geometry["wheel_load"]
-        return quantity(geometry["rolling_radius"], "m"), quantity(load, "N")
-    except (KeyError, TypeError, AttributeError, StopIteration, UnitError):
+def _mean(values: list[float]) -> float | None:
+    """Return the mean; the value itself if all are equal."""
+    if not values:
         return None
+    return values[0] if len(set(values)) == 1 else sum(values) / len(values)
 
 
-def _check_half_gauge(data: Mapping[str, Any], form: str, model: ProfilesModel, findings: Findings) -> None:
-    """Warn if the rolling circles of the model differ from those of the profiles."""
-    if form != "bogie":
-        return
-    half = 0.5 * model.back_to_back + 0.07
-    try:
-        given = quantity(data["vehicle"]["geometry"].get("half_gauge", 0.75), "m")
-    except (KeyError, TypeError, AttributeError, UnitError):
-        return
-    if abs(given / half - 1.0) > HALF_GAUGE_TOLERANCE:
-        message = f"is {given:.4g} m, the tape lines of the profiles lie {half:.4g} m from the middle"
-        findings.warn("vehicle.geometry.half_gauge", message, "check it against back_to_back")
+def _shape_entry(shape: Mapping[str, tuple[float, ...]], wheelset: int | None = None) -> dict[str, Any]:
+    place = {} if wheelset is None else {"wheelset": wheelset}
+    return {"kind": SHAPE_KIND, "at": "contact", **place, **{key: list(x) for key, x in shape.items()}}
 
 
-@lru_cache(maxsize=8)
-def _cached_geometry(
-    wheel: Path,
-    rail: Path,
-    stamp: tuple[str, str],
-    radius: float,
-    *,
-    gauge: float,
-    back_to_back: float,
-    inclination: float,
-    diameter_difference: float,
-    mirror_rail: bool,
-    smoothing: float,
-) -> ContactGeometry:
-    """Compute the contact geometry of two files with the hashes `stamp`; cached, since it takes about 0.1 s."""
-    from railui.contact.contact_points import find_contacts
-    from railui.contact.wheelset_on_track import WheelRailPair
-
-    sides = (
-        read_profile(wheel, "wheel", smoothing=smoothing),
-        read_profile(rail, "rail", mirror=mirror_rail, smoothing=smoothing),
-    )
-    return find_contacts(WheelRailPair(*sides, gauge, back_to_back, inclination, radius, diameter_difference))
+def _sides_text(sides: Sides, directory: Path | None) -> Any:
+    right, left = (p.as_posix() if directory is None else relative_path(p, directory) for p in sides)
+    return right if right == left else {"left": left, "right": right}

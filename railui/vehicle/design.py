@@ -10,7 +10,8 @@ from typing import Any
 from railui.io.problems import FileProblems, Findings, Problem, file_problem, suggest_name
 from railui.io.units import UnitError
 from railui.runs.columns import Form
-from railui.vehicle.contact_profiles import ContactProfiles
+from railui.vehicle.contact_profiles import USE_PATH, ContactProfiles
+from railui.vehicle.design_groups import Adjustment, RidingSettings
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, effect_parameter, kernel_catalogue
 from railui.vehicle.load_states import STATE_PATH, values_in_load_state
@@ -25,33 +26,10 @@ from railui.vehicle.parameters import (
     parse_setting,
     setting_paths,
 )
+from railui.vehicle.profiles_following import follow_profiles, parse_use
 from railui.vehicle.sensors import vehicle_columns
 
-
-@dataclass(frozen=True)
-class RidingSettings:
-    """Use of the train and settings of its ride quality assessment (file group `riding`, SI)."""
-
-    use: str
-    journey: float
-    comfort_weight: float
-    admissible_flange_fraction: float
-    floor_frequency: float
-    floor_damping: float
-    cushion_frequency: float | None = None
-    cushion_damping: float | None = None
-    rms_limit: float | None = None
-    peak_limit: float | None = None
-
-
-@dataclass(frozen=True)
-class Adjustment:
-    """Parameter estimation that produced a design: campaign, its hash, estimated paths, covariance (rows, SI)."""
-
-    campaign: str
-    sha256: str
-    names: tuple[str, ...]
-    covariance: tuple[tuple[float, ...], ...]
+__all__ = ["Adjustment", "Design", "RidingSettings"]
 
 
 @dataclass(frozen=True)
@@ -106,7 +84,7 @@ class Design:
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
-        """Parameter records of the vehicle's numbers by path."""
+        """Parameter records of the vehicle's numbers by path, without those of `contact.profiles`."""
         return PARAMETERS if self.structure is None else self.structure.parameters
 
     @property
@@ -160,6 +138,8 @@ class Design:
         """
         if path in self.values:
             return self.values[path]
+        if self.profiles is not None and self.profiles.parameter(path) is not None:
+            return self.profiles.number(self.values, path)
         if path in PARAMETERS and path.startswith("riding.") and self.kind != "rig":
             number = getattr(self.riding, path.rpartition(".")[2])
             if number is not None:
@@ -195,8 +175,8 @@ class Design:
 
     def parameter(self, path: str) -> Parameter:
         """Return symbol, unit, caption and range of a path; those of an effect come from the catalogue."""
-        if path in self.values:
-            return self.parameters[path]
+        if (record := self._own_record(path)) is not None:
+            return record
         if self.kind != "rig" and path.startswith("riding.") and path in PARAMETERS:
             return PARAMETERS[path]
         effect, key = self._effect_at(path)
@@ -238,7 +218,13 @@ class Design:
             if path != STATE_PATH:
                 self._apply_change(path, value, values, settings, entries, findings)
         changed = replace(self, values=values, settings=settings, load_state=state)
+        if self.profiles is not None:
+            changed, entries = follow_profiles(self, changed, changes, entries, findings)
         return changed._with_effect_entries(entries, findings)
+
+    def detached(self) -> Design:
+        """Return the same design whose contact parameters no longer follow its profiles."""
+        return self if self.profiles is None else replace(self, profiles=self.profiles.detached())
 
     def with_effects(self, effects: Iterable[PlacedEffect]) -> Design:
         """Return a design with these effects; FileProblems if one does not fit the catalogue."""
@@ -247,6 +233,7 @@ class Design:
     def content(self) -> dict[str, Any]:
         """Return everything that affects a simulation, with defaults, for content hashes."""
         words = {p: self.setting(p) for p in SETTINGS if p in setting_paths(self.kind)}
+        words |= {} if self.profiles is None else {USE_PATH: self.profiles.use}
         riding = vars(self.riding) if self.kind != "rig" else None
         built = {} if self.structure is None else {"structure": self.structure.words()}
         return {
@@ -277,8 +264,10 @@ class Design:
     ) -> None:
         effect, key = self._effect_at(path)
         try:
-            if path in values:
-                values[path] = self.parameters[path].read(value)
+            if (record := self._own_record(path)) is not None:
+                values[path] = record.read(value)
+            elif path == USE_PATH and self.profiles is not None:
+                parse_use(value)
             elif path in setting_paths(self.kind):
                 settings[path] = parse_setting(path, value)
             elif effect is not None:
@@ -287,6 +276,12 @@ class Design:
                 findings.problems += self._unknown_path(path).problems
         except UnitError as error:
             findings.add(path, error.message, error.remedy)
+
+    def _own_record(self, path: str) -> Parameter | None:
+        """Return the record of a number of the vehicle or of its profiles; None for another path."""
+        if self.profiles is not None and (record := self.profiles.parameter(path)) is not None:
+            return record
+        return self.parameters[path] if path in self.values else None
 
     def _effect_at(self, path: str) -> tuple[PlacedEffect | None, str]:
         steps = path.split(".")
@@ -298,7 +293,7 @@ class Design:
         return kernel_catalogue() if self.catalogue is None else self.catalogue
 
     def _unknown_path(self, path: str) -> FileProblems:
-        known = [*self.paths(), *setting_paths(self.kind)]
+        known = [*self.paths(), *setting_paths(self.kind), *([] if self.profiles is None else [USE_PATH])]
         name = "design" if self.source is None else str(self.source)
         if group := expand_path(path, self.paths()):
             remedy = f"name one of them, such as {group[0]}"

@@ -14,7 +14,8 @@ from railui.io.fields import check_group
 from railui.io.problems import Findings, suggest_name
 from railui.io.schema_line import check_schema
 from railui.io.yaml_document import Document, parse_yaml, read_text
-from railui.vehicle.contact_profiles import ContactProfiles, fill_from_profiles
+from railui.vehicle.contact_profiles import ContactProfiles
+from railui.vehicle.contact_profiles_reader import DeclaredProfiles, apply_profiles, declare_profiles
 from railui.vehicle.design import Adjustment, Design, RidingSettings
 from railui.vehicle.design_schema import design_model
 from railui.vehicle.effect_reader import read_effects
@@ -70,9 +71,9 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         data = _without_mass(data, findings)
     load_states = data.get("load")
     data = {key: value for key, value in data.items() if key != "load"}
-    profiles: ContactProfiles | None = None
+    declared: DeclaredProfiles | None = None
     if kind != "rig":
-        data, profiles = fill_from_profiles(data, findings, source and source.parent, form)
+        data, declared = declare_profiles(data, findings, form)
     structure: Structure | None = None
     structure_values: dict[str, float] = {}
     if form == "vehicle":
@@ -83,6 +84,10 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
     values = _read_numbers(data, model, form) | structure_values
     has_structure = form != "vehicle" or structure is not None
     entries = data.get("effects")
+    profiles: ContactProfiles | None = None
+    if declared is not None and has_structure:
+        profiles, shapes = apply_profiles(declared, values, structure, source and source.parent, findings)
+        entries = [*(entries or []), *shapes] if isinstance(entries or [], list) else entries
     effects: tuple[PlacedEffect, ...] = ()
     if isinstance(entries, list) and entries and has_structure:
         directory = source.parent if source is not None else None

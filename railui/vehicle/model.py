@@ -18,9 +18,11 @@ from railui.vehicle.design_reader import Design, PlacedEffect
 from railui.vehicle.kernel_layout import kernel_layout
 from railui.vehicle.kernel_rows import effect_row, kernel_placement, parameter_paths, parameter_values, rig_input
 from railui.vehicle.multibody import position_terms
+from railui.vehicle.profile_tables import with_tables
 from railui.vehicle.sensors import kernel_names
 
 RADIUS = "rolling_radius"  # parameter r_e of an effect with a rotation angle s/r_e + phase
+FLANGE, GAUGE = "flange_contact", "gauge"  # an effect, and what widens its clearance
 TURN = 2.0 * np.pi
 
 
@@ -76,7 +78,8 @@ class Model:
     def structure_key(self) -> tuple[Any, ...]:
         """Everything but the numbers, which vehicles of one kernel call must have in common."""
         design = self.design
-        return (design.kind, rig_input(design), design.structure, tuple(map(kernel_placement, self.effects)))
+        placed = tuple(map(kernel_placement, self.effects))
+        return (design.kind, rig_input(design), design.structure, design.gauge_widens_clearance, placed)
 
     def vehicles(self, measured: Sequence[str] = (), extra: Sequence[Placement] = ()) -> Vehicles:
         """Return the structure of the vehicle in the kernel.
@@ -91,6 +94,8 @@ class Model:
         structure = self.design.structure
         layout = None if structure is None else kernel_layout(structure)
         placed = [*map(kernel_placement, self.effects), *extra]
+        if self.design.gauge_widens_clearance:
+            placed = [replace(p, against=GAUGE) if p.kind == FLANGE else p for p in placed]
         names = None if structure is None else kernel_names(structure)
         return Vehicles(self.design.kind, placed, measured, layout, rig_input(self.design), names)
 
@@ -168,11 +173,17 @@ class Model:
                 curves.setdefault(int(rest.split(".")[0]), {})[int(rest.split(".")[2])] = float(value)
             else:
                 changes[path] = float(value)
-        design = self.design.with_values(changes)
+        # the numbers of a row are given: none of them follows the profiles
+        design = self.design.detached().with_values(changes)
         if curves:
             design = design.with_effects(_with_curves(design.effects, curves))
         placed = tuple(PlacedEffect(s.kind, s.at, s.wheelset, p) for s, p in zip(self.sensors, sensors, strict=True))
         return Model(design, placed, phases)
+
+    def with_row(self, row: FloatArray) -> Model:
+        """Return the vehicle with the numbers of a row [row], tables of profiles included."""
+        vehicle = self.with_path_values(list(self.columns), [float(row[i]) for i in self.columns.values()])
+        return replace(vehicle, design=with_tables(vehicle.design, row, len(parameter_paths(self.design))))
 
     def with_effect(self, effect: PlacedEffect, phases: Mapping[str, float] | None = None) -> Model:
         """Return the vehicle with a further effect of the design or of a sensor; `phases` [rad] by segment."""

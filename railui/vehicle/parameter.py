@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from railui.contact.profile_reader import read_inclination
 from railui.io.number_format import format_quantity
 from railui.io.units import UnitError, example_quantity, quantity
 
@@ -79,3 +80,15 @@ class Parameter:
     def sample(self) -> str:
         """Return an example line for remedies."""
         return f"{self.key}: {example_quantity(self.unit)}"
+
+
+class Inclination(Parameter):
+    """Inclination of the rails, as 1:40 or an angle; without bounds, since YAML 1.1 takes 1:40 for a number.
+
+    >>> round(Inclination("contact.profiles.inclination", "i", "rad", "inclination").read("1:40"), 6)
+    0.024995
+    """
+
+    def read(self, value: object) -> float:
+        """Return an inclination [rad]; UnitError if it is none."""
+        return read_inclination(value)

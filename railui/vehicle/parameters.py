@@ -9,7 +9,7 @@ from typing import Any
 from railui.io.problems import suggest_name
 from railui.io.units import UnitError
 from railui.runs.columns import RIG_FORMS
-from railui.vehicle.parameter import INFINITE, MAX_PLAUSIBLE, Parameter
+from railui.vehicle.parameter import INFINITE, MAX_PLAUSIBLE, Inclination, Parameter
 
 
 def _in_group(group: str, *entries: Parameter) -> tuple[Parameter, ...]:
@@ -103,6 +103,23 @@ CONTACT = (
         Parameter("flange_clearance", "c", "m", CLEARANCE, 0.007, NEW_WHEELS, 0.0, 0.1, True, (0.002, 0.02)),
     ),
 )
+PROFILES = _in_group(
+    "contact.profiles",
+    Parameter("gauge", "G", "m", "track gauge, 14 mm below the top of the rails", 1.435, GAUGE, 0.0,
+              exclusive_minimum=True, usual_range=(1.42, 1.46)),
+    Parameter("back_to_back", "B", "m", "distance of the inner faces of the wheels", 1.36, GAUGE, 0.0,
+              exclusive_minimum=True, usual_range=(1.355, 1.365)),
+    Inclination("inclination", "i", "rad", "inclination of the rails, 1:40 or an angle", 0.0,
+                "the file has it", -INFINITE, INFINITE, usual_range=(0.0, 0.05)),
+    Parameter("diameter_difference", "D", "m", "right minus left wheel diameter", 0.0, "equal wheels", -0.1, 0.1,
+              usual_range=(-2e-3, 2e-3)),
+    Parameter("smoothing", "L", "m", "cut-off wavelength of the filter of the profiles", 0.0, "none", 0.0, 0.03,
+              usual_range=(0.0, 0.01)),
+    Parameter("sd", "s", "m", "standard deviation of e, over which the contact is linearised", 2e-3,
+              "ordinary track", 2.5e-4, 0.01, usual_range=(5e-4, 5e-3)),
+    Parameter("surface", "f", "1", "factor on Kalker's coefficients for the rail surface", 0.6,
+              "Hobbs 1967: 0.5 to 0.7", 0.05, 1.5, usual_range=(0.4, 1.0)),
+)  # fmt: skip
 RIG = _in_group(
     "vehicle.rig",
     _positive("mass", "m", "kg", "mass on the test bench", 0.0, INFINITE),
@@ -168,7 +185,7 @@ RIDING = _in_group(
 )
 
 FORMS: dict[str, tuple[Parameter, ...]] = {"bogie": VEHICLE + CONTACT, "rig": RIG, "bench": BENCH}
-PARAMETERS: dict[str, Parameter] = {p.path: p for p in VEHICLE + CONTACT + RIG + RIDING}
+PARAMETERS: dict[str, Parameter] = {p.path: p for p in VEHICLE + CONTACT + PROFILES + RIG + RIDING}
 # choices of words and switches; the first is the default
 SETTINGS: dict[str, tuple[str | bool, ...]] = {
     "riding.use": ("long_distance", "local", "goods"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +14,7 @@ from railui.arrays import FloatArray
 from railui.vehicle.design_reader import Design
 from railui.vehicle.effects import default_at
 from railui.vehicle.model import Model
+from railui.vehicle.profile_tables import with_common_tables
 
 MIN_FRACTION = 0.01  # fraction of a positive number below which a deviation cannot reduce it
 
@@ -35,8 +36,18 @@ class ParameterisedModel:
     paths: tuple[str, ...]
     deviations: Mapping[str, float] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        design = self.model.design
+        if design.profiles is not None:
+            # a number of one group of wheelsets that the design leaves to all of them becomes its own
+            own = {path: design.value(path) for path in self.paths if path not in self.model.columns}
+            design = with_common_tables(design.with_values(own) if own else design)
+            object.__setattr__(self, "model", replace(self.model, design=design))
+
     def rows(self, x: FloatArray) -> FloatArray:
         """Return rows [n, row] of the vehicles with values x [n, path]."""
+        if self._varies_profiles:
+            return np.stack([self._followed_row(values) for values in np.atleast_2d(x)])
         rows = np.tile(self.model.row, (len(x), 1))
         rows[:, [self.model.columns[path] for path in self.paths]] = x
         for path, by in self.deviations.items():
@@ -61,6 +72,23 @@ class ParameterisedModel:
                 if parameter["key"] in effect.defaulted and path not in changed:
                     numbers.append((self.model.columns[path], parameter, effect.at))
         return numbers
+
+    @cached_property
+    def _varies_profiles(self) -> bool:
+        """True if contact parameters or tables follow the varied numbers."""
+        profiles = self.model.design.profiles
+        varied = {*self.paths, *self.deviations}
+        return profiles is not None and profiles.is_followed and bool(varied & profiles.input_paths())
+
+    def _followed_row(self, x: FloatArray) -> FloatArray:
+        """Return the row [row] of the vehicle with values x [path]."""
+        design = self.model.design.with_values(dict(zip(self.paths, map(float, x), strict=True)))
+        deviations = {
+            path: float(_clip_to_range(design, path, np.array([design.value(path)]), by)[0])
+            for path, by in self.deviations.items()
+        }
+        design = design.with_values(deviations) if deviations else design
+        return replace(self.model, design=with_common_tables(design)).row
 
     def _values(self, row: FloatArray) -> dict[str, float]:
         values = dict(self.model.design.values)

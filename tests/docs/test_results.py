@@ -60,7 +60,11 @@ CASES = {
     ],
     "assess": [["line.csv", BOGIE, "--speed", "40"]],
     "assess --method en14363": [["line.csv", BOGIE, "--speed", "40"]],
-    "contact": [PROFILES, ["--delta-r", "delta_r.csv"]],
+    "contact": [
+        PROFILES,
+        ["--delta-r", "delta_r.csv"],
+        ["designs/profiled_bogie.yaml", "vehicle.wheel_load=56e3", *LOW, "--speed", "40", "--once"],
+    ],
     "track": [["--spectrum", "line.csv"]],
     "check": [["absent.yaml"]],
     "diff": [[BOGIE, "designs/check_bogie.yaml"]],

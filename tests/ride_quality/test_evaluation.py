@@ -242,12 +242,33 @@ def test_the_end_of_a_record_does_not_run_into_its_start() -> None:
     assert weighted_rms(x, 1 / 400.0, W_D) == pytest.approx(float(np.sqrt(np.mean(streamed**2))), rel=0.01)
 
 
-def test_a_gauge_that_widens_the_clearance_is_noted_where_the_flange_keeps_it() -> None:
+def test_the_flange_moves_with_half_the_gauge() -> None:
     flanged = with_effects({"kind": "flange_contact", "at": "contact"})
-    wide = flanged.with_values({"contact.gauge_widens_clearance": True})
-    notes = [" ".join(ride(design, LOW, 40.0)["notes"]) for design in (wide, flanged)]
-    assert "flange_contact: its force acts from the clearance without the gauge" in notes[0]
-    assert "flange_contact" not in notes[1]
+    line = resolve_track("erri_b176_high length=600 seed=1").track
+    wider = Track(line.s, line.yw, line.phiw, np.full(len(line), 10e-3))
+    with_setting = {"contact.gauge_widens_clearance": True, "contact.flange_clearance": 3e-3}
+    channels = ["e1", "e2", "ay1", "Y1"]
+    moved = simulate(flanged.with_values(with_setting), wider, 50.0, channels)
+    by_hand = simulate(flanged.with_values({"contact.flange_clearance": 8e-3}), wider, 50.0, channels)
+    at_rest = simulate(flanged.with_values({"contact.flange_clearance": 3e-3}), wider, 50.0, channels)
+    plain = simulate(flanged.with_values({"contact.flange_clearance": 3e-3}), line, 50.0, channels)
+    for c in channels:
+        assert moved[c] == pytest.approx(by_hand[c], rel=1e-6, abs=1e-6 * np.abs(by_hand[c]).max())
+        assert np.array_equal(at_rest[c], plain[c])
+        assert np.abs(moved[c] - at_rest[c]).max() > 0.01 * np.abs(at_rest[c]).max()
+    assert np.abs(moved["e1"]).max() > 8e-3
+    counted = ride(flanged.with_values(with_setting), wider, 50.0)["flange_fractions"][0]
+    assert counted == pytest.approx((np.abs(moved["e1"]) >= 8e-3).mean())
+
+
+def test_a_gauge_that_closes_the_clearance_leaves_a_spring_without_play() -> None:
+    flanged = with_effects({"kind": "flange_contact", "at": "contact", "stiffness": 1e6})
+    setting = {"contact.gauge_widens_clearance": True, "contact.flange_clearance": 3e-3}
+    line = resolve_track(LOW).track
+    narrow = Track(line.s, line.yw, line.phiw, np.full(len(line), -8e-3))
+    closed = simulate(flanged.with_values(setting), narrow, 40.0, ["e1"])["e1"]
+    spring = flanged.with_values({"contact.flange_clearance": 1e-9})
+    assert closed == pytest.approx(simulate(spring, line, 40.0, ["e1"])["e1"], abs=1e-7)
 
 
 def test_a_ride_does_not_depend_on_the_datum_of_the_alignment() -> None:

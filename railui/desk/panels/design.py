@@ -37,7 +37,6 @@ from railui.io.units import read_speed
 
 NO_PLOT = PlotData(Axis(""), Axis(""), placeholder="no design: ctrl+o opens one")
 CONDITION_PATHS = (TRACK_PATH, SPEED_PATH)
-PROFILE_INPUTS = (".wheel_load", ".rolling_radius")  # inputs of the contact parameters from profiles
 
 
 class DesignPanel(Panel):
@@ -136,9 +135,6 @@ leading wheelset. Flange time: proportion of time with flange contact.
             return False
         self._update()
         self.pane.accept()
-        if self.draft is not None and self.draft.design.profiles is not None and path.endswith(PROFILE_INPUTS):
-            text = "contact parameters from the profiles are updated when the file is saved and read again"
-            self.notify(text, timeout=8)
         return True
 
     def _set_condition(self, path: str, value: Any) -> None:

@@ -20,7 +20,7 @@ def design_rows(draft: Draft, conditions: RunConditions) -> Iterator[Heading | F
     yield Field(SPEED_PATH, "V", "speed", "m/s", conditions.speed, 5.0, 100.0, source="the desk")
     profiles = draft.design.profiles
     if profiles is not None:
-        yield Heading(f"contact: {profiles.wheel.stem} on {profiles.rail.stem}, {profiles.settings['use']}")
+        yield Heading(f"contact: {profiles.wheel.stem} on {profiles.rail.stem}, {profiles.use}")
     group = ""
     for field in draft.fields():
         if field.group != group:

@@ -12,6 +12,7 @@ from railui.documents.saving import save_design
 from railui.io.atomic import sha256_file, write_text
 from railui.io.yaml_document import parse_yaml, read_text
 from railui.io.yaml_edit import edit_file, edit_values
+from railui.vehicle.contact_profiles import SHAPE_KIND, USE_PATH
 from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.parameter import Parameter
@@ -124,13 +125,18 @@ class Draft:
     def changes(self) -> dict[str, Any]:
         """Return the differences from the file by path; all effects if their kinds or locations differ."""
         current, saved = self.design, self.file
-        edits: dict[str, Any] = {p: v for p, v in current.values.items() if v != saved.values[p]}
+        follows = current.profiles.derived if current.profiles is not None else frozenset()
+        edits: dict[str, Any] = {
+            p: v for p, v in current.values.items() if v != saved.values.get(p) and p not in follows
+        }
         edits |= {p: v for p, v in current.settings.items() if saved.settings.get(p) != v}
-        if [_location(e) for e in current.effects] != [_location(e) for e in saved.effects]:
-            if current.profiles is not None:
-                edits["contact.profiles.use"] = current.profiles.entry(None, [e.kind for e in current.effects])["use"]
+        if current.profiles is not None and saved.profiles is not None:
+            use = current.profiles.present_use(e.kind for e in current.effects)
+            edits |= {USE_PATH: use} if use != saved.profiles.use else {}
+        listed, listed_before = _listed_effects(current), _listed_effects(saved)
+        if [_location(e) for e in listed] != [_location(e) for e in listed_before]:
             return edits | {"effects": [e.entry(given_only=True) for e in current.effects]}
-        for i, (a, b) in enumerate(zip(current.effects, saved.effects, strict=True)):
+        for i, (a, b) in enumerate(zip(listed, listed_before, strict=True)):
             edits |= {f"effects.{i}.{k}": v for k, v in a.parameters.items() if b.parameters.get(k) != v}
         return edits
 
@@ -204,9 +210,16 @@ class Draft:
         profiles = self.design.profiles
         assert profiles is not None
         if _value(self.design, path) == _value(self.file, path):
-            return f"{profiles.wheel.stem} on {profiles.rail.stem}, sd {1e3 * profiles.settings['sd']:g} mm"
-        is_scaled = profiles.settings["use"] == "table" and path.endswith(("conicity", "gravitational_stiffness"))
+            sd = self.design.values["contact.profiles.sd"]
+            return f"{profiles.wheel.stem} on {profiles.rail.stem}, sd {1e3 * sd:g} mm"
+        is_scaled = profiles.use == "table" and path.endswith(("conicity", "gravitational_stiffness"))
         return "typed: scales the table of the profiles" if is_scaled else "typed: differs from the profiles"
+
+
+def _listed_effects(design: Design) -> list[PlacedEffect]:
+    """Return the effects without the tables that follow from the profiles, which are the last."""
+    follows = design.profiles is not None and design.profiles.has_derived_table
+    return [e for e in design.effects if not (follows and e.kind == SHAPE_KIND)]
 
 
 def _location(effect: PlacedEffect) -> tuple[Any, ...]:

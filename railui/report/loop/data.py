@@ -161,8 +161,8 @@ def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[
     }
     if checked is not None and checked.is_corrected:
         report["sentence"] = f"{corrected_sentence(checked)} {report['sentence']}"
-    profiles, measured = result.nominal.design.profiles, report["riding"].get("measured", {})
-    report["profiles"] = profile_parameters(profiles, report["parameters"], measured)
+    measured = report["riding"].get("measured", {})
+    report["profiles"] = profile_parameters(result.nominal.design, report["parameters"], measured)
     return dict(to_json_value(report))
 
 

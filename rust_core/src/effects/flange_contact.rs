@@ -4,6 +4,9 @@ use crate::simd::Part;
 
 pub struct FlangeContact;
 
+/// The same with the clearance h + g/2, g the gauge deviation under the wheelset; nothing where that is below zero.
+pub struct FlangeContactInGauge;
+
 impl Effect for FlangeContact {
     const RECORD: Record = Record {
         key: "flange_contact",
@@ -39,4 +42,29 @@ impl Force for FlangeContact {
     fn force<P: Part>(p: Numbers<'_>, e: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         -(p.get::<P>(1) * (e - e.clamp(p.get(0))))
     }
+}
+
+impl Effect for FlangeContactInGauge {
+    const RECORD: Record = FlangeContact::RECORD;
+
+    fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
+        FlangeContact::steepest_slopes(p, site)
+    }
+}
+
+/// Without a gauge deviation, which only a wheelset knows: [`in_gauge`].
+impl Force for FlangeContactInGauge {
+    const SPEED: bool = false;
+
+    #[inline(always)]
+    fn force<P: Part>(p: Numbers<'_>, e: P, v: P, s: f64, x: P, dx: &mut P) -> P {
+        FlangeContact::force(p, e, v, s, x, dx)
+    }
+}
+
+// F = -k (abs(e) - h - g/2) sign e beyond h + g/2
+#[inline(always)]
+pub fn in_gauge<P: Part>(p: Numbers<'_>, e: P, gauge: f64) -> P {
+    let clearance = (p.get::<P>(0) + P::splat(0.5 * gauge)).max(P::zero());
+    -(p.get::<P>(1) * (e - e.clamp(clearance)))
 }

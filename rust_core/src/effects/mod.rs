@@ -120,7 +120,7 @@ catalogue! {
         quadratic_damper::QuadraticDamper,
         asymmetric_damper::AsymmetricDamper,
         maxwell_damper::MaxwellDamper,
-        flange_contact::FlangeContact,
+        flange_contact::FlangeContact | FlangeContactInGauge,
         run_out::RunOut,
         steady_force::SteadyForce,
         measured_force::MeasuredForce | MeasuredForceOfSpeed | MeasuredForceOfDistance,
@@ -164,12 +164,13 @@ impl Law {
         CATALOGUE.iter().copied().find(|law| law.record().key == key)
     }
 
-    /// The same law with its curve over z, v or s; None for laws without such a curve.
+    /// The same law with its curve over z, v or s, or a flange whose clearance follows the gauge.
     pub fn against(self, word: &str) -> Result<Law, Error> {
         match (self, word) {
             (Law::MeasuredForce, "z") => Ok(Law::MeasuredForce),
             (Law::MeasuredForce, "v") => Ok(Law::MeasuredForceOfSpeed),
             (Law::MeasuredForce, "s") => Ok(Law::MeasuredForceOfDistance),
+            (Law::FlangeContact, "gauge") => Ok(Law::FlangeContactInGauge),
             _ => Err(Error::Against { kind: self.record().key.into(), word: word.into() }),
         }
     }

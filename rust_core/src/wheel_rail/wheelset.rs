@@ -1,8 +1,9 @@
 //! The contact chain of one wheelset: e, rolling radii, creepage, creep forces.
 //!
 //! Source: Broersen (1976), (3.2)-(3.9); letters as there.
-use crate::effects::PlacedLaw;
 use crate::effects::effect::{Creeping, RollingRadius};
+use crate::effects::flange_contact::in_gauge;
+use crate::effects::{Law, PlacedLaw};
 use crate::numeric::profile_table::ShapeLanes;
 use crate::simd::{Lanes, Part};
 
@@ -283,7 +284,11 @@ impl WheelsetLanes {
                 P::zero()
             };
             let mut unused = P::zero();
-            let f = law.law.force(law.numbers(part), e, de, row[0], P::zero(), &mut unused);
+            let f = if law.law == Law::FlangeContactInGauge {
+                in_gauge(law.numbers(part), e, track[4])
+            } else {
+                law.law.force(law.numbers(part), e, de, row[0], P::zero(), &mut unused)
+            };
             flange = g(&law.alpha).mul_add(f, flange);
         }
         let outer = gravity + flange;
