@@ -16,27 +16,36 @@ from textual.containers import Horizontal
 from textual.dom import DOMNode
 from textual.events import Resize
 from textual.screen import Screen
+from textual.widget import Widget
 from textual.widgets import ContentSwitcher, Footer, Static
 
 from railui.desk.commands import active_keys, file_commands, key_commands, panel_commands
 from railui.desk.heartbeat import Heartbeat, freeze_startup_objects, tune_interpreter
-from railui.desk.messages import DesignOffered
+from railui.desk.messages import DesignOffered, PartChanged
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
-from railui.desk.panels.common import PANELS, JobPanel, PanelTabs, first_focusable
+from railui.desk.panels.common import PANELS, JobPanel, PanelTabs, first_focusable, is_focusable
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.panels.track import TrackPanel
 from railui.desk.presenters.choices import find_files
 from railui.desk.presenters.design_plots import VIEWS
-from railui.desk.presenters.design_results import RunConditions
+from railui.desk.services.autosave import has_content
 from railui.desk.services.files import file_kind, load_state, log_traceback, save_state
+from railui.desk.services.signals import force_exit_later, handle_signals
+from railui.desk.session import DeskSession, session_choices
 from railui.desk.state.draft import Draft
+from railui.desk.state.run_conditions import RunConditions
 from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog, ProblemsDialog, QuestionDialog
 from railui.io.problems import FileProblems, file_problem
 
+STORED_NOTE = "What was not saved of the plan, the search or the verdict is offered at the next start of railui."
 MIN_COLUMNS = 60
 MIN_ROWS = 18
+
+
+class TooSmall(Static, can_focus=True):
+    """Message in a terminal that is too small for the panels; it has the focus there."""
 
 
 class Desk(App[None]):
@@ -50,6 +59,7 @@ class Desk(App[None]):
         *(Binding(key, f"panel('{name}')", title, show=False) for name, (key, title) in PANELS.items()),
         Binding("f1", "help", "Help"),
         Binding("ctrl+p", "command_palette", "All"),
+        Binding("z", "enlarge", "Enlarge", show=False),
         Binding("ctrl+o", "open", "Open"),
         Binding("ctrl+s", "save", "Save"),
         Binding("ctrl+q", "quit", "Quit", priority=True),
@@ -60,7 +70,9 @@ class Desk(App[None]):
         self.path = path
         self.is_plain = is_plain
         self.heartbeat = Heartbeat()
+        self.session = DeskSession(self)
         self.state = load_state()  # of the last session
+        self._last_focus: dict[str, Widget] = {}  # by panel
         self._shown_name = ""
         self._heartbeat_task: asyncio.Task[None] | None = None
 
@@ -68,7 +80,7 @@ class Desk(App[None]):
         with Horizontal(id="bar"):
             yield PanelTabs(id="tabs")
             yield Static(id="status")
-        yield Static(id="too-small")
+        yield TooSmall(id="too-small")
         with ContentSwitcher(initial="design"):
             yield DesignPanel(id="design")
             yield CampaignPanel(id="campaign")
@@ -87,13 +99,47 @@ class Desk(App[None]):
         self.action_panel("design")
         track = str(self.state.get("track", RunConditions.track))
         speed = float(self.state.get("speed", RunConditions.speed))
-        self.design_panel.conditions = RunConditions(track, speed)
+        self.design_panel.first_conditions = RunConditions(track, speed)
         self.design_panel.view = int(self.state.get("view", 0))
         start = self.path or self.state.get("file")
-        if start is not None and (self.path is not None or Path(start).exists()):
-            self.open(Path(start))
-        else:
-            self.call_after_refresh(self.action_open)
+        has_start = start is not None and (self.path is not None or Path(start).exists())
+        if has_start:
+            self.open(Path(str(start)))
+        self.call_after_refresh(self._offer_session, None if has_start else self.action_open)
+        self.watch(self.screen, "focused", self._on_focus_changed, init=False)
+        handle_signals(self._on_signal)
+
+    def _offer_session(self, otherwise: Callable[[], object] | None) -> None:
+        """Offer the session that ended last; if there is none or it is declined, do something else."""
+        if not self.session.offer(otherwise) and otherwise is not None:
+            otherwise()
+
+    def on_unmount(self) -> None:
+        self.session.close()
+
+    def _on_signal(self, number: int) -> None:
+        """End on SIGTERM or a closed terminal: store the session, restore the terminal."""
+        force_exit_later(128 + number)
+        for busy in self._busy_panels():
+            busy.action_stop()
+        self.session.autosave.flush()
+        self.exit(return_code=128 + number)
+
+    # focus
+
+    def _on_focus_changed(self, widget: Widget | None) -> None:
+        if widget is None:
+            self.call_after_refresh(self._ensure_focus)
+        elif self.panel in widget.ancestors:
+            self._last_focus[str(self.panel.id)] = widget
+
+    def _ensure_focus(self) -> None:
+        """Focus a widget of the panel if none has the focus, for example because it was hidden."""
+        screen = self.screen_stack[0]
+        if screen.focused is None:
+            last = self._last_focus.get(str(self.panel.id))
+            widget = last if last is not None and is_focusable(last) else first_focusable(self.panel)
+            screen.set_focus(widget or self.query_one(TooSmall))
 
     def notify(self, message: str, **options: Any) -> None:
         """Show a message without markup, because it may contain units in square brackets and names of files."""
@@ -126,7 +172,7 @@ class Desk(App[None]):
                 self.query_one(OptimisePanel).open(path)
                 self.action_panel("optimise")
                 return
-            draft = Draft.load(path)
+            draft = Draft.load(path, self.design_panel.conditions)
         except FileProblems as error:
             self.push_screen(ProblemsDialog(str(path), error), lambda answer: self.open(path) if answer else None)
             return
@@ -144,8 +190,30 @@ class Desk(App[None]):
         self.push_screen(ChoiceDialog("Open a design, campaign or study", choices, free=True), self._open_chosen)
 
     def _open_chosen(self, chosen: str | None) -> None:
-        if chosen is not None:
-            self._after_saving(lambda: self.open(Path(chosen).expanduser()))
+        if chosen is None:
+            return
+        path = Path(chosen).expanduser()
+        kind = file_kind(path)
+        if kind == "campaign":
+            self.query_one(CampaignPanel).unless_unwritten(lambda: self.open(path))
+        elif kind == "study":
+            self.open(path)
+        else:
+            self._after_saving(lambda: self.open(path))
+
+    def action_restore(self) -> None:
+        """Choose an ended session to restore."""
+        sessions = {str(i): session for i, (session, _) in enumerate(session_choices())}
+        choices = [(str(i), text) for i, (_, text) in enumerate(session_choices())]
+        if not choices:
+            self.notify("no session that has ended left work to restore")
+            return
+
+        def on_answer(key: str | None) -> None:
+            if key is not None:
+                self._after_saving(lambda: self.session.restore(sessions[key]))
+
+        self.push_screen(ChoiceDialog("Restore a session", choices), on_answer)
 
     def action_save(self) -> None:
         self.design_panel.save()
@@ -157,8 +225,19 @@ class Desk(App[None]):
         if name == "track":
             self._show_track()
         self.query_one(PanelTabs).show(name)
-        if (widget := first_focusable(self.panel)) is not None:
-            self.set_focus(widget)
+        screen = self.screen_stack[0]
+        screen.minimize()
+        last = self._last_focus.get(name)
+        widget = last if last is not None and is_focusable(last) else first_focusable(self.panel)
+        if widget is not None:
+            screen.set_focus(widget)
+
+    def action_enlarge(self) -> None:
+        """Enlarge the focused pane to the whole screen, or show all panes again."""
+        if self.screen.maximized is not None:
+            self.screen.minimize()
+        elif self.focused is not None:
+            self.screen.maximize(self.focused)
 
     def _show_track(self) -> None:
         draft, conditions = self.design_panel.draft, self.design_panel.conditions
@@ -180,8 +259,13 @@ class Desk(App[None]):
         status = Text(f"{draft.name}{' ●' if draft.is_modified else '  '}")
         self.query_one("#status", Static).update(status, layout=draft.name != self._shown_name)
         self._shown_name = draft.name
+        self.session.store_form()
         if draft.design.kind != "rig":
             self.query_one(OptimisePanel).suggest_plan(draft.design, self.design_panel.conditions)
+
+    @on(PartChanged)
+    def _on_part_changed(self, event: PartChanged) -> None:
+        self.session.store(event.part)
 
     @on(TrackPanel.TrackChosen)
     def _on_track_chosen(self, event: TrackPanel.TrackChosen) -> None:
@@ -200,8 +284,8 @@ class Desk(App[None]):
         """Open the design of a loop or a search in the form with the nominal design as its base."""
 
         def take() -> None:
-            draft = Draft(event.nominal)
-            draft.push(event.design, event.description)
+            conditions = self.design_panel.conditions
+            draft = Draft(event.design, base=event.nominal, conditions=conditions, new_path=event.new_path)
             self.design_panel.open(draft)
             self.action_panel("design")
             self.notify(event.description, timeout=4)
@@ -253,8 +337,8 @@ class Desk(App[None]):
 
         def on_answer(answer: str | None) -> None:
             if answer == "s":
-                self.action_save()
-            if answer == "d" or (answer == "s" and not draft.is_modified):
+                self.design_panel.save(then=action)
+            elif answer == "d":
                 action()
 
         answers = {"s": "save", "d": "discard the changes", "c": "cancel"}
@@ -268,18 +352,22 @@ class Desk(App[None]):
             "speed": panel.conditions.speed,
             "view": panel.view % len(VIEWS),
         }
-        if panel.draft is not None and panel.draft.file.source is not None:
-            state["file"] = str(panel.draft.file.source.resolve())
+        if panel.draft is not None and panel.draft.path is not None:
+            state["file"] = str(panel.draft.path.resolve())
         for busy in self._busy_panels():
             busy.action_stop()
         if not self.is_plain:
             save_state(self.state | state)
-        self.exit()
+        self.session.drop_form()  # saved or discarded
+        self.session.autosave.flush()
+        is_stored = has_content(self.session.autosave.directory)
+        self.exit(message=STORED_NOTE if is_stored else None)
 
     def get_system_commands(self, screen: Screen[Any]) -> Iterable[SystemCommand]:
         yield from super().get_system_commands(screen)
         yield from panel_commands(self.action_panel)
         yield from file_commands(self.action_open, self.action_save, self.design_panel.save_as)
+        yield SystemCommand("Restore session", "restore work of a session that has ended", self.action_restore)
         delay = f"longest delay of the interface caused by the desk: {1e3 * self.heartbeat.longest_gap:.0f} ms"
         yield SystemCommand("Heartbeat", delay, lambda: self.notify(delay))
         yield from key_commands(self, self._active_nodes())

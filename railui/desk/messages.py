@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from textual.message import Message
@@ -54,8 +55,19 @@ class JobDone(Message):
 
 @dataclass
 class DesignOffered(Message):
-    """Design from a loop or a search, to be opened in the form with the nominal design as its base."""
+    """Design from a loop or a search, to be opened in the form with the nominal design as its base.
+
+    new_path: proposed file of the design, which has none yet.
+    """
 
     description: str
     design: Design
     nominal: Design
+    new_path: Path
+
+
+@dataclass
+class PartChanged(Message):
+    """Part of the session that the autosave stores has changed: plan, search or verdict."""
+
+    part: str

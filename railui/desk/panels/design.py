@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any, ClassVar
 
 from textual import on
@@ -17,17 +16,19 @@ from textual.widgets import Static
 
 from railui.desk.messages import DesignsEvaluated, JobDone, JobFailed
 from railui.desk.panels.common import COPY, VIEW, Pane, Panel, arrange_grid, set_titles
+from railui.desk.panels.saving import DesignSaver
 from railui.desk.presenters.choices import effect_choices, effect_of_choice
 from railui.desk.presenters.design_form import SPEED_PATH, TRACK_PATH, design_rows
 from railui.desk.presenters.design_plots import VIEWS, WINDOWS
-from railui.desk.presenters.design_results import Comparison, RunConditions, excitation_of
+from railui.desk.presenters.design_results import Comparison, excitation_of
 from railui.desk.presenters.ride_quality import comparison_text
 from railui.desk.services.design_jobs import compute_critical_speeds, evaluate_curving, evaluate_designs
 from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
-from railui.desk.state.draft import Draft, FileChanged
-from railui.desk.state.form_rows import value_text
+from railui.desk.state.draft import Draft
+from railui.desk.state.form_rows import Field, value_text
+from railui.desk.state.run_conditions import RunConditions
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.dialogs import ChoiceDialog, InputDialog
+from railui.desk.widgets.dialogs import ChoiceDialog
 from railui.desk.widgets.form import Form
 from railui.desk.widgets.form_pane import FormPane
 from railui.desk.widgets.plot import Plot
@@ -49,6 +50,7 @@ class DesignPanel(Panel):
         VIEW,
         Binding("V", "view(-1)", "View back", show=False),
         Binding("b", "base", "Base"),
+        Binding("B", "file_base", "File as base", show=False),
         Binding("x", "swap", "A/B"),
         Binding("a", "add", "Effect"),
         Binding("delete", "remove", "Remove effect", show=False),
@@ -73,7 +75,7 @@ leading wheelset. Flange time: proportion of time with flange contact.
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
         self.draft: Draft | None = None
-        self.conditions = RunConditions()
+        self.first_conditions = RunConditions()  # of the first design
         self.results: Comparison | None = None
         self.result_runner = LatestJobRunner(self, "results")
 
@@ -91,6 +93,11 @@ leading wheelset. Flange time: proportion of time with flange contact.
         """Form of the design."""
         return self.query_one(FormPane)
 
+    @property
+    def conditions(self) -> RunConditions:
+        """Track and speed of the design."""
+        return self.draft.conditions if self.draft is not None else self.first_conditions
+
     # the design
 
     def open(self, draft: Draft) -> None:
@@ -105,7 +112,7 @@ leading wheelset. Flange time: proportion of time with flange contact.
         draft = self.draft
         if draft is None:
             return
-        self.pane.fill(list(design_rows(draft, self.conditions)), draft.base.values)
+        self.pane.fill(list(design_rows(draft)), draft.base.values)
         set_titles(self.pane, f"{draft.name}{' ●' if draft.is_modified else ''}")
         self.result_runner.submit(partial(evaluate_designs, draft.design, draft.base, self.conditions, self.results))
         self.post_message(self.Changed())
@@ -113,6 +120,17 @@ leading wheelset. Flange time: proportion of time with flange contact.
     @on(Form.ValueRequested)
     def _on_value_requested(self, event: Form.ValueRequested) -> None:
         self.set(event.path, event.value, event.gesture)
+
+    @on(Form.StepRequested)
+    def _on_step_requested(self, event: Form.StepRequested) -> None:
+        """Step from the value that the design has now, so that every key press counts."""
+        field = next((row for row in self._fields() if row.path == event.path), None)
+        if field is not None and field.value is not None:
+            self.set(event.path, field.stepped(event.by), event.gesture)
+
+    def _fields(self) -> Iterator[Field]:
+        if self.draft is not None:
+            yield from (row for row in design_rows(self.draft) if isinstance(row, Field))
 
     @on(Form.ResetRequested)
     def _on_reset_requested(self, event: Form.ResetRequested) -> None:
@@ -124,7 +142,7 @@ leading wheelset. Flange time: proportion of time with flange contact.
         """Set a value of the design or of the run conditions; show the error and return False if it is rejected."""
         try:
             if path in CONDITION_PATHS:
-                self._set_condition(path, value)
+                self._set_condition(path, value, gesture)
             elif self.draft is not None:
                 self.draft.set(path, value, gesture)
         except FileProblems as error:
@@ -141,11 +159,14 @@ leading wheelset. Flange time: proportion of time with flange contact.
             self.notify(text, timeout=8)
         return True
 
-    def _set_condition(self, path: str, value: Any) -> None:
+    def _set_condition(self, path: str, value: Any, gesture: str) -> None:
         change = {"speed": read_speed(value)} if path == SPEED_PATH else {"track": value}
         conditions = replace(self.conditions, **change)
         excitation_of(conditions)  # raises for an invalid track
-        self.conditions = conditions
+        if self.draft is not None:
+            self.draft.set_conditions(conditions, path.rpartition(".")[2], gesture)
+        else:
+            self.first_conditions = conditions
 
     # results
 
@@ -203,8 +224,17 @@ leading wheelset. Flange time: proportion of time with flange contact.
     def action_base(self) -> None:
         if self.draft is not None:
             self.draft.set_base()
-            self.notify("base set to the current design", timeout=2)
+            self.notify("base set to the current design: ctrl+z returns to the one before", timeout=3)
             self._update()
+
+    def action_file_base(self) -> None:
+        """Make the design of the file the base."""
+        if self.draft is None or self.draft.file is None:
+            self.notify("this design has no file yet")
+            return
+        self.draft.set_base(self.draft.file)
+        self.notify("base set to the file", timeout=2)
+        self._update()
 
     def action_swap(self) -> None:
         if self.draft is not None:
@@ -260,35 +290,17 @@ leading wheelset. Flange time: proportion of time with flange contact.
 
     # saving
 
-    def save(self) -> None:
-        """Save the design in its file, or ask for a file name."""
-        if self.draft is not None:
-            self._save(self.draft.save)
+    def save(self, then: Callable[[], object] | None = None) -> None:
+        """Save the design in its file, or ask for a file name; run an action once it is saved."""
+        if self.draft is None:
+            self.notify("no design in the form: t takes that of a verdict or of the front, w writes the report")
+        else:
+            DesignSaver(self.app, self.draft, self._on_saved, then).save()
 
     def save_as(self) -> None:
         """Ask for a file name and save the design there."""
         if self.draft is not None:
-            path = str(self.draft.file.source or f"{self.draft.name}.yaml")
-            self.app.push_screen(InputDialog("Save as", path), self._save_as)
+            DesignSaver(self.app, self.draft, self._on_saved).save_as()
 
-    def _save_as(self, name: str | None) -> None:
-        if name is None or self.draft is None:
-            return
-        path = Path(name).expanduser()
-        path = path if path.suffix in (".yaml", ".yml") else path.with_name(f"{path.name}.yaml")
-        if path.exists() and path != self.draft.file.source:
-            self.notify(f"{path} exists: choose another name", severity="error")
-            return
-        self._save(partial(self.draft.save_as, path))
-
-    def _save(self, save: Callable[[], Path]) -> None:
-        try:
-            path = save()
-        except FileChanged as reason:
-            self.notify(str(reason), severity="warning")
-            self.save_as()
-        except (FileProblems, OSError) as error:
-            self.notify(str(error), severity="error")
-        else:
-            self.notify(f"saved {path}", timeout=3)
-            self._update()
+    def _on_saved(self) -> None:
+        self._update()

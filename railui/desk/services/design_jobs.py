@@ -7,13 +7,13 @@ from textual.message import Message
 from railui.desk.messages import DesignsEvaluated, JobDone
 from railui.desk.presenters.design_results import (
     Comparison,
-    RunConditions,
     add_curving,
     evaluate_comparison,
     load_track,
 )
 from railui.desk.presenters.ride_quality import critical_speeds_text
 from railui.desk.services.jobs import BackgroundJob, Checkpoints
+from railui.desk.state.run_conditions import RunConditions
 from railui.running_stability.summary import stability
 from railui.vehicle.design_reader import Design
 

@@ -21,6 +21,7 @@ from textual.widgets.option_list import Option
 from railui.io.problems import FileProblems
 
 MAX_OPTIONS = 400
+DIFFERENCE_STYLES = {"+": "green", "-": "red"}
 
 
 class Dialog(ModalScreen[str | None]):
@@ -49,8 +50,10 @@ class QuestionDialog(Dialog):
         with Vertical(classes="dialog") as box:
             box.border_title = "?"
             yield Static(self.question, markup=False, classes="question")
-            options = [Option(f"[b]{escape(key)}[/]  {escape(text)}", id=key) for key, text in self.answers.items()]
-            yield OptionList(*options, compact=True)
+            yield OptionList(*self._options(), compact=True)
+
+    def _options(self) -> list[Option]:
+        return [Option(f"[b]{escape(key)}[/]  {escape(text)}", id=key) for key, text in self.answers.items()]
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         self.dismiss(event.option.id)
@@ -63,6 +66,30 @@ class QuestionDialog(Dialog):
         if event.character in self.answers:
             event.stop()
             self.dismiss(event.character)
+
+
+class DifferenceDialog(QuestionDialog):
+    """Question about a difference of texts, which is shown above the answers."""
+
+    def __init__(self, question: str, lines: Sequence[str], answers: Mapping[str, str]) -> None:
+        """Create the dialog; lines: those of a unified diff."""
+        super().__init__(question, answers)
+        self.lines = lines
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog wide") as box:
+            box.border_title = "?"
+            yield Static(self.question, markup=False, classes="question")
+            with VerticalScroll(classes="difference", can_focus=False):
+                yield Static(self._text())
+            yield OptionList(*self._options(), compact=True)
+
+    def _text(self) -> Text:
+        text = Text(no_wrap=True, overflow="ellipsis")
+        for line in self.lines:
+            text.append(f"{line}\n", DIFFERENCE_STYLES.get(line[:1], "dim"))
+        text.rstrip()
+        return text
 
 
 class InputDialog(Dialog):
