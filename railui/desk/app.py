@@ -16,36 +16,30 @@ from textual.containers import Horizontal
 from textual.dom import DOMNode
 from textual.events import Resize
 from textual.screen import Screen
-from textual.widget import Widget
 from textual.widgets import ContentSwitcher, Footer, Static
 
 from railui.desk.commands import active_keys, file_commands, key_commands, panel_commands
+from railui.desk.ending import Ending
+from railui.desk.focus import FocusKeeper, TooSmall
 from railui.desk.heartbeat import Heartbeat, freeze_startup_objects, tune_interpreter
 from railui.desk.messages import DesignOffered, PartChanged
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
-from railui.desk.panels.common import PANELS, JobPanel, PanelTabs, first_focusable, is_focusable
+from railui.desk.panels.common import PANELS, PanelTabs
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.panels.track import TrackPanel
 from railui.desk.presenters.choices import find_files
-from railui.desk.presenters.design_plots import VIEWS
-from railui.desk.services.autosave import has_content
-from railui.desk.services.files import file_kind, load_state, log_traceback, save_state
-from railui.desk.services.signals import force_exit_later, handle_signals
-from railui.desk.session import DeskSession, session_choices
+from railui.desk.services.files import file_kind, load_state, log_traceback
+from railui.desk.services.signals import handle_signals
+from railui.desk.session import DeskSession
 from railui.desk.state.draft import Draft
 from railui.desk.state.run_conditions import RunConditions
-from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog, ProblemsDialog, QuestionDialog
+from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog, ProblemsDialog
 from railui.io.problems import FileProblems, file_problem
 
-STORED_NOTE = "What was not saved of the plan, the search or the verdict is offered at the next start of railui."
 MIN_COLUMNS = 60
 MIN_ROWS = 18
-
-
-class TooSmall(Static, can_focus=True):
-    """Message in a terminal that is too small for the panels; it has the focus there."""
 
 
 class Desk(App[None]):
@@ -71,8 +65,9 @@ class Desk(App[None]):
         self.is_plain = is_plain
         self.heartbeat = Heartbeat()
         self.session = DeskSession(self)
+        self.focus_keeper = FocusKeeper(self)
+        self.ending = Ending(self)
         self.state = load_state()  # of the last session
-        self._last_focus: dict[str, Widget] = {}  # by panel
         self._shown_name = ""
         self._heartbeat_task: asyncio.Task[None] | None = None
 
@@ -106,8 +101,8 @@ class Desk(App[None]):
         if has_start:
             self.open(Path(str(start)))
         self.call_after_refresh(self._offer_session, None if has_start else self.action_open)
-        self.watch(self.screen, "focused", self._on_focus_changed, init=False)
-        handle_signals(self._on_signal)
+        self.watch(self.screen, "focused", self.focus_keeper.on_change, init=False)
+        handle_signals(self.ending.on_signal)
 
     def _offer_session(self, otherwise: Callable[[], object] | None) -> None:
         """Offer the session that ended last; if there is none or it is declined, do something else."""
@@ -116,30 +111,6 @@ class Desk(App[None]):
 
     def on_unmount(self) -> None:
         self.session.close()
-
-    def _on_signal(self, number: int) -> None:
-        """End on SIGTERM or a closed terminal: store the session, restore the terminal."""
-        force_exit_later(128 + number)
-        for busy in self._busy_panels():
-            busy.action_stop()
-        self.session.autosave.flush()
-        self.exit(return_code=128 + number)
-
-    # focus
-
-    def _on_focus_changed(self, widget: Widget | None) -> None:
-        if widget is None:
-            self.call_after_refresh(self._ensure_focus)
-        elif self.panel in widget.ancestors:
-            self._last_focus[str(self.panel.id)] = widget
-
-    def _ensure_focus(self) -> None:
-        """Focus a widget of the panel if none has the focus, for example because it was hidden."""
-        screen = self.screen_stack[0]
-        if screen.focused is None:
-            last = self._last_focus.get(str(self.panel.id))
-            widget = last if last is not None and is_focusable(last) else first_focusable(self.panel)
-            screen.set_focus(widget or self.query_one(TooSmall))
 
     def notify(self, message: str, **options: Any) -> None:
         """Show a message without markup, because it may contain units in square brackets and names of files."""
@@ -199,21 +170,7 @@ class Desk(App[None]):
         elif kind == "study":
             self.open(path)
         else:
-            self._after_saving(lambda: self.open(path))
-
-    def action_restore(self) -> None:
-        """Choose an ended session to restore."""
-        sessions = {str(i): session for i, (session, _) in enumerate(session_choices())}
-        choices = [(str(i), text) for i, (_, text) in enumerate(session_choices())]
-        if not choices:
-            self.notify("no session that has ended left work to restore")
-            return
-
-        def on_answer(key: str | None) -> None:
-            if key is not None:
-                self._after_saving(lambda: self.session.restore(sessions[key]))
-
-        self.push_screen(ChoiceDialog("Restore a session", choices), on_answer)
+            self.ending.after_saving(lambda: self.open(path))
 
     def action_save(self) -> None:
         self.design_panel.save()
@@ -225,12 +182,8 @@ class Desk(App[None]):
         if name == "track":
             self._show_track()
         self.query_one(PanelTabs).show(name)
-        screen = self.screen_stack[0]
-        screen.minimize()
-        last = self._last_focus.get(name)
-        widget = last if last is not None and is_focusable(last) else first_focusable(self.panel)
-        if widget is not None:
-            screen.set_focus(widget)
+        self.screen_stack[0].minimize()
+        self.focus_keeper.enter_panel()
 
     def action_enlarge(self) -> None:
         """Enlarge the focused pane to the whole screen, or show all panes again."""
@@ -290,7 +243,7 @@ class Desk(App[None]):
             self.action_panel("design")
             self.notify(event.description, timeout=4)
 
-        self._after_saving(take)
+        self.ending.after_saving(take)
 
     # help, copying, quitting
 
@@ -310,64 +263,13 @@ class Desk(App[None]):
         self.notify("ctrl+c copies, ctrl+q quits")
 
     async def action_quit(self) -> None:
-        titles = [PANELS[str(panel.id)][1] for panel in self._busy_panels()]
-        if not titles or isinstance(self.screen, QuestionDialog):
-            self._after_saving(self._quit)
-            return
-
-        def on_answer(answer: str | None) -> None:
-            if answer == "q":
-                self._after_saving(self._quit)
-
-        subject = f"{' and '.join(titles)} {'is' if len(titles) == 1 else 'are'}"
-        question = f"{subject} running. Stored evaluations and recordings remain."
-        self.push_screen(QuestionDialog(question, {"q": "stop and quit", "c": "cancel"}), on_answer)
-
-    def _busy_panels(self) -> list[JobPanel]:
-        return [panel for panel in self.query(JobPanel) if panel.job is not None]
-
-    def _after_saving(self, action: Callable[[], object]) -> None:
-        """Run an action; if there are unsaved changes, ask first."""
-        draft = self.design_panel.draft
-        if draft is None or not draft.is_modified:
-            action()
-            return
-        if isinstance(self.screen, QuestionDialog):
-            return
-
-        def on_answer(answer: str | None) -> None:
-            if answer == "s":
-                self.design_panel.save(then=action)
-            elif answer == "d":
-                action()
-
-        answers = {"s": "save", "d": "discard the changes", "c": "cancel"}
-        self.push_screen(QuestionDialog(f"{draft.name} has unsaved changes.", answers), on_answer)
-
-    def _quit(self) -> None:
-        panel = self.design_panel
-        state: dict[str, Any] = {
-            "theme": self.theme,
-            "track": panel.conditions.track,
-            "speed": panel.conditions.speed,
-            "view": panel.view % len(VIEWS),
-        }
-        if panel.draft is not None and panel.draft.path is not None:
-            state["file"] = str(panel.draft.path.resolve())
-        for busy in self._busy_panels():
-            busy.action_stop()
-        if not self.is_plain:
-            save_state(self.state | state)
-        self.session.drop_form()  # saved or discarded
-        self.session.autosave.flush()
-        is_stored = has_content(self.session.autosave.directory)
-        self.exit(message=STORED_NOTE if is_stored else None)
+        self.ending.ask_and_quit()
 
     def get_system_commands(self, screen: Screen[Any]) -> Iterable[SystemCommand]:
         yield from super().get_system_commands(screen)
         yield from panel_commands(self.action_panel)
         yield from file_commands(self.action_open, self.action_save, self.design_panel.save_as)
-        yield SystemCommand("Restore session", "restore work of a session that has ended", self.action_restore)
+        yield SystemCommand("Restore session", "restore work of a session that has ended", self.session.choose)
         delay = f"longest delay of the interface caused by the desk: {1e3 * self.heartbeat.longest_gap:.0f} ms"
         yield SystemCommand("Heartbeat", delay, lambda: self.notify(delay))
         yield from key_commands(self, self._active_nodes())
@@ -377,6 +279,7 @@ class Desk(App[None]):
         if (error := sys.exc_info()[1]) is not None:
             text = f"railui desk: {type(error).__name__}: {error}\ntraceback: {log_traceback(error)}"
             self._exit_renderables.append(Text(text))
+        self.session.autosave.flush()
         self._close_messages_no_wait()
 
 

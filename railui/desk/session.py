@@ -12,7 +12,7 @@ from railui.desk.presenters.search_history import restore_search, search_content
 from railui.desk.services.autosave import Autosave, EndedSession, ended_sessions, set_aside
 from railui.desk.services.verdict_file import StoredVerdict, read_verdict, verdict_bytes
 from railui.desk.state.session_parts import form_content, plan_content, restore_form, restore_plan
-from railui.desk.widgets.dialogs import QuestionDialog
+from railui.desk.widgets.dialogs import ChoiceDialog, QuestionDialog
 
 if TYPE_CHECKING:
     from railui.desk.app import Desk
@@ -132,6 +132,20 @@ class DeskSession:
         self.desk.query_one(CampaignPanel).restore(stored)
         return "campaign"
 
+    def choose(self) -> None:
+        """Choose an ended session to restore."""
+        sessions = ended_sessions()
+        choices = [(str(i), f"{s.time:%Y-%m-%d %H:%M} {' '.join(_descriptions(s))}") for i, s in enumerate(sessions)]
+        if not choices:
+            self.desk.notify("no session that has ended left work to restore")
+            return
+
+        def on_answer(key: str | None) -> None:
+            if key is not None:
+                self.desk.ending.after_saving(lambda: self.restore(sessions[int(key)]))
+
+        self.desk.push_screen(ChoiceDialog("Restore a session", choices), on_answer)
+
     # the end
 
     def close(self) -> None:
@@ -158,8 +172,3 @@ def _descriptions(session: EndedSession) -> list[str]:
     elif session.read("plan") is not None:
         lines.append("- the plan of a search")
     return lines
-
-
-def session_choices() -> list[tuple[EndedSession, str]]:
-    """List the ended sessions with a text each, newest first."""
-    return [(s, f"{s.time:%Y-%m-%d %H:%M}  {' '.join(_descriptions(s))}") for s in ended_sessions()]

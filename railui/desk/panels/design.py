@@ -61,8 +61,9 @@ class DesignPanel(Panel):
     HELP = """
 ## Design
 After every change the design is simulated on its track; ride quality, spectra, modes and series are shown with those
-of the **base** (grey): the file as it was read, or the design at the last `b`. `x` swaps the two (A/B comparison).
-`ctrl+z` undoes, `ctrl+y` redoes, `ctrl+s` writes the changed numbers into the file and keeps its comments.
+of the **base** (grey): the file as it was read, or the design at the last `b` (`B`: the file again). `x` swaps the two (A/B comparison).
+`ctrl+z` undoes, `ctrl+y` redoes: design, base, track and speed. `ctrl+s` writes the changed numbers into the file and
+keeps its comments; it asks before it replaces what another program wrote.
 `l` computes the critical speeds: linear, nonlinear, and the speed limit by ride criteria on this track.
 `v` shows other plots, `a` adds an effect of the catalogue, Delete removes the one under the cursor.
 Track and speed (top of the form) are settings of the desk, not of the file. Sum Y: sum of guiding forces of the
@@ -155,7 +156,7 @@ leading wheelset. Flange time: proportion of time with flange contact.
         self._update()
         self.pane.accept()
         if self.draft is not None and self.draft.design.profiles is not None and path.endswith(PROFILE_INPUTS):
-            text = "contact parameters from the profiles are updated when the file is saved and read again"
+            text = "the contact parameters stay those of the profiles at the old wheel load and radius, and are saved so"
             self.notify(text, timeout=8)
         return True
 
@@ -229,12 +230,9 @@ leading wheelset. Flange time: proportion of time with flange contact.
 
     def action_file_base(self) -> None:
         """Make the design of the file the base."""
-        if self.draft is None or self.draft.file is None:
-            self.notify("this design has no file yet")
-            return
-        self.draft.set_base(self.draft.file)
-        self.notify("base set to the file", timeout=2)
-        self._update()
+        if self.draft is not None and self.draft.file is not None:
+            self.draft.set_base(self.draft.file)
+            self._update()
 
     def action_swap(self) -> None:
         if self.draft is not None:
@@ -295,12 +293,9 @@ leading wheelset. Flange time: proportion of time with flange contact.
         if self.draft is None:
             self.notify("no design in the form: t takes that of a verdict or of the front, w writes the report")
         else:
-            DesignSaver(self.app, self.draft, self._on_saved, then).save()
+            DesignSaver(self.app, self.draft, self._update, then).save()
 
     def save_as(self) -> None:
         """Ask for a file name and save the design there."""
         if self.draft is not None:
-            DesignSaver(self.app, self.draft, self._on_saved).save_as()
-
-    def _on_saved(self) -> None:
-        self._update()
+            DesignSaver(self.app, self.draft, self._update).save_as()

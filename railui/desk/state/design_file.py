@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from railui.documents.saving import design_text
 from railui.io.atomic import sha256, sha256_file
+from railui.io.number_format import format_quantity, typeset
 from railui.io.problems import FileProblems, file_problem
 from railui.io.yaml_document import read_text
 from railui.io.yaml_edit import edit_values
@@ -36,8 +37,18 @@ class PreparedFile:
     reasons: tuple[str, ...] = ()
 
     def difference(self) -> list[str]:
-        """Return the difference between the file and the text to write, as lines of a unified diff."""
-        return text_difference(self.disk_text or "", self.text, "on disk", "to be written")
+        """Return the changed values, if the file is a design, and the lines of a unified diff of the texts."""
+        return [*self._changed_values(), *text_difference(self.disk_text or "", self.text, "on disk", "to be written")]
+
+    def _changed_values(self) -> list[str]:
+        try:
+            disk = read_back(self.disk_text or "", self.path)
+        except FileProblems:
+            return []
+        return [
+            f"{_value_text(disk, path)} → {_value_text(self.design, path)}  {path}"
+            for path in differences(self.design, disk)
+        ]
 
 
 class FileChanged(ValueError):
@@ -152,6 +163,17 @@ def _setting(design: Design, path: str) -> Any:
     riding = None if design.kind == "rig" or not path.startswith("riding.") else vars(design.riding)
     key = path.rpartition(".")[2]
     return riding[key] if riding is not None and key in riding else design.setting(path)
+
+
+def _value_text(design: Design, path: str) -> str:
+    """Return the value at a path with its unit, `-` if the design has none."""
+    try:
+        return typeset(format_quantity(design.value(path), design.unit(path)))
+    except ValueError:
+        pass
+    if path == "effects":
+        return ", ".join(effect.kind.replace("_", " ") for effect in design.effects) or "no effects"
+    return str(design.settings.get(path, "-"))
 
 
 def _plain(value: Any) -> Any:

@@ -13,6 +13,7 @@ from railui.vehicle.parameter import Parameter
 LOG_SCALE_RATIO: Final = 10.0  # ratio of the ends of a range from which a slider is logarithmic
 UNBOUNDED: Final = 1e15  # ends of a range at least this large count as infinite
 OPEN_RANGE_RATIO: Final = 30.0  # range of a slider without usual range, over the value of the base
+MAX_RANGE_RATIO: Final = 100.0  # of the ends of a slider over the value of the base, if the usual range is wider
 ZERO_RANGE_RATIO: Final = 1e3  # of a logarithmic slider that has 0 at its left end
 MAX_CLEARANCE: Final = 0.5  # m; ranges of lengths up to here span decades (clearances), longer ones are distances
 SLIDER_STEP: Final = 0.02  # of the range, per key press; 0 of a logarithmic slider is one step from its lowest value
@@ -160,6 +161,8 @@ def slider_range(p: Parameter, reference: float | None) -> tuple[float, float]:
         high = size
     if reference is not None:
         low, high = min(low, reference), max(high, reference)
+        if reference > 0 and low > 0 and high > MAX_RANGE_RATIO**2 * low:
+            low, high = max(low, reference / MAX_RANGE_RATIO), min(high, reference * MAX_RANGE_RATIO)
     return max(low, p.minimum), min(high, p.maximum)
 
 

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from rich.markup import escape
+from rich.segment import Segment
+from rich.style import Style
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
@@ -15,13 +17,27 @@ from textual.binding import Binding
 from textual.containers import Vertical, VerticalScroll
 from textual.content import Content
 from textual.screen import ModalScreen
+from textual.strip import Strip
 from textual.widgets import Input, OptionList, Static
 from textual.widgets.option_list import Option
 
+from railui.desk.widgets.cursor import CURSOR_STYLE
 from railui.io.problems import FileProblems
 
 MAX_OPTIONS = 400
 DIFFERENCE_STYLES = {"+": "green", "-": "red"}
+
+
+class Options(OptionList):
+    """List of options whose cursor line is visible in every theme and without colours."""
+
+    def render_line(self, y: int) -> Strip:
+        strip = super().render_line(y)
+        line = y + int(self.scroll_offset.y)
+        if self.highlighted is None or line >= len(self._lines) or self._lines[line][0] != self.highlighted:
+            return strip
+        segments = [Segment(s.text, (s.style or Style()) + CURSOR_STYLE, s.control) for s in strip]
+        return Strip(segments, strip.cell_length)
 
 
 class Dialog(ModalScreen[str | None]):
@@ -50,7 +66,7 @@ class QuestionDialog(Dialog):
         with Vertical(classes="dialog") as box:
             box.border_title = "?"
             yield Static(self.question, markup=False, classes="question")
-            yield OptionList(*self._options(), compact=True)
+            yield Options(*self._options(), compact=True)
 
     def _options(self) -> list[Option]:
         return [Option(f"[b]{escape(key)}[/]  {escape(text)}", id=key) for key, text in self.answers.items()]
@@ -82,7 +98,7 @@ class DifferenceDialog(QuestionDialog):
             yield Static(self.question, markup=False, classes="question")
             with VerticalScroll(classes="difference", can_focus=False):
                 yield Static(self._text())
-            yield OptionList(*self._options(), compact=True)
+            yield Options(*self._options(), compact=True)
 
     def _text(self) -> Text:
         text = Text(no_wrap=True, overflow="ellipsis")
@@ -130,7 +146,7 @@ class ChoiceDialog(Dialog):
             box.border_title = self.heading
             box.border_subtitle = "type to filter · ↑↓ · enter · esc"
             yield Input(placeholder="type to filter")
-            yield OptionList(compact=True)
+            yield Options(compact=True)
 
     def on_mount(self) -> None:
         self._filter("")
