@@ -20,6 +20,7 @@ from textual.widgets import ContentSwitcher, Footer, Static
 
 from railui.desk.commands import active_keys, file_commands, key_commands, panel_commands
 from railui.desk.ending import Ending
+from railui.desk.exporting import export_focused
 from railui.desk.focus import FocusKeeper, TooSmall
 from railui.desk.heartbeat import Heartbeat, freeze_startup_objects, tune_interpreter
 from railui.desk.messages import DesignOffered, PartChanged
@@ -54,6 +55,7 @@ class Desk(App[None]):
         Binding("f1", "help", "Help"),
         Binding("ctrl+p", "command_palette", "All"),
         Binding("z", "enlarge", "Enlarge", show=False),
+        Binding("E", "export", "Export", show=False),
         Binding("ctrl+o", "open", "Open"),
         Binding("ctrl+s", "save", "Save"),
         Binding("ctrl+q", "quit", "Quit", priority=True),
@@ -185,6 +187,9 @@ class Desk(App[None]):
         self.screen_stack[0].minimize()
         self.focus_keeper.enter_panel()
 
+    def action_export(self) -> None:
+        export_focused(self)
+
     def action_enlarge(self) -> None:
         """Enlarge the focused pane to the whole screen, or show all panes again."""
         if self.screen.maximized is not None:
@@ -269,6 +274,8 @@ class Desk(App[None]):
         yield from super().get_system_commands(screen)
         yield from panel_commands(self.action_panel)
         yield from file_commands(self.action_open, self.action_save, self.design_panel.save_as)
+        yield SystemCommand("Enlarge", "enlarge the focused pane, or show all again (z)", self.action_enlarge)
+        yield SystemCommand("Export", "write the focused plot or list as SVG or CSV (E)", self.action_export)
         yield SystemCommand("Restore session", "restore work of a session that has ended", self.session.choose)
         delay = f"longest delay of the interface caused by the desk: {1e3 * self.heartbeat.longest_gap:.0f} ms"
         yield SystemCommand("Heartbeat", delay, lambda: self.notify(delay))

@@ -34,8 +34,7 @@ class DeskSession:
         """Store the design in the form while it differs from its file."""
         draft = self.desk.design_panel.draft
         if draft is not None and draft.is_modified:
-            content = form_content(draft)
-            self.autosave.put("form.json", lambda: content)
+            self.autosave.put("form.json", partial(form_content, draft))
         else:
             self.drop_form()
 
@@ -51,13 +50,12 @@ class DeskSession:
         panel = self.desk.query_one(OptimisePanel)
         plan = panel.plan
         if plan is not None and panel.is_edited:
-            self.autosave.put("plan.json", lambda: plan_content(plan))
+            self.autosave.put("plan.json", partial(plan_content, plan))
 
     def _store_search(self) -> None:
         history = self.desk.query_one(OptimisePanel).history
         if history is not None:
-            content = {"plan": plan_content(history.plan)} | search_content(history)
-            self.autosave.put("search.json", lambda: content)
+            self.autosave.put("search.json", lambda: {"plan": plan_content(history.plan)} | search_content(history))
 
     def _store_verdict(self) -> None:
         stored = self.desk.query_one(CampaignPanel).stored_verdict()

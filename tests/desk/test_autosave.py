@@ -114,7 +114,8 @@ async def test_form_plan_and_search_survive_the_end_of_the_process(
         directory = str(bogie.parent / "study")
         for path, value in (("population", 8), ("generations", 2), ("seeds", "1"), ("scenarios", "none")):
             optimise.set_plan(optimise.plan.with_value(path, value))
-        optimise.set_plan(optimise.plan.with_value("directory", directory).with_value("track", TRACK.removesuffix(" seed=1")))
+        track = TRACK.removesuffix(" seed=1")
+        optimise.set_plan(optimise.plan.with_value("directory", directory).with_value("track", track))
         optimise.is_edited = True
         await keys.press("s")
         await keys.wait_until(lambda: optimise.result is not None)
@@ -225,9 +226,13 @@ def stored_text(state: Path) -> str:
 def test_a_form_survives_the_end_of_its_process_on_a_terminal(bogie: Path, state: Path, end: str) -> None:
     desk = PtyDesk(bogie, state)
     desk.wait_until(lambda: b"SATISFACTORY" in desk.output)
-    for key in "/frame mass\r3000\r":
-        desk.write(key)
-        time.sleep(0.05)
+    desk.write("/")
+    desk.wait_until(lambda: b"Find a parameter" in desk.output)
+    desk.write("mass of the bogie frame")
+    time.sleep(1.0)
+    desk.write("\r")
+    desk.wait_until(lambda: b"Mass of the bogie frame" in desk.output)
+    desk.write("3000\r")
     desk.wait_until(lambda: "mass: 3000" in stored_text(state))
     if end == "kill":
         desk.process.kill()

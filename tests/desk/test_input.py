@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from textual.strip import Strip
 from textual.widget import Widget
-from textual.widgets import OptionList
+from textual.widgets import Input, OptionList
 
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
@@ -97,10 +98,9 @@ async def test_one_cursor_is_visible_in_every_theme(
         await keys.press("a")  # a dialog: its cursor, and that of the form is no longer marked as the active one
         (line,) = cursor_lines(keys.desk.screen.query_one(OptionList))
         assert line
-        await keys.press("escape", "f4")
-        bars = keys.desk.query_one("#designs", Bars)
+        await keys.press("escape", "f6")
+        bars = keys.desk.query_one("#channels", Bars)
         bars.show([Bar("1"), Bar("2")])
-        bars.display = True
         bars.focus()
         await keys.press("down")
         assert [line.split()[-1] for line in cursor_lines(bars)] == ["2"]
@@ -131,3 +131,23 @@ async def test_one_key_enlarges_a_pane_and_shows_all_again(open_desk: OpenDesk, 
         assert enlarged is not None and enlarged.id == "view0" and enlarged.size.width > 110
         await keys.press("z")
         assert keys.desk.screen.maximized is None and keys.desk.focused is enlarged
+
+
+async def test_a_plot_is_exported_as_picture_and_table(
+    open_desk: OpenDesk, bogie: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(bogie.parent)
+    async with open_desk(bogie) as keys:
+        await keys.press("tab", "E", "enter")
+        picture = bogie.with_name("displacement_spectrum.svg")
+        root = ElementTree.parse(picture).getroot()
+        texts = "".join(root.itertext())
+        assert "e₁ [mm²/Hz]" in texts and "f [Hz]" in texts
+        await keys.press("E")
+        assert keys.desk.screen.query_one(Input).value == "displacement_spectrum_2.svg"
+        keys.desk.screen.query_one(Input).value = "spectrum.csv"
+        await keys.press("enter")
+        head, *rows = bogie.with_name("spectrum.csv").read_text().splitlines()
+        panel = keys.desk.query_one(DesignPanel)
+        assert head == "line,f [Hz],e₁ [mm²/Hz]" and panel.results is not None
+        assert len(rows) == len(panel.results[0].f)

@@ -61,7 +61,8 @@ class DesignPanel(Panel):
     HELP = """
 ## Design
 After every change the design is simulated on its track; ride quality, spectra, modes and series are shown with those
-of the **base** (grey): the file as it was read, or the design at the last `b` (`B`: the file again). `x` swaps the two (A/B comparison).
+of the **base** (grey): the file as it was read, or the design at the last `b` (`B`: the file again). `x` swaps the two
+(A/B comparison).
 `ctrl+z` undoes, `ctrl+y` redoes: design, base, track and speed. `ctrl+s` writes the changed numbers into the file and
 keeps its comments; it asks before it replaces what another program wrote.
 `l` computes the critical speeds: linear, nonlinear, and the speed limit by ride criteria on this track.
@@ -156,8 +157,7 @@ leading wheelset. Flange time: proportion of time with flange contact.
         self._update()
         self.pane.accept()
         if self.draft is not None and self.draft.design.profiles is not None and path.endswith(PROFILE_INPUTS):
-            text = "the contact parameters stay those of the profiles at the old wheel load and radius, and are saved so"
-            self.notify(text, timeout=8)
+            self.notify("the contact parameters stay as they are in the form, and are saved as numbers", timeout=8)
         return True
 
     def _set_condition(self, path: str, value: Any, gesture: str) -> None:
@@ -225,7 +225,7 @@ leading wheelset. Flange time: proportion of time with flange contact.
     def action_base(self) -> None:
         if self.draft is not None:
             self.draft.set_base()
-            self.notify("base set to the current design: ctrl+z returns to the one before", timeout=3)
+            self.notify("base set to the current design", timeout=2)
             self._update()
 
     def action_file_base(self) -> None:
@@ -240,7 +240,6 @@ leading wheelset. Flange time: proportion of time with flange contact.
             self._update()
 
     def action_critical_speeds(self) -> None:
-        """Compute the linear and nonlinear critical speeds and the speed limit by ride criteria on this track."""
         if self.draft is None:
             return
         design, track = self.draft.design, self.conditions.track

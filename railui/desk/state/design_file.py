@@ -45,10 +45,9 @@ class PreparedFile:
             disk = read_back(self.disk_text or "", self.path)
         except FileProblems:
             return []
-        return [
-            f"{_value_text(disk, path)} → {_value_text(self.design, path)}  {path}"
-            for path in differences(self.design, disk)
-        ]
+        changes = differences(self.design, disk)
+        lines = [f"{path}: {_value_text(disk, path)} → {_value_text(self.design, path)}" for path in changes]
+        return ["Values, on disk → to be written:", *lines, ""] if lines else []
 
 
 class FileChanged(ValueError):

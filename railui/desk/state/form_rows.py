@@ -213,7 +213,7 @@ def warning_text(field: Field) -> str:
     if not field.is_unusual or field.usual is None:
         return ""
     low, high = (typeset(format_quantity(end, field.unit, 3)) for end in field.usual)
-    return f"outside the usual range, {low} to {high}"
+    return f"outside the usual {low} to {high}"
 
 
 def typed_preview(field: Field, text: str) -> tuple[str, bool]:

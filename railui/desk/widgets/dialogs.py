@@ -16,6 +16,7 @@ from textual.await_complete import AwaitComplete
 from textual.binding import Binding
 from textual.containers import Vertical, VerticalScroll
 from textual.content import Content
+from textual.events import Key
 from textual.screen import ModalScreen
 from textual.strip import Strip
 from textual.widgets import Input, OptionList, Static
@@ -44,6 +45,19 @@ class Dialog(ModalScreen[str | None]):
     """Dialog with at most one answer, also if keys are pressed in quick succession."""
 
     is_answered = False
+    typed_ahead = ""  # before the input has the focus
+
+    def on_key(self, event: Key) -> None:
+        """Keep characters that are typed before the input of the dialog has the focus."""
+        if event.is_printable and self.focused is None:
+            self.typed_ahead += event.character or ""
+
+    def insert_typed_ahead(self) -> None:
+        """Focus the input and insert what was typed before."""
+        entry = self.query_one(Input)
+        self.set_focus(entry)
+        if self.typed_ahead:
+            entry.insert_text_at_cursor(self.typed_ahead)
 
     def dismiss(self, result: str | None = None) -> AwaitComplete:
         """Close the dialog with an answer; later answers are ignored."""
@@ -123,6 +137,9 @@ class InputDialog(Dialog):
             box.border_title = self.question
             yield Input(self.text, select_on_focus=False)
 
+    def on_mount(self) -> None:
+        self.insert_typed_ahead()
+
     def on_input_submitted(self, event: Input.Submitted) -> None:
         self.dismiss(event.value.strip() or None)
 
@@ -150,6 +167,7 @@ class ChoiceDialog(Dialog):
 
     def on_mount(self) -> None:
         self._filter("")
+        self.insert_typed_ahead()
 
     def _filter(self, text: str) -> None:
         words = text.lower().split()

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from railui.desk.panels.design import DesignPanel
-from railui.desk.widgets.dialogs import ProblemsDialog, QuestionDialog
+from railui.desk.widgets.dialogs import DifferenceDialog, ProblemsDialog, QuestionDialog
 from railui.desk.widgets.form import Form, Heading
 from railui.desk.widgets.plot import Plot
 from railui.vehicle.design_reader import load_design
@@ -118,8 +118,16 @@ async def test_a_file_changed_by_another_program_is_not_overwritten(open_desk: O
         changed_text = bogie.read_text() + "# changed_text\n"
         bogie.write_text(changed_text)
         await keys.press("ctrl+s")
+        assert isinstance(keys.desk.screen, DifferenceDialog)
+        assert f"{STIFFNESS}: 3 MN/m → 4 MN/m" in keys.desk.screen.lines
+        await keys.press("enter")  # cancel
         assert bogie.read_text() == changed_text
         assert panel.draft is not None and panel.draft.is_modified
+        await keys.press("ctrl+s", "n", "enter")  # another name, and the proposed one is the same: it asks again
+        assert isinstance(keys.desk.screen, DifferenceDialog) and bogie.read_text() == changed_text
+        await keys.press("w")  # the number of the form; the comment of the other program stays
+        assert "# changed_text" in bogie.read_text() and load_design(bogie).value(STIFFNESS) == 4e6
+        assert not panel.draft.is_modified
 
 
 async def test_quitting_with_unsaved_changes_asks_first(open_desk: OpenDesk, bogie: Path) -> None:

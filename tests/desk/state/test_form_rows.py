@@ -80,7 +80,7 @@ def test_a_value_outside_the_usual_range_is_warned_of(bogie: Path, value: str, i
     assert bool(warning_text(f)) == f.is_unusual == is_unusual
     assert (f.low, f.high) == (1e5, 1e8)  # the slider does not grow
     preview, is_rejected = typed_preview(f, value)
-    assert ("outside the usual range" in preview) == is_unusual and not is_rejected
+    assert ("outside the usual 100 kN/m to 100 MN/m" in preview) == is_unusual and not is_rejected
 
 
 def test_a_value_beyond_its_slider_steps_back_to_the_end_and_not_farther(bogie: Path) -> None:
