@@ -14,10 +14,11 @@ from railui.vehicle.design_reader import Design
 
 @dataclass
 class DesignsEvaluated(Message):
-    """Results of a design and of the base it is compared with."""
+    """Results of a design and of the base it is compared with; `is_addition`: earlier results with curving added."""
 
     current: DesignResults
     base: DesignResults
+    is_addition: bool = False
 
 
 @dataclass

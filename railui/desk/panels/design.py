@@ -16,11 +16,12 @@ from textual.widgets import Static
 
 from railui.desk.messages import DesignsEvaluated, JobDone, JobFailed
 from railui.desk.panels.common import COPY, VIEW, Pane, Panel, arrange_grid, set_titles
+from railui.desk.panels.design_help import DESIGN_HELP
 from railui.desk.panels.saving import DesignSaver
 from railui.desk.presenters.choices import effect_choices, effect_of_choice
 from railui.desk.presenters.design_form import SPEED_PATH, TRACK_PATH, design_rows
 from railui.desk.presenters.design_plots import VIEWS, WINDOWS
-from railui.desk.presenters.design_results import Comparison, excitation_of
+from railui.desk.presenters.design_results import Comparison, DesignResults, excitation_of
 from railui.desk.presenters.ride_quality import comparison_text
 from railui.desk.services.design_jobs import compute_critical_speeds, evaluate_curving, evaluate_designs
 from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
@@ -58,18 +59,7 @@ class DesignPanel(Panel):
         Binding("t", "track", "Track", show=False),
         COPY,
     ]
-    HELP = """
-## Design
-After every change the design is simulated on its track; ride quality, spectra, modes and series are shown with those
-of the **base** (grey): the file as it was read, or the design at the last `b` (`B`: the file again). `x` swaps the two
-(A/B comparison).
-`ctrl+z` undoes, `ctrl+y` redoes: design, base, track and speed. `ctrl+s` writes the changed numbers into the file and
-keeps its comments; it asks before it replaces what another program wrote.
-`l` computes the critical speeds: linear, nonlinear, and the speed limit by ride criteria on this track.
-`v` shows other plots, `a` adds an effect of the catalogue, Delete removes the one under the cursor.
-Track and speed (top of the form) are settings of the desk, not of the file. Sum Y: sum of guiding forces of the
-leading wheelset. Flange time: proportion of time with flange contact.
-"""
+    HELP = DESIGN_HELP
 
     class Changed(Message):
         """The design or its run conditions have changed."""
@@ -173,11 +163,19 @@ leading wheelset. Flange time: proportion of time with flange contact.
 
     @on(DesignsEvaluated)
     def _on_evaluated(self, event: DesignsEvaluated) -> None:
-        self.results = (event.current, event.base)
-        if event.current.guiding_force is None or event.base.guiding_force is None:
+        if not event.is_addition or self._is_shown(event.current, event.base):
+            self.results = (event.current, event.base)
+        if self.results is not None and any(results.guiding_force is None for results in self.results):
             self.result_runner.submit(partial(evaluate_curving, self.results), unless_waiting=True)
+        if self.results is None or self.results[0] is not event.current:
+            return  # curving of a design before the one that is shown
         self._show_quality()
         self._show_plots([(self.view + k) % len(VIEWS) for k in range(len(VIEWS))], self.results)
+
+    def _is_shown(self, *results: DesignResults) -> bool:
+        """True if results are of the designs and run conditions whose results are shown."""
+        shown = self.results or ()
+        return [(r.design, r.conditions) for r in shown] == [(r.design, r.conditions) for r in results]
 
     @on(JobFailed)
     def _on_failed(self, event: JobFailed) -> None:

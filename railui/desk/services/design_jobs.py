@@ -25,7 +25,7 @@ def evaluate_designs(design: Design, base: Design, conditions: RunConditions, la
 
 def evaluate_curving(results: Comparison) -> Message:
     """Add curving to the results of a design and its base."""
-    return DesignsEvaluated(*add_curving(*results))
+    return DesignsEvaluated(*add_curving(*results), is_addition=True)
 
 
 def compute_critical_speeds(job: BackgroundJob, design: Design, track: str) -> Message:

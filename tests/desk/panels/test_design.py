@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from railui.desk.messages import DesignsEvaluated
 from railui.desk.panels.design import DesignPanel
 from railui.desk.widgets.dialogs import DifferenceDialog, ProblemsDialog, QuestionDialog
 from railui.desk.widgets.form import Form, Heading
@@ -194,3 +195,18 @@ async def test_a_dialog_is_answered_once_if_enter_is_pressed_repeatedly(open_des
             keys.desk.simulate_key("enter")
         await keys.wait_until_idle()
         assert len(keys.desk.screen_stack) == 1
+
+
+async def test_late_curving_of_an_earlier_design_does_not_replace_the_results(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
+        panel = keys.desk.query_one(DesignPanel)
+        earlier = panel.results
+        panel.set(STIFFNESS, "5 MN/m")
+        await keys.wait_until_idle()
+        assert earlier is not None and panel.results is not None and panel.draft is not None
+        score = panel.results[0].quality["score"]
+        panel.post_message(DesignsEvaluated(*earlier, is_addition=True))  # computed while the design was changed
+        await keys.wait_until_idle()
+        assert panel.results[0].quality["score"] == score != earlier[0].quality["score"]
+        assert panel.results[0].design.content() == panel.draft.design.content()
+        assert panel.results[0].guiding_force is not None
