@@ -54,7 +54,16 @@ class LoopView(Horizontal):
         self.show_details()
         self.arrange_parts()
 
+    def on_resize(self) -> None:
+        self.call_after_refresh(self._show_rows)
+
     # drawing
+
+    def _show_rows(self) -> None:
+        """Draw the rows whose text depends on the width."""
+        self._show_errors()
+        self._show_parameters()
+        self._show_ranking()
 
     def show(self, history: LoopHistory, has_job: bool, part: str | None = None) -> None:
         """Show a history, beginning with a part if there is room for one only."""
