@@ -72,7 +72,7 @@ class LoopView(Horizontal):
         if part is not None:
             self.view = VIEW_OF_PART[part]
         self.arrange_parts()
-        draw_in_turn(self, [self.show_details, self._show_ranking, self._show_plots])
+        draw_in_turn(self, [self.show_details, self._show_plots, self._show_rows])  # rows last: they depend on widths
 
     def show_part(self, part: str) -> None:
         """Show a part if there is room for one only."""
