@@ -69,6 +69,8 @@ class Campaign:
         Faults of the measured columns that the reader undoes.
     track
         Whether the track was measured "unloaded" or "loaded".
+    channels
+        Declared sensors of a vehicle of bodies, as the file has them.
     """
 
     name: str
@@ -89,6 +91,7 @@ class Campaign:
     warnings: tuple[Problem, ...] = field(default=(), compare=False)
     settings: LoopSettings = field(default_factory=LoopSettings)
     corrections: Corrections = field(default_factory=Corrections)
+    channels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def min_gain(self) -> float:
@@ -147,6 +150,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
         warnings=(*findings.warnings(), *design.warnings),
         settings=LoopSettings().with_values(model.model_dump()["settings"]),
         corrections=corrections,
+        channels=data.get("channels") or {},
     )
 
 

@@ -19,20 +19,24 @@ from textual.screen import Screen
 from textual.widgets import ContentSwitcher, Footer, Static
 
 from railui.desk.commands import active_keys, file_commands, key_commands, panel_commands
+from railui.desk.ending import Ending
+from railui.desk.exporting import export_focused
+from railui.desk.focus import FocusKeeper, TooSmall
 from railui.desk.heartbeat import Heartbeat, freeze_startup_objects, tune_interpreter
-from railui.desk.messages import DesignOffered
+from railui.desk.messages import DesignOffered, PartChanged
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
-from railui.desk.panels.common import PANELS, JobPanel, PanelTabs, first_focusable
+from railui.desk.panels.common import PANELS, PanelTabs
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.panels.track import TrackPanel
 from railui.desk.presenters.choices import find_files
-from railui.desk.presenters.design_plots import VIEWS
-from railui.desk.presenters.design_results import RunConditions
-from railui.desk.services.files import file_kind, load_state, log_traceback, save_state
+from railui.desk.services.files import file_kind, load_state, log_traceback
+from railui.desk.services.signals import handle_signals
+from railui.desk.session import DeskSession
 from railui.desk.state.draft import Draft
-from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog, ProblemsDialog, QuestionDialog
+from railui.desk.state.run_conditions import RunConditions
+from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog, ProblemsDialog
 from railui.io.problems import FileProblems, file_problem
 
 MIN_COLUMNS = 60
@@ -50,6 +54,8 @@ class Desk(App[None]):
         *(Binding(key, f"panel('{name}')", title, show=False) for name, (key, title) in PANELS.items()),
         Binding("f1", "help", "Help"),
         Binding("ctrl+p", "command_palette", "All"),
+        Binding("z", "enlarge", "Enlarge", show=False),
+        Binding("E", "export", "Export", show=False),
         Binding("ctrl+o", "open", "Open"),
         Binding("ctrl+s", "save", "Save"),
         Binding("ctrl+q", "quit", "Quit", priority=True),
@@ -60,6 +66,9 @@ class Desk(App[None]):
         self.path = path
         self.is_plain = is_plain
         self.heartbeat = Heartbeat()
+        self.session = DeskSession(self)
+        self.focus_keeper = FocusKeeper(self)
+        self.ending = Ending(self)
         self.state = load_state()  # of the last session
         self._shown_name = ""
         self._heartbeat_task: asyncio.Task[None] | None = None
@@ -68,7 +77,7 @@ class Desk(App[None]):
         with Horizontal(id="bar"):
             yield PanelTabs(id="tabs")
             yield Static(id="status")
-        yield Static(id="too-small")
+        yield TooSmall(id="too-small")
         with ContentSwitcher(initial="design"):
             yield DesignPanel(id="design")
             yield CampaignPanel(id="campaign")
@@ -87,13 +96,23 @@ class Desk(App[None]):
         self.action_panel("design")
         track = str(self.state.get("track", RunConditions.track))
         speed = float(self.state.get("speed", RunConditions.speed))
-        self.design_panel.conditions = RunConditions(track, speed)
+        self.design_panel.first_conditions = RunConditions(track, speed)
         self.design_panel.view = int(self.state.get("view", 0))
         start = self.path or self.state.get("file")
-        if start is not None and (self.path is not None or Path(start).exists()):
-            self.open(Path(start))
-        else:
-            self.call_after_refresh(self.action_open)
+        has_start = start is not None and (self.path is not None or Path(start).exists())
+        if has_start:
+            self.open(Path(str(start)))
+        self.call_after_refresh(self._offer_session, None if has_start else self.action_open)
+        self.watch(self.screen, "focused", self.focus_keeper.on_change, init=False)
+        handle_signals(self.ending.on_signal)
+
+    def _offer_session(self, otherwise: Callable[[], object] | None) -> None:
+        """Offer the session that ended last; if there is none or it is declined, do something else."""
+        if not self.session.offer(otherwise) and otherwise is not None:
+            otherwise()
+
+    def on_unmount(self) -> None:
+        self.session.close()
 
     def notify(self, message: str, **options: Any) -> None:
         """Show a message without markup, because it may contain units in square brackets and names of files."""
@@ -126,7 +145,7 @@ class Desk(App[None]):
                 self.query_one(OptimisePanel).open(path)
                 self.action_panel("optimise")
                 return
-            draft = Draft.load(path)
+            draft = Draft.load(path, self.design_panel.conditions)
         except FileProblems as error:
             self.push_screen(ProblemsDialog(str(path), error), lambda answer: self.open(path) if answer else None)
             return
@@ -144,8 +163,16 @@ class Desk(App[None]):
         self.push_screen(ChoiceDialog("Open a design, campaign or study", choices, free=True), self._open_chosen)
 
     def _open_chosen(self, chosen: str | None) -> None:
-        if chosen is not None:
-            self._after_saving(lambda: self.open(Path(chosen).expanduser()))
+        if chosen is None:
+            return
+        path = Path(chosen).expanduser()
+        kind = file_kind(path)
+        if kind == "campaign":
+            self.query_one(CampaignPanel).unless_unwritten(lambda: self.open(path))
+        elif kind == "study":
+            self.open(path)
+        else:
+            self.ending.after_saving(lambda: self.open(path))
 
     def action_save(self) -> None:
         self.design_panel.save()
@@ -157,8 +184,18 @@ class Desk(App[None]):
         if name == "track":
             self._show_track()
         self.query_one(PanelTabs).show(name)
-        if (widget := first_focusable(self.panel)) is not None:
-            self.set_focus(widget)
+        self.screen_stack[0].minimize()
+        self.focus_keeper.enter_panel()
+
+    def action_export(self) -> None:
+        export_focused(self)
+
+    def action_enlarge(self) -> None:
+        """Enlarge the focused pane to the whole screen, or show all panes again."""
+        if self.screen.maximized is not None:
+            self.screen.minimize()
+        elif self.focused is not None:
+            self.screen.maximize(self.focused)
 
     def _show_track(self) -> None:
         draft, conditions = self.design_panel.draft, self.design_panel.conditions
@@ -180,8 +217,13 @@ class Desk(App[None]):
         status = Text(f"{draft.name}{' ●' if draft.is_modified else '  '}")
         self.query_one("#status", Static).update(status, layout=draft.name != self._shown_name)
         self._shown_name = draft.name
+        self.session.store_form()
         if draft.design.kind != "rig":
             self.query_one(OptimisePanel).suggest_plan(draft.design, self.design_panel.conditions)
+
+    @on(PartChanged)
+    def _on_part_changed(self, event: PartChanged) -> None:
+        self.session.store(event.part)
 
     @on(TrackPanel.TrackChosen)
     def _on_track_chosen(self, event: TrackPanel.TrackChosen) -> None:
@@ -200,13 +242,13 @@ class Desk(App[None]):
         """Open the design of a loop or a search in the form with the nominal design as its base."""
 
         def take() -> None:
-            draft = Draft(event.nominal)
-            draft.push(event.design, event.description)
+            conditions = self.design_panel.conditions
+            draft = Draft(event.design, base=event.nominal, conditions=conditions, new_path=event.new_path)
             self.design_panel.open(draft)
             self.action_panel("design")
             self.notify(event.description, timeout=4)
 
-        self._after_saving(take)
+        self.ending.after_saving(take)
 
     # help, copying, quitting
 
@@ -226,60 +268,15 @@ class Desk(App[None]):
         self.notify("ctrl+c copies, ctrl+q quits")
 
     async def action_quit(self) -> None:
-        titles = [PANELS[str(panel.id)][1] for panel in self._busy_panels()]
-        if not titles or isinstance(self.screen, QuestionDialog):
-            self._after_saving(self._quit)
-            return
-
-        def on_answer(answer: str | None) -> None:
-            if answer == "q":
-                self._after_saving(self._quit)
-
-        subject = f"{' and '.join(titles)} {'is' if len(titles) == 1 else 'are'}"
-        question = f"{subject} running. Stored evaluations and recordings remain."
-        self.push_screen(QuestionDialog(question, {"q": "stop and quit", "c": "cancel"}), on_answer)
-
-    def _busy_panels(self) -> list[JobPanel]:
-        return [panel for panel in self.query(JobPanel) if panel.job is not None]
-
-    def _after_saving(self, action: Callable[[], object]) -> None:
-        """Run an action; if there are unsaved changes, ask first."""
-        draft = self.design_panel.draft
-        if draft is None or not draft.is_modified:
-            action()
-            return
-        if isinstance(self.screen, QuestionDialog):
-            return
-
-        def on_answer(answer: str | None) -> None:
-            if answer == "s":
-                self.action_save()
-            if answer == "d" or (answer == "s" and not draft.is_modified):
-                action()
-
-        answers = {"s": "save", "d": "discard the changes", "c": "cancel"}
-        self.push_screen(QuestionDialog(f"{draft.name} has unsaved changes.", answers), on_answer)
-
-    def _quit(self) -> None:
-        panel = self.design_panel
-        state: dict[str, Any] = {
-            "theme": self.theme,
-            "track": panel.conditions.track,
-            "speed": panel.conditions.speed,
-            "view": panel.view % len(VIEWS),
-        }
-        if panel.draft is not None and panel.draft.file.source is not None:
-            state["file"] = str(panel.draft.file.source.resolve())
-        for busy in self._busy_panels():
-            busy.action_stop()
-        if not self.is_plain:
-            save_state(self.state | state)
-        self.exit()
+        self.ending.ask_and_quit()
 
     def get_system_commands(self, screen: Screen[Any]) -> Iterable[SystemCommand]:
         yield from super().get_system_commands(screen)
         yield from panel_commands(self.action_panel)
         yield from file_commands(self.action_open, self.action_save, self.design_panel.save_as)
+        yield SystemCommand("Enlarge", "enlarge the focused pane, or show all again (z)", self.action_enlarge)
+        yield SystemCommand("Export", "write the focused plot or list as SVG or CSV (E)", self.action_export)
+        yield SystemCommand("Restore session", "restore work of a session that has ended", self.session.choose)
         delay = f"longest delay of the interface caused by the desk: {1e3 * self.heartbeat.longest_gap:.0f} ms"
         yield SystemCommand("Heartbeat", delay, lambda: self.notify(delay))
         yield from key_commands(self, self._active_nodes())
@@ -289,6 +286,7 @@ class Desk(App[None]):
         if (error := sys.exc_info()[1]) is not None:
             text = f"railui desk: {type(error).__name__}: {error}\ntraceback: {log_traceback(error)}"
             self._exit_renderables.append(Text(text))
+        self.session.autosave.flush()
         self._close_messages_no_wait()
 
 

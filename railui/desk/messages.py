@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from textual.message import Message
@@ -13,10 +14,11 @@ from railui.vehicle.design_reader import Design
 
 @dataclass
 class DesignsEvaluated(Message):
-    """Results of a design and of the base it is compared with."""
+    """Results of a design and of the base it is compared with; `is_addition`: earlier results with curving added."""
 
     current: DesignResults
     base: DesignResults
+    is_addition: bool = False
 
 
 @dataclass
@@ -54,8 +56,19 @@ class JobDone(Message):
 
 @dataclass
 class DesignOffered(Message):
-    """Design from a loop or a search, to be opened in the form with the nominal design as its base."""
+    """Design from a loop or a search, to be opened in the form with the nominal design as its base.
+
+    new_path: proposed file of the design, which has none yet.
+    """
 
     description: str
     design: Design
     nominal: Design
+    new_path: Path
+
+
+@dataclass
+class PartChanged(Message):
+    """Part of the session that the autosave stores has changed: plan, search or verdict."""
+
+    part: str

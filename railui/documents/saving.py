@@ -133,6 +133,10 @@ def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path
         conditions = {"conditions": dict(run.conditions)} if run.conditions else {}
         runs.append({"file": relative_path(run.file, directory), "role": run.role, **conditions})
     writer.items("runs", runs)
+    if campaign.channels:
+        with writer.block("channels"):
+            for name, entry in campaign.channels.items():
+                writer.entry(name, entry)
     writer.entry("noise", campaign.noise)
     writer.entry("noise_band", campaign.noise_band)
     writer.entry("adjust", campaign.estimated_parameters)

@@ -108,7 +108,7 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
         effects=effects,
         settings={path: _get(model, path) for path in setting_paths(form) if _is_given(data, path)},
         source=source,
-        sha256=sha256_file(source) if source else sha256(document.text),
+        sha256=sha256_file(source) if source and source.exists() else sha256(document.text),
         warnings=findings.warnings(),
         catalogue=catalogue,
         structure=structure,

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from railui.campaign.campaign import load_campaign
+from railui.documents.saving import save_campaign
 from railui.io.problems import FileProblems
 from railui.runs.columns import VehicleColumns
 
@@ -68,3 +69,11 @@ def test_the_default_estimates_contact_primary_springs_and_dampers(tmp_path: Pat
     assert "contact.wheels.conicity" in paths and "vehicle.elements.primary.lateral_stiffness" in paths
     assert "vehicle.elements.lateral_damper.lateral_damping" in paths
     assert not any("secondary.lateral_stiffness" in p or "mass" in p for p in paths)
+
+
+def test_declared_sensors_are_written_with_the_campaign(tmp_path: Path) -> None:
+    text = "channels:\n  floor: {kind: lateral_acceleration, body: body, at: [9.5 m, 0, 0.6], gravity: true}\n"
+    first = load_campaign(campaign(tmp_path, text + "noise: {floor: 0.03}\n"))
+    again = load_campaign(save_campaign(first, tmp_path / "again.yaml"))
+    assert again.design.structure is not None and first.design.structure is not None
+    assert again.design.structure.sensors == first.design.structure.sensors and again.noise == {"floor": 0.03}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
@@ -13,7 +14,7 @@ from textual.binding import Binding
 from textual.widgets import Static
 
 from railui.campaign.campaign import Campaign, load_campaign
-from railui.desk.messages import DesignOffered, JobDone, JobFailed, ProgressEvent, ProgressMessage
+from railui.desk.messages import DesignOffered, JobDone, JobFailed, PartChanged, ProgressEvent, ProgressMessage
 from railui.desk.panels.common import COPY, PAUSE, START, STOP, VIEW, JobPanel, Pane, set_titles
 from railui.desk.panels.loop_view import LoopView
 from railui.desk.presenters.loop_history import LoopHistory
@@ -21,7 +22,8 @@ from railui.desk.presenters.loop_plots import FinishedLoop
 from railui.desk.presenters.loop_text import hunting_note, identifiability_summary, runs_text
 from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
 from railui.desk.services.loop_job import DataChecked, StoppedLoop, check_campaign, run_loop, write_report
-from railui.desk.widgets.dialogs import InputDialog
+from railui.desk.services.verdict_file import StoredVerdict
+from railui.desk.widgets.dialogs import InputDialog, QuestionDialog
 from railui.identification.events import FitIteration, ScoreTestProgress
 from railui.report.loop.files import ForeignFilesError, calibrated_design, check_directory
 
@@ -54,6 +56,7 @@ the form, `w` writes the files of `railui loop`.
         super().__init__(id=id)
         self.campaign: Campaign | None = None
         self.history = LoopHistory()
+        self.is_written = False  # the verdict, by `w`
         self.check_runner = LatestJobRunner(self, "data checks")
 
     @property
@@ -84,6 +87,7 @@ the form, `w` writes the files of `railui loop`.
             self.job.stop()
         self.campaign = campaign
         self.history = LoopHistory(campaign)
+        self.is_written = False
         self._show_all("details")
         self.check_runner.submit(partial(check_campaign, campaign))
 
@@ -94,7 +98,29 @@ the form, `w` writes the files of `railui loop`.
         if self.job is not None:
             self.notify("the loop is running: k stops it")
             return
+        self.unless_unwritten(self._start)
+
+    def unless_unwritten(self, action: Callable[[], object]) -> None:
+        """Run an action that replaces the verdict; if the verdict was not written, ask first."""
+        if self.finished is None or self.is_written:
+            action()
+            return
+
+        def on_answer(answer: str | None) -> None:
+            if answer == "g":
+                action()
+            elif answer == "w":
+                self.action_write()
+
+        answers = {"c": "cancel", "w": "write the report of this verdict", "g": "go on: this verdict is lost"}
+        name = self.campaign.name if self.campaign is not None else "the campaign"
+        self.app.push_screen(QuestionDialog(f"The verdict of {name} was not written.", answers), on_answer)
+
+    def _start(self) -> None:
+        if self.campaign is None:
+            return
         campaign, last = self.campaign, self.history
+        self.is_written = False
         self.history = LoopHistory(campaign)
         self.history.dataset = last.dataset
         self.history.findings = last.findings
@@ -124,6 +150,10 @@ the form, `w` writes the files of `railui loop`.
 
     @on(ProgressMessage)
     def _on_line(self, message: ProgressMessage) -> None:
+        if message.name == "write":
+            self.is_written = True
+            self.notify(message.text, timeout=6)
+            return
         self.history.lines.append(message.text)
         self.show_status()
 
@@ -135,6 +165,29 @@ the form, `w` writes the files of `railui loop`.
             self._show_all()
             return
         self.history.finish(message.result)
+        self._show_all("series")
+        self.post_message(PartChanged("verdict"))
+
+    def stored_verdict(self) -> StoredVerdict | None:
+        """Return the verdict with what its panes show; None before the verdict."""
+        history = self.history
+        if history.finished is None:
+            return None
+        return StoredVerdict(
+            history.finished, list(history.lines), dict(history.errors), dict(history.totals), history.iteration,
+            list(history.findings),
+        )  # fmt: skip
+
+    def restore(self, stored: StoredVerdict) -> None:
+        """Show the verdict of an ended session."""
+        dataset = stored.finished.result.dataset
+        self.campaign = dataset.campaign
+        self.history = history = LoopHistory(dataset.campaign)
+        history.dataset, history.findings = dataset, stored.findings
+        history.errors, history.totals = dict(stored.errors), dict(stored.totals)
+        history.lines, history.iteration = list(stored.lines), stored.iteration
+        history.finished = stored.finished
+        self.is_written = False
         self._show_all("series")
 
     @on(JobFailed)
@@ -202,7 +255,10 @@ the form, `w` writes the files of `railui loop`.
             return
         result = self.finished.result
         campaign = result.dataset.campaign
-        self.post_message(DesignOffered(f"calibrated on {campaign.name}", calibrated_design(result), campaign.design))
+        nominal, design = campaign.design, calibrated_design(result)
+        stem = nominal.source.stem if nominal.source is not None else "vehicle"
+        new_path = campaign.source.with_name(f"{stem}_calibrated.yaml")
+        self.post_message(DesignOffered(f"calibrated on {campaign.name}", design, nominal, new_path))
 
     def action_write(self) -> None:
         if self.finished is not None and self.campaign is not None:

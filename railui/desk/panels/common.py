@@ -111,10 +111,12 @@ def set_titles(widget: Widget, title: str | None = None, sub: str | None = None)
 
 def first_focusable(panel: DOMNode) -> Widget | None:
     """Return the first displayed widget of a panel that can have the focus."""
-    for widget in panel.query(Widget):
-        if widget.can_focus and all(node.display for node in widget.ancestors_with_self):
-            return widget
-    return None
+    return next((widget for widget in panel.query(Widget) if is_focusable(widget)), None)
+
+
+def is_focusable(widget: Widget) -> bool:
+    """True if a widget is displayed and can have the focus."""
+    return widget.can_focus and all(node.display for node in widget.ancestors_with_self)
 
 
 def draw_in_turn(owner: Widget, jobs: Sequence[Callable[[], None]]) -> None:

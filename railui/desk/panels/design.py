@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any, ClassVar
 
 from textual import on
@@ -17,17 +16,20 @@ from textual.widgets import Static
 
 from railui.desk.messages import DesignsEvaluated, JobDone, JobFailed
 from railui.desk.panels.common import COPY, VIEW, Pane, Panel, arrange_grid, set_titles
+from railui.desk.panels.design_help import DESIGN_HELP
+from railui.desk.panels.saving import DesignSaver
 from railui.desk.presenters.choices import effect_choices, effect_of_choice
 from railui.desk.presenters.design_form import SPEED_PATH, TRACK_PATH, design_rows
 from railui.desk.presenters.design_plots import VIEWS, WINDOWS
-from railui.desk.presenters.design_results import Comparison, RunConditions, excitation_of
+from railui.desk.presenters.design_results import Comparison, DesignResults, excitation_of
 from railui.desk.presenters.ride_quality import comparison_text
 from railui.desk.services.design_jobs import compute_critical_speeds, evaluate_curving, evaluate_designs
 from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
-from railui.desk.state.draft import Draft, FileChanged
-from railui.desk.state.form_rows import value_text
+from railui.desk.state.draft import Draft
+from railui.desk.state.form_rows import Field, value_text
+from railui.desk.state.run_conditions import RunConditions
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.dialogs import ChoiceDialog, InputDialog
+from railui.desk.widgets.dialogs import ChoiceDialog
 from railui.desk.widgets.form import Form
 from railui.desk.widgets.form_pane import FormPane
 from railui.desk.widgets.plot import Plot
@@ -48,6 +50,7 @@ class DesignPanel(Panel):
         VIEW,
         Binding("V", "view(-1)", "View back", show=False),
         Binding("b", "base", "Base"),
+        Binding("B", "file_base", "File as base", show=False),
         Binding("x", "swap", "A/B"),
         Binding("a", "add", "Effect"),
         Binding("delete", "remove", "Remove effect", show=False),
@@ -55,16 +58,7 @@ class DesignPanel(Panel):
         Binding("t", "track", "Track", show=False),
         COPY,
     ]
-    HELP = """
-## Design
-After every change the design is simulated on its track; ride quality, spectra, modes and series are shown with those
-of the **base** (grey): the file as it was read, or the design at the last `b`. `x` swaps the two (A/B comparison).
-`ctrl+z` undoes, `ctrl+y` redoes, `ctrl+s` writes the changed numbers into the file and keeps its comments.
-`l` computes the critical speeds: linear, nonlinear, and the speed limit by ride criteria on this track.
-`v` shows other plots, `a` adds an effect of the catalogue, Delete removes the one under the cursor.
-Track and speed (top of the form) are settings of the desk, not of the file. Sum Y: sum of guiding forces of the
-leading wheelset. Flange time: proportion of time with flange contact.
-"""
+    HELP = DESIGN_HELP
 
     class Changed(Message):
         """The design or its run conditions have changed."""
@@ -72,7 +66,7 @@ leading wheelset. Flange time: proportion of time with flange contact.
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
         self.draft: Draft | None = None
-        self.conditions = RunConditions()
+        self.first_conditions = RunConditions()  # of the first design
         self.results: Comparison | None = None
         self.result_runner = LatestJobRunner(self, "results")
 
@@ -90,6 +84,11 @@ leading wheelset. Flange time: proportion of time with flange contact.
         """Form of the design."""
         return self.query_one(FormPane)
 
+    @property
+    def conditions(self) -> RunConditions:
+        """Track and speed of the design."""
+        return self.draft.conditions if self.draft is not None else self.first_conditions
+
     # the design
 
     def open(self, draft: Draft) -> None:
@@ -104,7 +103,7 @@ leading wheelset. Flange time: proportion of time with flange contact.
         draft = self.draft
         if draft is None:
             return
-        self.pane.fill(list(design_rows(draft, self.conditions)), draft.base.values)
+        self.pane.fill(list(design_rows(draft)), draft.base.values)
         set_titles(self.pane, f"{draft.name}{' ●' if draft.is_modified else ''}")
         self.result_runner.submit(partial(evaluate_designs, draft.design, draft.base, self.conditions, self.results))
         self.post_message(self.Changed())
@@ -112,6 +111,17 @@ leading wheelset. Flange time: proportion of time with flange contact.
     @on(Form.ValueRequested)
     def _on_value_requested(self, event: Form.ValueRequested) -> None:
         self.set(event.path, event.value, event.gesture)
+
+    @on(Form.StepRequested)
+    def _on_step_requested(self, event: Form.StepRequested) -> None:
+        """Step from the value that the design has now, so that every key press counts."""
+        field = next((row for row in self._fields() if row.path == event.path), None)
+        if field is not None and field.value is not None:
+            self.set(event.path, field.stepped(event.by), event.gesture)
+
+    def _fields(self) -> Iterator[Field]:
+        if self.draft is not None:
+            yield from (row for row in design_rows(self.draft) if isinstance(row, Field))
 
     @on(Form.ResetRequested)
     def _on_reset_requested(self, event: Form.ResetRequested) -> None:
@@ -123,7 +133,7 @@ leading wheelset. Flange time: proportion of time with flange contact.
         """Set a value of the design or of the run conditions; show the error and return False if it is rejected."""
         try:
             if path in CONDITION_PATHS:
-                self._set_condition(path, value)
+                self._set_condition(path, value, gesture)
             elif self.draft is not None:
                 self.draft.set(path, value, gesture)
         except FileProblems as error:
@@ -137,21 +147,32 @@ leading wheelset. Flange time: proportion of time with flange contact.
         self.pane.accept()
         return True
 
-    def _set_condition(self, path: str, value: Any) -> None:
+    def _set_condition(self, path: str, value: Any, gesture: str) -> None:
         change = {"speed": read_speed(value)} if path == SPEED_PATH else {"track": value}
         conditions = replace(self.conditions, **change)
         excitation_of(conditions)  # raises for an invalid track
-        self.conditions = conditions
+        if self.draft is not None:
+            self.draft.set_conditions(conditions, path.rpartition(".")[2], gesture)
+        else:
+            self.first_conditions = conditions
 
     # results
 
     @on(DesignsEvaluated)
     def _on_evaluated(self, event: DesignsEvaluated) -> None:
-        self.results = (event.current, event.base)
-        if event.current.guiding_force is None or event.base.guiding_force is None:
+        if not event.is_addition or self._is_shown(event.current, event.base):
+            self.results = (event.current, event.base)
+        if self.results is not None and any(results.guiding_force is None for results in self.results):
             self.result_runner.submit(partial(evaluate_curving, self.results), unless_waiting=True)
+        if self.results is None or self.results[0] is not event.current:
+            return  # curving of a design before the one that is shown
         self._show_quality()
         self._show_plots([(self.view + k) % len(VIEWS) for k in range(len(VIEWS))], self.results)
+
+    def _is_shown(self, *results: DesignResults) -> bool:
+        """True if results are of the designs and run conditions whose results are shown."""
+        shown = self.results or ()
+        return [(r.design, r.conditions) for r in shown] == [(r.design, r.conditions) for r in results]
 
     @on(JobFailed)
     def _on_failed(self, event: JobFailed) -> None:
@@ -202,13 +223,18 @@ leading wheelset. Flange time: proportion of time with flange contact.
             self.notify("base set to the current design", timeout=2)
             self._update()
 
+    def action_file_base(self) -> None:
+        """Make the design of the file the base."""
+        if self.draft is not None and self.draft.file is not None:
+            self.draft.set_base(self.draft.file)
+            self._update()
+
     def action_swap(self) -> None:
         if self.draft is not None:
             self.draft.swap_with_base()
             self._update()
 
     def action_critical_speeds(self) -> None:
-        """Compute the linear and nonlinear critical speeds and the speed limit by ride criteria on this track."""
         if self.draft is None:
             return
         design, track = self.draft.design, self.conditions.track
@@ -256,35 +282,14 @@ leading wheelset. Flange time: proportion of time with flange contact.
 
     # saving
 
-    def save(self) -> None:
-        """Save the design in its file, or ask for a file name."""
-        if self.draft is not None:
-            self._save(self.draft.save)
+    def save(self, then: Callable[[], object] | None = None) -> None:
+        """Save the design in its file, or ask for a file name; run an action once it is saved."""
+        if self.draft is None:
+            self.notify("no design in the form: t takes that of a verdict or of the front, w writes the report")
+        else:
+            DesignSaver(self.app, self.draft, self._update, then).save()
 
     def save_as(self) -> None:
         """Ask for a file name and save the design there."""
         if self.draft is not None:
-            path = str(self.draft.file.source or f"{self.draft.name}.yaml")
-            self.app.push_screen(InputDialog("Save as", path), self._save_as)
-
-    def _save_as(self, name: str | None) -> None:
-        if name is None or self.draft is None:
-            return
-        path = Path(name).expanduser()
-        path = path if path.suffix in (".yaml", ".yml") else path.with_name(f"{path.name}.yaml")
-        if path.exists() and path != self.draft.file.source:
-            self.notify(f"{path} exists: choose another name", severity="error")
-            return
-        self._save(partial(self.draft.save_as, path))
-
-    def _save(self, save: Callable[[], Path]) -> None:
-        try:
-            path = save()
-        except FileChanged as reason:
-            self.notify(str(reason), severity="warning")
-            self.save_as()
-        except (FileProblems, OSError) as error:
-            self.notify(str(error), severity="error")
-        else:
-            self.notify(f"saved {path}", timeout=3)
-            self._update()
+            DesignSaver(self.app, self.draft, self._update).save_as()

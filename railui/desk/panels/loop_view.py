@@ -54,7 +54,16 @@ class LoopView(Horizontal):
         self.show_details()
         self.arrange_parts()
 
+    def on_resize(self) -> None:
+        self.call_after_refresh(self._show_rows)
+
     # drawing
+
+    def _show_rows(self) -> None:
+        """Draw the rows whose text depends on the width."""
+        self._show_errors()
+        self._show_parameters()
+        self._show_ranking()
 
     def show(self, history: LoopHistory, has_job: bool, part: str | None = None) -> None:
         """Show a history, beginning with a part if there is room for one only."""
@@ -63,7 +72,7 @@ class LoopView(Horizontal):
         if part is not None:
             self.view = VIEW_OF_PART[part]
         self.arrange_parts()
-        draw_in_turn(self, [self.show_details, self._show_ranking, self._show_plots])
+        draw_in_turn(self, [self.show_details, self._show_plots, self._show_rows])  # rows last: they depend on widths
 
     def show_part(self, part: str) -> None:
         """Show a part if there is room for one only."""

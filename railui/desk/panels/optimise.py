@@ -14,31 +14,28 @@ from textual.containers import Horizontal
 from textual.message import Message
 
 from railui.arrays import FloatArray
-from railui.desk.messages import DesignOffered, JobDone, JobFailed, ProgressEvent
+from railui.desk.messages import DesignOffered, JobDone, JobFailed, PartChanged, ProgressEvent
 from railui.desk.panels.common import (
     COPY,
     PAUSE,
     START,
     STOP,
     VIEW,
-    JobPanel,
 )
+from railui.desk.panels.plan_panel import PlanPanel
 from railui.desk.panels.search_view import SearchView
-from railui.desk.presenters.choices import variable_choices
-from railui.desk.presenters.design_results import RunConditions
-from railui.desk.presenters.plan_form import plan_rows
 from railui.desk.presenters.search_history import GenerationSummary, SearchHistory
 from railui.desk.services.jobs import BackgroundJob
 from railui.desk.services.search_job import run_search
-from railui.desk.state.plan import USUAL_SCENARIOS, Plan
-from railui.desk.widgets.dialogs import ChoiceDialog, ProblemsDialog
-from railui.desk.widgets.form import Form
+from railui.desk.state.plan import Plan
+from railui.desk.state.run_conditions import RunConditions
+from railui.desk.widgets.dialogs import ProblemsDialog
 from railui.desk.widgets.form_pane import FormPane
 from railui.io.problems import FileProblems
 from railui.vehicle.design_reader import Design
 
 
-class OptimisePanel(JobPanel):
+class OptimisePanel(PlanPanel):
     """Plan on the left; Pareto front, convergence and the selected design on the right."""
 
     BINDINGS: ClassVar[list[Any]] = [
@@ -51,13 +48,16 @@ class OptimisePanel(JobPanel):
         Binding("a", "add", "Variable"),
         Binding("g", "objective", "Objective", show=False),
         Binding("delete", "remove", "Remove", show=False),
+        Binding("ctrl+z", "undo", "Undo", show=False),
+        Binding("ctrl+y", "redo", "Redo", show=False),
         Binding("d", "design", "From form", show=False),
         COPY,
     ]
     HELP = """
 ## Optimise
 The plan on the left begins with the design in the form (`d` updates it): variables with bounds, objectives,
-constraints, track, speed and seeds. `a` adds a variable, `g` an objective, Delete removes the entry under the cursor.
+constraints, track, speed and seeds. `a` adds a variable, `g` an objective, Delete removes the entry under the cursor,
+Backspace restores its first value, `ctrl+z` and `ctrl+y` undo and redo.
 `s` starts, `p` pauses, `k` stops the search; every evaluation is stored in the directory of the plan, so that `s` or
 `railui optimise` resumes it. `f` moves to the front: up and down select a design, whose spectra are shown with the
 baseline; the cross on the front shows mean and standard deviation of its objectives on new seeds that the search did
@@ -69,8 +69,6 @@ not use. `t` opens the design in the form.
 
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.plan: Plan | None = None
-        self.is_edited = False
         self.history: SearchHistory | None = None
 
     @property
@@ -96,84 +94,32 @@ not use. `t` opens the design in the form.
         self.show_status()
 
     @property
-    def pane(self) -> FormPane:
-        """Form of the plan."""
-        return self.query_one(FormPane)
-
-    @property
     def search_view(self) -> SearchView:
         """Status, front and selected design."""
         return self.query_one(SearchView)
-
-    # the plan
 
     def suggest_plan(self, design: Design, conditions: RunConditions) -> None:
         """Show a default plan for the design in the form unless the plan was edited or a search was started."""
         if self.is_edited or self.generations or self.job is not None:
             return
         if self.plan is None or self.plan.design is not design:
-            self.set_plan(Plan.for_design(design, conditions.track, conditions.speed))
-
-    def open(self, path: Path) -> None:
-        """Open the plan of a study file; raise FileProblems with every error."""
-        self.set_plan(Plan.read(path))
-        self.is_edited = True
-
-    def set_plan(self, plan: Plan) -> None:
-        """Show a plan in the form."""
-        self.plan = plan
-        base: dict[str, float] = {}
-        for path in plan.bounds:
-            base |= {f"bounds.{path}.{end}": plan.design.value(path) for end in ("lowest", "highest")}
-        self.pane.fill(list(plan_rows(plan)), base)
-        self.show_status()
-
-    def use_design(self, design: Design) -> None:
-        """Plan with another design; variables that it does not have are dropped."""
-        if self.plan is not None:
-            bounds = {p: b for p, b in self.plan.bounds.items() if p in design.paths()}
-            self.set_plan(replace(self.plan, design=design, bounds=bounds, study=None, scenarios=USUAL_SCENARIOS))
-
-    @on(Form.ValueRequested)
-    def _on_value_requested(self, event: Form.ValueRequested) -> None:
-        if self.plan is None:
-            return
-        self.is_edited = True
-        try:
-            self.set_plan(self.plan.with_value(event.path, event.value))
-        except ValueError as error:
-            self.pane.reject(str(error))
-        else:
-            self.pane.accept()
-
-    @on(Form.ResetRequested)
-    def _on_reset_requested(self) -> None:
-        self.action_remove()
-
-    def action_add(self) -> None:
-        if self.plan is not None:
-            choices = variable_choices(self.plan.design)
-            self.app.push_screen(ChoiceDialog("Add a variable", choices), self._add_variable)
-
-    def _add_variable(self, path: str | None) -> None:
-        if path is not None and self.plan is not None:
-            self.is_edited = True
-            self.set_plan(self.plan.with_variable(path))
-            self.pane.form.select(f"bounds.{path}.lowest")
-
-    def action_objective(self) -> None:
-        if self.plan is not None:
-            self.set_plan(self.plan.with_objective())
-            self.pane.form.select(f"objectives.{len(self.plan.objectives) - 1}.objective")
-
-    def action_remove(self) -> None:
-        field = self.pane.form.field
-        if field is not None and self.plan is not None:
-            self.set_plan(self.plan.without(field.path))
+            self.begin_plan(Plan.for_design(design, conditions.track, conditions.speed))
 
     def action_design(self) -> None:
         """Use the current design of the form."""
         self.post_message(self.DesignRequested())
+
+    def restore(self, plan: Plan, history: SearchHistory | None) -> None:
+        """Show a plan and a search of an ended session."""
+        self.begin_plan(plan)
+        self.is_edited = True
+        if history is not None:
+            self.history = history
+            self.search_view.show_history(history)
+            is_finished = history.result is not None
+            self.search_view.set_activity("restored" if is_finished else "restored: s resumes the search")
+        self.show_status()
+        self.post_message(PartChanged("plan"))
 
     # the search
 
@@ -208,6 +154,7 @@ not use. `t` opens the design in the form.
             self.search_view.set_activity(generation.activity)
             if self.history.add(generation):
                 self.search_view.show_generation()
+                self.post_message(PartChanged("search"))
         self.show_status()
 
     @on(JobDone)
@@ -216,6 +163,7 @@ not use. `t` opens the design in the form.
         result = message.result
         self.job = None
         self.history.result = result
+        self.post_message(PartChanged("search"))
         self.search_view.set_activity(f"finished: {len(result['pareto'])} designs on the front")
         if result["warnings"]:
             self.notify("\n".join(result["warnings"]), title="Warnings", timeout=12)
@@ -249,7 +197,11 @@ not use. `t` opens the design in the form.
             self.notify("no design yet: s starts the search")
             return
         nominal = self.history.plan.design
-        self.post_message(DesignOffered(f"design {index + 1} of the front", nominal.with_values(values), nominal))
+        description = f"design {index + 1} of the front"
+        design = replace(nominal.with_values(values), name=f"{nominal.name}, {description}")
+        home = nominal.source.parent if nominal.source is not None else Path()
+        new_path = home / f"{self.history.plan.file_stem}_front_{index + 1}.yaml"
+        self.post_message(DesignOffered(description, design, nominal, new_path))
 
     def action_copy(self) -> None:
         self.search_view.designs.action_copy()

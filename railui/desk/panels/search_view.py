@@ -14,7 +14,7 @@ from textual.widgets import Static
 from railui.desk.messages import DesignsEvaluated, JobFailed
 from railui.desk.panels.common import Pane, arrange_grid, draw_in_turn, set_titles
 from railui.desk.presenters.design_plots import comfort_spectrum, displacement_spectrum
-from railui.desk.presenters.design_results import DesignResults, RunConditions, evaluate_design
+from railui.desk.presenters.design_results import DesignResults, evaluate_design
 from railui.desk.presenters.ride_quality import comparison_text
 from railui.desk.presenters.search_history import SearchHistory
 from railui.desk.presenters.search_plots import (
@@ -28,6 +28,7 @@ from railui.desk.presenters.search_plots import (
 )
 from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
 from railui.desk.state.plan import Plan
+from railui.desk.state.run_conditions import RunConditions
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.bars import Bars
 from railui.desk.widgets.plot import Plot

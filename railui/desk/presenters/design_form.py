@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from railui.desk.presenters.design_results import RunConditions
 from railui.desk.state.draft import Draft
 from railui.desk.state.form_rows import Field, Heading
 
@@ -13,11 +12,12 @@ TRACK_PATH: Final = "case.track"
 SPEED_PATH: Final = "case.speed"
 
 
-def design_rows(draft: Draft, conditions: RunConditions) -> Iterator[Heading | Field]:
+def design_rows(draft: Draft) -> Iterator[Heading | Field]:
     """Yield the rows of the form of a design: run conditions, then its parameters by group."""
+    conditions = draft.conditions
     yield Heading("run conditions")
     yield Field(TRACK_PATH, "", "track", "", conditions.track, source="the desk")
-    yield Field(SPEED_PATH, "V", "speed", "m/s", conditions.speed, 5.0, 100.0, source="the desk")
+    yield Field(SPEED_PATH, "V", "speed", "m/s", conditions.speed, 5.0, 100.0, source="the desk", usual=(5.0, 100.0))
     profiles = draft.design.profiles
     if profiles is not None:
         yield Heading(f"contact: {profiles.wheel.stem} on {profiles.rail.stem}, {profiles.use}")

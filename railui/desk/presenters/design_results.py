@@ -12,6 +12,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.curving import curves
+from railui.desk.state.run_conditions import RunConditions
 from railui.dsp.spectra import welch
 from railui.ride_quality.comfort import comfort_point_transfer, riding_of_row
 from railui.ride_quality.evaluation import simulate, simulate_rides
@@ -30,14 +31,6 @@ MIN_OSCILLATION_FREQUENCY: Final = 0.5  # rad/s; slower modes are not shown
 MIN_FREQUENCY: Final = 0.1  # Hz, of the spectra
 MAX_FREQUENCY: Final = 40.0  # Hz
 CHANNELS: Final = ("e1", "e2", "ayf")
-
-
-@dataclass(frozen=True)
-class RunConditions:
-    """Run conditions: track (spec or file) and speed [m/s]."""
-
-    track: str = "erri_b176_low length=2000 seed=1"
-    speed: float = 40.0
 
 
 @dataclass(frozen=True, eq=False)

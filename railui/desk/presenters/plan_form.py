@@ -34,7 +34,8 @@ def _variable_rows(plan: Plan, path: str) -> Iterator[Heading | Field]:
     low, high = plan.bounds[path]
     yield Heading(path.removeprefix("vehicle.").replace(".", " ").replace("_", " "))
     for end, value in (("lowest", low), ("highest", high)):
-        yield Field(f"bounds.{path}.{end}", "", f"{end} value", plan.unit(path), value, *plan.slider_range(path))
+        unit, usual = plan.unit(path), plan.design.parameter(path).usual_range
+        yield Field(f"bounds.{path}.{end}", "", f"{end} value", unit, value, *plan.slider_range(path), usual=usual)
 
 
 def _case_rows(plan: Plan) -> Iterator[Heading | Field]:
@@ -51,11 +52,15 @@ def _case_rows(plan: Plan) -> Iterator[Heading | Field]:
 
 def _method_rows(plan: Plan) -> Iterator[Heading | Field]:
     yield Heading("method")
-    yield Field("population", "", "designs in a generation", "1", plan.population, 8, 512)
-    yield Field("generations", "", "generations", "1", plan.generations, 1, 200)
-    yield Field("seed", "", "random seed of the search", "1", plan.seed, 0, 100)
+    yield _integer_field("population", "designs in a generation", plan.population, 8, 512)
+    yield _integer_field("generations", "generations", plan.generations, 1, 200)
+    yield _integer_field("seed", "random seed of the search", plan.seed, 0, 100)
     yield _text_field("directory", "directory in which every evaluation is stored", plan.directory)
 
 
 def _text_field(path: str, caption: str, value: str, choices: tuple[str, ...] = (), title: str = "") -> Field:
     return Field(path, "", caption, "", value, choices=choices, title=title)
+
+
+def _integer_field(path: str, caption: str, value: int, low: int, high: int) -> Field:
+    return Field(path, "", caption, "1", value, low, high, is_integer=True, usual=(low, high))

@@ -20,7 +20,7 @@ CLASS_COLOURS = {
     "dangerous": "bold red",
 }
 NARROW_COLUMNS = 48  # width below which short names are used
-TWO_TABLE_COLUMNS = 92  # width from which the extra rows are shown too
+TWO_TABLE_COLUMNS = 94  # width from which the extra rows are shown too
 GUIDING_FORCE_RADIUS = 600.0  # m
 RELATIVE_TOLERANCE = 1e-3  # smaller changes are not marked
 
@@ -87,7 +87,7 @@ def comparison_text(current: DesignResults, base: DesignResults, width: int) -> 
     for main, extra in zip(MAIN_ROWS, EXTRA_ROWS, strict=True):
         _append_row(text, main, values, base_values, width < NARROW_COLUMNS)
         if width >= TWO_TABLE_COLUMNS:
-            text.append("   ")
+            text.append("  ")
             _append_row(text, extra, values, base_values, False)
         text.append("\n")
     text.rstrip()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.desk.state.plan import Plan
+from railui.io.atomic import to_json_value
 from railui.optimisation.multi_objective import nondominated
 from railui.optimisation.objectives import violations
 from railui.optimisation.search import SearchState
@@ -107,6 +108,28 @@ class SearchHistory:
         """Return the variables of a design of the front by path."""
         x, _ = self.front()
         return dict(zip(self.plan.bounds, x[index].tolist(), strict=True)) if index < len(x) else None
+
+
+def search_content(history: SearchHistory) -> dict[str, Any]:
+    """Return the generations and the result of a search as JSON."""
+    return {
+        "generations": [to_json_value(vars(generation)) for generation in history.generations],
+        "result": to_json_value(history.result),
+    }
+
+
+def restore_search(plan: Plan, content: Mapping[str, Any]) -> SearchHistory:
+    """Return the stored history of the search of a plan; raise KeyError or TypeError if it cannot be read."""
+    history = SearchHistory(plan)
+    for row in content["generations"]:
+        x = _number_rows(row["x"], len(plan.bounds))
+        objectives = _number_rows(row["objectives"], len(plan.objectives))
+        feasible = np.array(row["is_feasible"], dtype=bool)
+        baseline = _number_rows([row["baseline"]], len(plan.objectives))[0]
+        counts = int(row["evaluations"]), int(row["failed"]), str(row["activity"])
+        history.generations.append(GenerationSummary(x, objectives, feasible, *counts, baseline))
+    history.result = content["result"]
+    return history
 
 
 def summarise_generation(study: Any, state: SearchState) -> GenerationSummary | None:

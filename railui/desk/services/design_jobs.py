@@ -7,13 +7,13 @@ from textual.message import Message
 from railui.desk.messages import DesignsEvaluated, JobDone
 from railui.desk.presenters.design_results import (
     Comparison,
-    RunConditions,
     add_curving,
     evaluate_comparison,
     load_track,
 )
 from railui.desk.presenters.ride_quality import critical_speeds_text
 from railui.desk.services.jobs import BackgroundJob, Checkpoints
+from railui.desk.state.run_conditions import RunConditions
 from railui.running_stability.summary import stability
 from railui.vehicle.design_reader import Design
 
@@ -25,7 +25,7 @@ def evaluate_designs(design: Design, base: Design, conditions: RunConditions, la
 
 def evaluate_curving(results: Comparison) -> Message:
     """Add curving to the results of a design and its base."""
-    return DesignsEvaluated(*add_curving(*results))
+    return DesignsEvaluated(*add_curving(*results), is_addition=True)
 
 
 def compute_critical_speeds(job: BackgroundJob, design: Design, track: str) -> Message:

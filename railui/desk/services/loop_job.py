@@ -60,4 +60,4 @@ def run_loop(job: BackgroundJob, campaign: Campaign) -> Message:
 def write_report(finished: FinishedLoop, directory: Path, lines: Sequence[str]) -> Message:
     """Write the files of `railui loop` into a directory."""
     write_loop(finished.result, finished.report, directory, [*lines, str(finished.report["sentence"])])
-    return ProgressMessage("loop", f"written to {directory}")
+    return ProgressMessage("write", f"written to {directory}")

@@ -104,6 +104,11 @@ class Plan:
             study,
         )
 
+    @property
+    def file_stem(self) -> str:
+        """Name of the plan in the names of files."""
+        return Path(self.directory).name or "design"
+
     def unit(self, path: str) -> str:
         """Return the unit of a variable."""
         return self.design.unit(path)
@@ -129,6 +134,8 @@ class Plan:
             return self._with_objective(index, key, value)
         if head == "constraints":
             return self._with_constraint(rest, str(value).strip())
+        if head == "track":
+            return replace(self, track=self._checked_track(str(value).strip()))
         if head == "speed":
             return replace(self, speed=read_speed(value))
         if head in INTEGER_MINIMA:
@@ -147,6 +154,12 @@ class Plan:
                 f"{format_quantity(low, self.unit(name))} is not below {format_quantity(high, self.unit(name))}"
             )
         return replace(self, bounds=self.bounds | {name: (low, high)})
+
+    def _checked_track(self, track: str) -> str:
+        """Return a track that is a file or a valid spec; raise ValueError otherwise."""
+        if not Path(self._absolute_track(track)).is_absolute():
+            parse_spec(track)
+        return track
 
     def _with_objective(self, index: str, key: str, value: str) -> Plan:
         objectives = list(self.objectives)
@@ -244,6 +257,23 @@ def default_bounds(design: Design, path: str) -> tuple[float, float]:
     p, value = design.parameter(path), design.value(path)
     low, high = p.usual_range if value <= 0 else (value / DEFAULT_BOUNDS_FACTOR, value * DEFAULT_BOUNDS_FACTOR)
     return max(float(f"{low:.2g}"), p.minimum), min(float(f"{high:.2g}"), p.maximum)
+
+
+def first_value(plan: Plan, first: Plan, path: str) -> Any:
+    """Return the value that an entry of a plan had at first: for a variable added since, its default bound."""
+    head, _, rest = path.partition(".")
+    if head == "bounds":
+        name, _, end = rest.rpartition(".")
+        pair = first.bounds.get(name) or default_bounds(plan.design, name)
+        return pair[0 if end == "lowest" else 1]
+    if head == "objectives":
+        index, _, key = rest.partition(".")
+        known = int(index) < len(first.objectives)
+        return first.objectives[int(index)][0 if key == "objective" else 1] if known else None
+    if head == "constraints":
+        known = rest.isdecimal() and int(rest) < len(first.constraints)
+        return first.constraints[int(rest)] if known else None
+    return getattr(first, head)
 
 
 def objective_unit(objective: str) -> str:

@@ -13,6 +13,7 @@ from textual.message import Message
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
+from railui.desk.widgets.cursor import CURSOR_STYLE, cursor_mark
 from railui.desk.widgets.keys import hidden_bindings
 
 BAR_BLOCKS = " ▏▎▍▌▋▊▉█"
@@ -44,13 +45,14 @@ class Bars(ScrollView, can_focus=True):
         "bars--mark",
         "bars--text",
         "bars--strong",
-        "bars--cursor",
     }
     BINDINGS: ClassVar[list[Any]] = hidden_bindings(
         ("up", "go(-1)", ""),
         ("down", "go(1)", ""),
         ("pageup", "go(-10)", ""),
         ("pagedown", "go(10)", ""),
+        ("home", "go(-1000000)", ""),
+        ("end", "go(1000000)", ""),
         ("y", "copy", "Copy table"),
     )
     HELP = "\n**Bars**: up and down move through the rows, `y` copies them as a table.\n"
@@ -105,13 +107,14 @@ class Bars(ScrollView, can_focus=True):
         if rail < 4:
             texts, rail = max(0, width - names - 2), 0
         text = style["strong" if row.is_emphasised else "text"]
-        segments = [Segment(f" {row.name[:names]:{names}} ", text)]
+        is_current = self.has_cursor and index == self.index
+        mark = cursor_mark(bool(getattr(self.app, "is_plain", False))) if is_current else " "
+        segments = [Segment(f"{mark}{row.name[:names]:{names}} ", text)]
         segments += self._bar(row, rail, style)
         segments.append(Segment(f" {row.text[:texts]:>{texts}}", text))
         strip = Strip(segments).adjust_cell_length(width, self.rich_style)
-        if self.has_cursor and index == self.index and self.has_focus:
-            cursor = self.get_component_rich_style("bars--cursor")
-            strip = strip.apply_style(type(cursor)(bgcolor=cursor.bgcolor, bold=True))
+        if is_current and self.has_focus:
+            return Strip([Segment(strip.text, self.rich_style + CURSOR_STYLE)], width)
         return strip
 
     def _bar(self, row: Bar, width: int, style: dict[str, Any]) -> list[Segment]:

@@ -8,25 +8,56 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from rich.markup import escape
+from rich.segment import Segment
+from rich.style import Style
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
 from textual.binding import Binding
 from textual.containers import Vertical, VerticalScroll
 from textual.content import Content
+from textual.events import Key
 from textual.screen import ModalScreen
+from textual.strip import Strip
 from textual.widgets import Input, OptionList, Static
 from textual.widgets.option_list import Option
 
+from railui.desk.widgets.cursor import CURSOR_STYLE
 from railui.io.problems import FileProblems
 
 MAX_OPTIONS = 400
+DIFFERENCE_STYLES = {"+": "green", "-": "red"}
+
+
+class Options(OptionList):
+    """List of options whose cursor line is visible in every theme and without colours."""
+
+    def render_line(self, y: int) -> Strip:
+        strip = super().render_line(y)
+        line = y + int(self.scroll_offset.y)
+        if self.highlighted is None or line >= len(self._lines) or self._lines[line][0] != self.highlighted:
+            return strip
+        segments = [Segment(s.text, (s.style or Style()) + CURSOR_STYLE, s.control) for s in strip]
+        return Strip(segments, strip.cell_length)
 
 
 class Dialog(ModalScreen[str | None]):
     """Dialog with at most one answer, also if keys are pressed in quick succession."""
 
     is_answered = False
+    typed_ahead = ""  # before the input has the focus
+
+    def on_key(self, event: Key) -> None:
+        """Keep characters that are typed before the input of the dialog has the focus."""
+        if event.is_printable and self.focused is None:
+            self.typed_ahead += event.character or ""
+
+    def insert_typed_ahead(self) -> None:
+        """Focus the input and insert what was typed before."""
+        entry = self.query_one(Input)
+        self.set_focus(entry)
+        if self.typed_ahead:
+            entry.insert_text_at_cursor(self.typed_ahead)
 
     def dismiss(self, result: str | None = None) -> AwaitComplete:
         """Close the dialog with an answer; later answers are ignored."""
@@ -49,8 +80,10 @@ class QuestionDialog(Dialog):
         with Vertical(classes="dialog") as box:
             box.border_title = "?"
             yield Static(self.question, markup=False, classes="question")
-            options = [Option(f"[b]{escape(key)}[/]  {escape(text)}", id=key) for key, text in self.answers.items()]
-            yield OptionList(*options, compact=True)
+            yield Options(*self._options(), compact=True)
+
+    def _options(self) -> list[Option]:
+        return [Option(f"[b]{escape(key)}[/]  {escape(text)}", id=key) for key, text in self.answers.items()]
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         self.dismiss(event.option.id)
@@ -63,6 +96,30 @@ class QuestionDialog(Dialog):
         if event.character in self.answers:
             event.stop()
             self.dismiss(event.character)
+
+
+class DifferenceDialog(QuestionDialog):
+    """Question about a difference of texts, which is shown above the answers."""
+
+    def __init__(self, question: str, lines: Sequence[str], answers: Mapping[str, str]) -> None:
+        """Create the dialog; lines: those of a unified diff."""
+        super().__init__(question, answers)
+        self.lines = lines
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog wide") as box:
+            box.border_title = "?"
+            yield Static(self.question, markup=False, classes="question")
+            with VerticalScroll(classes="difference", can_focus=False):
+                yield Static(self._text())
+            yield Options(*self._options(), compact=True)
+
+    def _text(self) -> Text:
+        text = Text(no_wrap=True, overflow="ellipsis")
+        for line in self.lines:
+            text.append(f"{line}\n", DIFFERENCE_STYLES.get(line[:1], "dim"))
+        text.rstrip()
+        return text
 
 
 class InputDialog(Dialog):
@@ -79,6 +136,9 @@ class InputDialog(Dialog):
         with Vertical(classes="dialog") as box:
             box.border_title = self.question
             yield Input(self.text, select_on_focus=False)
+
+    def on_mount(self) -> None:
+        self.insert_typed_ahead()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         self.dismiss(event.value.strip() or None)
@@ -103,10 +163,11 @@ class ChoiceDialog(Dialog):
             box.border_title = self.heading
             box.border_subtitle = "type to filter · ↑↓ · enter · esc"
             yield Input(placeholder="type to filter")
-            yield OptionList(compact=True)
+            yield Options(compact=True)
 
     def on_mount(self) -> None:
         self._filter("")
+        self.insert_typed_ahead()
 
     def _filter(self, text: str) -> None:
         words = text.lower().split()

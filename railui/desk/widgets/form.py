@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from rich.segment import Segment
-from rich.style import Style
 from textual import events
 from textual.geometry import Region, Size
 from textual.message import Message
@@ -15,10 +14,10 @@ from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
 from railui.desk.state.form_rows import Field, Heading, symbol_text, value_text
+from railui.desk.widgets.cursor import CURSOR_STYLE, cursor_mark
 from railui.desk.widgets.keys import hidden_bindings
 
 NAME_COLUMNS, VALUE_COLUMNS, SYMBOL_COLUMNS = 22, 14, 9  # columns
-SLIDER_STEP = 0.02  # of the range, per key press
 NUMBER_CHARACTERS = frozenset("0123456789.-")
 
 
@@ -32,7 +31,6 @@ class Form(ScrollView, can_focus=True):
         "form--rail",
         "form--knob",
         "form--mark",
-        "form--cursor",
         "form--base",
     }
     BINDINGS: ClassVar[list[Any]] = hidden_bindings(
@@ -51,10 +49,10 @@ class Form(ScrollView, can_focus=True):
         ("slash", "search", "Find"),
     )
     HELP = """
-**Form**: every parameter of the design. A dot marks values that differ from the file.
-Left and right move the slider through the range of real vehicles (shift: faster); a digit or Enter starts typing
-a value, with or without a unit (`4 MN/m`). Backspace restores the value of the base, `/` searches for a parameter.
-The mouse drags the slider.
+**Form**: every parameter of the design. A dot marks values that differ from the file, `!` values outside the range of
+real vehicles. Left and right move the slider (shift: faster); a digit or Enter starts typing a value: in the unit that
+is shown, or with another one (`4 MN/m`). Backspace restores the value of the base, `/` searches for a parameter. The
+mouse drags the slider.
 """
 
     @dataclass
@@ -63,6 +61,14 @@ The mouse drags the slider.
 
         path: str
         value: Any
+        gesture: str = ""
+
+    @dataclass
+    class StepRequested(Message):
+        """Request to move a slider by steps from its value then, or to take another choice."""
+
+        path: str
+        by: int
         gesture: str = ""
 
     @dataclass
@@ -155,11 +161,8 @@ The mouse drags the slider.
             return Strip([Segment(f"{text}{rule} "[:width].ljust(width), style)], width)
         segments = self._segments(row, width)
         strip = Strip(segments).adjust_cell_length(width, self.rich_style)
-        if index == self.index:
-            cursor = self.get_component_rich_style("form--cursor")
-            strip = strip.apply_style(
-                Style(bgcolor=cursor.bgcolor, bold=self.has_focus, reverse=self._is_plain or None)
-            )
+        if index == self.index and self.has_focus:
+            return Strip([Segment(strip.text, self.rich_style + CURSOR_STYLE)], width)
         return strip
 
     @property
@@ -169,8 +172,9 @@ The mouse drags the slider.
     def _segments(self, field: Field, width: int) -> list[Segment]:
         name, value, mark = (self.get_component_rich_style(f"form--{k}") for k in ("name", "value", "mark"))
         dot = ("*" if self._is_plain else "●") if field.is_changed else " "
+        is_current = self.rows[self.index] is field
         title = field.name
-        segments = [Segment(f"{dot} ", mark)]
+        segments = [Segment(f"{dot}{cursor_mark(self._is_plain) if is_current else ' '}", mark)]
         if width >= NAME_COLUMNS + VALUE_COLUMNS + SYMBOL_COLUMNS + 12 and self.has_symbols:
             segments.append(
                 Segment(
@@ -189,7 +193,9 @@ The mouse drags the slider.
             room = max(4, width - sum(len(s.text) for s in segments) - names - 1)
             return [*segments, Segment(title[: names - 1].ljust(names), name), Segment(text[:room], value)]
         segments.append(Segment(title[: names - 1].ljust(names), name))
-        segments.append(Segment(text[:VALUE_COLUMNS].rjust(VALUE_COLUMNS), value))
+        text = f"! {text}" if field.is_unusual else text
+        style = mark if field.is_unusual else value
+        segments.append(Segment(text[:VALUE_COLUMNS].rjust(VALUE_COLUMNS), style))
         used = sum(len(s.text) for s in segments)
         rail = min(24, width - used - 2)
         if rail >= 5 and isinstance(field.value, float | int) and not field.choices:
@@ -229,16 +235,8 @@ The mouse drags the slider.
         self._move_to(lines[min(len(lines) - 1, max(0, position + by))])
 
     def action_slide(self, by: int) -> None:
-        field = self.field
-        if field is None:
-            return
-        if field.choices:
-            position = field.choices.index(field.value) if field.value in field.choices else 0
-            value: Any = field.choices[(position + (1 if by > 0 else -1)) % len(field.choices)]
-            self.post_message(self.ValueRequested(field.path, value))
-        elif isinstance(field.value, int | float):
-            value = field.value_at(field.position(float(field.value)) + SLIDER_STEP * by)
-            self.post_message(self.ValueRequested(field.path, value, f"{field.path} {self.gesture}"))
+        if self.field is not None:
+            self.post_message(self.StepRequested(self.field.path, by, f"{self.field.path} {self.gesture}"))
 
     def action_type(self) -> None:
         if self.field is not None:

@@ -11,7 +11,7 @@ from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.widgets import Input, Static
 
-from railui.desk.state.form_rows import Field, Heading, range_text, value_text
+from railui.desk.state.form_rows import Field, Heading, range_text, typed_preview, value_text, warning_text
 from railui.desk.widgets.dialogs import ChoiceDialog
 from railui.desk.widgets.form import Form
 from railui.io.number_format import format_quantity, typeset
@@ -25,6 +25,7 @@ class FormPane(Vertical):
         self.border_title = title
         self.border_subtitle = keys
         self.error = ""
+        self.rejected_text: str | None = None  # whose error is shown
 
     def compose(self) -> ComposeResult:
         yield Form()
@@ -58,6 +59,7 @@ class FormPane(Vertical):
     def reject(self, reason: str) -> None:
         """Show why the requested value was rejected; the typed text stays for correction."""
         self.error = reason
+        self.rejected_text = self.entry.value
         self._describe()
 
     def _describe(self) -> None:
@@ -72,11 +74,13 @@ class FormPane(Vertical):
             text.append(f"\n{self.error}", "red")
             about.update(text, layout=False)
             return
-        details = [range_text(field)]
-        base = self.form.base.get(field.path)
-        if base is not None and base != field.value:
-            details.insert(0, typeset(f"base {format_quantity(base, field.unit)}"))
-        text.append("\n" + " · ".join(detail for detail in details if detail))
+        if warning := warning_text(field):
+            text.append(f"\n{warning}", "yellow")
+        else:
+            base = self.form.base.get(field.path)
+            is_changed = base is not None and base != field.value
+            details = [typeset(f"base {format_quantity(base, field.unit)}")] if base is not None and is_changed else []
+            text.append("\n" + " · ".join(detail for detail in (*details, range_text(field)) if detail))
         text.append(f"\nsource: {field.source}" if field.source else "\n", "dim")
         about.update(text, layout=False)
 
@@ -105,16 +109,31 @@ class FormPane(Vertical):
         if character == "\n":
             self.form.is_typing = False
             if self.form.field is not None:
-                self.post_message(Form.ValueRequested(self.form.field.path, _parse(self.entry.value)))
+                self.post_message(Form.ValueRequested(self.form.field.path, self.form.field.typed(self.entry.value)))
             return
         self.entry.value += character
         self.entry.cursor_position = len(self.entry.value)
+
+    @on(Input.Changed)
+    def _preview(self, event: Input.Changed) -> None:
+        """Show the typed text as it will be read."""
+        event.stop()
+        field = self.form.field
+        if field is None or not self.entry.display or (self.error and event.value == self.rejected_text):
+            return
+        self.error = ""
+        preview, is_rejected = typed_preview(field, event.value)
+        text = Text(no_wrap=True, overflow="ellipsis")
+        text.append(field.caption[:1].upper() + field.caption[1:], "bold")
+        text.append(f"\n{preview}", "red" if is_rejected else "")
+        text.append("\nenter sets the value, escape leaves it", "dim")
+        self.query_one(".about", Static).update(text, layout=False)
 
     @on(Input.Submitted)
     def _typed(self, event: Input.Submitted) -> None:
         event.stop()
         if self.form.field is not None:
-            self.post_message(Form.ValueRequested(self.form.field.path, _parse(event.value)))
+            self.post_message(Form.ValueRequested(self.form.field.path, self.form.field.typed(event.value)))
 
     def on_key(self, event: Any) -> None:
         if event.key == "escape" and self.entry.has_focus:
@@ -137,11 +156,3 @@ class FormPane(Vertical):
     def _on_parameter_chosen(self, path: str | None) -> None:
         if path is not None:
             self.form.select(path)
-
-
-def _parse(text: str) -> Any:
-    """Return typed text as a number, or as it is for quantities and words."""
-    try:
-        return float(text)
-    except ValueError:
-        return text.strip()

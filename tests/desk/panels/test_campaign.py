@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 from textual.widgets import Static
 
+from railui.desk.messages import DesignOffered
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.widgets.bars import Bars
-from railui.desk.widgets.dialogs import ProblemsDialog
+from railui.desk.widgets.dialogs import InputDialog, ProblemsDialog, QuestionDialog
+from railui.ride_quality.evaluation import ride
 from railui.vehicle.design_reader import load_design
 from tests.desk.conftest import REPOSITORY, OpenDesk
 
@@ -53,14 +55,48 @@ async def test_a_campaign_is_calibrated_and_its_design_taken_within_five_keys(
         assert not design.draft.base.effects and design.draft.design.effects[0].kind == "free_play"
         plan = keys.desk.query_one(OptimisePanel).plan
         assert plan is not None and plan.design.adjustment is not None  # a search varies the calibrated design
-        await keys.press("ctrl+s")  # it has no file yet
-        await keys.press("backspace")  # vehicle.yam: the ending is completed, and the name is free
-        await keys.press("enter")
+        declared = (campaign / "vehicle.yaml").read_text()
+        await keys.press("ctrl+s", "enter")  # it has no file yet: a new name is proposed
         assert keys.count + 1 <= 5
-    saved = load_design(
-        next(p for p in campaign.iterdir() if p.name not in ("vehicle.yaml", "campaign.yaml") and p.suffix == ".yaml")
-    )
-    assert saved.adjustment is not None and saved.effects[0].kind == "free_play"
+        assert not design.draft.is_modified and (campaign / "vehicle.yaml").read_text() == declared
+        saved = load_design(campaign / "vehicle_calibrated.yaml")
+        assert saved.adjustment is not None and saved.effects[0].kind == "free_play"
+        assert saved.content() == design.draft.design.content()
+        assert design.results is not None
+        conditions = design.draft.conditions
+        said = ride(saved, conditions.track, conditions.speed)
+        assert said["score"] == design.results[0].quality["score"]
+        # a design of a front of the calibrated vehicle is another new design, not an edit of the nominal file
+        stiffness = {"vehicle.primary.lateral_stiffness": 2.2e6}
+        calibrated = design.draft.design
+        new_path = campaign / "front.yaml"
+        keys.desk.post_message(DesignOffered("design 1", calibrated.with_values(stiffness), calibrated, new_path))
+        await keys.wait_until_idle()
+        await keys.press("ctrl+s", "enter")
+        assert (campaign / "vehicle.yaml").read_text() == declared
+        assert load_design(new_path).content() == design.draft.design.content()
+        assert load_design(new_path).effects[0].kind == "free_play"
+        errors = {bar.name: bar.text for bar in panel.query_one("#errors", Bars).rows}
+        sentence = panel.finished.report["sentence"]
+        keys.desk.session.autosave.flush(60.0)
+    # the process has ended, and the verdict was not written
+    async with open_desk(campaign) as keys:
+        panel = keys.desk.query_one(CampaignPanel)
+        assert isinstance(keys.desk.screen, QuestionDialog) and "verdict of" in keys.desk.screen.question
+        await keys.press("r")
+        assert panel.finished is not None and panel.finished.report["sentence"] == sentence
+        assert {bar.name: bar.text for bar in panel.query_one("#errors", Bars).rows} == errors
+        assert panel.query_one("#parameters", Bars).rows
+        await keys.press("s")  # another loop would replace the verdict
+        assert isinstance(keys.desk.screen, QuestionDialog) and "not written" in keys.desk.screen.question
+        await keys.press("w")
+        assert isinstance(keys.desk.screen, InputDialog)
+        await keys.press("enter")
+        await keys.wait_until(lambda: panel.is_written)
+        assert (campaign / "railui-loop/adjusted.yaml").exists() and (campaign / "railui-loop/report.html").exists()
+        await keys.press("t")
+        draft = keys.desk.query_one(DesignPanel).draft
+        assert draft is not None and draft.design.content() == saved.content()
 
 
 async def test_data_faults_are_shown_before_the_fit(open_desk: OpenDesk, tmp_path: Path) -> None:

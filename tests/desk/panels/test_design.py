@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from railui.desk.messages import DesignsEvaluated
 from railui.desk.panels.design import DesignPanel
-from railui.desk.widgets.dialogs import ProblemsDialog, QuestionDialog
+from railui.desk.widgets.dialogs import DifferenceDialog, ProblemsDialog, QuestionDialog
 from railui.desk.widgets.form import Form, Heading
 from railui.desk.widgets.plot import Plot
 from railui.vehicle.design_reader import load_design
@@ -118,8 +119,16 @@ async def test_a_file_changed_by_another_program_is_not_overwritten(open_desk: O
         changed_text = bogie.read_text() + "# changed_text\n"
         bogie.write_text(changed_text)
         await keys.press("ctrl+s")
+        assert isinstance(keys.desk.screen, DifferenceDialog)
+        assert f"{STIFFNESS}: 3 MN/m → 4 MN/m" in keys.desk.screen.lines
+        await keys.press("enter")  # cancel
         assert bogie.read_text() == changed_text
         assert panel.draft is not None and panel.draft.is_modified
+        await keys.press("ctrl+s", "n", "enter")  # another name, and the proposed one is the same: it asks again
+        assert isinstance(keys.desk.screen, DifferenceDialog) and bogie.read_text() == changed_text
+        await keys.press("w")  # the number of the form; the comment of the other program stays
+        assert "# changed_text" in bogie.read_text() and load_design(bogie).value(STIFFNESS) == 4e6
+        assert not panel.draft.is_modified
 
 
 async def test_quitting_with_unsaved_changes_asks_first(open_desk: OpenDesk, bogie: Path) -> None:
@@ -186,3 +195,18 @@ async def test_a_dialog_is_answered_once_if_enter_is_pressed_repeatedly(open_des
             keys.desk.simulate_key("enter")
         await keys.wait_until_idle()
         assert len(keys.desk.screen_stack) == 1
+
+
+async def test_late_curving_of_an_earlier_design_does_not_replace_the_results(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
+        panel = keys.desk.query_one(DesignPanel)
+        earlier = panel.results
+        panel.set(STIFFNESS, "5 MN/m")
+        await keys.wait_until_idle()
+        assert earlier is not None and panel.results is not None and panel.draft is not None
+        score = panel.results[0].quality["score"]
+        panel.post_message(DesignsEvaluated(*earlier, is_addition=True))  # computed while the design was changed
+        await keys.wait_until_idle()
+        assert panel.results[0].quality["score"] == score != earlier[0].quality["score"]
+        assert panel.results[0].design.content() == panel.draft.design.content()
+        assert panel.results[0].guiding_force is not None

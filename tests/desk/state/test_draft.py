@@ -71,7 +71,7 @@ def test_a_rejected_value_changes_nothing(bogie: Path) -> None:
     draft = Draft.load(bogie)
     with pytest.raises(FileProblems):
         draft.set("vehicle.frame.mass", "-1 kg")
-    assert not draft.is_modified and len(draft.revisions) == 1
+    assert not draft.is_modified and len(draft.states.revisions) == 1
 
 
 def test_default_bounds_are_a_quarter_and_four_times_the_value(bogie: Path) -> None:
