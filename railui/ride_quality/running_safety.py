@@ -24,6 +24,7 @@ from railui.ride_quality.safety_criteria import Criterion, criteria_of
 from railui.ride_quality.safety_limits import QUOTIENT_LIMIT, SafetyLimits, friction_of
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
+from railui.vehicle.start import on_rails
 
 __all__ = [
     "QUOTIENT_LIMIT",
@@ -184,6 +185,6 @@ def _force_series(
         table = excitation.table(spacing, n)
         for start in range(0, len(members), LANES):
             part = members[start : start + LANES]
-            batch = models[0].batch(np.stack([models[i].row for i in part]))
+            batch = on_rails(models[0], models[0].batch(np.stack([models[i].row for i in part])), excitation)
             series, diverged = vehicles.simulate(batch, table, excitation.dt, n, channels, jobs=jobs)
             yield from ((i, series[k]) for k, i in enumerate(part) if diverged[k] < 0)

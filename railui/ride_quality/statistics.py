@@ -15,6 +15,7 @@ from railui.ride_quality.safety_limits import force_limit
 from railui.track.excitation import Excitation
 from railui.track.input_table import COLUMNS_PER_WHEELSET, FIRST_WHEELSET_COLUMN
 from railui.vehicle.model import Model
+from railui.vehicle.start import on_rails
 
 SCORE_CHANNELS: Final = ("e1", "e2", "ayf")
 BLOCK_DURATION: Final = 5.0  # s, of the running rms of EN 12299
@@ -91,7 +92,7 @@ def ride_statistics(
     ValueError
         For a vehicle that is too stiff to be integrated.
     """
-    vehicles, batch = model.vehicles(), model.batch(rows)
+    vehicles, batch = model.vehicles(), on_rails(model, model.batch(rows), excitation)
     if steps is None:
         steps = np.array(vehicles.required_steps(batch, excitation.speed, excitation.speed, excitation.dt))
     limits = guidance_limits(model, rows)

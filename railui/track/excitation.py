@@ -11,6 +11,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.memo import IdentityCache
 from railui.track import Track, Wheelbase, equally_spaced, parse_spec, track_table
+from railui.track.mean_line import along_mean_line
 
 TRACK_FILE = re.compile(r"\.(csv|txt)(\.gz)?\Z", re.IGNORECASE)
 MAX_PATH_LENGTH = 400  # characters of a text that may be the path of a file
@@ -43,7 +44,7 @@ def is_track_file(track: object) -> bool:
 
 
 def resolve_track(track: Track | TrackSource | str | Path, seed: int | None = None) -> TrackSource:
-    """Return the track of an argument.
+    """Return the track of an argument, in coordinates along the mean line of its lateral deviation.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def resolve_track(track: Track | TrackSource | str | Path, seed: int | None = No
     if isinstance(track, TrackSource):
         return track
     if isinstance(track, Track):
-        return TrackSource(track, _name_of(track))
+        return TrackSource(along_mean_line(track), _name_of(track))
     return _source_of_file(Path(track))
 
 
@@ -90,11 +91,12 @@ def _source_of_file(path: Path) -> TrackSource:
     columns = load_track(path)
     irregularities = (columns.yw, columns.phiw, columns.gauge)
     if not columns.from_run:
-        track = Track(columns.s, *irregularities, columns.conventions)
+        track = along_mean_line(Track(columns.s, *irregularities, columns.conventions))
         return TrackSource(track, path.name, path, columns.sha256)
     spacing = float(np.clip(round(float(np.median(np.diff(columns.s))), 3), MIN_SPACING, MAX_SPACING))
     track = equally_spaced(columns.s, *irregularities, spacing=spacing, conventions=columns.conventions)
     segment = f"its longest segment, {track.length:.6g} m, resampled every {spacing:g} m"
+    track = along_mean_line(track)
     return TrackSource(track, path.name, path, columns.sha256, notes=(f"track of the run {path.name}: {segment}",))
 
 
@@ -129,6 +131,11 @@ class Excitation:
         """Return the input table of `track_table`, for half a wheelbase [m] or the distances of all wheelsets [m]."""
         key = (float(wheelbase) if isinstance(wheelbase, int | float) else tuple(wheelbase), int(steps))
         return self._tables.get(key, lambda: track_table(self.track, self.speed, *key)[0])
+
+    @property
+    def start(self) -> float:
+        """Lateral deviation [m] of the first sample, at which vehicles start."""
+        return float(self.track.yw[0])
 
     def distance_at(self, sample: int) -> float:
         """Return the distance s [m] at a sample."""

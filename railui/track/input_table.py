@@ -264,9 +264,6 @@ def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: Wheelbase, steps
 def track_table(track: Track, speed: float, half_wheelbase: Wheelbase, steps: int) -> tuple[FloatArray, float]:
     """Compute the table of a track at constant speed [m/s], one sample per track sample, and dt = spacing/speed [s].
 
-    The lateral deviation counts from its first value: a vehicle that starts at y = 0 starts on the rails, wherever the
-    datum of the alignment lies.
-
     Raises ValueError as `input_table`, and for a speed that is not positive.
 
     >>> from railui.track import synthetic_track
@@ -278,5 +275,5 @@ def track_table(track: Track, speed: float, half_wheelbase: Wheelbase, steps: in
         raise ValueError(f"speed must be positive: {speed:g} m/s")
     time = (track.s - track.s[0]) / speed
     v = np.full(len(track), float(speed))
-    table = input_table(time, track.s, v, track.yw - track.yw[0], track.phiw, track.gauge, half_wheelbase, steps)
+    table = input_table(time, track.s, v, track.yw, track.phiw, track.gauge, half_wheelbase, steps)
     return table, track.spacing / float(speed)

@@ -33,6 +33,8 @@ class Track:
         Gauge deviation [m]; by default 0.
     conventions : tuple of str
         Lines of the header of its file.
+    is_synthetic : bool
+        True for the irregularities of a spectrum, which have no mean line.
 
     Raises
     ------
@@ -51,6 +53,7 @@ class Track:
     phiw: FloatArray
     gauge: FloatArray
     conventions: tuple[str, ...] = ()
+    is_synthetic: bool = False
 
     def __init__(
         self,
@@ -59,6 +62,7 @@ class Track:
         phiw: ArrayLike | None = None,
         gauge: ArrayLike | None = None,
         conventions: tuple[str, ...] = (),
+        is_synthetic: bool = False,
     ) -> None:
         given = {"s": s, "yw": yw, "phiw": phiw, "gauge": gauge}
         rows = np.size(np.asarray(s))
@@ -72,6 +76,7 @@ class Track:
             column.setflags(write=False)
             object.__setattr__(self, name, column)
         object.__setattr__(self, "conventions", tuple(conventions))
+        object.__setattr__(self, "is_synthetic", is_synthetic)
         if rows < MIN_SAMPLES:
             raise ValueError(f"a track needs {MIN_SAMPLES} samples for its spline, here are {rows}")
         step = np.diff(self.s)
