@@ -21,6 +21,7 @@ from railui.ride_quality.statistics import half_gauge_deviations, sd_with_gauge
 from railui.track import Track
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
+from railui.vehicle.on_track import spacings
 from railui.vehicle.resolve import ModelSource, resolve_model
 from railui.vehicle.simulate import simulate_series
 
@@ -196,7 +197,7 @@ class _TrackRide:
         self.clearance = model.design.value("contact.flange_clearance")
         self.half_gauge = np.zeros((len(wheelsets), len(excitation.track)))
         if model.design.gauge_widens_clearance:
-            table = excitation.table(model.wheelset_spacing(), 1)
+            table = excitation.table(spacings(model, model.row[None], excitation)[0], 1)
             self.half_gauge = half_gauge_deviations(table, 1, len(wheelsets))
 
     def _guiding_forces(self, series: FloatArray) -> GuidingForces | None:

@@ -41,4 +41,4 @@ def along_mean_line(track: Track) -> Track:
         return track
     offset, heading = mean_line(track.s, track.yw)
     yw = track.yw - (offset + heading * (track.s - track.s[0]))
-    return Track(track.s, yw, track.phiw, track.gauge, track.conventions)
+    return track.with_deviation(yw)
