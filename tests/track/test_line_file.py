@@ -120,9 +120,8 @@ def test_the_commands_take_a_line(tmp_path: Path) -> None:
     shown = CliRunner().invoke(cli, ["schema", "line"])
     assert "segments" in shown.output
     line = written(tmp_path, LINE + "irregularity: erri_b176_low seed=1\n")
-    ride = CliRunner().invoke(
-        cli, ["ride", str(HOME / "designs/test_bogie.yaml"), "--track", str(line), "--speed", "25"]
-    )
+    bogie = str(HOME / "designs/test_bogie.yaml")
+    ride = CliRunner().invoke(cli, ["ride", bogie, "--track", str(line), "--speed", "25"])
     assert ride.exit_code == 0, ride.output
     assert "cant deficiency" in ride.output and "500" in ride.output
     zones = ["assess", str(line), bogie, "--speed", "25", "--method", "en14363"]
