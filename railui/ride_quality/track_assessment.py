@@ -25,6 +25,7 @@ from railui.vehicle.on_track import spacings
 from railui.vehicle.resolve import ModelSource, resolve_model
 from railui.vehicle.simulate import simulate_series
 
+CURVES_NOTE: Final = "curves: flange contact counts there as on straights, although flanges guide in curves"
 SECTION_LENGTH: Final = 200.0  # m, the usual length for the quality of a line
 GEOMETRY_BAND: Final = (3.0, 25.0)  # m, wavelength range D1 of EN 13848, by which maintenance is usually ordered
 MIN_SAMPLES: Final = 10.0  # of a section
@@ -209,7 +210,7 @@ class _TrackRide:
 
     def notes(self) -> list[str]:
         """Return notes on divergence and on the wheel loads of Y/Q."""
-        notes = []
+        notes = [CURVES_NOTE] if self.excitation.track.has_curves else []
         if self.diverged_at is not None:
             location = self.excitation.distance_at(self.diverged_at)
             notes.append(f"the vehicle left the track at s = {location:.5g} m: no statistics from there on")

@@ -149,7 +149,7 @@ def _track_of_run(path: str | Path) -> TrackColumns:
     s, yw, phiw, gauge = (run.columns[name][longest] for name in IRREGULARITY_COLUMNS)
     straight = np.zeros_like(s)
     conventions = (f"measured: {run.file.name}",)
-    return TrackColumns(run.file, run.sha256, s, yw, phiw, gauge, straight, straight, conventions, True)
+    return TrackColumns(run.file, run.sha256, s, yw, phiw, gauge, straight, straight, conventions, from_run=True)
 
 
 def _check_spacing(table: Table, s: FloatArray, findings: Findings) -> None:
