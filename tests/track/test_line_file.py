@@ -11,6 +11,8 @@ from click.testing import CliRunner
 from railui.cli import cli
 from railui.documents.recognise import recognise
 from railui.io.problems import FileProblems
+from railui.optimisation.cases import cases_of
+from railui.optimisation.study_reader import load_study
 from railui.track import synthetic_track
 from railui.track.excitation import resolve_track
 from railui.track.line_file import load_line
@@ -127,3 +129,18 @@ def test_the_commands_take_a_line(tmp_path: Path) -> None:
     zones = ["assess", str(line), bogie, "--speed", "25", "--method", "en14363"]
     shown = CliRunner().invoke(cli, zones)
     assert "zone 3" in shown.output and "straight, test zones" not in shown.output
+
+
+def test_a_study_may_have_a_line_as_its_track(tmp_path: Path) -> None:
+    written(tmp_path, LINE + "irregularity: erri_b176_low seed=1\n")
+    study = f"""
+vehicle: {HOME / "designs/test_bogie.yaml"}
+variables: {{vehicle.secondary.lateral_stiffness: [1e5, 1e6]}}
+cases: {{track: line.yaml, speed: 25 m/s}}
+objectives: [{{minimise: largest_derailment_quotient}}]
+"""
+    loaded = load_study(written(tmp_path, study, "study.yaml"))
+    case = cases_of(loaded)[0]
+    assert case.excitation.track.has_curves and case.excitation.source.seed == 1
+    with pytest.raises(FileProblems, match="no file"):
+        load_study(written(tmp_path, study.replace("line.yaml", "lime.yaml"), "study.yaml"))
