@@ -487,8 +487,8 @@ impl Vehicle {
         curvature: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
         let rows = batch.rows()?;
-        let (forces, results) = batch::statics(&rows.of(&self.structure), table.as_slice()?, curvature.as_slice()?)
-            .map_err(to_py_error)?;
+        let (forces, results) =
+            batch::statics(&rows.of(&self.structure), table.as_slice()?, curvature.as_slice()?).map_err(to_py_error)?;
         Ok((PyArray1::from_vec(py, forces), PyArray1::from_vec(py, results)))
     }
 
