@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.core import Batch, Vehicles
+from railui.track.line_geometry import ACCELERATION, GRAVITY, POSITION_COLUMNS, steady_row
 from railui.vehicle.design_reader import Design
-from railui.vehicle.dofs import body_and_motion, is_lateral
+from railui.vehicle.dofs import is_lateral
 from railui.vehicle.grouping import group_by_structure
 from railui.vehicle.model import Model
-from railui.vehicle.multibody import position_terms
+from railui.vehicle.on_track import half_gauges, line_positions
 from railui.vehicle.resolve import resolve_model
-from railui.vehicle.wheel_loads import GRAVITY
 
 RESIDUAL_TOLERANCE: Final = 1e-10  # of the wheel load
 MAX_ITERATIONS: Final = 80
@@ -147,13 +147,13 @@ def solve_equilibria(model: Model, rows: FloatArray, radius: FloatArray, cant_de
     """
     if not np.all(np.isfinite(radius)) or np.any(radius == 0):
         raise ValueError(f"a radius must be a number other than 0: {radius[~(np.abs(radius) > 0)][0]:g} m")
-    vehicles, batch = model.vehicles(), model.batch(rows)
+    vehicles, batch = model.vehicles(line=True), model.batch(rows)
     states, dofs = vehicles.state_count(batch), vehicles.degrees_of_freedom(batch)
     unknowns = states - len(dofs)
     curvature = 1.0 / radius
-    loads = outward_forces(model, rows, dofs, cant_deficiency, np.sign(radius))
+    table = steady_rows(model, rows, vehicles, curvature, cant_deficiency)
     scale = np.repeat(wheel_loads(model, rows).mean(axis=1)[:, None], unknowns, axis=1)
-    equations = _StaticEquations(vehicles, batch, dofs, longitudinal_positions(model, rows, dofs), loads, scale)
+    equations = _StaticEquations(vehicles, batch, len(dofs), table, scale)
     x, residual = np.zeros((len(rows), unknowns)), np.full(len(rows), np.inf)
     for count in LOAD_STEPS:
         unsolved = np.flatnonzero(~(residual <= RESIDUAL_TOLERANCE))
@@ -162,33 +162,20 @@ def solve_equilibria(model: Model, rows: FloatArray, radius: FloatArray, cant_de
         selected, x[unsolved] = equations.select(unsolved), 0.0
         for step in range(1, count + 1):
             x[unsolved], residual[unsolved] = selected.solve(x[unsolved], curvature[unsolved], step / count)
-    return _equilibria(equations.forces(x, curvature, 1.0)[1], loads, residual)
+    outward = outward_force(model, rows, model.vehicles(), batch, table, model.vehicles().degrees_of_freedom(batch))
+    return _equilibria(equations.forces(x, curvature, 1.0)[1], outward, residual)
 
 
-def _equilibria(wheelsets: FloatArray, loads: FloatArray, residual: FloatArray) -> Equilibria:
+def _equilibria(wheelsets: FloatArray, outward: FloatArray, residual: FloatArray) -> Equilibria:
     """Return displacements, forces and wear numbers from the wheelset results [n, wheelset, 8] of the kernel."""
     yaw, tx, ty = wheelsets[:, :, 1], wheelsets[:, :, 4:6], wheelsets[:, :, 6:8]
     wear = np.abs(np.nan_to_num(tx * wheelsets[:, :, 3:4])) + np.abs(ty * yaw[:, :, None])
     is_unsolved = ~(residual <= RESIDUAL_TOLERANCE)
     wheelsets[is_unsolved] = np.nan
     wear_number = np.where(is_unsolved, np.nan, wear.sum(axis=(1, 2)))
-    shortfall = -loads.sum(axis=1) - wheelsets[:, :, 2].sum(axis=1)
+    shortfall = -outward - wheelsets[:, :, 2].sum(axis=1)
     displacement, angle, force = (wheelsets[:, :, i] for i in range(3))
     return Equilibria(displacement, angle, force, wear_number, residual, shortfall)
-
-
-def longitudinal_positions(model: Model, rows: FloatArray, dofs: Sequence[str]) -> FloatArray:
-    """Return the position [n, dof] in m of each degree of freedom ahead of the middle of the wheelsets."""
-    structure, zero = model.design.structure, np.zeros(len(rows))
-    if structure is None:
-        a = rows[:, model.columns["vehicle.geometry.half_wheelbase"]]
-        return np.stack([a * {"1": 1.0, "2": -1.0}.get(dof[-1], 0.0) for dof in dofs], axis=1)
-    position = {
-        name: sum((f * rows[:, model.columns[path]] for f, path in position_terms(structure, member)), zero)
-        for name, member in structure.members.items()
-    }
-    middle = np.mean([position[wheelset.name] for wheelset in structure.wheelsets], axis=0)
-    return np.stack([position[dof.partition(".")[2]] - middle for dof in dofs], axis=1)
 
 
 def wheel_loads(model: Model, rows: FloatArray) -> FloatArray:
@@ -199,26 +186,32 @@ def wheel_loads(model: Model, rows: FloatArray) -> FloatArray:
     return np.stack([rows[:, model.columns[w.part.number_path("wheel_load")]] for w in structure.wheelsets], axis=1)
 
 
-def outward_forces(
-    model: Model, rows: FloatArray, dofs: Sequence[str], cant_deficiency: FloatArray, side: FloatArray
+def steady_rows(
+    model: Model, rows: FloatArray, vehicles: Vehicles, curvature: FloatArray, cant_deficiency: FloatArray
 ) -> FloatArray:
-    """Return the forces [n, dof] in N of the cant deficiency d [n] m: m g d/(2 b) on each body, away from the centre.
+    """Return rows [n, column] of the input table: the curve, and g d/(2 b) on every body, away from the centre.
 
-    The frames also carry the load of the wheels beyond the vehicle's own bodies: a carbody that is not modelled.
-    `side` [n] is the sign of the radius.
+    The carbody above springs to the ground, or else the frames, also carry the load of the wheels beyond the vehicle's
+    own bodies.
     """
-    vehicles, forces = model.vehicles(), np.zeros((len(rows), len(dofs)))
+    acceleration = np.sign(curvature) * GRAVITY * cant_deficiency / (2 * half_gauges(model, rows))
+    places = line_positions(model, rows)
+    columns = vehicles.column_count()
+    return np.stack([steady_row(columns, *each) for each in zip(places, curvature, acceleration, strict=True)])
+
+
+def outward_force(
+    model: Model, rows: FloatArray, vehicles: Vehicles, batch: Batch, table: FloatArray, dofs: Sequence[str]
+) -> FloatArray:
+    """Return the force [n] in N on all bodies in a curve and on the load of the wheels beyond these, to the right."""
+    acceleration = table[:, ACCELERATION - len(POSITION_COLUMNS)]
+    if not np.any(acceleration):
+        return np.zeros(len(rows))
+    carried = 2 * wheel_loads(model, rows).sum(axis=1) / GRAVITY
     lateral = [i for i, dof in enumerate(dofs) if is_lateral(dof)]
-    sprung = [k for k, i in enumerate(lateral) if "wheelset" not in body_and_motion(dofs[i])[0]]
-    frames = [k for k in sprung if body_and_motion(dofs[lateral[k]])[0].startswith("frame")] or sprung[:1]
-    gauge_columns = [i for path, i in model.columns.items() if path.endswith(".half_gauge")]
-    for k, row in enumerate(rows):
-        if cant_deficiency[k]:
-            masses = np.array(list(vehicles.inertias(model.batch(row[None])).values()))[lateral]
-            remaining = 2 * wheel_loads(model, row[None]).sum() / GRAVITY - masses.sum()
-            masses[frames] += max(0.0, float(remaining)) / len(frames)
-            forces[k, lateral] = -side[k] * masses * GRAVITY * cant_deficiency[k] / (2 * np.mean(row[gauge_columns]))
-    return forces
+    masses = [list(vehicles.inertias(batch.select([k])).values()) for k in range(len(rows))]
+    own = np.array(masses)[:, lateral].sum(axis=1)
+    return np.asarray(-np.maximum(carried, own) * acceleration)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,28 +220,20 @@ class _StaticEquations:
 
     vehicles: Vehicles
     batch: Batch
-    dofs: list[str]
-    positions: FloatArray
-    loads: FloatArray
+    dofs: int
+    table: FloatArray
     scale: FloatArray
 
     def select(self, rows: NDArray[np.int64]) -> _StaticEquations:
         """Return the equations of some of the vehicles."""
-        parts = (self.positions[rows], self.loads[rows], self.scale[rows])
-        return _StaticEquations(self.vehicles, self.batch.select(rows), self.dofs, *parts)
+        return _StaticEquations(self.vehicles, self.batch.select(rows), self.dofs, self.table[rows], self.scale[rows])
 
     def forces(self, x: FloatArray, curvature: FloatArray, fraction: float) -> tuple[FloatArray, FloatArray]:
         """Return unbalanced forces [n, unknown] in wheel loads and wheelset results at a fraction of the curvature."""
-        n, dofs = len(self.dofs), self.dofs
-        offsets = np.zeros_like(self.positions)
-        for i, dof in enumerate(dofs):  # the curve relative to its tangent in the middle acts on the suspension
-            s = self.positions[:, i]
-            offsets[:, i] = s * curvature if dof.startswith("psi") else 0.5 * s**2 * curvature
-            offsets[:, i] *= is_lateral(dof) or dof.startswith("psi")
+        n = self.dofs
         states = np.concatenate([x[:, :n], np.zeros((len(x), n)), x[:, n:]], axis=1)
         batch = self.batch.with_initial_states(states)
-        forces, wheelsets = self.vehicles.static_forces(batch, fraction * offsets, fraction * curvature)
-        forces[:, :n] += fraction * self.loads
+        forces, wheelsets = self.vehicles.static_forces(batch, fraction * self.table, fraction * curvature)
         return forces / self.scale, wheelsets
 
     def jacobian(self, x: FloatArray, curvature: FloatArray, fraction: float) -> FloatArray:

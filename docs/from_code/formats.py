@@ -42,7 +42,8 @@ parameters below it.
 
 def page() -> str:
     """Return a section for each format."""
-    return "".join([INTRODUCTION, *_design(), *_runs(), *_campaign(), *_track(), *_study(), *_element(), *_map(), *_results()])
+    files = (_design(), _runs(), _campaign(), _track(), _line(), _study(), _element(), _map(), _results())
+    return "".join([INTRODUCTION, *(part for file in files for part in file)])
 
 
 def _numbers(parameters: tuple[Parameter, ...]) -> str:
@@ -132,11 +133,16 @@ def _campaign() -> Iterator[str]:
 
 
 def _track() -> Iterator[str]:
-    yield "\n## Track\n\nCSV with `s [m]`, `yw [m]` and optionally `phiw [rad]`, `gauge [m]`, equally spaced by 0.05 to 1 m; lines "
+    yield "\n## Track\n\nCSV with `s [m]`, `yw [m]` and optionally `phiw [rad]`, `gauge [m]`, `curvature [1/m]`, `cant [m]`, equally spaced by 0.05 to 1 m; lines "
     yield "`#` before the header state the conventions. A run is also accepted as a track. A specification can replace the file:\n\n"
     yield "```\nerri_b176_low length=2000 seed=1 spacing=0.1 shortest=3 longest=150 scale=1\n```\n\n"
     yield "These are the defaults, except that the default length is 1000 m and the default seed 0. Densities are one-sided, per rad/m.\n\n"
     yield table(("name", "source"), [(code(name), plain(spectrum.source)) for name, spectrum in SPECTRA.items()])
+
+
+def _line() -> Iterator[str]:
+    yield "\n## Line\n\nA [line with curves](../lines.md), which `--track` takes in the place of a track.\n\n"
+    yield table(KEYS, _keys(json_schema("line")))
 
 
 def _study() -> Iterator[str]:

@@ -53,6 +53,12 @@ COMPARED = (
 NOT_AVERAGED = ("steps", "speed", "seed", "comfort_clipped")
 LISTS = ("flange_fractions",)
 LABELS = {"class": "class, no acceptance"}
+# rows of a line with curves
+LINE_QUANTITIES = {
+    "least_radius": ("least radius", "m"),
+    "largest_cant_deficiency": ("largest cant deficiency", "m"),
+    "largest_acceleration": ("its lateral acceleration", "m/s^2"),
+}
 # criteria of running safety: row, factor, unit
 CRITERIA = {
     "sum_of_guiding_forces": ("sum of guiding forces, 2 m mean", 1e-3, "kN"),
@@ -65,7 +71,7 @@ CRITERIA = {
 
 @click.command("ride")
 @design_argument
-@click.option("--track", required=True, metavar="SPEC|CSV", help="Synthetic track, or the file of a track or a run.")
+@click.option("--track", required=True, metavar="SPEC|FILE", help="Synthetic track, or a file: track, line or run.")
 @speed_option()
 @quantity_option("--speeds", parse_speeds, metavar="RANGE", help="Several speeds, such as 30:60:10, ends included.")
 @quantity_option("--seeds", parse_seeds, metavar="LIST", help="Seeds of the track, such as 1,2,3 or 1:10.")
@@ -229,12 +235,20 @@ def _single_table(result: dict[str, Any]) -> Any:
         rows.append((f"{key}, in the frequency domain", format_cell(value), "m/s^2"))
     forces = result["forces"] or {"criteria": [], "notes": []}
     rows += _criteria_rows(forces["criteria"])
+    rows += _line_rows(result.get("line"))
     if result["diverged"]:
         rows.append(("simulation diverged at s", format_cell(result["diverged"]["at_s"]), "m"))
     title = f"{result['track']} at {result['speed']:g} m/s ({3.6 * result['speed']:g} km/h)"
     return make_table(
         ("ride quality", "", "unit"), rows, title=title, caption="\n".join([*result["notes"], *forces["notes"]])
     )
+
+
+def _line_rows(line: Mapping[str, float | None] | None) -> list[tuple[str, str, str]]:
+    """Return the rows of a line with curves."""
+    if line is None:
+        return []
+    return [(caption, format_cell(line[key]), unit) for key, (caption, unit) in LINE_QUANTITIES.items()]
 
 
 def _criteria_rows(criteria: list[dict[str, Any]]) -> list[tuple[str, str, str]]:

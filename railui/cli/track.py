@@ -64,7 +64,8 @@ def _write(source: TrackSource, output: str, call: Invocation) -> None:
     from railui.track.reader import save_track, track_text
 
     track = source.track
-    columns = (track.s, track.yw, track.phiw, track.gauge, track.conventions)
+    line = (track.curvature, track.cant) if track.has_curves else (None, None)
+    columns = (track.s, track.yw, track.phiw, track.gauge, track.conventions, *line)
     if output == "-":
         click.echo(track_text(*columns), nl=False)
     else:

@@ -34,6 +34,8 @@ class Vehicles:
         Input of a rig: force (the default), base_displacement or base_acceleration.
     channel_names : mapping, optional
         Channels of the kernel by the names that sensors have in the runs, as far as these differ.
+    line : bool
+        True on a line with curves: the input table has the columns of `railui.track.line_geometry`.
 
     Raises
     ------
@@ -49,6 +51,7 @@ class Vehicles:
         layout: Layout | None = None,
         rig_input: str | None = None,
         channel_names: Mapping[str, str] | None = None,
+        line: bool = False,
     ) -> None:
         self.kind = kind
         self._channel_names = channel_names or {}
@@ -60,6 +63,7 @@ class Vehicles:
             list(measured),
             layout,
             rig_input,
+            line,
         )
 
     def simulate(
@@ -191,14 +195,22 @@ class Vehicles:
         """Return the names of the degrees of freedom: y1, psi1, or y.frame, phi.body of multibody vehicles."""
         return self._core.freedoms(batch)
 
-    def static_forces(self, batch: Batch, offsets: FloatArray, curvature: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def line_positions(self, batch: Batch) -> list[list[float]]:
+        """Return the distances [m] of the positions of each vehicle behind its first wheelset, the middle last."""
+        return self._core.positions(batch)
+
+    def column_count(self) -> int:
+        """Return the number of columns of the input table."""
+        return self._core.columns()
+
+    def static_forces(self, batch: Batch, rows: FloatArray, curvature: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the forces on vehicles at rest in a curve at the states of `batch.initial`; velocities are ignored.
 
         Parameters
         ----------
         batch : Batch
-        offsets : array [n, dof]
-            Displacements of the suspension due to the curve.
+        rows : array [n, column]
+            Rows of the input table: the curve under the positions of the bodies.
         curvature : array [n]
             1/m, with the centre at +y.
 
@@ -209,7 +221,7 @@ class Vehicles:
         array [n, wheelset, 8]
             e, psi, Q_y, u_x of wheel 2, T_x1, T_x2, T_y1, T_y2.
         """
-        forces, wheels = self._core.statics(batch, np.ascontiguousarray(offsets), np.ascontiguousarray(curvature))
+        forces, wheels = self._core.statics(batch, np.ascontiguousarray(rows), np.ascontiguousarray(curvature))
         n = len(batch)
         return forces.reshape(n, -1), wheels.reshape(n, -1, 8)
 

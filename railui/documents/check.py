@@ -20,6 +20,7 @@ from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
 from railui.runs.overlap import MAX_SHARED_SHARE, shared_share
 from railui.runs.run import Run, load_run
+from railui.track.line_file import load_line
 from railui.track.reader import TrackColumns, load_track
 from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.effects import Catalogue, kernel_catalogue
@@ -56,6 +57,7 @@ def load(
         "study": lambda: load_study(path, catalogue, check_track),
         "run": lambda: load_run(path),
         "track": lambda: load_track(path),
+        "line": lambda: load_line(path),
         "profile": lambda: _load_profile(Path(path)),
         "delta_r": lambda: read_radius_table(path),
     }

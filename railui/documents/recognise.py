@@ -20,13 +20,15 @@ USES_BY_KIND = {
     "map": "railui import and railui capture campaign take it with --map",
     "run": "--track and railui import take it, or a campaign names it",
     "track": "--track takes it",
+    "line": "--track takes it",
     "delta_r": "railui contact --delta-r takes it",
     "profile": "railui contact takes it, or `contact: {profiles: {wheel, rail}}` of a design",
 }
 
 
 def recognise(path: str | Path) -> str:
-    """Return the kind of a file: design, campaign, study, element, map, run, track, profile or delta_r.
+    """Return the kind of a file: design, campaign, study, element, map, line, run, track, profile or
+    delta_r.
 
     A directory stands for the campaign in it. The schema line decides, else the keys, else the columns of a table.
 
@@ -48,7 +50,7 @@ def recognise(path: str | Path) -> str:
         remedy = "give a run with a column t [s], or a track with s [m], yw [m]"
     else:
         kind = document_kind(load_yaml(path).value)
-        remedy = "write `schema: railui.design/1`, or the keys of a design, a campaign, a study or a map"
+        remedy = "write `schema: railui.design/1`, or the keys of a design, a campaign, a study, a line or a map"
     if kind not in USES_BY_KIND:
         findings = Findings(str(path))
         findings.add(

@@ -14,6 +14,7 @@ KEYS_BY_KIND = {
     "campaign": ("runs", "adjust", "noise"),
     "map": ("sensors", "rails", "convention", "speed"),
     "design": ("vehicle", "contact"),
+    "line": ("segments", "irregularity"),
 }  # that identify a file without a schema line
 SCHEMA_NAME = re.compile(r"railui\.([a-z]+)/(\d{1,6})\Z")
 

@@ -189,7 +189,7 @@ def check_tracks(
         key = f"cases.track.{i}" if isinstance(raw, list) else "cases.track"
         if not isinstance(text, str):
             continue
-        if re.search(r"\.csv(\.gz)?\Z", text):
+        if re.search(r"\.(csv(\.gz)?|ya?ml)\Z", text):
             if not (directory / text).is_file():
                 findings.add(key, f"no file {text!r}", f"give a path relative to {directory}")
             continue

@@ -29,13 +29,18 @@ from railui.ride_quality.statistics import (
 )
 from railui.track import Track
 from railui.track.excitation import Excitation, TrackSource, resolve_track
+from railui.track.line_geometry import GRAVITY, cant_deficiency
 from railui.vehicle.grouping import group_by_structure
 from railui.vehicle.model import Model
+from railui.vehicle.on_track import half_gauges
 from railui.vehicle.resolve import ModelSource, resolve_model
 from railui.vehicle.simulate import simulate_series
 
 TrackLike = Track | TrackSource | str | Path
 
+LINE_NOTE: Final = (
+    "line with curves: accelerations contain V^2/R - g cant/(2 b), e is counted on 5 s or more of straights"
+)
 DEFAULT_CHANNELS: Final = (*SCORE_CHANNELS, "ay1", "ay2", "rf", "d1", "d2", "psi1", "psi2")
 WEIGHTED_STATISTICS: Final = ("weighted_acceleration", DECISIVE_STATISTIC, "wz")
 STEP_ERROR_TOLERANCE: Final = 1e-4  # relative change by halved steps up to which a ride is taken as exact
@@ -152,8 +157,25 @@ def ride_result(
     displacement = {} if diverged else {name: [float(x) for x in own[name]] for name in ("mean_e", "sd_e")}
     result["statistics"] = displacement | {"samples": len(excitation.track), "duration": excitation.duration}
     result["steps"] = int(own["steps"])
+    if excitation.track.has_curves:
+        result["line"] = line_summary(model, excitation)
+        result["notes"].append(LINE_NOTE)
     source = excitation.source
     return result | {"speed": excitation.speed, "seed": source.seed, "track": source.name}
+
+
+def line_summary(model: Model, excitation: Excitation) -> dict[str, float | None]:
+    """Return the least radius [m] of a line, its largest cant [m] and cant deficiency [m], and their accelerations."""
+    track, half_gauge = excitation.track, float(half_gauges(model, model.row[None])[0])
+    deficiency = cant_deficiency(track, excitation.speed, half_gauge)
+    curvature = float(np.abs(track.curvature).max())
+    return {
+        "least_radius": 1.0 / curvature if curvature > 0 else None,
+        "largest_cant": float(np.abs(track.cant).max()),
+        "largest_cant_deficiency": float(deficiency.max()),
+        "largest_cant_excess": float(np.maximum(-deficiency, 0.0).max()),
+        "largest_acceleration": float(GRAVITY * np.abs(deficiency).max() / (2.0 * half_gauge)),
+    }
 
 
 def _comfort_point(model: Model, floors: Sequence[str], statistics: dict[str, Any]) -> str:

@@ -28,6 +28,7 @@ from railui.vehicle.model import Model
 from railui.vehicle.resolve import ModelSource, resolve_model
 from railui.vehicle.transfer import LinearVehicle, acting_inputs, linearise
 
+CURVES_NOTE: Final = "line with curves: the response to its irregularities only, as on a straight track"
 DEFAULT_RANGE: Final = (0.1, 50.0)  # Hz
 DEFAULT_COUNT: Final = 300  # frequencies, equally spaced in their logarithm
 MAX_DRAWN_DAMPING: Final = 0.5  # damping ratio below which the frequency of a mode joins the default frequencies
@@ -122,6 +123,7 @@ def response(
     roots, inputs = vehicle.roots, acting_inputs(vehicle)
     is_stable = bool(np.all((roots.real < -MIN_DECAY) | (np.abs(roots) < MIN_ROOT)))
     source = None if track is None else resolve_track(track, seed)
+    curves = [CURVES_NOTE] if source is not None and source.track.has_curves else []
     transfer = vehicle.transfer(grid)
     result: dict[str, Any] = {
         "speed": speed,
@@ -135,7 +137,7 @@ def response(
         "stationary": None,
         "ride": None,
         "density": None,
-        "notes": [*_notes(model), *_stability_note(is_stable, roots[0], source is not None)],
+        "notes": [*curves, *_notes(model), *_stability_note(is_stable, roots[0], source is not None)],
     }
     if source is not None and is_stable:
         density = track_density(source)

@@ -24,6 +24,7 @@ from railui.ride_quality.safety_criteria import Criterion, criteria_of
 from railui.ride_quality.safety_limits import QUOTIENT_LIMIT, SafetyLimits, friction_of
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
+from railui.vehicle.on_track import on_rails, spacings, vehicles_on
 
 __all__ = [
     "QUOTIENT_LIMIT",
@@ -176,14 +177,15 @@ def _force_series(
     models: Sequence[Model], excitation: Excitation, steps: NDArray[np.int64], jobs: int | None
 ) -> Iterator[tuple[int, FloatArray]]:
     """Yield the number and the series [channel, sample] of each vehicle that stays on the track."""
-    vehicles, channels = models[0].vehicles(), guiding_force_channels(models[0])
+    vehicles, channels = vehicles_on(models[0], excitation), guiding_force_channels(models[0])
     groups: dict[tuple[Any, int], list[int]] = {}
-    for i, model in enumerate(models):
-        groups.setdefault((model.wheelset_spacing(), int(steps[i])), []).append(i)
+    keys = spacings(models[0], np.stack([model.row for model in models]), excitation)
+    for i, key in enumerate(keys):
+        groups.setdefault((key, int(steps[i])), []).append(i)
     for (spacing, n), members in groups.items():
         table = excitation.table(spacing, n)
         for start in range(0, len(members), LANES):
             part = members[start : start + LANES]
-            batch = models[0].batch(np.stack([models[i].row for i in part]))
+            batch = on_rails(models[0], models[0].batch(np.stack([models[i].row for i in part])), excitation)
             series, diverged = vehicles.simulate(batch, table, excitation.dt, n, channels, jobs=jobs)
             yield from ((i, series[k]) for k, i in enumerate(part) if diverged[k] < 0)

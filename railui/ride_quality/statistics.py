@@ -14,10 +14,13 @@ from railui.ride_quality.guiding_forces import wheel_load_paths
 from railui.ride_quality.safety_limits import force_limit
 from railui.track.excitation import Excitation
 from railui.track.input_table import COLUMNS_PER_WHEELSET, FIRST_WHEELSET_COLUMN
+from railui.track.line_geometry import curvature_columns
 from railui.vehicle.model import Model
+from railui.vehicle.on_track import on_rails, spacings, vehicles_on
 
 SCORE_CHANNELS: Final = ("e1", "e2", "ayf")
 BLOCK_DURATION: Final = 5.0  # s, of the running rms of EN 12299
+MAX_STRAIGHT_CURVATURE: Final = 1e-4  # 1/m, of test zone 1: radii of 10 km and more
 GAUGE_COLUMN: Final = 4  # among the columns of a wheelset
 DECISIVE_STATISTIC: Final = "weighted_acceleration_1974"  # selects the worst of several floor points
 
@@ -91,19 +94,21 @@ def ride_statistics(
     ValueError
         For a vehicle that is too stiff to be integrated.
     """
-    vehicles, batch = model.vehicles(), model.batch(rows)
+    vehicles, batch = vehicles_on(model, excitation), on_rails(model, model.batch(rows), excitation)
     if steps is None:
         steps = np.array(vehicles.required_steps(batch, excitation.speed, excitation.speed, excitation.dt))
     limits = guidance_limits(model, rows)
     sections = comfort_sections(model, rows, excitation.dt)
     statistics: dict[str, FloatArray] = {"steps": steps.astype(float), "clearance": limits}
     diverged_at = np.full(len(rows), -1)
-    groups = list(zip(model.wheelset_spacings(rows), steps.tolist(), strict=True))
+    groups = list(zip(spacings(model, rows, excitation), steps.tolist(), strict=True))
     for wheelbase, n in sorted(set(groups)):
         members = np.array([i for i, group in enumerate(groups) if group == (wheelbase, n)])
         table = excitation.table(wheelbase, n)
         group = _Group(model, vehicles, batch.select(members), excitation.dt, table, n, limits[members], jobs)
         parts, diverged_at[members] = group.statistics({name: each[members] for name, each in sections.items()})
+        if excitation.track.has_curves and not is_guided_by_force(model):
+            parts |= group.straight_statistics(parts)
         gauge_widens = model.design.gauge_widens_clearance and not is_guided_by_force(model)
         if gauge_widens and np.any(excitation.track.gauge):
             parts |= group.gauge_statistics(parts["sd_e"])
@@ -163,6 +168,21 @@ class _Group:
             parts["point"] = worst.astype(float)
             parts |= {f"{name}_points": rides.rms[:, :, i] for i, name in enumerate(names)}
         return parts, rides.diverged
+
+    def straight_statistics(self, parts: dict[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return mean, standard deviation and contact of e on the straights of a line: in curves flanges guide.
+
+        Those of the whole ride where the line has less than one block of straight track.
+        """
+        table, dt, steps = self.input
+        curvature = table[:: 2 * steps, curvature_columns(table.shape[1], len(self.wheelset_channels))]
+        is_straight = np.all(np.abs(curvature) <= MAX_STRAIGHT_CURVATURE, axis=1)
+        if np.count_nonzero(is_straight) * dt < BLOCK_DURATION:
+            return {name: parts[name] for name in ("mean_e", "sd_e", "flange_fractions")}
+        series, _ = self.vehicles.simulate(self.batch, *self.input, self.wheelset_channels, jobs=self.jobs)
+        e = series[:, :, is_straight]
+        touching = np.abs(e) >= self.limits[:, None, None]
+        return {"mean_e": e.mean(axis=2), "sd_e": e.std(axis=2), "flange_fractions": touching.mean(axis=2)}
 
     def gauge_statistics(self, sd_e: FloatArray) -> dict[str, FloatArray]:
         """Return shares of contact against c + g/2, counted on the series, and the standard deviation against it."""

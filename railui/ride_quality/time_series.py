@@ -16,6 +16,7 @@ from railui.vehicle.model import Model
 from railui.vehicle.simulate import simulate_series
 
 CLOCK_AND_TRACK: Final = ("t", "s", "v", "yw", "phiw", "gauge")
+LINE_UNITS: Final = {"curvature": "1/m", "cant": "m"}  # of a line with curves
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +26,8 @@ class RideSeries:
     Attributes
     ----------
     columns : dict of FloatArray
-        Arrays [sample] in SI: t, s, v, the track under the leading wheelset, then the channels; channels are NaN from
+        Arrays [sample] in SI: t, s, v, the track under the leading wheelset (with curvature and cant on a line with
+        curves), then the channels; channels are NaN from
         the sample at which the vehicle diverged.
     diverged_at : int or None
         Sample at which the vehicle diverged.
@@ -36,7 +38,7 @@ class RideSeries:
 
     def by_header(self) -> dict[str, FloatArray]:
         """Return the columns by the header of a run, `name [unit]`."""
-        units = {name: COLUMNS[name].unit for name in CLOCK_AND_TRACK}
+        units = {name: COLUMNS[name].unit for name in CLOCK_AND_TRACK} | LINE_UNITS
         return {f"{name} [{units.get(name) or channel_unit(name)}]": x for name, x in self.columns.items()}
 
 
@@ -77,4 +79,6 @@ def ride_series(
     track = excitation.track
     t, v = excitation.dt * np.arange(len(track)), np.full(len(track), excitation.speed)
     columns = dict(zip(CLOCK_AND_TRACK, (t, track.s, v, track.yw, track.phiw, track.gauge), strict=True))
+    if track.has_curves:
+        columns |= {"curvature": track.curvature, "cant": track.cant}
     return RideSeries(columns | dict(zip(names, values, strict=True)), diverged_at)

@@ -21,9 +21,11 @@ from railui.ride_quality.statistics import half_gauge_deviations, sd_with_gauge
 from railui.track import Track
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
+from railui.vehicle.on_track import spacings
 from railui.vehicle.resolve import ModelSource, resolve_model
 from railui.vehicle.simulate import simulate_series
 
+CURVES_NOTE: Final = "curves: flange contact counts there as on straights, although flanges guide in curves"
 SECTION_LENGTH: Final = 200.0  # m, the usual length for the quality of a line
 GEOMETRY_BAND: Final = (3.0, 25.0)  # m, wavelength range D1 of EN 13848, by which maintenance is usually ordered
 MIN_SAMPLES: Final = 10.0  # of a section
@@ -196,7 +198,7 @@ class _TrackRide:
         self.clearance = model.design.value("contact.flange_clearance")
         self.half_gauge = np.zeros((len(wheelsets), len(excitation.track)))
         if model.design.gauge_widens_clearance:
-            table = excitation.table(model.wheelset_spacing(), 1)
+            table = excitation.table(spacings(model, model.row[None], excitation)[0], 1)
             self.half_gauge = half_gauge_deviations(table, 1, len(wheelsets))
 
     def _guiding_forces(self, series: FloatArray) -> GuidingForces | None:
@@ -208,7 +210,7 @@ class _TrackRide:
 
     def notes(self) -> list[str]:
         """Return notes on divergence and on the wheel loads of Y/Q."""
-        notes = []
+        notes = [CURVES_NOTE] if self.excitation.track.has_curves else []
         if self.diverged_at is not None:
             location = self.excitation.distance_at(self.diverged_at)
             notes.append(f"the vehicle left the track at s = {location:.5g} m: no statistics from there on")

@@ -4,6 +4,7 @@ from railui.track.input_table import (
     COLUMNS,
     COLUMNS_PER_WHEELSET,
     FIRST_WHEELSET_COLUMN,
+    Spacing,
     Wheelbase,
     add_track,
     distance_from_speed,
@@ -13,6 +14,7 @@ from railui.track.input_table import (
     wheelset_distances,
 )
 from railui.track.line import Track, equally_spaced
+from railui.track.line_geometry import LinePositions
 from railui.track.metrics import BANDS, NearestSpectrum, TrackSpectrum, band_sd, nearest_spectrum, psd
 from railui.track.spectra import QUANTITIES, SPECTRA, Quantity, Spectrum, spectrum_density, spectrum_named, spectrum_sd
 from railui.track.synthetic import TrackSpec, band_limited_noise, parse_spec, synthetic_track
@@ -24,8 +26,10 @@ __all__ = [
     "FIRST_WHEELSET_COLUMN",
     "QUANTITIES",
     "SPECTRA",
+    "LinePositions",
     "NearestSpectrum",
     "Quantity",
+    "Spacing",
     "Spectrum",
     "Track",
     "TrackSpec",

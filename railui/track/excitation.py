@@ -5,14 +5,20 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from railui.arrays import FloatArray
 from railui.memo import IdentityCache
-from railui.track import Track, Wheelbase, equally_spaced, parse_spec, track_table
+from railui.track import LinePositions, Spacing, Track, equally_spaced, parse_spec, track_table
+from railui.track.mean_line import along_mean_line
 
-TRACK_FILE = re.compile(r"\.(csv|txt)(\.gz)?\Z", re.IGNORECASE)
+if TYPE_CHECKING:
+    from railui.track.reader import TrackColumns
+
+TRACK_FILE = re.compile(r"\.((csv|txt)(\.gz)?|ya?ml)\Z", re.IGNORECASE)
+LINE_FILES = (".yaml", ".yml")
 MAX_PATH_LENGTH = 400  # characters of a text that may be the path of a file
 MAX_TABLES = 8  # of one excitation; a search over the wheelbase needs one table per design
 
@@ -43,12 +49,13 @@ def is_track_file(track: object) -> bool:
 
 
 def resolve_track(track: Track | TrackSource | str | Path, seed: int | None = None) -> TrackSource:
-    """Return the track of an argument.
+    """Return the track of an argument, in coordinates along the mean line of its lateral deviation.
 
     Parameters
     ----------
     track : Track, TrackSource, str or Path
-        A track, a spec, or the path of a track or of a run, whose longest segment is resampled at equal spacing.
+        A track, a spec, the path of a track, of a designed line (YAML), or of a run, whose longest segment is resampled
+        at equal spacing.
     seed : int, optional
         Seed that replaces that of the spec.
 
@@ -69,12 +76,14 @@ def resolve_track(track: Track | TrackSource | str | Path, seed: int | None = No
         spec = parse_spec(track)
         spec = spec if seed is None else replace(spec, seed=seed)
         return TrackSource(spec.build(), str(spec), seed=spec.seed)
+    if isinstance(track, str | Path) and Path(track).suffix.lower() in LINE_FILES:
+        return _source_of_line(Path(track), seed)
     if seed is not None:
         raise ValueError(f"{_name_of(track)} is not a synthetic track: it has no seed, leave out --seed and --seeds")
     if isinstance(track, TrackSource):
         return track
     if isinstance(track, Track):
-        return TrackSource(track, _name_of(track))
+        return TrackSource(along_mean_line(track), _name_of(track))
     return _source_of_file(Path(track))
 
 
@@ -84,16 +93,31 @@ def _name_of(track: Track | TrackSource | str | Path) -> str:
     return f"a track of {track.length:g} m" if isinstance(track, Track) else Path(track).name
 
 
+def _track_of(columns: TrackColumns) -> Track:
+    irregularities = (columns.yw, columns.phiw, columns.gauge)
+    return Track(columns.s, *irregularities, columns.conventions, curvature=columns.curvature, cant=columns.cant)
+
+
+def _source_of_line(path: Path, seed: int | None) -> TrackSource:
+    from railui.track.line_file import load_line
+
+    columns = load_line(path, seed)
+    if seed is not None and columns.seed is None:
+        raise ValueError(f"{path.name} has no synthetic irregularities: it has no seed")
+    return TrackSource(_track_of(columns), path.name, path, columns.sha256, columns.seed)
+
+
 def _source_of_file(path: Path) -> TrackSource:
     from railui.track.reader import MAX_SPACING, MIN_SPACING, load_track
 
     columns = load_track(path)
-    irregularities = (columns.yw, columns.phiw, columns.gauge)
     if not columns.from_run:
-        track = Track(columns.s, *irregularities, columns.conventions)
-        return TrackSource(track, path.name, path, columns.sha256)
+        return TrackSource(along_mean_line(_track_of(columns)), path.name, path, columns.sha256)
+    irregularities = (columns.yw, columns.phiw, columns.gauge)
     spacing = float(np.clip(round(float(np.median(np.diff(columns.s))), 3), MIN_SPACING, MAX_SPACING))
-    track = equally_spaced(columns.s, *irregularities, spacing=spacing, conventions=columns.conventions)
+    track = along_mean_line(
+        equally_spaced(columns.s, *irregularities, spacing=spacing, conventions=columns.conventions)
+    )
     segment = f"its longest segment, {track.length:.6g} m, resampled every {spacing:g} m"
     return TrackSource(track, path.name, path, columns.sha256, notes=(f"track of the run {path.name}: {segment}",))
 
@@ -125,10 +149,21 @@ class Excitation:
         """Time from the first to the last sample [s]."""
         return self.track.length / self.speed
 
-    def table(self, wheelbase: Wheelbase, steps: int) -> FloatArray:
-        """Return the input table of `track_table`, for half a wheelbase [m] or the distances of all wheelsets [m]."""
-        key = (float(wheelbase) if isinstance(wheelbase, int | float) else tuple(wheelbase), int(steps))
+    def table(self, spacing: Spacing, steps: int) -> FloatArray:
+        """Return the input table of `track_table`.
+
+        `spacing`: half a wheelbase [m], the distances of all wheelsets [m], or the positions on a line with curves, as
+        `railui.vehicle.on_track.spacings` returns them.
+        """
+        if not isinstance(spacing, LinePositions):
+            spacing = float(spacing) if isinstance(spacing, int | float) else tuple(spacing)
+        key = (spacing, int(steps))
         return self._tables.get(key, lambda: track_table(self.track, self.speed, *key)[0])
+
+    @property
+    def start(self) -> float:
+        """Lateral deviation [m] of the first sample, at which vehicles start."""
+        return float(self.track.yw[0])
 
     def distance_at(self, sample: int) -> float:
         """Return the distance s [m] at a sample."""

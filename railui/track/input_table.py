@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from railui.arrays import FloatArray
 from railui.core import Spline
 from railui.track.line import MIN_SAMPLES, Track, check_increasing
+from railui.track.line_geometry import LinePositions, add_cant, line_columns
 
 COLUMNS: Final = (
     *("s", "v"),
@@ -28,6 +29,8 @@ DISTANCE_TOLERANCE: Final = 1e-12  # relative deviation of s from constant speed
 Wheelbase = (
     float | tuple[float, ...]
 )  # half the wheelbase of a bogie, or distances of all wheelsets behind the first [m]
+
+Spacing = Wheelbase | LinePositions
 
 
 def wheelset_distances(wheelbase: Wheelbase) -> tuple[float, ...]:
@@ -261,11 +264,20 @@ def run_table(columns: Mapping[str, ArrayLike], half_wheelbase: Wheelbase, steps
     return table, float((t[-1] - t[0]) / (t.size - 1))
 
 
-def track_table(track: Track, speed: float, half_wheelbase: Wheelbase, steps: int) -> tuple[FloatArray, float]:
+def _line_table(track: Track, speed: float, places: LinePositions, steps: int) -> tuple[FloatArray, float]:
+    """Compute the table of a line with curves: that of a straight track with the twist, then the line's columns."""
+    straight = Track(track.s, track.yw, track.phiw, track.gauge)
+    table, dt = track_table(straight, speed, places.wheelsets, steps)
+    s = table[:, 0]
+    for number, behind in enumerate(places.wheelsets):
+        add_cant(table, FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, track, s, behind, places)
+    return np.ascontiguousarray(np.hstack([table, line_columns(track, speed, s, places)])), dt
+
+
+def track_table(track: Track, speed: float, half_wheelbase: Spacing, steps: int) -> tuple[FloatArray, float]:
     """Compute the table of a track at constant speed [m/s], one sample per track sample, and dt = spacing/speed [s].
 
-    The lateral deviation counts from its first value: a vehicle that starts at y = 0 starts on the rails, wherever the
-    datum of the alignment lies.
+    With `LinePositions` the columns of a line with curves follow, see `railui.track.line_geometry`.
 
     Raises ValueError as `input_table`, and for a speed that is not positive.
 
@@ -276,7 +288,9 @@ def track_table(track: Track, speed: float, half_wheelbase: Wheelbase, steps: in
     """
     if not 0 < speed < np.inf:
         raise ValueError(f"speed must be positive: {speed:g} m/s")
+    if isinstance(half_wheelbase, LinePositions):
+        return _line_table(track, speed, half_wheelbase, steps)
     time = (track.s - track.s[0]) / speed
     v = np.full(len(track), float(speed))
-    table = input_table(time, track.s, v, track.yw - track.yw[0], track.phiw, track.gauge, half_wheelbase, steps)
+    table = input_table(time, track.s, v, track.yw, track.phiw, track.gauge, half_wheelbase, steps)
     return table, track.spacing / float(speed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,8 +31,14 @@ class Track:
         Cross-level as an angle [rad]; by default 0.
     gauge : array_like, optional
         Gauge deviation [m]; by default 0.
+    curvature : array_like, optional
+        Curvature of the designed line [1/m], positive with the centre at +y (right-hand curves); by default 0.
+    cant : array_like, optional
+        Designed cant [m], positive where the left rail is higher; by default 0. `phiw` counts from it.
     conventions : tuple of str
         Lines of the header of its file.
+    is_synthetic : bool
+        True for the irregularities of a spectrum, which have no mean line.
 
     Raises
     ------
@@ -51,6 +57,9 @@ class Track:
     phiw: FloatArray
     gauge: FloatArray
     conventions: tuple[str, ...] = ()
+    is_synthetic: bool = False
+    curvature: FloatArray = field(init=False)
+    cant: FloatArray = field(init=False)
 
     def __init__(
         self,
@@ -59,8 +68,11 @@ class Track:
         phiw: ArrayLike | None = None,
         gauge: ArrayLike | None = None,
         conventions: tuple[str, ...] = (),
+        is_synthetic: bool = False,
+        curvature: ArrayLike | None = None,
+        cant: ArrayLike | None = None,
     ) -> None:
-        given = {"s": s, "yw": yw, "phiw": phiw, "gauge": gauge}
+        given = {"s": s, "yw": yw, "phiw": phiw, "gauge": gauge, "curvature": curvature, "cant": cant}
         rows = np.size(np.asarray(s))
         for name, values in given.items():
             column = np.zeros(rows) if values is None else np.array(values, dtype=np.float64)
@@ -72,6 +84,7 @@ class Track:
             column.setflags(write=False)
             object.__setattr__(self, name, column)
         object.__setattr__(self, "conventions", tuple(conventions))
+        object.__setattr__(self, "is_synthetic", is_synthetic)
         if rows < MIN_SAMPLES:
             raise ValueError(f"a track needs {MIN_SAMPLES} samples for its spline, here are {rows}")
         step = np.diff(self.s)
@@ -92,11 +105,22 @@ class Track:
         """Distance from the first to the last sample [m]."""
         return float(self.s[-1] - self.s[0])
 
+    def with_deviation(self, yw: ArrayLike) -> Track:
+        """Return the track with another lateral deviation [m]."""
+        columns = (self.s, yw, self.phiw, self.gauge, self.conventions)
+        return Track(*columns, curvature=self.curvature, cant=self.cant)
+
+    @property
+    def has_curves(self) -> bool:
+        """True if the line is not straight and level: it has curvature or cant."""
+        return bool(np.any(self.curvature) or np.any(self.cant))
+
     @property
     def sha256(self) -> str:
-        """Hash of the columns' bytes (little-endian doubles, in the order s, yw, phiw, gauge)."""
+        """Hash of the columns' bytes (little-endian doubles: s, yw, phiw, gauge; with curves curvature, cant)."""
         digest = hashlib.sha256()
-        for column in (self.s, self.yw, self.phiw, self.gauge):
+        line = (self.curvature, self.cant) if self.has_curves else ()
+        for column in (self.s, self.yw, self.phiw, self.gauge, *line):
             digest.update(column.astype("<f8").tobytes())
         return digest.hexdigest()
 

@@ -184,7 +184,7 @@ def _build(spec: TrackSpec, ease_in: float) -> Track:
     s = spec.spacing * np.arange(round(spec.length / spec.spacing))
     rise = np.ones_like(s) if ease_in == 0 else 0.5 * (1 - np.cos(np.pi * np.minimum(s / ease_in, 1.0)))
     columns = {quantity: rise * _sum_of_harmonics(spec, quantity, s.size) for quantity in QUANTITIES}
-    return Track(s, **columns, conventions=_conventions(spec, ease_in))
+    return Track(s, **columns, conventions=_conventions(spec, ease_in), is_synthetic=True)
 
 
 def _sum_of_harmonics(spec: TrackSpec, quantity: Quantity, samples: int) -> FloatArray:

@@ -81,7 +81,9 @@ class Model:
         placed = tuple(map(kernel_placement, self.effects))
         return (design.kind, rig_input(design), design.structure, design.gauge_widens_clearance, placed)
 
-    def vehicles(self, measured: Sequence[str] = (), extra: Sequence[Placement] = ()) -> Vehicles:
+    def vehicles(
+        self, measured: Sequence[str] = (), extra: Sequence[Placement] = (), *, line: bool = False
+    ) -> Vehicles:
         """Return the structure of the vehicle in the kernel.
 
         Parameters
@@ -90,6 +92,8 @@ class Model:
             Measured coach forces that act on the vehicle.
         extra : sequence of Placement
             Further effects after those of the vehicle.
+        line : bool
+            True on a line with curves.
         """
         structure = self.design.structure
         layout = None if structure is None else kernel_layout(structure)
@@ -97,7 +101,7 @@ class Model:
         if self.design.gauge_widens_clearance:
             placed = [replace(p, against=GAUGE) if p.kind == FLANGE else p for p in placed]
         names = None if structure is None else kernel_names(structure)
-        return Vehicles(self.design.kind, placed, measured, layout, rig_input(self.design), names)
+        return Vehicles(self.design.kind, placed, measured, layout, rig_input(self.design), names, line)
 
     def batch(self, rows: FloatArray, extra: FloatArray | None = None, amounts: FloatArray | None = None) -> Batch:
         """Return vehicles from rows [n, row], with numbers [n, ...] and amounts [n, k] of k further effects."""

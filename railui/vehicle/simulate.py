@@ -9,12 +9,13 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
+from railui.vehicle.on_track import on_rails, spacings, vehicles_on
 
 
 def simulate_series(
     model: Model, excitation: Excitation, channels: Sequence[str], *, steps: int | None = None, jobs: int | None = 1
 ) -> tuple[FloatArray, int | None]:
-    """Simulate a vehicle from rest.
+    """Simulate a vehicle that starts at rest on the rails.
 
     Parameters
     ----------
@@ -37,9 +38,9 @@ def simulate_series(
     ValueError
         For an unknown channel, and for a vehicle too stiff to integrate.
     """
-    vehicles, batch = model.vehicles(), model.single_batch()
+    vehicles, batch = vehicles_on(model, excitation), on_rails(model, model.single_batch(), excitation)
     if steps is None:
         steps = vehicles.required_steps(batch, excitation.speed, excitation.speed, excitation.dt)[0]
-    table = excitation.table(model.wheelset_spacing(), steps)
+    table = excitation.table(spacings(model, model.row[None], excitation)[0], steps)
     series, diverged = vehicles.simulate(batch, table, excitation.dt, steps, channels, jobs=jobs)
     return np.asarray(series[0]), int(diverged[0]) if diverged[0] >= 0 else None

@@ -93,7 +93,8 @@ impl Vehicles {
             wheelset: 0,
             count: numbers.len(),
         });
-        let structure = Structure { kind: VehicleKind::Bogie, measured: Vec::new(), placed: placed.collect() };
+        let structure =
+            Structure { kind: VehicleKind::Bogie, measured: Vec::new(), placed: placed.collect(), line: false };
         let effects: Vec<f64> = job.effects.iter().flat_map(|(_, _, numbers)| numbers.iter().copied()).collect();
         Self {
             structure,

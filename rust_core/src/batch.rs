@@ -182,8 +182,9 @@ impl Job for Rates<'_> {
     }
 }
 
-/// Equilibrium forces of every vehicle in its curve at `initial`: [vehicle][dof and own state], and wheelset results.
-pub fn statics(vehicles: &VehicleBatch<'_>, offsets: &[f64], curvature: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
+/// Equilibrium forces of every vehicle in its curve, a row of the input table each, at `initial`:
+/// [vehicle][dof and own state], and wheelset results.
+pub fn statics(vehicles: &VehicleBatch<'_>, table: &[f64], curvature: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
     let (mut forces, mut results) = (Vec::new(), Vec::new());
     for some in vehicles.lane_groups() {
         let group = vehicles.group(some, &[])?;
@@ -191,8 +192,8 @@ pub fn statics(vehicles: &VehicleBatch<'_>, offsets: &[f64], curvature: &[f64]) 
             expect_len("numbers of a stand in the curve", of.len(), width * vehicles.count)?;
             Ok((0..width).map(|k| Lanes::from_fn(|l| of[some.of(l) * width + k])).collect())
         };
-        let (states, offsets) = (rows(vehicles.initial, group.states)?, rows(offsets, group.dofs)?);
-        let stand = Equilibrium { states: &states, offsets: &offsets, curvature: rows(curvature, 1)?[0] };
+        let (states, row) = (rows(vehicles.initial, group.states)?, rows(table, group.columns)?);
+        let stand = Equilibrium { states: &states, row: &row, curvature: rows(curvature, 1)?[0] };
         // a few iterations: not worth compiling for each level
         let found = EquilibriumForces { group: &group, stand: &stand }.run::<Portable>();
         for lane in 0..some.live {

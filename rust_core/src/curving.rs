@@ -6,8 +6,8 @@ use crate::vehicle::group::Group;
 pub struct Equilibrium<'a> {
     /// Per state; velocities are not used.
     pub states: &'a [Lanes],
-    /// Increment of a body's motion for the suspension: the curve under it against the middle of the vehicle.
-    pub offsets: &'a [Lanes],
+    /// Row of the input table: what the curve moves of the suspension, and the forces on the bodies.
+    pub row: &'a [Lanes],
     /// 1/R, the centre at +y.
     pub curvature: Lanes,
 }
@@ -22,7 +22,7 @@ pub struct Forces {
     pub wheelsets: Vec<[Lanes; WHEELSET_RESULTS]>,
 }
 
-/// Source: docs/theory.md, quasi-static curve: offsets act on the suspension, b/R and 1/R on the creepages.
+/// Source: docs/theory.md, quasi-static curve: the line's offsets act on the suspension, b/R and 1/R on the creepages.
 pub struct EquilibriumForces<'a> {
     pub group: &'a Group,
     pub stand: &'a Equilibrium<'a>,
@@ -42,10 +42,15 @@ impl Job for EquilibriumForces<'_> {
         let row = vec![0.0; group.columns];
         for at in (0..LANES).step_by(P::WIDTH) {
             let x = |i: usize| P::load(&stand.states[i], at);
-            let z = |i: usize| P::load(&stand.offsets[i], at) + x(i);
+            let given = |column: usize| P::load(&stand.row[column], at);
             let mut force = vec![P::zero(); group.states - n];
             for (i, j, a) in group.matrix.state().filter(|(_, j, _)| *j < n) {
-                force[i] = P::load(a, at).mul_add(z(j), force[i]);
+                force[i] = P::load(a, at).mul_add(x(j), force[i]);
+            }
+            for (i, force) in force.iter_mut().enumerate().take(n) {
+                for (column, a) in group.matrix.columns_of(i) {
+                    *force = P::load(a, at).mul_add(given(column), *force);
+                }
             }
             let curvature = P::load(&stand.curvature, at);
             for (wheelset, results) in group.wheelsets.iter().zip(&mut out.wheelsets) {
@@ -66,7 +71,10 @@ impl Job for EquilibriumForces<'_> {
             for law in &group.forces {
                 let mut motion = P::zero();
                 for (i, a) in &law.row {
-                    motion = P::load(a, at).mul_add(z(*i), motion);
+                    motion = P::load(a, at).mul_add(x(*i), motion);
+                }
+                for (column, a) in &law.inputs {
+                    motion = P::load(a, at).mul_add(given(*column), motion);
                 }
                 let own = if law.has_state { x(law.state) } else { P::zero() };
                 let mut rate = P::zero();

@@ -60,8 +60,12 @@ fn count_job(effects: &[(Law, &[f64])], reduced: bool, channels: &[&str], comfor
     }
     numbers.extend([spin, 7e-3]);
     let placed = |(law, n): &(Law, &[f64])| Placed { law: *law, at: "contact".into(), wheelset: 0, count: n.len() };
-    let structure =
-        Structure { kind: VehicleKind::Bogie, measured: Vec::new(), placed: effects.iter().map(placed).collect() };
+    let structure = Structure {
+        kind: VehicleKind::Bogie,
+        measured: Vec::new(),
+        placed: effects.iter().map(placed).collect(),
+        line: false,
+    };
     let values: Vec<f64> = effects.iter().flat_map(|(_, n)| n.iter().copied()).collect();
     let amounts = vec![1.0; effects.len()];
     let vehicles = VehicleBatch {

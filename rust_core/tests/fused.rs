@@ -52,7 +52,7 @@ fn amounts(effects: usize, scale: f64) -> Vec<Vec<f64>> {
 /// Largest difference of each channel over its largest value, fused against general.
 fn differences(placed: Vec<Placed>, effects: &[f64], varying: f64, scale: f64, reduced: bool) -> Vec<f64> {
     let amounts = amounts(placed.len(), scale);
-    let structure = Structure { kind: VehicleKind::Bogie, measured: Vec::new(), placed };
+    let structure = Structure { kind: VehicleKind::Bogie, measured: Vec::new(), placed, line: false };
     let numbers: Vec<_> = (0..LANES).map(|lane| bogie(lane, reduced)).collect();
     let singles: Vec<_> = (0..LANES)
         .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts[l], speed_scale: 1.0 - scale * l as f64 })
@@ -267,7 +267,7 @@ fn a_coach_is_the_general_vehicle_lane_by_lane_with_bogies_alike_or_not() {
     ] {
         let kind = VehicleKind::Bodies(carried(0, unlike, damped).0);
         let numbers: Vec<_> = (0..LANES).map(|lane| carried(lane, unlike, damped).1).collect();
-        let structure = Structure { kind, measured: vec![], placed: some };
+        let structure = Structure { kind, measured: vec![], placed: some, line: false };
         let channels = ["e1", "e4", "psi3", "ay2", "y.body_1", "psi.body_1", "phi.frame_2"];
         let [fused, general] = fused_and_general(&structure, &numbers, effects, &channels);
         let vehicle = FusedVehicle::<Portable>::new(&fused, fused.contacts.as_ref().expect("fused contacts"), 0);
@@ -287,7 +287,7 @@ fn the_fused_vehicle_of_bodies_is_the_general_one_lane_by_lane() {
     let plain: (Vec<Placed>, &[f64]) = (Vec::new(), &[]);
     for (some, effects) in [plain, (both.clone(), &[0.35, 3e-3, 14.6e6]), (both, &[0.04, 5e-3, 14.6e6])] {
         let kind = VehicleKind::Bodies(layout.clone());
-        let structure = Structure { kind, measured: vec![], placed: some };
+        let structure = Structure { kind, measured: vec![], placed: some, line: false };
         let channels = ["e1", "e2", "psi2", "ay1", "ayf", "y.body_0", "phi.frame_0"];
         let [fused, general] = fused_and_general(&structure, &numbers, effects, &channels);
         let found = apart(&fused, &general, &table(&BOGIE, 8.0, 2e-3));

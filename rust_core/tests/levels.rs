@@ -42,6 +42,7 @@ fn digits() -> Vec<f64> {
         kind: VehicleKind::Bogie,
         measured: Vec::new(),
         placed: vec![placed(Law::CreepSaturation, 1), placed(Law::FlangeContact, 2)],
+        line: false,
     };
     let numbers: Vec<f64> = (0..DESIGNS).flat_map(bogie).collect();
     let (effects, amounts) = ([0.2, 3e-3, 14.6e6].repeat(DESIGNS), [1.0; 2 * DESIGNS]);

@@ -13,7 +13,7 @@ fn check_bogie() -> Vec<f64> {
 }
 
 fn least_damped(speed: f64) -> (f64, f64, f64) {
-    let z = VehicleKind::Bogie.assemble(&check_bogie(), &[]).expect("a bogie").eigenvalues(speed);
+    let z = VehicleKind::Bogie.assemble(&check_bogie(), &[], None).expect("a bogie").eigenvalues(speed);
     let oscillation = z.iter().find(|z| z.1 > 0.0).expect("it oscillates");
     (oscillation.0, oscillation.1, z.iter().map(|z| z.0).fold(f64::INFINITY, f64::min))
 }
@@ -66,7 +66,7 @@ impl Wheel {
 
     /// Has the assembled wheelset this eigenvalue?
     fn has(self, speed: f64, (re, im): (f64, f64)) -> bool {
-        let z = VehicleKind::Wheelset.assemble(&self.numbers(), &[]).expect("a wheelset").eigenvalues(speed);
+        let z = VehicleKind::Wheelset.assemble(&self.numbers(), &[], None).expect("a wheelset").eigenvalues(speed);
         z.iter().any(|z| (z.0 - re).hypot(z.1 - im) < 1e-6 * im)
     }
 

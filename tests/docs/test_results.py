@@ -40,6 +40,7 @@ CASES = {
         [COACH, *LOW, "--speed", "40"],
         [BOGIE, *LOW, "--speeds", "30,40"],
         ["designs/check_bogie.yaml", "--track", "erri_b176_high length=800", "--speed", "80"],
+        [BOGIE, "--track", "designs/lines/reverse_curves.yaml", "--speed", "25"],
     ],
     "stability": [
         [BOGIE, "--speeds", "20:80:20"],

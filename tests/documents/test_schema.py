@@ -16,6 +16,7 @@ FILES = {
     "design": [*HOME.glob("designs/*.yaml"), HOME / "designs/campaigns/worn_axle_box/vehicle.yaml"],
     "study": [*HOME.glob("designs/studies/*.yaml")],
     "element": [*HOME.glob("designs/elements/*.yaml")],
+    "line": [*HOME.glob("designs/lines/*.yaml")],
     "campaign": [*HOME.glob("designs/campaigns/*/campaign.yaml")],
 }
 

@@ -56,7 +56,7 @@ def evaluate_simulated(
     Parameters
     ----------
     track : Track, TrackSource, spec or path
-        Track; it is straight: only test zone 1 is evaluated.
+        Track; without curves only test zone 1 is evaluated.
     design : Design, Model or path
         Vehicle.
     speed : float or str
@@ -89,7 +89,8 @@ def evaluate_simulated(
     recordings, diverged_at = simulate_recording(model, excitation, jobs)
     if not recordings and diverged_at is None:
         raise ValueError(f"a ride of {excitation.duration:.3g} s is too short for an evaluation: give a longer track")
-    notes = [*excitation.source.notes, STRAIGHT_NOTE, *model_notes(model)]
+    straight = [] if excitation.track.has_curves else [STRAIGHT_NOTE]
+    notes = [*excitation.source.notes, *straight, *model_notes(model)]
     failures = [] if diverged_at is None else [f"the vehicle left the track at s = {diverged_at:.5g} m"]
     head = {"track": excitation.source.name, "seed": excitation.source.seed, "source": "simulated"}
     return head | evaluate(recordings, vehicle_data(model), cant_deficiency, notes, failures, excitation.speed)

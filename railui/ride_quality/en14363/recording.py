@@ -19,7 +19,9 @@ from railui.runs.columns import Column
 from railui.runs.segments import sampling_rate
 from railui.runs.units import columns_in_si
 from railui.track.excitation import Excitation
+from railui.track.line_geometry import cant_deficiency
 from railui.vehicle.model import Model
+from railui.vehicle.on_track import half_gauges
 from railui.vehicle.simulate import simulate_series
 
 FORCE_COLUMN: Final = re.compile(r"[YQ]\d+\.(right|left)|Y\d+")
@@ -79,7 +81,9 @@ class Recording:
 def simulate_recording(
     model: Model, excitation: Excitation, jobs: int | None = 1
 ) -> tuple[list[Recording], float | None]:
-    """Simulate a vehicle on a straight track; return its recording and the distance [m] at which it diverged, or None.
+    """Simulate a vehicle on a track; return its recording and the distance [m] at which it diverged, or None.
+
+    Curvature and cant deficiency are those of the line under the leading wheelset.
 
     The recording ends there; it is empty within 5 s.
     """
@@ -94,12 +98,14 @@ def simulate_recording(
         load = model.design.values[path]
         values[f"Q{i}.right"] = np.full(n, load) if transfer is None else load + transfer
         values[f"Q{i}.left"] = np.full(n, load) if transfer is None else load - transfer
-    zero = np.zeros(n)
+    track = excitation.track
+    half_gauge = float(half_gauges(model, model.row[None])[0])
+    deficiency = cant_deficiency(track, excitation.speed, half_gauge)[:n]
     speed = np.full(n, excitation.speed)
     end = None if diverged_at is None else excitation.distance_at(diverged_at)
     if n * excitation.dt < MIN_DURATION * (1.0 - 1e-6):
         return [], end
-    return [Recording(excitation.track.s[:n], speed, zero, zero, 1.0 / excitation.dt, values)], end
+    return [Recording(track.s[:n], speed, track.curvature[:n], deficiency, 1.0 / excitation.dt, values)], end
 
 
 def _check_values(

@@ -314,13 +314,14 @@ impl Vehicle {
     /// placed: (kind, location, number of the location or 0, count of numbers, abscissa of a curve); layout: in the place
     /// of the kind
     #[new]
-    #[pyo3(signature = (kind, placed, measured, layout=None, rig_input=None))]
+    #[pyo3(signature = (kind, placed, measured, layout=None, rig_input=None, line=false))]
     fn new(
         kind: &str,
         placed: Vec<(String, String, u8, usize, Option<String>)>,
         measured: Vec<String>,
         layout: Option<Given>,
         rig_input: Option<&str>,
+        line: bool,
     ) -> PyResult<Self> {
         let kind = match layout {
             Some(given) => VehicleKind::Bodies(given.layout()?),
@@ -335,7 +336,7 @@ impl Vehicle {
             })
             .collect::<Result<Vec<_>, Error>>()
             .map_err(to_py_error)?;
-        let structure = Structure { kind, measured, placed };
+        let structure = Structure { kind, measured, placed, line };
         structure.check().map_err(to_py_error)?;
         Ok(Vehicle { structure })
     }
@@ -482,13 +483,26 @@ impl Vehicle {
         &self,
         py: Python<'py>,
         batch: Batch<'py>,
-        offsets: Matrix<'py>,
+        table: Matrix<'py>,
         curvature: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
         let rows = batch.rows()?;
-        let (forces, results) = batch::statics(&rows.of(&self.structure), offsets.as_slice()?, curvature.as_slice()?)
-            .map_err(to_py_error)?;
+        let (forces, results) =
+            batch::statics(&rows.of(&self.structure), table.as_slice()?, curvature.as_slice()?).map_err(to_py_error)?;
         Ok((PyArray1::from_vec(py, forces), PyArray1::from_vec(py, results)))
+    }
+
+    /// Distances [m] of the positions of each vehicle behind its first wheelset, the middle last, on a line with curves.
+    fn positions(&self, batch: Batch<'_>) -> PyResult<Vec<Vec<f64>>> {
+        let rows = batch.rows()?;
+        let vehicles = rows.of(&self.structure);
+        let each = |i| Ok(self.structure.assemble(&vehicles.single(i))?.positions);
+        (0..vehicles.count).map(each).collect::<railui_core::error::Result<_>>().map_err(to_py_error)
+    }
+
+    /// Number of columns of the input table.
+    fn columns(&self) -> usize {
+        self.structure.columns()
     }
 
     /// Names and masses of the degrees of freedom of the first vehicle.

@@ -1,7 +1,7 @@
 //! Sparse rows of sixteen vehicles: forces that are linear in the state and in the track.
 use crate::simd::{Lanes, Part};
 
-/// Columns of the input table, then those multiplied by the speed.
+/// Columns of the input table that the forms without index look-up can tell from those multiplied by the speed.
 pub const COLUMNS: usize = 64;
 
 /// Terms of one kind, row after row.
@@ -48,15 +48,17 @@ impl Terms {
 pub struct Rows {
     state: Terms,
     inputs: Terms,
+    /// Columns that the speed multiplies.
+    rates: Terms,
 }
 
 impl Rows {
     /// The terms of the next row: of the state, of columns, of columns that the speed multiplies (the lane's share of
     /// the speed in the factor). Those that are zero in every lane are left out.
     pub fn push(&mut self, state: Vec<(usize, Lanes)>, inputs: Vec<(usize, Lanes)>, rates: Vec<(usize, Lanes)>) {
-        let moved = rates.into_iter().map(|(column, factor)| (column + COLUMNS, factor));
         self.state.push(state);
-        self.inputs.push(inputs.into_iter().chain(moved).collect());
+        self.inputs.push(inputs);
+        self.rates.push(rates);
     }
 
     /// The terms of all rows over the state: row, place, factor.
@@ -69,32 +71,32 @@ impl Rows {
         self.state.of(row)
     }
 
-    /// The terms of one row over the input table: columns, and behind all of them those that the speed multiplies.
+    /// The terms of one row over the input table: columns, and [`COLUMNS`] behind these those that the speed multiplies.
     pub fn inputs_of(&self, row: usize) -> impl Iterator<Item = (usize, &Lanes)> {
+        self.columns_of(row).chain(self.rates.of(row).map(|(column, factor)| (column + COLUMNS, factor)))
+    }
+
+    /// The terms of one row over the input table without those that the speed multiplies.
+    pub fn columns_of(&self, row: usize) -> impl Iterator<Item = (usize, &Lanes)> {
         self.inputs.of(row)
     }
 
     /// Does the track move anything but the wheelsets?
     pub fn is_driven(&self) -> bool {
-        !self.inputs.places.is_empty()
+        !self.inputs.places.is_empty() || !self.rates.places.is_empty()
     }
 
     /// forces[from ..] = the force of every row.
     #[inline(always)]
     pub fn forces<P: Part>(&self, at: usize, x: &[P; 64], table: &[f64], from: usize, forces: &mut [P; 64]) {
-        let moving = |column: usize| moving(table, column);
+        let is_driven = self.is_driven();
         for row in 0..self.state.ends.len() {
             let mut force = self.state.sum(at, row, P::zero(), |i| x[i & 63]);
-            if self.is_driven() {
-                force = self.inputs.sum(at, row, force, |column| P::splat(moving(column)));
+            if is_driven {
+                force = self.inputs.sum(at, row, force, |column| P::splat(table[column]));
+                force = self.rates.sum(at, row, force, |column| P::splat(table[column] * table[1]));
             }
             forces[(from + row) & 63] = force;
         }
     }
-}
-
-/// Value of a column of the input table, or its product with the speed.
-#[inline(always)]
-fn moving(table: &[f64], column: usize) -> f64 {
-    table[column % COLUMNS] * if column < COLUMNS { 1.0 } else { table[1] }
 }

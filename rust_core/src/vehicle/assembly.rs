@@ -84,6 +84,8 @@ pub struct Assembly {
     pub channels: Vec<Channel>,
     /// Beyond these the run counts as diverged: abs(e_i) and abs(psi_i), or abs(q) where there is no wheelset.
     pub limit: f64,
+    /// Distance of the positions of a line with curves behind the first wheelset [m]; empty on straight track.
+    pub positions: Vec<f64>,
 }
 
 impl Assembly {
@@ -102,6 +104,7 @@ impl Assembly {
             laws: Vec::new(),
             channels: Vec::new(),
             limit: 0.1,
+            positions: Vec::new(),
         }
     }
 

@@ -44,9 +44,8 @@ impl Structure {
             let alpha = Lanes::from_fn(|l| all.ones[l].amounts[i]);
             self.place(&mut group, &all, &PlacementSite { placed, numbers, alpha })?;
         }
-        for (what, got, most) in
-            [("states", group.states, STATES), ("columns of the input table", group.columns, COLUMNS)]
-        {
+        let columns = if self.line { 0 } else { group.columns };
+        for (what, got, most) in [("states", group.states, STATES), ("columns of the input table", columns, COLUMNS)] {
             if got > most {
                 return Err(Error::Rk4Workspace { what, got, most });
             }
@@ -55,7 +54,9 @@ impl Structure {
             let per_mass = |(i, a): &(usize, Lanes)| (*i, Lanes::from_fn(|l| a.0[l] * group.inv_mass[*i].0[l]));
             law.pushes = law.reaction.iter().map(per_mass).collect();
         }
-        self.fuse(&mut group, &all);
+        if !self.line {
+            self.fuse(&mut group, &all);
+        }
         group.readings = channels.iter().map(|name| all.reading(&group, name)).collect::<Result<_>>()?;
         Ok(group)
     }

@@ -3,6 +3,7 @@ use crate::effects::effect::Site;
 use crate::error::{Error, Result, expect_len};
 use crate::vehicle::assembly::{Assembly, LINKAGE, Order, Port, Row};
 use crate::vehicle::bodies::Layout;
+use crate::vehicle::line::{LinePlaces, LineSetup};
 use crate::wheel_rail::wheelset::Wheelset;
 
 /// The input u(t) of a rig.
@@ -61,6 +62,16 @@ impl VehicleKind {
         }
     }
 
+    /// Positions on a line with curves: bodies, then the middle of the vehicle.
+    pub fn positions(&self) -> usize {
+        match self {
+            VehicleKind::Bogie => 4,
+            VehicleKind::Wheelset => 2,
+            VehicleKind::Rig(_) => 0,
+            VehicleKind::Bodies(layout) => layout.bodies.len() + 1,
+        }
+    }
+
     /// Bodies and elements, where the vehicle is described by these.
     pub fn layout(&self) -> Option<&Layout> {
         match self {
@@ -70,15 +81,19 @@ impl VehicleKind {
     }
 
     /// Assemble one vehicle; `measured` names the forces of the coach that the input table holds (Qy, Qpsi).
-    pub fn assemble(&self, p: &[f64], measured: &[String]) -> Result<Assembly> {
+    pub fn assemble(&self, p: &[f64], measured: &[String], line: Option<LineSetup>) -> Result<Assembly> {
         let mut vehicle = match self {
-            VehicleKind::Bodies(layout) => return layout.assemble(p),
-            VehicleKind::Bogie => bogie(self.checked("bogie", p)?, measured),
+            VehicleKind::Bodies(layout) => return layout.assemble(p, line),
+            VehicleKind::Rig(_) if line.is_some() => return Err(Error::Vehicle("rig on a line with curves".into())),
+            VehicleKind::Bogie => bogie(self.checked("bogie", p)?, measured, line.is_some_and(|setup| setup.carbody)),
             VehicleKind::Wheelset => wheelset_on_springs(self.checked("wheelset", p)?),
             VehicleKind::Rig(RigInput::Motion) => component(self.checked("rig", p)?),
             VehicleKind::Rig(input) => rig(self.checked("rig", p)?, *input),
         };
         vehicle.check_masses()?;
+        if let Some(setup) = line {
+            LinePlaces::planar(&vehicle, setup).deflect(&mut vehicle);
+        }
         vehicle.port_channels();
         Ok(vehicle)
     }
@@ -128,7 +143,9 @@ pub const BOGIE: [&str; 30] = [
 ];
 
 /// The bogie of docs/theory.md: q = [y, psi, y1, psi1, y2, psi2], (3.1) and (3.10).
-fn bogie(p: &[f64], measured: &[String]) -> Assembly {
+///
+/// With a carbody the secondary suspension ends at y_c, else it stands still.
+fn bogie(p: &[f64], measured: &[String], carbody: bool) -> Assembly {
     let [m_b, i_zb, m_a, i_za, i_ya, a, b, b_c, r, n] = p[..10].try_into().expect("ten numbers");
     let [c_y, c_x, mut c_sy, mut c_spsi, mut k_y, mut k_psi] = p[10..16].try_into().expect("six numbers");
     let (drives_y, drives_psi) = (measured.iter().any(|q| q == "Qy"), measured.iter().any(|q| q == "Qpsi"));
@@ -138,15 +155,17 @@ fn bogie(p: &[f64], measured: &[String]) -> Assembly {
     if drives_psi {
         (c_spsi, k_psi) = (0.0, 0.0);
     }
-    let mut v = Assembly::of(&[("y", m_b), ("psi", i_zb), ("y1", m_a), ("psi1", i_za), ("y2", m_a), ("psi2", i_za)]);
+    let bodies = [("y", m_b), ("psi", i_zb), ("y1", m_a), ("psi1", i_za), ("y2", m_a), ("psi2", i_za), ("y_c", m_b)];
+    let mut v = Assembly::of(&bodies[..if carbody { 7 } else { 6 }]);
+    let secondary: &[_] = if carbody { &[(0, 1.0), (6, -1.0)] } else { &[(0, 1.0)] };
     let lateral = [[(2, 1.0), (0, -1.0), (1, -a)], [(4, 1.0), (0, -1.0), (1, a)]];
     let yaw = [[(3, 1.0), (1, -1.0)], [(5, 1.0), (1, -1.0)]];
     let yaw_stiffness = 2.0 * c_x * b_c * b_c;
-    v.spring(&[(0, 1.0)], c_sy);
-    v.damper(&[(0, 1.0)], k_y);
+    v.spring(secondary, c_sy);
+    v.damper(secondary, k_y);
     v.spring(&[(1, 1.0)], c_spsi);
     v.damper(&[(1, 1.0)], k_psi);
-    v.port("secondary_lateral", 0, &[(0, 1.0)], c_sy, k_y);
+    v.port("secondary_lateral", 0, secondary, c_sy, k_y);
     v.port("secondary_yaw", 0, &[(1, 1.0)], c_spsi, k_psi);
     for i in 0..2 {
         let number = i as u8 + 1;

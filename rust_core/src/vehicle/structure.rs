@@ -4,6 +4,7 @@ use crate::effects::effect::{Kind, Site};
 use crate::error::{Error, Result, expect_len};
 use crate::vehicle::assembly::{Assembly, LINKAGE, Port};
 use crate::vehicle::kinds::VehicleKind;
+use crate::vehicle::line::{LineColumns, LinePlaces, LineSetup};
 use std::ops::Range;
 
 /// An effect at a place; wheelset 0: both, or none in particular.
@@ -22,6 +23,8 @@ pub struct Structure {
     pub kind: VehicleKind,
     pub measured: Vec<String>,
     pub placed: Vec<Placed>,
+    /// Does the track have curves? Then the input table has the columns of [`LinePlaces`].
+    pub line: bool,
 }
 
 /// The numbers of one vehicle: of the kind, of its effects one after the other, their amounts, its share of the speed.
@@ -37,7 +40,7 @@ impl Structure {
     /// Check the placed effects against the kind of vehicle.
     pub fn check(&self) -> Result<()> {
         let layout = self.kind.layout();
-        let known = layout.map_or(Ok(Vec::new()), |it| Ok(it.assemble(&vec![1.0; it.numbers])?.ports))?;
+        let known = layout.map_or(Ok(Vec::new()), |it| Ok(it.assemble(&vec![1.0; it.numbers], None)?.ports))?;
         for (i, placed) in self.placed.iter().enumerate() {
             let record = placed.law.record();
             let class = known.iter().find(|p| p.at == placed.at).map_or(placed.at.as_str(), |p| p.class);
@@ -59,7 +62,13 @@ impl Structure {
 
     /// Columns of the input table that these vehicles read.
     pub fn columns(&self) -> usize {
-        self.kind.columns()
+        self.kind.columns() + if self.line { LineColumns::count(self.kind.positions()) } else { 0 }
+    }
+
+    /// The columns of a line with curves, and whether springs to the ground hold a carbody: not where an effect is one.
+    fn line_setup(&self) -> Option<LineSetup> {
+        let carbody = !self.placed.iter().any(|placed| placed.law == Law::CoachMode);
+        self.line.then(|| LineSetup { columns: LineColumns(self.kind.columns()), carbody })
     }
 
     /// Number of numbers of all effects together.
@@ -105,12 +114,19 @@ impl Structure {
         expect_len("numbers of the effects", one.effects.len(), self.effect_numbers())?;
         expect_len("amounts", one.amounts.len(), self.placed.len())?;
         self.check_numbers(one)?;
-        let mut vehicle = self.kind.assemble(one.numbers, &self.measured)?;
+        let line = self.line_setup();
+        if line.is_some() {
+            LinePlaces::check_speed_scale(one.speed_scale)?;
+        }
+        let mut vehicle = self.kind.assemble(one.numbers, &self.measured, line)?;
         for (i, placed, range) in self.acting() {
             if placed.law == Law::CoachMode {
                 let p = &one.effects[range];
                 vehicle.add_coach(one.amounts[i], p[0], p[1], p[2]);
             }
+        }
+        if let Some(setup) = line.filter(|_| self.kind.layout().is_none()) {
+            LinePlaces::planar(&vehicle, setup).drive(&mut vehicle);
         }
         Ok(vehicle)
     }

@@ -27,6 +27,8 @@ pub struct Wheelset {
     pub i_ya: f64,
     /// Distance behind the first wheelset [m].
     pub behind: f64,
+    /// Column of 1/R under it on a line with curves.
+    pub curvature: Option<usize>,
 }
 
 impl Wheelset {
@@ -59,6 +61,7 @@ pub struct WheelsetLanes {
     pub y: usize,
     pub psi: usize,
     pub column: usize,
+    curvature: Option<usize>,
     lambda: Lanes,
     pub r: Lanes,
     b: Lanes,
@@ -162,6 +165,7 @@ impl WheelsetLanes {
             y: one[0].y,
             psi: one[0].psi,
             column: one[0].column,
+            curvature: one[0].curvature,
             lambda: lanes(&|w| w.lambda),
             r: lanes(&|w| w.r),
             b: lanes(&|w| w.b),
@@ -241,7 +245,11 @@ impl WheelsetLanes {
     #[inline(always)]
     fn touch<P: Part>(&self, part: usize, track: &Passing<'_, P>, motion: &Motion<P>, u: P) -> Touch<P> {
         let Passing { row, speed, inv_speed } = *track;
-        let Motion { y, psi, vy, vpsi } = *motion;
+        let Motion { y, psi, vy, mut vpsi } = *motion;
+        if let Some(curvature) = self.curvature {
+            // turning with the curve: b/R in the longitudinal creepage, 1/R in the spin
+            vpsi = speed.mul_add(P::splat(row[curvature]), vpsi);
+        }
         let g = |l: &Lanes| P::load(l, part);
         let track: &[f64] = &row[self.column..self.column + 5];
         let phi_w = P::splat(track[2]);
@@ -322,7 +330,7 @@ impl WheelsetLanes {
     pub fn standing<P: Part>(&self, part: usize, row: &[f64], curvature: P, y: P, psi: P, u: P) -> Standing<P> {
         let g = |l: &Lanes| P::load(l, part);
         let e = self.rail.as_ref().map_or(y, |rail| g(&rail.alpha).neg_mul_add(u, y));
-        let still = WheelsetLanes { rail: None, ..self.clone() };
+        let still = WheelsetLanes { rail: None, curvature: None, ..self.clone() };
         let track = Passing { row, speed: P::splat(1.0), inv_speed: P::splat(1.0) };
         let motion = Motion { y: e, psi, vy: P::zero(), vpsi: curvature };
         let touch = still.touch(part, &track, &motion, P::zero());

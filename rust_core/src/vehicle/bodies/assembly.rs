@@ -1,15 +1,19 @@
 //! From a layout to a vehicle: bodies, then joints, then channels.
 use super::joining::Transfer;
-use super::motion::{Motion, Placed, less};
+use super::motion::{Motion, Placed, bend, less};
 use super::{Body, FIRST, Layout, Number, PER_WHEELSET, Point, Wheels};
 use crate::effects::effect::Site;
 use crate::error::{Result, expect_len};
-use crate::vehicle::assembly::{Assembly, Port};
+use crate::vehicle::assembly::{Assembly, Inputs, Port};
+use crate::vehicle::line::{Letter, LinePlaces, LineSetup, OnLine};
 use crate::wheel_rail::wheelset::Wheelset;
 
 impl Layout {
     /// Assemble the vehicle of these numbers: bodies, then joints, then channels.
-    pub fn assemble(&self, p: &[f64]) -> Result<Assembly> {
+    ///
+    /// On a line with curves y and psi of a body count from the line under it, and springs to the ground end at a carbody
+    /// that moves laterally.
+    pub fn assemble(&self, p: &[f64], line: Option<LineSetup>) -> Result<Assembly> {
         expect_len("numbers of a vehicle", p.len(), self.numbers)?;
         // a missing number reads as NaN, which the check of the masses reports
         let at = |i: usize| p.get(i).copied().unwrap_or(f64::NAN);
@@ -29,6 +33,10 @@ impl Layout {
             let rolls = phi.is_some();
             placed.push(Placed { y: Motion::of(y), psi: Motion::of(psi), phi: Motion::of(phi), rolls, x, height });
         }
+        let carbody = line.filter(|_| self.has_ground()).map(|_| {
+            masses.push(("y_c".to_string(), 1.0));
+            masses.len() - 1
+        });
         let named: Vec<_> = masses.iter().map(|(name, mass)| (name.as_str(), *mass)).collect();
         let mut vehicle = Assembly::of(&named);
         vehicle.check_masses()?;
@@ -43,9 +51,14 @@ impl Layout {
             placed[at].phi = Motion { row: vec![(y, -turn)], inputs };
             vehicle.wheelsets.push(wheelset);
         }
+        let places = line.map(|setup| self.places(&vehicle, &placed, setup, carbody));
+        if let Some(places) = &places {
+            bend(places, &mut vehicle, &mut placed);
+        }
+        let ground = Placed { y: Motion::of(carbody), ..Placed::ground() };
         let mut transfers = vec![Transfer::default(); self.bodies.len()];
         for joint in &self.joints {
-            self.join(&mut vehicle, joint, &placed, &mut transfers, &value);
+            self.join(&mut vehicle, joint, (&placed, &ground), &mut transfers, &value);
         }
         for (body, at) in self.bodies.iter().zip(&placed) {
             self.outer(&mut vehicle, body, at);
@@ -54,8 +67,41 @@ impl Layout {
         for (i, (at, ..)) in self.wheelsets().enumerate() {
             Self::load_transfer(&mut vehicle, i, &transfers[at]);
         }
+        if let Some(places) = places {
+            places.drive(&mut vehicle);
+        }
         vehicle.port_channels();
         Ok(vehicle)
+    }
+
+    /// Is anything joined to the ground?
+    fn has_ground(&self) -> bool {
+        self.joints.iter().any(|joint| joint.bodies.iter().any(Option::is_none))
+    }
+
+    /// The bodies on a line with curves, whose degrees of freedom come one body after the other.
+    fn places(&self, vehicle: &Assembly, placed: &[Placed], setup: LineSetup, carbody: Option<usize>) -> LinePlaces {
+        let wheelsets: Vec<_> = self.wheelsets().map(|(i, ..)| placed[i].x).collect();
+        let middle = wheelsets.iter().sum::<f64>() / wheelsets.len().max(1) as f64;
+        let first = wheelsets.first().copied().unwrap_or(0.0);
+        let behind = placed.iter().map(|body| body.x).chain([middle]).map(|x| first - x).collect();
+        let mut dofs = Vec::new();
+        for (position, body) in placed.iter().enumerate() {
+            let moves = [(Letter::Lateral, true), (Letter::Yaw, !body.psi.row.is_empty()), (Letter::Roll, body.rolls)];
+            let height = body.height;
+            dofs.extend(moves.iter().filter(|m| m.1).map(|(letter, _)| OnLine { letter: *letter, position, height }));
+        }
+        dofs.extend(carbody.map(|_| OnLine { letter: Letter::Lateral, position: placed.len(), height: 0.0 }));
+        let sprung = |body: &Body| body.wheels.is_none();
+        let is_frame = |body: &Body| sprung(body) && body.family.starts_with("frame");
+        let any = self.bodies.iter().position(sprung);
+        let mut frames: Vec<_> = (0..placed.len()).filter(|i| is_frame(&self.bodies[*i])).collect();
+        if frames.is_empty() {
+            frames.extend(any.or(Some(0)));
+        }
+        let frames = frames.iter().map(|i| placed[*i].y.row[0].0).collect();
+        debug_assert_eq!(dofs.len(), vehicle.dofs.len());
+        LinePlaces { columns: setup.columns, behind, dofs, carbody, frames }
     }
 
     /// A point relative to the centre of mass of its body; a common offset leaves nothing, not even rounding.
@@ -69,7 +115,7 @@ impl Layout {
         let [lateral, yaw] = if body.wheels.is_some() { ["wheelset", "wheelset_yaw"] } else { ["frame", "frame_yaw"] };
         for (end, class, motion) in [("", lateral, &at.y), ("_yaw", yaw, &at.psi), ("_roll", yaw, &at.phi)] {
             if !motion.row.is_empty() && (end != "_roll" || at.rolls) {
-                let (row, inputs) = (motion.row.clone(), motion.inputs.clone());
+                let (row, inputs) = (motion.row.clone(), Inputs::new()); // relative to the line
                 let site = Site::moving(0.0, 0.0);
                 let name = format!("{}{end}", if body.wheels.is_some() { "wheelset" } else { &body.family });
                 vehicle.ports.push(Port { at: name, class, wheelset: body.number, row, inputs, reaction: None, site });

@@ -73,12 +73,11 @@ impl Layout {
         &self,
         vehicle: &mut Assembly,
         joint: &Joint,
-        placed: &[Placed],
+        (placed, ground): (&[Placed], &Placed),
         transfers: &mut [Transfer],
         value: &dyn Fn(&Number) -> f64,
     ) {
-        let ground = Placed::ground();
-        let bodies = joint.bodies.map(|body| body.map_or(&ground, |i| &placed[i]));
+        let bodies = joint.bodies.map(|body| body.map_or(ground, |i| &placed[i]));
         let span = self.span(joint, bodies, value);
         // left and right see the same motion or its opposite: both are one row, twice as strong
         let sides = if joint.mirrored { 2.0 } else { 1.0 };

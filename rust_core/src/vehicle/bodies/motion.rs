@@ -1,6 +1,7 @@
 //! Linear motions of points of bodies.
 use super::Number;
-use crate::vehicle::assembly::{Inputs, Row};
+use crate::vehicle::assembly::{Assembly, Inputs, Row};
+use crate::vehicle::line::LinePlaces;
 
 /// A linear motion: terms of q and of the input table.
 #[derive(Clone, Debug, Default)]
@@ -82,6 +83,17 @@ pub(super) fn drive(to: &mut Vec<(usize, usize, f64)>, row: &[(usize, f64)], inp
                 Some((.., old)) => *old -= a * k * b,
                 None => to.push((dof, column, -a * k * b)),
             }
+        }
+    }
+}
+
+/// The motion of every body as the suspension sees it on a line with curves, and the curvature under every wheelset.
+pub(super) fn bend(places: &LinePlaces, vehicle: &mut Assembly, placed: &mut [Placed]) {
+    for (position, body) in placed.iter_mut().enumerate() {
+        body.y.inputs = places.columns.offset(position);
+        body.psi.inputs = places.columns.heading(position);
+        for wheelset in vehicle.wheelsets.iter_mut().filter(|w| body.y.row[0].0 == w.y) {
+            wheelset.curvature = Some(places.columns.curvature(position));
         }
     }
 }
