@@ -24,6 +24,7 @@ from railui.vehicle.parameters import (
     SETTINGS,
     VEHICLE,
 )
+from railui.vehicle.profiles_schema import ProfilesModel
 
 NUMBERS = ("key", "letter", "unit", "default", "allowed", "usual", "meaning")
 KEYS = ("key", "kind", "default", "meaning")

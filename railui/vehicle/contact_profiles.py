@@ -40,7 +40,7 @@ class ContactGroup:
 
 @dataclass(frozen=True)
 class FollowingNumbers:
-    """What follows from profiles: numbers by path, entries of the effect profile_shape, warnings."""
+    """Numbers by path, entries of the effect profile_shape and warnings that follow from profiles."""
 
     values: Mapping[str, float]
     shapes: tuple[dict[str, Any], ...]

@@ -233,7 +233,8 @@ class Design:
     def content(self) -> dict[str, Any]:
         """Return everything that affects a simulation, with defaults, for content hashes."""
         words = {p: self.setting(p) for p in SETTINGS if p in setting_paths(self.kind)}
-        words |= {} if self.profiles is None else {USE_PATH: self.profiles.use}
+        if self.profiles is not None:
+            words |= {USE_PATH: self.profiles.present_use(effect.kind for effect in self.effects)}
         riding = vars(self.riding) if self.kind != "rig" else None
         built = {} if self.structure is None else {"structure": self.structure.words()}
         return {

@@ -7,16 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from railui.arrays import FloatArray
-from railui.contact.profile_shape import KNOT_SPACING, MAX_DISPLACEMENT
 from railui.vehicle.contact_profiles import SHAPE_KIND
 from railui.vehicle.design import Design
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.kernel_rows import effect_row
 
-COMMON_LENGTH = int(2.0 * MAX_DISPLACEMENT / KNOT_SPACING) + 2  # knots, no table is longer
 CURVES = ("radius", "radius_per_gauge", "angle")
 
 
@@ -50,9 +47,16 @@ def with_common_tables(design: Design) -> Design:
     return replace(design, effects=effects)
 
 
+def _common_length() -> int:
+    """Return a number of knots than which no table is longer."""
+    from railui.contact.profile_shape import KNOT_SPACING, MAX_DISPLACEMENT
+
+    return int(2.0 * MAX_DISPLACEMENT / KNOT_SPACING) + 2
+
+
 def _lengthened(effect: PlacedEffect) -> PlacedEffect:
     grid = np.array(effect.parameters["displacement"])
-    missing = COMMON_LENGTH - len(grid)
+    missing = _common_length() - len(grid)
     if missing <= 0:
         return effect
     step = (grid[-1] - grid[0]) / (len(grid) - 1)
@@ -71,5 +75,7 @@ def _tuple(effect: PlacedEffect, key: str) -> tuple[float, ...]:
 
 def _end_value(grid: FloatArray, curve: FloatArray, beyond: FloatArray) -> FloatArray:
     """Return the straight continuation of a natural spline at distances [n] beyond its end."""
+    from scipy.interpolate import CubicSpline
+
     slope = float(CubicSpline(grid, curve, bc_type="natural")(grid[-1], 1))
     return np.asarray(curve[-1] + slope * beyond)

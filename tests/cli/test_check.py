@@ -22,4 +22,6 @@ def test_every_problem_is_listed_with_its_place(tmp_path: Path) -> None:
 def test_the_bundled_designs_and_studies_have_no_problem() -> None:
     files = [*ROOT.glob("designs/*.yaml"), ROOT / "designs/studies/test_bogie.yaml"]
     result = run("check", *map(str, files))
-    assert result.exit_code == 0 and result.stdout == ""
+    assert result.exit_code == 0
+    (warning,) = result.stdout.splitlines()  # S1002 on 60E1
+    assert "profiled_bogie.yaml" in warning and "tread and flange touch at once" in warning

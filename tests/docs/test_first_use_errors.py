@@ -32,7 +32,10 @@ ERRORS = {
     "a run as a design": (["stability", f"{CAMPAIGN}/run_a.csv.gz"], "is a run, but a design is required"),
     "a design as a campaign": (["loop", BOGIE], "is a design, but a campaign is required"),
     "a design as a study": (["optimise", BOGIE], "is a design, but a study is required"),
-    "a design as a track": (["ride", BOGIE, "--track", BOGIE, "--speed", "40"], "is no table of a track"),
+    "a design as a track": (
+        ["ride", BOGIE, "--track", BOGIE, "--speed", "40"],
+        "is a design, but a track or a line is required",
+    ),
     "a missing file": (["ride", "designs/test bögie.yaml", *TRACK, "--speed", "40"], "No such file"),
     "a directory as a design": (["ride", "designs", *TRACK, "--speed", "40"], "a directory"),
     "a directory as a campaign": (["loop", "designs"], "holds no campaign.yaml"),

@@ -244,8 +244,8 @@ def test_the_end_of_a_record_does_not_run_into_its_start() -> None:
 
 def test_the_flange_moves_with_half_the_gauge() -> None:
     flanged = with_effects({"kind": "flange_contact", "at": "contact"})
-    line = resolve_track("erri_b176_high length=600 seed=1").track
-    wider = Track(line.s, line.yw, line.phiw, np.full(len(line), 10e-3))
+    drawn = resolve_track("erri_b176_high length=600 seed=1").track
+    line, wider = (Track(drawn.s, drawn.yw, drawn.phiw, np.full(len(drawn), gauge)) for gauge in (0.0, 10e-3))
     with_setting = {"contact.gauge_widens_clearance": True, "contact.flange_clearance": 3e-3}
     channels = ["e1", "e2", "ay1", "Y1"]
     moved = simulate(flanged.with_values(with_setting), wider, 50.0, channels)

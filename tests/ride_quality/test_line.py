@@ -204,7 +204,7 @@ def test_the_load_transfer_of_a_curve_balances_the_lateral_acceleration() -> Non
     x = np.array([0.0, 9.5, -9.5, 10.78, 8.22, -8.22, -10.78])
     offset = x**2 / (2 * radius)  # of the line against its tangent in the middle
     y = np.array([series[name][-1] for name in names]) + offset - offset[3:].mean()
-    moment = masses @ (heights * outward) - G * masses @ y  # the weights act beside the middle of the wheelsets
+    moment = masses @ (heights * outward) - G * masses @ y  # the weights act off the middle of the wheelsets
     total = -1.5 * sum(series[name][-1] for name in unloading)
     assert total == pytest.approx(moment, rel=0.01)
     assert total > 1.2 * masses @ (heights * outward)  # the coach leans outwards
