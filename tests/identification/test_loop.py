@@ -46,6 +46,7 @@ READER_KEYS = {
     "identifiability",
     "leave_one_run_out",
     "out_of_time",
+    "nominal_effects",
 }
 
 

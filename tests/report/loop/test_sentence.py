@@ -23,7 +23,7 @@ SD = {"effects.0.half_width": 2.6e-6}
 
 def fit(*effects: PlacedEffect) -> Any:
     paths, sd = list(SD), SimpleNamespace(tolist=lambda: list(SD.values()))
-    model = SimpleNamespace(design=SimpleNamespace(effects=effects), sensors=(), effects=effects)
+    model = SimpleNamespace(design=SimpleNamespace(effects=effects, structure=None), sensors=(), effects=effects)
     return SimpleNamespace(free=SimpleNamespace(paths=paths), sd=sd, model=model)
 
 
@@ -46,6 +46,7 @@ def result(
         "noise_floor": SimpleNamespace(nrmse=0.0533),
         "error_to_noise": ratio,
         "after": fit(*effects),
+        "nominal": fit().model,
         "discrepancy": discrepancy,
     }
     return cast(LoopResult, SimpleNamespace(**fields))
@@ -136,7 +137,7 @@ def test_a_failed_calibration_comes_first() -> None:
 def test_a_parameter_that_differs_between_runs_has_its_value_on_every_run(path: str, named: str) -> None:
     effects = (PlacedEffect("viscous_damper", "primary_yaw", None, {"damping": 1e5}),)
     model = SimpleNamespace(effects=effects, design=SimpleNamespace(unit=lambda path: "N*m*s/rad"))
-    found = cast(LoopResult, SimpleNamespace(after=SimpleNamespace(model=model)))
+    found = cast(LoopResult, SimpleNamespace(after=SimpleNamespace(model=model), nominal=fit().model))
     runs = (RunEstimate(0, "a.csv", "adjust", 40.0, 1.5e5, 1e3), RunEstimate(1, "b.csv", "validate", 31.0, 2e5, 2e3))
     text = run_dependence_text(found, RunDependence(path, {path: 1.0}, runs, 5e-4, cast(Validation, None)))
     assert f"run to run, {named} would be 150 kN*m*s/rad on a.csv (40 m/s) and 200 kN*m*s/rad on b.csv" in text
