@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -20,7 +21,7 @@ from railui.campaign.faults.waveform import waveform_faults
 from railui.campaign.faults.wording import fault_text
 from railui.campaign.segment import Segment
 from railui.io.units import UnitError, parse_unit
-from railui.runs.columns import COLUMNS, columns_of
+from railui.runs.columns import COLUMNS
 from railui.vehicle.model import Model
 from railui.vehicle.track_geometry import track_geometry
 
@@ -168,11 +169,11 @@ def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faul
 
 
 def _following(segment: Segment) -> list[str]:
-    """List the measured accelerations and yaw rates, which follow the track at long wavelengths for any vehicle."""
-    if segment.kind == "bogie":
-        return [c for c in FOLLOWING if c in segment.columns]
-    columns = columns_of(segment.kind)
-    return [c for c in segment.channels if columns[c].unit == "m/s^2" or c.startswith("rf")]
+    """List the measured accelerations and yaw rates of wheelsets and bogie frame.
+
+    They follow the track at long wavelengths for any vehicle; a body on soft springs does not.
+    """
+    return [c for c in segment.channels if c in FOLLOWING or re.fullmatch(r"ay\d+", c)]
 
 
 def _fault_against_model(h: Hypothesis, files: tuple[str, ...]) -> Fault:
