@@ -67,7 +67,9 @@ def effect_figures(result: LoopResult, report: Mapping[str, Any], window: Window
 
 def _effect_figure(evaluation: EvaluationWindow, effect: PlacedEffect, name: str) -> EffectFigure:
     record = core.effect_record(effect.kind)
-    title = f"{effect_title(effect.kind)}: {location_text(effect.at, effect.wheelset)}"
+    title = (
+        f"{effect_title(effect.kind)}: {location_text(effect.at, effect.wheelset, evaluation.model.design.structure)}"
+    )
     draw: Callable[[EvaluationWindow, PlacedEffect, str, str], EffectFigure] = _external_force
     if record["acts"] == "sensor":
         draw = _sensor

@@ -196,7 +196,8 @@ def force_word(unit: str) -> str:
 
 def total_force_title(evaluation: EvaluationWindow, at: str, w: int) -> str:
     """Return the title of the total force at a location."""
-    return f"total {force_word(evaluation.unit('F', at))}, {location_text(at, w if 0 < w != LINKAGE_NUMBER else None)}"
+    place = location_text(at, w if 0 < w != LINKAGE_NUMBER else None, evaluation.model.design.structure)
+    return f"total {force_word(evaluation.unit('F', at))}, {place}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from railui.report.loop.noise import noise_table
 from railui.report.loop.notes import divergence_note
 from railui.report.loop.page_tables import (
     candidate_row,
+    detectable_numbers,
     detectable_rows,
     error_rows,
     mean_error_rows,
@@ -57,7 +58,7 @@ def render_page(result: LoopResult, report: Report) -> str:
 def _contents(result: LoopResult, report: Report) -> Row:
     """Return the variables of the template."""
     window = figures.most_informative_window(result)
-    is_rig = result.nominal.design.kind == "rig"
+    is_rig, structure = result.nominal.design.kind == "rig", result.nominal.design.structure
     band = result.dataset.campaign.band
     shown = figures.raw_series(result, window.index)
     return {
@@ -78,13 +79,14 @@ def _contents(result: LoopResult, report: Report) -> Row:
             "reason": "largest reduction of the error" if {"before", "after"} <= set(shown) else "largest motion",
         },
         "band": f"{band[0]:g} to {band[1]:g} Hz" if band else None,
-        "ranking": ranking_rows(report),
+        "ranking": ranking_rows(report, structure),
         "classes": [[effect_title(kind) for kind in kinds] for kinds in report["classes"] if len(kinds) > 1],
-        "traces": [candidate_row(row) for row in report.get("traces", ())],
+        "traces": [candidate_row(row, structure=structure) for row in report.get("traces", ())],
         "parameters": parameter_rows(report),
         "profiles": profiles_text(report),
         "riding": ride_quality_rows(report),
-        "detectable": detectable_rows(report),
+        "detectable": detectable_rows(report, structure),
+        "numbers": detectable_numbers(report),
         "rig": is_rig,
         "power": sorted({f"{100 * row['power']:.0f} %" for row in report["detectable"] if row["power"]}),
         "runs": [run_row(run) for run in report["runs"]],

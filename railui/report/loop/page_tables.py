@@ -9,6 +9,7 @@ from railui import core
 from railui.identification.estimation.identifiability import COMBINED, DETERMINED, ROUGH, UNSEEN
 from railui.report.loop.wording import MODEL_LABELS, MODELS, ROLE_LABELS, effect_title, location_text
 from railui.report.numbers import DASH, display_scale, format_number, format_percent_change, format_with_sd
+from railui.vehicle.multibody import Structure
 from railui.vehicle.parameters import PARAMETERS
 
 Report = Mapping[str, Any]
@@ -83,26 +84,31 @@ def quantity_row(name: str, p: Mapping[str, Any]) -> Row:
     return {"name": name, "value": format_with_sd(factor * p["value"], sd), "unit": unit}
 
 
-def ranking_rows(report: Report) -> Row:
+def ranking_rows(report: Report, structure: Structure | None = None) -> Row:
     """Return the best candidates and the model without an effect, whatever its rank."""
     rows = report["ranking"]
     without_effect = next((row["nrmse"] for row in rows if row["kind"] == "none"), None)
     shown = [(i, row) for i, row in enumerate(rows, 1) if i <= MAX_RANKED or row["kind"] == "none"]
     largest = max([row["nrmse"] for _, row in shown if row["nrmse"]], default=0.0)
     return {
-        "rows": [candidate_row(row, largest, without_effect) | {"rank": i} for i, row in shown],
+        "rows": [candidate_row(row, largest, without_effect, structure) | {"rank": i} for i, row in shown],
         "count": len(rows),
     }
 
 
-def candidate_row(row: Report, largest_error: float = 0.0, error_without_effect: float | None = None) -> Row:
+def candidate_row(
+    row: Report,
+    largest_error: float = 0.0,
+    error_without_effect: float | None = None,
+    structure: Structure | None = None,
+) -> Row:
     """Return a candidate with its bars in per cent: hollow where it is estimated, dotted where it does not improve."""
     rho, error, is_none, is_refitted = row["rho"], row["nrmse"], row["kind"] == "none", row.get("refitted", True)
     no_gain = not is_none and None not in (error_without_effect, error) and error >= error_without_effect
     return {
         "title": effect_title(row["kind"]),
         "none": is_none,
-        "location": location_text(row["at"], row["wheelset"]) if row["at"] else "",
+        "location": location_text(row["at"], row["wheelset"], structure) if row["at"] else "",
         "rho": DASH if is_none or rho is None else f"{rho:.2f}".replace("-", "−"),
         "rho_width": f"{100 * min(1.0, abs(rho or 0.0)):.1f}",
         "nrmse": format_number(error),
@@ -175,7 +181,7 @@ def ride_quality_rows(report: Report) -> list[Row]:
     return rows
 
 
-def detectable_rows(report: Report) -> list[Row]:
+def detectable_rows(report: Report, structure: Structure | None = None) -> list[Row]:
     """Return the minimum detectable effects, one row per kind, location and parameter."""
     order = {record["kind"]: i for i, record in enumerate(core.effect_catalogue())}
     by_parameter: dict[tuple[str, str, str], dict[int | None, str]] = {}
@@ -190,13 +196,18 @@ def detectable_rows(report: Report) -> list[Row]:
             {
                 "title": effect_title(kind),
                 "new": kind != last_kind,
-                "location": location_text(at),
+                "location": location_text(at, None, structure),
                 "parameter": parameter.replace("_", " "),
-                "values": [values.get(wheelset, "") for wheelset in (None, 1, 2)],
+                "values": [values.get(wheelset, "") for wheelset in (None, *detectable_numbers(report))],
             }
         )
         last_kind = kind
     return rows
+
+
+def detectable_numbers(report: Report) -> list[int]:
+    """Return the numbers of wheelsets or joints for which effects have a minimum detectable size of their own."""
+    return sorted({row["wheelset"] for row in report["detectable"] if row["wheelset"]} or {1, 2})
 
 
 def run_row(run: Report) -> Row:
