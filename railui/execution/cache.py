@@ -15,7 +15,8 @@ import numpy as np
 from railui.optimisation.responses import Responses
 
 DATABASE: Final = "results.sqlite"
-DATABASE_FILES: Final = (DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm")
+# the rollback journal is that of a new file, until its write-ahead log is on
+DATABASE_FILES: Final = (DATABASE, *(f"{DATABASE}-{x}" for x in ("wal", "shm", "journal")))
 MAX_HASHES_PER_QUERY: Final = 20_000
 BUSY_TIMEOUT: Final = 10.0  # s, for another process that locks the file
 NETWORK_FILE_SYSTEMS: Final = (

@@ -6,12 +6,13 @@ import json
 import random
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
 import pytest
 
-from railui.execution.cache import ResultCache
+from railui.execution.cache import DATABASE, ResultCache
 from tests.execution.small import railui, result, run, write_study
 
 
@@ -70,6 +71,29 @@ def test_after_kills_at_random_moments_the_front_is_the_same_bit_for_bit(
     assert result(broken) == result(whole)
     assert (broken / "front.csv").read_bytes() == (whole / "front.csv").read_bytes()
     assert (broken / "knee.yaml").read_bytes() == (whole / "knee.yaml").read_bytes()
+
+
+KILLED_WHILE_CREATING = """
+import os, signal, sqlite3, sys
+database = sqlite3.connect(sys.argv[1], isolation_level=None)
+for command in ("PRAGMA cache_size=1", "BEGIN", "CREATE TABLE half (value BLOB)"):
+    database.execute(command)
+for _ in range(50):
+    database.execute("INSERT INTO half VALUES (zeroblob(5000))")
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_search_killed_while_it_creates_its_store_begins_anew(tmp_path: Path) -> None:
+    study, out = write_study(tmp_path, length=300, population=8, generations=2), tmp_path / "out"
+    out.mkdir()
+    killed = subprocess.run([sys.executable, "-c", KILLED_WHILE_CREATING, str(out / DATABASE)], check=False)
+    assert killed.returncode == -signal.SIGKILL
+    assert {f.name for f in out.iterdir()} == {DATABASE, f"{DATABASE}-journal"}
+    assert run("optimise", study, "-o", out).returncode == 0
+    assert run("optimise", study, "-o", tmp_path / "whole").returncode == 0
+    assert count_stored(out) > 0
+    assert result(out) == result(tmp_path / "whole")
 
 
 def test_a_second_process_is_refused_only_while_the_first_is_alive(tmp_path: Path) -> None:
