@@ -39,7 +39,7 @@ def coherence_limits(segment: Segment, geometry: TrackGeometry) -> list[Finding]
     """
     columns, s = segment.columns, segment.columns["s"]
     track = [columns[name] for name in ("yw", "phiw") if np.any(columns.get(name, np.zeros(1)))]
-    inputs = track + [np.interp(s - behind, s, x) for behind in geometry.distances[1:] for x in track]
+    inputs = geometry.under_wheelsets(s, track)
     length = min(round(SPECTRUM_SECONDS / segment.dt), segment.samples // MIN_WINDOWS)
     f, x = _transforms(inputs, segment.dt, length)
     in_band = (f >= BAND[0]) & (f <= BAND[1])

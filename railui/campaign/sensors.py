@@ -8,10 +8,10 @@ from railui.io.problems import Findings, suggest_name
 from railui.io.units import UnitError, quantity
 from railui.runs.columns import COLUMNS
 from railui.vehicle.multibody import Structure
-from railui.vehicle.sensors import Accelerometer, Sensor
+from railui.vehicle.sensors import Accelerometer, Sensor, rate_channel
 
-# unit, caption, and the rotation or the end of the location that is measured
 _RATES: Final = {"yaw_rate": "yaw", "roll_rate": "roll"}
+# direction of the motion and its unit
 _DEFLECTIONS: Final = {"lateral_deflection": ("lateral", "m"), "yaw_deflection": ("yaw", "rad")}
 ACCELERATION: Final = "lateral_acceleration"
 SENSOR_KINDS: Final = (ACCELERATION, *_RATES, *_DEFLECTIONS)
@@ -55,9 +55,7 @@ def _read(name: str, entry: dict[str, Any], structure: Structure, findings: Find
     if not member.has_rotation(way):
         findings.add(f"{path}.kind", f"{body} has no {way} inertia and does not {way}", "leave the channel out")
         return None
-    family = "wheelset" if member.is_wheelset else member.part.name
-    caption = f"{way} rate of {body.replace('_', ' ')}"
-    return Sensor(name, "rad/s", caption, f"v.{family}_{way}.{member.number}")
+    return Sensor(name, "rad/s", f"{way} rate of {body.replace('_', ' ')}", rate_channel(member, way))
 
 
 def _accelerometer(name: str, entry: dict[str, Any], body: str) -> Sensor:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from railui.io.atomic import write_text
 from railui.io.problems import FileProblems, Findings
-from railui.io.yaml_document import Document, parse_yaml, read_text
+from railui.io.yaml_document import Document, parse_yaml
 from railui.io.yaml_nodes import Node
 from railui.io.yaml_writer import scalar_text, text_in_unit_of
 
@@ -34,11 +32,6 @@ def edit_values(text: str, changes: Mapping[str, Any], file: str = "text") -> st
         _check_edit(document, edited, path)
         text = edited
     return text
-
-
-def edit_file(path: str | Path, changes: Mapping[str, Any]) -> Path:
-    """Edit a file in place, atomically."""
-    return write_text(path, edit_values(read_text(path), changes, str(path)))
 
 
 def _edit(document: Document, path: str, value: Any) -> str:

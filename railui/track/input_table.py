@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from railui.arrays import FloatArray
 from railui.core import Spline
 from railui.track.line import MIN_SAMPLES, Track, check_increasing
-from railui.track.line_geometry import LinePositions, add_cant, line_columns
+from railui.track.line_geometry import Cant, LinePositions, add_twist, line_columns
 
 COLUMNS: Final = (
     *("s", "v"),
@@ -268,10 +268,11 @@ def _line_table(track: Track, speed: float, places: LinePositions, steps: int) -
     """Compute the table of a line with curves: that of a straight track with the twist, then the line's columns."""
     straight = Track(track.s, track.yw, track.phiw, track.gauge)
     table, dt = track_table(straight, speed, places.wheelsets, steps)
-    s = table[:, 0]
+    s, cant = table[:, 0], Cant(track, places.half_gauge)
+    middle = cant.at(s - places.positions[-1])
     for number, behind in enumerate(places.wheelsets):
-        add_cant(table, FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, track, s, behind, places)
-    return np.ascontiguousarray(np.hstack([table, line_columns(track, speed, s, places)])), dt
+        add_twist(table, FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, cant.at(s - behind), middle)
+    return np.ascontiguousarray(np.hstack([table, line_columns(track, speed, s, places, middle)])), dt
 
 
 def track_table(track: Track, speed: float, half_wheelbase: Spacing, steps: int) -> tuple[FloatArray, float]:

@@ -68,25 +68,38 @@ class PlanLine:
         return LineAt(y, theta + end * beyond, np.where(beyond == 0.0, curvature, end), turning)
 
 
-def cant_angle(track: Track, half_gauge: float, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the angle of the cant at locations s [...], and its first and second derivative by s."""
-    inside = np.clip(s, track.s[0], track.s[-1])
-    spline = Spline(track.s, track.cant / (2.0 * half_gauge))
-    is_inside = inside == s
-    slope, bend = np.where(is_inside, spline(inside, 1), 0.0), np.where(is_inside, spline(inside, 2), 0.0)
-    return spline(inside), slope, bend
+class CantAngle(NamedTuple):
+    """Angle of the cant at locations, and its first and second derivative by s."""
+
+    phi: FloatArray
+    slope: FloatArray
+    bend: FloatArray
 
 
-def line_columns(track: Track, speed: float, s: FloatArray, places: LinePositions) -> FloatArray:
+class Cant:
+    """Angle of the cant over half the gauge b [m] along a track, by a cubic spline; constant beyond its ends."""
+
+    def __init__(self, track: Track, half_gauge: float) -> None:
+        self.ends = track.s[0], track.s[-1]
+        self.spline = Spline(track.s, track.cant / (2.0 * half_gauge))
+
+    def at(self, s: FloatArray) -> CantAngle:
+        """Return the angle at locations s [...] in m."""
+        inside = np.clip(s, *self.ends)
+        is_inside = inside == s
+        slope, bend = (np.where(is_inside, self.spline(inside, order), 0.0) for order in (1, 2))
+        return CantAngle(self.spline(inside), slope, bend)
+
+
+def line_columns(track: Track, speed: float, s: FloatArray, places: LinePositions, cant: CantAngle) -> FloatArray:
     """Return the columns of a line behind those of a straight track, for the leading wheelset at s [row] in m.
 
     g phi and V^2 phi'' of the cant under the middle; at each position 1/R, the offset y and heading psi of the line
-    against the tangent at the middle with their derivatives by s, V^2/R and V^2 d(1/R)/ds.
+    against the tangent at the middle with their derivatives by s, V^2/R and V^2 d(1/R)/ds. cant: under the middle.
     """
     line, middle = PlanLine(track.s, track.curvature), s - places.positions[-1]
     reference = line.at(middle)
-    phi, _, bend = cant_angle(track, places.half_gauge, middle)
-    columns = [GRAVITY * phi, speed**2 * bend]
+    columns = [GRAVITY * cant.phi, speed**2 * cant.bend]
     for behind in places.positions:
         here, ahead = line.at(s - behind), places.positions[-1] - behind
         heading = here.theta - reference.theta
@@ -104,12 +117,10 @@ def curvature_columns(columns: int, wheelsets: int) -> list[int]:
     return list(range(straight + len(COMMON_COLUMNS) + CURVATURE, columns, len(POSITION_COLUMNS)))
 
 
-def add_cant(table: FloatArray, first: int, track: Track, s: FloatArray, behind: float, places: LinePositions) -> None:
-    """Add the twist to cross-level and slope of a wheelset `behind` in a table: its cant less that under the middle."""
-    middle = cant_angle(track, places.half_gauge, s - places.positions[-1])
-    here = cant_angle(track, places.half_gauge, s - behind)
-    table[:, first + 2] += here[0] - middle[0]
-    table[:, first + 3] += here[1] - middle[1]
+def add_twist(table: FloatArray, first: int, cant: CantAngle, middle: CantAngle) -> None:
+    """Add the twist to cross-level and slope of a wheelset in a table: its cant less that under the middle."""
+    table[:, first + 2] += cant.phi - middle.phi
+    table[:, first + 3] += cant.slope - middle.slope
 
 
 def steady_row(columns: int, places: LinePositions, curvature: float, acceleration: float) -> FloatArray:

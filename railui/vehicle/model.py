@@ -19,7 +19,6 @@ from railui.vehicle.kernel_layout import kernel_layout
 from railui.vehicle.kernel_rows import effect_row, kernel_placement, parameter_paths, parameter_values, rig_input
 from railui.vehicle.multibody import position_terms
 from railui.vehicle.profile_tables import with_tables
-from railui.vehicle.sensors import kernel_names
 
 RADIUS = "rolling_radius"  # parameter r_e of an effect with a rotation angle s/r_e + phase
 FLANGE, GAUGE = "flange_contact", "gauge"  # an effect, and what widens its clearance
@@ -100,8 +99,13 @@ class Model:
         placed = [*map(kernel_placement, self.effects), *extra]
         if self.design.gauge_widens_clearance:
             placed = [replace(p, against=GAUGE) if p.kind == FLANGE else p for p in placed]
-        names = None if structure is None else kernel_names(structure)
+        names = None if structure is None else structure.channel_names
         return Vehicles(self.design.kind, placed, measured, layout, rig_input(self.design), names, line)
+
+    @cached_property
+    def local_elements(self) -> dict[tuple[str, int], tuple[float, float]]:
+        """Stiffness and damping at every (location, wheelset or 0) of the vehicle."""
+        return self.vehicles().local_stiffness_and_damping(self.single_batch())
 
     def batch(self, rows: FloatArray, extra: FloatArray | None = None, amounts: FloatArray | None = None) -> Batch:
         """Return vehicles from rows [n, row], with numbers [n, ...] and amounts [n, k] of k further effects."""

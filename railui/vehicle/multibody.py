@@ -10,7 +10,7 @@ from railui.vehicle.element_kinds import GROUND, ROTATIONS
 from railui.vehicle.multibody_parts import EffectLocation, Joint, Member, Part
 from railui.vehicle.parameter import Parameter
 from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT
-from railui.vehicle.sensors import Sensor
+from railui.vehicle.sensors import Sensor, kernel_names
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,11 @@ class Structure:
                 caption = f"{p.caption}, {name.replace('_', ' ')}"
                 parameters[f"contact.{name}.{p.path}"] = replace(p, path=f"contact.{name}.{p.path}", caption=caption)
         return parameters | {p.path: p for p in CONTACT if p.path.count(".") == 1}
+
+    @cached_property
+    def channel_names(self) -> dict[str, str]:
+        """The kernel's channel of every sensor whose channel is called otherwise in the runs."""
+        return kernel_names(self)
 
     @cached_property
     def members(self) -> dict[str, Member]:

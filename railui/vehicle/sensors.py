@@ -10,6 +10,7 @@ from railui.runs.columns import Column, VehicleColumns
 
 if TYPE_CHECKING:
     from railui.vehicle.multibody import Structure
+    from railui.vehicle.multibody_parts import Member
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,12 @@ def kernel_names(structure: Structure) -> dict[str, str]:
     return {s.name: s.channel for s in sensors if s.name != s.channel}
 
 
+def rate_channel(member: Member, way: str) -> str:
+    """Return the kernel's channel of the yaw or roll rate of a body."""
+    family = "wheelset" if member.is_wheelset else member.part.name
+    return f"v.{family}_{way}.{member.number}"
+
+
 def _of_wheelsets(structure: Structure) -> Iterator[Sensor]:
     for wheelset in structure.wheelsets:
         n = wheelset.number
@@ -87,10 +94,9 @@ def _of_bodies(structure: Structure) -> Iterator[Sensor]:
             continue
         called = member.name.replace("_", " ")
         yield Sensor(f"ay.{member.name}", "m/s^2", f"lateral acceleration of {called}", f"ay.{member.name}")
-        for word, letters, way in (("yaw", "rf", "yaw"), ("roll", "rp", "roll")):
+        for letters, way in (("rf", "yaw"), ("rp", "roll")):
             if member.has_rotation(way):
-                rate = f"v.{member.part.name}_{way}.{member.number}"
-                yield Sensor(f"{letters}.{member.name}", "rad/s", f"{word} rate of {called}", rate)
+                yield Sensor(f"{letters}.{member.name}", "rad/s", f"{way} rate of {called}", rate_channel(member, way))
     for point in structure.floor:
         body = structure.members_named(point.word("body"))[0].name
         caption = f"lateral acceleration of {body.replace('_', ' ')}, {point.name.replace('_', ' ')}"

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from railui.arrays import FloatArray
 from railui.vehicle.design import Design
 from railui.vehicle.model import Model
 
@@ -31,6 +35,10 @@ class TrackGeometry:
     def is_bogie(self) -> bool:
         """True for a bogie, whose channels satisfy kinematic relations through its frame."""
         return self.half_wheelbase == self.half_wheelbase
+
+    def under_wheelsets(self, s: FloatArray, track: Sequence[FloatArray]) -> list[FloatArray]:
+        """Return track columns [n] at distances s [n] in m as they are, then as every further wheelset meets them."""
+        return [*track, *(np.interp(s - behind, s, x) for behind in self.distances[1:] for x in track)]
 
     @property
     def wheelbase(self) -> float:

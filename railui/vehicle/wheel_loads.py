@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from railui.io.problems import Findings, Problem
+from railui.track.line_geometry import GRAVITY
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.multibody import Structure
 
 if TYPE_CHECKING:
     from railui.vehicle.design import Design
 
-GRAVITY = 9.81  # m/s^2
 WEIGHT_TOLERANCE = 0.10  # relative difference of the wheel loads from the weight of the masses
 MAX_WHEEL_LOAD = 200e3  # N; 40 t per axle, the heaviest on any railway
 REMEDY = "check the masses and the load per wheel"

@@ -128,8 +128,7 @@ def track_inputs(record: Record, geometry: TrackGeometry) -> list[FloatArray]:
     columns: Mapping[str, FloatArray] = record.columns
     if record.kind in RIG_FORMS:
         return [columns[c] for c in RIG_INPUTS[str(record.kind)] if c in columns]
-    track, s = [columns[c] for c in TRACK if c in columns], columns["s"]
-    return track + [np.interp(s - behind, s, x) for behind in geometry.distances[1:] for x in track]
+    return geometry.under_wheelsets(columns["s"], [columns[c] for c in TRACK if c in columns])
 
 
 def _window_length(record: Record, samples: int, inputs: int) -> int:

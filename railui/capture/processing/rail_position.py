@@ -14,7 +14,7 @@ from railui.capture.processing.sensor_map import VehicleGeometry
 from railui.core import Spline
 from railui.dsp.integrate import integrate, lowpass
 from railui.runs.columns import column_names
-from railui.vehicle.wheel_loads import GRAVITY
+from railui.track.line_geometry import GRAVITY
 
 NATURAL_FREQUENCY_RATIO = 0.35  # to the frequency of the longest wavelength, where the gain is 1.5 % low
 SETTLING_PERIODS = 0.75  # of the natural frequency, wrong at both ends

@@ -12,7 +12,7 @@ from railui.core import Spline
 from railui.dsp.integrate import highpass_gain
 from railui.dsp.spectra import coherence, tukey
 from railui.track import BANDS
-from railui.vehicle.wheel_loads import GRAVITY
+from railui.track.line_geometry import GRAVITY
 
 GRID_SPACING = 0.25  # m
 COHERENCE_SEGMENT = 200.0  # m

@@ -9,7 +9,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.capture.protocol.frames import Channel
-from railui.vehicle.wheel_loads import GRAVITY
+from railui.track.line_geometry import GRAVITY
 
 # unit of each sensor, resolution of its 16 bits, standard deviation of its noise [both in that unit]
 SENSORS: dict[str, tuple[str, float, float]] = {

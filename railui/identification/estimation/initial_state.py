@@ -12,6 +12,7 @@ from railui.campaign.settings.estimation import InitialStateSettings
 from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period
 from railui.identification.prediction import Predictor
+from railui.vehicle.dofs import is_lateral
 from railui.vehicle.model import Model
 
 DIFFERENCE_STEP = 1e-3  # of a usual motion, and rad: for derivatives
@@ -202,14 +203,13 @@ def state_scale(settings: InitialStateSettings, segment: Segment, model: Model) 
         displacement = np.array([usual])
         return np.concatenate([displacement, displacement / segment.dt * RIG_RATE_SHARE])
     if model.design.structure is not None:
-        is_displacement = [n.startswith("y") for n in model.vehicles().degrees_of_freedom(model.single_batch())]
-        scales = np.array(
+        lateral = [is_lateral(dof) for dof in model.vehicles().degrees_of_freedom(model.single_batch())]
+        return np.concatenate(
             [
-                [settings.initial_displacement, settings.initial_velocity],
-                [settings.initial_yaw, settings.initial_yaw_rate],
+                np.where(lateral, settings.initial_displacement, settings.initial_yaw),
+                np.where(lateral, settings.initial_velocity, settings.initial_yaw_rate),
             ]
         )
-        return scales[np.where(is_displacement, 0, 1)].T.ravel()
     has_coach = any(e.kind == "coach_mode" for e in model.effects) and not segment.coach_forces
     displacements = [settings.initial_displacement, settings.initial_yaw] * 3
     rates = [settings.initial_velocity, settings.initial_yaw_rate] * 3

@@ -20,6 +20,7 @@ from railui.dsp.spectra import hann
 from railui.identification.context import Context
 from railui.identification.prediction import Prediction
 from railui.runs.columns import column_names
+from railui.vehicle.track_geometry import track_geometry
 
 WINDOW_SECONDS = 2.56  # longest window of the spectra
 MIN_WINDOW_SECONDS = 0.64
@@ -133,9 +134,8 @@ def _track_inputs(context: Context, segment: Segment) -> FloatArray:
     if segment.is_rig:
         inputs = [columns[name] for name in column_names(segment.kind, "track") if name in columns]
     else:
-        s, distances = columns["s"], context.nominal.wheelset_distances()
         track = [columns[name] for name in TRACK_COLUMNS if name in columns]
-        inputs = track + [np.interp(s - behind, s, x) for behind in distances[1:] for x in track]
+        inputs = track_geometry(context.nominal.design).under_wheelsets(columns["s"], track)
     moving = [x for x in inputs if np.ptp(x) > 0.0]
     return comparison_filter(context.campaign, segment, np.stack(moving)) if moving else np.zeros((0, n))
 

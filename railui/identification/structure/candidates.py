@@ -125,7 +125,7 @@ def _sites(
     model: Model, segments: Sequence[Segment], starts: Sequence[FloatArray] | None
 ) -> dict[str, dict[str, float]]:
     """Reference quantities of the shapes per location: stiffness k, damping c, rms motion z and its rate v."""
-    linear = model.vehicles().local_stiffness_and_damping(model.single_batch())
+    linear = model.local_elements
     locations = [(at, w) for at, w in linear if w != core.LINKAGE_NUMBER]
     channels = [f"{q}.{at}.{w}" for at, w in locations for q in ("z", "v")]
     square = np.zeros(len(channels))

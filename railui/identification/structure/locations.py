@@ -46,7 +46,7 @@ def distinct_locations(model: Model, *, prefer_damping: bool = False) -> list[st
     """List the locations of a multibody vehicle, a single one of those that move alike."""
     structure = model.design.structure
     assert structure is not None
-    linear = model.vehicles().local_stiffness_and_damping(model.single_batch())
+    linear = model.local_elements
     best: dict[tuple[object, str], tuple[float, float, str]] = {}
     joints = dict(_joint_locations(structure))
     for at, location in structure.effect_locations.items():
@@ -68,8 +68,3 @@ def _joint_locations(structure: Structure) -> Iterator[tuple[str, tuple[object, 
             yield part.name, (ends, "along")
         else:
             yield from ((f"{part.name}_{way}", (ends, way)) for way in ("lateral", "yaw", "roll"))
-
-
-def is_rotation(at: str) -> bool:
-    """True for a location at which a moment acts on a rotation."""
-    return at.endswith(("_yaw", "_roll"))

@@ -80,7 +80,7 @@ def fit_curve(context: Context, fit: Fit, location: CurveLocation, force: FloatA
 def curve_locations(settings: DiscrepancySettings, fit: Fit) -> list[CurveLocation]:
     """List the locations of force curves, each with displacement and with velocity."""
     model = fit.model
-    linear = model.vehicles().local_stiffness_and_damping(model.single_batch())
+    linear = model.local_elements
     prescribed = driven_locations([t.segment for t in fit.segments])
     locations = []
     for at, numbers in _usual_locations(model):

@@ -18,6 +18,7 @@ from railui.identification.result import IndependentTest, LoopResult
 from railui.identification.verdict import Remainder
 from railui.io.atomic import to_json_value
 from railui.progress import SILENT, Progress
+from railui.report.loop.catalogued_effects import catalogued_effects
 from railui.report.loop.conditions import condition_rows
 from railui.report.loop.data_faults import (
     CheckedData,
@@ -176,35 +177,27 @@ def _errors(validation: Validation) -> dict[str, Any]:
 
 def _effects(result: LoopResult, *, of_nominal: bool = False) -> list[dict[str, Any]]:
     """Rows of the effects that were added, or of those that the nominal vehicle has already."""
-    fit, nominal = result.after, result.nominal
-    sd = dict(zip(fit.free.paths, fit.sd, strict=True))
+    sd = dict(zip(result.after.free.paths, result.after.sd, strict=True))
     rows = []
-    groups = (
-        ("effects", fit.model.design.effects, len(nominal.design.effects)),
-        ("sensors", fit.model.sensors, len(nominal.sensors)),
-    )
-    for group, effects, known in groups:
-        for i, effect in enumerate(effects):
-            if effect.kind in core.CURVE_KINDS or (i < known) != of_nominal:
-                continue
-            parameters = {
-                p["key"]: {
-                    "value": effect.parameters[p["key"]],
-                    "sd": sd.get(f"{group}.{i}.{p['key']}"),
-                    "unit": parameter_unit(p, unit_location(result, effect.at)),
-                }
-                for p in core.effect_record(effect.kind)["parameters"]
-                if effect.parameters.get(p["key"]) is not None and p["role"] != "run"
+    for group, i, effect in catalogued_effects(result, of_nominal=of_nominal):
+        parameters = {
+            p["key"]: {
+                "value": effect.parameters[p["key"]],
+                "sd": sd.get(f"{group}.{i}.{p['key']}"),
+                "unit": parameter_unit(p, unit_location(result, effect.at)),
             }
-            rows.append(
-                {
-                    "kind": effect.kind,
-                    "at": effect.at,
-                    "wheelset": effect.wheelset,
-                    "parameters": parameters,
-                    "phases": phase_rows(result, i) if group == "effects" else [],
-                }
-            )
+            for p in core.effect_record(effect.kind)["parameters"]
+            if effect.parameters.get(p["key"]) is not None and p["role"] != "run"
+        }
+        rows.append(
+            {
+                "kind": effect.kind,
+                "at": effect.at,
+                "wheelset": effect.wheelset,
+                "parameters": parameters,
+                "phases": phase_rows(result, i) if group == "effects" else [],
+            }
+        )
     return rows
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from railui import core
 from railui.identification.result import LoopResult
 from railui.report.figures.drawing import Picture, axis_label, draw_picture
+from railui.report.loop.catalogued_effects import catalogued_effects
 from railui.report.loop.discrepancy_figures import discrepancy_figure
 from railui.report.loop.figures import LINES, Window
 from railui.report.loop.force_evaluation import (
@@ -54,14 +55,8 @@ def effect_figures(result: LoopResult, report: Mapping[str, Any], window: Window
         evaluation = EvaluationWindow.of(result, result.discrepancy.fit.model, window)
         figures.append(discrepancy_figure(evaluation, report["outside"]))
     evaluation = EvaluationWindow.of(result, result.after.model, window)
-    model, nominal = result.after.model, result.nominal
-    added = (
-        *model.design.effects[len(nominal.design.effects) :],
-        *model.sensors[len(nominal.sensors) :],
-    )
-    for i, effect in enumerate(added):
-        if effect.kind not in core.CURVE_KINDS:
-            figures.append(_effect_figure(evaluation, effect, f"law-{i}"))
+    for i, (_, _, effect) in enumerate(catalogued_effects(result)):
+        figures.append(_effect_figure(evaluation, effect, f"law-{i}"))
     return figures
 
 

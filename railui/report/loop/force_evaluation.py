@@ -94,7 +94,7 @@ def require_convergence(series: FloatArray, diverged: NDArray[np.int64]) -> Floa
 def elements_at_port(model: Model, at: str, wheelset: int) -> tuple[list[PlacedEffect], float, float, float]:
     """Return the effects, the stiffness, the damping and the preload of a model at one port."""
     effects = [e for e in model.design.effects if e.at == at and e.wheelset in (None, wheelset)]
-    k, c = model.vehicles().local_stiffness_and_damping(model.single_batch())[(at, wheelset)]
+    k, c = model.local_elements[(at, wheelset)]
     preload = model.design.values.get("vehicle.rig.preload", 0.0) if at == "rig" else 0.0
     return [e for e in effects if "rig" in core.effect_record(e.kind)["at"]], k, c, preload
 
@@ -102,7 +102,7 @@ def elements_at_port(model: Model, at: str, wheelset: int) -> tuple[list[PlacedE
 def most_active_port(evaluation: EvaluationWindow, at: str, wheelset: int | None) -> tuple[int, FloatArray]:
     """Return the port of an effect with the largest motion, and that motion z [n]."""
     model = evaluation.model
-    elements = model.vehicles().local_stiffness_and_damping(model.single_batch())
+    elements = model.local_elements
     if wheelset is None and (at, LINKAGE_NUMBER) in elements:
         ports = [LINKAGE_NUMBER]
     else:

@@ -9,6 +9,7 @@ from railui.identification.result import LoopResult
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import RunDependence
 from railui.io.number_format import format_quantity
+from railui.report.loop.catalogued_effects import catalogued_effects
 from railui.report.loop.wording import effect_title, location_phrase
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
@@ -134,17 +135,10 @@ def _short(error: float) -> str:
 
 def effects_text(result: LoopResult) -> str:
     """Return the effects that were added to the nominal model, with their parameters and standard deviations."""
-    fit, nominal = result.after, result.nominal
-    sd = dict(zip(fit.free.paths, fit.sd.tolist(), strict=True))
-    groups = (
-        ("effects", fit.model.design.effects, len(nominal.design.effects)),
-        ("sensors", fit.model.sensors, len(nominal.sensors)),
-    )
+    sd = dict(zip(result.after.free.paths, result.after.sd.tolist(), strict=True))
     return "; and ".join(
         ", ".join([_name(result, effect), *_parameters(effect, f"{group}.{i}", sd)])
-        for group, effects, known in groups
-        for i, effect in enumerate(effects)
-        if effect.kind not in core.CURVE_KINDS and i >= known
+        for group, i, effect in catalogued_effects(result)
     )
 
 

@@ -113,7 +113,7 @@ impl LinePlaces {
         LinePlaces { columns: setup.columns, behind, dofs, carbody, frames: vec![0] }
     }
 
-    /// What the line moves of the suspension of a vehicle that is no list of bodies.
+    /// Move the suspension of a vehicle that is no list of bodies with the line.
     pub fn deflect(&self, vehicle: &mut Assembly) {
         self.drive_suspension(vehicle);
         for port in &mut vehicle.ports {
@@ -156,7 +156,7 @@ impl LinePlaces {
         row.iter().flat_map(|(dof, a)| self.acceleration(*dof).into_iter().map(|(i, b)| (i, *a * b))).collect()
     }
 
-    /// What the line moves of a deflection.
+    /// Inputs of a deflection from the offsets and headings of the line.
     fn offsets(&self, row: &[(usize, f64)]) -> Inputs {
         let mut inputs = Inputs::new();
         for &(dof, a) in row {

@@ -10,7 +10,7 @@ from railui.capture.processing.map_schema import RailsModel
 from railui.capture.processing.rail_position import ReconstructedTrack, reconstruct
 from railui.capture.processing.rail_quality import band_rms, compare_versions
 from railui.dsp.integrate import highpass_gain, integrate
-from railui.vehicle.wheel_loads import GRAVITY
+from railui.track.line_geometry import GRAVITY
 from tests.capture.simulated_runs import GEOMETRY, RATE, Floats, sensor_readings, simulated_motion
 
 RAW = frozenset(("ay1", "ay2", "ayf"))
