@@ -167,12 +167,12 @@ def solve_equilibria(model: Model, rows: FloatArray, radius: FloatArray, cant_de
 
 
 def _equilibria(wheelsets: FloatArray, outward: FloatArray, residual: FloatArray) -> Equilibria:
-    """Return displacements, forces and wear numbers from the wheelset results [n, wheelset, 8] of the kernel."""
+    """Return displacements, forces and wear numbers from the wheelset results [n, wheelset, 9] of the kernel."""
     yaw, tx, ty = wheelsets[:, :, 1], wheelsets[:, :, 4:6], wheelsets[:, :, 6:8]
     wear = np.abs(np.nan_to_num(tx * wheelsets[:, :, 3:4])) + np.abs(ty * yaw[:, :, None])
     is_unsolved = ~(residual <= RESIDUAL_TOLERANCE)
     wheelsets[is_unsolved] = np.nan
-    wear_number = np.where(is_unsolved, np.nan, wear.sum(axis=(1, 2)))
+    wear_number = np.where(is_unsolved, np.nan, wear.sum(axis=(1, 2)) + wheelsets[:, :, 8].sum(axis=1))
     shortfall = -outward - wheelsets[:, :, 2].sum(axis=1)
     displacement, angle, force = (wheelsets[:, :, i] for i in range(3))
     return Equilibria(displacement, angle, force, wear_number, residual, shortfall)

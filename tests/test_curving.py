@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -61,8 +62,33 @@ def test_creepages_and_forces_are_those_of_the_model() -> None:
     assert result["wear_number"] == pytest.approx(wear, rel=1e-6)
 
 
+def test_friction_at_the_flange_by_hand() -> None:
+    # right-hand curve of 300 m: the left wheel of the leading wheelset touches, so e < 0; linear creep of the treads
+    mu, d, gamma = 0.3, 0.012, 1.2
+    rubbing = {"clearance": 7e-3, "stiffness": 14.6e6, "friction": mu, "depth": d, "angle": gamma}
+    result = curve(CHECK.with_effects([PlacedEffect("flange_contact", "contact", None, rubbing)]), 300.0)
+    n, kx, ky, ks, lam, eps, delta, sig, b, r = 55e3, 130, 120, 0.25, 0.18, 8, 0.05, 0.05, 0.75, 0.46
+    assert result["flange_contact"] == [True, False]
+    wear = 0.0
+    for e, psi, q in zip(result["displacement"], result["angle_of_attack"], result["guiding_force"], strict=True):
+        press = 14.6e6 * max(0.0, -e - 7e-3)
+        u_x, u_y = (lam * e - d) / r + b / 300, -psi / np.cos(gamma)
+        size = np.hypot(kx * u_x, ky * u_y) / mu
+        share = press / np.sin(gamma) * (1 - size / 3 + size**2 / 27 if size < 3 else 1 / size)
+        q_y = press - share * ky * u_y * np.cos(gamma)
+        wear += share * (kx * u_x**2 + ky * u_y**2)
+        for s in (-1, 1):
+            v_x, v_n = s * (lam * e / r + b / 300), (s * (delta - s * eps * e / b) + sig * e / b) / r + 1 / 300
+            t_y = -ky * n * psi + ks * n * v_n
+            q_y += s * n * (delta - s * eps * e / b) - t_y
+            wear += kx * n * v_x**2 + abs(t_y * psi)
+        assert q == pytest.approx(q_y, rel=1e-6)
+    assert result["wear_number"] == pytest.approx(wear, rel=1e-6)
+    assert wear > 1.3 * curve(CHECK.with_effects([FLANGE]), 300.0)["wear_number"]
+
+
 def test_a_curve_to_the_left_is_its_mirror_image() -> None:
-    design = CHECK.with_effects([FLANGE, CREEP])
+    design = CHECK.with_effects([replace(FLANGE, parameters={"friction": 0.3}), CREEP])
     right, left = curves(design, [400.0, -400.0], 0.05)
     for key in ("displacement", "angle_of_attack", "guiding_force"):
         assert right[key] == pytest.approx([-x for x in left[key]], rel=1e-9)

@@ -218,12 +218,13 @@ class Vehicles:
         -------
         array [n, state]
             Forces on the degrees of freedom, then derivatives of the states of effects.
-        array [n, wheelset, 8]
-            e, psi, Q_y, u_x of wheel 2, T_x1, T_x2, T_y1, T_y2.
+        array [n, wheelset, 9]
+            e, psi, Q_y, u_x of wheel 2, T_x1, T_x2, T_y1, T_y2 of the treads, friction times creepage
+            at the flange [N].
         """
         forces, wheels = self._core.statics(batch, np.ascontiguousarray(rows), np.ascontiguousarray(curvature))
         n = len(batch)
-        return forces.reshape(n, -1), wheels.reshape(n, -1, 8)
+        return forces.reshape(n, -1), wheels.reshape(n, -1, 9)
 
     def inertias(self, batch: Batch) -> dict[str, float]:
         """Return masses and inertias of the first vehicle by degree of freedom, in their order."""

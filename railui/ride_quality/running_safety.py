@@ -21,7 +21,7 @@ from railui.ride_quality.guiding_forces import (
     sliding_mean,
 )
 from railui.ride_quality.safety_criteria import Criterion, criteria_of
-from railui.ride_quality.safety_limits import QUOTIENT_LIMIT, SafetyLimits, friction_of
+from railui.ride_quality.safety_limits import QUOTIENT_LIMIT, SafetyLimits, creep_friction_of
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
 from railui.vehicle.on_track import on_rails, spacings, vehicles_on
@@ -170,7 +170,7 @@ def model_notes(model: Model) -> list[str]:
     limits = SafetyLimits.of(model)
     notes = [f"Y/Q: {QUASI_STATIC_NOTE if limits.has_load_transfer else STATIC_LOAD_NOTE}"]
     notes += [] if limits.has_flange else [NO_FLANGE_NOTE]
-    return notes + ([] if friction_of(model) is not None else [NO_FRICTION_NOTE])
+    return notes + ([] if creep_friction_of(model) is not None else [NO_FRICTION_NOTE])
 
 
 def _force_series(

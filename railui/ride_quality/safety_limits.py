@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.vehicle.model import Model
+from railui.vehicle.kernel_rows import effect_row
+from railui.vehicle.model import FLANGE, Model
 
 BASE_FORCE_LIMIT: Final = 10e3  # N, of the limit 10 kN + 2 Q_0/3 of the sum of guiding forces
 FORCE_LIMIT_FACTORS: Final = {
@@ -114,7 +115,7 @@ class SafetyLimits:
             weinstock=None if angle is None else weinstock_limit(angle, mu),
             flange_angle=angle,
             friction=mu,
-            has_flange=any(effect.kind == "flange_contact" for effect in model.effects),
+            has_flange=bool(_flanges(model)),
             has_load_transfer=model.design.structure is not None,
         )
 
@@ -125,16 +126,38 @@ class SafetyLimits:
 
 
 def friction_of(model: Model) -> float | None:
+    """Return the largest coefficient of friction of the flanges, else of the creep laws; None if there is none."""
+    return max((flange.friction for flange in _flanges(model) if flange.friction), default=creep_friction_of(model))
+
+
+def creep_friction_of(model: Model) -> float | None:
     """Return the largest coefficient of friction of the creep laws at the contacts; None if the creep is unbounded."""
-    values = [e.parameters.get("friction") for e in model.effects if e.at == "contact"]
+    values = [e.parameters.get("friction") for e in model.effects if e.at == "contact" and e.kind != FLANGE]
     return max((float(value) for value in values if isinstance(value, float)), default=None)
 
 
+class _Flange(NamedTuple):
+    """Numbers of a flange_contact, its friction 0 unless the design gives one."""
+
+    clearance: float
+    stiffness: float
+    friction: float
+    depth: float
+    angle: float
+
+
+def _flanges(model: Model) -> list[_Flange]:
+    return [_Flange(*effect_row(effect)) for effect in model.effects if effect.kind == FLANGE]
+
+
 def flange_angle_of(model: Model) -> float | None:
-    """Return the flange angle [rad] of the wheel profile; None without profiles, or if their files are missing."""
+    """Return the flange angle [rad] of the wheel profile, else of the flange with friction that is least inclined.
+
+    None without both, or if the files of the profiles are missing.
+    """
     profiles = model.design.profiles
     if profiles is None or profiles.sha256 is None:
-        return None
+        return min((flange.angle for flange in _flanges(model) if flange.friction), default=None)
     try:
         curve = profiles.geometry(model.design.values).pair.wheel_curve
     except (OSError, ValueError):  # the files changed since the design was read

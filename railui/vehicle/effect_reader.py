@@ -287,8 +287,8 @@ def _check_range(number: float, value: Any, parameter: Record, at: str, values: 
         raise UnitError(f"{value!r} is too small", f"give a value above {'0' if lowest else 'or equal to 0'}")
     loose = 1e-9 * abs(number)  # a fit may end on the bound
     if has_absolute_range(parameter) and not low - loose <= number <= high + loose:
+        unit = unit_at(str(parameter["unit"]), at)
         raise UnitError(
-            f"{value!r} is out of range",
-            f"give {low:.6g} to {high:.6g} {unit_at(str(parameter['unit']), at)}",
+            f"{value!r} is out of range", f"give {low:.6g} to {high:.6g}{'' if unit == '1' else f' {unit}'}"
         )
     return number

@@ -13,8 +13,8 @@ pub struct Equilibrium<'a> {
 }
 
 /// Results of a wheelset: e, psi, Q_y, longitudinal creepage of wheel 2 (that of wheel 1 is opposite),
-/// T_x1, T_x2, T_y1, T_y2.
-pub const WHEELSET_RESULTS: usize = 8;
+/// T_x1, T_x2, T_y1, T_y2 of the treads, friction times creepage at the flange.
+pub const WHEELSET_RESULTS: usize = 9;
 
 /// Forces on the degrees of freedom, then the rates of own states of rails and effects; and the results of the wheelsets.
 pub struct Forces {
@@ -63,7 +63,8 @@ impl Job for EquilibriumForces<'_> {
                     force[state - n] = found.rail;
                 }
                 let ([tx_1, tx_2], [ty_1, ty_2]) = (found.tx, found.ty);
-                let numbers = [found.e, x(wheelset.psi), found.q_y, found.creepage, tx_1, tx_2, ty_1, ty_2];
+                let (psi, wear) = (x(wheelset.psi), found.flange_wear);
+                let numbers = [found.e, psi, found.q_y, found.creepage, tx_1, tx_2, ty_1, ty_2, wear];
                 for (value, to) in numbers.into_iter().zip(results) {
                     value.store(to, at);
                 }

@@ -120,6 +120,8 @@ def test_the_generator_and_the_kernel_have_the_same_kinds_of_effects() -> None:
 SECONDARY = "maxwell_damper at=secondary_yaw stiffness=2e6 damping=4e4"
 COACH = "coach_mode at=secondary_lateral mass=15e3 stiffness=3e5 damping=2e4"
 FLANGE = "flange_contact at=contact clearance=0.002 stiffness=14.6e6"
+RUBBING = f"{FLANGE} friction=0.3 depth=0.012 angle=1.2"
+LUBRICATED = f"{FLANGE} friction=0.1"
 SLIP = "creep_saturation at=contact friction=0.15"
 RAIL = "rail_flexibility at=track stiffness=2e7 damping=1e5"
 CONTACT = (
@@ -142,6 +144,10 @@ TOGETHER = {
         "creep_saturation at=contact wheelset=2 friction=0.3",
     ),
     "rail_and_flange": (RAIL, FLANGE),
+    "flange_with_friction": (RUBBING,),
+    "lubricated_flange_of_one_wheelset": (SLIP, f"{FLANGE} wheelset=2", f"{LUBRICATED} wheelset=1"),
+    "rail_saturation_and_flange_with_friction": (RAIL, SLIP, RUBBING),
+    "profiles_and_a_flange_with_friction": (SLIP, RUBBING, *CONTACT, PROFILES),
     "rail_and_saturation": (RAIL, SLIP),
     "rail_under_one_wheelset_and_saturation": ("rail_flexibility at=track wheelset=1 stiffness=2e7 damping=1e5", SLIP),
     "soft_rail_and_sliding_wheels": (

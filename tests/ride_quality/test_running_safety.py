@@ -14,6 +14,7 @@ from railui.ride_quality.safety_limits import SafetyLimits, flange_angle, force_
 from railui.track import Track
 from railui.track.excitation import Excitation, resolve_track
 from railui.vehicle.design_reader import load_design
+from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 
 HOME = Path(__file__).parents[2]
@@ -217,6 +218,16 @@ def test_the_flange_angle_and_friction_of_a_design_make_its_limits() -> None:
     assert limits.weinstock == pytest.approx(limits.nadal + 0.35)
     slippery = SafetyLimits.of(Model(design.with_values({"effects.0.friction": 0.7})))
     assert slippery.quotient == slippery.nadal == pytest.approx(0.700, abs=0.01)
+
+
+def test_a_flange_with_friction_makes_the_limits_of_a_design_without_profiles() -> None:
+    """Friction 0.2 at 60 degrees: (1.73205 - 0.2)/(1 + 0.34641) = 1.13787; the tread has 0.35."""
+    rubbing = {"clearance": 7e-3, "stiffness": 14.6e6, "friction": 0.2, "angle": np.radians(60.0)}
+    flange = PlacedEffect("flange_contact", "contact", None, rubbing)
+    creep = PlacedEffect("creep_saturation", "contact", None, {"friction": 0.35})
+    limits = SafetyLimits.of(Model(load_design(HOME / "designs/check_bogie.yaml").with_effects([creep, flange])))
+    assert limits.nadal == pytest.approx(1.13787, abs=1e-5) and limits.quotient == 0.8
+    assert (limits.friction, limits.has_flange) == (0.2, True)
 
 
 def test_nadal_and_weinstock_by_hand() -> None:

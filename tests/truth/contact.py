@@ -38,6 +38,7 @@ class Contact:
         # what no vehicle of the batch has is skipped
         self.saturates = bool(np.isfinite(c["mu"]).any())
         self.flanges = bool(np.isfinite(c["h"]).any())
+        self.rubs = bool((c["mu_f"] > 0.0).any())
         self.only_saturation = not (c["law"] != 0.0).any()  # creep_saturation everywhere
         self.shapes, self.lines = c.pop("shape"), c.pop("line")
         self.yields = bool(c["yields"].any())
@@ -97,11 +98,18 @@ class Contact:
         u_y = (w.yd - r * phid) / V - w.psi
         T_x1, T_x2, spin_1, spin_2 = kxN * u_x1, kxN * u_x2, ksN * u_n1, ksN * u_n2
 
+        # the wheel of the flange that presses also slides there, on a larger radius and an inclined plane
+        F_x1 = F_x2 = F_y1 = F_y2 = np.zeros_like(half)
+        if self.rubs:
+            flange, (kx, ky) = self.flange(w.e), (kxN / N, kyN / N)
+            F_x1, F_y1 = self.rub(np.maximum(-flange, 0.0), kx * (u_x1 - self.c["d"] / r), ky * u_y)
+            F_x2, F_y2 = self.rub(np.maximum(flange, 0.0), kx * (u_x2 - self.c["d"] / r), ky * u_y)
+
         # the rail's u' takes (1 + r sigma/b) u'/V off the lateral creep: through y' - u' and through phi'
         ud = None
         if w.u is not None:
             share = (1.0 + r * self.sb) / V
-            still = other - N * (gamma_1 - gamma_2) + self.c["k_r"] * w.u
+            still = other - N * (gamma_1 - gamma_2) - F_y1 - F_y2 + self.c["k_r"] * w.u
             ud = self.rail(still, ((T_x1, u_x1, spin_1), (T_x2, u_x2, spin_2)), kyN, u_y, share, V)
             u_y = u_y - share * ud
 
@@ -110,8 +118,18 @@ class Contact:
         if self.saturates:
             T_x1, T_y1 = creep_forces(self.c, N, T_x1, T_y1, spin_1, V * np.hypot(u_x1, u_y))
             T_x2, T_y2 = creep_forces(self.c, N, T_x2, T_y2, spin_2, V * np.hypot(u_x2, u_y))
-        Y_1, Y_2 = N * gamma_1 + T_y1, -N * gamma_2 + T_y2
-        return -Y_1 - Y_2, b * (T_x1 - T_x2) + b * w.psi * (Y_1 - Y_2), ud
+        Y_1, Y_2 = N * gamma_1 + T_y1 + F_y1, -N * gamma_2 + T_y2 + F_y2
+        return -Y_1 - Y_2, b * (T_x1 + F_x1 - T_x2 - F_x2) + b * w.psi * (Y_1 - Y_2), ud
+
+    def rub(self, lateral: Array, along: Array, across: Array) -> tuple[Array, Array]:
+        """Forces on the rail, along it and across, of a flange that presses with a lateral force.
+
+        `along`, `across`: linear creep forces per unit of load, across before the division by cos gamma.
+        """
+        mu, gamma = np.maximum(self.c["mu_f"], 1e-9), self.c["gamma"]
+        load, inclined = lateral / np.sin(gamma), across / np.cos(gamma)
+        f = load * saturation(np.hypot(along, inclined) / mu) * (self.c["mu_f"] > 0.0)
+        return f * along, f * inclined * np.cos(gamma)
 
     def rail(
         self,

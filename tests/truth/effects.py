@@ -90,7 +90,13 @@ KINDS: dict[str, Kind] = {
     "profile_shape": Kind(
         ("contact",), ("displacement", "radius", "radius_per_gauge", "angle"), supersedes="rolling radii", odd=False
     ),
-    "flange_contact": Kind(("contact",), ("stiffness",), {"clearance": None}, cycle="none", rates=False),
+    "flange_contact": Kind(
+        ("contact",),
+        ("stiffness",),
+        {"clearance": None, "friction": 0.0, "depth": 0.01, "angle": 1.2217},
+        cycle="none",
+        rates=False,
+    ),
     "nonlinear_conicity": Kind(("contact",), ("cubic",)),
     "gauge_conicity": Kind(("contact",), ("per_gauge",)),
     "rolling_line_offset": Kind(

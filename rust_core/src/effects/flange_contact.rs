@@ -1,4 +1,4 @@
-//! Flange contact: a stiff spring beyond the clearance between flange and rail.
+//! Flange contact: a stiff spring beyond the clearance between flange and rail, and the friction of the flange.
 use super::effect::*;
 use crate::simd::Part;
 
@@ -17,6 +17,9 @@ impl Effect for FlangeContact {
         params: &[
             param("clearance", "h", "m", [1.0, 0.1, 3.0], "h", "contact.flange_clearance of the design", Role::Shape),
             param("stiffness", "k", "N/m", [14.6e6, 1e5, 1e8], "1", "14.6 MN/m, Kaas-Petersen", Role::Strength),
+            param("friction", "mu", "1", [0.0, 0.0, 1.0], "1", "none unless a design gives it; dry 0.35", Role::Optional),
+            param("depth", "d", "m", [0.01, 1e-3, 0.03], "1", "10 mm below the tread", Role::Optional),
+            param("angle", "gamma", "rad", [1.2217, 0.5, 1.5], "1", "70 degrees", Role::Optional),
         ],
         supersedes: Supersedes::Nothing,
         states: 0,
@@ -29,9 +32,56 @@ impl Effect for FlangeContact {
         ],
     };
 
-    fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
-        Slopes { stiffness: p[1], ..Slopes::default() }
+    /// All, or those of a flange without friction.
+    fn counts(p: &[f64]) -> bool {
+        matches!(p.len(), 2 | 5)
     }
+
+    fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
+        let (&[clearance, stiffness], friction) = p.split_first_chunk().expect("counted");
+        let &[mu, depth, angle] = friction else { return p.to_vec() };
+        let (sin, cos) = angle.sin_cos();
+        // no force instead of an infinite 1/mu
+        let (limit, normal) = if mu > 0.0 { (1.0 / (mu * mu), 1.0 / sin) } else { (1.0, 0.0) };
+        let [x, y] = site.creep_slopes.map(|slope| site.wheel_load / slope);
+        let load = site.wheel_load;
+        vec![clearance, stiffness, normal, limit, 1.0 / load, depth / load, 1.0 / (load * cos), cos, x, y]
+    }
+
+    fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
+        // as steep as both wheels: a flange under twice the wheel load
+        let damping = if has_friction(p) { site.creep_damping } else { 0.0 };
+        Slopes { stiffness: p[1], damping, ..Slopes::default() }
+    }
+}
+
+/// True if the numbers of a flange contain friction.
+pub fn has_friction(p: &[f64]) -> bool {
+    p.get(2).is_some_and(|mu| *mu > 0.0)
+}
+
+/// The flange's force on the wheelset, and at its wheel t_x and t_y of the linear law without spin, and kappa_x N/r.
+#[derive(Clone, Copy)]
+pub struct Flanging<P> {
+    pub force: P,
+    pub tx: P,
+    pub ty: P,
+    pub kx_r: P,
+}
+
+/// Creep forces of a flange along the rail and across it, and friction times creepage.
+///
+/// t_x = kappa_x (dr/r + b psi'/V + d/r sign e), t_y = kappa_y u_y/cos gamma, N_f = abs(F)/sin gamma;
+/// T = N_f t (1 - q/3 + q^2/27) for q = abs(t)/mu < 3, else mu N_f t/abs(t). T_y cos gamma acts across.
+#[inline(always)]
+pub fn friction<P: Part>(p: Numbers<'_>, of: &Flanging<P>) -> ([P; 2], P) {
+    let deeper = p.get::<P>(5) * of.kx_r;
+    let tx = of.tx.mul_add(p.get(4), of.force.if_less(P::zero(), deeper, -deeper));
+    let ty = of.ty * p.get(6);
+    let square = tx.mul_add(tx, ty * ty);
+    let force = of.force.abs() * p.get(2) * cubic_saturation(square * p.get(3));
+    let wear = force * (tx * tx).mul_add(p.get(8), ty * ty * p.get(9));
+    ([force * tx, force * ty * p.get(7)], wear)
 }
 
 impl Force for FlangeContact {
@@ -46,6 +96,14 @@ impl Force for FlangeContact {
 
 impl Effect for FlangeContactInGauge {
     const RECORD: Record = FlangeContact::RECORD;
+
+    fn counts(p: &[f64]) -> bool {
+        FlangeContact::counts(p)
+    }
+
+    fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
+        FlangeContact::prepare(p, site)
+    }
 
     fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
         FlangeContact::steepest_slopes(p, site)

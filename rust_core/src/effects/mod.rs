@@ -164,6 +164,11 @@ impl Law {
         CATALOGUE.iter().copied().find(|law| law.record().key == key)
     }
 
+    /// True for contact of a flange.
+    pub fn is_flange(self) -> bool {
+        matches!(self, Law::FlangeContact | Law::FlangeContactInGauge)
+    }
+
     /// The same law with its curve over z, v or s, or a flange whose clearance follows the gauge.
     pub fn against(self, word: &str) -> Result<Law, Error> {
         match (self, word) {
@@ -219,6 +224,11 @@ impl PlacedLaw {
             acts_fully: alpha.0.iter().all(|a| *a == 1.0),
             looks_at_speed: law.looks_at_speed(),
         }
+    }
+
+    /// True for a flange whose numbers contain friction, if only zero.
+    pub fn has_friction_numbers(&self) -> bool {
+        self.law.is_flange() && self.lanes.len() > 2
     }
 
     #[inline(always)]

@@ -1,5 +1,6 @@
 //! Sixteen vehicles of one structure made ready to step side by side.
 use crate::effects::effect::{Kind, Site};
+use crate::effects::flange_contact::has_friction;
 use crate::effects::{Law, PlacedLaw};
 use crate::error::{Error, Result};
 use crate::numeric::profile_table::ShapeLanes;
@@ -129,7 +130,10 @@ impl PlacementSite<'_> {
         let lanes = || self.prepared(|l| contact_site(all.vehicles[l], i));
         let placed = || PlacedLaw::new(law, Vec::new(), Vec::new(), lanes(), alpha, 0);
         match law.record().kind {
-            Kind::Force => wheelset.laws.push(placed()),
+            Kind::Force => {
+                wheelset.laws.push(placed());
+                wheelset.has_friction |= law.is_flange() && self.numbers.iter().any(|p| has_friction(p));
+            }
             Kind::Creep => wheelset.creeps.push(placed()),
             Kind::Rolling => wheelset.rolls.push(placed()),
             Kind::Profile => wheelset.shape = Some(ShapeLanes::new(&self.numbers, alpha)),
@@ -212,6 +216,7 @@ impl SixteenVehicles<'_> {
                 && w.rolls.is_empty()
                 && w.shape.is_none()
                 && w.rail.is_none()
+                && !w.has_friction
         };
         if !group.wheelsets.iter().all(has_coach_structure) {
             return None;

@@ -1,8 +1,8 @@
 //! The contact chain of one wheelset: e, rolling radii, creepage, creep forces.
 //!
 //! Source: Broersen (1976), (3.2)-(3.9); letters as there.
-use crate::effects::effect::{Creeping, RollingRadius};
-use crate::effects::flange_contact::in_gauge;
+use crate::effects::effect::{Creeping, Numbers, RollingRadius};
+use crate::effects::flange_contact::{self, Flanging, in_gauge};
 use crate::effects::{Law, PlacedLaw};
 use crate::numeric::profile_table::ShapeLanes;
 use crate::simd::{Lanes, Part};
@@ -88,6 +88,8 @@ pub struct WheelsetLanes {
     pub rolls: Vec<PlacedLaw>,
     pub shape: Option<ShapeLanes>,
     pub rail: Option<RailLanes>,
+    /// Does a flange slide with friction?
+    pub has_friction: bool,
 }
 
 /// The track as a group passes it: the input row, the speed and its inverse.
@@ -123,8 +125,8 @@ struct Slipping<P> {
     speed: P,
 }
 
-/// Forces of both wheels on the rails: gravitation and flange, t_x of the linear law, t_x and t_y as the creep laws make
-/// them (T_x1 = -t_x1, T_x2 = t_x2), u' of the rail.
+/// Forces of both wheels on the rails: gravitation and flange, t_x of the linear law, t_x and t_y of the treads as the
+/// creep laws make them (T_x1 = -t_x1, T_x2 = t_x2), u' of the rail, friction at the flanges.
 #[derive(Clone, Copy)]
 struct Touch<P> {
     outer: P,
@@ -134,10 +136,46 @@ struct Touch<P> {
     tx: [P; 2],
     ty: [P; 2],
     du: P,
+    friction: Option<SlidingFlanges<P>>,
+}
+
+/// Creep forces of both wheels at their flanges, of which one touches, and friction times creepage.
+#[derive(Clone, Copy)]
+struct SlidingFlanges<P> {
+    tx: [P; 2],
+    ty: [P; 2],
+    wear: P,
+}
+
+impl<P: Part> SlidingFlanges<P> {
+    fn none() -> Self {
+        SlidingFlanges { tx: [P::zero(); 2], ty: [P::zero(); 2], wear: P::zero() }
+    }
+
+    /// With another flange: its right wheel touches where it pushes the wheelset to the left.
+    #[inline(always)]
+    fn add(&mut self, p: Numbers<'_>, of: &Flanging<P>) {
+        let none = P::zero();
+        let ([x, y], wear) = flange_contact::friction(p, of);
+        for (sum, f) in [(&mut self.tx, x), (&mut self.ty, y)] {
+            *sum = [sum[0] + of.force.if_less(none, f, none), sum[1] + none.if_less(of.force, f, none)];
+        }
+        self.wear = self.wear + wear;
+    }
+}
+
+impl<P: Part> Touch<P> {
+    /// Creep forces of both wheels, of treads and flanges.
+    #[inline(always)]
+    fn creep(&self) -> ([P; 2], [P; 2]) {
+        let (tx, ty) = (self.tx, self.ty);
+        let Some(SlidingFlanges { tx: x, ty: y, .. }) = self.friction else { return (tx, ty) };
+        ([tx[0] + x[0], tx[1] + x[1]], [ty[0] + y[0], ty[1] + y[1]])
+    }
 }
 
 /// Equilibrium of a wheelset in a curve: e, Q_y, Q_psi, the longitudinal creepage of wheel 2, k_r u + Q_y of a rail
-/// that yields, T_x and T_y of both wheels.
+/// that yields, T_x and T_y of the treads of both wheels, friction times creepage at the flange.
 #[derive(Clone, Copy)]
 pub struct Standing<P> {
     pub e: P,
@@ -147,6 +185,7 @@ pub struct Standing<P> {
     pub rail: P,
     pub tx: [P; 2],
     pub ty: [P; 2],
+    pub flange_wear: P,
 }
 
 /// The rail under the wheelset: k_r u + c_r u' = -Q_y.
@@ -188,6 +227,7 @@ impl WheelsetLanes {
             rolls: Vec::new(),
             shape: None,
             rail: None,
+            has_friction: false,
         }
     }
 
@@ -217,12 +257,13 @@ impl WheelsetLanes {
     pub fn forces<P: Part>(&self, part: usize, track: &Passing<'_, P>, motion: &Motion<P>, u: P) -> (P, P, P) {
         let g = |l: &Lanes| P::load(l, part);
         let Motion { psi, vy, vpsi, .. } = *motion;
-        let Touch { outer, tx: [tx_1, tx_2], ty: [ty_1, ty_2], du, .. } = self.touch(part, track, motion, u);
+        let touch = self.touch(part, track, motion, u);
+        let ([tx_1, tx_2], [ty_1, ty_2]) = touch.creep();
         // (3.4); T_x1 = -t_x1, T_x2 = t_x2
-        let q_y = outer - ty_1 - ty_2;
+        let q_y = touch.outer - ty_1 - ty_2;
         let q_psi = g(&self.b) * (psi * (g(&self.n2_delta) + ty_1 - ty_2) - (tx_1 + tx_2));
         let gyro = g(&self.gyro) * track.speed;
-        (gyro.mul_add(vpsi, q_y), gyro.neg_mul_add(vy, q_psi), du)
+        (gyro.mul_add(vpsi, q_y), gyro.neg_mul_add(vy, q_psi), touch.du)
     }
 
     /// The guiding forces Y of the right and the left wheel on the rails, to the right.
@@ -231,7 +272,8 @@ impl WheelsetLanes {
     #[inline(always)]
     pub fn guiding<P: Part>(&self, part: usize, track: &Passing<'_, P>, n: usize, x: &[P; 64]) -> [P; 2] {
         let (motion, u) = self.motion(n, x);
-        let Touch { outer, flange, ty: [ty_1, ty_2], .. } = self.touch(part, track, &motion, u);
+        let touch = self.touch(part, track, &motion, u);
+        let (Touch { outer, flange, .. }, (_, [ty_1, ty_2])) = (touch, touch.creep());
         let (none, half) = (P::zero(), P::splat(0.5));
         // N (gamma_1 - gamma_2)/2, and N (gamma_1 + gamma_2)/2 that spreads the wheels
         let leaning = half * (flange - outer);
@@ -284,7 +326,10 @@ impl WheelsetLanes {
         let ty = moving.mul_add(inv_speed, -(g(&self.ky).mul_add(psi, prepared) + turned));
         let ty_delta = g(&self.ks_delta);
         let gravity = g(&self.n2_e).neg_mul_add(tilt, g(&self.n2) * phi_w);
+        // the part of t_y that is spin
+        let spin = (g(&self.ks) * vpsi).mul_add(inv_speed, -turned);
         let mut flange = P::zero();
+        let mut friction = self.has_friction.then(SlidingFlanges::none);
         for law in &self.laws {
             let de = if law.looks_at_speed {
                 g(&self.r).neg_mul_add(P::splat(track[3]), P::splat(-track[1])).mul_add(speed, vy)
@@ -298,6 +343,10 @@ impl WheelsetLanes {
                 law.law.force(law.numbers(part), e, de, row[0], P::zero(), &mut unused)
             };
             flange = g(&law.alpha).mul_add(f, flange);
+            if let (Some(friction), true) = (&mut friction, law.has_friction_numbers()) {
+                let force = g(&law.alpha) * f;
+                friction.add(law.numbers(part), &Flanging { force, tx, ty: ty - spin, kx_r: g(&self.kx_r) });
+            }
         }
         let outer = gravity + flange;
 
@@ -307,22 +356,22 @@ impl WheelsetLanes {
         let creeps = if self.creeps.is_empty() {
             None
         } else {
-            // the part of t_y that is spin
-            let spin = (g(&self.ks) * vpsi).mul_add(inv_speed, -turned);
             Some(Slipping { tx, spin: [spin - ty_delta, spin + ty_delta], speed })
         };
         let mut du = P::zero();
         if let Some(rail) = &self.rail {
             // what u' takes off the creep force of each wheel, through y' - u' and through the roll
             let share = g(&rail.alpha) * g(&self.ky_roll) * inv_speed;
-            let still = g(&rail.stiffness).mul_add(u, outer);
+            // the speed at which the rail yields is small beside that of a sliding flange
+            let pushed = friction.map_or(outer, |f| outer - f.ty[0] - f.ty[1]);
+            let still = g(&rail.stiffness).mul_add(u, pushed);
             du = self.yielding(part, g(&rail.damping), still, share, creeps.as_ref(), [ty_1, ty_2]);
             (ty_1, ty_2) = (share.neg_mul_add(du, ty_1), share.neg_mul_add(du, ty_2));
         }
         if let Some(creeps) = &creeps {
             ([tx_1, ty_1], [tx_2, ty_2]) = self.creep_forces(part, creeps, ty_1, ty_2);
         }
-        Touch { outer, flange, linear: tx, tx: [tx_1, tx_2], ty: [ty_1, ty_2], du }
+        Touch { outer, flange, linear: tx, tx: [tx_1, tx_2], ty: [ty_1, ty_2], du, friction }
     }
 
     /// Equilibrium of a wheelset at rest in a curve of curvature 1/R without irregularities: turning with
@@ -338,7 +387,8 @@ impl WheelsetLanes {
         let q_y = g(&self.gyro).neg_mul_add(curvature, q_y);
         let rail = self.rail.as_ref().map_or(P::zero(), |rail| g(&rail.stiffness).mul_add(u, q_y));
         let creepage = touch.linear / (g(&self.kx_r) * g(&self.r));
-        Standing { e, q_y, q_psi, creepage, rail, tx: [-touch.tx[0], touch.tx[1]], ty: touch.ty }
+        let flange_wear = touch.friction.map_or(P::zero(), |f| f.wear);
+        Standing { e, q_y, q_psi, creepage, rail, tx: [-touch.tx[0], touch.tx[1]], ty: touch.ty, flange_wear }
     }
 
     /// u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage.
