@@ -37,7 +37,7 @@ class Equilibria:
 
     displacement [n, wheelset] in m, angle_of_attack [n, wheelset] in rad, guiding_force [n, wheelset] in N (of the
     rails on a wheelset), wear_number [n] in N, residual [n]: largest unbalanced force in wheel loads, shortfall [n] in
-    N: outward less guiding forces, what load transfer adds on inclined contacts of a vehicle that rolls.
+    N: outward less guiding forces, which laws at the wheelsets of a vehicle that rolls add through their roll.
     """
 
     displacement: FloatArray
@@ -135,7 +135,7 @@ def _notes(model: Model, equilibria: Equilibria, k: int, touching: list[bool] | 
         notes.append("e is beyond the flange clearance and the design has no flange_contact: nothing holds it there")
     shortfall = float(equilibria.shortfall[k])
     if abs(shortfall) > MIN_SHORTFALL * float(np.abs(equilibria.guiding_force[k]).max()):
-        notes.append(f"guiding_force: without {shortfall:.4g} N in all that load transfer adds on inclined contacts")
+        notes.append(f"guiding_force: without {shortfall:.4g} N in all that laws at rolling wheelsets add")
     return notes
 
 

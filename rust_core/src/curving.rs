@@ -53,7 +53,7 @@ impl Job for EquilibriumForces<'_> {
                 }
             }
             let curvature = P::load(&stand.curvature, at);
-            for (wheelset, results) in group.wheelsets.iter().zip(&mut out.wheelsets) {
+            for ((wheelset, leaning), results) in group.wheelsets.iter().zip(&group.leaning).zip(&mut out.wheelsets) {
                 let rail = wheelset.rail.as_ref().map(|rail| rail.state);
                 let u = rail.map_or(P::zero(), x);
                 let found = wheelset.standing(at, &row, curvature, x(wheelset.y), x(wheelset.psi), u);
@@ -64,7 +64,14 @@ impl Job for EquilibriumForces<'_> {
                 }
                 let ([tx_1, tx_2], [ty_1, ty_2]) = (found.tx, found.ty);
                 let (psi, wear) = (x(wheelset.psi), found.flange_wear);
-                let numbers = [found.e, psi, found.q_y, found.creepage, tx_1, tx_2, ty_1, ty_2, wear];
+                let mut q_y = found.q_y;
+                for (i, a) in leaning.state.iter().filter(|(i, _)| *i < n) {
+                    q_y = P::load(a, at).neg_mul_add(x(*i), q_y);
+                }
+                for (column, a) in &leaning.inputs {
+                    q_y = P::load(a, at).neg_mul_add(given(*column), q_y);
+                }
+                let numbers = [found.e, psi, q_y, found.creepage, tx_1, tx_2, ty_1, ty_2, wear];
                 for (value, to) in numbers.into_iter().zip(results) {
                     value.store(to, at);
                 }

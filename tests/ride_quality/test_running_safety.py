@@ -94,13 +94,27 @@ def test_instability_is_the_rms_of_what_swings_within_two_hertz_of_the_strongest
 
 
 def test_guiding_forces_balance_what_accelerates_a_wheelset() -> None:
-    """Without gyroscopic moments m y'' = -2 c_y d_1 - Y, (3.10)."""
-    model = Model(BOGIE.design.with_values({"vehicle.wheelset.spin_inertia": 0.0}))
-    x = series(model, ["ay1", "d1", "Y1", "Y1.right", "Y1.left"], 40.0)
-    values = model.design.values
+    """m y'' = -2 c_y d_1 - Y, (3.10)."""
+    x = series(BOGIE, ["ay1", "d1", "Y1", "Y1.right", "Y1.left"], 40.0)
+    values = BOGIE.design.values
     spring = 2.0 * values["vehicle.primary.lateral_stiffness"] * x["d1"]
     assert -(values["vehicle.wheelset.mass"] * x["ay1"] + spring) == pytest.approx(x["Y1"], abs=1e-6 * x["Y1"].std())
     assert x["Y1.right"] + x["Y1.left"] == pytest.approx(x["Y1"], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["manchester_coach", "bogie_under_coach"])
+def test_guiding_forces_balance_what_accelerates_a_whole_vehicle(name: str) -> None:
+    """The rails alone act on it from outside: the sum of m y'' over all bodies is that of -Y, in roll too."""
+    model = Model(load_design(HOME / f"designs/{name}.yaml"))
+    structure = model.design.structure
+    assert structure is not None
+    forces = [f"Y{w.number}" for w in structure.wheelsets]
+    x = series(model, [*(f"ay.{body}" for body in structure.members), *forces])
+    masses = {n: model.design.values[m.part.number_path("mass")] for n, m in structure.members.items()}
+    inertia = sum(masses[n] * x[f"ay.{n}"] for n in structure.members)
+    total = sum(x[channel] for channel in forces)
+    assert -inertia == pytest.approx(total, abs=1e-9 * np.abs(total).max())
+    assert x["Y1"].std() > 1e3
 
 
 def test_at_rest_the_wheels_press_outwards_by_their_contact_angle_less_its_spin() -> None:

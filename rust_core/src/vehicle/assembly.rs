@@ -67,6 +67,14 @@ pub struct Channel {
     pub rail: Option<usize>,
 }
 
+impl Channel {
+    /// The motion of a row alone.
+    pub fn new(name: &str, order: Order, row: &[(usize, f64)]) -> Self {
+        let (also, inputs, rates) = (Vec::new(), Inputs::new(), Inputs::new());
+        Channel { name: name.into(), order, row: row.to_vec(), also, inputs, rates, rail: None }
+    }
+}
+
 /// One vehicle: M q'' + C q' + K q = E u(t), wheelsets, ports, channels. M is diagonal: bodies are
 /// described at their centres of mass.
 #[derive(Clone, Debug)]
@@ -82,6 +90,8 @@ pub struct Assembly {
     pub rates: Driven,
     pub laws: Vec<OwnLaw>,
     pub channels: Vec<Channel>,
+    /// Contribution of the load transfer to the guiding force of every wheelset; empty where nothing rolls.
+    pub leaning: Vec<Channel>,
     /// Beyond these the run counts as diverged: abs(e_i) and abs(psi_i), or abs(q) where there is no wheelset.
     pub limit: f64,
     /// Distance of the positions of a line with curves behind the first wheelset [m]; empty on straight track.
@@ -103,6 +113,7 @@ impl Assembly {
             rates: Vec::new(),
             laws: Vec::new(),
             channels: Vec::new(),
+            leaning: Vec::new(),
             limit: 0.1,
             positions: Vec::new(),
         }
@@ -144,8 +155,7 @@ impl Assembly {
 
     /// A further signal of the motion of a row.
     pub fn channel(&mut self, name: &str, order: Order, row: &[(usize, f64)]) -> &mut Channel {
-        let (also, inputs, rates) = (Vec::new(), Inputs::new(), Inputs::new());
-        self.channels.push(Channel { name: name.into(), order, row: row.to_vec(), also, inputs, rates, rail: None });
+        self.channels.push(Channel::new(name, order, row));
         self.channels.last_mut().expect("just pushed")
     }
 

@@ -14,7 +14,7 @@ pub struct Reading {
     pub inputs: Terms,
     /// Columns that the speed multiplies, with the lane's share of the speed.
     pub rates: Terms,
-    /// The lateral forces of the wheels of a wheelset on the rails, in the place of all that.
+    /// The lateral forces of the wheels of a wheelset on the rails, beside all that.
     pub guiding: Option<Box<Guiding>>,
 }
 
@@ -41,13 +41,36 @@ pub enum Signal<'a, P> {
         state: (usize, P),
         rate: [(usize, P); 3],
     },
-    Terms {
-        state: Vec<(usize, P)>,
-        rate: Vec<(usize, P)>,
-        inputs: Vec<(usize, P)>,
-        rates: Vec<(usize, P)>,
-    },
-    Guiding(&'a Guiding, usize),
+    Terms(Sum<P>),
+    Guiding(&'a Guiding, usize, Sum<P>),
+}
+
+/// The terms of a reading.
+pub struct Sum<P> {
+    state: Vec<(usize, P)>,
+    rate: Vec<(usize, P)>,
+    inputs: Vec<(usize, P)>,
+    rates: Vec<(usize, P)>,
+}
+
+impl<P: Part> Sum<P> {
+    #[inline(always)]
+    fn read(&self, row: &[f64], x: &[P; 64], dx: &[P; 64]) -> P {
+        let mut value = P::zero();
+        for (i, a) in &self.state {
+            value = a.mul_add(x[i & 63], value);
+        }
+        for (i, a) in &self.rate {
+            value = a.mul_add(dx[i & 63], value);
+        }
+        for (column, a) in &self.inputs {
+            value = a.mul_add(P::splat(row[*column]), value);
+        }
+        for (column, a) in &self.rates {
+            value = a.mul_add(P::splat(row[1] * row[*column]), value);
+        }
+        value
+    }
 }
 
 impl Guiding {
@@ -64,6 +87,13 @@ impl Guiding {
 }
 
 impl Reading {
+    /// A share of it.
+    pub fn times(&self, share: f64) -> Self {
+        let part = |terms: &Terms| terms.iter().map(|(i, a)| (*i, Lanes::from_fn(|l| share * a.0[l]))).collect();
+        let [state, rate, inputs, rates] = [&self.state, &self.rate, &self.inputs, &self.rates].map(part);
+        Reading { state, rate, inputs, rates, ..self.clone() }
+    }
+
     /// Of the lanes from `at` on.
     #[inline(always)]
     pub fn part<P: Part>(&self, at: usize) -> Signal<'_, P> {
@@ -71,10 +101,10 @@ impl Reading {
         let [state, rate, inputs, rates] =
             [&self.state, &self.rate, &self.inputs, &self.rates].map(|terms| part(terms));
         match (&self.guiding, &state[..], &rate[..], &inputs[..], &rates[..]) {
-            (Some(guiding), ..) => Signal::Guiding(guiding, at),
+            (Some(guiding), ..) => Signal::Guiding(guiding, at, Sum { state, rate, inputs, rates }),
             (None, &[state], &[], &[line, level], &[]) => Signal::Displacement { state, inputs: [line, level] },
             (None, &[state], &[a, b, c], &[], &[]) => Signal::Felt { state, rate: [a, b, c] },
-            _ => Signal::Terms { state, rate, inputs, rates },
+            _ => Signal::Terms(Sum { state, rate, inputs, rates }),
         }
     }
 }
@@ -90,23 +120,8 @@ impl<P: Part> Signal<'_, P> {
                 let turned = b.mul_add(dx[k & 63], a.mul_add(dx[j & 63], *g * x[i & 63]));
                 c.mul_add(dx[l & 63], turned)
             }
-            Signal::Terms { state, rate, inputs, rates } => {
-                let mut value = P::zero();
-                for (i, a) in state {
-                    value = a.mul_add(x[i & 63], value);
-                }
-                for (i, a) in rate {
-                    value = a.mul_add(dx[i & 63], value);
-                }
-                for (column, a) in inputs {
-                    value = a.mul_add(P::splat(row[*column]), value);
-                }
-                for (column, a) in rates {
-                    value = a.mul_add(P::splat(row[1] * row[*column]), value);
-                }
-                value
-            }
-            Signal::Guiding(guiding, at) => guiding.force(*at, row, x),
+            Signal::Terms(sum) => sum.read(row, x, dx),
+            Signal::Guiding(guiding, at, sum) => guiding.force(*at, row, x) + sum.read(row, x, dx),
         }
     }
 }

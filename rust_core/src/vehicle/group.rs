@@ -30,6 +30,8 @@ pub struct Group {
     pub contacts: Option<Vec<Contact<Lanes>>>,
     /// Own states that are clamped to a largest magnitude at the end of every step.
     pub clamped_states: Vec<(usize, Lanes)>,
+    /// Contribution of the load transfer to the guiding forces of every wheelset; without terms where nothing rolls.
+    pub leaning: Vec<Reading>,
     pub readings: Vec<Reading>,
     /// Sensor laws in order: the channel, which of delay, gain, offset, and its numbers times the amount.
     pub sensors: Vec<(Law, String, Lanes)>,

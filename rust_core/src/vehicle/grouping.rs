@@ -58,6 +58,7 @@ impl Structure {
         if !self.line {
             self.fuse(&mut group, &all);
         }
+        group.leaning = (0..group.wheelsets.len()).map(|i| all.leaning(&group, i)).collect();
         group.readings = channels.iter().map(|name| all.reading(&group, name)).collect::<Result<_>>()?;
         Ok(group)
     }
@@ -167,6 +168,7 @@ impl SixteenVehicles<'_> {
             plain: None,
             contacts: None,
             clamped_states: Vec::new(),
+            leaning: Vec::new(),
             readings: Vec::new(),
             sensors: Vec::new(),
         }
@@ -242,8 +244,19 @@ impl SixteenVehicles<'_> {
             let known = self.vehicles[0].channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
             return Err(Error::Channel(name.into(), known));
         };
-        let of = |l: usize| -> &Channel { &self.vehicles[l].channels[k] };
-        let mut reading = Reading { name: name.into(), inputs: terms(|l| &of(l).inputs), ..Reading::default() };
+        Ok(self.reading_of(group, |vehicle| &vehicle.channels[k]))
+    }
+
+    /// Contribution of the load transfer to the guiding forces of a wheelset, of vehicles that roll.
+    fn leaning(&self, group: &Group, i: usize) -> Reading {
+        let has_any = !self.vehicles[0].leaning.is_empty();
+        if has_any { self.reading_of(group, |vehicle| &vehicle.leaning[i]) } else { Reading::default() }
+    }
+
+    fn reading_of(&self, group: &Group, channel: impl Fn(&Assembly) -> &Channel) -> Reading {
+        let of = |l: usize| -> &Channel { channel(self.vehicles[l]) };
+        let (name, inputs) = (of(0).name.clone(), terms(|l| &of(l).inputs));
+        let mut reading = Reading { name, inputs, ..Reading::default() };
         let mut add = |order: Order, row: Vec<(usize, Lanes)>| {
             let velocities = row.iter().map(|(i, a)| (i + group.dofs, *a));
             match order {
@@ -261,7 +274,7 @@ impl SixteenVehicles<'_> {
         }
         let scaled = |(column, a): (usize, Lanes)| (column, Lanes::from_fn(|l| a.0[l] * group.speed_scale.0[l]));
         reading.rates = terms(|l| &of(l).rates).into_iter().map(scaled).collect();
-        Ok(reading)
+        reading
     }
 }
 
@@ -285,10 +298,12 @@ fn guiding_reading(group: &Group, name: &str) -> Option<Reading> {
     let wanted = name.strip_prefix('Y')?;
     let (number, side) = wanted.split_once('.').unwrap_or((wanted, ""));
     let wheel = ["", "right", "left"].iter().position(|s| *s == side)?;
-    let wheelset = group.wheelsets.get(number.parse::<usize>().ok()?.checked_sub(1)?)?.clone();
+    let number = number.parse::<usize>().ok()?.checked_sub(1)?;
+    let wheelset = group.wheelsets.get(number)?.clone();
     let Group { dofs, speed_scale, inv_speed_scale, .. } = *group;
     let guiding = Some(Box::new(Guiding { wheelset, wheel, dofs, speed_scale, inv_speed_scale }));
-    Some(Reading { name: name.into(), guiding, ..Reading::default() })
+    let leaning = group.leaning[number].times(if wheel == 0 { 1.0 } else { 0.5 });
+    Some(Reading { name: name.into(), guiding, ..leaning })
 }
 
 /// Hold the own state that comes next within the law's largest magnitude, where it has one.

@@ -275,8 +275,9 @@ impl WheelsetLanes {
         let touch = self.touch(part, track, &motion, u);
         let (Touch { outer, flange, .. }, (_, [ty_1, ty_2])) = (touch, touch.creep());
         let (none, half) = (P::zero(), P::splat(0.5));
-        // N (gamma_1 - gamma_2)/2, and N (gamma_1 + gamma_2)/2 that spreads the wheels
-        let leaning = half * (flange - outer);
+        let gyro = P::load(&self.gyro, part) * track.speed;
+        // N (gamma_1 - gamma_2)/2 with the gyroscopic moment, and N (gamma_1 + gamma_2)/2 that spreads the wheels
+        let leaning = half * (flange - outer - gyro * motion.vpsi);
         let spread = half * P::load(&self.n2_delta, part);
         let right = flange.if_less(none, -flange, none);
         let left = none.if_less(flange, -flange, none);

@@ -66,6 +66,7 @@ impl Layout {
         self.add_channels(&mut vehicle, &placed, &value);
         for (i, (at, ..)) in self.wheelsets().enumerate() {
             Self::load_transfer(&mut vehicle, i, &transfers[at]);
+            Self::lean(&mut vehicle, i, &transfers[at]);
         }
         if let Some(places) = places {
             places.drive(&mut vehicle);

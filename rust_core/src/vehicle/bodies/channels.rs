@@ -2,7 +2,7 @@
 use super::joining::Transfer;
 use super::motion::{Motion, Placed};
 use super::{Layout, Number};
-use crate::vehicle::assembly::{Assembly, Order};
+use crate::vehicle::assembly::{Assembly, Channel, Order};
 use crate::wheel_rail::wheelset::Wheelset;
 
 const GRAVITY: f64 = 9.81;
@@ -15,12 +15,24 @@ impl Layout {
         let Wheelset { y, column, r, b, n, .. } = vehicle.wheelsets[i];
         let (share, mass) = (0.5 / b, vehicle.mass[y]);
         let displaced = Motion { row: vec![(y, 1.0)], inputs: vec![(column, -1.0), (column + 2, -r)] };
-        let moment = transfer.of_springs.times(share).plus(&displaced, n / b);
-        let damped = transfer.of_dampers.times(share);
+        let moment = transfer.track.of_springs.times(share).plus(&displaced, n / b);
+        let damped = transfer.track.of_dampers.times(share);
         let channel = vehicle.channel(&format!("dQ{}", i + 1), Order::Position, &moment.row);
         channel.inputs = moment.inputs;
         channel.rates = damped.slopes();
         channel.also = vec![(Order::Velocity, damped.row), (Order::Acceleration, vec![(y, -share * mass * r)])];
+    }
+
+    /// What a moment about the axle adds to the guiding force Y of a wheelset whose roll follows its displacement,
+    /// phi_i = phi_w - sigma e/b: (sigma/b) M, the load transfer on inclined contacts.
+    pub(super) fn lean(vehicle: &mut Assembly, i: usize, transfer: &Transfer) {
+        let Wheelset { sigma, b, .. } = vehicle.wheelsets[i];
+        let (moment, damped) = (transfer.axle.of_springs.times(sigma / b), transfer.axle.of_dampers.times(sigma / b));
+        let mut leaning = Channel::new(&format!("Y{}", i + 1), Order::Position, &moment.row);
+        leaning.inputs = moment.inputs;
+        leaning.rates = damped.slopes();
+        leaning.also = vec![(Order::Velocity, damped.row)];
+        vehicle.leaning.push(leaning);
     }
 
     /// The channels: wheelsets, bodies, floor points, accelerometers.

@@ -8,11 +8,19 @@ use crate::vehicle::assembly::{Assembly, OwnLaw, Port};
 /// Force of a damper without blow-off [N].
 const UNLIMITED: f64 = 1e9;
 
-/// The moment about the middle of the track of the suspension forces on a wheelset: per motion, per rate.
+/// A moment of the suspension forces on a wheelset: per motion, per rate.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Transfer {
+pub(super) struct Moment {
     pub(super) of_springs: Motion,
     pub(super) of_dampers: Motion,
+}
+
+/// Moments of the suspension forces on a wheelset about the middle of the track and about its axle; those of stops and of
+/// springs and dampers in series are left out.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Transfer {
+    pub(super) track: Moment,
+    pub(super) axle: Moment,
 }
 
 /// From the point on the first body to that on the second, and how both move apart.
@@ -34,11 +42,8 @@ impl Span {
             Way::Yaw => self.turned[0].clone(),
             Way::Roll => self.turned[1].clone(),
             Way::Along => {
-                let Span { from, to, .. } = self;
-                // heights count upwards, u_z downwards
-                let line = [to[0] - from[0], to[1] - from[1], from[2] - to[2]];
-                let length = line.iter().map(|l| l * l).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
-                (0..3).fold(Motion::default(), |sum, i| sum.plus(&self.between[i], line[i] / length))
+                let line = self.line();
+                (0..3).fold(Motion::default(), |sum, i| sum.plus(&self.between[i], line[i]))
             }
         }
     }
@@ -56,15 +61,25 @@ impl Span {
         }
     }
 
-    /// The arms of a term's force about the middle of the track, as it acts on the first body and on the second.
-    fn arms(&self, way: Way) -> [f64; 2] {
+    /// The arms of a term's force about a height above the rails, as it acts on the first body and on the second.
+    fn arms(&self, way: Way, height: f64) -> [f64; 2] {
+        let line = self.line();
         let [from, to] = [self.from, self.to].map(|end| match way {
-            Way::Lateral => end[2],
+            Way::Lateral => end[2] - height,
             Way::Vertical => end[1],
             Way::Roll => 1.0,
-            _ => 0.0,
+            Way::Along => line[1] * (end[2] - height) + line[2] * end[1],
+            Way::Longitudinal | Way::Yaw => 0.0,
         });
         [-from, to]
+    }
+
+    /// Direction from the point on the first body to that on the second; heights count upwards, u_z downwards.
+    fn line(&self) -> [f64; 3] {
+        let Span { from, to, .. } = self;
+        let line = [to[0] - from[0], to[1] - from[1], from[2] - to[2]];
+        let length = line.iter().map(|l| l * l).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+        line.map(|l| l / length)
     }
 }
 
@@ -86,25 +101,28 @@ impl Layout {
         for (way, acts) in &joint.terms {
             let motion = span.row(*way);
             let (port, arm) = span.port(*way);
-            let mut add_moment = |law: f64, of: fn(&mut Transfer) -> &mut Motion| {
-                for (end, arm) in joint.bodies.iter().zip(span.arms(*way)) {
-                    if let Some(i) = end.filter(|i| self.bodies[*i].wheels.is_some()) {
-                        let moment = of(&mut transfers[i]);
-                        *moment = moment.plus(&motion, arm * law);
+            let mut add_moment = |law: f64, of: fn(&mut Moment) -> &mut Motion| {
+                for (end, i) in joint.bodies.iter().enumerate().filter_map(|(end, body)| Some((end, (*body)?))) {
+                    if self.bodies[i].wheels.is_some() {
+                        let Transfer { track, axle } = &mut transfers[i];
+                        for (moment, height) in [(track, 0.0), (axle, placed[i].height)] {
+                            let sum = of(moment);
+                            *sum = sum.plus(&motion, span.arms(*way, height)[end] * law);
+                        }
                     }
                 }
             };
             match acts {
                 Acts::Spring(k) => {
                     let k = sides * value(k);
-                    add_moment(k, |transfer| &mut transfer.of_springs);
+                    add_moment(k, |moment| &mut moment.of_springs);
                     vehicle.spring(&motion.row, k);
                     drive(&mut vehicle.inputs, &motion.row, &motion.inputs, k);
                     declared[port][0] += k * arm;
                 }
                 Acts::Damper(c) => {
                     let c = sides * value(c);
-                    add_moment(c, |transfer| &mut transfer.of_dampers);
+                    add_moment(c, |moment| &mut moment.of_dampers);
                     vehicle.damper(&motion.row, c);
                     drive(&mut vehicle.rates, &motion.row, &motion.slopes(), c);
                     declared[port][1] += c * arm;
@@ -117,7 +135,12 @@ impl Layout {
             }
         }
         if !joint.static_load.is_empty() {
-            carry(vehicle, sides * value(&joint.static_load), bodies, &span);
+            let load = sides * value(&joint.static_load);
+            carry(vehicle, load, bodies, &span);
+            for (end, i) in joint.bodies.iter().enumerate().filter_map(|(end, body)| Some((end, (*body)?))) {
+                let axle = &mut transfers[i].axle.of_springs;
+                *axle = axle.plus(&leaning_moment(&span, end, placed[i].height), load);
+            }
         }
         self.ports(vehicle, joint, declared, &span, bodies.iter().any(|body| body.rolls));
     }
@@ -175,6 +198,13 @@ fn carry(vehicle: &mut Assembly, load: f64, [a, b]: [&Placed; 2], span: &Span) {
         vehicle.spring(&motion.row, sign * load);
         drive(&mut vehicle.inputs, &motion.row, &motion.inputs, sign * load);
     }
+}
+
+/// The moment of a weight of 1 N, carried as above, on the first body or the second about a height:
+/// (u_b - u_a)/2 + d (phi_a - phi_b)/2.
+fn leaning_moment(span: &Span, end: usize, height: f64) -> Motion {
+    let d = [span.from, span.to][end][2] - height;
+    span.between[1].times(-0.5).plus(&span.turned[1], 0.5 * d)
 }
 
 fn own(vehicle: &mut Assembly, law: Law, motion: Motion, numbers: impl Iterator<Item = f64>) {
