@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from railui.vehicle.design_reader import Design
 
 REJECTED_CLASSES = ("not admissible", "dangerous")  # ride classes that fail with --strict
+GRADE_NOTE = "class: a grade of this program, no acceptance"
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 

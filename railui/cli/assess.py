@@ -9,6 +9,7 @@ import click
 
 from railui.cli import EXIT_LIMIT_VIOLATED
 from railui.cli.arguments import (
+    GRADE_NOTE,
     REJECTED_CLASSES,
     figure_option,
     input_files,
@@ -114,7 +115,7 @@ def command(
 
 def _table(result: Mapping[str, Any]) -> Any:
     sections = result["stretches"]
-    notes = [f"{len(sections) - MAX_ROWS} more in the JSON"] if len(sections) > MAX_ROWS else []
+    notes = [GRADE_NOTE, *([f"{len(sections) - MAX_ROWS} more in the JSON"] if len(sections) > MAX_ROWS else [])]
     if result["agreement"] is not None:
         notes.append(f"rank correlation of ride quality and geometry (sd of 3 to 25 m): {result['agreement']:.2f}")
     title = f"{result['track']} at {result['speed']:g} m/s, worst first"

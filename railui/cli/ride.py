@@ -9,6 +9,7 @@ import click
 
 from railui.cli import EXIT_LIMIT_VIOLATED
 from railui.cli.arguments import (
+    GRADE_NOTE,
     REJECTED_CLASSES,
     design_argument,
     input_files,
@@ -273,5 +274,5 @@ def _cases_table(body: dict[str, Any]) -> Any:
     ]
     columns = ("speed [m/s]", "seed", *(key.replace("_", " ") for key in COMPARED))
     worst = body["worst"]
-    caption = f"worst, at {worst['speed']:g} m/s: {worst['class']}, {worst['decided_by']}"
+    caption = f"worst, at {worst['speed']:g} m/s: {worst['class']}, {worst['decided_by']}\n{GRADE_NOTE}"
     return make_table(columns, cases, statistics, title=body["cases"][0]["track"], caption=caption)

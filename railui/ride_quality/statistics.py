@@ -59,6 +59,12 @@ def sd_with_gauge(sd_e: FloatArray, half_gauge: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(sd_e, half_gauge.std(axis=-1)))
 
 
+def straight_samples(table: FloatArray, steps: int, wheelsets: int) -> NDArray[np.bool_]:
+    """Return True at each sample of a line, from its input table, where the whole vehicle is on straight track."""
+    curvature = table[:: 2 * steps, curvature_columns(table.shape[1], wheelsets)]
+    return np.asarray(np.all(np.abs(curvature) <= MAX_STRAIGHT_CURVATURE, axis=1))
+
+
 def ride_statistics(
     model: Model,
     rows: FloatArray,
@@ -175,8 +181,7 @@ class _Group:
         Those of the whole ride where the line has less than one block of straight track.
         """
         table, dt, steps = self.input
-        curvature = table[:: 2 * steps, curvature_columns(table.shape[1], len(self.wheelset_channels))]
-        is_straight = np.all(np.abs(curvature) <= MAX_STRAIGHT_CURVATURE, axis=1)
+        is_straight = straight_samples(table, steps, len(self.wheelset_channels))
         if np.count_nonzero(is_straight) * dt < BLOCK_DURATION:
             return {name: parts[name] for name in ("mean_e", "sd_e", "flange_fractions")}
         series, _ = self.vehicles.simulate(self.batch, *self.input, self.wheelset_channels, jobs=self.jobs)

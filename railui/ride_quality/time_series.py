@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from railui.arrays import FloatArray
+from railui.ride_quality.guiding_forces import wheel_load_paths
 from railui.runs.columns import COLUMNS
 from railui.track.excitation import Excitation
 from railui.vehicle.channels import all_channels, channel_unit, check_channels
@@ -27,8 +28,8 @@ class RideSeries:
     ----------
     columns : dict of FloatArray
         Arrays [sample] in SI: t, s, v, the track under the leading wheelset (with curvature and cant on a line with
-        curves), then the channels; channels are NaN from
-        the sample at which the vehicle diverged.
+        curves), the channels, and wheel loads Qi.right, Qi.left where load transfer is among them; NaN from the sample
+        at which the vehicle diverged.
     diverged_at : int or None
         Sample at which the vehicle diverged.
     """
@@ -81,4 +82,15 @@ def ride_series(
     columns = dict(zip(CLOCK_AND_TRACK, (t, track.s, v, track.yw, track.phiw, track.gauge), strict=True))
     if track.has_curves:
         columns |= {"curvature": track.curvature, "cant": track.cant}
-    return RideSeries(columns | dict(zip(names, values, strict=True)), diverged_at)
+    series = dict(zip(names, values, strict=True))
+    return RideSeries(columns | series | _wheel_loads(model, series), diverged_at)
+
+
+def _wheel_loads(model: Model, series: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return the wheel loads Qi.right, Qi.left [sample] in N of the wheelsets whose load transfer dQi is given."""
+    loads: dict[str, FloatArray] = {}
+    for i, path in enumerate(wheel_load_paths(model), 1):
+        if (transfer := series.get(f"dQ{i}")) is not None:
+            static = model.design.values[path]
+            loads |= {f"Q{i}.right": static + transfer, f"Q{i}.left": static - transfer}
+    return loads

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -17,7 +18,7 @@ from railui.ride_quality.guiding_forces import MEAN_LENGTH, GuidingForces, guidi
 from railui.ride_quality.running_safety import SAFETY_KEYS, safety_of
 from railui.ride_quality.safety_limits import SafetyLimits, force_limit
 from railui.ride_quality.score import CLASSES, FRAME_FLOOR, evaluate_ride
-from railui.ride_quality.statistics import half_gauge_deviations, sd_with_gauge
+from railui.ride_quality.statistics import half_gauge_deviations, sd_with_gauge, straight_samples
 from railui.track import Track
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
@@ -25,7 +26,12 @@ from railui.vehicle.on_track import spacings
 from railui.vehicle.resolve import ModelSource, resolve_model
 from railui.vehicle.simulate import simulate_series
 
-CURVES_NOTE: Final = "curves: flange contact counts there as on straights, although flanges guide in curves"
+CURVES_NOTE: Final = (
+    "curves: flanges guide there, so e and flange contact count on straights only; the score of a section mainly in "
+    "curves is that of comfort, its class that of comfort and running safety"
+)
+CURVE_REASON: Final = "comfort alone, flanges guide in the curve"
+MIN_STRAIGHT_SHARE: Final = 0.5  # of a section, from which its guidance is that of its straights
 SECTION_LENGTH: Final = 200.0  # m, the usual length for the quality of a line
 GEOMETRY_BAND: Final = (3.0, 25.0)  # m, wavelength range D1 of EN 13848, by which maintenance is usually ordered
 MIN_SAMPLES: Final = 10.0  # of a section
@@ -197,9 +203,13 @@ class _TrackRide:
             self.comfort_point = f"the worst of {', '.join(floors)}"
         self.clearance = model.design.value("contact.flange_clearance")
         self.half_gauge = np.zeros((len(wheelsets), len(excitation.track)))
-        if model.design.gauge_widens_clearance:
+        self.is_straight = np.ones(len(excitation.track), dtype=bool)
+        if model.design.gauge_widens_clearance or excitation.track.has_curves:
             table = excitation.table(spacings(model, model.row[None], excitation)[0], 1)
-            self.half_gauge = half_gauge_deviations(table, 1, len(wheelsets))
+            if model.design.gauge_widens_clearance:
+                self.half_gauge = half_gauge_deviations(table, 1, len(wheelsets))
+            if excitation.track.has_curves:
+                self.is_straight = straight_samples(table, 1, len(wheelsets))
 
     def _guiding_forces(self, series: FloatArray) -> GuidingForces | None:
         """Return the guiding forces up to divergence; None if the vehicle diverges within 4 m."""
@@ -225,22 +235,44 @@ class _TrackRide:
             undefined: dict[str, Any] = dict.fromkeys((*RIDE_KEYS, *FORCE_KEYS, *SAFETY_KEYS)) | {"criteria": []}
             reason = {"score": 0.0, "class": CLASSES[0], "decided_by": "the vehicle left the track", "largest_e": None}
             return location | undefined | reason
-        e, half_gauge = self.e[:, first:stop], self.half_gauge[:, first:stop]
-        clearance = self.clearance + half_gauge
-        statistics = {
-            "mean_e": e.mean(axis=1),
-            "sd_e": sd_with_gauge(e.std(axis=1), half_gauge),
-            "flange_fractions": (np.abs(e) >= clearance).mean(axis=1),
-            "comfort_point": self.comfort_point,
-        }
+        clearance, statistics = self._guidance_between(first, stop)
         for name, x in self.weighted.items():
             statistics[name] = float(np.sqrt(np.mean(x[:, first:stop] ** 2, axis=1)).max())
         if "acceleration" in self.weighted:
             statistics["acceleration_peak"] = float(np.abs(self.weighted["acceleration"][:, first:stop]).max())
         forces, findings = self._forces_between(first, stop)
-        quality = evaluate_ride(statistics, self.model.design.riding, float(clearance.mean()), findings)
-        result = {key: quality[key] for key in RIDE_KEYS} | {"largest_e": float(np.abs(e).max())}
+        riding, is_guided = self.model.design.riding, self._is_guided(first, stop)
+        quality = evaluate_ride(
+            statistics, riding if is_guided else replace(riding, comfort_weight=1.0), clearance, findings
+        )
+        result = {key: quality[key] for key in RIDE_KEYS}
+        if not is_guided:
+            result |= {key: None for key in RIDE_KEYS if key.startswith("flange_")}
+            if quality["decided_by"].startswith("score"):
+                result["decided_by"] = f"score {quality['score']:.1f}: {CURVE_REASON}"
+        result["largest_e"] = float(np.abs(self.e[:, first:stop]).max())
         return location | result | forces
+
+    def _is_guided(self, first: int, stop: int) -> bool:
+        """Return True for a section whose guidance counts: half of it or more is straight."""
+        return bool(self.is_straight[first:stop].mean() >= MIN_STRAIGHT_SHARE)
+
+    def _guidance_between(self, first: int, stop: int) -> tuple[float, dict[str, Any]]:
+        """Return the clearance [m] and the statistics of e on the straights of a section; at rest without any."""
+        inside = first + np.flatnonzero(self.is_straight[first:stop])
+        is_guided = self._is_guided(first, stop)
+        if not is_guided:
+            inside = np.arange(first, stop)
+        e, half_gauge = self.e[:, inside], self.half_gauge[:, inside]
+        clearance = self.clearance + half_gauge
+        statistics = {
+            "mean_e": e.mean(axis=1),
+            "sd_e": sd_with_gauge(e.std(axis=1), half_gauge),
+            "flange_fractions": (np.abs(e) >= clearance).mean(axis=1),
+        }
+        if not is_guided:
+            statistics = {name: np.zeros(len(e)) for name in statistics}
+        return float(clearance.mean()), {**statistics, "comfort_point": self.comfort_point}
 
     def _forces_between(self, first: int, stop: int) -> tuple[dict[str, Any], list[tuple[str, str]]]:
         """Return guiding forces, criteria of running safety and exceeded limits of a section."""

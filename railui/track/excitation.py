@@ -12,6 +12,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.memo import IdentityCache
 from railui.track import LinePositions, Spacing, Track, equally_spaced, parse_spec, track_table
+from railui.track.line_checks import sign_warnings, twist_warnings
 from railui.track.mean_line import along_mean_line
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ def resolve_track(track: Track | TrackSource | str | Path, seed: int | None = No
     if isinstance(track, TrackSource):
         return track
     if isinstance(track, Track):
-        return TrackSource(along_mean_line(track), _name_of(track))
+        return TrackSource(along_mean_line(track), _name_of(track), notes=line_notes(track))
     return _source_of_file(Path(track))
 
 
@@ -104,7 +105,7 @@ def _source_of_line(path: Path, seed: int | None) -> TrackSource:
     columns = load_line(path, seed)
     if seed is not None and columns.seed is None:
         raise ValueError(f"{path.name} has no synthetic irregularities: it has no seed")
-    return TrackSource(_track_of(columns), path.name, path, columns.sha256, columns.seed)
+    return TrackSource(_track_of(columns), path.name, path, columns.sha256, columns.seed, columns.notes)
 
 
 def _source_of_file(path: Path) -> TrackSource:
@@ -112,14 +113,20 @@ def _source_of_file(path: Path) -> TrackSource:
 
     columns = load_track(path)
     if not columns.from_run:
-        return TrackSource(along_mean_line(_track_of(columns)), path.name, path, columns.sha256)
+        return TrackSource(along_mean_line(_track_of(columns)), path.name, path, columns.sha256, notes=columns.notes)
     irregularities = (columns.yw, columns.phiw, columns.gauge)
     spacing = float(np.clip(round(float(np.median(np.diff(columns.s))), 3), MIN_SPACING, MAX_SPACING))
-    track = along_mean_line(
-        equally_spaced(columns.s, *irregularities, spacing=spacing, conventions=columns.conventions)
-    )
+    line = {"curvature": columns.curvature, "cant": columns.cant}
+    even = equally_spaced(columns.s, *irregularities, spacing=spacing, conventions=columns.conventions, **line)
+    track = along_mean_line(even)
     segment = f"its longest segment, {track.length:.6g} m, resampled every {spacing:g} m"
-    return TrackSource(track, path.name, path, columns.sha256, notes=(f"track of the run {path.name}: {segment}",))
+    notes = (f"track of the run {path.name}: {segment}", *line_notes(track))
+    return TrackSource(track, path.name, path, columns.sha256, notes=notes)
+
+
+def line_notes(track: Track) -> tuple[str, ...]:
+    """Return notes on implausible places of a line with curves."""
+    return tuple(map(str, (*twist_warnings(track.s, track.cant), *sign_warnings(track.curvature, track.cant))))
 
 
 @dataclass(frozen=True, eq=False)

@@ -136,8 +136,10 @@ def equally_spaced(
     *,
     spacing: float,
     conventions: tuple[str, ...] = (),
+    curvature: ArrayLike | None = None,
+    cant: ArrayLike | None = None,
 ) -> Track:
-    """Resample track irregularities at equal spacing [m] by their cubic spline in s.
+    """Resample track irregularities at equal spacing [m] by their cubic spline in s; curvature and cant linearly.
 
     Raises ValueError if s does not increase.
 
@@ -153,7 +155,11 @@ def equally_spaced(
     def resample(column: ArrayLike | None) -> FloatArray | None:
         return None if column is None else Spline(given, np.asarray(column, dtype=np.float64))(even)
 
-    return Track(even, Spline(given, np.asarray(yw))(even), resample(phiw), resample(gauge), conventions)
+    def linear(column: ArrayLike | None) -> FloatArray | None:
+        return None if column is None else np.interp(even, given, np.asarray(column, dtype=np.float64))
+
+    irregularities = (Spline(given, np.asarray(yw))(even), resample(phiw), resample(gauge))
+    return Track(even, *irregularities, conventions, curvature=linear(curvature), cant=linear(cant))
 
 
 def check_increasing(s: FloatArray) -> None:

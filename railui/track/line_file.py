@@ -19,12 +19,14 @@ from railui.io.schema_line import document_kind
 from railui.io.yaml_document import load_yaml
 from railui.io.yaml_file import load_fields
 from railui.track.line import MIN_SAMPLES, Track, equally_spaced
+from railui.track.line_checks import twist_warnings
 from railui.track.mean_line import along_mean_line
 from railui.track.reader import MAX_CANT, MAX_SPACING, MIN_RADIUS, MIN_SPACING, TrackColumns, load_track
 from railui.track.synthetic import parse_spec
 
 KINDS: Final = ("straight", "transition", "curve")
 MAX_LENGTH: Final = 200e3  # m of a line
+MAX_WIDENING: Final = 0.05  # m of the gauge
 TABLE_FILE: Final = re.compile(r"\.(csv|txt)(\.gz)?\Z", re.IGNORECASE)
 LENGTH_TOLERANCE: Final = 1e-6  # m, within which irregularities of a file reach the end of the line
 
@@ -41,6 +43,9 @@ class SegmentModel(Group):
     )
     cant: Annotated[float, quantity_reader("m", -MAX_CANT, maximum=MAX_CANT)] | None = Field(
         default=None, title="cant of a curve, positive where the outer rail is higher"
+    )
+    gauge: Annotated[float, quantity_reader("m", -MAX_WIDENING, maximum=MAX_WIDENING)] | None = Field(
+        default=None, title="gauge widening of a curve, a deviation from the nominal gauge"
     )
 
 
@@ -71,7 +76,7 @@ def load_line(path: str | Path, seed: int | None = None) -> TrackColumns:
         _check_segments(model.segments, findings)
     findings.raise_errors()
     assert model is not None  # else `findings` had an error
-    nodes, curvature, cant = alignment(model.segments)
+    nodes, curvature, cant, widening = alignment(model.segments)
     samples = int(np.floor(nodes[-1] / model.spacing + LENGTH_TOLERANCE)) + 1
     if samples < MIN_SAMPLES:
         findings.add("segments", f"the line is {nodes[-1]:g} m long", f"give at least {MIN_SAMPLES} spacings")
@@ -82,9 +87,20 @@ def load_line(path: str | Path, seed: int | None = None) -> TrackColumns:
     assert irregular is not None  # else `findings` had an error
     line = (_at(s, nodes, curvature), _at(s, nodes, cant))
     about = (f"line {model.name or Path(path).stem}: {len(model.segments)} segments, {nodes[-1]:g} m",)
-    irregularities = (irregular.yw, irregular.phiw, irregular.gauge)
+    irregularities = (irregular.yw, irregular.phiw, irregular.gauge + _at(s, nodes, widening))
     conventions = (*about, *irregular.conventions)
-    return TrackColumns(Path(path), sha256_file(path), s, *irregularities, *line, conventions, seed=own_seed)
+    _warn_of_twist(model.segments, s, line[1], findings)
+    values = (s, *irregularities, *line)
+    warnings = findings.warnings()
+    return TrackColumns(Path(path), sha256_file(path), *values, conventions, seed=own_seed, warnings=warnings)
+
+
+def _warn_of_twist(segments: list[SegmentModel], s: FloatArray, cant: FloatArray, findings: Findings) -> None:
+    """Warn of the segment at which the cant changes as on no track."""
+    ends = np.cumsum([segment.length for segment in segments])
+    for each in twist_warnings(s, cant):
+        i = min(int(np.searchsorted(ends, s[each.sample] + LENGTH_TOLERANCE)), len(segments) - 1)
+        findings.warn(f"segments.{i}", f"the {each.column} {each.message}", each.remedy)
 
 
 def _check_segments(segments: list[SegmentModel], findings: Findings) -> None:
@@ -100,7 +116,7 @@ def _check_segments(segments: list[SegmentModel], findings: Findings) -> None:
                 remedy = f"give {MIN_RADIUS:g} m or more, negative for a centre on the left"
                 findings.add(f"{at}.radius", f"{segment.radius:g} m is no radius of a line", remedy)
             continue
-        for key in ("radius", "cant"):
+        for key in ("radius", "cant", "gauge"):
             if getattr(segment, key) is not None:
                 remedy = "leave it out: a transition leads from the segment before it to the one behind it"
                 remedy = remedy if segment.kind == "transition" else "leave it out, or write `kind: curve`"
@@ -109,31 +125,32 @@ def _check_segments(segments: list[SegmentModel], findings: Findings) -> None:
             findings.add(f"segments.{i + 1}", "a transition follows a transition", "put a straight or a curve between")
 
 
-def alignment(segments: list[SegmentModel]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return nodes s [m] of a line and curvature [1/m] and cant [m] there, linear between them; a jump is two nodes.
+def alignment(segments: list[SegmentModel]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return nodes s [m] of a line and curvature [1/m], cant and gauge widening [m] there, linear between them.
 
-    Curvature and cant are positive for a centre on the right and a higher left rail. A transition at an end of the line
-    leads to straight track.
+    A jump is two nodes. Curvature and cant are positive for a centre on the right and a higher left rail. A transition
+    at an end of the line leads to straight track.
     """
     ends = [0.0, *np.cumsum([segment.length for segment in segments]).tolist()]
     values = [_steady(segment) for segment in segments]
-    straight = (0.0, 0.0)
-    rows: list[tuple[float, float, float]] = []
+    straight = (0.0, 0.0, 0.0)
+    rows: list[tuple[float, float, float, float]] = []
     for i, segment in enumerate(segments):
         first = last = values[i]
         if segment.kind == "transition":
             first = values[i - 1] if i else straight
             last = values[i + 1] if i + 1 < len(segments) else straight
         rows += [(ends[i], *first), (ends[i + 1], *last)]
-    nodes, curvature, cant = np.array(rows).T
-    return nodes, curvature, cant
+    nodes, curvature, cant, widening = np.array(rows).T
+    return nodes, curvature, cant, widening
 
 
-def _steady(segment: SegmentModel) -> tuple[float, float]:
-    """Return curvature and cant of a segment; those of a transition are its neighbours'."""
+def _steady(segment: SegmentModel) -> tuple[float, float, float]:
+    """Return curvature, cant and gauge widening of a segment; those of a transition are its neighbours'."""
     if segment.kind != "curve" or not segment.radius:
-        return 0.0, 0.0
-    return 1.0 / segment.radius, float(np.sign(segment.radius)) * (segment.cant or 0.0)
+        return 0.0, 0.0, 0.0
+    cant = float(np.sign(segment.radius)) * (segment.cant or 0.0)
+    return 1.0 / segment.radius, cant, segment.gauge or 0.0
 
 
 def _at(s: FloatArray, nodes: FloatArray, values: FloatArray) -> FloatArray:

@@ -135,9 +135,17 @@ def steady_row(columns: int, places: LinePositions, curvature: float, accelerati
 
 
 def cant_deficiency(track: Track, speed: float, half_gauge: float) -> FloatArray:
-    """Return the cant deficiency [sample] in m at a speed [m/s]: 2 b V^2/(g R) - cant, outward positive.
+    """Return the cant deficiency [sample] in m at a speed [m/s], see `cant_deficiency_of`."""
+    return cant_deficiency_of(track.curvature, track.cant, speed, half_gauge)
 
-    On straight track the sign is that of the lateral force to the left.
+
+def cant_deficiency_of(
+    curvature: FloatArray, cant: FloatArray, speed: float | FloatArray, half_gauge: float
+) -> FloatArray:
+    """Return the cant deficiency [sample] in m: 2 b V^2/(g R) - cant, outward positive.
+
+    curvature [1/m], cant [m], speed [m/s]: [sample]. On straight track the sign is that of the lateral force to the
+    left.
     """
-    deficiency = 2.0 * half_gauge * speed**2 * track.curvature / GRAVITY - track.cant
-    return np.asarray(np.where(track.curvature < 0.0, -deficiency, deficiency))
+    deficiency = 2.0 * half_gauge * np.square(speed) * curvature / GRAVITY - cant
+    return np.asarray(np.where(curvature < 0.0, -deficiency, deficiency))

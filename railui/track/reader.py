@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 
 from railui.arrays import FloatArray
 from railui.io.atomic import sha256_file, write_text
-from railui.io.problems import Findings, file_problem, suggest_name
+from railui.io.problems import Findings, Problem, file_problem, suggest_name
 from railui.io.table import Table, read_header, read_table, table_text
 from railui.runs.columns import COLUMNS, Column
 from railui.runs.plausibility import check_limits
-from railui.runs.run import load_run
+from railui.runs.run import Run, load_run
 from railui.runs.units import check_magnitudes, columns_in_si
 from railui.track.line import MIN_SAMPLES, SPACING_TOLERANCE
+from railui.track.line_checks import sign_warnings, twist_warnings
 from railui.track.mean_line import mean_line
 
 MIN_SPACING = 0.05  # m
@@ -36,7 +37,8 @@ class TrackColumns:
     """Columns of a track file: s, yw [m], phiw [rad], gauge [m], curvature [1/m], cant [m], and lines of conventions.
 
     `from_run`: the locations are the samples of a run's longest segment, and not equally spaced. `seed`: of the
-    spectrum of a designed line, whose irregularities have no mean line.
+    spectrum of a designed line, whose irregularities have no mean line. `warnings`: implausible places of the line and
+    columns that are not used.
     """
 
     file: Path
@@ -50,6 +52,12 @@ class TrackColumns:
     conventions: tuple[str, ...] = ()
     from_run: bool = False
     seed: int | None = None
+    warnings: tuple[Problem, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Warnings in words, for a result on this track."""
+        return tuple(f"{each.key}: {each.message}, {each.remedy}" for each in self.warnings)
 
 
 def load_track(path: str | Path) -> TrackColumns:
@@ -68,6 +76,7 @@ def load_track(path: str | Path) -> TrackColumns:
             remedy = f"add `{name} [m]`, the {known[name].caption}"
             hint = suggestion if suggestion.startswith("did you mean") else remedy
             findings.add(name, "this column is missing", hint, position=table.header_position)
+    _check_names(table, known, findings)
     columns, _ = columns_in_si(table, known, findings)
     findings.raise_errors()
     for name, column in columns.items():
@@ -83,12 +92,33 @@ def load_track(path: str | Path) -> TrackColumns:
     irregularities = {name: column for name, column in columns.items() if name not in LINE_COLUMNS}
     irregularities["yw"] = _from_mean_line(columns["s"], columns["yw"])
     check_limits(table, irregularities, known, findings)
-    _check_line(table, columns, findings)
+    _check_line(columns, findings, table)
     check_magnitudes(table, irregularities, known, findings)
     findings.raise_errors()
     columns = dict.fromkeys(TRACK_COLUMNS, np.zeros_like(columns["s"])) | columns
     s, yw, phiw, gauge, curvature, cant = (columns[name] for name in TRACK_COLUMNS)
-    return TrackColumns(Path(path), sha256_file(path), s, yw, phiw, gauge, curvature, cant, table.comments)
+    _warn_of_line(table, s, curvature, cant, findings)
+    values = (s, yw, phiw, gauge, curvature, cant)
+    return TrackColumns(Path(path), sha256_file(path), *values, table.comments, warnings=findings.warnings())
+
+
+def _check_names(table: Table, known: dict[str, Column], findings: Findings) -> None:
+    """Report a radius in place of the curvature; warn of columns that are not used."""
+    for name, column in zip(table.names, table.column_positions, strict=True):
+        position = (table.header_position[0], column)
+        if name == "radius" and "curvature" not in table.names:
+            remedy = (
+                "write `curvature [1/m]`, its reciprocal, 0 on straight track, positive with the centre on the right"
+            )
+            findings.add(name, "a track has no column radius", remedy, position=position)
+        elif name not in known:
+            findings.warn(name, "this column is not used", suggest_name(name, known), position=position)
+
+
+def _warn_of_line(table: Table, s: FloatArray, curvature: FloatArray, cant: FloatArray, findings: Findings) -> None:
+    """Warn of implausible places of a line with curves."""
+    for each in (*twist_warnings(s, cant), *sign_warnings(curvature, cant)):
+        findings.warn(each.column, each.message, each.remedy, position=table.cell_position(each.sample, each.column))
 
 
 def _from_mean_line(s: FloatArray, yw: FloatArray) -> FloatArray:
@@ -99,8 +129,8 @@ def _from_mean_line(s: FloatArray, yw: FloatArray) -> FloatArray:
     return np.asarray(yw - offset - heading * (s - s[0]))
 
 
-def _check_line(table: Table, columns: dict[str, FloatArray], findings: Findings) -> None:
-    """Report curvature and cant beyond any line."""
+def _check_line(columns: dict[str, FloatArray], findings: Findings, table: Table | None = None) -> None:
+    """Report curvature and cant beyond any line, with their position in a table."""
     limits = {
         "curvature": (1.0 / MIN_RADIUS, "write `curvature [1/m]`: the radius of a line is above 50 m"),
         "cant": (MAX_CANT, "write the right unit in the header, such as `cant [mm]`"),
@@ -110,7 +140,7 @@ def _check_line(table: Table, columns: dict[str, FloatArray], findings: Findings
         if beyond.size:
             row, unit = int(beyond[0]), LINE_COLUMNS[name].unit
             message = f"is {columns[name][row]:.6g} {unit}, more than the {limit:g} {unit} that are possible"
-            findings.add(name, message, remedy, position=table.cell_position(row, name))
+            findings.add(name, message, remedy, position=None if table is None else table.cell_position(row, name))
 
 
 def save_track(
@@ -147,9 +177,29 @@ def _track_of_run(path: str | Path) -> TrackColumns:
     run = load_run(path, "bogie", responses=False)
     longest = max(run.segments, key=lambda part: part.stop - part.start)
     s, yw, phiw, gauge = (run.columns[name][longest] for name in IRREGULARITY_COLUMNS)
-    straight = np.zeros_like(s)
     conventions = (f"measured: {run.file.name}",)
-    return TrackColumns(run.file, run.sha256, s, yw, phiw, gauge, straight, straight, conventions, from_run=True)
+    values = (s, yw, phiw, gauge, *_line_of_run(run, longest))
+    return TrackColumns(run.file, run.sha256, *values, conventions, from_run=True)
+
+
+def _line_of_run(run: Run, rows: slice) -> tuple[FloatArray, FloatArray]:
+    """Return curvature [1/m] and cant [m] in the rows of a run, 0 where it has none."""
+    straight = np.zeros(rows.stop - rows.start)
+    if not set(LINE_COLUMNS) & set(run.unknown_columns):
+        return straight, straight
+    table, findings = read_table(run.file), Findings(str(run.file))
+    columns, _ = columns_in_si(table, LINE_COLUMNS, findings)
+    findings.raise_errors()
+    timed = np.flatnonzero(np.isfinite(table.column("t")))  # the rows of a run
+    columns = {name: column[timed][rows] for name, column in columns.items()}
+    for name, column in columns.items():
+        missing = int(np.count_nonzero(~np.isfinite(column)))
+        if missing:
+            message = f"{missing} rows of the longest segment have no value"
+            findings.add(name, message, "fill them, or cut the run there")
+    _check_line(columns, findings)
+    findings.raise_errors()
+    return columns.get("curvature", straight), columns.get("cant", straight)
 
 
 def _check_spacing(table: Table, s: FloatArray, findings: Findings) -> None:

@@ -15,7 +15,7 @@ from railui.vehicle.model import Model
 UNITS: Final = {
     **{"e": "m", "d": "m", "y": "m", "ay": "m/s^2", "ayf": "m/s^2", "floor": "m/s^2"},
     **{"psi": "rad", "phi": "rad", "rf": "rad/s", "apsi": "rad/s^2", "aphi": "rad/s^2"},
-    **{"Y": "N", "dQ": "N"},
+    **{"Y": "N", "Q": "N", "dQ": "N"},
 }
 LOCAL_MOTIONS: Final = {"z": ("m", "rad"), "v": ("m/s", "rad/s")}  # of a displacement, of a rotation
 

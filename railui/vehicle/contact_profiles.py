@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from railui.contact.geometry import ContactGeometry
 
 GROUP = "contact.profiles"
+FILE_KEYS = ("wheel", "rail")
 USE_PATH = f"{GROUP}.use"
 USES = ("table", "linearised")
 SHAPE_KIND = "profile_shape"
@@ -111,6 +112,12 @@ class ContactProfiles:
         if rest == path or key not in PARAMETERS_BY_KEY or (group and not self._has(group, key)):
             return None
         return replace(PARAMETERS_BY_KEY[key], path=path)
+
+    def is_file_key(self, path: str) -> bool:
+        """Return True for the key of a file of the profiles, such as contact.profiles.wheel, or of its reading."""
+        keys = [f"{GROUP}.{key}" for key in (*FILE_KEYS, "mirror_rail")]
+        keys += [f"{GROUP}.{group}.wheel" for group in self.groups]
+        return any(path == key or path in (f"{key}.left", f"{key}.right") for key in keys)
 
     def _has(self, group: str, key: str) -> bool:
         return group in self.groups and key in GROUP_KEYS

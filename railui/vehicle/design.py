@@ -296,6 +296,9 @@ class Design:
     def _unknown_path(self, path: str) -> FileProblems:
         known = [*self.paths(), *setting_paths(self.kind), *([] if self.profiles is None else [USE_PATH])]
         name = "design" if self.source is None else str(self.source)
+        if self.profiles is not None and self.profiles.is_file_key(path):
+            remedy = "write it into the design, or into a copy of it: overrides and studies take its numbers only"
+            return file_problem(name, "is no number", remedy, path)
         if group := expand_path(path, self.paths()):
             remedy = f"name one of them, such as {group[0]}"
             return file_problem(name, f"is a group of {len(group)} numbers", remedy, path)

@@ -40,6 +40,7 @@ def test_possible_speeds_are_read() -> None:
     "words",
     [
         ("curve", BOGIE, "--radius", "0.5"),
+        ("curve", BOGIE, "--radius", "600 mm"),
         ("curve", BOGIE, "--radii", "1e-300 m"),
         ("contact", WHEEL, RAIL, "--radius", "-1"),
         ("contact", WHEEL, RAIL, "--load=-5kN"),

@@ -98,6 +98,8 @@ def test_unequal_diameters_shift_the_centre() -> None:
         ((*PAIR, "--gauge", "1405 mm"), "1405 mm"),
         ((PAIR[1], PAIR[0]), "that is a rail"),
         ((*PAIR, "--smooth", "1 m"), "out of range"),
+        ((*PAIR, "--radius", "0"), "give 0.05 to 1.5 m"),
+        ((*PAIR, "--load", "55"), "give 1000 to 1e+06 N"),
     ],
 )
 def test_invalid_options_are_rejected_with_a_remedy(words: tuple[str, ...], expected: str) -> None:

@@ -93,6 +93,9 @@ def test_a_contact_parameter_that_is_given_follows_nothing() -> None:
         ("contact.profiles.use", "tabel", "did you mean 'table'"),
         ("contact.profiles.gage", "1.43", "no such parameter"),
         ("contact.profiles.leading.gauge", "1.43", "no such parameter"),
+        ("contact.profiles.wheel", "worn.txt", "write it into the design, or into a copy of it"),
+        ("contact.profiles.rail.left", "worn.txt", "write it into the design, or into a copy of it"),
+        ("contact.profiles.trailing.wheel", "worn.txt", "write it into the design, or into a copy of it"),
     ],
 )
 def test_a_bad_number_of_the_profiles_is_refused_with_a_remedy(path: str, value: str, expected: str) -> None:

@@ -88,6 +88,16 @@ def test_a_limit_that_lowers_the_class_is_named(time, share, finding, expected, 
     assert why in reason
 
 
+def test_a_share_of_contact_far_above_the_gaussian_one_is_noted():
+    """One bad place is counted, but hardly moves the standard deviation by which guidance is scored."""
+    quiet = {"mean_e": [0.0, 0.0], "sd_e": [1e-3, 1e-3]}
+    note = "e is not Gaussian"
+    one_place = evaluate_ride(ride(**quiet, flange_fractions=[0.01, 0.0]), LONG, CLEARANCE)
+    assert any(note in text for text in one_place["notes"])
+    nowhere = evaluate_ride(ride(**quiet, flange_fractions=[0.0, 0.0]), LONG, CLEARANCE)
+    assert not any(note in text for text in nowhere["notes"])
+
+
 def test_a_limit_that_lowers_nothing_is_not_named():
     name, reason = classify(45.0, 3 * 3600, 0.0, LONG, parts=(0.2, 0.8))
     assert name == "satisfactory"

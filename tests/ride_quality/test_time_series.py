@@ -10,6 +10,7 @@ import pytest
 
 from railui.io.problems import FileProblems
 from railui.io.series_file import write_series
+from railui.io.table import read_table
 from railui.ride_quality.running_safety import characteristic_values, sliding_mean
 from railui.ride_quality.time_series import ride_series
 from railui.runs.run import load_run
@@ -88,6 +89,18 @@ def test_parquet_without_pyarrow_names_the_optional_dependencies(
     with pytest.raises(FileProblems, match=r"pip install 'railui\[parquet\]'"):
         write_series(tmp_path / "run.parquet", {"t [s]": [0.0]})
     assert run_ride("--speed", "40", "--series", str(tmp_path / "run.parquet")).exit_code == 2
+
+
+def test_a_ride_writes_the_same_series_to_parquet_as_to_csv(tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    for name in ("run.parquet", "run.csv"):
+        assert run_ride("--speed", "40", "--series", str(tmp_path / name)).exit_code == 0
+    table, text = parquet.read_table(tmp_path / "run.parquet"), read_table(tmp_path / "run.csv")
+    headers = [f"{name} [{unit}]" for name, unit in zip(text.names, text.units, strict=True)]
+    assert table.column_names == headers and table.num_rows == len(text.rows)
+    for header, name in zip(headers, text.names, strict=True):
+        column = table[header].to_numpy()
+        np.testing.assert_allclose(text.column(name), column, rtol=1e-8, atol=1e-8 * np.abs(column).max())
 
 
 def test_parquet_has_the_doubles_of_the_series(tmp_path: Path) -> None:

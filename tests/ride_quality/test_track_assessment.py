@@ -168,6 +168,28 @@ def test_a_band_passed_track_is_detrended_as_by_scipy() -> None:
     assert band_pass(track, 3.0, 25.0) == pytest.approx(np.fft.irfft(line, 997), abs=1e-15)
 
 
+def test_flange_contact_in_a_curve_does_not_lower_the_class_of_a_section() -> None:
+    """All of the curve with the flange at the rail: comfort and running safety remain; straights count as before."""
+    design, line = HOME / "designs/manchester_coach.yaml", HOME / "designs/lines/reverse_curves.yaml"
+    tight = load_design(design).with_values({"contact.flange_clearance": 6e-3})
+    result = assess(line, tight, 25.0)
+    sections = {round(one["from"]): one for one in result["stretches"]}
+    e = simulate(tight, line, 25.0, ["e1"])["e1"]
+    assert np.mean(np.abs(e[3000:5000]) > 6e-3) > 0.9
+    for start in (200, 400, 800, 1000):  # mainly in curves and transitions
+        one = sections[start]
+        assert one["flange_fraction"] is None and one["class"] in ("good", "very good")
+        assert "comfort alone, flanges guide in the curve" in one["decided_by"]
+    assert sections[0]["flange_fractions"][0] == pytest.approx(np.mean(np.abs(e[:2000]) >= 6e-3), abs=1e-3)
+    assert "guidance" in sections[0]["decided_by"]
+    assert any(note.startswith("curves: flanges guide there") for note in result["notes"])
+
+
+def test_what_the_forces_of_a_linear_design_cannot_show_is_noted() -> None:
+    notes = " ".join(assess("erri_b176_low length=400", HOME / "designs/check_bogie.yaml", 40.0)["notes"])
+    assert "no flange_contact" in notes and "no creep law" in notes
+
+
 def test_a_section_with_a_kink_is_dangerous_and_stands_first() -> None:
     line = synthetic_track("erri_b176_low", length=1000.0, seed=1)
     x = (line.s - 650.0) / 10.0

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 from railui.cli import cli
 from railui.documents.recognise import recognise
 from railui.io.problems import FileProblems
+from railui.io.table import write_table
 from railui.optimisation.cases import cases_of
 from railui.optimisation.study_reader import load_study
 from railui.track import synthetic_track
@@ -49,6 +50,15 @@ def test_transitions_are_linear_in_curvature_and_cant(tmp_path: Path) -> None:
         assert line.curvature[at[s]] == pytest.approx(-share / 500.0, abs=1e-12)
         assert line.cant[at[s]] == pytest.approx(-share * 0.06, abs=1e-12)  # the right-hand rail is the outer one
     assert not np.any(line.yw) and line.seed is None
+
+
+def test_the_gauge_widens_in_a_curve_and_along_its_transitions(tmp_path: Path) -> None:
+    text = LINE.replace("cant: 60 mm", "cant: 60 mm, gauge: 15 mm") + "irregularity: fra_5 seed=1\n"
+    line, plain = (load_line(written(tmp_path, each)) for each in (text, text.replace(", gauge: 15 mm", "")))
+    share = np.clip((line.s - 100.0) / 50.0, 0.0, 1.0)
+    np.testing.assert_allclose(line.gauge - plain.gauge, 15e-3 * share, atol=1e-12)
+    faulty = written(tmp_path, LINE.replace("length: 100 m", "length: 100 m, gauge: 15 mm"), "faulty.yaml")
+    assert "a straight has no gauge" in problems(faulty)[0]
 
 
 def test_the_plan_of_a_circle_is_a_circle() -> None:
@@ -104,6 +114,49 @@ def test_a_track_file_may_have_curvature_and_cant(tmp_path: Path) -> None:
     beyond = path.read_text().replace("cant [m]", "cant [km]")
     with pytest.raises(FileProblems, match=r"more than the 0.3 m that are possible"):
         load_track(written(tmp_path, beyond, "cant.csv"))
+
+
+def test_a_step_of_the_cant_is_warned_of_with_its_place(tmp_path: Path) -> None:
+    """150 mm between two samples: no track bears it, and what the vehicle does there is no property of the vehicle."""
+    steps = LINE.replace("  - {kind: transition, length: 50 m}\n", "").replace("60 mm", "150 mm")
+    (warning,) = load_line(written(tmp_path, steps)).warnings
+    assert (warning.line, warning.key) == (4, "segments.1") and "put a transition there" in warning.remedy
+    line = load_line(tmp_path / "line.yaml")
+    path = save_track(tmp_path / "line.csv", line.s, line.yw, curvature=line.curvature, cant=line.cant)
+    (warning,) = load_track(path).warnings
+    assert warning.key == "cant" and warning.message == "changes by 150 mm over 3 m at 100 m"
+    assert any("150 mm over 3 m" in note for note in resolve_track(path).notes)
+    assert any("150 mm over 3 m" in note for note in resolve_track(tmp_path / "line.yaml").notes)
+    assert load_line(written(tmp_path, LINE, "even.yaml")).warnings == load_line(EXAMPLE).warnings == ()
+
+
+def test_a_cant_at_the_inner_rail_is_warned_of(tmp_path: Path) -> None:
+    line = load_line(written(tmp_path, LINE))
+    path = save_track(tmp_path / "line.csv", line.s, line.yw, curvature=line.curvature, cant=-line.cant)
+    (warning,) = load_track(path).warnings
+    assert "inner rail" in warning.message and warning.line > 1000
+
+
+def test_a_radius_is_refused_and_other_columns_are_named_as_unused(tmp_path: Path) -> None:
+    rows = "".join(f"{0.5 * i},0,500\n" for i in range(200))
+    with pytest.raises(FileProblems, match=r"no column radius, write `curvature \[1/m\]`"):
+        load_track(written(tmp_path, "s [m],yw [m],radius [m]\n" + rows, "radius.csv"))
+    (warning,) = load_track(written(tmp_path, "s [m],yw [m],Cant [mm]\n" + rows, "case.csv")).warnings
+    assert (warning.key, warning.remedy) == ("Cant", "did you mean 'cant'?")
+
+
+def test_a_run_with_curvature_and_cant_is_a_line(tmp_path: Path) -> None:
+    line = resolve_track(EXAMPLE).track
+    t = line.s / 25.0
+    columns = {"t [s]": t, "v [m/s]": 25.0 + 0 * t, "yw [m]": line.yw}
+    columns |= {"curvature [1/km]": 1e3 * line.curvature, "cant [mm]": 1e3 * line.cant}
+    track = resolve_track(write_table(tmp_path / "run.csv", columns)).track
+    for name in ("curvature", "cant"):
+        expected = np.interp(track.s, line.s, getattr(line, name))
+        np.testing.assert_allclose(getattr(track, name), expected, atol=1e-6)
+    columns["cant [mm]"] = np.where(t < 20.0, columns["cant [mm]"], np.nan)
+    with pytest.raises(FileProblems, match="rows of the longest segment have no value"):
+        resolve_track(write_table(tmp_path / "gap.csv", columns))
 
 
 def test_the_cant_deficiency_is_positive_outward_in_both_curves() -> None:

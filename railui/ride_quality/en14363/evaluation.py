@@ -23,6 +23,7 @@ from railui.ride_quality.evaluation import TrackLike, excitation_of
 from railui.ride_quality.guiding_forces import wheel_load_paths
 from railui.ride_quality.running_safety import model_notes
 from railui.vehicle.model import Model
+from railui.vehicle.on_track import half_gauges
 from railui.vehicle.resolve import ModelSource, resolve_model
 
 KEPT, EXCEEDED, INCOMPLETE = "limits kept", "limit exceeded", "incomplete"
@@ -103,7 +104,7 @@ def evaluate_measured(path: str | Path, design: ModelSource, *, cant_deficiency:
     ----------
     path : path
         Run with t, v and at least one of Yi.right, Yi.left, Yi, Qi.right, Qi.left [N], ay_body, floor.NAME, ayf
-        [m/s^2]; curvature [1/m] or radius [m], and cant_deficiency [m], select the test zone.
+        [m/s^2]; curvature [1/m] or radius [m], and cant_deficiency [m] or cant [m], select the test zone.
     design : Design, Model or path
         Vehicle.
     cant_deficiency : float, optional
@@ -119,8 +120,9 @@ def evaluate_measured(path: str | Path, design: ModelSource, *, cant_deficiency:
     FileProblems
         For a faulty run.
     """
-    vehicle = vehicle_data(resolve_model(design))
-    recordings, notes = read_recording(path, len(vehicle.wheel_loads))
+    model = resolve_model(design)
+    vehicle, half_gauge = vehicle_data(model), float(half_gauges(model, model.row[None])[0])
+    recordings, notes = read_recording(path, len(vehicle.wheel_loads), half_gauge)
     head = {"track": Path(path).name, "seed": None, "source": "measured"}
     return head | evaluate(recordings, vehicle, cant_deficiency, notes)
 

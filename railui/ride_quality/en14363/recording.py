@@ -19,7 +19,7 @@ from railui.runs.columns import Column
 from railui.runs.segments import sampling_rate
 from railui.runs.units import columns_in_si
 from railui.track.excitation import Excitation
-from railui.track.line_geometry import cant_deficiency
+from railui.track.line_geometry import cant_deficiency, cant_deficiency_of
 from railui.vehicle.model import Model
 from railui.vehicle.on_track import half_gauges
 from railui.vehicle.simulate import simulate_series
@@ -34,6 +34,7 @@ CLOCK: Final = {
     "curvature": Column("curvature", "1/m", "track", "curvature of the track, right-hand curves positive"),
     "radius": Column("radius", "m", "track", "radius of the track, right-hand curves positive, 0 on tangent track"),
     "cant_deficiency": Column("cant_deficiency", "m", "track", "cant deficiency"),
+    "cant": Column("cant", "m", "track", "cant, positive where the left rail is higher"),
 }
 MAX_VALUES: Final = {"N": 1e7, "m/s^2": 1e4}  # beyond any vehicle: a wrong unit
 MIN_SPEED: Final = 1.0  # m/s, below which a vehicle stands
@@ -124,8 +125,10 @@ def _check_values(
             findings.add(name, message, "number them from the front, from 1", position=table.header_position)
 
 
-def read_recording(path: str | Path, wheelsets: int) -> tuple[list[Recording], list[str]]:
+def read_recording(path: str | Path, wheelsets: int, half_gauge: float) -> tuple[list[Recording], list[str]]:
     """Read the measured columns of a run of a vehicle with so many wheelsets; return its unbroken pieces and notes.
+
+    half_gauge: b [m], for the cant deficiency of a run that has curvature and cant.
 
     Raises
     ------
@@ -154,7 +157,7 @@ def read_recording(path: str | Path, wheelsets: int) -> tuple[list[Recording], l
     columns = {name: column[rows] for name, column in columns.items()}
     rate = sampling_rate(table, columns["t"], rows, findings)
     findings.raise_errors()
-    notes = _complete(columns)
+    notes = _complete(columns, half_gauge)
     pieces = [part for part in _pieces(columns, measured, rate) if part.stop - part.start >= MIN_DURATION * rate]
     if not pieces:
         raise file_problem(path, f"has no unbroken piece of {MIN_DURATION:g} s", "record longer, or fill the gaps")
@@ -174,7 +177,7 @@ def _piece(columns: Mapping[str, FloatArray], rows: slice, rate: float, measured
     )
 
 
-def _complete(columns: dict[str, FloatArray]) -> list[str]:
+def _complete(columns: dict[str, FloatArray], half_gauge: float) -> list[str]:
     """Add s, curvature and cant deficiency where they are absent; return notes on them."""
     notes = []
     t, v = columns["t"], columns["v"]
@@ -189,6 +192,9 @@ def _complete(columns: dict[str, FloatArray]) -> list[str]:
             notes.append("curvature and radius are absent: all sections count as tangent track")
         else:
             columns["curvature"] = np.where(radius == 0.0, 0.0, 1.0 / np.where(radius == 0.0, 1.0, radius))
+    if "cant_deficiency" not in columns and "cant" in columns:
+        columns["cant_deficiency"] = cant_deficiency_of(columns["curvature"], columns["cant"], v, half_gauge)
+        notes.append("cant_deficiency is absent: from v, curvature and cant")
     if "cant_deficiency" not in columns:
         columns["cant_deficiency"] = np.zeros_like(t)
         notes.append("cant_deficiency is absent: taken as 0, curves above 600 m count as tangent track")
