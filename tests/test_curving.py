@@ -12,8 +12,11 @@ from click.testing import CliRunner
 
 from railui.cli import cli
 from railui.curving import curve, curve_many, curves
+from railui.curving.equilibrium import solve_equilibria
 from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.effects import PlacedEffect
+from railui.vehicle.model import Model
+from railui.vehicle.multibody import position_terms
 
 HOME = Path(__file__).parents[1]
 CHECK = load_design(HOME / "designs/check_bogie.yaml")
@@ -48,7 +51,11 @@ def test_creepages_and_forces_are_those_of_the_model() -> None:
     result = curve(CHECK, 600.0)
     n, kx, ky, ks, lam, eps, delta, sig, b, r = 55e3, 130, 120, 0.25, 0.18, 8, 0.05, 0.05, 0.75, 0.46
     wear = 0.0
-    for e, psi, q in zip(result["displacement"], result["angle_of_attack"], result["guiding_force"], strict=True):
+    rows = zip(
+        *(result[k] for k in ("displacement", "angle_of_attack", "guiding_force", "wheelsets")),
+        strict=True,
+    )
+    for e, psi, q, wheels in rows:
         q_y = 0.0
         for j in (1, 2):
             s = (-1) ** j
@@ -56,8 +63,12 @@ def test_creepages_and_forces_are_those_of_the_model() -> None:
             u_x, u_y = s * (lam * e / r + b / 600), -psi
             u_n = (s * gamma + sig * e / b) / r + 1 / 600
             t_x, t_y = kx * n * u_x, ky * n * u_y + ks * n * u_n
-            q_y -= (-1) ** (j + 1) * n * gamma + t_y
+            y_j = (-1) ** (j + 1) * n * gamma + t_y
+            q_y -= y_j
             wear += abs(t_x * u_x) + abs(t_y * u_y)
+            outward = (-1) ** (j + 1) * y_j
+            assert wheels["guiding_force"][j - 1] == pytest.approx(outward, rel=1e-6)
+            assert wheels["derailment_quotient"][j - 1] == pytest.approx(outward / n, rel=1e-6)
         assert q == pytest.approx(q_y, rel=1e-6)
     assert result["wear_number"] == pytest.approx(wear, rel=1e-6)
 
@@ -106,6 +117,33 @@ def test_guiding_forces_of_a_coach_that_rolls_carry_the_whole_cant_deficiency() 
     result = curve(HOME / "designs/manchester_coach.yaml", 600.0, 0.1)
     assert sum(result["guiding_force"]) == pytest.approx(8 * 54.546e3 * 0.1 / (2 * 0.75), rel=1e-4)
     assert not any(note.startswith("guiding_force") for note in result["notes"])
+
+
+def test_wheel_loads_of_a_coach_in_a_curve_bear_its_overturning_moment() -> None:
+    """About the tangent at its middle: sum of 2 b dQ = sum of m (g y - a h) over all bodies - 2 N y_i of the line."""
+    model = Model(load_design(HOME / "designs/manchester_coach.yaml"))
+    radius, d, b, values, structure = 600.0, 0.1, 0.75, model.design.values, model.design.structure
+    assert structure is not None
+    equilibria = solve_equilibria(model, model.row[None], np.array([radius]), np.array([d]))
+    y = dict(zip(model.vehicles().degrees_of_freedom(model.single_batch()), equilibria.batch.initial[0], strict=False))
+    moment = 0.0
+    for name, member in structure.members.items():
+        number = {key: values[member.part.number_path(key)] for key in member.part.keys}
+        x = sum(factor * values[path] for factor, path in position_terms(structure, member))
+        line, h = x**2 / (2 * radius), number["rolling_radius" if member.is_wheelset else "height"]
+        moment += number["mass"] * 9.81 * (y[f"y.{name}"] + line - h * d / (2 * b))
+        moment -= 2 * number["wheel_load"] * line if member.is_wheelset else 0.0
+    right, left = np.array([w["wheel_load"] for w in curve(model, radius, d)["wheelsets"]]).T
+    assert right + left == pytest.approx(np.full(4, 2 * 54.546e3))
+    assert b * float(np.sum(right - left)) == pytest.approx(moment, rel=3e-3)
+    assert moment < -50e3
+
+
+def test_y_over_q_beyond_its_limit_is_noted() -> None:
+    result = curve(CHECK.with_effects([FLANGE]), 120.0, 0.15)
+    largest = max(q for w in result["wheelsets"] for q in w["derailment_quotient"])
+    assert result["derailment_quotient"] == largest > 0.8
+    assert any(f"Y/Q {largest:.3g} of the" in note and "exceeds 0.8" in note for note in result["notes"])
 
 
 def test_a_note_reports_guiding_forces_that_laws_at_rolling_wheelsets_leave_out() -> None:

@@ -12,7 +12,15 @@ from railui.cli.invocation import Invocation, common_options, usage_error
 from railui.cli.quantities import parse_cant, parse_radii, parse_radius
 from railui.cli.tables import format_fixed, make_table
 
-COLUMNS = ("radius [m]", "e [mm]", "angle of attack [mrad]", "sum of guiding forces [kN]", "wear number [N]", "flange")
+COLUMNS = (
+    "radius [m]",
+    "e [mm]",
+    "angle of attack [mrad]",
+    "sum of guiding forces [kN]",
+    "Y/Q",
+    "wear number [N]",
+    "flange",
+)
 
 
 @click.command("curve")
@@ -67,8 +75,10 @@ def command(
 
 def _values(case: Mapping[str, Any]) -> list[str]:
     if case["displacement"] is None:
-        return ["-"] * 5
+        return ["-"] * (len(COLUMNS) - 1)
     lists = (("displacement", 1e3, 3), ("angle_of_attack", 1e3, 3), ("guiding_force", 1e-3, 2))
     cells = [", ".join(format_fixed(factor * x, decimals) for x in case[key]) for key, factor, decimals in lists]
     touching = ", ".join(str(i) for i, is_touching in enumerate(case["flange_contact"], 1) if is_touching)
+    quotient = case["derailment_quotient"]
+    cells.append("-" if quotient is None else format_fixed(quotient, 3))
     return [*cells, f"{case['wear_number']:.1f}", f"wheelset {touching}" if touching else ""]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.curving import solve_equilibria
+from railui.curving.equilibrium import solve_equilibria
 from railui.memo import IdentityCache
 from railui.optimisation.cases import Case
 from railui.optimisation.response_keys import RESPONSE_KEYS

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,22 +12,15 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.core import Batch, Vehicles
 from railui.track.line_geometry import ACCELERATION, GRAVITY, POSITION_COLUMNS, steady_row
-from railui.vehicle.design_reader import Design
 from railui.vehicle.dofs import is_lateral
-from railui.vehicle.grouping import group_by_structure
 from railui.vehicle.model import Model
 from railui.vehicle.on_track import half_gauges, line_positions
-from railui.vehicle.resolve import resolve_model
 
 RESIDUAL_TOLERANCE: Final = 1e-10  # of the wheel load
 MAX_ITERATIONS: Final = 80
 MAX_DAMPING: Final = 1e9  # of the Levenberg-Marquardt step, above which the iteration has failed
 LOAD_STEPS: Final = (1, 4, 16)  # in which the curvature is applied, more if the iteration fails with fewer
-MIN_SHORTFALL: Final = 1e-3  # of the guiding force, from which a note reports it
 PERTURBATION: Final = 1e-7  # m, rad, for the differences of the Jacobian
-FORCELESS_AT_REST: Final = {"dry_friction", "hysteresis"}  # their force at rest is undetermined: see `notes`
-
-DesignLike = Design | Model | str | Path
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +30,7 @@ class Equilibria:
     displacement [n, wheelset] in m, angle_of_attack [n, wheelset] in rad, guiding_force [n, wheelset] in N (of the
     rails on a wheelset), wear_number [n] in N, residual [n]: largest unbalanced force in wheel loads, shortfall [n] in
     N: outward less guiding forces, which laws at the wheelsets of a vehicle that rolls add through their roll.
+    batch: the vehicles, at rest in the curve; table [n, column]: rows of the input table.
     """
 
     displacement: FloatArray
@@ -46,97 +39,8 @@ class Equilibria:
     wear_number: FloatArray
     residual: FloatArray
     shortfall: FloatArray
-
-
-def curve(design: DesignLike, radius: float, cant_deficiency: float = 0.0) -> dict[str, Any]:
-    """Compute the quasi-static equilibrium of a design in a curve.
-
-    Parameters
-    ----------
-    design : Design, Model or path
-        Vehicle.
-    radius : float
-        Radius [m], positive for a centre at +y (right-hand curve), negative for a left-hand curve.
-    cant_deficiency : float
-        Cant deficiency d [m]: the force m g d/(2 b) acts outward on every body; on the frames also that of the load
-        that the wheels carry beyond the vehicle's own bodies.
-
-    Returns
-    -------
-    dict
-        displacement e_i [m], angle_of_attack psi_i [rad], guiding_force Q_yi [N] (of the rails on a wheelset),
-        wear_number [N] (sum over wheels of abs(T_x u_x) + abs(T_y u_y)), flange_contact (abs(e_i) >= clearance),
-        notes. None if the iteration finds no equilibrium.
-
-    Raises
-    ------
-    ValueError
-        For a radius that is 0 or not finite.
-
-    References
-    ----------
-    docs/theory.md, after Broersen 1976, (3.1) to (3.10).
-
-    Examples
-    --------
-    >>> result = curve("designs/check_bogie.yaml", 600.0)
-    >>> [round(1e3 * e, 3) for e in result["displacement"]]
-    [-10.94, -3.289]
-    """
-    return curve_many([design], radius, cant_deficiency)[0]
-
-
-def curve_many(designs: Sequence[DesignLike], radius: float, cant_deficiency: float = 0.0) -> list[dict[str, Any]]:
-    """Return `curve` of many designs, in their order; those of one structure are solved in SIMD batches."""
-    models = [resolve_model(design) for design in designs]
-    results: dict[int, dict[str, Any]] = {}
-    for members in group_by_structure(models):
-        n = len(members)
-        rows = np.stack([models[i].row for i in members])
-        equilibria = solve_equilibria(models[members[0]], rows, np.full(n, radius), np.full(n, cant_deficiency))
-        results |= {i: result_dict(models[i], equilibria, k, radius, cant_deficiency) for k, i in enumerate(members)}
-    return [results[i] for i in range(len(models))]
-
-
-def curves(design: DesignLike, radii: Sequence[float], cant_deficiency: float = 0.0) -> list[dict[str, Any]]:
-    """Return `curve` of one design at many radii [m]."""
-    model = resolve_model(design)
-    rows = np.repeat(model.row[None], len(radii), axis=0)
-    equilibria = solve_equilibria(model, rows, np.array(radii), np.full(len(radii), cant_deficiency))
-    return [result_dict(model, equilibria, k, float(radius), cant_deficiency) for k, radius in enumerate(radii)]
-
-
-def result_dict(model: Model, equilibria: Equilibria, k: int, radius: float, cant_deficiency: float) -> dict[str, Any]:
-    """Return the k-th equilibrium with the keys of `curve`."""
-    is_solved = bool(np.isfinite(equilibria.wear_number[k]))
-    e = equilibria.displacement[k]
-    clearance = model.design.value("contact.flange_clearance")
-    touching = [bool(abs(x) >= clearance) for x in e] if is_solved else None
-    return {
-        "radius": radius,
-        "cant_deficiency": cant_deficiency,
-        "displacement": e.tolist() if is_solved else None,
-        "angle_of_attack": equilibria.angle_of_attack[k].tolist() if is_solved else None,
-        "guiding_force": equilibria.guiding_force[k].tolist() if is_solved else None,
-        "wear_number": float(equilibria.wear_number[k]) if is_solved else None,
-        "flange_contact": touching,
-        "notes": _notes(model, equilibria, k, touching),
-    }
-
-
-def _notes(model: Model, equilibria: Equilibria, k: int, touching: list[bool] | None) -> list[str]:
-    """Return notes on undetermined forces, a failed iteration, missing flanges and the shortfall."""
-    kinds = {effect.kind for effect in model.effects}
-    notes = [f"{kind}: without force where nothing moves" for kind in sorted(kinds & FORCELESS_AT_REST)]
-    if touching is None:
-        notes.append(f"no equilibrium found, forces of {equilibria.residual[k]:.3g} wheel loads are left over")
-        return notes
-    if any(touching) and "flange_contact" not in kinds:
-        notes.append("e is beyond the flange clearance and the design has no flange_contact: nothing holds it there")
-    shortfall = float(equilibria.shortfall[k])
-    if abs(shortfall) > MIN_SHORTFALL * float(np.abs(equilibria.guiding_force[k]).max()):
-        notes.append(f"guiding_force: without {shortfall:.4g} N in all that laws at rolling wheelsets add")
-    return notes
+    batch: Batch
+    table: FloatArray
 
 
 def solve_equilibria(model: Model, rows: FloatArray, radius: FloatArray, cant_deficiency: FloatArray) -> Equilibria:
@@ -163,19 +67,22 @@ def solve_equilibria(model: Model, rows: FloatArray, radius: FloatArray, cant_de
         for step in range(1, count + 1):
             x[unsolved], residual[unsolved] = selected.solve(x[unsolved], curvature[unsolved], step / count)
     outward = outward_force(model, rows, model.vehicles(), batch, table, model.vehicles().degrees_of_freedom(batch))
-    return _equilibria(equations.forces(x, curvature, 1.0)[1], outward, residual)
-
-
-def _equilibria(wheelsets: FloatArray, outward: FloatArray, residual: FloatArray) -> Equilibria:
-    """Return displacements, forces and wear numbers from the wheelset results [n, wheelset, 9] of the kernel."""
+    wheelsets = equations.forces(x, curvature, 1.0)[1]
     yaw, tx, ty = wheelsets[:, :, 1], wheelsets[:, :, 4:6], wheelsets[:, :, 6:8]
     wear = np.abs(np.nan_to_num(tx * wheelsets[:, :, 3:4])) + np.abs(ty * yaw[:, :, None])
     is_unsolved = ~(residual <= RESIDUAL_TOLERANCE)
     wheelsets[is_unsolved] = np.nan
-    wear_number = np.where(is_unsolved, np.nan, wear.sum(axis=(1, 2)) + wheelsets[:, :, 8].sum(axis=1))
-    shortfall = -outward - wheelsets[:, :, 2].sum(axis=1)
     displacement, angle, force = (wheelsets[:, :, i] for i in range(3))
-    return Equilibria(displacement, angle, force, wear_number, residual, shortfall)
+    return Equilibria(
+        displacement=displacement,
+        angle_of_attack=angle,
+        guiding_force=force,
+        wear_number=np.where(is_unsolved, np.nan, wear.sum(axis=(1, 2)) + wheelsets[:, :, 8].sum(axis=1)),
+        residual=residual,
+        shortfall=-outward - force.sum(axis=1),
+        batch=equations.at_rest(x),
+        table=table,
+    )
 
 
 def wheel_loads(model: Model, rows: FloatArray) -> FloatArray:
@@ -230,11 +137,14 @@ class _StaticEquations:
 
     def forces(self, x: FloatArray, curvature: FloatArray, fraction: float) -> tuple[FloatArray, FloatArray]:
         """Return unbalanced forces [n, unknown] in wheel loads and wheelset results at a fraction of the curvature."""
-        n = self.dofs
-        states = np.concatenate([x[:, :n], np.zeros((len(x), n)), x[:, n:]], axis=1)
-        batch = self.batch.with_initial_states(states)
-        forces, wheelsets = self.vehicles.static_forces(batch, fraction * self.table, fraction * curvature)
+        table, curvature = fraction * self.table, fraction * curvature
+        forces, wheelsets = self.vehicles.static_forces(self.at_rest(x), table, curvature)
         return forces / self.scale, wheelsets
+
+    def at_rest(self, x: FloatArray) -> Batch:
+        """Return the vehicles at rest in the states of unknowns [n, unknown]."""
+        n = self.dofs
+        return self.batch.with_initial_states(np.concatenate([x[:, :n], np.zeros((len(x), n)), x[:, n:]], axis=1))
 
     def jacobian(self, x: FloatArray, curvature: FloatArray, fraction: float) -> FloatArray:
         """Return d forces/d unknown [n, force, unknown] by central differences."""
