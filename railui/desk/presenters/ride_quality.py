@@ -81,6 +81,7 @@ def comparison_text(current: DesignResults, base: DesignResults, width: int) -> 
     text.append(quality_class.upper(), f"bold {CLASS_COLOURS.get(quality_class, '')}")
     if base is not current and base.quality["class"] != quality_class:
         text.append(f"  base: {base.quality['class']}", "dim")
+    text.append("  (no acceptance)"[: max(0, width - text.cell_len)], "dim")
     text.append("\n" + str(current.quality["decided_by"])[: max(0, width)] + "\n", "dim")
     values = quality_values(current)
     base_values = quality_values(base) if base is not current else None

@@ -113,7 +113,7 @@ def section_caption(assessment: Mapping[str, Any]) -> str:
     """Return the caption of the section rows."""
     agreement = assessment["agreement"]
     correlation = "" if agreement is None else f", correlation {agreement:.2f}"
-    return f"m, score, class, rank by geometry{correlation}"
+    return f"m, score, class (no acceptance), rank by geometry{correlation}"
 
 
 def section_window(analysis: TrackAnalysis, section: Mapping[str, Any]) -> tuple[float, float]:
