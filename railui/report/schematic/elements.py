@@ -47,7 +47,7 @@ def _draw(places: Places, canvas: Canvas, joint: Joint) -> DrawnElement:
     if part.kind == "link":
         svg, boxes = _link(places, canvas, joint, sides)
         return DrawnElement(joint_key(joint), part.name, title, svg, boxes)
-    ways = _ways(part, places.values)
+    ways = acting_ways(part, places.values)
     half = _half_size(part, ways)
     x = canvas.x(places.axis(places.x_of_joint(joint)))
     shift = _free_shift(canvas, [Box(x, canvas.y(side), *half) for side in sides])
@@ -76,7 +76,7 @@ def _shifts() -> Iterator[float]:
         yield from (0.5 * i * STEP, -0.5 * i * STEP)
 
 
-def _ways(part: Part, values: Mapping[str, float]) -> frozenset[str]:
+def acting_ways(part: Part, values: Mapping[str, float]) -> frozenset[str]:
     """Return the directions in which an element acts."""
     if part.kind in ("spring_damper", "stop"):
         return frozenset({part.word("direction", "lateral")})
@@ -90,34 +90,34 @@ def _half_size(part: Part, ways: frozenset[str]) -> tuple[float, float]:
     if part.kind == "anti_roll_bar":
         return 14.0, HALF_ROLL_BAR * SCALE + 3.0
     if part.kind == "spring_damper" and not ways & UPRIGHT:
-        return (10.0, 28.0) if _is_across(ways) else (28.0, 10.0)
-    if _is_coil(part, ways) or ways <= ROTATION_WAYS:
+        return (10.0, 28.0) if is_across(ways) else (28.0, 10.0)
+    if is_coil(part, ways) or ways <= ROTATION_WAYS:
         return 15.0, 15.0
     if ways <= UPRIGHT:
         return 10.0, 10.0
-    return (10.0, 21.0) if _is_across(ways) else (21.0, 10.0)
+    return (10.0, 21.0) if is_across(ways) else (21.0, 10.0)
 
 
-def _is_across(ways: frozenset[str]) -> bool:
+def is_across(ways: frozenset[str]) -> bool:
     """True for an element that is drawn across the vehicle: all but one that acts along it only."""
     return "lateral" in ways or "longitudinal" not in ways
 
 
-def _is_coil(part: Part, ways: frozenset[str]) -> bool:
+def is_coil(part: Part, ways: frozenset[str]) -> bool:
     """True for a spring that acts in several directions, or upright."""
     return part.kind == "spring" and ("vertical" in ways or len(ways - ROTATION_WAYS) > 1)
 
 
 def _symbol(part: Part, ways: frozenset[str], box: Box) -> str:
     symbol, has_direction = _symbol_of_kind(part, ways)
-    return symbols.symbol_at(symbol, box.x, box.y, across=has_direction and _is_across(ways))
+    return symbols.symbol_at(symbol, box.x, box.y, across=has_direction and is_across(ways))
 
 
 def _symbol_of_kind(part: Part, ways: frozenset[str]) -> tuple[str, bool]:
     """Return a symbol, and whether it is turned into the direction in which the element acts."""
     if part.kind == "anti_roll_bar":
         return symbols.roll_bar(HALF_ROLL_BAR * SCALE), False
-    if _is_coil(part, ways):
+    if is_coil(part, ways):
         return symbols.COIL, False
     if part.kind == "stop":
         return symbols.STOP, True

@@ -9,6 +9,7 @@ from pathlib import Path
 from railui.report.schematic.bodies import draw_bodies
 from railui.report.schematic.canvas import SCALE, Box, Canvas
 from railui.report.schematic.elements import DrawnElement, draw_elements
+from railui.report.schematic.end_view import EndView, has_end_view
 from railui.report.schematic.equivalent import drawn_topology
 from railui.report.schematic.highlights import Highlight, concerned_parts
 from railui.report.schematic.labels import ROW, Label, PlacedLabel, place_labels, text_width
@@ -19,6 +20,7 @@ from railui.vehicle.design import Design
 
 MIN_WIDTH = 520.0  # px
 MARGIN = 0.45  # m, left and right of the outermost wheelset's reach
+HALF_END_VIEW = 210.0  # px, left of the middle of the end view
 HALF_HEIGHT = 1.55  # m, drawn to either side of the middle
 STYLE_SHEET = Path(__file__).with_name("schematic.css")
 LEGEND = (
@@ -133,7 +135,8 @@ class _Plan:
         top = 30.0 + ROW * (1 + max((p.row for p in above), default=-1))
         foot = top + 2 * HALF_HEIGHT * SCALE + ROW * (1 + max((p.row for p in below), default=-1)) + 28.0
         width = max([self.width, MIN_WIDTH, *(p.x + p.label.width + 8.0 for p in (*above, *below))])
-        height = foot + 28.0
+        end_view, end_height, end_width = self._end_view(foot + 36.0)
+        width, height = max(width, end_width), foot + 28.0 + end_height
         name, size = escape(self.name), f'width="{width:.0f}" height="{height:.0f}"'
         box = f'viewBox="0 0 {width:.0f} {height:.0f}"'
         return f"""\
@@ -149,8 +152,20 @@ class _Plan:
 {drawing}
 </g>
 {self._legend(foot)}
+{end_view}
 </svg>
 """
+
+    def _end_view(self, y: float) -> tuple[str, float, float]:
+        """Return the view from behind with its height and width [px], of a vehicle whose bodies roll."""
+        if not has_end_view(self.places):
+            return "", 0.0, 0.0
+        view = EndView(self.places)
+        x, rails = HALF_END_VIEW, y + view.height + 8.0
+        text = "from behind, heights not to scale; one of each element"
+        caption = f'<text class="body" x="10" y="{rails + 28:.1f}">{text}</text>'
+        svg = f'<g transform="translate({x:.1f} {rails:.1f})">{view.svg}</g>{caption}'
+        return svg, view.height + 52.0, x + view.width
 
     def _description(self) -> str:
         """Return the picture in words, for readers who cannot see it."""

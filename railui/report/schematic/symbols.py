@@ -18,6 +18,7 @@ COIL: Final = '<circle r="13"/><circle r="8.5"/><circle class="ink" r="2"/>'
 VERTICAL_DASHPOT: Final = '<circle r="8"/><path d="M-5 0 H5 M0 -5 V5"/>'
 TORSION_SPRING: Final = '<path d="M0 0 a3 3 0 0 1 6 0 a6 6 0 0 1 -12 0 a9 9 0 0 1 18 0 a12 12 0 0 1 -12 12"/>'
 TORSION_DAMPER: Final = '<path d="M-12 0 a12 12 0 1 1 12 12 M-5 12 h10 M-12 -5 v10"/><circle class="ink" r="2"/>'
+OUT_OF_PLANE: Final = '<circle r="7"/><circle class="ink" r="2"/>'  # acts along the vehicle, seen from its end
 SENSOR_MARKS: Final = {
     "acceleration": '<rect x="-4.5" y="-4.5" width="9" height="9"/>',
     "rate": '<circle r="5"/>',

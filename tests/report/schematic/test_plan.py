@@ -11,10 +11,11 @@ import pytest
 
 from railui.campaign.campaign import load_campaign
 from railui.report.schematic.axis import longitudinal_axis
+from railui.report.schematic.end_view import HALF_WIDTH, SCALE, EndView
 from railui.report.schematic.equivalent import drawn_topology
 from railui.report.schematic.highlights import Highlight
 from railui.report.schematic.labels import GAP, Label, place_labels
-from railui.report.schematic.places import joint_key
+from railui.report.schematic.places import Places, joint_key
 from railui.report.schematic.plan import draw_schematic
 from railui.report.schematic.subjects import schematic_of_campaign, schematic_of_design
 from railui.runs.run import load_run
@@ -78,6 +79,22 @@ def test_every_element_is_drawn_and_labelled_once(design: Design) -> None:
     assert Counter(texts(svg, "name")) == Counter(parts)
     assert keys(svg, "wheelset") == [wheelset.name for wheelset in structure.wheelsets]
     assert texts(svg, "number") == [str(wheelset.number) for wheelset in structure.wheelsets]
+
+
+@pytest.mark.parametrize("design", designs(), ids=lambda d: d.name)
+def test_a_vehicle_whose_bodies_roll_is_drawn_from_behind_too(design: Design) -> None:
+    structure, values = drawn_topology(design)
+    svg, rolls = schematic_of_design(design), any(m.has_rotation("roll") for m in structure.members.values())
+    parts = {part.name.replace("_", " ") for part in structure.elements if part.kind != "wheelset"}
+    labels = Counter(text for text in texts(svg, "end") if text in parts)
+    assert labels == (Counter(parts) if rolls else Counter())
+    assert ("from behind" in svg) == rolls
+    if rolls:
+        drawn = EndView(Places(structure, values))
+        boxes = [box for level in drawn.occupied.values() for box in level]
+        assert all(abs(box.x) + box.half_width <= HALF_WIDTH * SCALE for box in boxes)
+        for level in drawn.occupied.values():
+            assert not any(one.overlaps(other) for one in level for other in level if one is not other)
 
 
 @pytest.mark.parametrize("folder", [COACH_CAMPAIGN, BOGIE_CAMPAIGN], ids=lambda folder: folder.name)
