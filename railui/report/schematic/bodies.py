@@ -60,7 +60,7 @@ def _rails(places: Places, canvas: Canvas, drawn: DrawnBodies) -> None:
 def _carbody(places: Places, canvas: Canvas, drawn: DrawnBodies, member: Member | None) -> None:
     """Draw a carbody as an outline, broken where its length is shortened; None: a carbody that stands still."""
     if member is None:
-        ends, key, title, style = (places.axis.drawn[0], places.axis.drawn[-1]), "ground", "carbody, fixed", " fixed"
+        ends, key, title, style = (places.axis.drawn[0], places.axis.drawn[-1]), "ground", places.ground_title, " fixed"
     else:
         (first, last), key = places.extent(member.name), member.name
         ends, title, style = (first - CARBODY[0], last + CARBODY[0]), _words(member.name), ""

@@ -86,7 +86,7 @@ class EndView:
         self.svg += (
             f'<rect class="{style}" x="{-half:.1f}" y="{y:.1f}" width="{2 * half:.1f}" height="{high:.1f}" rx="4"/>'
         )
-        text = "carbody, fixed" if member is None else member.part.name.replace("_", " ")
+        text = self.places.ground_title if member is None else member.part.name.replace("_", " ")
         if member is not None and "height" in member.part.keys:
             height = self.places.values[member.part.number_path("height")]
             text += f", centre of mass {height:g} m above the rails"
@@ -138,12 +138,13 @@ class EndView:
             ends = f'<path d="M{x - reach:.1f} {lower:.1f} V{middle:.1f} M{x + reach:.1f} {middle:.1f} V{upper:.1f}"/>'
             return ends + symbols.symbol_at(symbol, x, middle)
         upright = is_coil(joint.part, ways) or "vertical" in ways
-        reach = 19.0 if upright else 12.0 if not ways - {"yaw", "roll"} else 7.0
+        is_torsion = bool(ways) and not ways - {"yaw", "roll"}
+        reach = 19.0 if upright else 12.0 if is_torsion else 7.0
         ends = f'<path d="M{x:.1f} {lower:.1f} V{middle + reach:.1f} M{x:.1f} {middle - reach:.1f} V{upper:.1f}"/>'
         if upright:
             symbol = symbols.LINE_SPRING if joint.part.kind == "spring" else symbols.DASHPOT
             return ends + symbols.symbol_at(symbol, x, middle, across=True)
-        if not ways - {"yaw", "roll"}:
+        if is_torsion:
             symbol = symbols.TORSION_SPRING if joint.part.kind == "spring" else symbols.TORSION_DAMPER
             return ends + symbols.symbol_at(symbol, x, middle)
         return ends + symbols.symbol_at(symbols.OUT_OF_PLANE, x, middle)

@@ -85,6 +85,11 @@ class Places:
         """True if an element is attached to a body that stands still."""
         return any(None in joint.ends for joint in self.structure.joints)
 
+    @property
+    def ground_title(self) -> str:
+        """Name of the body that stands still: the carbody above a bogie."""
+        return "ground" if max(self.levels.values(), default=0) > 1 else "carbody, fixed"
+
     def extent(self, name: str) -> tuple[float, float]:
         """Return the drawn ends of a body along the vehicle [m]: of all wheelsets and elements below it."""
         structure, below = self.structure, self.bodies_below(name)

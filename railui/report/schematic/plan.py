@@ -178,7 +178,7 @@ class _Plan:
         return "; ".join(words) + "."
 
     def _legend(self, y: float) -> str:
-        shortened = ", bogies drawn closer together" if self.places.axis.breaks else ""
+        shortened = ", the length between bogies shortened" if self.places.axis.breaks else ""
         text = f"from above, front to the right; elements at one place are drawn beside each other{shortened}"
         legend, x, y = f'<text class="body" x="10" y="{y:.1f}">{text}</text>', 16.0, y + 18.0
         used = {s.quantity for s in self.sensors}
