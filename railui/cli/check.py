@@ -65,13 +65,10 @@ def _draw(file: str, target: str) -> None:
     kind = recognise(file)
     if kind not in ("design", "campaign"):
         raise usage_error(f"--draw draws a design or a campaign, {file} is a {kind}")
-    try:
-        if kind == "design":
-            svg = schematic_of_design(load_design(Path(file)))
-        else:
-            campaign = load_campaign(file)
-            runs = [load_run(entry.file, campaign.design.run_form) for entry in campaign.runs]
-            svg = schematic_of_campaign(campaign, [name for run in runs for name in run.columns])
-    except ValueError as error:
-        raise usage_error(f"{file} cannot be drawn: {error}") from None
+    if kind == "design":
+        svg = schematic_of_design(load_design(Path(file)))
+    else:
+        campaign = load_campaign(file)
+        runs = [load_run(entry.file, campaign.design.run_form) for entry in campaign.runs]
+        svg = schematic_of_campaign(campaign, [name for run in runs for name in run.columns])
     write_text(target, svg)

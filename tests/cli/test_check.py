@@ -45,7 +45,7 @@ def test_a_design_and_a_campaign_are_drawn(tmp_path: Path) -> None:
         (("{bogie}", "--draw", "{here}/file/bogie.svg"), "Not a directory"),
         (("{bogie}", "{bogie}", "--draw", "{here}/bogie.svg"), "name one file"),
         (("{designs}/studies/test_bogie.yaml", "--draw", "{here}/bogie.svg"), "is a study"),
-        (("{designs}/campaigns/mr_damper", "--draw", "{here}/bogie.svg"), "a rig is one mass"),
+        (("{designs}/profiles/60e1.txt", "--draw", "{here}/bogie.svg"), "is a profile"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(tmp_path: Path, words: tuple[str, ...], message: str) -> None:

@@ -72,7 +72,7 @@ def _contents(result: LoopResult, report: Report) -> Row:
         "errors": error_rows(report),
         "bars": figures.error_bars(report),
         "effects": _effects(report, effect_figures(result, report, window)),
-        "schematic": None if is_rig else _schematic(result, report),
+        "schematic": _schematic(result, report),
         "channels": _channels(result, window),
         "main": MAIN_CHANNELS,
         "lines": [name for name in ("measured", "before", "after") if name in shown],

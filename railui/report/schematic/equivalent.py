@@ -35,7 +35,7 @@ def drawn_topology(design: Design) -> tuple[Structure, dict[str, float]]:
     if design.structure is not None:
         return design.structure, dict(design.values)
     if design.kind != "bogie":
-        raise ValueError("a rig is one mass: only vehicles on wheelsets are drawn")
+        raise ValueError(f"a {design.kind} has no wheelsets")
     numbers = {key: design.value(f"vehicle.geometry.{key}") for key in _GEOMETRY}
     written_out = parse_design(_BOGIE.format(**numbers))
     assert written_out.structure is not None

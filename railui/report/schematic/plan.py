@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from html import escape
-from pathlib import Path
 
 from railui.report.schematic.bodies import draw_bodies
 from railui.report.schematic.canvas import SCALE, Box, Canvas
@@ -13,7 +12,9 @@ from railui.report.schematic.end_view import EndView, has_end_view
 from railui.report.schematic.equivalent import drawn_topology
 from railui.report.schematic.highlights import Highlight, concerned_parts
 from railui.report.schematic.labels import ROW, Label, PlacedLabel, place_labels, text_width
+from railui.report.schematic.page import Page
 from railui.report.schematic.places import Places
+from railui.report.schematic.rig import draw_rig
 from railui.report.schematic.sensors import SensorPlace, sensor_places
 from railui.report.schematic.symbols import SENSOR_MARKS, symbol_at
 from railui.vehicle.design import Design
@@ -22,7 +23,6 @@ MIN_WIDTH = 520.0  # px
 MARGIN = 0.45  # m, left and right of the outermost wheelset's reach
 HALF_END_VIEW = 210.0  # px, left of the middle of the end view
 HALF_HEIGHT = 1.55  # m, drawn to either side of the middle
-STYLE_SHEET = Path(__file__).with_name("schematic.css")
 LEGEND = (
     ("acceleration", "accelerometer"),
     ("rate", "rate of yaw or roll"),
@@ -42,19 +42,16 @@ def draw_schematic(
     Parameters
     ----------
     design : Design
-        A bogie, or a vehicle of bodies and elements.
+        A bogie, a vehicle of bodies and elements, or a rig.
     channels : sequence of str
         Measured channels whose sensors are drawn.
     highlights : sequence of Highlight
         Effects, whose locations are marked.
     lateral : mapping of str to float, optional
         y [m] of accelerometers away from the middle of the vehicle, to the right.
-
-    Raises
-    ------
-    ValueError
-        For a rig.
     """
+    if design.kind == "rig":
+        return draw_rig(design, channels, highlights)
     places = Places(*drawn_topology(design))
     sensors = sensor_places(places, channels, lateral or {})
     return _Plan(places, design.name, sensors, highlights).svg()
@@ -131,30 +128,14 @@ class _Plan:
         return _group("halo", key, highlight.text, "".join(map(_halo, boxes)))
 
     def _page(self, drawing: str, above: Sequence[PlacedLabel], below: Sequence[PlacedLabel]) -> str:
-        """Return the picture round the drawing: title and description, style, legend."""
+        """Return the drawing with its legend and, where bodies roll, the end view."""
         top = 30.0 + ROW * (1 + max((p.row for p in above), default=-1))
         foot = top + 2 * HALF_HEIGHT * SCALE + ROW * (1 + max((p.row for p in below), default=-1)) + 28.0
         width = max([self.width, MIN_WIDTH, *(p.x + p.label.width + 8.0 for p in (*above, *below))])
         end_view, end_height, end_width = self._end_view(foot + 36.0)
         width, height = max(width, end_width), foot + 28.0 + end_height
-        name, size = escape(self.name), f'width="{width:.0f}" height="{height:.0f}"'
-        box = f'viewBox="0 0 {width:.0f} {height:.0f}"'
-        return f"""\
-<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-labelledby="title desc" {size} {box}
- font-family="Helvetica, Arial, 'DejaVu Sans', sans-serif" font-size="12">
-<title id="title">Schematic of {name}, seen from above</title>
-<desc id="desc">{escape(self._description())}</desc>
-<style>
-{STYLE_SHEET.read_text("utf-8")}</style>
-<rect class="ground" {size}/>
-<text x="10" y="17" class="title">{name}</text>
-<g transform="translate(0 {top:.1f})">
-{drawing}
-</g>
-{self._legend(foot)}
-{end_view}
-</svg>
-"""
+        content = f'<g transform="translate(0 {top:.1f})">\n{drawing}\n</g>\n{self._legend(foot)}\n{end_view}'
+        return Page(self.name, "seen from above", self._description(), content, width, height).svg()
 
     def _end_view(self, y: float) -> tuple[str, float, float]:
         """Return the view from behind with its height and width [px], of a vehicle whose bodies roll."""

@@ -17,7 +17,7 @@ from railui.vehicle.design import Design
 
 
 def schematic_of_design(design: Design) -> str:
-    """Return the plan view of a design as SVG, with its effects; ValueError for a rig."""
+    """Return the plan view of a design as SVG, with its effects."""
     return draw_schematic(design, (), _effects_of(design))
 
 

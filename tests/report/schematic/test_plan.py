@@ -192,6 +192,12 @@ def test_only_the_length_between_bogies_is_shortened() -> None:
     assert longitudinal_axis([1.28, -1.28]).breaks == []
 
 
-def test_a_rig_is_refused() -> None:
-    with pytest.raises(ValueError, match="a rig is one mass"):
-        schematic_of_design(parse_design("vehicle: {rig: {mass: 95, gain: 2}}"))
+def test_a_rig_is_drawn_with_its_effects_and_sensors() -> None:
+    rig = parse_design("vehicle: {rig: {mass: 95, gain: 2}}\neffects: [{kind: dry_friction, at: rig, force: 3, slip_speed: 1}]")
+    svg = schematic_of_design(rig)
+    assert keys(svg, "element") == ["stiffness", "damping"] and keys(svg, "halo") == ["rig"]
+    assert texts(svg, "effect") == ["dry friction, force 3"] and "mass" in texts(svg, "body")
+    late = draw_schematic(rig, ["t", "u", "z", "az"], [Highlight("az", None, "time delay")])
+    assert keys(late, "sensor") == ["u", "z", "az"] and keys(late, "halo") == ["az"]
+    component, columns = campaign_svg(DESIGNS / "campaigns/mr_damper")
+    assert "mass" not in texts(component, "body") and set(keys(component, "sensor")) == set(columns) - {"t"}
