@@ -103,7 +103,7 @@ class EndView:
             self.svg += f'<g class="element end"><path class="thick" d="{arms}"/></g>'
             self.labels.append((_words(joint), x, upper + 12.0))
             return
-        half = 24.0 if self._is_level(joint) else 13.0
+        half = self._half_width(joint)
         sides = [y * SCALE for y in self.places.sides_of_joint(joint)]
         shift = self._free_shift(low, sides, half)
         for y in sides:
@@ -122,6 +122,14 @@ class EndView:
                 if is_inside and not any(box.overlaps(other) for box in boxes for other in taken):
                     return shift
         return 0.0
+
+    def _half_width(self, joint: Joint) -> float:
+        ways = acting_ways(joint.part, self.places.values)
+        if self._is_level(joint):
+            return 24.0
+        if is_coil(joint.part, ways) or "vertical" in ways:
+            return 12.0
+        return 9.0 if "longitudinal" in ways or not ways else 13.0
 
     def _is_level(self, joint: Joint) -> bool:
         """True for an element that lies across the vehicle."""
