@@ -193,7 +193,9 @@ def test_only_the_length_between_bogies_is_shortened() -> None:
 
 
 def test_a_rig_is_drawn_with_its_effects_and_sensors() -> None:
-    rig = parse_design("vehicle: {rig: {mass: 95, gain: 2}}\neffects: [{kind: dry_friction, at: rig, force: 3, slip_speed: 1}]")
+    rig = parse_design(
+        "vehicle: {rig: {mass: 95, gain: 2}}\neffects: [{kind: dry_friction, at: rig, force: 3, slip_speed: 1}]"
+    )
     svg = schematic_of_design(rig)
     assert keys(svg, "element") == ["stiffness", "damping"] and keys(svg, "halo") == ["rig"]
     assert texts(svg, "effect") == ["dry friction, force 3"] and "mass" in texts(svg, "body")
