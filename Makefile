@@ -11,7 +11,7 @@
 # sensors: what sets of sensors determine and detect, and the delay and noise that they bear;
 # purpose: optima of the nominal and of the calibrated vehicle compared;
 # fuzz: other examples of the properties of readers, mutated files and command lines, damaged frames, forged streams;
-# pictures: the README's figure, from the result of run
+# pictures: the figures of README and docs/vehicles.md, from the results of run and of the loop on the bundled coach
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -69,6 +69,7 @@ sensors: .stamp-build
 	$(BIN)/python -m tests.bench.sensors --write docs/sensors.md
 
 pictures: run
+	@$(BIN)/railui loop designs/campaigns/worn_centre_guide -o railui-loop/worn_centre_guide
 	@$(BIN)/python docs/pictures.py
 
 shots: .stamp-build

@@ -217,6 +217,15 @@ def parse_figure_path(text: str) -> str:
     return _output_path(text, (".svg", ".png", ".pdf"), "a figure")
 
 
+def parse_drawing_path(text: str) -> str:
+    """Return the path of a schematic to draw, where it can be written.
+
+    >>> parse_drawing_path("coach.svg")
+    'coach.svg'
+    """
+    return _output_path(text, (".svg",), "a schematic")
+
+
 def parse_plot_path(text: str) -> str:
     """Return the path of a figure or of a page with figures, where it can be written.
 
@@ -242,7 +251,7 @@ def _output_path(text: str, suffixes: tuple[str, ...], what: str) -> str:
     from railui.io.atomic import check_file_writable
 
     if not text.lower().endswith(suffixes):
-        names = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+        names = " or ".join(filter(None, (", ".join(suffixes[:-1]), suffixes[-1])))
         raise ValueError(f"{text!r} is not the file of {what}: write a name that ends in {names}")
     check_file_writable(text)
     return text

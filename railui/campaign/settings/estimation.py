@@ -46,7 +46,8 @@ class CalibrationSettings:
     )
     element_prior_share: float = setting(
         0.5,
-        meaning="Prior standard deviation of stiffness and damping of a vehicle of bodies, in their nominal values.",
+        meaning="Prior standard deviation of stiffness, damping and effects of a nominal vehicle of bodies, "
+        "in their nominal values.",
     )
     block_hunting_periods: float = setting(
         3.0,

@@ -86,9 +86,23 @@ def _bounds(context: Context, model: Model, path: str) -> _Bounds:
     if path in model.design.parameters:
         return _vehicle_bounds(context, model, path)
     bounds = _effect_bounds(model, path, context.settings.calibration.curve_prior_sd)
+    if model.design.structure is not None and (nominal := _nominal_of_effect(context, path)):
+        # a flange that no run reaches keeps its clearance
+        share = context.settings.calibration.element_prior_share
+        bounds = replace(bounds, prior=nominal, prior_sd=share * abs(nominal))
     if model.design.form == "rig" and path.endswith(".slip_speed"):
         return replace(bounds, low=min(max(bounds.low, least_slip_speed(context.dataset.estimation)), bounds.high))
     return bounds
+
+
+def _nominal_of_effect(context: Context, path: str) -> float | None:
+    """Return the nominal value of a number of an effect; None for an effect that the nominal vehicle has not."""
+    group, number, key = path.split(".", 2)
+    nominal = context.nominal.design.effects
+    if group != "effects" or int(number) >= len(nominal):
+        return None
+    value = nominal[int(number)].parameters.get(key)
+    return value if isinstance(value, float) else None
 
 
 def _vehicle_bounds(context: Context, model: Model, path: str) -> _Bounds:

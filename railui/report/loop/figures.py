@@ -33,6 +33,7 @@ LINES_TEXT = "measured, calibrated, calibrated + effect"
 LEADING_CHANNELS = ("e1", "ay1", "ayf", "d1")  # shown first where they are present
 WINDOW_SECONDS = 5.0  # of a time series
 MAX_RIG_PERIODS = 25  # of the main frequency of a rig, in a time series
+MAX_LEVEL_CHARACTERS = 80  # under the bars of the errors, beyond which the names of channels are slanted
 MAX_LINE_POINTS = 2500
 SPECTRUM_SEGMENTS = 5
 MIN_SEGMENT_SAMPLES = 256
@@ -41,6 +42,8 @@ MIN_SEGMENT_SAMPLES = 256
 def error_bars(report: Mapping[str, Any]) -> Picture:
     """Draw the error of all channels and of each, for every model and the noise floor."""
     channels = ["all", *report["declared"]["channels"]]
+    longest = max(map(len, channels))
+    is_slanted = longest * len(channels) > MAX_LEVEL_CHARACTERS
 
     def error(model: str, channel: str) -> float | None:
         value: float | None = report[model]["nrmse"] if channel == "all" else report[model]["channels"].get(channel)
@@ -58,7 +61,8 @@ def error_bars(report: Mapping[str, Any]) -> Picture:
                 if height is None:
                     ax.text(position, 0.0, " diverged", rotation=90, ha="center", va="bottom", fontsize=7)
         ax.axvline(0.5, color="#999999", lw=0.7)
-        ax.set_xticks(np.arange(len(channels)), channels)
+        slant: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if is_slanted else {}
+        ax.set_xticks(np.arange(len(channels)), channels, **slant)
         ax.set_xlim(-0.5, len(channels) - 0.5)
         ax.grid(axis="x", visible=False)
         ax.tick_params(axis="x", length=0)
@@ -66,7 +70,8 @@ def error_bars(report: Mapping[str, Any]) -> Picture:
         ax.legend(ncols=4, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
 
     alt = f"Bars of the error of every channel: {', '.join(MODEL_LABELS[model] for model in MODELS)}"
-    return draw_picture("errors", alt, (7.2 if len(channels) > 4 else 5.0, 2.5), draw, bottom=0.25)
+    below = 0.25 + (0.045 * longest if is_slanted else 0.0)
+    return draw_picture("errors", alt, (7.2 if len(channels) > 4 else 5.0, 2.25 + below), draw, bottom=below)
 
 
 @dataclass(frozen=True, eq=False)

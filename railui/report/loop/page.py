@@ -9,6 +9,7 @@ from typing import Any
 from railui import core
 from railui.identification.result import LoopResult
 from railui.io.atomic import write_text
+from railui.report.figures.drawing import Picture
 from railui.report.loop import figures
 from railui.report.loop.effect_figures import effect_figures
 from railui.report.loop.force_pictures import EffectFigure
@@ -31,6 +32,7 @@ from railui.report.loop.phases import segment_text
 from railui.report.loop.summary import summary_lines
 from railui.report.loop.wording import MODEL_LABELS, MODELS, VERDICT_LABELS, effect_title
 from railui.report.numbers import DASH, format_number
+from railui.report.schematic.subjects import schematic_of_report
 from railui.report.templates import render_template
 from railui.runs.columns import columns_of
 
@@ -70,6 +72,7 @@ def _contents(result: LoopResult, report: Report) -> Row:
         "errors": error_rows(report),
         "bars": figures.error_bars(report),
         "effects": _effects(report, effect_figures(result, report, window)),
+        "schematic": _schematic(result, report),
         "channels": _channels(result, window),
         "main": MAIN_CHANNELS,
         "lines": [name for name in ("measured", "before", "after") if name in shown],
@@ -97,6 +100,13 @@ def _contents(result: LoopResult, report: Report) -> Row:
         "notes": _notes(report),
         "provenance": _provenance(report),
     }
+
+
+def _schematic(result: LoopResult, report: Report) -> Picture:
+    """Return the vehicle from above with the sensors of all runs and the effects that were added."""
+    dataset = result.dataset
+    columns = [name for run in dataset.runs for name in run.columns]
+    return schematic_of_report(result.nominal.design, dataset.campaign, columns, report)
 
 
 def _effects(report: Report, pictures: Sequence[EffectFigure]) -> list[Row]:

@@ -147,3 +147,13 @@ async def test_unreadable_runs_are_reported_with_line_and_column_before_the_fit(
     async with open_desk(campaign) as keys:
         panel = keys.desk.query_one(CampaignPanel)
         assert "run_a.csv.gz:2:3" in details(panel) and "'abc' is not a number" in details(panel)
+
+
+async def test_a_campaign_of_a_coach_opens_on_a_small_terminal(open_desk: OpenDesk) -> None:
+    async with open_desk(REPOSITORY / "designs/campaigns/worn_centre_guide", size=(80, 24)) as keys:
+        panel = keys.desk.query_one(CampaignPanel)
+        runs = str(panel.query_one("#runs", Static).content)
+        assert runs.count("13 channels") == 3 and runs.count("estimation") == 2
+        for key in ("f2", "f4", "f5", "f6", "f3"):
+            await keys.press(key)
+        assert not isinstance(keys.desk.screen, ProblemsDialog)

@@ -35,3 +35,12 @@ def test_without_an_effect_the_excerpt_has_the_largest_motion(monkeypatch: pytes
     measured = 0.1 * burst(0, SAMPLES) + burst(1000, 1500)
     window = figures.most_informative_window(result(monkeypatch, measured=measured))
     assert (window.begin, window.end) == (pytest.approx(1000, abs=3), pytest.approx(1500, abs=3))
+
+
+def test_many_long_names_of_channels_are_slanted() -> None:
+    def drawn(names: list[str]) -> str:
+        errors = {"nrmse": 0.1, "channels": dict.fromkeys(names, 0.1)}
+        return figures.error_bars({model: errors for model in ("declared", "before", "after", "floor")}).svg.decode()
+
+    assert "rotate(-30" not in drawn(["e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2"])
+    assert drawn([f"floor_{i}" for i in range(12)]).count("rotate(-30") == 13

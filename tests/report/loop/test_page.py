@@ -171,3 +171,15 @@ def test_a_browser_shows_the_figures(html: str, tmp_path: Path) -> None:
     for model in ("before", "after"):
         colour = [int(figures.COLOURS[model][i : i + 2], 16) for i in (1, 3, 5)]
         assert np.sum(np.all(pixels == colour, axis=-1)) > 200, f"no bar of {model} is visible"
+
+
+def test_the_vehicle_is_drawn_with_its_sensors_and_effects(reader: Reader, report: dict[str, Any]) -> None:
+    (alt,) = [alt for alt in reader.pictures if alt.startswith("Schematic of the vehicle")]
+    svg = base64.b64decode(reader.pictures[alt].partition("base64,")[2]).decode("utf-8")
+    for name in report["before"]["channels"]:
+        assert svg.count(f'class="sensor" data-key="{name}"') == 1
+    effects = report["effects"]
+    assert effects and svg.count('class="halo"') == len(effects)
+    for effect in effects:
+        assert core.effect_record(effect["kind"])["title"] in alt
+        assert f'class="halo" data-key="{effect["at"]}' in svg

@@ -1,0 +1,1 @@
+"""Schematic drawing of a vehicle: plan view with suspension, sensors and locations of effects."""
