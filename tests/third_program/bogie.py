@@ -74,7 +74,7 @@ def simulate(bogie: Bogie, run: Run, missing: Missing = NOTHING, per_sample: int
     scene.act(wheelsets, _rails(bogie, road))
     sensors.acceleration("ayf", frame)
     sensors.yaw_rate("rf", frame)
-    scene.march(road)
+    scene.march(road.step, road.steps, per_sample)
     return sensors.read()
 
 

@@ -70,10 +70,11 @@ def simulate(
             scene.upright(frame, body, middle, NO_TURN, NO_TURN, law=law)
         sensors.acceleration(f"ay_{name}", frame)
         sensors.yaw_rate(f"rf_{name}", frame)
+    sensors.acceleration("ay_body", body)
     for name, x in FLOOR.items():
         sensors.acceleration(name, body, (x, 0.0, body.height - FLOOR_DEPTH))
     scene.act(wheelsets, _rails(coach, road))
-    scene.march(road)
+    scene.march(road.step, road.steps, per_sample)
     return sensors.read()
 
 

@@ -15,8 +15,6 @@ from exudyn import itemInterface as items
 from exudyn import OutputVariableType as Output
 from numpy.typing import NDArray
 
-from tests.third_program.road import Road
-
 Floats = NDArray[np.float64]
 Law = Callable[[float, float], float]  # relative displacement [m] and velocity [m/s] to force [N]
 Forces = Callable[[float, Sequence[float], Sequence[float]], list[float]]
@@ -203,16 +201,16 @@ class Scene:
             )
         )
 
-    def march(self, road: Road) -> None:
-        """Integrate from rest by the trapezoidal rule, constraints on velocities; sensors keep the run's samples."""
+    def march(self, step: float, steps: int, per_sample: int) -> None:
+        """Integrate from rest by the trapezoidal rule, constraints on velocities; sensors keep the samples."""
         self.mbs.Assemble()
-        settings, end = exudyn.SimulationSettings(), road.steps * road.step
+        settings, end = exudyn.SimulationSettings(), steps * step
         time = settings.timeIntegration
-        time.numberOfSteps, time.endTime, time.verboseMode, time.adaptiveStep = road.steps, end, 0, False
+        time.numberOfSteps, time.endTime, time.verboseMode, time.adaptiveStep = steps, end, 0, False
         time.newton.relativeTolerance = time.newton.absoluteTolerance = HELD
         time.newton.useModifiedNewton = True
         settings.solutionSettings.writeSolutionToFile = False
-        settings.solutionSettings.sensorsWritePeriod = road.step * road.per_sample
+        settings.solutionSettings.sensorsWritePeriod = per_sample * step
         settings.displayComputationTime = False
         self.mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.TrapezoidalIndex2)
 
