@@ -10,8 +10,8 @@ from exudyn import OutputVariableType as Output
 from numpy.typing import NDArray
 
 from tests.third_program.contact import Wheels
-from tests.third_program.road import Road, Run
-from tests.third_program.scene import PITCH, ROLL, YAW, Body, Forces, Law, Scene
+from tests.third_program.multibody import PITCH, ROLL, YAW, Body, Forces, Law, Multibody
+from tests.third_program.rail_table import RailTable, Run
 from tests.third_program.sensors import Sensors
 
 Floats = NDArray[np.float64]
@@ -48,59 +48,61 @@ class Coach:
 
 
 def simulate(
-    coach: Coach, run: Run, missing: Law | None = None, per_sample: int = 4, stops: bool = True
+    coach: Coach, run: Run, unmodelled: Law | None = None, per_sample: int = 4, stops: bool = True
 ) -> dict[str, Floats]:
-    """Channels of the coach along a run, from rest; `missing` acts across the secondary of each bogie."""
-    scene, a = Scene(), coach.half_wheelbase
+    """Channels of the coach along a run, from rest; `unmodelled` acts across the secondary of each bogie."""
+    system, a = Multibody(), coach.half_wheelbase
     places = [s * coach.half_centres + w for s in (1, -1) for w in (a, -a)]
-    road = Road(run, tuple(places[0] - x for x in places), per_sample)
-    sensors = Sensors(scene, road)
-    body = _solid(scene, coach.body, 0.0)
-    frames = [_solid(scene, coach.frame, s * coach.half_centres) for s in (1, -1)]
+    table = RailTable(run, tuple(places[0] - x for x in places), per_sample)
+    sensors = Sensors(system, table)
+    body = _solid(system, coach.body, 0.0)
+    frames = [_solid(system, coach.frame, s * coach.half_centres) for s in (1, -1)]
     wheelsets = []
     for i, x in enumerate(places):
-        wheelset = _wheelset(scene, coach, road, i, x)
-        sensors.wheelset(i, wheelset, _pair(scene, wheelset, frames[i // 2], coach.primary), Output.DisplacementLocal)
+        wheelset = _wheelset(system, coach, table, i, x)
+        sensors.wheelset(i, wheelset, _pair(system, wheelset, frames[i // 2], coach.primary), Output.DisplacementLocal)
         wheelsets.append(wheelset)
     for frame, name in zip(frames, ("front", "rear"), strict=True):
-        _pair(scene, frame, body, coach.secondary)
+        _pair(system, frame, body, coach.secondary)
         middle = (frame.x, 0.0, coach.secondary.height)
-        scene.leaning(frame, body, middle, (0.0, 0.0, 0.0, coach.roll, 0.0, 0.0), 6 * (0.0,))
-        for law in [_stop(*coach.stop)] * stops + [missing] * (missing is not None):
-            scene.upright(frame, body, middle, NO_TURN, NO_TURN, law=law)
+        system.add_mean_frame_spring(frame, body, middle, (0.0, 0.0, 0.0, coach.roll, 0.0, 0.0), 6 * (0.0,))
+        for law in [_stop(*coach.stop)] * stops + [unmodelled] * (unmodelled is not None):
+            system.add_spring(frame, body, middle, NO_TURN, NO_TURN, law=law)
         sensors.acceleration(f"ay_{name}", frame)
         sensors.yaw_rate(f"rf_{name}", frame)
     sensors.acceleration("ay_body", body)
     for name, x in FLOOR.items():
         sensors.acceleration(name, body, (x, 0.0, body.height - FLOOR_DEPTH))
-    scene.act(wheelsets, _rails(coach, road))
-    scene.march(road.step, road.steps, per_sample)
+    system.add_forces(wheelsets, _rails(coach, table))
+    system.integrate(table.step, table.steps, per_sample)
     return sensors.read()
 
 
-def _solid(scene: Scene, numbers: tuple[float, float, float, float, float], x: float) -> Body:
+def _solid(system: Multibody, numbers: tuple[float, float, float, float, float], x: float) -> Body:
     mass, about_x, about_y, about_z, height = numbers
-    return scene.body(mass, (about_x, about_y, about_z), x, height)
+    return system.add_body(mass, (about_x, about_y, about_z), x, height)
 
 
-def _wheelset(scene: Scene, coach: Coach, road: Road, index: int, x: float) -> Body:
+def _wheelset(system: Multibody, coach: Coach, table: RailTable, index: int, x: float) -> Body:
     """A wheelset on stiff rails: it leans by a constraint of Exudyn, which hands its roll moment to the rails."""
     mass, about_x, about_z = coach.wheelset
-    wheelset = scene.body(mass, (about_x, about_x, about_z), x, coach.wheels.radius)
-    scene.hold(wheelset, 0, 2, PITCH)
-    scene.lean(
+    wheelset = system.add_body(mass, (about_x, about_x, about_z), x, coach.wheels.radius)
+    system.fix(wheelset, 0, 2, PITCH)
+    system.constrain_roll(
         wheelset,
         coach.wheels.roll / coach.wheels.half_gauge,
-        lambda t: coach.wheels.lean(road.under(index, t)),
+        lambda t: coach.wheels.forced_roll(table.under(index, t)),
     )
     return wheelset
 
 
-def _pair(scene: Scene, lower: Body, upper: Body, spring: Spring) -> list[int]:
+def _pair(system: Multibody, lower: Body, upper: Body, spring: Spring) -> list[int]:
     """The springs of both sides."""
     x = lower.x
     return [
-        scene.leaning(lower, upper, (x, y, spring.height), (*spring.k, *NO_TURN), (*spring.c, *NO_TURN), spring.load)
+        system.add_mean_frame_spring(
+            lower, upper, (x, y, spring.height), (*spring.k, *NO_TURN), (*spring.c, *NO_TURN), spring.load
+        )
         for y in (spring.y, -spring.y)
     ]
 
@@ -109,13 +111,13 @@ def _stop(gap: float, stiffness: float) -> Law:
     return lambda z, v: stiffness * (z - min(max(z, -gap), gap))
 
 
-def _rails(coach: Coach, road: Road) -> Forces:
+def _rails(coach: Coach, table: RailTable) -> Forces:
     wheels = coach.wheels
 
     def forces(t: float, q: Sequence[float], v: Sequence[float]) -> list[float]:
         out = [0.0] * 24
         for i in range(4):
-            rails, at = road.under(i, t), 6 * i
+            rails, at = table.under(i, t), 6 * i
             lateral, yaw = wheels.forces(rails, q[at + 1], v[at + 1], q[at + YAW], v[at + YAW])
             # the couple of the spinning wheels; without the roll rate of the track
             spin = wheels.spin_inertia * rails.speed / wheels.radius

@@ -39,7 +39,7 @@ class Wheels:
     clearance: float | None = None
     flange: float = 0.0
 
-    def lean(self, rails: Rails) -> tuple[float, float]:
+    def forced_roll(self, rails: Rails) -> tuple[float, float]:
         """Roll of a wheelset at y = 0 and its rate, (3.8): phi = phi_w - sigma e/b."""
         ratio = self.roll / self.half_gauge
         return (

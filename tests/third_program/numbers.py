@@ -12,7 +12,7 @@ from tests.third_program.contact import Wheels
 
 DESIGNS = Path(__file__).parents[2] / "designs"
 BOGIE, COACH = DESIGNS / "test_bogie.yaml", DESIGNS / "manchester_coach.yaml"
-# in the design of no vehicle, since pitch is no motion of railui's: usual numbers, which the lateral motion hardly feels
+# no design has them, since nothing pitches in railui: usual numbers, which the lateral motion hardly feels
 FRAME_PITCH, BODY_PITCH = 1476.0, 1.97e6
 
 

@@ -10,7 +10,7 @@ from exudyn import itemInterface as items
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from tests.third_program.scene import Scene
+from tests.third_program.multibody import Multibody
 
 Floats = NDArray[np.float64]
 
@@ -27,8 +27,8 @@ class Rig:
 
 def simulate(rig: Rig, t: Floats, force: Floats, per_sample: int = 4) -> dict[str, Floats]:
     """z, vz, az from rest under a force [N] at the times t [s]."""
-    scene = Scene()
-    mbs = scene.mbs
+    system = Multibody()
+    mbs = system.mbs
     node = mbs.AddNode(items.Node1D(referenceCoordinates=[0.0]))
     mbs.AddObject(items.ObjectMass1D(nodeNumber=node, mass=rig.mass))
     marker = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
@@ -40,15 +40,15 @@ def simulate(rig: Rig, t: Floats, force: Floats, per_sample: int = 4) -> dict[st
         stops |= {"limitStopsLower": -gap, "limitStopsUpper": gap}
     mbs.AddObject(
         items.CoordinateSpringDamperExt(
-            markerNumbers=[scene.origin, marker], stiffness=rig.stiffness, damping=rig.damping, **stops
+            markerNumbers=[system.origin, marker], stiffness=rig.stiffness, damping=rig.damping, **stops
         )
     )
     step = float(t[1] - t[0]) / per_sample
     steps = per_sample * (len(t) - 1)
-    pushed = CubicSpline(t, force)(t[0] + step * np.arange(steps + 1)).tolist()
+    forces = CubicSpline(t, force)(t[0] + step * np.arange(steps + 1)).tolist()
     mbs.AddLoad(
         items.LoadCoordinate(
-            markerNumber=marker, load=0.0, loadUserFunction=lambda mbs, at, load: pushed[min(round(at / step), steps)]
+            markerNumber=marker, load=0.0, loadUserFunction=lambda mbs, at, load: forces[min(round(at / step), steps)]
         )
     )
     kinds = {"z": Output.Coordinates, "vz": Output.Coordinates_t, "az": Output.Coordinates_tt}
@@ -56,5 +56,5 @@ def simulate(rig: Rig, t: Floats, force: Floats, per_sample: int = 4) -> dict[st
         name: mbs.AddSensor(items.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind))
         for name, kind in kinds.items()
     }
-    scene.march(step, steps, per_sample)
-    return {name: scene.seen(sensor)[0] for name, sensor in sensors.items()}
+    system.integrate(step, steps, per_sample)
+    return {name: system.sensor_values(sensor)[0] for name, sensor in sensors.items()}

@@ -1,4 +1,4 @@
-"""Rigid bodies, connectors and constraints of Exudyn for a vehicle on rails, and its march in time.
+"""Rigid bodies, connectors and constraints of Exudyn for a vehicle on rails, and their integration in time.
 
 Axes x forward, y right, z down, heights upwards from the rails; the frame of reference runs with the vehicle, so that
 nothing moves along x but by small displacements. Every body has six degrees of freedom and feels gravity.
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import exudyn
 import numpy as np
-from exudyn import itemInterface as items
 from exudyn import OutputVariableType as Output
+from exudyn import itemInterface as items
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -21,7 +21,7 @@ Forces = Callable[[float, Sequence[float], Sequence[float]], list[float]]
 
 G = 9.81
 ROLL, PITCH, YAW = 3, 4, 5  # rotations among the six co-ordinates of a body, behind x, y, z
-HELD = 1e-9  # tolerance of Newton's iterations, relative
+TOLERANCE = 1e-9  # of Newton's iterations, relative and absolute
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Body:
         return [x - self.x, y, self.height - height]
 
 
-class Scene:
+class Multibody:
     """A multibody system of Exudyn under construction, then its solution."""
 
     def __init__(self) -> None:
@@ -52,15 +52,17 @@ class Scene:
 
     # ------------------------------------------------------------------------------------------- bodies
 
-    def body(self, mass: float, inertia: tuple[float, float, float], x: float, height: float) -> Body:
+    def add_body(self, mass: float, inertia: tuple[float, float, float], x: float, height: float) -> Body:
         """Add a rigid body: mass [kg], moments of inertia about x, y, z [kg*m^2]."""
         node = self.mbs.AddNode(items.NodeRigidBodyRxyz(referenceCoordinates=[x, 0.0, -height, 0.0, 0.0, 0.0]))
-        number = self.mbs.AddObject(items.ObjectRigidBody(nodeNumber=node, mass=mass, inertia=[*inertia, 0.0, 0.0, 0.0]))
+        number = self.mbs.AddObject(
+            items.ObjectRigidBody(nodeNumber=node, mass=mass, inertia=[*inertia, 0.0, 0.0, 0.0])
+        )
         marker = self.mbs.AddMarker(items.MarkerBodyMass(bodyNumber=number))
         self.mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=[0.0, 0.0, G]))
         return Body(int(node), int(number), x, height)
 
-    def weigh(self, body: Body, force: float) -> None:
+    def add_weight(self, body: Body, force: float) -> None:
         """Add a steady force downwards [N] on the centre of a body."""
         marker = self._point(body, body.x, 0.0, body.height)
         self.mbs.AddLoad(items.LoadForceVector(markerNumber=marker, loadVector=[0.0, 0.0, force]))
@@ -75,7 +77,7 @@ class Scene:
 
     # --------------------------------------------------------------------------------------- connectors
 
-    def upright(
+    def add_spring(
         self,
         lower: Body,
         upper: Body,
@@ -85,7 +87,7 @@ class Scene:
         load: float = 0.0,
         law: Law | None = None,
     ) -> int:
-        """Add a spring and damper along the fixed axes x, y, z that carries a load [N]; `law` acts across as well."""
+        """Add a spring and damper along the fixed axes x, y, z that carries a load [N]; `law` acts along y as well."""
         points = [self._point(body, *at) for body in (lower, upper)]
         offset = [0.0, 0.0, -load / k[2] if load else 0.0]
 
@@ -103,7 +105,7 @@ class Scene:
             )
         )
 
-    def leaning(
+    def add_mean_frame_spring(
         self,
         lower: Body,
         upper: Body,
@@ -127,14 +129,12 @@ class Scene:
             )
         )
 
-    def turning(self, lower: Body, upper: Body, k: float, c: float) -> int:
+    def add_torsional_spring(self, lower: Body, upper: Body, k: float, c: float) -> int:
         """Add a torsional spring and damper about z between two bodies [N*m/rad, N*m*s/rad]."""
         points = [self._point(body, upper.x, 0.0, upper.height) for body in (lower, upper)]
-        return int(
-            self.mbs.AddObject(items.TorsionalSpringDamper(markerNumbers=points, stiffness=k, damping=c))
-        )
+        return int(self.mbs.AddObject(items.TorsionalSpringDamper(markerNumbers=points, stiffness=k, damping=c)))
 
-    def rubbing(self, body: Body, coordinate: int, force: float, zone: float) -> int:
+    def add_friction(self, body: Body, coordinate: int, force: float, zone: float) -> int:
         """Add dry friction [N] of one co-ordinate against the ground, linear below the speed `zone` [m/s]."""
         return int(
             self.mbs.AddObject(
@@ -148,14 +148,14 @@ class Scene:
 
     # -------------------------------------------------------------------------- constraints and contact
 
-    def hold(self, body: Body, *coordinates: int) -> None:
+    def fix(self, body: Body, *coordinates: int) -> None:
         """Constrain co-ordinates of a body to their values at rest."""
         for coordinate in coordinates:
             self.mbs.AddObject(
                 items.CoordinateConstraint(markerNumbers=[self.origin, self._coordinate(body, coordinate)])
             )
 
-    def lean(self, body: Body, per_lateral: float, offset: Callable[[float], tuple[float, float]]) -> None:
+    def constrain_roll(self, body: Body, per_lateral: float, offset: Callable[[float], tuple[float, float]]) -> None:
         """Constrain the roll of a body to offset(t) less its lateral displacement times `per_lateral` [rad/m].
 
         offset returns the angle [rad] and its rate.
@@ -170,7 +170,7 @@ class Scene:
             )
         )
 
-    def act(self, bodies: Sequence[Body], forces: Forces) -> None:
+    def add_forces(self, bodies: Sequence[Body], forces: Forces) -> None:
         """Add forces on all co-ordinates of bodies as a function of time, co-ordinates and their rates."""
         n = 6 * len(bodies)
         self.mbs.AddObject(
@@ -183,7 +183,7 @@ class Scene:
 
     # ------------------------------------------------------------------------------- sensors and march
 
-    def watch(self, body: Body, at: tuple[float, float, float], what: Output) -> int:
+    def add_point_sensor(self, body: Body, at: tuple[float, float, float], what: Output) -> int:
         """Add a sensor of a vector in fixed axes at a point of a body."""
         return int(
             self.mbs.AddSensor(
@@ -193,28 +193,27 @@ class Scene:
             )
         )
 
-    def watch_joint(self, number: int, what: Output = Output.Displacement) -> int:
+    def add_joint_sensor(self, number: int, what: Output = Output.Displacement) -> int:
         """Add a sensor of a connector."""
         return int(
-            self.mbs.AddSensor(
-                items.SensorObject(objectNumber=number, storeInternal=True, outputVariableType=what)
-            )
+            self.mbs.AddSensor(items.SensorObject(objectNumber=number, storeInternal=True, outputVariableType=what))
         )
 
-    def march(self, step: float, steps: int, per_sample: int) -> None:
+    def integrate(self, step: float, steps: int, per_sample: int) -> None:
         """Integrate from rest by the trapezoidal rule, constraints on velocities; sensors keep the samples."""
         self.mbs.Assemble()
         settings, end = exudyn.SimulationSettings(), steps * step
         time = settings.timeIntegration
         time.numberOfSteps, time.endTime, time.verboseMode, time.adaptiveStep = steps, end, 0, False
-        time.newton.relativeTolerance = time.newton.absoluteTolerance = HELD
+        time.newton.relativeTolerance = time.newton.absoluteTolerance = TOLERANCE
         time.newton.useModifiedNewton = True
-        settings.solutionSettings.writeSolutionToFile = False
-        settings.solutionSettings.sensorsWritePeriod = per_sample * step
-        settings.displayComputationTime = False
-        self.mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.TrapezoidalIndex2)
+        settings.solution.file.write = False
+        settings.solution.sensors.writePeriod = per_sample * step
+        settings.show.computationTime = False
+        if not self.mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.TrapezoidalIndex2):
+            raise ArithmeticError("Exudyn's iterations do not converge: take more steps per sample")
 
-    def seen(self, sensor: int) -> Floats:
+    def sensor_values(self, sensor: int) -> Floats:
         """Values of a sensor [component, sample]."""
         return np.asarray(self.mbs.GetSensorStoredData(sensor))[:, 1:].T
 

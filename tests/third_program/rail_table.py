@@ -35,8 +35,8 @@ class Run:
         return np.asarray(CubicSpline(self.t, self.s)(self.t, 1))
 
 
-class Road:
-    """Rails under wheelsets at the steps of a march, `per_sample` of them between two samples of the run."""
+class RailTable:
+    """Rails under wheelsets at the time steps, `per_sample` of them between two samples of the run."""
 
     def __init__(self, run: Run, behind: tuple[float, ...], per_sample: int) -> None:
         self.per_sample = per_sample
