@@ -212,7 +212,7 @@ def main(words: Sequence[str] | None = None) -> None:
     """The command line."""
     p = argparse.ArgumentParser(prog="python -m tests.third_program.campaign", description=__doc__)
     p.add_argument("out", type=Path)
-    p.add_argument("names", nargs="*", choices=[*CASES, []], metavar="NAME", help=", ".join(CASES))
+    p.add_argument("names", nargs="*", metavar="NAME", help=", ".join(CASES))
     given = p.parse_args(words)
     for name in given.names or CASES:
         write(CASES[name], given.out / name)
