@@ -19,7 +19,7 @@ from tests.third_program import bogie, coach, numbers, rig
 from tests.third_program.rail_table import Run
 
 Floats = NDArray[np.float64]
-TRACK = "erri_b176_low length=500 seed=3 spacing=0.05"
+TRACK = "erri_b176_low length=300 seed=3 spacing=0.05"
 NO_ROLL_INERTIA = 1e-3  # kg*m^2: the wheelset of railui has none
 WHEELSETS = ("e", "ay", "psi", "d")
 # channels of the coach: Exudyn's name, railui's
