@@ -6,6 +6,7 @@
 # deny: advisories, licences, duplicates and sources of the crates;
 # killed: a search killed at 50 random moments, cases that kill their workers;
 # bench-peers: the standard job with other software; bench-counts: its instructions, counted by valgrind;
+# exudyn: motions and loops of vehicles simulated by Exudyn;
 # emulated: the kernel's tests on an emulated processor with AVX-512;
 # growth: cost against length, designs, degrees of freedom, threads and effects;
 # sensors: what sets of sensors determine and detect, and the delay and noise that they bear;
@@ -17,7 +18,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run fuzz test rust rust-style python-style slow check bench bench-peers bench-counts growth sensors shots blind pictures docs transcripts rewrite dist minimum deny emulated killed clean
+.PHONY: run fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots blind pictures docs transcripts rewrite dist minimum deny emulated killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -100,6 +101,13 @@ deny:
 # long trials of the identification: true effect excluded, crossed damping, sensitivity to the settings
 slow: .stamp-build
 	$(BIN)/python -m pytest tests/identification -m slow
+
+# the optional dependencies `bench`
+exudyn: .stamp-build
+	$(BIN)/python -m pip install --quiet -c constraints.txt "exudyn>=1.13"
+	$(BIN)/python -m pytest tests/third_program -m "slow or not slow"
+	$(BIN)/python -m tests.third_program.agreement
+	$(BIN)/python -m tests.third_program.loops target/exudyn
 
 emulated:
 	$(PYTHON) release/emulate_avx512.py

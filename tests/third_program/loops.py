@@ -1,0 +1,64 @@
+"""Loops on the campaigns of Exudyn as a table: python -m tests.third_program.loops OUT [NAME ...]
+
+Writes the campaigns into OUT and runs the loop on each; a loop that OUT has already is only read.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from railui.cli import cli
+from tests.third_program.campaign import CASES, Case, write
+
+HEAD = "| campaign | verdict | effect | location | size, estimated | true | NRMSE | with the effect | noise floor |"
+RULE = "| --- | --- | --- | --- | ---: | ---: | ---: | ---: | ---: |"
+
+
+def size_of(case: Case) -> str:
+    """Name of the parameter that says how large an effect is."""
+    return next(key for key in ("force", "half_width", "gap") if key in case.effect)
+
+
+def loop(case: Case, folder: Path) -> dict[str, Any]:
+    """Report of the loop on a campaign, written and run where `folder` has none."""
+    out = folder / "out"
+    if not (out / "loop.json").is_file():
+        write(case, folder)
+        try:
+            cli(["loop", str(folder), "-o", str(out), "--quiet"])
+        except SystemExit as done:
+            if done.code:
+                raise RuntimeError(f"the loop on {folder} failed with exit code {done.code}") from None
+    return dict(json.loads((out / "loop.json").read_text(encoding="utf-8")))
+
+
+def row(name: str, report: Mapping[str, Any]) -> str:
+    """One line of the table; an effect of another kind or location than the true one has no size."""
+    case, effects = CASES[name], report["effects"]
+    kinds = ", ".join(e["kind"] for e in effects) or "none"
+    places = ", ".join(e["at"] + (f" {e['wheelset']}" if e["wheelset"] else "") for e in effects) or "none"
+    key = size_of(case)
+    size = next((e["parameters"][key] for e in effects if e["kind"] == case.effect["kind"]), None)
+    estimate = "none" if size is None else f"{size['value']:.4g} +/- {size['sd']:.1g} {size['unit']}".removesuffix(" 1")
+    errors = (report[x]["nrmse"] for x in ("before", "after", "floor"))
+    cells = (name, report["verdict"], kinds, places, estimate, f"{case.effect[key]:g}")
+    return "| " + " | ".join([*cells, *("none" if x is None else f"{x:.3f}" for x in errors)]) + " |"
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """The command line."""
+    p = argparse.ArgumentParser(prog="python -m tests.third_program.loops", description=__doc__)
+    p.add_argument("out", type=Path)
+    p.add_argument("names", nargs="*", metavar="NAME", help=", ".join(CASES))
+    given = p.parse_args(words)
+    print(HEAD, RULE, sep="\n")
+    for name in given.names or CASES:
+        print(row(name, loop(CASES[name], given.out / name)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
