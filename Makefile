@@ -1,5 +1,5 @@
 # run: loop and search on the bundled campaign; test: everything; check: style, types and layers; rust: the kernel's own tests;
-# bench: speed of the kernel; blind: blind simulation study;
+# bench: speed of the kernel; blind: blind simulation study; blind-coaches: of a coach;
 # dist: wheel, source archive, bill of materials, installed away from the checkout; minimum: with the oldest versions allowed;
 # docs: the site, in target/site; transcripts: check every command of README and docs, the recording in real time included;
 # rewrite: write the present output of these commands into the pages;
@@ -18,7 +18,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
 
-.PHONY: run fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots blind pictures docs transcripts rewrite dist minimum deny emulated killed clean
+.PHONY: run fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots blind blind-coaches pictures docs transcripts rewrite dist minimum deny emulated killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -128,6 +128,9 @@ rewrite: .stamp-build
 
 blind: .stamp-build
 	$(BIN)/python -m tests.blind.blind --loops 20 --seed 1000
+
+blind-coaches: .stamp-build
+	$(BIN)/python -m tests.blind.coaches --seed 60000
 
 purpose: .stamp-build
 	@$(BIN)/python -m tests.bench.purpose

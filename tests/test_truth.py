@@ -479,3 +479,23 @@ def test_coaches_side_by_side_have_the_rates_of_the_single_one() -> None:
     found = both.rate(np.stack([x, x], 1), np.full(2, speed), np.stack([in_time.ravel()] * 2, 1), 0.0)
     known = coach_rate(Coach(), x[:34], speed, rails)
     assert np.abs(found[:34, 1] - known).max() < 1e-12 * np.abs(known).max()
+
+
+@pytest.mark.parametrize("kind", ["free_play", "hysteresis", "asymmetric_damper", "ageing_friction", "primary_drift"])
+@pytest.mark.parametrize("at", ["primary_lateral", "primary_yaw", "lateral_damper_lateral", "secondary_yaw"])
+def test_effect_at_a_joint_of_a_coach_pushes_both_bodies_alike(kind: str, at: str) -> None:
+    parameters = {k: x for k, x in PARAMETERS[kind].items() if k != "at"}
+    effects = [Effect(kind, at, None, parameters), Effect("dry_friction", at, 2, PARAMETERS["dry_friction"])]
+    c, rng = Coach(), np.random.default_rng(4)
+    x = np.concatenate([rng.normal(0.0, 1e-3, 17), rng.normal(0.0, 0.1, 17), rng.normal(0.0, 0.1, 4)])[:, None]
+    rails, speed = np.zeros((16, 1)), np.full(1, 40.0)
+    x = x[: 34 + Coaches([c], [effects]).own_states]
+    with_effects = Coaches([c], [effects]).rate(x, speed, rails, 1.0)
+    more = (with_effects[:34] - Coaches([c], [()]).rate(x[:34], speed, rails, 1.0))[17:, 0]
+    lateral, yaw = [0, 3, 6, 9, 11, 13, 15], [1, 4, 7, 10, 12, 14, 16]
+    force = more[lateral] * [c.m, c.m_f, c.m_f, *[c.m_w] * 4]
+    moment = more[yaw] * [c.I_z, c.I_zf, c.I_zf, *[c.I_zw] * 4]
+    places = np.array([0.0, c.a_c, -c.a_c, c.a_c + c.a, c.a_c - c.a, c.a - c.a_c, -c.a - c.a_c])
+    assert np.abs(more).max() > 0.0
+    assert abs(force.sum()) <= 1e-9 * np.abs(force).sum()
+    assert abs(moment.sum() + places @ force) <= 1e-9 * (np.abs(moment).sum() + np.abs(places * force).sum())

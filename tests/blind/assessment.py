@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,7 +21,7 @@ from railui.identification.estimation.validation import Validation, validate
 from railui.identification.loop import close_loop, indistinguishable_kinds
 from railui.identification.result import LoopResult
 from railui.vehicle.design_reader import PlacedEffect
-from tests.blind.cases import PlantedCase, is_same_family
+from tests.blind.cases import PlantedCase, is_same_family, joint_of
 from tests.truth.campaign import Campaign
 from tests.truth.effects import Effect
 from tests.truth.files import paths
@@ -79,8 +79,21 @@ class TrialRow:
         return self.before * MAX_ORACLE_RATIO > best
 
 
+@dataclass(frozen=True)
+class Truth:
+    """True numbers by their paths in design files, and the effects as they were on the estimation run."""
+
+    values: Mapping[str, float]
+    effects: Sequence[Effect]
+
+
+def truth_of(case: PlantedCase, campaign: Campaign) -> Truth:
+    """Return the truth of a bogie's campaign."""
+    return Truth(paths(campaign.vehicle), campaign.effects["a"][: len(case.effects)])
+
+
 def run_case(
-    case: PlantedCase, truth: Campaign, folder: Path, excluded: bool = False
+    case: PlantedCase, truth: Truth, folder: Path, excluded: bool = False
 ) -> tuple[TrialRow, LoopResult | None]:
     """Run the loop on a campaign of a trial; excluded: run it repeated with the planted effects excluded."""
     start, cpu_start = time.perf_counter(), time.process_time()
@@ -93,7 +106,7 @@ def run_case(
         row = replace(row, data_fault=faults, seconds=time.perf_counter() - start, cpu=time.process_time() - cpu_start)
         row = replace(row, sensors=case.sensors, scores=_scores(row, case, truth, result))
         if case.sort in ("catalogue", "two", "three"):
-            row = replace(row, oracle=oracle_error(create_context(dataset, jobs=1), case, truth))
+            row = replace(row, oracle=oracle_error(create_context(dataset, jobs=1), truth))
         if excluded and row.right_class and case.effects:
             row = _repeat_without(row, case, dataset, result)
     except Exception as problem:
@@ -105,7 +118,7 @@ def run_case(
 
 def assess(case: PlantedCase, result: LoopResult) -> TrialRow:
     """Compare the result of the loop with the planted effects."""
-    named = [e for e in result.after.model.effects if e.kind != "measured_force"]
+    named = added_effects(result)
     words = [f"{e.kind} {e.at}{f' {e.wheelset}' if e.wheelset else ''}" for e in named]
     discrepancy = result.discrepancy
     located = discrepancy is not None and discrepancy.is_located(result.context.settings.verdict)
@@ -121,11 +134,15 @@ def assess(case: PlantedCase, result: LoopResult) -> TrialRow:
     elif case.sort == "outside":
         name, kind = None, result.verdict == "outside"
         at = discrepancy.at if discrepancy is not None and located else ""
-        place = at in EQUIVALENT_LOCATIONS.get(case.effects[0].at, (case.effects[0].at,)) if at else None
+        true_at = joint_of(case.effects[0].at)
+        place = joint_of(at) in EQUIVALENT_LOCATIONS.get(true_at, (true_at,)) if at else None
     else:
         classes = [kinds for step in result.steps if (kinds := indistinguishable_kinds(result.context, step))]
         first = [{x for kinds in classes for x in kinds if e.kind in kinds} | {e.kind} for e in named]
-        pairs = [[(e, kinds) for e, kinds in zip(named, first, strict=True) if e.at == p.at] for p in case.effects]
+        pairs = [
+            [(e, kinds) for e, kinds in zip(named, first, strict=True) if joint_of(e.at) == joint_of(p.at)]
+            for p in case.effects
+        ]
         name = all(any(e.kind == p.kind for e, _ in matches) for p, matches in zip(case.effects, pairs, strict=True))
         kind = all(
             any(p.kind in kinds or is_same_family(p.kind, e.kind) for e, kinds in matches)
@@ -139,28 +156,35 @@ def assess(case: PlantedCase, result: LoopResult) -> TrialRow:
     )  # fmt: skip
 
 
-def oracle_error(context: Context, case: PlantedCase, truth: Campaign) -> float:
+def added_effects(result: LoopResult) -> list[PlacedEffect]:
+    """List the effects that the loop added to those of the nominal model."""
+    nominal = {(e.kind, e.at, e.wheelset) for e in result.context.nominal.effects}
+    effects = [e for e in result.after.model.effects if e.kind != "measured_force"]
+    return [e for e in effects if (e.kind, e.at, e.wheelset) not in nominal]
+
+
+def oracle_error(context: Context, truth: Truth) -> float:
     """Compute the validation error of the true structure: the best that any detection can reach."""
     try:
-        return validate_true_effects(context, truth.effects["a"][: len(case.effects)], truth).nrmse
+        return validate_true_effects(context, truth.effects, truth).nrmse
     except ValueError:
         return NAN
 
 
-def validate_true_effects(context: Context, effects: Sequence[Effect], truth: Campaign) -> Validation:
+def validate_true_effects(context: Context, effects: Sequence[Effect], truth: Truth) -> Validation:
     """Validate a model with some of the true effects, as they were on the estimation run, fitted from the true values.
 
     Raises ValueError if the fit fails.
     """
     free, dataset = context.campaign.estimated_parameters, context.dataset
-    true = paths(truth.vehicle)
-    model = context.nominal.with_path_values(list(free), np.array([true[p] for p in free]))
+    nominal = context.nominal
+    model = nominal.with_path_values(list(free), np.array([truth.values.get(p, nominal.value(p)) for p in free]))
     for e in effects:
         model = model.with_effect(PlacedEffect(e.kind, e.at, e.wheelset, dict(e.parameters)))
     fit = fit_output_error(
         context,
         model,
-        [*free, *model.effect_paths()],
+        [*free, *(p for p in model.effect_paths() if p not in nominal.effect_paths())],
         segments=prepare_segments(context, model, dataset.estimation),
         stable=not limits_hunting(model),
         tolerance=1e-5,
@@ -168,12 +192,12 @@ def validate_true_effects(context: Context, effects: Sequence[Effect], truth: Ca
     return validate(context, fit.model, dataset.validation)
 
 
-def _scores(row: TrialRow, case: PlantedCase, truth: Campaign, result: LoopResult) -> str:
+def _scores(row: TrialRow, case: PlantedCase, truth: Truth, result: LoopResult) -> str:
     """Errors of the estimates over their standard deviations, where the model has the planted effects and no others."""
-    found = [e for e in result.after.model.effects if e.kind != "measured_force"]
+    found = added_effects(result)
     if not row.right_name or len(found) != len(case.effects) or result.discrepancy is not None:
         return ""
-    true = dict(paths(truth.vehicle))
+    true = dict(truth.values)
     for group, effects in (("effects", result.after.model.design.effects), ("sensors", result.after.model.sensors)):
         for i, e in enumerate(effects):
             for p in case.effects:
@@ -193,7 +217,7 @@ def _repeat_without(row: TrialRow, case: PlantedCase, dataset: Dataset, result: 
     }
     excluded |= {other for e in case.effects for other in _kinds() if is_same_family(e.kind, other)}
     repeated = close_loop(dataset, without=excluded, jobs=1)
-    named = " + ".join(f"{e.kind} {e.at}" for e in repeated.after.model.effects if e.kind != "measured_force")
+    named = " + ".join(f"{e.kind} {e.at}" for e in added_effects(repeated))
     admits = repeated.verdict == "outside" or repeated.error_to_noise > UNEXPLAINED_RATIO or repeated.verdict == "none"
     ratio = f"{repeated.error_to_noise:.2f} of the floor"
     return replace(row, without=f"{repeated.verdict} {named} {ratio}".replace("  ", " "), admits=admits)

@@ -19,7 +19,7 @@ import numpy as np
 
 from railui.identification.result import LoopResult
 from railui.report.loop.detectable import minimum_detectable_effects
-from tests.blind.assessment import TrialRow, run_case
+from tests.blind.assessment import TrialRow, run_case, truth_of
 from tests.blind.cases import DETECTABLE_PARAMETERS, PlantedCase, with_detectable_effect
 from tests.blind.draw import LIMITS, LOOPS, draw_groups
 from tests.blind.table import HEAD, format_row, totals, write_section
@@ -50,7 +50,7 @@ def _run_all(
         if truth is not None and time.time() <= deadline:
             folder = directory / f"{case.order.name} {case.text}".replace(" ", "_").replace(",", "")
             write(truth, folder)
-            row, result = run_case(case, truth, folder, excluded=repeat)
+            row, result = run_case(case, truth_of(case, truth), folder, excluded=repeat)
             yield case, row, result
 
 

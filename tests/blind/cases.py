@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -70,9 +71,13 @@ def interpolate(weak: float, strong: float, size: float) -> float:
 
 def suspension_effect(kind: str, at: str, wheelset: int | None, size: float) -> Effect:
     """Create an effect at a suspension, of a size relative to the typical forces there."""
-    u = TYPICAL_MOTION[at]
-    z, v, k, force = u["z"], u["v"], u["k"], u["F"]
-    parameters = {
+    return effect(kind, at, wheelset, **suspension_parameters(kind, TYPICAL_MOTION[at], size))
+
+
+def suspension_parameters(kind: str, motion: Mapping[str, float], size: float) -> dict[str, float]:
+    """Compute the parameters of an effect from typical motion, stiffness and force at its location."""
+    z, v, k, force = motion["z"], motion["v"], motion["k"], motion["F"]
+    parameters: dict[str, dict[str, float]] = {
         "spring": {"stiffness": interpolate(0.4, 1.0, size) * k},
         "viscous_damper": {"damping": interpolate(0.15, 0.5, size) * force / v},
         "free_play": {"half_width": interpolate(0.5, 1.2, size) * z},
@@ -88,7 +93,7 @@ def suspension_effect(kind: str, at: str, wheelset: int | None, size: float) -> 
             "damping": interpolate(0.6, 1.5, size) * force / v,
         },
     }
-    return effect(kind, at, wheelset, **parameters[kind])
+    return parameters[kind]
 
 
 def other_effect(kind: str, at: str, wheelset: int | None, size: float) -> Effect:
@@ -198,6 +203,20 @@ def _pair(rng: np.random.Generator, entries: list[tuple[str, str, int | None]]) 
         if pair[0].kind != pair[1].kind and pair[0].at != pair[1].at:
             check_together(pair)
             return tuple(pair)
+
+
+# elements of a coach that join the same bodies in the same direction, by the one that stands for them here
+SAME_JOINT = {
+    "lateral_damper_lateral": "secondary_lateral",
+    "secondary_damper_roll": "anti_roll_bar_roll",
+    "secondary_roll": "anti_roll_bar_roll",
+    "primary_damper_roll": "primary_roll",
+}
+
+
+def joint_of(at: str) -> str:
+    """Name the joint of a location: elements between the same bodies act on the same motion."""
+    return SAME_JOINT.get(at, at)
 
 
 def is_same_family(kind: str, other: str) -> bool:

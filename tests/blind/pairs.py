@@ -16,7 +16,7 @@ from railui.campaign.dataset import read_dataset
 from railui.identification.context import create_context
 from railui.identification.estimation.validation import is_significant_gain
 from railui.identification.loop import close_loop
-from tests.blind.assessment import assess, validate_true_effects
+from tests.blind.assessment import assess, truth_of, validate_true_effects
 from tests.blind.cases import PlantedCase, draw_cases
 from tests.truth.campaign import campaign, write
 
@@ -33,10 +33,11 @@ def compare_pair(case: PlantedCase, directory: Path) -> str:
     better: error with the better one of the two; other gains: share of its square that the other one removes, with its
     standard error; counts: whether that changes the verdict. Raises ArithmeticError if every vehicle derails.
     """
-    truth = campaign(case.order)
-    write(truth, directory)
+    simulated = campaign(case.order)
+    write(simulated, directory)
+    truth = truth_of(case, simulated)
     context = create_context(read_dataset(load_campaign(directory)), jobs=1)
-    first, second = truth.effects["a"][:2]
+    first, second = truth.effects
     both = validate_true_effects(context, [first, second], truth)
     alone = min((validate_true_effects(context, [e], truth) for e in (first, second)), key=lambda j: j.nrmse)
     gain, sd = alone.error_reduction(both)

@@ -17,7 +17,7 @@ HEAD = (
 NORMAL_QUANTILE_95 = 1.6449  # half-width of a 90 % interval in standard deviations
 HELD_BY_PRIORS = ("contact_angle", "spin_creep")
 BOOTSTRAP_DRAWS = 4000
-BEGIN, END = "<!-- trial -->", "<!-- end of trial -->"
+MARKS = ("<!-- trial -->", "<!-- end of trial -->")
 TABLE_HEAD = ["| outcome | count | % | 95 % limits |", "| --- | ---: | ---: | ---: |"]
 
 
@@ -155,10 +155,11 @@ def totals(rows: Sequence[TrialRow]) -> list[str]:
         format_total("diverged on a validation run", [not np.isfinite(x.after) and x.verdict != "exception"
                                                         for x in rows]),
     ]  # fmt: skip
-    return [*lines, *_times(rows)]
+    return [*lines, *times(rows)]
 
 
-def _times(rows: Sequence[TrialRow]) -> list[str]:
+def times(rows: Sequence[TrialRow]) -> list[str]:
+    """Format the times of the loops."""
     measured = [x for x in rows if np.isfinite(x.cpu)]
     if not measured:
         return []
@@ -170,7 +171,7 @@ def _times(rows: Sequence[TrialRow]) -> list[str]:
     ]
 
 
-def write_section(path: Path, command: str, lines: Sequence[str]) -> None:
+def write_section(path: Path, command: str, lines: Sequence[str], marks: tuple[str, str] = MARKS) -> None:
     """Replace the section of the trial in a document, between its marks.
 
     Raises
@@ -178,8 +179,8 @@ def write_section(path: Path, command: str, lines: Sequence[str]) -> None:
     ValueError
         Where the document does not have both marks.
     """
-    text = path.read_text()
-    if BEGIN not in text or END not in text:
-        raise ValueError(f"{path} lacks the lines {BEGIN} and {END}: write both where the table belongs")
-    head, tail = text[: text.index(BEGIN)], text[text.index(END) :]
-    path.write_text("\n".join([f"{head}{BEGIN}", f"`{command}`:", "", *lines, "", tail]))
+    text, (begin, end) = path.read_text(), marks
+    if begin not in text or end not in text:
+        raise ValueError(f"{path} lacks the lines {begin} and {end}: write both where the table belongs")
+    head, tail = text[: text.index(begin)], text[text.index(end) :]
+    path.write_text("\n".join([f"{head}{begin}", f"`{command}`:", "", *lines, "", tail]))

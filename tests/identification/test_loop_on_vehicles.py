@@ -9,10 +9,11 @@ import pytest
 import yaml
 
 from railui.cli import cli
-from tests.truth.coach_campaign import ACCELEROMETERS, ALL, Law, Order, write_campaigns
+from tests.truth.coach_campaign import ACCELEROMETERS, ALL, Order, write_campaigns
+from tests.truth.effects import Effect
 
-FRICTION = Law("dry_friction", "secondary_lateral", None, {"force": 5e3, "slip_speed": 0.01})
-PLAY = Law("free_play", "primary_lateral", 3, {"half_width": 0.5e-3})
+FRICTION = Effect("dry_friction", "secondary_lateral", None, {"force": 5e3, "slip_speed": 0.01})
+PLAY = Effect("free_play", "primary_lateral", 3, {"half_width": 0.5e-3})
 CASES = {
     "nothing": Order(21, channels=ACCELEROMETERS, seconds=(40.0, 30.0)),
     "friction": Order(22, (FRICTION,), channels=ALL, seconds=(40.0, 30.0)),
@@ -46,10 +47,10 @@ def test_nothing_is_missing_with_accelerometers_alone(campaigns: dict[str, Path]
 
 
 @pytest.mark.parametrize(("name", "law"), [("friction", FRICTION), ("play", PLAY)])
-def test_an_effect_is_named_at_its_joint_with_its_size(campaigns: dict[str, Path], name: str, law: Law) -> None:
+def test_an_effect_is_named_at_its_joint_with_its_size(campaigns: dict[str, Path], name: str, law: Effect) -> None:
     report = loop(campaigns[name])
     assert report["verdict"] == "effect" and report["after"]["nrmse"] < 1.15 * report["floor"]["nrmse"]
     (effect,) = report["effects"]
-    assert (effect["kind"], effect["at"], effect["wheelset"]) == (law.kind, law.at, law.number)
+    assert (effect["kind"], effect["at"], effect["wheelset"]) == (law.kind, law.at, law.wheelset)
     key, value = next(iter(law.parameters.items()))
     assert effect["parameters"][key]["value"] == pytest.approx(value, rel=0.1)

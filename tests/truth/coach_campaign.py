@@ -6,9 +6,8 @@ evaluated on top of it. Nothing here uses the program's own equations.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,10 @@ import numpy as np
 import yaml
 from scipy.interpolate import CubicSpline
 
-from tests.truth.coach import FRAMES, V_PLACES, WHEELSETS, Coach, rate
+from tests.truth.campaign import pink
+from tests.truth.coach import FRAMES, V_PLACES, WHEELSETS, Coach, rate, state_matrix
+from tests.truth.coach_joints import joints_of, row_at, steps_for
+from tests.truth.effects import Effect
 from tests.truth.files import write_run
 from tests.truth.laws import Array, beyond, saturation
 from tests.truth.tracks import met, recorder_noise
@@ -39,58 +41,12 @@ FLOOR_DEPTH = 0.6  # below the body's centre of mass [m]
 ALL = ("e1", "e2", "e3", "e4", "ay1", "ay2", "ay3", "ay4", "d1", "d2", "d3", "d4")
 ALL = (*ALL, "ay_front", "ay_rear", "rf_front", "rf_rear", "floor_front", "floor_middle", "floor_rear")
 ACCELEROMETERS = ("ay_front", "ay_rear", "rf_front", "rf_rear", "floor_front", "floor_middle", "floor_rear")
-Force = Callable[[Array, Array, Array, float], tuple[Array, Array]]  # z, v, own state, t to force and the state's rate
-
-
-@dataclass(frozen=True)
-class Law:
-    """Force law at a location, on one joint of it or on all (None)."""
-
-    kind: str
-    at: str
-    number: int | None
-    parameters: Mapping[str, float] = field(default_factory=dict)
-
-    def record(self) -> dict[str, Any]:
-        """As it stands in a design file."""
-        place = {} if self.number is None else {"wheelset": self.number}
-        return {"kind": self.kind, "at": self.at, **place, **self.parameters}
-
-
-def numbers_of(at: str) -> tuple[int, ...]:
-    """Numbers of the joints of a location."""
-    return (1, 2, 3, 4) if at.startswith(("primary", "contact")) else (1, 2) if at != "body" else (0,)
-
-
-def row_at(c: Coach, at: str, number: int) -> Array:
-    """Motion of a joint [17]: of the lower body less the upper one; by virtual work also where its force acts."""
-    row = np.zeros(V_PLACES)
-    if at.startswith("primary"):
-        wheel, bogie, side = WHEELSETS[number - 1], (number - 1) // 2, 1 if number % 2 else -1
-        if at == "primary_yaw":
-            row[[wheel + 1, FRAMES[bogie] + 1]] = 1.0, -1.0
-        else:
-            row[[wheel, FRAMES[bogie], FRAMES[bogie] + 1, FRAMES[bogie] + 2]] = 1.0, -1.0, -side * c.a, -(c.r - c.h_f)
-    elif at.startswith("secondary"):
-        frame, side = FRAMES[number - 1], 1 if number == 1 else -1
-        if at == "secondary_yaw":
-            row[[frame + 1, 1]] = 1.0, -1.0
-        else:
-            row[[frame, frame + 2, 0, 1, 2]] = 1.0, c.secondary_h - c.h_f, -1.0, -side * c.a_c, -(c.secondary_h - c.h)
-    else:
-        row[{"body": 0, "frame": FRAMES[number - 1]}[at]] = 1.0
-    return row
-
-
-def linear_stiffness(c: Coach, at: str) -> float:
-    """Declared lateral stiffness of a joint."""
-    return 2.0 * c.primary[1] if at == "primary_lateral" else 2.0 * c.secondary[1]
 
 
 class Coaches:
-    """Coaches side by side: states [34 + 8, vehicle], the last ones the laws' own."""
+    """Coaches side by side: states [34 + those of the effects, vehicle]."""
 
-    def __init__(self, coaches: Sequence[Coach], laws: Sequence[Sequence[Law]]) -> None:
+    def __init__(self, coaches: Sequence[Coach], effects: Sequence[Sequence[Effect]]) -> None:
         self.coaches = coaches
         self.suspension = np.stack([_suspension(c) for c in coaches])  # [vehicle, 17, 34 + 16]
         self.inverse_mass = np.stack([_inverse_mass(c) for c in coaches], axis=1)  # [17, vehicle]
@@ -100,19 +56,13 @@ class Coaches:
         self.stops = np.array([c.stop for c in coaches]).T
         rows = [[row_at(c, "secondary_lateral", n) for c in coaches] for n in (1, 2)]
         self.stop_rows = np.array(rows).transpose(0, 2, 1)  # [bogie, 17, vehicle]
-        self.joints = [
-            (k, i, law, row_at(coaches[k], law.at, number))
-            for k, some in enumerate(laws)
-            for law in some
-            if law.at != "contact"
-            for i, number in enumerate(numbers_of(law.at) if law.number is None else (law.number,))
-        ]
+        self.joints, self.own_states = joints_of(coaches, effects)
         self.cubic = np.zeros((4, len(coaches)))
-        for k, some in enumerate(laws):
-            for law in some:
-                if law.kind == "nonlinear_conicity":
-                    rows = slice(None) if law.number is None else law.number - 1
-                    self.cubic[rows, k] = law.parameters["cubic"]
+        for k, some in enumerate(effects):
+            for one in some:
+                if one.kind == "nonlinear_conicity":
+                    rows = slice(None) if one.wheelset is None else one.wheelset - 1
+                    self.cubic[rows, k] = one.parameters["cubic"]
 
     def rate(self, x: Array, V: Array, rails: Array, t: float) -> Array:
         """x' at speeds [vehicle] over rails [16, vehicle], with rates in time."""
@@ -122,15 +72,17 @@ class Coaches:
         Q_y, Q_psi = self._contact(q[9::2], q[10::2], v[9::2], v[10::2], V, rails.reshape(4, 4, -1).transpose(1, 0, 2))
         a[9::2] += Q_y / self.p["m_w"]
         a[10::2] += Q_psi / self.p["I_zw"]
-        own = np.zeros((len(x) - 2 * V_PLACES, x.shape[1]))
         gap, stiffness = self.stops
         force = -stiffness * beyond(np.einsum("nik,ik->nk", self.stop_rows, q), gap)
         a += np.einsum("nik,nk->ik", self.stop_rows, force) * self.inverse_mass
-        for k, i, law, row in self.joints:
-            z, dz, state = float(row @ q[:, k]), float(row @ v[:, k]), float(x[2 * V_PLACES + i, k])
-            of_law, own[i, k] = _force(law, self.coaches[k], z, dz, state, t)
-            a[:, k] += of_law * row * self.inverse_mass[:, k]
-        return np.concatenate([v, a, own])
+        own = x[2 * V_PLACES :]
+        own_rates = np.zeros_like(own)
+        for joints in self.joints:
+            forces, rates = joints.forces(q, v, own, t)
+            np.add.at(a.T, joints.at, (forces * joints.R * self.inverse_mass[:, joints.at]).T)
+            if rates is not None:
+                own_rates[joints.slots, joints.at] = rates
+        return np.concatenate([v, a, own_rates])
 
     def _contact(self, y: Array, psi: Array, vy: Array, vpsi: Array, V: Array, rails: Array) -> tuple[Array, Array]:
         """Q_y, Q_psi [wheelset, vehicle] with the gyroscopic moments, wheel by wheel; rails [4, wheelset, vehicle]."""
@@ -171,72 +123,75 @@ def _inverse_mass(c: Coach) -> Array:
     return np.asarray(1.0 / np.array(masses))
 
 
-def _force(law: Law, c: Coach, z: float, v: float, w: float, t: float) -> tuple[float, float]:
-    """Force along the motion of a joint, and the rate of the law's own state."""
-    p = law.parameters
-    if law.kind == "free_play":
-        return linear_stiffness(c, law.at) * float(np.clip(z, -p["half_width"], p["half_width"])), 0.0
-    if law.kind == "cubic_stiffness":
-        return -p["stiffness"] * z**3, 0.0
-    if law.kind == "bump_stop":
-        return -p["stiffness"] * (z - float(np.clip(z, -p["gap"], p["gap"]))), 0.0
-    if law.kind == "dry_friction":
-        return -p["force"] * float(np.tanh(v / p["slip_speed"])), 0.0
-    if law.kind == "quadratic_damper":
-        return -p["damping"] * abs(v) * v, 0.0
-    if law.kind == "viscous_damper":
-        return -p["damping"] * v, 0.0
-    if law.kind == "hysteresis":
-        return -p["yield"] * w, (p["stiffness"] / p["yield"]) * (v - 0.5 * (abs(v) * abs(w) * w + v * w * w))
-    if law.kind == "maxwell_damper":
-        return -w, p["stiffness"] * v - p["stiffness"] / p["damping"] * w
-    if law.kind == "rumble":
-        omega, phase = _harmonics(int(p["seed"]))
-        return p["force"] * float(np.sqrt(2 / len(omega)) * np.cos(omega * t + phase).sum()), 0.0
-    if law.kind == "switching_damper":
-        return -p["damping"] * (1.0 if np.sin(2 * np.pi * t / p["period"]) > 0 else 0.0) * v, 0.0
-    raise ValueError(law.kind)
-
-
-@cache
-def _harmonics(seed: int) -> tuple[Array, Array]:
-    """Angular frequencies and phases of an unmeasured random force, flat up to 8 Hz."""
-    rng = np.random.default_rng([seed, 7])
-    return 2 * np.pi * 8.0 * (np.arange(40) + rng.random(40)) / 40, rng.uniform(0, 2 * np.pi, 40)
-
-
 @dataclass(frozen=True)
 class Order:
     """Specification of a campaign: run a for estimation, run b for validation."""
 
     seed: int
-    laws: tuple[Law, ...] = ()
+    effects: tuple[Effect, ...] = ()
     name: str = "coach"
     channels: tuple[str, ...] = ALL
     speeds: tuple[float, float] = (45.0, 36.0)
     seconds: tuple[float, float] = (60.0, 45.0)
+    track: str = "low"  # ERRI B176
+    noise: float = 1.0  # factor on the standard deviations of the sensors
+    stated: float = 1.0  # standard deviations in the campaign file over the true ones; 0: none are stated
+    pink: bool = False  # sensors' noise with a 1/f spectrum
+    unmeasured: float = 0.0  # N: standard deviation of a random force on both frames
+    spread: Mapping[str, float] = field(default_factory=dict)  # field of the coach to the width of its draw
+
+    def all_effects(self, run: int) -> list[Effect]:
+        """The effects of a run, with the unmeasured force and the seed of a random force."""
+        extra = [Effect("frame_rumble", "frame", None, {"force": self.unmeasured})] if self.unmeasured else []
+        seeds = np.random.default_rng([self.seed, 12, run]).integers(2**31, size=len(self.effects) + 1)
+        return [
+            replace(e, parameters={**e.parameters, "seed": int(seed)}) if e.kind == "frame_rumble" else e
+            for e, seed in zip([*self.effects, *extra], seeds, strict=False)
+        ]
 
 
 def drawn(order: Order) -> Coach:
-    """A true coach round the declared one."""
+    """A true coach round the nominal one, stable a little above both speeds."""
     rng = np.random.default_rng([order.seed, 11])
+    for _ in range(100):
+        c = _drawn(order, rng)
+        if np.linalg.eigvals(state_matrix(c, max(order.speeds) + 3.0)).real.max() < 1e-6:
+            return c
+    raise ValueError(f"no stable coach near the nominal one at {order.speeds} m/s: lower the speeds")
+
+
+def _drawn(order: Order, rng: np.random.Generator) -> Coach:
     values: dict[str, Any] = {x: getattr(Coach(), x) * (1 + rng.uniform(-w, w)) for x, w in SPREAD.values()}
     u = rng.uniform(-1.0, 1.0, 3)
     c = Coach()
     values["primary"] = (c.primary[0] * (1 + 0.1 * u[0]), c.primary[1] * (1 + 0.1 * u[1]), c.primary[2])
     values["secondary_c"] = (0.0, c.secondary_c[1] * (1 + 0.25 * u[2]), c.secondary_c[2])
+    values |= {x: getattr(c, x) * (1 + rng.uniform(-w, w)) for x, w in order.spread.items()}
     return replace(c, **values)
+
+
+def true_values(c: Coach) -> dict[str, float]:
+    """Numbers of a true coach that differ from the nominal ones, by their paths in design files."""
+    values = {path: float(getattr(c, x)) for path, (x, _) in SPREAD.items()}
+    return values | {
+        "contact.wheels.contact_angle": c.delta,
+        "vehicle.elements.primary.longitudinal_stiffness": c.primary[0],
+        "vehicle.elements.primary.lateral_stiffness": c.primary[1],
+        "vehicle.elements.lateral_damper.lateral_damping": c.secondary_c[1],
+    }
 
 
 def write_campaigns(orders: Sequence[Order], folders: Sequence[Path]) -> None:
     """Simulate campaigns of the same lengths side by side and write each into its folder, with its truth."""
     coaches = [drawn(order) for order in orders]
-    model = Coaches(coaches, [order.laws for order in orders])
+    steps = max(steps_of(order) for order in orders)
     for i, letter in enumerate("ab"):
+        model = Coaches(coaches, [order.all_effects(i) for order in orders])
         runs = [
-            met(o.speeds[i], o.seconds[i], 100 * o.seed + i, "low", rate=RATE, before=WARM, spread=0.8) for o in orders
+            met(o.speeds[i], o.seconds[i], 100 * o.seed + i, o.track, rate=RATE, before=WARM, spread=0.8)
+            for o in orders
         ]
-        states, accelerations = _march(model, runs)
+        states, accelerations = _march(model, runs, steps)
         for k, (order, folder) in enumerate(zip(orders, folders, strict=True)):
             folder.mkdir(parents=True, exist_ok=True)
             _write_run(order, coaches[k], runs[k], states[:, :, k], accelerations[:, :, k], folder, letter, i)
@@ -244,10 +199,16 @@ def write_campaigns(orders: Sequence[Order], folders: Sequence[Path]) -> None:
         _write_texts(order, coach, folder)
 
 
-def _march(model: Coaches, runs: Sequence[Any]) -> tuple[Array, Array]:
+def steps_of(order: Order) -> int:
+    """Integration steps per sample that a campaign needs."""
+    c = drawn(order)
+    return max(STEPS, steps_for(c, order.effects, _inverse_mass(c), 1.0 / RATE))
+
+
+def _march(model: Coaches, runs: Sequence[Any], steps: int = STEPS) -> tuple[Array, Array]:
     """States and accelerations [sample, coordinate, vehicle] by fourth-order Runge-Kutta from rest."""
     n = len(runs[0].t)
-    at = np.arange(2 * STEPS * (n - 1) + 1) / (2 * STEPS)
+    at = np.arange(2 * steps * (n - 1) + 1) / (2 * steps)
     c = model.coaches[0]
     behind = (0.0, 2 * c.a, 2 * c.a_c, 2 * c.a_c + 2 * c.a)
     rails, speed = np.zeros((len(at), RAILS, len(runs))), np.zeros((len(at), len(runs)))
@@ -261,13 +222,13 @@ def _march(model: Coaches, runs: Sequence[Any]) -> tuple[Array, Array]:
             columns = (lateral(under), v * lateral(under, 1) * moving, cross(under), v * cross(under, 1) * moving)
             for j, column in enumerate(columns):
                 rails[:, 4 * w + j, k] = column
-    dt = 1.0 / RATE / STEPS
-    x = np.zeros((2 * V_PLACES + 4, len(runs)))
+    dt = 1.0 / RATE / steps
+    x = np.zeros((2 * V_PLACES + model.own_states, len(runs)))
     states, accelerations = [], []
     for i in range(0, len(at), 2):
         t = runs[0].t[0] + at[i] / RATE
         s1 = model.rate(x, speed[i], rails[i], t)
-        if i % (2 * STEPS) == 0:
+        if i % (2 * steps) == 0:
             states.append(x[: 2 * V_PLACES])
             accelerations.append(s1[V_PLACES : 2 * V_PLACES])
         if i + 2 >= len(at):
@@ -307,7 +268,9 @@ def _write_run(
     warm = round(WARM * RATE)
     channels = _sensed(c, run, states, accelerations)
     columns = {"t": run.t, "s": run.s, "v": run.v, "yw": run.yw, "phiw": run.phiw}
-    columns |= {name: channels[name] + rng.normal(0.0, _sd(name), len(run.t)) for name in order.channels}
+    for name in order.channels:
+        sd = order.noise * _sd(name)
+        columns[name] = channels[name] + (sd * pink(len(run.t), rng) if order.pink else rng.normal(0, sd, len(run.t)))
     columns = {name: x[warm:] for name, x in columns.items()}
     for name in ("yw", "phiw"):
         columns[name] = columns[name] + recorder_noise(columns["s"], 2e-5, 2.5, rng)
@@ -329,20 +292,14 @@ def _write_texts(order: Order, coach: Coach, folder: Path) -> None:
         **{f"ay_{n}": {"kind": "lateral_acceleration", "body": f"frame_{i}"} for i, n in ((1, "front"), (2, "rear"))},
         **{f"rf_{n}": {"kind": "yaw_rate", "body": f"frame_{i}"} for i, n in ((1, "front"), (2, "rear"))},
     }
-    noise = {"yw": 2e-5, "phiw": 2e-5} | {name: _sd(name) for name in order.channels}
+    noise = {"yw": 2e-5, "phiw": 2e-5} | {name: order.noise * _sd(name) for name in order.channels}
     text = {
         "name": order.name,
         "vehicle": "vehicle.yaml",
         "runs": [{"file": "run_a.csv.gz", "role": "adjust"}, {"file": "run_b.csv.gz", "role": "validate"}],
         "channels": {name: declared[name] for name in order.channels if name in declared},
-        "noise": noise,
+        **({"noise": {name: order.stated * sd for name, sd in noise.items()}} if order.stated else {}),
     }
     (folder / "campaign.yaml").write_text(yaml.safe_dump(text, sort_keys=False), encoding="utf-8")
-    values = {path: getattr(coach, x) for path, (x, _) in SPREAD.items()}
-    values["vehicle.elements.primary.longitudinal_stiffness"], values["vehicle.elements.primary.lateral_stiffness"] = (
-        coach.primary[0],
-        coach.primary[1],
-    )
-    values["vehicle.elements.lateral_damper.lateral_damping"] = coach.secondary_c[1]
-    truth = {"laws": [law.record() for law in order.laws], "values": {k: float(v) for k, v in values.items()}}
+    truth = {"effects": [one.record() for one in order.effects], "values": true_values(coach)}
     (folder / "truth.yaml").write_text(yaml.safe_dump(truth), encoding="utf-8")

@@ -127,12 +127,13 @@ def _group(members: list[tuple[int, Effect]], size: int, declared: Callable[[int
         p[name] = values if isinstance(values[0], str | list | tuple | np.ndarray) else np.array(values, float)
     p["k0"], p["c0"] = (np.array(x, float) for x in zip(*(declared(k, first.at) for k in who), strict=True))
     if first.kind == "frame_rumble":
-        p["harmonics"] = [_rumble(f["highest"], int(f["seed"])) for f in filled]
+        p["harmonics"] = [harmonics_of_rumble(f["highest"], int(f["seed"])) for f in filled]
     at = "linkage" if first.at == "wheelset_yaw" and first.wheelset is None else first.at
     rows = slice(0, 1) if at == "linkage" else first.rows
     return Group(KINDS[first.kind], at, rows, slice(None) if who == list(range(size)) else np.array(who), p)
 
 
-def _rumble(highest: float, seed: int) -> tuple[Array, Array]:
+def harmonics_of_rumble(highest: float, seed: int) -> tuple[Array, Array]:
+    """Angular frequencies and phases of an unmeasured random force."""
     rng = np.random.default_rng([seed, 7])
     return 2.0 * np.pi * highest * (np.arange(60) + rng.random(60)) / 60.0, rng.uniform(0.0, 2.0 * np.pi, 60)

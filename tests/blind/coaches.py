@@ -1,0 +1,103 @@
+"""Blind trial of the loop on simulated campaigns of a coach of bodies: 30 by chance from a seed.
+
+python -m tests.blind.coaches --seed 50000 -o coaches.csv --resume --write docs/blind.md
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from pathlib import Path
+from typing import Any
+
+from tests.blind.assessment import TrialRow, Truth, run_case
+from tests.blind.blind import append_rows, read_rows
+from tests.blind.coach_cases import CoachCase, draw_coaches
+from tests.blind.coach_table import MARKS, coach_totals
+from tests.blind.table import HEAD, format_row, write_section
+from tests.truth.coach_campaign import drawn, steps_of, true_values, write_campaigns
+
+GROUP = 14  # campaigns simulated side by side
+
+
+def folder_of(case: CoachCase, directory: Path) -> Path:
+    """Folder of a campaign."""
+    return directory / case.order.name.replace(" ", "_")
+
+
+def simulate(cases: Sequence[CoachCase], directory: Path) -> list[CoachCase]:
+    """Simulate the campaigns that the directory lacks."""
+    lacking = [case for case in cases if not (folder_of(case, directory) / "truth.yaml").exists()]
+    if lacking:
+        write_campaigns([case.order for case in lacking], [folder_of(case, directory) for case in lacking])
+    return list(cases)
+
+
+def run(case: CoachCase, directory: Path) -> TrialRow:
+    """Run the loop on a campaign."""
+    truth = Truth(true_values(drawn(case.order)), case.order.all_effects(0)[: len(case.effects)])
+    return run_case(case, truth, folder_of(case, directory))[0]
+
+
+def run_trial(cases: Sequence[CoachCase], directory: Path, processes: int) -> Iterator[TrialRow]:
+    """Simulate the campaigns, those of alike time step together, run the loop on each and yield its row."""
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")  # the processes inherit it
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, context, max_tasks_per_child=1) as pool:
+        pending: set[Future[Any]] = {pool.submit(simulate, group, directory) for group in groups_of(cases)}
+        while pending:
+            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for found in (future.result() for future in done):
+                if isinstance(found, TrialRow):
+                    yield found
+                else:
+                    pending |= {pool.submit(run, case, directory) for case in found}
+
+
+def groups_of(cases: Sequence[CoachCase]) -> list[list[CoachCase]]:
+    """Group campaigns of the same time step, the quickest first."""
+    steps = [steps_of(case.order) for case in cases]
+    alike = [[case for case, n in zip(cases, steps, strict=True) if n == some] for some in sorted(set(steps))]
+    return [some[i : i + GROUP] for some in alike for i in range(0, len(some), GROUP)]
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    p = argparse.ArgumentParser(prog="python -m tests.blind.coaches", description=__doc__)
+    p.add_argument("--seed", type=int, default=50000)
+    p.add_argument("--campaigns", type=int, help="the first so many of the trial's")
+    p.add_argument("--seconds", type=float, nargs=2, default=(70.0, 45.0), help="length of both runs")
+    p.add_argument("--processes", type=int, default=2, choices=(1, 2))
+    p.add_argument("--keep", type=Path, metavar="DIR", help="keep the campaigns in this directory")
+    p.add_argument("-o", "--output", type=Path, metavar="CSV", help="append each row as it is known")
+    p.add_argument("--resume", action="store_true", help="leave out the campaigns that the output has")
+    p.add_argument("--write", type=Path, metavar="MD", help="replace the section of this trial in a document")
+    options = p.parse_args(arguments)
+    rows: list[TrialRow] = []
+    if options.output and options.output.exists():
+        if not options.resume:
+            p.error(f"{options.output} exists: give --resume, or another file")
+        rows = read_rows(options.output)
+    done = {row.number for row in rows}
+    cases = draw_coaches(options.seed, options.seconds)[: options.campaigns]
+    with tempfile.TemporaryDirectory() as scratch:
+        print(HEAD, flush=True)
+        cases = [case for case in cases if case.order.seed not in done]
+        for row in run_trial(cases, options.keep or Path(scratch), options.processes):
+            print(format_row(row), flush=True)
+            rows.append(row)
+            if options.output:
+                append_rows(options.output, [row])
+    lines = coach_totals(rows)
+    print("\n".join(["", *lines]))
+    if options.write:
+        write_section(options.write, f"python -m tests.blind.coaches --seed {options.seed}", lines, MARKS)
+
+
+if __name__ == "__main__":
+    main()

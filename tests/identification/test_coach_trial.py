@@ -1,0 +1,55 @@
+"""The blind trial of coaches: its cases, and how its rows are judged."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from tests.blind.assessment import TrialRow
+from tests.blind.coach_cases import FLOOR_SENSORS, draw_coaches, library_entries, planted_effect
+from tests.blind.coach_table import coach_totals, has_right_joints, names_wrongly, outcome
+from tests.blind.coaches import groups_of
+from tests.truth.coach_campaign import drawn, steps_of, true_values
+
+
+def row(number: int, planted: str, named: str, verdict: str = "effect", **facts: object) -> TrialRow:
+    errors = {"before": 0.3, "after": 0.1, "floor": 0.1, "oracle": 0.1}
+    return TrialRow(number, "catalogue", planted, "", verdict, named, **{**errors, **facts})  # type: ignore[arg-type]
+
+
+def test_thirty_coaches_are_drawn_in_their_sorts_the_same_again() -> None:
+    cases = draw_coaches(7, (70.0, 45.0))
+    assert cases == draw_coaches(7, (70.0, 45.0)) and cases != draw_coaches(8, (70.0, 45.0))
+    assert Counter(case.sort for case in cases) == {"catalogue": 15, "nothing": 5, "outside": 5, "two": 5}
+    assert sum(case.order.channels == FLOOR_SENSORS for case in cases) == 5
+    assert all(case.sensors != "other" for case in cases)
+
+
+def test_every_entry_of_the_coach_library_is_planted_with_numbers() -> None:
+    for entry in library_entries():
+        effect = planted_effect(entry, 0.5)
+        assert effect.parameters and (effect.kind, effect.at, effect.wheelset) == entry
+
+
+def test_coaches_are_grouped_by_time_step_and_none_is_lost() -> None:
+    cases = draw_coaches(9, (70.0, 45.0))
+    groups = groups_of(cases)
+    assert sorted(c.order.seed for group in groups for c in group) == [c.order.seed for c in cases]
+    assert all(len({steps_of(c.order) for c in group}) == 1 for group in groups)
+
+
+def test_true_coach_differs_from_the_nominal_one_by_its_stated_values() -> None:
+    first, second = (true_values(drawn(case.order)) for case in draw_coaches(10, (70.0, 45.0))[:2])
+    assert first.keys() == second.keys() and all(first[path] != second[path] for path in first)
+
+
+def test_wrong_effect_at_the_noise_floor_counts_as_clean_wrong() -> None:
+    wrong = row(1, "free_play primary_lateral 3", "dry_friction primary_lateral 3", right_name=False, right_class=False)
+    other = row(2, "free_play primary_lateral 3", "free_play primary_lateral", right_name=True, right_class=True)
+    weak = row(3, "spring secondary_lateral", "", "none", before=0.1, right_name=False, right_class=False)
+    assert names_wrongly(wrong) and not names_wrongly(other) and not names_wrongly(weak)
+    assert [outcome(x) for x in (wrong, other, weak)] == ["wrong", "right", "weak"]
+    assert not has_right_joints(other)
+    text = "\n".join(coach_totals([wrong, other, weak]))
+    assert "all names and joint groups right | 1 of 2 | 50" in text
+    assert "explains the error down to noise | 1 of 3" in text
+    assert "too weak to count: verdict `none` | 1 of 1" in text
