@@ -37,7 +37,9 @@ SENSOR_SETS: dict[str, tuple[str, ...]] = {
 FLOOR_SENSORS = ("ay_front", "ay_rear", *FLOOR)
 PRIOR_SPREAD = {"delta": 0.42, "kappa_s": 0.35}  # as wide as the priors that hold them
 SPEEDS, SLOWER = (36.0, 52.0), (0.7, 0.85)  # m/s of the estimation run; the validation run's over it
+ROUGHNESS = {"low": 1.0, "high": 1.65}  # rms motion on B176 over that on B176 low
 Entry = tuple[str, str, int | None]
+Stranger = tuple[str, str, dict[str, float]]
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ def library_entries() -> list[Entry]:
 
 
 # faults that are not in the library; the joint is drawn
-NOT_IN_LIBRARY: tuple[tuple[str, str, dict[str, float]], ...] = (
+NOT_IN_LIBRARY: tuple[Stranger, ...] = (
     ("frame_rumble", "frame", {"force": 1500.0}),
     ("frame_rumble", "body", {"force": 3000.0}),
     ("hung_mass", "frame", {"mass": 800.0, "stiffness": 8e5, "damping": 2e3}),
@@ -97,12 +99,13 @@ NOT_IN_LIBRARY: tuple[tuple[str, str, dict[str, float]], ...] = (
 )
 
 
-def planted_effect(entry: Entry, size: float) -> Effect:
-    """Create the effect of a library entry."""
+def planted_effect(entry: Entry, size: float, rough: float = 1.0) -> Effect:
+    """Create the effect of a library entry, of a size relative to the motion on a track so many times as rough."""
     kind, at, number = entry
     if kind == "nonlinear_conicity":
-        return Effect(kind, at, number, {"cubic": interpolate(3e4, 1e5, size)})
-    return Effect(kind, at, number, suspension_parameters(kind, TYPICAL_MOTION[at], size))
+        return Effect(kind, at, number, {"cubic": interpolate(3e4, 1e5, size) / rough**2})
+    motion = {name: x * (1.0 if name == "k" else rough) for name, x in TYPICAL_MOTION[at].items()}
+    return Effect(kind, at, number, suspension_parameters(kind, motion, size))
 
 
 def draw_coaches(seed: int, seconds: Sequence[float]) -> list[CoachCase]:
@@ -112,14 +115,15 @@ def draw_coaches(seed: int, seconds: Sequence[float]) -> list[CoachCase]:
     strangers = [NOT_IN_LIBRARY[k] for k in rng.permutation(len(NOT_IN_LIBRARY))]
     cases = []
     for i, k in enumerate(rng.permutation(len(sorts))):
-        effects = _effects(rng, sorts[k], strangers.pop() if sorts[k] == "outside" else strangers[0])
         order = _order(rng, seed + i, sorts[k], seconds)
+        stranger = strangers.pop() if sorts[k] == "outside" else strangers[0]
+        effects = _effects(rng, sorts[k], stranger, ROUGHNESS[order.track])
         sort = {"single": "catalogue", "floor": "catalogue"}.get(sorts[k], sorts[k])
         cases.append(CoachCase(sort, effects, replace(order, effects=effects)))
     return cases
 
 
-def _effects(rng: np.random.Generator, sort: str, stranger: tuple[str, str, dict[str, float]]) -> tuple[Effect, ...]:
+def _effects(rng: np.random.Generator, sort: str, stranger: Stranger, rough: float) -> tuple[Effect, ...]:
     entries = library_entries()
     if sort == "nothing":
         return ()
@@ -131,12 +135,12 @@ def _effects(rng: np.random.Generator, sort: str, stranger: tuple[str, str, dict
         while True:
             first, second = (entries[int(k)] for k in rng.choice(len(entries), 2, replace=False))
             if first[0] != second[0] and joint_of(first[1]) != joint_of(second[1]):
-                return planted_effect(first, STRONG), planted_effect(second, STRONG)
+                return planted_effect(first, STRONG, rough), planted_effect(second, STRONG, rough)
     # kinds alike in chance, then their joints: some have many
     kinds = sorted({kind for kind, _, _ in entries})
     kind = kinds[int(rng.integers(len(kinds)))]
     own = [e for e in entries if e[0] == kind]
-    return (planted_effect(own[int(rng.integers(len(own)))], float(rng.uniform(WEAKEST, STRONG))),)
+    return (planted_effect(own[int(rng.integers(len(own)))], float(rng.uniform(WEAKEST, STRONG)), rough),)
 
 
 def _order(rng: np.random.Generator, seed: int, sort: str, seconds: Sequence[float]) -> Order:

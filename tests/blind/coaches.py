@@ -30,11 +30,11 @@ def folder_of(case: CoachCase, directory: Path) -> Path:
 
 
 def simulate(cases: Sequence[CoachCase], directory: Path) -> list[CoachCase]:
-    """Simulate the campaigns that the directory lacks."""
+    """Simulate the campaigns that the directory lacks; return those whose coach does not derail."""
     lacking = [case for case in cases if not (folder_of(case, directory) / "truth.yaml").exists()]
     if lacking:
         write_campaigns([case.order for case in lacking], [folder_of(case, directory) for case in lacking])
-    return list(cases)
+    return [case for case in cases if (folder_of(case, directory) / "truth.yaml").exists()]
 
 
 def run(case: CoachCase, directory: Path) -> TrialRow:

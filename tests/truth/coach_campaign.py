@@ -26,6 +26,7 @@ from tests.truth.tracks import met, recorder_noise
 DESIGN = Path(__file__).parents[2] / "designs/manchester_coach.yaml"
 WARM = 8.0  # s ahead of every run
 RATE, STEPS = 200.0, 2
+WIDEST = 0.1  # m: a wheelset further from the line has left the rails
 RAILS = 16  # y_w, its rate, phi_w, its rate at four wheelsets
 # declared paths in the design file, the field of the coach, and how far the true one may be from it
 SPREAD = {
@@ -182,9 +183,13 @@ def true_values(c: Coach) -> dict[str, float]:
 
 
 def write_campaigns(orders: Sequence[Order], folders: Sequence[Path]) -> None:
-    """Simulate campaigns of the same lengths side by side and write each into its folder, with its truth."""
+    """Simulate campaigns of the same lengths side by side and write each into its folder, with its truth.
+
+    A coach that derails leaves its folder without its texts.
+    """
     coaches = [drawn(order) for order in orders]
     steps = max(steps_of(order) for order in orders)
+    derailed = set()
     for i, letter in enumerate("ab"):
         model = Coaches(coaches, [order.all_effects(i) for order in orders])
         runs = [
@@ -194,9 +199,12 @@ def write_campaigns(orders: Sequence[Order], folders: Sequence[Path]) -> None:
         states, accelerations = _march(model, runs, steps)
         for k, (order, folder) in enumerate(zip(orders, folders, strict=True)):
             folder.mkdir(parents=True, exist_ok=True)
+            if not np.abs(states[:, list(WHEELSETS), k]).max() < WIDEST:
+                derailed.add(k)
             _write_run(order, coaches[k], runs[k], states[:, :, k], accelerations[:, :, k], folder, letter, i)
-    for order, coach, folder in zip(orders, coaches, folders, strict=True):
-        _write_texts(order, coach, folder)
+    for k, (order, coach, folder) in enumerate(zip(orders, coaches, folders, strict=True)):
+        if k not in derailed:
+            _write_texts(order, coach, folder)
 
 
 def steps_of(order: Order) -> int:
