@@ -489,7 +489,7 @@ def test_effect_at_a_joint_of_a_coach_pushes_both_bodies_alike(kind: str, at: st
     c, rng = Coach(), np.random.default_rng(4)
     x = np.concatenate([rng.normal(0.0, 1e-3, 17), rng.normal(0.0, 0.1, 17), rng.normal(0.0, 0.1, 4)])[:, None]
     rails, speed = np.zeros((16, 1)), np.full(1, 40.0)
-    x = x[: 34 + Coaches([c], [effects]).own_states]
+    x = x[: 34 + Coaches([c], [effects]).effects.states]
     with_effects = Coaches([c], [effects]).rate(x, speed, rails, 1.0)
     more = (with_effects[:34] - Coaches([c], [()]).rate(x[:34], speed, rails, 1.0))[17:, 0]
     lateral, yaw = [0, 3, 6, 9, 11, 13, 15], [1, 4, 7, 10, 12, 14, 16]

@@ -71,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     p = argparse.ArgumentParser(prog="python -m tests.blind.coaches", description=__doc__)
     p.add_argument("--seed", type=int, default=50000)
     p.add_argument("--campaigns", type=int, help="the first so many of the trial's")
-    p.add_argument("--seconds", type=float, nargs=2, default=(70.0, 45.0), help="length of both runs")
+    p.add_argument("--seconds", type=float, nargs=2, default=(40.0, 30.0), help="length of both runs")
     p.add_argument("--processes", type=int, default=2, choices=(1, 2))
     p.add_argument("--keep", type=Path, metavar="DIR", help="keep the campaigns in this directory")
     p.add_argument("-o", "--output", type=Path, metavar="CSV", help="append each row as it is known")

@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 
 from tests.truth.campaign import pink
 from tests.truth.coach import FRAMES, V_PLACES, WHEELSETS, Coach, rate, state_matrix
-from tests.truth.coach_joints import joints_of, row_at, steps_for
+from tests.truth.coach_joints import JointEffects, row_at, steps_for
 from tests.truth.effects import Effect
 from tests.truth.files import write_run
 from tests.truth.laws import Array, beyond, saturation
@@ -57,7 +57,7 @@ class Coaches:
         self.stops = np.array([c.stop for c in coaches]).T
         rows = [[row_at(c, "secondary_lateral", n) for c in coaches] for n in (1, 2)]
         self.stop_rows = np.array(rows).transpose(0, 2, 1)  # [bogie, 17, vehicle]
-        self.joints, self.own_states = joints_of(coaches, effects)
+        self.effects = JointEffects(coaches, effects, self.inverse_mass)
         self.cubic = np.zeros((4, len(coaches)))
         for k, some in enumerate(effects):
             for one in some:
@@ -69,21 +69,15 @@ class Coaches:
         """x' at speeds [vehicle] over rails [16, vehicle], with rates in time."""
         q, v = x[:V_PLACES], x[V_PLACES : 2 * V_PLACES]
         inputs = np.concatenate([x[: 2 * V_PLACES], rails])
-        a = np.einsum("kij,jk->ik", self.suspension, inputs)
+        a = (self.suspension @ inputs.T[:, :, None])[:, :, 0].T
         Q_y, Q_psi = self._contact(q[9::2], q[10::2], v[9::2], v[10::2], V, rails.reshape(4, 4, -1).transpose(1, 0, 2))
         a[9::2] += Q_y / self.p["m_w"]
         a[10::2] += Q_psi / self.p["I_zw"]
         gap, stiffness = self.stops
         force = -stiffness * beyond(np.einsum("nik,ik->nk", self.stop_rows, q), gap)
         a += np.einsum("nik,nk->ik", self.stop_rows, force) * self.inverse_mass
-        own = x[2 * V_PLACES :]
-        own_rates = np.zeros_like(own)
-        for joints in self.joints:
-            forces, rates = joints.forces(q, v, own, t)
-            np.add.at(a.T, joints.at, (forces * joints.R * self.inverse_mass[:, joints.at]).T)
-            if rates is not None:
-                own_rates[joints.slots, joints.at] = rates
-        return np.concatenate([v, a, own_rates])
+        of_effects, own_rates = self.effects.accelerations(q, v, x[2 * V_PLACES :], t)
+        return np.concatenate([v, a + of_effects, own_rates])
 
     def _contact(self, y: Array, psi: Array, vy: Array, vpsi: Array, V: Array, rails: Array) -> tuple[Array, Array]:
         """Q_y, Q_psi [wheelset, vehicle] with the gyroscopic moments, wheel by wheel; rails [4, wheelset, vehicle]."""
@@ -231,7 +225,7 @@ def _march(model: Coaches, runs: Sequence[Any], steps: int = STEPS) -> tuple[Arr
             for j, column in enumerate(columns):
                 rails[:, 4 * w + j, k] = column
     dt = 1.0 / RATE / steps
-    x = np.zeros((2 * V_PLACES + model.own_states, len(runs)))
+    x = np.zeros((2 * V_PLACES + model.effects.states, len(runs)))
     states, accelerations = [], []
     for i in range(0, len(at), 2):
         t = runs[0].t[0] + at[i] / RATE

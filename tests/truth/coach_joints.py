@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from tests.truth.laws import Array
 from tests.truth.placed import harmonics_of_rumble
 
 STIFF = ("spring", "bump_stop", "hysteresis", "maxwell_damper", "hung_mass")  # kinds with a stiffness [N/m]
-STEP = 1.2  # largest rate of an effect [1/step] at which the integration follows it
+STEP = 1.6  # largest rate of an effect [1/step] at which the integration follows it
 
 
 def numbers_of(at: str) -> tuple[int, ...]:
@@ -56,62 +56,77 @@ def linear_element(c: Coach, at: str) -> tuple[float, float]:
     }.get(at, (0.0, 0.0))
 
 
-@dataclass
-class Joints:
-    """Joints with an effect of one kind: vehicle, motion and parameters of each."""
+@dataclass(frozen=True)
+class _Joint:
+    """A joint with an effect: its vehicle k, motion [17], the numbers of the effect and the first of its states."""
 
-    kind: str
-    vehicles: list[int] = field(default_factory=list)
-    rows: list[Array] = field(default_factory=list)
-    numbers: list[dict[str, Any]] = field(default_factory=list)
-    first_states: list[int] = field(default_factory=list)
-
-    def add(self, k: int, c: Coach, effect: Effect, number: int, first_state: int) -> None:
-        """Add the joint of a vehicle."""
-        k0, c0 = linear_element(c, effect.at)
-        self.vehicles.append(k)
-        self.rows.append(row_at(c, effect.at, number))
-        self.numbers.append({**effect.filled(), "k0": k0, "c0": c0})
-        self.first_states.append(first_state)
-
-    def prepare(self) -> None:
-        """Arrange the numbers of all joints in arrays."""
-        self.at = np.array(self.vehicles)
-        self.R = np.stack(self.rows, axis=1)  # [17, joint]
-        self.p: dict[str, Any] = {"at": ""}
-        self.p |= {name: np.array([x[name] for x in self.numbers], float) for name in self.numbers[0]}
-        if self.kind == "frame_rumble":
-            self.p["harmonics"] = [harmonics_of_rumble(x["highest"], int(x["seed"])) for x in self.numbers]
-        self.slots = np.arange(KINDS[self.kind].states)[:, None] + np.array(self.first_states)  # [state, joint]
-
-    def forces(self, q: Array, v: Array, own: Array, t: float) -> tuple[Array, Array | None]:
-        """Force along the motion of every joint, and the rates of the states of the laws [state, joint]."""
-        z, dz = ((self.R * x[:, self.at]).sum(axis=0)[None] for x in (q, v))
-        states = own[self.slots, self.at][:, None]
-        kind = KINDS[self.kind]
-        if kind.law is not None:
-            force, rates = kind.law(self.p, z, dz, states, t)
-            return force[0], None if rates is None else rates[:, 0]
-        pushed: list[Array] = []
-        assert kind.many is not None
-        rates = kind.many(self.p, lambda _: z, lambda _: dz, lambda _, force: pushed.append(force), states, t)
-        return pushed[0][0], None if rates is None else rates[:, 0]
+    k: int
+    row: Array
+    numbers: dict[str, Any]
+    first_state: int
 
 
-def joints_of(coaches: Sequence[Coach], effects: Sequence[Sequence[Effect]]) -> tuple[list[Joints], int]:
-    """Gather the force effects of all vehicles by kind; the number of states that the laws of a vehicle need."""
-    found: dict[str, Joints] = {}
-    used = [0] * len(coaches)
-    for k, (c, some) in enumerate(zip(coaches, effects, strict=True)):
-        for one in some:
-            if one.at == "contact":
-                continue
-            for number in numbers_of(one.at) if one.wheelset is None else (one.wheelset,):
-                found.setdefault(one.kind, Joints(one.kind)).add(k, c, one, number, used[k])
-                used[k] += KINDS[one.kind].states
-    for joints in found.values():
-        joints.prepare()
-    return list(found.values()), max(used, default=0)
+class JointEffects:
+    """Force effects at the joints of vehicles side by side, evaluated kind by kind."""
+
+    def __init__(self, coaches: Sequence[Coach], effects: Sequence[Sequence[Effect]], inverse_mass: Array) -> None:
+        by_kind: dict[str, list[_Joint]] = {}
+        used = [0] * len(coaches)
+        for k, (c, some) in enumerate(zip(coaches, effects, strict=True)):
+            for one in some:
+                if one.at == "contact":
+                    continue
+                k0, c0 = linear_element(c, one.at)
+                for number in numbers_of(one.at) if one.wheelset is None else (one.wheelset,):
+                    numbers = {**one.filled(), "k0": k0, "c0": c0}
+                    by_kind.setdefault(one.kind, []).append(_Joint(k, row_at(c, one.at, number), numbers, used[k]))
+                    used[k] += KINDS[one.kind].states
+        joints = [x for some in by_kind.values() for x in some]
+        self.states = max(used, default=0)
+        self.at = np.array([x.k for x in joints], int)
+        self.R = np.array([x.row for x in joints]).reshape(-1, V_PLACES).T  # [17, joint]
+        self.by_mass = self.R * inverse_mass[:, self.at]
+        self.of_vehicle = (self.at[:, None] == np.arange(len(coaches))).astype(float)  # [joint, vehicle]
+        ends = np.cumsum([len(some) for some in by_kind.values()])
+        self.kinds = [
+            (slice(end - len(some), end), kind, _side_by_side(kind, some), _slots(kind, some))
+            for end, (kind, some) in zip(ends, by_kind.items(), strict=True)
+        ]
+
+    def accelerations(self, q: Array, v: Array, own: Array, t: float) -> tuple[Array, Array]:
+        """Accelerations [17, vehicle], and the rates of the states of the effects."""
+        rates = np.zeros_like(own)
+        z, dz = (np.einsum("ij,ij->j", self.R, x[:, self.at]) for x in (q, v))
+        forces = np.zeros(len(self.at))
+        for part, kind, p, slots in self.kinds:
+            at = self.at[part]
+            forces[part], of_states = _force(kind, p, z[None, part], dz[None, part], own[slots, at][:, None], t)
+            if of_states is not None:
+                rates[slots, at] = of_states[:, 0]
+        return (self.by_mass * forces) @ self.of_vehicle, rates
+
+
+def _side_by_side(kind: str, joints: Sequence[_Joint]) -> dict[str, Any]:
+    p: dict[str, Any] = {name: np.array([x.numbers[name] for x in joints], float) for name in joints[0].numbers}
+    if kind == "frame_rumble":
+        p["harmonics"] = [harmonics_of_rumble(x.numbers["highest"], int(x.numbers["seed"])) for x in joints]
+    return {**p, "at": ""}
+
+
+def _slots(kind: str, joints: Sequence[_Joint]) -> Any:
+    return np.arange(KINDS[kind].states)[:, None] + np.array([x.first_state for x in joints])  # [state, joint]
+
+
+def _force(kind: str, p: dict[str, Any], z: Array, v: Array, own: Array, t: float) -> tuple[Array, Array | None]:
+    """Force along the motion of every joint of a kind, and the rates of its states [state, 1, joint]."""
+    law, many = KINDS[kind].law, KINDS[kind].many
+    if law is not None:
+        force, rates = law(p, z, v, own, t)
+        return force[0], rates
+    pushed: list[Array] = []
+    assert many is not None
+    rates = many(p, lambda _: z, lambda _: v, lambda _, force: pushed.append(force), own, t)
+    return pushed[0][0], rates
 
 
 def steps_for(c: Coach, effects: Sequence[Effect], inverse_mass: Array, dt: float) -> int:
