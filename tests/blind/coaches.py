@@ -21,7 +21,7 @@ from tests.blind.coach_table import MARKS, coach_totals
 from tests.blind.table import HEAD, format_row, write_section
 from tests.truth.coach_campaign import drawn, steps_of, true_values, write_campaigns
 
-GROUP = 14  # campaigns simulated side by side
+GROUP = 30  # campaigns simulated side by side
 
 
 def folder_of(case: CoachCase, directory: Path) -> Path:
