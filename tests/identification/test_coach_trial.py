@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 
+import yaml
+
 from tests.blind.assessment import TrialRow
 from tests.blind.coach_cases import FLOOR_SENSORS, draw_coaches, library_entries, planted_effect
 from tests.blind.coach_table import coach_totals, has_right_joints, names_wrongly, outcome
@@ -40,6 +42,12 @@ def test_coaches_are_grouped_by_time_step_and_none_is_lost() -> None:
 def test_true_coach_differs_from_the_nominal_one_by_its_stated_values() -> None:
     first, second = (true_values(drawn(case.order)) for case in draw_coaches(10, (70.0, 45.0))[:2])
     assert first.keys() == second.keys() and all(first[path] != second[path] for path in first)
+
+
+def test_truth_of_every_coach_can_be_written() -> None:
+    for case in draw_coaches(11, (70.0, 45.0)):
+        truth = {"effects": [e.record() for e in case.effects], "values": true_values(drawn(case.order))}
+        assert yaml.safe_load(yaml.safe_dump(truth)) == truth
 
 
 def test_wrong_effect_at_the_noise_floor_counts_as_clean_wrong() -> None:

@@ -167,13 +167,13 @@ def _drawn(order: Order, rng: np.random.Generator) -> Coach:
 
 def true_values(c: Coach) -> dict[str, float]:
     """Numbers of a true coach that differ from the nominal ones, by their paths in design files."""
-    values = {path: float(getattr(c, x)) for path, (x, _) in SPREAD.items()}
-    return values | {
+    values = {path: getattr(c, x) for path, (x, _) in SPREAD.items()} | {
         "contact.wheels.contact_angle": c.delta,
         "vehicle.elements.primary.longitudinal_stiffness": c.primary[0],
         "vehicle.elements.primary.lateral_stiffness": c.primary[1],
         "vehicle.elements.lateral_damper.lateral_damping": c.secondary_c[1],
     }
+    return {path: float(x) for path, x in values.items()}
 
 
 def write_campaigns(orders: Sequence[Order], folders: Sequence[Path]) -> None:
