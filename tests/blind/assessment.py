@@ -184,7 +184,7 @@ def validate_true_effects(context: Context, effects: Sequence[Effect], truth: Tr
     fit = fit_output_error(
         context,
         model,
-        [*free, *(p for p in model.effect_paths() if p not in nominal.effect_paths())],
+        [*free, *model.effect_paths()],
         segments=prepare_segments(context, model, dataset.estimation),
         stable=not limits_hunting(model),
         tolerance=1e-5,

@@ -22,19 +22,19 @@ from tests.truth.coach_campaign import (
     RATE,
     WARM,
     Coaches,
-    Law,
     Order,
     _march,
     _sensed,
     drawn,
-    row_at,
 )
+from tests.truth.coach_joints import row_at
+from tests.truth.effects import Effect
 from tests.truth.files import write_run
 from tests.truth.laws import Array
 from tests.truth.tracks import met, recorder_noise
 
 SEED = 51
-FRICTION = Law("dry_friction", "secondary_lateral", None, {"force": 3e3, "slip_speed": 0.01})
+FRICTION = Effect("dry_friction", "secondary_lateral", None, {"force": 3e3, "slip_speed": 0.01})
 SPEEDS = {"a": 45.0, "b": 34.0, "c": 40.0}  # m/s; the last run validates
 SECONDS = 40.0
 YAW_DAMPING = (60e3, 69e3)  # N*s/m of a yaw damper, nominal and true
