@@ -29,12 +29,15 @@ def folder_of(case: CoachCase, directory: Path) -> Path:
     return directory / case.order.name.replace(" ", "_")
 
 
+def is_simulated(case: CoachCase, directory: Path) -> bool:
+    """True where the directory has the campaign."""
+    return (folder_of(case, directory) / "truth.yaml").exists()
+
+
 def simulate(cases: Sequence[CoachCase], directory: Path) -> list[CoachCase]:
-    """Simulate the campaigns that the directory lacks; return those whose coach does not derail."""
-    lacking = [case for case in cases if not (folder_of(case, directory) / "truth.yaml").exists()]
-    if lacking:
-        write_campaigns([case.order for case in lacking], [folder_of(case, directory) for case in lacking])
-    return [case for case in cases if (folder_of(case, directory) / "truth.yaml").exists()]
+    """Simulate campaigns side by side; return those whose coach does not derail."""
+    write_campaigns([case.order for case in cases], [folder_of(case, directory) for case in cases])
+    return [case for case in cases if is_simulated(case, directory)]
 
 
 def run(case: CoachCase, directory: Path) -> TrialRow:
@@ -49,7 +52,10 @@ def run_trial(cases: Sequence[CoachCase], directory: Path, processes: int) -> It
         os.environ.setdefault(variable, "1")  # the processes inherit it
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, context, max_tasks_per_child=1) as pool:
-        pending: set[Future[Any]] = {pool.submit(simulate, group, directory) for group in groups_of(cases)}
+        ready = [case for case in cases if is_simulated(case, directory)]
+        pending: set[Future[Any]] = {pool.submit(run, case, directory) for case in ready}
+        lacking = groups_of([case for case in cases if case not in ready])
+        pending |= {pool.submit(simulate, group, directory) for group in lacking}
         while pending:
             done, pending = wait(pending, return_when=FIRST_COMPLETED)
             for found in (future.result() for future in done):
