@@ -11,6 +11,7 @@ from typing import Any
 from railui.campaign.corrections.correction import Corrections
 from railui.campaign.corrections.reading import effects_of, read_corrections
 from railui.campaign.directory import campaign_file
+from railui.campaign.estimated import read_estimated
 from railui.campaign.schema import ROLES, CampaignModel, read_conditions
 from railui.campaign.sensors import read_sensors
 from railui.campaign.settings.loop_settings import LoopSettings
@@ -20,19 +21,14 @@ from railui.io.problems import FileProblems, Findings, Problem
 from railui.io.units import UnitError, quantity
 from railui.io.yaml_file import load_fields
 from railui.runs.columns import RIG_FORMS, Form
-from railui.vehicle.contact_profiles import GROUP as PROFILES_GROUP
 from railui.vehicle.design_reader import Design
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
-from railui.vehicle.multibody_estimated import default_estimated_of_vehicle
-from railui.vehicle.parameters import default_estimated
 from railui.vehicle.reference import load_named_design, suggest_file
 
 DEFAULT_BAND = (0.3, 40.0)  # Hz
 DEFAULT_CUT = 2.0  # s, left out at both ends of a segment
 DEFAULT_RIG_CUT_SHARE = 0.02  # of a segment, left out at both of its ends on a rig
-# estimated together, these leave one factor undetermined: the equation of the rig may be multiplied by any number
-RIG_EQUATION_FACTORS = ("vehicle.rig.mass", "vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain")
 
 
 @dataclass(frozen=True)
@@ -52,7 +48,7 @@ class Campaign:
     Attributes
     ----------
     design
-        The nominal vehicle.
+        The nominal vehicle, with a number for each joint or wheelset where the campaign frees it.
     noise
         Standard deviation per column.
     noise_band
@@ -124,7 +120,9 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     kind: Form = design.run_form if design else "bogie"
     runs = _runs(source.parent, data.get("runs"), findings)
     noise = read_stated_noise(data.get("noise"), kind, [run.file for run in runs], findings)
-    paths = _estimated_parameters(data.get("adjust"), design, findings)
+    paths: tuple[str, ...] = ()
+    if design is not None:
+        design, paths = read_estimated(data.get("adjust"), data.get("free"), design, findings)
     sensors = _sensors(data.get("sensors"), findings, catalogue, kind)
     corrections = read_corrections(data.get("sensors"), kind, [run.name for run in runs], findings)
     _check_band(data.get("band"), findings)
@@ -220,36 +218,6 @@ def _check_band(raw: Any, findings: Findings) -> None:
         findings.add(
             "band", f"its lower limit {low:g} Hz is not below its upper limit {high:g} Hz", "give [lowest, highest]"
         )
-
-
-def _estimated_parameters(given: Any, design: Design | None, findings: Findings) -> tuple[str, ...]:
-    if design is None:
-        return ()
-    paths: list[str] = []
-    for i, name in enumerate(given if isinstance(given, list) else _default_estimated(design)):
-        try:
-            found = design.expand(str(name))
-            if str(name).startswith(PROFILES_GROUP):
-                message = "the numbers of the profiles are not estimated, the contact parameters are"
-                findings.add(f"adjust.{i}", message, "write contact.leading, contact.trailing")
-            paths += [p for p in found if p not in paths and not p.startswith(f"{PROFILES_GROUP}.")]
-        except FileProblems as error:
-            findings.add(f"adjust.{i}", f"no such parameter {name!r}", error.problems[0].remedy)
-    if given == []:
-        findings.add("adjust", "is empty", "name a path, or leave out the key for the default list")
-    if set(RIG_EQUATION_FACTORS) <= set(paths):
-        findings.add(
-            "adjust",
-            "mass, stiffness, damping and gain can be determined up to a common factor only",
-            "leave vehicle.rig.mass or vehicle.rig.gain out",
-        )
-    return tuple(paths)
-
-
-def _default_estimated(design: Design) -> tuple[str, ...]:
-    if design.structure is not None:
-        return default_estimated_of_vehicle(design.structure, design.values)
-    return default_estimated(design.form, design.rig_input)
 
 
 def _sensors(raw: Any, findings: Findings, catalogue: Catalogue | None, kind: Form) -> tuple[PlacedEffect, ...]:

@@ -124,6 +124,11 @@ class CampaignModel(Group):
         default=2.5, title="shortest wavelength of track noise"
     )
     adjust: Annotated[list[Text], LIST] | None = Field(default=None, title="paths of the parameters to estimate")
+    free: Annotated[list[Text], LIST] = Field(
+        default_factory=list,
+        title="numbers that may differ between the joints of an element or the wheelsets of a contact",
+        description="estimated once for each joint or wheelset; of a group, those that are estimated",
+    )
     band: Annotated[tuple[Frequency, Frequency], PAIR] | None = Field(
         default=None,
         title="band of the comparison",

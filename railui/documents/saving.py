@@ -12,6 +12,7 @@ from railui.io.schema_line import schema_name
 from railui.io.yaml_writer import YamlWriter, number_text
 from railui.vehicle.contact_profiles import ContactProfiles
 from railui.vehicle.design import Adjustment, Design
+from railui.vehicle.division import joined_lists
 from railui.vehicle.parameters import FORMS, PARAMETERS, nest
 
 
@@ -58,10 +59,9 @@ def _vehicle_values(design: Design) -> dict[str, Any]:
     """Return the words and numbers of the vehicle by path, without the changes of its load state."""
     if design.structure is None:
         values: dict[str, Any] = {p.path: design.values[p.path] for p in FORMS[design.form]}
-    else:
-        numbers = {path: design.values[path] for path in design.parameters}
-        values = _structure_words(design) | numbers
-    return values | _numbers_without_load_state(design)
+        return values | _numbers_without_load_state(design)
+    numbers = {path: design.values[path] for path in design.parameters} | _numbers_without_load_state(design)
+    return _structure_words(design) | joined_lists(numbers, design.structure)
 
 
 def _structure_words(design: Design) -> dict[str, Any]:

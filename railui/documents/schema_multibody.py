@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from railui.vehicle.design_schema import design_model, number_group
+from railui.vehicle.division import POSITION_KEYS
 from railui.vehicle.element_kinds import (
     BODY,
     DIRECTED_KINDS,
@@ -64,6 +65,9 @@ def _part_schema(kind: str, known: tuple[Any, ...]) -> dict[str, Any]:
 def _element_schema(kind: str) -> dict[str, Any]:
     schema = _part_schema(kind, parameters_of_kind(kind))
     words = schema["properties"]
+    if kind != "wheelset":
+        laws = [p.path for p in parameters_of_kind(kind) if p.path not in POSITION_KEYS]
+        words |= {key: _or_list(words[key]) for key in laws}
     words["kind"] = {"const": kind}
     if "between" in words:
         description = f"two bodies, or a body and {GROUND}"
@@ -82,9 +86,17 @@ def _element_schema(kind: str) -> dict[str, Any]:
     return schema
 
 
+def _or_list(number: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a number that joints or wheelsets share, or of a list with one for each."""
+    entry = {"type": ["number", "string"]}
+    listed = {"type": "array", "items": entry, "minItems": 2, "description": "one for each joint or wheelset"}
+    return {**number, "anyOf": [*number["anyOf"], listed]}
+
+
 def _contact_schema() -> dict[str, Any]:
     """Return the schema of the contact groups and of the numbers common to all wheelsets."""
     group: dict[str, Any] = number_group("contact_of_wheels", WHEELSET_CONTACT).model_json_schema()
+    group["properties"] = {key: _or_list(number) for key, number in group["properties"].items()}
     shared = [p.path.removeprefix("contact.") for p in CONTACT if p.path.count(".") == 1]
     value = {"type": ["number", "string"]}
     properties: dict[str, Any] = dict.fromkeys(shared, value) | {"gauge_widens_clearance": {"type": "boolean"}}

@@ -12,6 +12,7 @@ from railui.arrays import ComplexArray, FloatArray
 from railui.contact.conicity import klingel_wavelength
 from railui.vehicle.linear import damping_ratio, eigenvalues
 from railui.vehicle.model import Model
+from railui.vehicle.parameter import split_path
 
 MIN_SPEED: Final = 1.0  # m/s from which every search begins
 MAX_SPACING: Final = 1.0  # m/s between two speeds of the search
@@ -144,6 +145,8 @@ def klingel_wavelength_of(model: Model, row: FloatArray) -> float | None:
     """Return Klingel's wavelength [m] of one vehicle, with the mean conicity of its wheelsets."""
 
     def mean(key: str) -> float:
-        return float(np.mean([row[i] for path, i in model.columns.items() if path.rpartition(".")[2] == key]))
+        return float(
+            np.mean([row[i] for path, i in model.columns.items() if split_path(path)[1].partition(".")[0] == key])
+        )
 
     return klingel_wavelength(mean("half_gauge"), mean("rolling_radius"), mean("conicity"))

@@ -23,7 +23,7 @@ from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
 from railui.vehicle.load_states import read_load_states
 from railui.vehicle.mounted_elements import expand_elements
 from railui.vehicle.multibody import Structure
-from railui.vehicle.multibody_reader import read_structure
+from railui.vehicle.multibody_reader import check_no_lists, read_structure
 from railui.vehicle.parameters import FORMS, setting_paths
 from railui.vehicle.wheel_loads import check_bogie_wheel_loads, check_wheel_loads
 
@@ -78,6 +78,8 @@ def _read(document: Document, findings: Findings, source: Path | None, catalogue
     structure_values: dict[str, float] = {}
     if form == "vehicle":
         structure, structure_values = read_structure(data, findings)
+        if structure is not None and declared is not None:
+            check_no_lists(structure, findings)
         data = _without_structure(data)
     known_paths = [*(p.path for p in FORMS.get(form, ())), *setting_paths(form)]
     model = check_group(design_model(form), data, findings, extra=known_paths)

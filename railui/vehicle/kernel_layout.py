@@ -53,9 +53,12 @@ class _LayoutBuilder:
         sensors = [(s.channel, s.accelerometer) for s in self.structure.sensors if s.accelerometer is not None]
         return [AccelerometerLayout(name, self.index[a.body], a.at, a.with_gravity) for name, a in sensors]
 
-    def number(self, part: Part, key: str) -> LinearSum:
-        """Return the index of a part's number; empty if it has none."""
-        return [(1.0, self.columns[part.number_path(key)])] if key in part.keys else []
+    def number(self, part: Part, key: str, joint: int = 0) -> LinearSum:
+        """Return the index of a part's number, at one of its joints where it differs; empty if it has none."""
+        return self.column(part.number_path(key), joint) if key in part.keys else []
+
+    def column(self, path: str, number: int) -> LinearSum:
+        return [(1.0, self.columns[self.structure.path_at(path, number)])]
 
     def x(self, member: Member) -> LinearSum:
         return [(factor, self.columns[path]) for factor, path in position_terms(self.structure, member)]
@@ -84,7 +87,7 @@ class _LayoutBuilder:
             half_gauge=self.number(part, "half_gauge"),
             rolling_radius=self.number(part, "rolling_radius"),
             wheel_load=self.number(part, "wheel_load"),
-            contact=[[(1.0, self.columns[f"contact.{group}.{key}"])] for key in CONTACT],
+            contact=[self.column(f"contact.{group}.{key}", member.number) for key in CONTACT],
             spin_creep=[(1.0, self.columns["contact.spin_creep"])],
         )
 
@@ -94,8 +97,8 @@ class _LayoutBuilder:
         first = self.point(part, "", (self.x(member), [], self.height(member)))
         points = first, self.point(part, "_to", first) if part.kind == "link" else first
         ends = [None if end is None else self.index[end] for end in joint.ends]
-        mirrored, carried = self.structure.is_mirrored(part), self.number(part, "static_load")
-        return JointLayout(part.name, joint.number, (ends[0], ends[1]), points, mirrored, self.terms(part), carried)
+        mirrored, carried = self.structure.is_mirrored(part), self.number(part, "static_load", joint.number)
+        return JointLayout(part.name, joint.number, (ends[0], ends[1]), points, mirrored, self.terms(joint), carried)
 
     def point(self, part: Part, end: str, otherwise: KernelPoint) -> KernelPoint:
         """Return the attachment point of an element; absent coordinates are those of `otherwise`."""
@@ -105,9 +108,11 @@ class _LayoutBuilder:
         x, y, height = (coordinate or default for coordinate, default in zip(given, otherwise, strict=True))
         return x, y, height
 
-    def terms(self, part: Part) -> list[tuple[str, str, list[LinearSum]]]:
+    def terms(self, joint: Joint) -> list[tuple[str, str, list[LinearSum]]]:
+        part = joint.part
+
         def of(*keys: str) -> list[LinearSum]:
-            return [self.number(part, key) for key in keys]
+            return [self.number(part, key, joint.number) for key in keys]
 
         if part.kind == "spring":
             return [(way, "spring", of(f"{way}_stiffness")) for way in DIRECTIONS]

@@ -8,31 +8,60 @@ from functools import cached_property
 
 from railui.vehicle.element_kinds import GROUND, ROTATIONS
 from railui.vehicle.multibody_parts import EffectLocation, Joint, Member, Part
-from railui.vehicle.parameter import Parameter
+from railui.vehicle.parameter import Parameter, numbered_path
 from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT
 from railui.vehicle.sensors import Sensor, kernel_names
 
 
 @dataclass(frozen=True)
 class Structure:
-    """Topology of a multibody vehicle: everything but its numbers; `sensors` are those that a campaign declares."""
+    """Topology of a multibody vehicle: everything but its numbers.
+
+    Attributes
+    ----------
+    bodies, elements, floor : tuple of Part
+    contacts : tuple of str
+        Names of the contact groups.
+    sensors : tuple of Sensor
+        Those that a campaign declares.
+    divided : tuple of (str, tuple of int)
+        Paths of the numbers that differ between joints or wheelsets, with the numbers of these.
+    """
 
     bodies: tuple[Part, ...]
     elements: tuple[Part, ...]
     floor: tuple[Part, ...]
     contacts: tuple[str, ...]
     sensors: tuple[Sensor, ...] = ()
+    divided: tuple[tuple[str, tuple[int, ...]], ...] = ()
 
     @cached_property
     def parameters(self) -> dict[str, Parameter]:
         """Parameter records of all numbers by path, in the order of the kernel."""
         parts = (*self.bodies, *self.elements, *self.floor)
-        parameters = {p.path: p for part in parts for p in part.parameters}
+        shared = [p for part in parts for p in part.parameters]
         for name in self.contacts:
-            for p in WHEELSET_CONTACT:
-                caption = f"{p.caption}, {name.replace('_', ' ')}"
-                parameters[f"contact.{name}.{p.path}"] = replace(p, path=f"contact.{name}.{p.path}", caption=caption)
-        return parameters | {p.path: p for p in CONTACT if p.path.count(".") == 1}
+            called = name.replace("_", " ")
+            shared += [
+                replace(p, path=f"contact.{name}.{p.path}", caption=f"{p.caption}, {called}") for p in WHEELSET_CONTACT
+            ]
+        shared += [p for p in CONTACT if p.path.count(".") == 1]
+        return {each.path: each for p in shared for each in self._divide(p)}
+
+    def _divide(self, p: Parameter) -> list[Parameter]:
+        numbers = dict(self.divided).get(p.path)
+        if numbers is None:
+            return [p]
+        return [replace(p, path=numbered_path(p.path, n), caption=f"{p.caption} {n}") for n in numbers]
+
+    def paths_of(self, path: str) -> tuple[str, ...]:
+        """Return the path of a number, or those of its joints or wheelsets where it differs between them."""
+        numbers = dict(self.divided).get(path)
+        return (path,) if numbers is None else tuple(numbered_path(path, n) for n in numbers)
+
+    def path_at(self, path: str, number: int) -> str:
+        """Return the path of a number of one joint or wheelset."""
+        return numbered_path(path, number) if path in dict(self.divided) else path
 
     @cached_property
     def channel_names(self) -> dict[str, str]:
@@ -165,7 +194,8 @@ class Structure:
             sides = 2.0 if self.is_mirrored(part) else 1.0
 
             def get(key: str, part: Part = part) -> float:
-                return values.get(part.number_path(key), 0.0)
+                paths = self.paths_of(part.number_path(key))
+                return sum(values.get(path, 0.0) for path in paths) / len(paths)
 
             arm = get("y") ** 2
             for law in ("stiffness", "damping"):

@@ -24,12 +24,14 @@ def default_estimated_of_vehicle(structure: Structure, values: Mapping[str, floa
     values : mapping
         Numbers of the vehicle by path; those that are zero are not estimated.
     """
-    paths = [f"contact.{name}.{p.path}" for name in structure.contacts for p in WHEELSET_CONTACT]
+    contact = [f"contact.{name}.{p.path}" for name in structure.contacts for p in WHEELSET_CONTACT]
+    paths = [path for shared in contact for path in structure.paths_of(shared)]
     paths.append("contact.spin_creep")
     wheelsets = {w.name for w in structure.wheelsets} | {w.part.name for w in structure.wheelsets}
     for part in structure.elements:
         if "between" not in part.words:
             continue
         keys = STIFFNESS if part.kind == "spring" and wheelsets & set(part.between) else DAMPING
-        paths += [part.number_path(k) for k in keys if k in part.keys and values.get(part.number_path(k), 0.0)]
+        numbers = [path for k in keys if k in part.keys for path in structure.paths_of(part.number_path(k))]
+        paths += [path for path in numbers if values.get(path, 0.0)]
     return tuple(paths)

@@ -9,7 +9,9 @@ from typing import Any
 
 from railui.io.fields import Group, check_group
 from railui.io.problems import Findings, suggest_name
+from railui.io.units import UnitError
 from railui.io.yaml_nodes import join_path
+from railui.vehicle.division import POSITION_KEYS, divide_numbers, divisible_numbers
 from railui.vehicle.element_kinds import (
     BODY,
     DIRECTED_KINDS,
@@ -23,7 +25,7 @@ from railui.vehicle.element_kinds import (
 from railui.vehicle.multibody import Structure
 from railui.vehicle.multibody_checks import check_structure
 from railui.vehicle.multibody_parts import Part
-from railui.vehicle.parameter import Parameter
+from railui.vehicle.parameter import Parameter, numbered_path
 from railui.vehicle.parameters import CONTACT, WHEELSET_CONTACT
 
 WORDS = {"wheelset": ("under", "contact"), "floor": ("body",), "body": ()}
@@ -32,22 +34,46 @@ SIDES = ("both", "right", "left")
 
 @dataclass
 class _PartReader:
-    """Reader of parts, which collects values by path."""
+    """Reader of parts, which collects values by path, and lists of values that differ between joints."""
 
     findings: Findings
     values: dict[str, float] = field(default_factory=dict)
+    lists: dict[str, list[float]] = field(default_factory=dict)
 
     def part(self, group: str, name: str, raw: Mapping[str, Any], kind: str, known: tuple[Parameter, ...]) -> Part:
         """Read a body, element or floor point; add its numbers to `values`."""
         path = f"{group}.{name}"
         words = self._read_words(path, raw, kind)
         numbers = {key: value for key, value in raw.items() if key != "kind" and key not in word_keys(kind)}
+        if group == "vehicle.elements" and kind != "wheelset":
+            numbers = self.without_lists(path, numbers, [p for p in known if p.path not in POSITION_KEYS])
         model = check_group(group_model(kind, known), numbers, self.findings, path, extra=word_keys(kind))
         keys = [p.path for p in known if p.path not in OMISSIBLE_KEYS or raw.get(p.path) is not None]
         part = Part(name, kind, group, tuple(keys), words)
         if model is not None:
             self.values |= {f"{path}.{key}": float(getattr(model, key)) for key in keys}
         return part
+
+    def without_lists(self, path: str, raw: Mapping[str, Any], known: Iterable[Parameter]) -> dict[str, Any]:
+        """Return the numbers of a group, in place of a list its first value; add the lists to `lists`."""
+        numbers = dict(raw)
+        for p in known:
+            if isinstance(entries := raw.get(p.path), list):
+                values = [self._list_value(f"{path}.{p.path}.{i}", p, entry) for i, entry in enumerate(entries)]
+                valid = [value for value in values if value is not None]
+                numbers[p.path] = valid[0] if valid else p.maximum
+                if not entries:
+                    self.findings.add(join_path(path, p.path), "is empty", "write one number")
+                elif len(valid) == len(entries):
+                    self.lists[f"{path}.{p.path}"] = valid
+        return numbers
+
+    def _list_value(self, path: str, p: Parameter, entry: Any) -> float | None:
+        try:
+            return p.read(entry)
+        except UnitError as error:
+            self.findings.add(path, error.message, error.remedy)
+            return None
 
     def _read_words(self, path: str, raw: Mapping[str, Any], kind: str) -> dict[str, str | tuple[str, ...]]:
         words: dict[str, str | tuple[str, ...]] = {}
@@ -113,7 +139,36 @@ def read_structure(data: Mapping[str, Any], findings: Findings) -> tuple[Structu
     contacts = _read_contacts(data.get("contact"), read)
     structure = Structure(bodies, elements, floor, contacts)
     check_structure(structure, read.values, findings)
+    if not findings.errors():
+        structure = _with_lists(structure, read)
     return (None if findings.errors() else structure), read.values
+
+
+def _with_lists(structure: Structure, read: _PartReader) -> Structure:
+    """Return the structure with the numbers that a file gives as lists; their values replace the common ones."""
+    divisible = divisible_numbers(structure)
+    for path, values in read.lists.items():
+        numbers = divisible.get(path, ())
+        what, name = ("wheelsets", "wheelset") if path.startswith("contact.") else ("joints", path.split(".")[2])
+        if not numbers:
+            remedy = "write one number, without brackets"
+            read.findings.add(path, f"has a list, but acts at one of the {what} only", remedy)
+        elif len(values) != len(numbers):
+            names = ", ".join(f"{name} {n}" for n in numbers)
+            remedy = f"write one number, or one each for {names}"
+            read.findings.add(path, f"has {len(values)} numbers for {len(numbers)} {what}", remedy)
+        else:
+            del read.values[path]
+            read.values |= {numbered_path(path, n): value for n, value in zip(numbers, values, strict=True)}
+    return structure if read.findings.errors() else divide_numbers(structure, tuple(read.lists))
+
+
+def check_no_lists(structure: Structure, findings: Findings) -> None:
+    """Report contact parameters that differ between the wheelsets of a group whose profiles are given."""
+    for path, _ in structure.divided:
+        if path.startswith("contact."):
+            remedy = "give every wheelset a contact group of its own"
+            findings.add(path, "the wheelsets of a group with profiles have the same contact parameters", remedy)
 
 
 def _named_groups(raw: Any, path: str, findings: Findings) -> Iterable[tuple[str, Mapping[str, Any]]]:
@@ -170,7 +225,8 @@ def _read_contacts(raw: Any, read: _PartReader) -> tuple[str, ...]:
             known = [*shared, "gauge_widens_clearance"]
             read.findings.add(f"contact.{name}", "unknown key", suggest_name(name, known), key=True)
             continue
-        model = check_group(group_model("contact", WHEELSET_CONTACT), raw[name], read.findings, f"contact.{name}")
+        numbers = read.without_lists(f"contact.{name}", raw[name], WHEELSET_CONTACT)
+        model = check_group(group_model("contact", WHEELSET_CONTACT), numbers, read.findings, f"contact.{name}")
         if model is not None:
             read.values |= {f"contact.{name}.{p.path}": float(getattr(model, p.path)) for p in WHEELSET_CONTACT}
     here = tuple(replace(p, path=p.key) for p in common)

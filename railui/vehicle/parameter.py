@@ -82,6 +82,33 @@ class Parameter:
         return f"{self.key}: {example_quantity(self.unit)}"
 
 
+def numbered_path(path: str, number: int) -> str:
+    """Return the path of a number at one of several joints or wheelsets.
+
+    >>> numbered_path("vehicle.elements.damper.lateral_damping", 2)
+    'vehicle.elements.damper.lateral_damping.2'
+    """
+    return f"{path}.{number}"
+
+
+def is_numbered(path: str) -> bool:
+    """True for the path of a number at one of several joints or wheelsets."""
+    return path.rpartition(".")[2].isdecimal()
+
+
+def split_path(path: str) -> tuple[str, str]:
+    """Split a path into its group and its key, which includes the number of a joint or wheelset.
+
+    >>> split_path("contact.wheels.conicity"), split_path("contact.wheels.conicity.2")
+    (('contact.wheels', 'conicity'), ('contact.wheels', 'conicity.2'))
+    """
+    group, _, key = path.rpartition(".")
+    if not is_numbered(path):
+        return group, key
+    group, _, name = group.rpartition(".")
+    return group, f"{name}.{key}"
+
+
 class Inclination(Parameter):
     """Inclination of the rails, as 1:40 or an angle; without bounds, since YAML 1.1 takes 1:40 for a number.
 

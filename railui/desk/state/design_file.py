@@ -15,6 +15,7 @@ from railui.io.yaml_document import read_text
 from railui.io.yaml_edit import edit_values
 from railui.vehicle.contact_profiles import SHAPE_KIND, USE_PATH
 from railui.vehicle.design_reader import Design, parse_design
+from railui.vehicle.division import path_in_list
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.parameters import setting_paths
 
@@ -164,7 +165,9 @@ def _listed_effects(design: Design) -> list[PlacedEffect]:
 def _path_in_file(saved: Design, path: str) -> str:
     """Return the path of a number in a file: that of its active load state if the state sets it."""
     state = saved.load_state
-    return f"load.{state}.{path}" if state is not None and path in saved.load_states[state] else path
+    if state is not None and path in saved.load_states[state]:
+        return f"load.{state}.{path}"
+    return path if saved.structure is None else path_in_list(saved.structure, path)
 
 
 def _setting(design: Design, path: str) -> Any:

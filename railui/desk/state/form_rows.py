@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from railui.io.number_format import format_quantity, scale_to_prefix, typeset
 from railui.io.units import NUMBER, UnitError, quantity
-from railui.vehicle.parameter import Parameter
+from railui.vehicle.parameter import Parameter, split_path
 
 LOG_SCALE_RATIO: Final = 10.0  # ratio of the ends of a range from which a slider is logarithmic
 UNBOUNDED: Final = 1e15  # ends of a range at least this large count as infinite
@@ -54,12 +54,12 @@ class Field:
     @property
     def name(self) -> str:
         """Name at the beginning of the row."""
-        return self.title or self.path.rpartition(".")[2].replace("_", " ")
+        return self.title or split_path(self.path)[1].replace("_", " ").replace(".", " ")
 
     @property
     def group(self) -> str:
         """Group of the parameter: its path without the last part."""
-        return self.path.rpartition(".")[0]
+        return split_path(self.path)[0]
 
     @property
     def is_number(self) -> bool:

@@ -20,6 +20,7 @@ from railui.identification.estimation.multiple_shooting import (
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import prepare_segments, reprepare_segments
 from railui.vehicle.model import Model
+from railui.vehicle.parameter import split_path
 
 COARSE_TOLERANCE = 1e-4
 MAX_CONICITY_STEPS = 20
@@ -69,7 +70,9 @@ def with_stable_start(context: Context, segments: Sequence[Segment]) -> Model:
     model, settings = context.nominal, context.settings.calibration
     if not model.design.is_on_track:
         return model
-    conicities = [p for p in model.design.values if p.startswith("contact.") and p.endswith(".conicity")]
+    conicities = [
+        p for p in model.design.values if p.startswith("contact.") and split_path(p)[1].startswith("conicity")
+    ]
     for _ in range(MAX_CONICITY_STEPS):
         if not unstable_segments(model, segments, settings.max_growth_rate):
             break

@@ -14,6 +14,7 @@ from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period
 from railui.vehicle.model import Model
+from railui.vehicle.parameter import is_numbered
 
 USUAL_PHASE = 0.3  # rad
 RIG_RANGE = 100.0  # bound of a rig's parameter, in its usual size
@@ -121,9 +122,9 @@ def _vehicle_bounds(context: Context, model: Model, path: str) -> _Bounds:
     if path == "vehicle.rig.preload" and (model.design.form != "bench" or context.campaign.band is not None):
         # a comparison without the mean shows it only where the stiffness depends on the motion
         undriven = rig_scale(context, model, path)
-    if model.design.structure is not None and path.startswith("vehicle."):
-        # of the many elements of a vehicle its sensors barely see some
-        undriven = context.settings.calibration.element_prior_share * abs(nominal)
+    if model.design.structure is not None and (path.startswith("vehicle.") or is_numbered(path)):
+        # of the many elements and wheelsets of a vehicle its sensors barely see some
+        undriven = context.settings.calibration.element_prior_share * abs(nominal) or np.inf
     prior_sd = parameter.prior_sd if parameter.prior_sd is not None else undriven
     return _Bounds(low, high, max(abs(nominal), 0.01 * (high - low)), nominal, prior_sd)
 
