@@ -12,6 +12,7 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.leave_one_out import LeftOutRun
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.validation import Validation, error_after_start, validate
+from railui.identification.structure.freed_groups import FreedGroups
 from railui.identification.structure.gain_forecast import PredictedGains
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.stage import SelectionStep
@@ -62,6 +63,8 @@ class LoopResult(WithContext):
         Error of each run with the parameters estimated on all others, from three runs.
     predicted_gains
         On the validation runs, of the candidates of the last score test.
+    freed
+        Test of differences between the joints or wheelsets that share an estimated number, and the model without those.
     """
 
     before: Fit
@@ -84,6 +87,7 @@ class LoopResult(WithContext):
     left_out: tuple[LeftOutRun, ...] = ()
     predicted_gains: PredictedGains = field(default_factory=dict, repr=False)
     conditions: ConditionDependence | None = None
+    freed: FreedGroups = field(default_factory=FreedGroups, repr=False)
 
     @property
     def seed(self) -> int:

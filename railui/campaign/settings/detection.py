@@ -67,6 +67,16 @@ class ScoreTestSettings:
         meaning="Partial rho^2 from which no significance is asked for.",
         provenance="trial: noise of any colour reached a rho^2 of 0.02 in simulated campaigns, a tenth of it",
     )
+    min_group_share: float = setting(
+        0.5,
+        maximum=1.0,
+        meaning="Share of the squared residual beyond noise that differences within a group must explain.",
+    )
+    min_group_difference: float = setting(
+        0.05,
+        meaning="Deviation of a member of a group from their mean, in the common value, that is worth a parameter.",
+        provenance="conventional: new springs and dampers of one kind differ by about as much",
+    )
 
 
 @dataclass(frozen=True)

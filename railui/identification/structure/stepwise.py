@@ -21,6 +21,7 @@ from railui.identification.structure.candidates import Candidate, list_candidate
 from railui.identification.structure.couplings import find_couplings
 from railui.identification.structure.drift import find_drifts
 from railui.identification.structure.elimination import refit_text, remove_superfluous
+from railui.identification.structure.freed_groups import FreedGroups, free_groups
 from railui.identification.structure.pairs import (
     PairRefit,
     PairSearch,
@@ -39,12 +40,13 @@ NO_SCORE_TEST = ScoreTestResult((), (), 1.0, float("inf"), 0.0)
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """The model with the selected effects, its validation, every step, and the score test of its residual."""
+    """The model with the selected effects, its validation, every step, and the tests of its residual."""
 
     fit: Fit
     validation: Validation
     steps: tuple[SelectionStep, ...]
     final_score_test: ScoreTestResult
+    freed: FreedGroups
 
     @property
     def has_effects(self) -> bool:
@@ -79,6 +81,7 @@ class StepwiseSelection:
         self.context = context
         self.settings = context.settings.selection
         self.whole_runs: tuple[FitSegment, ...] = ()  # where the model without effects is out of step with the motion
+        self.freed: list[tuple[Fit, FreedGroups]] = []
 
     def run_score_test(self, fit: Fit) -> ScoreTestResult:
         """Score every candidate against the residual of a fit."""
@@ -135,7 +138,7 @@ class StepwiseSelection:
         final = remove_superfluous(self.context, accepted, steps, previous)
         is_known = final.fit is accepted.fit and count < len(steps)
         last = steps[count].score_test if is_known else self.run_score_test(final.fit)
-        return Selection(final.fit, final.validation, tuple(steps), last)
+        return Selection(final.fit, final.validation, tuple(steps), last, self._freed_groups(final.fit))
 
     def _forward(self, path: _Path) -> _Path:
         """Add one effect after the other to the last model of a path, as long as they gain or are on trial."""
@@ -167,6 +170,9 @@ class StepwiseSelection:
         accepted = path.stages[path.accepted]
         if self._is_adequate(accepted, path.floor) or self.context.is_out_of_time:
             return None
+        freed = self._freed_groups(accepted.fit).validation
+        if freed is not None and freed.nrmse <= self.settings.adequate_ratio * path.floor.nrmse:
+            return None
         last = min(path.accepted, self.settings.max_effects - 2)
         for base in range(last, max(last - 2, -1), -1):
             step = path.steps[base]
@@ -197,6 +203,8 @@ class StepwiseSelection:
     def _pair_stage(self, fit: Fit, pair: PairRefit) -> Stage | None:
         """Fit a pair to the end and validate it; None where something else explains more."""
         if self._is_rivalled(self._rival_explanations(fit), 1.0 - pair.rss / fit.normal.rss):
+            return None
+        if self._is_difference_of_members(fit, pair.rss, len(pair.fit.x)):
             return None
         stage = self._validated(self._final_fit(pair.fit))
         self.context.progress.message(f"  with {pair.score.text}: NRMSE {stage.validation.nrmse:.4f}")
@@ -271,9 +279,35 @@ class StepwiseSelection:
             lambda: self._final_fit(chosen.fit), lambda: self._rival_explanations(fit), self.context.jobs
         )
         share = 1.0 - chosen.rss / fit.normal.rss
-        if self._is_rivalled(rivals, share):
+        if self._is_rivalled(rivals, share) or self._is_difference_of_members(fit, chosen.rss, len(chosen.fit.x)):
             return refits, None, None
         return refits, chosen, final
+
+    def _freed_groups(self, fit: Fit) -> FreedGroups:
+        """Test the differences within groups against the residual of a fit, once."""
+        for known, freed in self.freed:
+            if known is fit:
+                return freed
+        self.freed.append((fit, free_groups(self.context, fit)))
+        return self.freed[-1][1]
+
+    def _is_difference_of_members(self, fit: Fit, rss: float, parameters: int) -> bool:
+        """True where different numbers of joints or wheelsets explain as much as effects that leave a misfit.
+
+        They do with as many parameters or fewer at nearly the same misfit, or with more at a misfit that is clearly
+        lower: a worn damper of one bogie is no new law.
+        """
+        freed = self._freed_groups(fit).fit
+        if freed is None:
+            return False
+        ratio = self.settings.simpler_misfit_ratio if len(freed.x) <= parameters else 1.0 / self.settings.rival_ratio
+        if freed.normal.rss > ratio * rss:
+            return False
+        before = fit.normal.rss
+        self.context.progress.message(
+            f"  numbers of their own explain as much: {1 - freed.normal.rss / before:.2f}, not {1 - rss / before:.2f}"
+        )
+        return True
 
     def _is_rivalled(self, rivals: Sequence[tuple[str, float]], share: float) -> bool:
         """True where an explanation outside the library explains more than the share of an effect."""

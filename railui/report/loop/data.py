@@ -29,6 +29,7 @@ from railui.report.loop.data_faults import (
 )
 from railui.report.loop.detectable import minimum_detectable_effects
 from railui.report.loop.discrepancy_record import discrepancy_record
+from railui.report.loop.groups import group_rows
 from railui.report.loop.identifiability import identifiability
 from railui.report.loop.model_comparison import rank_candidates, significant_below_threshold
 from railui.report.loop.noise import noise_rows
@@ -150,6 +151,7 @@ def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[
         ),
         "means": mean_errors(result),
         "conditions": condition_rows(result),
+        "groups": group_rows(result),
         "riding": ride_quality(result),
         "parameters": _parameters(result),
         "simulations": result.before.simulations + result.after.simulations,

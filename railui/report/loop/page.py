@@ -13,6 +13,7 @@ from railui.report.figures.drawing import Picture
 from railui.report.loop import figures
 from railui.report.loop.effect_figures import effect_figures
 from railui.report.loop.force_pictures import EffectFigure
+from railui.report.loop.groups import group_table
 from railui.report.loop.noise import noise_table
 from railui.report.loop.notes import divergence_note
 from railui.report.loop.page_tables import (
@@ -86,6 +87,7 @@ def _contents(result: LoopResult, report: Report) -> Row:
         "classes": [[effect_title(kind) for kind in kinds] for kinds in report["classes"] if len(kinds) > 1],
         "traces": [candidate_row(row, structure=structure) for row in report.get("traces", ())],
         "parameters": parameter_rows(report),
+        "groups": group_table(report),
         "profiles": profiles_text(report),
         "riding": ride_quality_rows(report),
         "detectable": detectable_rows(report, structure),

@@ -54,6 +54,12 @@ def _partial_text(result: LoopResult) -> str:
 
 def _outside_text(result: LoopResult) -> str:
     discrepancy = result.discrepancy
+    asking = [group.path for group in result.freed.groups if group.asks]
+    if discrepancy is None and asking and result.freed.validation is not None:
+        return (
+            f"Joints or wheelsets differ in {', '.join(asking)}. Validation error {_error(result, 'after')} with "
+            f"common numbers, {_short(result.freed.validation.nrmse)} with numbers of their own; {_noise(result)}."
+        )
     if discrepancy is None:
         errors = f"Validation error {_error(result, 'after')}; {_noise(result)}"
         return f"The residual exceeds noise; its cause is unknown. {errors}."

@@ -1,0 +1,78 @@
+"""The model in which the members of a group have numbers of their own, where the residual asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.multiple_shooting import limits_hunting
+from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.validation import Validation, validate
+from railui.identification.structure.group_test import (
+    GroupDifference,
+    compare_group_members,
+    misfit_beyond_noise,
+)
+from railui.vehicle.division import divide_design
+from railui.vehicle.model import Model
+
+TOLERANCE = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class FreedGroups:
+    """Test of all groups against the residual of a fit, and the fit with those freed that ask for it.
+
+    Attributes
+    ----------
+    groups : tuple of GroupDifference
+    fit, validation
+        With the groups that ask freed, on the runs that select effects; None where none asks or the fit diverges.
+    """
+
+    groups: tuple[GroupDifference, ...] = ()
+    fit: Fit | None = None
+    validation: Validation | None = None
+
+
+def free_groups(context: Context, fit: Fit) -> FreedGroups:
+    """Test the differences within all groups, and estimate the members of those that ask for it by themselves.
+
+    A group asks only where its members explain what makes the model inadequate: a missing law of one joint differs from
+    the law of the others, too, but no linear member explains it all.
+    """
+    groups = () if fit.slips else compare_group_members(context, fit)
+    asking = [group.path for group in groups if group.asks]
+    if not asking:
+        return FreedGroups(groups)
+    try:
+        freed = _freed_fit(context, fit, asking)
+    except ValueError:  # the vehicle diverges at a point of the fit
+        return FreedGroups(groups)
+    unexplained = misfit_beyond_noise(context, fit.normal.rss, fit.normal.samples)
+    if fit.normal.rss - freed.normal.rss < context.settings.verdict.min_explained_share * unexplained:
+        return FreedGroups(tuple(replace(group, asks=False) for group in groups))
+    validation = validate(context, freed.model, context.dataset.selection)
+    context.progress.message(f"  {', '.join(asking)} freed: NRMSE {validation.nrmse:.4f}")
+    return FreedGroups(groups, freed, validation)
+
+
+def _freed_fit(context: Context, fit: Fit, paths: Sequence[str]) -> Fit:
+    model, nominal = (_divided(m, paths) for m in (fit.model, context.nominal))
+    structure = model.design.structure
+    assert structure is not None
+    members = [each for path in fit.free.paths if "@" not in path for each in structure.paths_of(path)]
+    return fit_output_error(
+        replace(context.in_background(context.jobs), nominal=nominal),
+        model,
+        members,
+        segments=fit.segments,
+        stable=not limits_hunting(model),
+        tolerance=TOLERANCE,
+    )
+
+
+def _divided(model: Model, paths: Sequence[str]) -> Model:
+    return replace(model, design=divide_design(model.design, paths))
