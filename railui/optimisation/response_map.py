@@ -19,6 +19,7 @@ from railui.track.excitation import Excitation, TrackSource
 from railui.vehicle.contact_profiles import GROUP as PROFILES_GROUP
 from railui.vehicle.design_reader import Design
 from railui.vehicle.linear import STRAIGHT_TRACK
+from railui.vehicle.parameter import is_numbered
 from railui.vehicle.resolve import resolve_model
 from railui.vehicle.sampling import ParameterisedModel
 
@@ -90,6 +91,8 @@ def read_axis(design: Design, text: str) -> Axis:
 def paths_of(design: Design, name: str) -> list[str]:
     """Return the path of a number, or the paths GROUP.MEMBER.KEY of a name GROUP.KEY, which all get one value.
 
+    The name of a number that differs between joints selects those of all joints.
+
     >>> from railui.vehicle.design_reader import load_design
     >>> paths_of(load_design("designs/test_bogie.yaml"), "vehicle.primary.lateral_stiffness")
     ['vehicle.primary.lateral_stiffness']
@@ -97,6 +100,8 @@ def paths_of(design: Design, name: str) -> list[str]:
     known = [*resolve_model(design).columns, *(p for p in design.paths() if p.startswith(f"{PROFILES_GROUP}."))]
     if name in known or (design.profiles is not None and design.profiles.parameter(name) is not None):
         return [name]
+    if numbered := [path for path in known if is_numbered(path) and path.rpartition(".")[0] == name]:
+        return numbered
     group, _, key = name.rpartition(".")
     levels = len(name.split(".")) + 1
     members = [

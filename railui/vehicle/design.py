@@ -215,8 +215,9 @@ class Design:
             except UnitError as error:
                 findings.add(STATE_PATH, error.message, error.remedy)
         for path, value in changes.items():
-            if path != STATE_PATH:
-                self._apply_change(path, value, values, settings, entries, findings)
+            members = (path,) if self.structure is None else self.structure.paths_of(path)
+            for member in members if path != STATE_PATH else ():
+                self._apply_change(member, value, values, settings, entries, findings)
         changed = replace(self, values=values, settings=settings, load_state=state)
         if self.profiles is not None:
             changed, entries = follow_profiles(self, changed, changes, entries, findings)

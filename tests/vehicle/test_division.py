@@ -16,6 +16,7 @@ from railui.documents.saving import design_text
 from railui.documents.schema import json_schema
 from railui.io.problems import FileProblems
 from railui.io.yaml_edit import edit_values
+from railui.optimisation.response_map import paths_of
 from railui.vehicle.design_reader import Design, load_design, parse_design
 from railui.vehicle.division import divide_design, divisible_numbers
 from railui.vehicle.model import Model
@@ -120,6 +121,12 @@ def test_a_number_of_one_joint_is_an_override_and_edits_its_place_in_the_list() 
     changed = saved.with_values({f"{DAMPING}.2": "25 kN*s/m"})
     edited = edit_values(text, differences(changed, saved))
     assert "lateral_damping: [32 kN*s/m, 25 kN*s/m]" in edited and parse_design(edited).values == changed.values
+
+
+def test_an_override_without_a_number_sets_all_joints() -> None:
+    changed = coach().with_values({DAMPING: "30 kN*s/m"})
+    assert [changed.value(f"{DAMPING}.{n}") for n in (1, 2)] == [30e3, 30e3]
+    assert paths_of(coach(), DAMPING) == [f"{DAMPING}.1", f"{DAMPING}.2"]
 
 
 def test_the_form_names_a_number_of_one_joint_with_its_group() -> None:
