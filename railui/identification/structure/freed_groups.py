@@ -43,20 +43,25 @@ def free_groups(context: Context, fit: Fit) -> FreedGroups:
     A group asks only where its members explain what makes the model inadequate: a missing law of one joint differs from
     the law of the others, too, but no linear member explains it all.
     """
-    groups = () if fit.slips else compare_group_members(context, fit)
-    asking = [group.path for group in groups if group.asks]
-    if not asking:
-        return FreedGroups(groups)
+    groups: tuple[GroupDifference, ...] = ()
     try:
+        groups = () if fit.slips else compare_group_members(context, fit)
+        asking = [group.path for group in groups if group.asks]
+        if not asking:
+            return FreedGroups(groups)
         freed = _freed_fit(context, fit, asking)
     except ValueError:  # the vehicle diverges at a point of the fit
-        return FreedGroups(groups)
+        return _without_requests(groups)
     unexplained = misfit_beyond_noise(context, fit.normal.rss, fit.normal.samples)
     if fit.normal.rss - freed.normal.rss < context.settings.verdict.min_explained_share * unexplained:
-        return FreedGroups(tuple(replace(group, asks=False) for group in groups))
+        return _without_requests(groups)
     validation = validate(context, freed.model, context.dataset.selection)
     context.progress.message(f"  {', '.join(asking)} freed: NRMSE {validation.nrmse:.4f}")
     return FreedGroups(groups, freed, validation)
+
+
+def _without_requests(groups: Sequence[GroupDifference]) -> FreedGroups:
+    return FreedGroups(tuple(replace(group, asks=False) for group in groups))
 
 
 def _freed_fit(context: Context, fit: Fit, paths: Sequence[str]) -> Fit:
