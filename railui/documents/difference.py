@@ -12,6 +12,7 @@ from railui.io.schema_line import document_kind
 from railui.io.yaml_document import load_yaml
 from railui.vehicle.design import Design
 from railui.vehicle.design_reader import load_design
+from railui.vehicle.division import divide_design, divisible_numbers
 
 ABSENT = None
 
@@ -39,9 +40,20 @@ def differences(a: str | Path, b: str | Path) -> list[dict[str, Any]]:
     if kinds[0] != "design":
         first, second = (dict(iter_leaves(document)) for document in documents)
         return _difference_rows(first, second, {})
-    designs = [load_design(Path(path)) for path in (a, b)]
+    designs = _divided_alike([load_design(Path(path)) for path in (a, b)])
     first, second = map(_design_values, designs)
     return _difference_rows(first, second, {path: _unit(designs, path) for path in {**first, **second}})
+
+
+def _divided_alike(designs: list[Design]) -> list[Design]:
+    """Return the designs with a number for each joint where one of them has it."""
+    structures = [design.structure for design in designs if design.structure is not None]
+    divided = [path for structure in structures for path, _ in structure.divided]
+    alike = []
+    for design in designs:
+        own = {} if design.structure is None else divisible_numbers(design.structure)
+        alike.append(divide_design(design, [path for path in divided if path in own]) if own else design)
+    return alike
 
 
 def _design_values(design: Design) -> dict[str, Any]:

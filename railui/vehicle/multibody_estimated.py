@@ -8,6 +8,7 @@ from railui.vehicle.multibody import Structure
 from railui.vehicle.parameters import WHEELSET_CONTACT
 
 STIFFNESS = ("lateral_stiffness", "longitudinal_stiffness", "yaw_stiffness")
+MOUNTED_DAMPING = ("lateral", "longitudinal", "yaw")  # directions of dampers on their mountings
 DAMPING = ("lateral_damping", "longitudinal_damping", "yaw_damping")
 
 
@@ -15,8 +16,8 @@ def default_estimated_of_vehicle(structure: Structure, values: Mapping[str, floa
     """Return the paths that a campaign estimates by default, by analogy with those of a bogie.
 
     The wheel-rail contact, the lateral and yaw stiffness of the springs at the wheelsets, and the lateral and yaw
-    damping of all other elements: what is worn or declared as zero, unlike masses, geometry and the springs of the
-    body.
+    damping of all other elements, dampers on their mountings included: what is worn or declared as zero, unlike masses,
+    geometry and the springs of the body.
 
     Parameters
     ----------
@@ -31,7 +32,9 @@ def default_estimated_of_vehicle(structure: Structure, values: Mapping[str, floa
     for part in structure.elements:
         if "between" not in part.words:
             continue
-        keys = STIFFNESS if part.kind == "spring" and wheelsets & set(part.between) else DAMPING
+        keys: tuple[str, ...] = STIFFNESS if part.kind == "spring" and wheelsets & set(part.between) else DAMPING
+        if part.kind == "spring_damper" and part.word("direction", "lateral") in MOUNTED_DAMPING:
+            keys = ("damping",)
         numbers = [path for k in keys if k in part.keys for path in structure.paths_of(part.number_path(k))]
         paths += [path for path in numbers if values.get(path, 0.0)]
     return tuple(paths)

@@ -72,6 +72,12 @@ def test_a_wrong_path_is_reported_with_its_place(tmp_path: Path, free: str, says
     assert says in problem.message and remedy in problem.remedy and problem.line == 3
 
 
+def test_yaw_dampers_on_their_mountings_are_estimated_by_default(tmp_path: Path) -> None:
+    vehicle = COACH.with_name("bogie_under_coach.yaml")
+    paths = load_campaign(campaign(tmp_path, "", vehicle)).estimated_parameters
+    assert [p for p in paths if p.endswith(".damping")] == ["vehicle.elements.yaw_damper.damping"]
+
+
 def test_a_bogie_frees_nothing(tmp_path: Path) -> None:
     with pytest.raises(FileProblems, match="a bogie has no numbers that several joints share"):
         load_campaign(campaign(tmp_path, "free: [contact.leading.conicity]", COACH.with_name("test_bogie.yaml")))

@@ -29,3 +29,12 @@ def test_two_designs_differ_in_their_numbers_whatever_the_units(tmp_path: Path) 
 def test_files_of_two_kinds_are_not_compared() -> None:
     with pytest.raises(FileProblems, match="is a study"):
         differences(BOGIE, HOME / "designs/studies/test_bogie.yaml")
+
+
+def test_a_number_of_each_joint_is_compared_with_the_shared_one(tmp_path: Path) -> None:
+    coach, other = HOME / "designs/manchester_coach.yaml", tmp_path / "other.yaml"
+    text = coach.read_text("utf-8").replace("lateral_damping: 32e3", "lateral_damping: [32e3, 16e3]")
+    other.write_text(text, "utf-8")
+    (row,) = differences(coach, other)
+    assert row["path"] == "vehicle.elements.lateral_damper.lateral_damping.2"
+    assert (row["a"], row["b"], row["relative"]) == (32e3, 16e3, pytest.approx(-0.5))

@@ -275,11 +275,13 @@ class StepwiseSelection:
         chosen = simplest_refit(refits, self.settings.simpler_misfit_ratio)
         if chosen is None:
             return refits, None, None
+        if self._is_difference_of_members(fit, chosen.rss, len(chosen.fit.x)):
+            return refits, None, None
         final, rivals = run_both(
             lambda: self._final_fit(chosen.fit), lambda: self._rival_explanations(fit), self.context.jobs
         )
         share = 1.0 - chosen.rss / fit.normal.rss
-        if self._is_rivalled(rivals, share) or self._is_difference_of_members(fit, chosen.rss, len(chosen.fit.x)):
+        if self._is_rivalled(rivals, share):
             return refits, None, None
         return refits, chosen, final
 

@@ -43,7 +43,7 @@ def differences_text(row: Report) -> str:
     """Return the deviation of each member from their mean, in one readable unit.
 
     >>> differences_text({"members": [1, 2], "differences": [6e3, -6e3], "unit": "N*s/m"})
-    '1: +6 kN*s/m, 2: -6 kN*s/m'
+    '1: +6.0 kN·s/m, 2: -6.0 kN·s/m'
     """
     factor, unit = display_scale(row["differences"], row["unit"])
     values = [factor * x for x in row["differences"]]
