@@ -19,21 +19,17 @@ from railui.identification.estimation.failed_fit import has_failed, retry_failed
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.leave_one_out import leave_one_run_out
 from railui.identification.estimation.multiple_shooting import refit_hunting
-from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
+from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.parallel_models import two_parallel_models
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.residual_evidence import NO_EVIDENCE, ResidualEvidence, examine_residual
 from railui.identification.estimation.track_noise import with_track_noise
 from railui.identification.estimation.unbiased import with_shift_as_spread, with_unbiased_estimates
-from railui.identification.estimation.validation import (
-    Validation,
-    is_significant_gain,
-    is_worse_than_nominal,
-    validate,
-)
+from railui.identification.estimation.validation import Validation, is_worse_than_nominal, validate
 from railui.identification.events import ModelValidated
 from railui.identification.remainder import describe_remainder
 from railui.identification.result import LoopResult, run_independent_test, validate_final
+from railui.identification.structure.freed_groups import freed_members_lower_error
 from railui.identification.structure.gain_forecast import predict_validation_gain
 from railui.identification.structure.stage import SelectionStep
 from railui.identification.structure.stepwise import NO_SCORE_TEST, Selection, StepwiseSelection
@@ -159,7 +155,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         remainder=remainder,
         is_adequate=examination.is_adequate,
         has_discrepancy=discrepancy is not None
-        or has_different_members(context, selection)
+        or freed_members_lower_error(context, selection.freed, selection.validation)
         or (context.is_out_of_time and not examination.is_noise),
     )
     context.progress.message(
@@ -201,7 +197,7 @@ def _examine(context: Context, base: _Base, selection: Selection, validation_fit
     is_without = selection.fit is base.fit and base.windowed is not None
     start = base.windowed if is_without and base.windowed is not None else selection.fit
     discrepancy = None
-    if not has_different_members(context, selection, floor):
+    if not freed_members_lower_error(context, selection.freed, selection.validation, floor):
         discrepancy = find_discrepancy(context, start, validation_fit, selection, floor, evidence=evidence)
     with_noise = None
     if discrepancy is not None and may_be_track_noise(context, discrepancy):
@@ -214,14 +210,6 @@ def _examine(context: Context, base: _Base, selection: Selection, validation_fit
     return _Examination(
         context, evidence, discrepancy, ratio <= settings.adequate_ratio, is_noise, with_noise is not None
     )
-
-
-def has_different_members(context: Context, selection: Selection, floor: NoiseFloor | None = None) -> bool:
-    """True where numbers of their own for joints or wheelsets lower the error, with a floor: nearly to it."""
-    validation = selection.freed.validation
-    if validation is None or not is_significant_gain(context, selection.validation, validation):
-        return False
-    return floor is None or validation.nrmse <= context.settings.selection.adequate_ratio * floor.nrmse
 
 
 def _final_fit(context: Context, base: _Base, selection: Selection, discrepancy: Discrepancy | None) -> Fit:

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.multiple_shooting import limits_hunting
+from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.output_error import fit_output_error
-from railui.identification.estimation.validation import Validation, validate
+from railui.identification.estimation.validation import Validation, is_significant_gain, validate
 from railui.identification.structure.group_test import (
     GroupDifference,
     compare_group_members,
@@ -40,8 +41,8 @@ class FreedGroups:
 def free_groups(context: Context, fit: Fit) -> FreedGroups:
     """Test the differences within all groups, and estimate the members of those that ask for it by themselves.
 
-    A group asks only where its members explain what makes the model inadequate: a missing law of one joint differs from
-    the law of the others, too, but no linear member explains it all.
+    A group asks only where its members explain what makes the model inadequate, and do not raise the error on other
+    runs: a missing law of one joint differs from the law of the others, too, but no linear member explains it all.
     """
     groups: tuple[GroupDifference, ...] = ()
     try:
@@ -55,9 +56,20 @@ def free_groups(context: Context, fit: Fit) -> FreedGroups:
     unexplained = misfit_beyond_noise(context, fit.normal.rss, fit.normal.samples)
     if fit.normal.rss - freed.normal.rss < context.settings.verdict.min_explained_share * unexplained:
         return _without_requests(groups)
-    validation = validate(context, freed.model, context.dataset.selection)
+    validation, common = (validate(context, m, context.dataset.selection) for m in (freed.model, fit.model))
+    if not validation.nrmse < common.nrmse:
+        return _without_requests(groups)
     context.progress.message(f"  {', '.join(asking)} freed: NRMSE {validation.nrmse:.4f}")
     return FreedGroups(groups, freed, validation)
+
+
+def freed_members_lower_error(
+    context: Context, freed: FreedGroups, validation: Validation, floor: NoiseFloor | None = None
+) -> bool:
+    """True where freed members lower the validation error of the common numbers; with a floor, nearly to it."""
+    if freed.validation is None or not is_significant_gain(context, validation, freed.validation):
+        return False
+    return floor is None or freed.validation.nrmse <= context.settings.selection.adequate_ratio * floor.nrmse
 
 
 def _without_requests(groups: Sequence[GroupDifference]) -> FreedGroups:
