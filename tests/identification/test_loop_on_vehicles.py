@@ -23,7 +23,8 @@ CASES = {
     "play": Order(23, (PLAY,), channels=ALL, seconds=(40.0, 30.0)),
     "weak": Order(31, (WEAK,), channels=ALL, seconds=(40.0, 30.0)),
 }
-pytestmark = pytest.mark.slow  # simulation in plain numpy and five loops: some six minutes
+# simulation in plain numpy and five loops: some six minutes
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(1800)]
 
 
 @pytest.fixture(scope="module")
