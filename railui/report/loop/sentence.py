@@ -54,20 +54,24 @@ def _partial_text(result: LoopResult) -> str:
 
 def _outside_text(result: LoopResult) -> str:
     discrepancy = result.discrepancy
-    asking = [group.path for group in result.freed.groups if group.asks]
-    if discrepancy is None and asking and result.freed.validation is not None:
-        return (
-            f"Joints or wheelsets differ in {', '.join(asking)}. Validation error {_error(result, 'after')} with "
-            f"common numbers, {_short(result.freed.validation.nrmse)} with numbers of their own; {_noise(result)}."
-        )
     if discrepancy is None:
-        errors = f"Validation error {_error(result, 'after')}; {_noise(result)}"
-        return f"The residual exceeds noise; its cause is unknown. {errors}."
+        return _without_discrepancy(result)
     text = f"Discrepancy that no effect of the catalogue explains, {_location(result)}"
     if discrepancy.run_dependence is not None:
         dependence = run_dependence_text(result, discrepancy.run_dependence)
         return f"{text}: {dependence}. Validation error {_error(result, 'after')}; {_noise(result)}."
     return f"{text}. Validation error {_errors(result)} with {_model(discrepancy)}; {_noise(result)}."
+
+
+def _without_discrepancy(result: LoopResult) -> str:
+    freed, error = result.freed, f"Validation error {_error(result, 'after')}"
+    if freed.validation is None:
+        return f"The residual exceeds noise; its cause is unknown. {error}; {_noise(result)}."
+    paths = ", ".join(group.path for group in freed.groups if group.asks)
+    return (
+        f"Joints or wheelsets differ in {paths}. {error} with common numbers, {_short(freed.validation.nrmse)} with "
+        f"numbers of their own; {_noise(result)}."
+    )
 
 
 _VERDICT_TEXTS: dict[str, Callable[[LoopResult], str]] = {

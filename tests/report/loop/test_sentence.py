@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -10,8 +11,11 @@ import pytest
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.estimation.validation import Validation
 from railui.identification.result import LoopResult
+from railui.identification.structure.freed_groups import FreedGroups
+from railui.identification.structure.group_test import GroupDifference
 from railui.identification.unmodelled.run_dependence import RunDependence, RunEstimate
 from railui.identification.verdict import Explained, Remainder
+from railui.report.loop.groups import group_lines
 from railui.report.loop.sentence import run_dependence_text, sentence
 from railui.vehicle.effects import PlacedEffect
 
@@ -119,6 +123,25 @@ def test_a_location_without_evidence_is_not_named() -> None:
     text = sentence(result("outside", discrepancy=discrepancy("contact", 2, located=False)))
     assert text.startswith("Discrepancy that no effect of the catalogue explains, not located.")
     assert "contact" not in text
+
+
+def test_a_number_that_differs_between_joints_is_named_with_both_errors() -> None:
+    differs = result("outside")
+    group = GroupDifference("vehicle.elements.damper.lateral_damping", (1, 2), (6e3, -6e3), 0.8, 5e-4, asks=True)
+    other = replace(group, path="contact.wheels.roll", asks=False)
+    differs.freed = FreedGroups((group, other), None, cast("Validation", SimpleNamespace(nrmse=0.048)))  # type: ignore[misc]
+    assert sentence(differs) == (
+        "Joints or wheelsets differ in vehicle.elements.damper.lateral_damping. Validation error 0.054 with common "
+        "numbers, 0.048 with numbers of their own; expected from noise alone 0.053."
+    )
+
+
+def test_the_remedy_names_the_numbers_to_free() -> None:
+    row = {"path": "contact.wheels.conicity", "unit": "1", "members": [1, 2], "differences": [0.02, -0.02]}
+    rows = [{**row, "asks": True}, {**row, "path": "contact.wheels.roll", "asks": False}]
+    (line,) = group_lines({"groups": rows})
+    assert "Write `free: [contact.wheels.conicity]` in the campaign." in line and "roll" not in line
+    assert group_lines({"groups": rows[1:]}) == []
 
 
 def test_a_failed_calibration_comes_first() -> None:
