@@ -81,6 +81,14 @@ def joined_lists(values: Mapping[str, Number], structure: Structure) -> dict[str
     return joined
 
 
+def with_common_numbers(values: Mapping[str, float], structure: Structure) -> dict[str, float]:
+    """Return values by path, with the mean of the joints or wheelsets at every path that they no longer share."""
+    means = {
+        path: sum(values[numbered_path(path, n)] for n in numbers) / len(numbers) for path, numbers in structure.divided
+    }
+    return {**values, **means}
+
+
 def path_in_list(structure: Structure, path: str) -> str:
     """Return the path of a number in its file: the number of a joint replaced by its place in the list, from 0."""
     for shared, numbers in structure.divided:

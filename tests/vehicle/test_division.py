@@ -17,6 +17,7 @@ from railui.documents.schema import json_schema
 from railui.io.problems import FileProblems
 from railui.io.yaml_edit import edit_values
 from railui.optimisation.response_map import paths_of
+from railui.report.schematic.equivalent import drawn_topology
 from railui.vehicle.design_reader import Design, load_design, parse_design
 from railui.vehicle.division import divide_design, divisible_numbers
 from railui.vehicle.model import Model
@@ -121,6 +122,11 @@ def test_a_number_of_one_joint_is_an_override_and_edits_its_place_in_the_list() 
     changed = saved.with_values({f"{DAMPING}.2": "25 kN*s/m"})
     edited = edit_values(text, differences(changed, saved))
     assert "lateral_damping: [32 kN*s/m, 25 kN*s/m]" in edited and parse_design(edited).values == changed.values
+
+
+def test_a_divided_vehicle_is_drawn_as_the_undivided_one() -> None:
+    equal = coach("[32e3, 32e3]", "[0.1, 0.1, 0.1, 0.1]")
+    assert drawn_topology(equal)[1].items() >= load_design(COACH).values.items()
 
 
 def test_an_override_without_a_number_sets_all_joints() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from railui.vehicle.design import Design
 from railui.vehicle.design_reader import parse_design
+from railui.vehicle.division import with_common_numbers
 from railui.vehicle.multibody import Structure
 
 # only places count in a drawing: masses and the numbers of springs and dampers are placeholders
@@ -33,7 +34,7 @@ def drawn_topology(design: Design) -> tuple[Structure, dict[str, float]]:
         For a rig, which has no wheelsets.
     """
     if design.structure is not None:
-        return design.structure, dict(design.values)
+        return design.structure, with_common_numbers(design.values, design.structure)
     if design.kind != "bogie":
         raise ValueError(f"a {design.kind} has no wheelsets")
     numbers = {key: design.value(f"vehicle.geometry.{key}") for key in _GEOMETRY}
