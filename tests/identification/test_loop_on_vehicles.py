@@ -15,8 +15,8 @@ from tests.truth.effects import Effect
 FRICTION = Effect("dry_friction", "secondary_lateral", None, {"force": 5e3, "slip_speed": 0.01})
 PLAY = Effect("free_play", "primary_lateral", 3, {"half_width": 0.5e-3})
 DAMPING = "vehicle.elements.lateral_damper.lateral_damping"
-LOST = 0.4 * 32e3  # N*s/m per side
-WEAK = Effect("viscous_damper", "secondary_lateral", 2, {"damping": -2 * LOST})  # 40 % of the declared damping is missing
+LOST = 0.4 * 32e3  # N*s/m per side: 40 % of the declared damping
+WEAK = Effect("viscous_damper", "secondary_lateral", 2, {"damping": -2 * LOST})
 CASES = {
     "nothing": Order(21, channels=ACCELEROMETERS, seconds=(40.0, 30.0)),
     "friction": Order(22, (FRICTION,), channels=ALL, seconds=(40.0, 30.0)),
