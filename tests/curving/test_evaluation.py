@@ -18,7 +18,7 @@ from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 from railui.vehicle.multibody import position_terms
 
-HOME = Path(__file__).parents[1]
+HOME = Path(__file__).parents[2]
 CHECK = load_design(HOME / "designs/check_bogie.yaml")
 FLANGE = PlacedEffect("flange_contact", "contact", None, {})
 CREEP = PlacedEffect("creep_saturation", "contact", None, {"friction": 0.35})
