@@ -65,6 +65,11 @@ class Segment:
         return self.kind in known.RIG_FORMS
 
     @property
+    def is_free(self) -> bool:
+        """True for the motion of a vehicle without any excitation by the track: the decay of an initial offset."""
+        return not self.is_rig and not any(np.any(self.columns[c]) for c in TRACK_COLUMNS if c in self.columns)
+
+    @property
     def channels(self) -> list[str]:
         """Names of the measured responses."""
         return [c for c in known.column_names(self.kind, "response") if c in self.columns]

@@ -86,6 +86,7 @@ class _LayoutBuilder:
             wheel_load=self.number(part, "wheel_load"),
             contact=[[(1.0, self.columns[f"contact.{group}.{key}"])] for key in CONTACT],
             spin_creep=[(1.0, self.columns["contact.spin_creep"])],
+            roller_radius=self.number(part, "roller_radius"),
         )
 
     def joint(self, joint: Joint) -> JointLayout:

@@ -207,7 +207,7 @@ def _harmonics(seed: int) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Order:
-    """Specification of a campaign: run a for estimation, run b for validation."""
+    """Specification of a campaign: run a for estimation, run b for validation; conicity: that of the nominal design."""
 
     seed: int
     laws: tuple[Law, ...] = ()
@@ -215,14 +215,15 @@ class Order:
     channels: tuple[str, ...] = ALL
     speeds: tuple[float, float] = (45.0, 36.0)
     seconds: tuple[float, float] = (60.0, 45.0)
+    conicity: float = 0.1
 
 
 def drawn(order: Order) -> Coach:
     """A true coach round the declared one."""
     rng = np.random.default_rng([order.seed, 11])
-    values: dict[str, Any] = {x: getattr(Coach(), x) * (1 + rng.uniform(-w, w)) for x, w in SPREAD.values()}
+    c = replace(Coach(), lam=order.conicity)
+    values: dict[str, Any] = {x: getattr(c, x) * (1 + rng.uniform(-w, w)) for x, w in SPREAD.values()}
     u = rng.uniform(-1.0, 1.0, 3)
-    c = Coach()
     values["primary"] = (c.primary[0] * (1 + 0.1 * u[0]), c.primary[1] * (1 + 0.1 * u[1]), c.primary[2])
     values["secondary_c"] = (0.0, c.secondary_c[1] * (1 + 0.25 * u[2]), c.secondary_c[2])
     return replace(c, **values)
@@ -323,7 +324,8 @@ def _unit(channel: str) -> str:
 
 
 def _write_texts(order: Order, coach: Coach, folder: Path) -> None:
-    (folder / "vehicle.yaml").write_text(DESIGN.read_text(encoding="utf-8"), encoding="utf-8")
+    design = DESIGN.read_text(encoding="utf-8").replace("{conicity: 0.1,", f"{{conicity: {order.conicity:g},")
+    (folder / "vehicle.yaml").write_text(design, encoding="utf-8")
     declared: dict[str, Any] = {
         **{n: {"kind": "lateral_acceleration", "body": "body", "at": [x, 0.0, FLOOR_DEPTH]} for n, x in FLOOR.items()},
         **{f"ay_{n}": {"kind": "lateral_acceleration", "body": f"frame_{i}"} for i, n in ((1, "front"), (2, "rear"))},
