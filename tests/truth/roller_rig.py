@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 
 from tests.truth.files import write_run
 from tests.truth.laws import Array, beyond, saturation
+from tests.truth.tracks import recorder_noise
 
 DESIGN = Path(__file__).parents[2] / "designs/roller_rig.yaml"
 RATE, STEPS = 200.0, 3
@@ -216,7 +217,7 @@ def _simulate(order: Order, rig: Rig) -> list[dict[str, Array]]:
         y, psi, a = states[:, 0, i], states[:, 1, i], slopes[:, 2, i]
         clean = {"e1": y - u[:, i], "ay1": a, "d1": y, "turn": psi}
         columns = {"t": t - t[first], "s": s[:, i] - s[first, i], "v": V[:, i]}
-        columns |= {"yw": u[:, i] + rng.normal(0.0, SHIFT_NOISE, len(t))} if run.shift else {}
+        columns |= {"yw": u[:, i] + recorder_noise(s[:, i], SHIFT_NOISE, 2.5, rng)} if run.shift else {}
         columns |= {name: clean[name] + rng.normal(0.0, NOISE[name], len(t)) for name in order.channels}
         all_columns.append({name: x[kept] for name, x in columns.items()})
     return all_columns
