@@ -14,6 +14,7 @@ from railui.identification.estimation.modulating_functions import dominant_perio
 from railui.identification.prediction import Predictor
 from railui.vehicle.dofs import is_lateral
 from railui.vehicle.model import Model
+from railui.vehicle.track_geometry import track_geometry
 
 DIFFERENCE_STEP = 1e-3  # of a usual motion, and rad: for derivatives
 QUARTER_TURN = 0.5 * np.pi
@@ -25,6 +26,7 @@ RIG_ITERATIONS = 10  # of Gauss-Newton, for a rig
 STEP_SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step that are tried
 MIN_GAIN = 1e-6  # relative gain of the misfit below which the estimate of a rig ends
 START_SAMPLES, START_PERIODS = 6, 0.1  # at least, from which the measured motion of a rig is read
+FIRST_TRACK_COLUMN, COLUMNS_PER_WHEELSET = 2, 5  # of an input table: s, v; y_w, dy_w/ds, phi_w, dphi_w/ds, g
 RIG_RATE_SHARE = 0.1  # usual rate of a rig: this share of its usual motion per sample
 
 
@@ -79,6 +81,7 @@ class _InitialStateProblem:
         samples = min(segment.samples, wanted)
         table = segment.table(self.model.wheelset_spacing(), steps)
         self.table = np.ascontiguousarray(table[: 2 * steps * (samples - 1) + 1])
+        self.usual = state_on_rails(self.model, self.table[0], self.states)
         share = settings.min_channel_noise_share
         columns = segment.columns
         self.sd = np.array([max(context.noise.get(c, 0.0), share * columns[c].std(), 1e-12) for c in self.channels])
@@ -86,7 +89,7 @@ class _InitialStateProblem:
 
     def solve(self, rotating: Sequence[str]) -> tuple[FloatArray, FloatArray]:
         """Estimate the state [state] and the angles [rotating] in the middle of the segment; zeros: diverged."""
-        state = np.zeros(self.states)
+        state = self.usual.copy()
         angles = np.zeros(len(rotating))
         count = len(self.scale)
         for iteration in range(ITERATIONS + (PHASE_ITERATIONS if rotating else 0)):
@@ -165,7 +168,7 @@ class _InitialStateProblem:
         gram = a @ a.T
         right = a @ (self.measured - simulated).ravel()
         gram[np.arange(count), np.arange(count)] += 1.0
-        right[:count] -= state[:count] / self.scale
+        right[:count] -= (state - self.usual)[:count] / self.scale
         scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
         scaled = gram * np.outer(scale, scale)
         return np.asarray(scale * np.linalg.lstsq(scaled, scale * right, rcond=NEGLIGIBLE)[0])
@@ -192,6 +195,28 @@ def _perturbed(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Angles and amounts [lane, rotating]: as they are, then each a little further."""
     tried = angles + DIFFERENCE_STEP * np.eye(1 + len(angles), len(angles), k=-1)
     return tried, np.ones_like(tried)
+
+
+def state_on_rails(model: Model, row: FloatArray, states: int) -> FloatArray:
+    """State [state] of a vehicle of bodies whose wheelsets run on the middle of the rails in an input row; else zeros.
+
+    From there the estimate of its initial state begins: rollers, or a misaligned track, may carry it far to one side.
+    """
+    state, structure = np.zeros(states), model.design.structure
+    if structure is None:
+        return state
+    radius = track_geometry(model.design).rolling_radius
+    under = row[FIRST_TRACK_COLUMN:][: COLUMNS_PER_WHEELSET * len(structure.wheelsets)].reshape(-1, COLUMNS_PER_WHEELSET)
+    lateral = dict(zip((w.name for w in structure.wheelsets), under[:, 0] + radius * under[:, 2], strict=True))
+    # rollers carry a wheelset along with their own speed
+    moving = {w.name: row[1] * x for w, x in zip(structure.wheelsets, under[:, 1], strict=True) if w.is_on_rollers}
+    dofs = model.vehicles().degrees_of_freedom(model.single_batch())
+    for i, dof in enumerate(dofs):
+        if is_lateral(dof):
+            name = dof.partition(".")[2]
+            state[i] = lateral.get(name, float(np.mean(list(lateral.values()))))
+            state[len(dofs) + i] = moving.get(name, 0.0)
+    return state
 
 
 def state_scale(settings: InitialStateSettings, segment: Segment, model: Model) -> FloatArray:
