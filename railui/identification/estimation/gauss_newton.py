@@ -170,7 +170,7 @@ class GaussNewton:
         def restart(t: FitSegment) -> FitSegment:
             if not t.has_free_start:
                 return t
-            if not t.is_window:
+            if not t.is_window or (model.design.structure is not None and model.limits_hunting):
                 return improve_start(context, model, t)
             return estimate_window_start(context, model, estimate_window_start(context, model, t))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 
@@ -23,6 +24,9 @@ NEGLIGIBLE = 1e-13  # of the scaled normal matrix: less is rounding
 PHASE_ITERATIONS = 2  # more where phases are estimated, the first of all in sine and cosine
 SAMPLES_PER_STATE = 8  # at least
 RIG_ITERATIONS = 10  # of Gauss-Newton, for a rig
+PART_SHARES = (0.1, 0.3, 1.0)  # of the first seconds of a hunting vehicle, on which its state is estimated in turn
+PART_ITERATIONS = 5  # of Gauss-Newton on each
+MIN_PART_SAMPLES = 30
 STEP_SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step that are tried
 MIN_GAIN = 1e-6  # relative gain of the misfit below which the estimate of a rig ends
 START_SAMPLES, START_PERIODS = 6, 0.1  # at least, from which the measured motion of a rig is read
@@ -41,7 +45,14 @@ def estimate_initial_state(context: Context, model: Model, segment: Segment) -> 
     if segment.kind == "bench":
         return np.zeros(model.vehicles().state_count(model.single_batch()))
     problem = _InitialStateProblem(context, model, segment)
-    return problem.solve_from_motion() if segment.kind == "rig" else problem.solve(())[0]
+    if segment.kind == "rig":
+        return problem.solve_from_motion()
+    state = problem.solve(())[0]
+    if model.design.structure is None or not model.limits_hunting:
+        return state
+    # a hunting wheelset creeps and touches its flanges: far from linear over some seconds
+    is_followed = problem.misfit_share(state) <= context.settings.windows.followed_misfit
+    return state if is_followed else problem.solve_by_parts(state)
 
 
 def estimate_phases(context: Context, model: Model, segment: Segment) -> Model:
@@ -111,10 +122,34 @@ class _InitialStateProblem:
         """Estimate the state [state] of a rig by damped iterations from its measured motion; zeros: diverged."""
         state = np.zeros(self.states)
         state[: len(self.scale)] = _measured_start(self.segment)
+        return self._iterate(state, RIG_ITERATIONS)
+
+    def misfit_share(self, state: FloatArray) -> float:
+        """Squared residual of a state over the squared signal, both without their means; infinite: diverged."""
+        series = self._series(state, (), *_perturbed(np.zeros(0)))
+        signal = np.sum((self.measured - self.measured.mean(axis=1, keepdims=True)) ** 2)
+        return np.inf if series is None else self._cost(series[0], self.usual) / max(float(signal), 1e-300)
+
+    def solve_by_parts(self, otherwise: FloatArray) -> FloatArray:
+        """Estimate the state [state] by damped iterations from the rails, on growing parts of the first seconds.
+
+        otherwise: the state that is returned where it fits better.
+        """
+        state = self.usual
+        for share in PART_SHARES:
+            part = copy(self)
+            samples = max(round(share * self.measured.shape[1]), MIN_PART_SAMPLES)
+            part.table = np.ascontiguousarray(self.table[: 2 * self.predictor.steps * (samples - 1) + 1])
+            part.measured = self.measured[:, :samples]
+            state = part._iterate(state, PART_ITERATIONS)
+        return state if self.misfit_share(state) < self.misfit_share(otherwise) else otherwise
+
+    def _iterate(self, state: FloatArray, iterations: int) -> FloatArray:
+        """Take damped steps of Gauss-Newton from a state as long as the misfit falls."""
         series = self._series(state, (), *_perturbed(np.zeros(0)))
         if series is None:
             return self.solve(())[0]
-        for _ in range(RIG_ITERATIONS):
+        for _ in range(iterations):
             solution = self._least_squares(series[0], (series[1:] - series[0]) / DIFFERENCE_STEP, state)
             cost = self._cost(series[0], state)
             for share in STEP_SHARES:
@@ -135,7 +170,8 @@ class _InitialStateProblem:
         """Squared residuals without their means, and the ridge."""
         residual = self.measured - simulated
         residual = residual - residual.mean(axis=1, keepdims=True)
-        return float(np.sum(residual**2) + np.sum((state[: len(self.scale)] / self.scale) ** 2))
+        deviation = (state - self.usual)[: len(self.scale)] / self.scale
+        return float(np.sum(residual**2) + np.sum(deviation**2))
 
     def _series(
         self, state: FloatArray, rotating: Sequence[str], tried: FloatArray, active: FloatArray

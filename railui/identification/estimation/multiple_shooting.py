@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
-from railui import core
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
@@ -25,7 +24,7 @@ SegmentKey = tuple[str, int]
 
 def limits_hunting(model: Model) -> bool:
     """True where an effect of the model bounds the limit cycle of its linear part: a creep law or a flange."""
-    return any(core.effect_record(e.kind)["acts"] == "creep" or e.kind == "flange_contact" for e in model.effects)
+    return model.limits_hunting
 
 
 def max_growth_rate(model: Model, segment: Segment) -> float:
