@@ -25,7 +25,7 @@ PHASE_ITERATIONS = 2  # more where phases are estimated, the first of all in sin
 SAMPLES_PER_STATE = 8  # at least
 RIG_ITERATIONS = 10  # of Gauss-Newton, for a rig
 PART_SHARES = (0.1, 0.3, 1.0)  # of the first seconds of a hunting vehicle, on which its state is estimated in turn
-PART_ITERATIONS = 5  # of Gauss-Newton on each
+HUNTING_ITERATIONS = 5  # of Gauss-Newton on each
 MIN_PART_SAMPLES = 30
 STEP_SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step that are tried
 MIN_GAIN = 1e-6  # relative gain of the misfit below which the estimate of a rig ends
@@ -48,11 +48,14 @@ def estimate_initial_state(context: Context, model: Model, segment: Segment) -> 
     if segment.kind == "rig":
         return problem.solve_from_motion()
     state = problem.solve(())[0]
+    return problem.solve_hunting(state) if _may_hunt(model, segment) else state
+
+
+def _may_hunt(model: Model, segment: Segment) -> bool:
+    """True for a vehicle of bodies that hunts on a segment, bounded by creep or flanges, or is fitted as if it did."""
     if model.design.structure is None or not model.limits_hunting:
-        return state
-    # a hunting wheelset creeps and touches its flanges: far from linear over some seconds
-    is_followed = problem.misfit_share(state) <= context.settings.windows.followed_misfit
-    return state if is_followed else problem.solve_by_parts(state)
+        return False
+    return segment.window_of is not None or max(model.growth_rate(v) for v in segment.speeds) > 0.0
 
 
 def estimate_phases(context: Context, model: Model, segment: Segment) -> Model:
@@ -80,6 +83,7 @@ class _InitialStateProblem:
 
     def __init__(self, context: Context, model: Model, segment: Segment) -> None:
         settings = context.settings.initial_state
+        self.context = context
         self.model = model.on_segment(*segment.segment_key)
         self.segment = segment
         self.channels = segment.channels
@@ -130,19 +134,26 @@ class _InitialStateProblem:
         signal = np.sum((self.measured - self.measured.mean(axis=1, keepdims=True)) ** 2)
         return np.inf if series is None else self._cost(series[0], self.usual) / max(float(signal), 1e-300)
 
-    def solve_by_parts(self, otherwise: FloatArray) -> FloatArray:
-        """Estimate the state [state] by damped iterations from the rails, on growing parts of the first seconds.
+    def solve_hunting(self, state: FloatArray) -> FloatArray:
+        """Estimate the state [state] of a hunting vehicle, whose flanges make it far from linear over some seconds.
 
-        otherwise: the state that is returned where it fits better.
+        state: the linear estimate, which is iterated, unless one by parts fits better.
         """
+        if self.misfit_share(state) > self.context.settings.windows.followed_misfit:
+            by_parts = self._solve_by_parts()
+            state = by_parts if self.misfit_share(by_parts) < self.misfit_share(state) else state
+        return self._iterate(state, HUNTING_ITERATIONS)
+
+    def _solve_by_parts(self) -> FloatArray:
+        """Estimate the state [state] by damped iterations from the rails, on growing parts of the first seconds."""
         state = self.usual
         for share in PART_SHARES:
             part = copy(self)
             samples = max(round(share * self.measured.shape[1]), MIN_PART_SAMPLES)
             part.table = np.ascontiguousarray(self.table[: 2 * self.predictor.steps * (samples - 1) + 1])
             part.measured = self.measured[:, :samples]
-            state = part._iterate(state, PART_ITERATIONS)
-        return state if self.misfit_share(state) < self.misfit_share(otherwise) else otherwise
+            state = part._iterate(state, HUNTING_ITERATIONS)
+        return state
 
     def _iterate(self, state: FloatArray, iterations: int) -> FloatArray:
         """Take damped steps of Gauss-Newton from a state as long as the misfit falls."""
