@@ -37,7 +37,9 @@ def segments_of_run(
         if kind not in known.RIG_FORMS and "s" not in columns:
             columns["s"] = distance_from_speed(columns["t"], columns["v"])
         usable = {k: x for k, x in columns.items() if k not in responses or np.all(np.isfinite(x))}
-        segments.append(Segment(name, role, number, usable, 1.0 / run.rate, kind, run_index=index, unknown_lead=unknown_lead))
+        segments.append(
+            Segment(name, role, number, usable, 1.0 / run.rate, kind, run_index=index, unknown_lead=unknown_lead)
+        )
     return segments
 
 

@@ -11,7 +11,12 @@ import numpy as np
 from railui.progress import SILENT, Progress
 from railui.ride_quality.evaluation import TrackLike, simulate_rides
 from railui.ride_quality.score import CLASSES
-from railui.running_stability.critical_speed import CriticalSpeed, critical_speed_sd, critical_speeds, klingel_wavelength_of
+from railui.running_stability.critical_speed import (
+    CriticalSpeed,
+    critical_speed_sd,
+    critical_speeds,
+    klingel_wavelength_of,
+)
 from railui.running_stability.limit_cycles import LimitCycles, find_limit_cycles, with_flange
 from railui.running_stability.modes import modes_at_speeds
 from railui.track.excitation import Excitation, TrackSource, resolve_track

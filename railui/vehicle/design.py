@@ -126,12 +126,12 @@ class Design:
 
     @property
     def has_wheelset_equations(self) -> bool:
-        """True where the equations of two wheelsets and a frame are those of thesis 3.4, with locations of their own."""
+        """True where the equations of two wheelsets and a frame are those of thesis 3.4."""
         return self.kind == "bogie"
 
     @property
     def has_sprung_bodies(self) -> bool:
-        """True for a vehicle of bodies with more than its wheelsets: a body on soft springs decays slowly at any speed."""
+        """True for a vehicle of bodies with more than wheelsets: on soft springs they decay slowly at any speed."""
         return self.structure is not None and bool(self.structure.bodies)
 
     def setting(self, path: str) -> float | str | bool:

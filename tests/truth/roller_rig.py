@@ -7,7 +7,7 @@ its contact points follow from equal normals of wheel and roller, and its normal
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import argparse
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -146,10 +146,19 @@ class Order:
     """Specification of a campaign on the rig."""
 
     seed: int
-    runs: tuple[RigRun, ...] = (RigRun(30.0, 4.0), RigRun(20.0, 3.0), RigRun(25.0, 3.0, seconds=30.0, role="validate"))
+    runs: tuple[RigRun, ...] = (
+        RigRun(39.0, 3.0),
+        RigRun(34.0, 0.0, 0.0, 15.0, (5e-3, 0.0, 0.0, 0.0)),
+        RigRun(30.0, 3.0),
+        RigRun(36.0, 2.0, seconds=30.0, role="validate"),
+    )
     channels: tuple[str, ...] = ("e1", "ay1", "d1", "turn")
     nominal: Rig = field(default_factory=Rig)
-    adjust: tuple[str, ...] = ("contact.wheels", "contact.spin_creep", "vehicle.elements.box_damper.lateral_damping")  # its springs are known
+    adjust: tuple[str, ...] = (
+        "contact.wheels",
+        "contact.spin_creep",
+        "vehicle.elements.box_damper.lateral_damping",
+    )  # its springs are known
     name: str = "wheelset on a roller rig"
 
 
@@ -221,3 +230,16 @@ def _simulate(order: Order, rig: Rig) -> list[dict[str, Array]]:
         columns |= {name: clean[name] + rng.normal(0.0, NOISE[name], len(t)) for name in order.channels}
         all_columns.append({name: x[kept] for name, x in columns.items()})
     return all_columns
+
+
+def main() -> None:
+    """Write a campaign into a folder: `python -m tests.truth.roller_rig FOLDER --seed 44`."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, default=44)
+    options = parser.parse_args()
+    write_campaign(Order(options.seed), options.folder)
+
+
+if __name__ == "__main__":
+    main()

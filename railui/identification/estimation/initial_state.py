@@ -253,7 +253,9 @@ def state_on_rails(model: Model, row: FloatArray, states: int) -> FloatArray:
     if structure is None:
         return state
     radius = track_geometry(model.design).rolling_radius
-    under = row[FIRST_TRACK_COLUMN:][: COLUMNS_PER_WHEELSET * len(structure.wheelsets)].reshape(-1, COLUMNS_PER_WHEELSET)
+    under = row[FIRST_TRACK_COLUMN:][: COLUMNS_PER_WHEELSET * len(structure.wheelsets)].reshape(
+        -1, COLUMNS_PER_WHEELSET
+    )
     lateral = dict(zip((w.name for w in structure.wheelsets), under[:, 0] + radius * under[:, 2], strict=True))
     # rollers carry a wheelset along with their own speed
     moving = {w.name: row[1] * x for w, x in zip(structure.wheelsets, under[:, 1], strict=True) if w.is_on_rollers}
