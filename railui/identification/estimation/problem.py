@@ -21,6 +21,7 @@ from railui.vehicle.model import Model
 WEIGHTED_WINDOWS = 6  # windows of a segment on which noise is simulated for the weights of all
 DIFFERENCE_STEP = 1e-3  # of its usual size, of an initial state
 START_SHARES = (0.0, 0.1, 0.3, 1.0)  # of the correction of an initial state that are tried
+MAX_START_IMPROVEMENTS = 4
 RENEWED_GAIN = 0.01  # of the misfit by a correction, from which the sensitivity is computed again
 SAMPLES_PER_PERIOD = 2.4  # of the highest frequency compared, kept at least
 
@@ -179,6 +180,16 @@ def improve_start(context: Context, model: Model, target: FitSegment) -> FitSegm
         sensitivity, _ = _start_correction(context, model, improved)
         improved = replace(improved, initial_sensitivity=sensitivity)
     return improved
+
+
+def settle_start(context: Context, model: Model, target: FitSegment) -> FitSegment:
+    """Improve the initial state of a window until it stays, a few times at most: flanges make it far from linear."""
+    for _ in range(MAX_START_IMPROVEMENTS):
+        improved = improve_start(context, model, target)
+        if np.array_equal(improved.initial_state, target.initial_state):
+            return improved
+        target = improved
+    return target
 
 
 def _start_correction(context: Context, model: Model, target: FitSegment) -> tuple[InitialStateSensitivity, FloatArray]:
