@@ -48,10 +48,10 @@ def estimate_initial_state(context: Context, model: Model, segment: Segment) -> 
     if segment.kind == "rig":
         return problem.solve_from_motion()
     state = problem.solve(())[0]
-    return problem.solve_hunting(state) if _may_hunt(model, segment) else state
+    return problem.solve_hunting(state) if may_hunt(model, segment) else state
 
 
-def _may_hunt(model: Model, segment: Segment) -> bool:
+def may_hunt(model: Model, segment: Segment) -> bool:
     """True for a vehicle of bodies that hunts on a segment, bounded by creep or flanges, or is fitted as if it did."""
     if model.design.structure is None or not model.limits_hunting:
         return False

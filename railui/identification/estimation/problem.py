@@ -12,7 +12,7 @@ from railui.campaign.comparison import comparison_filter, kernel_filter, sosfilt
 from railui.campaign.segment import Segment
 from railui.core import ZeroPhaseFilter
 from railui.identification.context import Context
-from railui.identification.estimation.initial_state import estimate_initial_state, state_scale
+from railui.identification.estimation.initial_state import estimate_initial_state, may_hunt, state_scale
 from railui.identification.estimation.noise_floor import noise_weights
 from railui.identification.prediction import Predictor, Simulation, required_steps
 from railui.parallel import map_threads
@@ -138,7 +138,10 @@ def channel_weights(context: Context, model: Model, segment: Segment) -> FloatAr
     if whole is None:
         return noise_weights(context, model, segment)
     windows = whole.windows(segment.samples * segment.dt)
-    some = [noise_weights(context, model, w) for w in windows[:: max(len(windows) // WEIGHTED_WINDOWS, 1)]]
+    some = [
+        noise_weights(context, model, w, estimate_initial_state(context, model, w) if may_hunt(model, w) else None)
+        for w in windows[:: max(len(windows) // WEIGHTED_WINDOWS, 1)]
+    ]
     return np.asarray(1.0 / np.sqrt(np.mean([1.0 / w**2 for w in some], axis=0)))
 
 
