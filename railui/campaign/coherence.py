@@ -39,6 +39,8 @@ def coherence_limits(segment: Segment, geometry: TrackGeometry) -> list[Finding]
     """
     columns, s = segment.columns, segment.columns["s"]
     track = [columns[name] for name in ("yw", "phiw") if np.any(columns.get(name, np.zeros(1)))]
+    if not track:  # a free motion follows no track
+        return []
     inputs = geometry.under_wheelsets(s, track)
     length = min(round(SPECTRUM_SECONDS / segment.dt), segment.samples // MIN_WINDOWS)
     f, x = _transforms(inputs, segment.dt, length)

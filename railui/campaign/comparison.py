@@ -64,8 +64,8 @@ def band_pass(band: tuple[float, float] | None, rate: float, *, keeps_mean: bool
 
 
 def cut_samples(campaign: Campaign, segment: Segment) -> int:
-    """Count the samples left out at either end; a window of multiple shooting is compared in full."""
-    if segment.window_of is not None:
+    """Count the samples left out at either end; a window of multiple shooting and a decay are compared in full."""
+    if segment.window_of is not None or segment.is_free:
         return 0
     return round(campaign.cut_length(segment.samples * segment.dt) / segment.dt)
 

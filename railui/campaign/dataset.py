@@ -22,8 +22,13 @@ from railui.vehicle.track_geometry import track_geometry
 MIN_PART_SAMPLES = 1000  # of a run that is cut for the test
 
 
-def segments_of_run(run: Run, name: str, role: str, kind: known.Form = "bogie", index: int = 0) -> list[Segment]:
-    """Cut a run into its usable segments, in their order; index: that of the run in the campaign."""
+def segments_of_run(
+    run: Run, name: str, role: str, kind: known.Form = "bogie", index: int = 0, unknown_lead: float = 0.0
+) -> list[Segment]:
+    """Cut a run into its usable segments, in their order.
+
+    index: that of the run in the campaign. unknown_lead: distance [m] behind the leading wheelset without a record.
+    """
     names = tuple(known.columns_of(kind))
     responses = known.column_names(kind, "response")
     segments = []
@@ -32,7 +37,9 @@ def segments_of_run(run: Run, name: str, role: str, kind: known.Form = "bogie", 
         if kind not in known.RIG_FORMS and "s" not in columns:
             columns["s"] = distance_from_speed(columns["t"], columns["v"])
         usable = {k: x for k, x in columns.items() if k not in responses or np.all(np.isfinite(x))}
-        segments.append(Segment(name, role, number, usable, 1.0 / run.rate, kind, run_index=index))
+        segments.append(
+            Segment(name, role, number, usable, 1.0 / run.rate, kind, run_index=index, unknown_lead=unknown_lead)
+        )
     return segments
 
 
@@ -121,6 +128,8 @@ def read_dataset(campaign: Campaign) -> Dataset:
     """Read the runs of a campaign and make its corrections; FileProblems for a run that cannot be used."""
     kind = campaign.design.run_form
     geometry = track_geometry(campaign.design)
+    # the wheelbase of a bogie passes within some samples, a coach within a third of a second
+    unknown_lead = 0.0 if geometry.is_bogie or not geometry.distances else geometry.distances[-1]
     runs: list[Run] = []
     segments: list[Segment] = []
     for index, entry in enumerate(campaign.runs):
@@ -130,7 +139,7 @@ def read_dataset(campaign: Campaign) -> Dataset:
                 entry.file, "has no segment left after its corrections", "check the delays of its columns"
             )
         runs.append(run)
-        segments += segments_of_run(run, entry.name, entry.role, kind, index)
+        segments += segments_of_run(run, entry.name, entry.role, kind, index, unknown_lead)
     noise = estimate_noise_model(
         segments, campaign.noise, geometry, campaign.band, campaign.noise_band, campaign.settings.noise
     )

@@ -40,6 +40,8 @@ class Segment:
         Index of the first sample of a window or a part in the segment from which it was cut.
     run_index
         Index of the run in the campaign.
+    unknown_lead
+        Distance [m] behind the leading wheelset over which the track is not known at the start of the run.
     """
 
     file: str
@@ -53,6 +55,7 @@ class Segment:
     first_sample: int = 0
     truncation_of: Segment | None = None
     run_index: int = 0
+    unknown_lead: float = 0.0
 
     @property
     def samples(self) -> int:
@@ -63,6 +66,11 @@ class Segment:
     def is_rig(self) -> bool:
         """True for a test bench, with a free mass or with prescribed motion."""
         return self.kind in known.RIG_FORMS
+
+    @property
+    def is_free(self) -> bool:
+        """True for the motion of a vehicle without any excitation by the track: the decay of an initial offset."""
+        return not self.is_rig and not any(np.any(self.columns[c]) for c in TRACK_COLUMNS if c in self.columns)
 
     @property
     def channels(self) -> list[str]:
@@ -121,8 +129,10 @@ class Segment:
         return replace(self, columns=columns, tables={}, truncation_of=self, first_sample=first)
 
     def windows(self, seconds: float) -> list[Segment]:
-        """Cut the segment into windows of at least a length [s] that share its track."""
-        edges = np.linspace(0, self.samples, max(int(self.samples * self.dt / seconds), 1) + 1).astype(int)
+        """Cut the segment into windows of at least a length [s] that share its track, from where it is known on."""
+        first = self._first_known()
+        count = max(int((self.samples - first) * self.dt / seconds), 1)
+        edges = np.linspace(first, self.samples, count + 1).astype(int)
         return [
             replace(
                 self,
@@ -133,6 +143,13 @@ class Segment:
             )
             for a, b in pairwise(edges)
         ]
+
+    def _first_known(self) -> int:
+        """First sample at which the track under the last wheelset is known."""
+        if not self.unknown_lead:
+            return 0
+        s = self.columns["s"]
+        return min(int(np.searchsorted(s, s[0] + self.unknown_lead)), self.samples // 2)
 
     def _window_rows(self, table: FloatArray, steps: int) -> FloatArray:
         """Select the rows of this window from a table of the full segment."""

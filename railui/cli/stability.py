@@ -86,7 +86,10 @@ def _modes_table(result: Mapping[str, Any]) -> Any:
 
 def _critical_speeds_table(result: Mapping[str, Any]) -> Any:
     frequency = result["linear_critical_frequency"]
-    rows = [("linear", *_speed(result["linear_critical_speed"], 5), "" if frequency is None else f"{frequency:.3f} Hz")]
+    sd = result["linear_critical_speed_sd"]
+    spread = "" if sd is None else f", standard deviation {sd:.2g} m/s"
+    text = "" if frequency is None else f"{frequency:.3f} Hz{spread}"
+    rows = [("linear", *_speed(result["linear_critical_speed"], 5), text)]
     if result["rest_critical_speed"] != result["linear_critical_speed"]:
         rows.append(("equilibrium, with the effects' slopes", *_speed(result["rest_critical_speed"], 3), ""))
     if result["fold"]:

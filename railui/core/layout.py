@@ -10,7 +10,10 @@ KernelPoint = tuple[LinearSum, LinearSum, LinearSum]  # x forwards, y to the rig
 
 @dataclass(frozen=True)
 class WheelsLayout:
-    """Wheels of a wheelset; contact: conicity, creep (longitudinal, lateral), gravity, angle, roll."""
+    """Wheels of a wheelset; contact: conicity, creep (longitudinal, lateral), gravity, angle, roll.
+
+    roller_radius: empty where the wheels run on a track.
+    """
 
     spin_inertia: LinearSum
     half_gauge: LinearSum
@@ -18,6 +21,7 @@ class WheelsLayout:
     wheel_load: LinearSum
     contact: list[LinearSum]
     spin_creep: LinearSum
+    roller_radius: LinearSum
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,15 @@ from railui.contact.conicity import klingel_wavelength
 from railui.vehicle.linear import damping_ratio, eigenvalues
 from railui.vehicle.model import Model
 from railui.vehicle.parameter import split_path
+from railui.vehicle.sampling import ParameterisedModel, draw_deviations
 
 MIN_SPEED: Final = 1.0  # m/s from which every search begins
 MAX_SPACING: Final = 1.0  # m/s between two speeds of the search
 SPEED_TOLERANCE: Final = 1e-9  # m/s
 MIN_GROWTH_RATE: Final = 1e-8  # 1/s above which a root counts as unstable; a rigid-body motion has 0 and rounding
 SPEEDS_PER_CALL: Final = 16
+COVARIANCE_DRAWS: Final = 200
+COVARIANCE_SEED: Final = (1,)
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,31 @@ def critical_speeds(
         None if stable else CriticalSpeed(float(v), complex(root))
         for stable, v, root in zip(is_stable, speeds, roots, strict=True)
     ]
+
+
+def critical_speed_sd(model: Model, highest: float, draws: int = COVARIANCE_DRAWS) -> float | None:
+    """Standard deviation [m/s] of the linear critical speed from the covariance of estimated parameters.
+
+    Parameters
+    ----------
+    model : Model
+        Vehicle whose design names the covariance of its parameters.
+    highest : float
+        Highest speed of the search [m/s].
+    draws : int
+        Vehicles drawn from the covariance, by a fixed seed.
+
+    Returns
+    -------
+    float or None
+        None for a design without estimated parameters, or where a drawn vehicle is stable up to `highest`.
+    """
+    if model.design.adjustment is None:
+        return None
+    deviations = draw_deviations(model.design, draws, COVARIANCE_SEED)
+    rows = np.concatenate([ParameterisedModel(model, (), d).rows(np.zeros((1, 0))) for d in deviations])
+    speeds = [found.speed for found in critical_speeds(model, rows, highest) if found is not None]
+    return float(np.std(speeds)) if len(speeds) == draws else None
 
 
 def _bracket(

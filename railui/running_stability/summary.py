@@ -11,7 +11,12 @@ import numpy as np
 from railui.progress import SILENT, Progress
 from railui.ride_quality.evaluation import TrackLike, simulate_rides
 from railui.ride_quality.score import CLASSES
-from railui.running_stability.critical_speed import CriticalSpeed, critical_speeds, klingel_wavelength_of
+from railui.running_stability.critical_speed import (
+    CriticalSpeed,
+    critical_speed_sd,
+    critical_speeds,
+    klingel_wavelength_of,
+)
 from railui.running_stability.limit_cycles import LimitCycles, find_limit_cycles, with_flange
 from railui.running_stability.modes import modes_at_speeds
 from railui.track.excitation import Excitation, TrackSource, resolve_track
@@ -58,7 +63,8 @@ def stability(
     Returns
     -------
     dict
-        linear_critical_speed [m/s], linear_critical_frequency [Hz], rest_critical_speed (all effects linearised about
+        linear_critical_speed [m/s] and, of estimated parameters, its standard deviation linear_critical_speed_sd,
+        linear_critical_frequency [Hz], rest_critical_speed (all effects linearised about
         the state of rest), linear_damping (least ratio over the speeds), klingel_wavelength [m], fold_speed and `fold`
         (with `fold`: hard or soft loss, amplitude, frequency, bistable range, diagram), practical_critical_speed and
         `practical` (with `track`), modes, notes. None for values that were not requested, and for critical speeds
@@ -93,6 +99,7 @@ def stability(
     notes = _linear_notes(model, linear, rest, grid[-1])
     result: dict[str, Any] = {
         "linear_critical_speed": None if linear is None else linear.speed,
+        "linear_critical_speed_sd": critical_speed_sd(model, 2.0 * grid[-1]) if linear else None,
         "linear_critical_frequency": None if linear is None else linear.frequency,
         "rest_critical_speed": None if rest is None else rest.speed,
         "linear_damping": min(mode["damping"] for mode in modes),

@@ -20,6 +20,8 @@ from railui.runs.units import bench_columns, check_magnitudes, columns_in_si, ri
 
 MAX_RIG_RATE, MAX_RIG_ROWS = 1e5, 1_000_000
 
+FREE_HINT = {"yw": " (zeros where nothing excites the vehicle)"}
+
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -167,7 +169,7 @@ def _check_required(
             hint = (
                 suggestion
                 if suggestion.startswith("did you mean")
-                else f"add `{name} [{column.unit or 'm'}]`, the {column.caption}"
+                else f"add `{name} [{column.unit or 'm'}]`, the {column.caption}{FREE_HINT.get(name, '')}"
             )
             findings.add(name, "this column is missing", hint, position=table.header_position)
     measured = column_names(form, "response")

@@ -124,6 +124,16 @@ class Design:
         """True for a vehicle that runs on a track, false for a test bench."""
         return self.kind != "rig"
 
+    @property
+    def has_wheelset_equations(self) -> bool:
+        """True where the equations of two wheelsets and a frame are those of thesis 3.4."""
+        return self.kind == "bogie"
+
+    @property
+    def has_sprung_bodies(self) -> bool:
+        """True for a vehicle of bodies with more than wheelsets: on soft springs they decay slowly at any speed."""
+        return self.structure is not None and bool(self.structure.bodies)
+
     def setting(self, path: str) -> float | str | bool:
         """Return a word, switch or riding number, or its default."""
         return self.settings.get(path, SETTINGS[path][0])

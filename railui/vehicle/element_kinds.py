@@ -77,6 +77,7 @@ WHEELSET: Final = (
     _required("wheel_load", "N", "N", "load of one wheel on the rail", 1e4, 2e5),
     _coordinate("x", "position along the vehicle, positive forwards"),
     _required("half_wheelbase", "a", "m", "half the wheelbase", 0.7, 2.0),
+    _required("roller_radius", "R", "m", "radius of the rollers that carry the wheels; a track where absent", 0.1, 2.0),
 )  # fmt: skip
 POINT: Final = (
     *POSITION,
@@ -105,7 +106,10 @@ ELEMENT_KINDS: Final = tuple(PARAMETERS_BY_KIND)
 DIRECTED_KINDS: Final = ("spring_damper", "stop")
 # parameters that a file may omit: their values then follow from the others
 OMISSIBLE_KEYS: Final = frozenset(
-    {"x", "y", "height", "x_to", "y_to", "height_to", "half_centres", "half_wheelbase", "yaw_inertia", "roll_inertia"}
+    {
+        *("x", "y", "height", "x_to", "y_to", "height_to", "half_centres", "half_wheelbase", "roller_radius"),
+        *("yaw_inertia", "roll_inertia"),
+    }
 )
 
 

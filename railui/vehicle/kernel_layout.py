@@ -89,6 +89,7 @@ class _LayoutBuilder:
             wheel_load=self.number(part, "wheel_load"),
             contact=[self.column(f"contact.{group}.{key}", member.number) for key in CONTACT],
             spin_creep=[(1.0, self.columns["contact.spin_creep"])],
+            roller_radius=self.number(part, "roller_radius"),
         )
 
     def joint(self, joint: Joint) -> JointLayout:

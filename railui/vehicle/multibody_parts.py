@@ -85,6 +85,11 @@ class Member:
         """True for a wheelset."""
         return self.part.kind == "wheelset"
 
+    @property
+    def is_on_rollers(self) -> bool:
+        """True for a wheelset on the rollers of a rig."""
+        return "roller_radius" in self.part.keys
+
     def has_rotation(self, way: str) -> bool:
         """True if the body may yaw or roll, that is, has an inertia for it."""
         return f"{way}_inertia" in self.part.keys

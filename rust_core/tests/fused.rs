@@ -152,6 +152,7 @@ fn built(lane: usize) -> (Layout, Vec<f64>) {
         wheel_load: at(3),
         contact: [4, 5, 6, 7, 8, 9].map(at),
         spin_creep: at(10),
+        roller_radius: Vec::new(),
     };
     body("wheelset", 1, [1813.0, 1120.0, 0.0, 1.28, 0.46], Some(wheels()));
     body("wheelset", 2, [1813.0, 1120.0, 0.0, -1.28, 0.46], Some(wheels()));

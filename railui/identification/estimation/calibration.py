@@ -10,6 +10,7 @@ import numpy as np
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.growing_windows import lengthen_windows, slips
 from railui.identification.estimation.initial_state import estimate_phases
 from railui.identification.estimation.multiple_shooting import (
     cut_into_windows,
@@ -48,6 +49,8 @@ def calibrate(context: Context) -> Fit:
     cut = unstable_segments(context.nominal, segments, windowed_growth_rate(context)) if bounded else set()
     prepared = prepare_segments(context, start, cut_into_windows(segments, cut, settings.windows.window_duration))
     fit = fit_output_error(context, start, paths, segments=prepared, stable=not bounded, tolerance=COARSE_TOLERANCE)
+    if cut and slips(context, fit):
+        fit = _refit_from_short_windows(context, fit, start)
     context.progress.message(
         f"estimated {len(paths)} parameters in {fit.iterations} iterations; estimating again with renewed noise weights"
     )
@@ -55,6 +58,20 @@ def calibrate(context: Context) -> Fit:
     prepared = reprepare_segments(context, fit.model, fit.segments)
     fit = fit_output_error(context, fit.model, paths, segments=prepared, stable=not bounded)
     return replace(fit, simulations=spent + fit.simulations)
+
+
+def _refit_from_short_windows(context: Context, before: Fit, start: Model) -> Fit:
+    """Fit a hunting vehicle that is out of step with the motion once more, from windows of two periods on."""
+    context.progress.message("the model is out of step with the hunting: estimating on windows of growing length")
+    windows = [t.segment for t in before.segments if t.is_window]
+    runs = list({(s.file, s.number): s.window_of or s for s in windows}.values())
+    quiet = context.in_background(context.jobs)
+    paths, longest = before.free.paths, context.settings.windows.window_duration
+    model = lengthen_windows(quiet, start, paths, runs, longest)
+    segments = reprepare_segments(context, model, before.segments)
+    again = fit_output_error(context, model, paths, segments=segments, stable=False, tolerance=COARSE_TOLERANCE)
+    better = again if again.normal.rss < before.normal.rss else before
+    return replace(better, simulations=before.simulations + again.simulations)
 
 
 def nominal_fit(context: Context) -> Fit:

@@ -13,7 +13,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.block_products import block_gram, block_length
 from railui.identification.estimation.fit import Fit, NormalEquations
 from railui.identification.estimation.free_parameters import FreeParameters
-from railui.identification.estimation.problem import FitSegment, estimate_window_start, improve_start
+from railui.identification.estimation.problem import FitSegment, estimate_window_start, improve_start, settle_start
 from railui.identification.events import FitIteration
 from railui.identification.prediction import Simulation, required_steps_each
 from railui.parallel import map_threads
@@ -170,6 +170,8 @@ class GaussNewton:
         def restart(t: FitSegment) -> FitSegment:
             if not t.has_free_start:
                 return t
+            if t.is_window and model.design.structure is not None and model.limits_hunting:
+                return settle_start(context, model, t)
             if not t.is_window:
                 return improve_start(context, model, t)
             return estimate_window_start(context, model, estimate_window_start(context, model, t))

@@ -133,6 +133,25 @@ def follow_motion(
     return Followed(followed, None if final is None else replace(final, simulations=spent + final.simulations))
 
 
+def lengthen_windows(
+    context: Context, model: Model, paths: Sequence[str], segments: Sequence[Segment], longest: float
+) -> Model:
+    """Fit a hunting model on windows of two periods, doubled up to a length [s] as long as it follows the motion.
+
+    A limit cycle of a slightly wrong frequency is out of step within a few seconds. Returns the model of the last fit
+    that follows, or the given one where none does.
+    """
+    followed, is_first = model, True
+    for duration in window_durations(context.settings.windows, segments):
+        if duration >= longest:
+            break
+        fit = fit_on_windows(context, followed, paths, segments, duration)
+        if fit is None or not (is_first or follows(context, fit)):
+            break
+        followed, is_first = fit.model, False
+    return followed
+
+
 def fit_on_windows(
     context: Context, model: Model, paths: Sequence[str], segments: Sequence[Segment], duration: float
 ) -> Fit | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from railui.identification.estimation.modulating_functions import dominant_perio
 from railui.identification.prediction import Predictor
 from railui.vehicle.dofs import is_lateral
 from railui.vehicle.model import Model
+from railui.vehicle.track_geometry import track_geometry
 
 DIFFERENCE_STEP = 1e-3  # of a usual motion, and rad: for derivatives
 QUARTER_TURN = 0.5 * np.pi
@@ -22,9 +24,13 @@ NEGLIGIBLE = 1e-13  # of the scaled normal matrix: less is rounding
 PHASE_ITERATIONS = 2  # more where phases are estimated, the first of all in sine and cosine
 SAMPLES_PER_STATE = 8  # at least
 RIG_ITERATIONS = 10  # of Gauss-Newton, for a rig
+PART_SHARES = (0.1, 0.3, 1.0)  # of the first seconds of a hunting vehicle, on which its state is estimated in turn
+HUNTING_ITERATIONS = 5  # of Gauss-Newton on each
+MIN_PART_SAMPLES = 30
 STEP_SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step that are tried
 MIN_GAIN = 1e-6  # relative gain of the misfit below which the estimate of a rig ends
 START_SAMPLES, START_PERIODS = 6, 0.1  # at least, from which the measured motion of a rig is read
+FIRST_TRACK_COLUMN, COLUMNS_PER_WHEELSET = 2, 5  # of an input table: s, v; y_w, dy_w/ds, phi_w, dphi_w/ds, g
 RIG_RATE_SHARE = 0.1  # usual rate of a rig: this share of its usual motion per sample
 
 
@@ -39,7 +45,17 @@ def estimate_initial_state(context: Context, model: Model, segment: Segment) -> 
     if segment.kind == "bench":
         return np.zeros(model.vehicles().state_count(model.single_batch()))
     problem = _InitialStateProblem(context, model, segment)
-    return problem.solve_from_motion() if segment.kind == "rig" else problem.solve(())[0]
+    if segment.kind == "rig":
+        return problem.solve_from_motion()
+    state = problem.solve(())[0]
+    return problem.solve_hunting(state) if may_hunt(model, segment) else state
+
+
+def may_hunt(model: Model, segment: Segment) -> bool:
+    """True for a vehicle of bodies that hunts on a segment, bounded by creep or flanges, or is fitted as if it did."""
+    if model.design.structure is None or not model.limits_hunting:
+        return False
+    return segment.window_of is not None or max(model.growth_rate(v) for v in segment.speeds) > 0.0
 
 
 def estimate_phases(context: Context, model: Model, segment: Segment) -> Model:
@@ -67,6 +83,7 @@ class _InitialStateProblem:
 
     def __init__(self, context: Context, model: Model, segment: Segment) -> None:
         settings = context.settings.initial_state
+        self.context = context
         self.model = model.on_segment(*segment.segment_key)
         self.segment = segment
         self.channels = segment.channels
@@ -79,6 +96,7 @@ class _InitialStateProblem:
         samples = min(segment.samples, wanted)
         table = segment.table(self.model.wheelset_spacing(), steps)
         self.table = np.ascontiguousarray(table[: 2 * steps * (samples - 1) + 1])
+        self.usual = state_on_rails(self.model, self.table[0], self.states)
         share = settings.min_channel_noise_share
         columns = segment.columns
         self.sd = np.array([max(context.noise.get(c, 0.0), share * columns[c].std(), 1e-12) for c in self.channels])
@@ -86,7 +104,7 @@ class _InitialStateProblem:
 
     def solve(self, rotating: Sequence[str]) -> tuple[FloatArray, FloatArray]:
         """Estimate the state [state] and the angles [rotating] in the middle of the segment; zeros: diverged."""
-        state = np.zeros(self.states)
+        state = self.usual.copy()
         angles = np.zeros(len(rotating))
         count = len(self.scale)
         for iteration in range(ITERATIONS + (PHASE_ITERATIONS if rotating else 0)):
@@ -108,10 +126,41 @@ class _InitialStateProblem:
         """Estimate the state [state] of a rig by damped iterations from its measured motion; zeros: diverged."""
         state = np.zeros(self.states)
         state[: len(self.scale)] = _measured_start(self.segment)
+        return self._iterate(state, RIG_ITERATIONS)
+
+    def misfit_share(self, state: FloatArray) -> float:
+        """Squared residual of a state over the squared signal, both without their means; infinite: diverged."""
+        series = self._series(state, (), *_perturbed(np.zeros(0)))
+        signal = np.sum((self.measured - self.measured.mean(axis=1, keepdims=True)) ** 2)
+        return np.inf if series is None else self._cost(series[0], self.usual) / max(float(signal), 1e-300)
+
+    def solve_hunting(self, state: FloatArray) -> FloatArray:
+        """Estimate the state [state] of a hunting vehicle, whose flanges make it far from linear over some seconds.
+
+        state: the linear estimate, which is iterated, unless one by parts fits better.
+        """
+        if self.misfit_share(state) > self.context.settings.windows.followed_misfit:
+            by_parts = self._solve_by_parts()
+            state = by_parts if self.misfit_share(by_parts) < self.misfit_share(state) else state
+        return self._iterate(state, HUNTING_ITERATIONS)
+
+    def _solve_by_parts(self) -> FloatArray:
+        """Estimate the state [state] by damped iterations from the rails, on growing parts of the first seconds."""
+        state = self.usual
+        for share in PART_SHARES:
+            part = copy(self)
+            samples = max(round(share * self.measured.shape[1]), MIN_PART_SAMPLES)
+            part.table = np.ascontiguousarray(self.table[: 2 * self.predictor.steps * (samples - 1) + 1])
+            part.measured = self.measured[:, :samples]
+            state = part._iterate(state, HUNTING_ITERATIONS)
+        return state
+
+    def _iterate(self, state: FloatArray, iterations: int) -> FloatArray:
+        """Take damped steps of Gauss-Newton from a state as long as the misfit falls."""
         series = self._series(state, (), *_perturbed(np.zeros(0)))
         if series is None:
             return self.solve(())[0]
-        for _ in range(RIG_ITERATIONS):
+        for _ in range(iterations):
             solution = self._least_squares(series[0], (series[1:] - series[0]) / DIFFERENCE_STEP, state)
             cost = self._cost(series[0], state)
             for share in STEP_SHARES:
@@ -132,7 +181,8 @@ class _InitialStateProblem:
         """Squared residuals without their means, and the ridge."""
         residual = self.measured - simulated
         residual = residual - residual.mean(axis=1, keepdims=True)
-        return float(np.sum(residual**2) + np.sum((state[: len(self.scale)] / self.scale) ** 2))
+        deviation = (state - self.usual)[: len(self.scale)] / self.scale
+        return float(np.sum(residual**2) + np.sum(deviation**2))
 
     def _series(
         self, state: FloatArray, rotating: Sequence[str], tried: FloatArray, active: FloatArray
@@ -165,7 +215,7 @@ class _InitialStateProblem:
         gram = a @ a.T
         right = a @ (self.measured - simulated).ravel()
         gram[np.arange(count), np.arange(count)] += 1.0
-        right[:count] -= state[:count] / self.scale
+        right[:count] -= (state - self.usual)[:count] / self.scale
         scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
         scaled = gram * np.outer(scale, scale)
         return np.asarray(scale * np.linalg.lstsq(scaled, scale * right, rcond=NEGLIGIBLE)[0])
@@ -192,6 +242,30 @@ def _perturbed(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Angles and amounts [lane, rotating]: as they are, then each a little further."""
     tried = angles + DIFFERENCE_STEP * np.eye(1 + len(angles), len(angles), k=-1)
     return tried, np.ones_like(tried)
+
+
+def state_on_rails(model: Model, row: FloatArray, states: int) -> FloatArray:
+    """State [state] of a vehicle of bodies whose wheelsets run on the middle of the rails in an input row; else zeros.
+
+    From there the estimate of its initial state begins: rollers, or a misaligned track, may carry it far to one side.
+    """
+    state, structure = np.zeros(states), model.design.structure
+    if structure is None:
+        return state
+    radius = track_geometry(model.design).rolling_radius
+    under = row[FIRST_TRACK_COLUMN:][: COLUMNS_PER_WHEELSET * len(structure.wheelsets)].reshape(
+        -1, COLUMNS_PER_WHEELSET
+    )
+    lateral = dict(zip((w.name for w in structure.wheelsets), under[:, 0] + radius * under[:, 2], strict=True))
+    # rollers carry a wheelset along with their own speed
+    moving = {w.name: row[1] * x for w, x in zip(structure.wheelsets, under[:, 1], strict=True) if w.is_on_rollers}
+    dofs = model.vehicles().degrees_of_freedom(model.single_batch())
+    for i, dof in enumerate(dofs):
+        if is_lateral(dof):
+            name = dof.partition(".")[2]
+            state[i] = lateral.get(name, float(np.mean(list(lateral.values()))))
+            state[len(dofs) + i] = moving.get(name, 0.0)
+    return state
 
 
 def state_scale(settings: InitialStateSettings, segment: Segment, model: Model) -> FloatArray:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
-from railui import core
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
@@ -25,7 +24,7 @@ SegmentKey = tuple[str, int]
 
 def limits_hunting(model: Model) -> bool:
     """True where an effect of the model bounds the limit cycle of its linear part: a creep law or a flange."""
-    return any(core.effect_record(e.kind)["acts"] == "creep" or e.kind == "flange_contact" for e in model.effects)
+    return model.limits_hunting
 
 
 def max_growth_rate(model: Model, segment: Segment) -> float:
@@ -39,8 +38,17 @@ def unstable_segments(model: Model, segments: Sequence[Segment], limit: float) -
 
 
 def cut_into_windows(segments: Sequence[Segment], cut: Collection[SegmentKey], duration: float) -> list[Segment]:
-    """Replace the segments of some keys by windows of so many seconds."""
-    return [w for s in segments for w in (s.windows(duration) if (s.file, s.number) in cut else [s])]
+    """Replace the segments of some keys by windows of so many seconds, and free motions by one window each.
+
+    A free motion is nothing but its initial state, which has to be estimated together with the parameters.
+    """
+
+    def windows(segment: Segment) -> list[Segment]:
+        if (segment.file, segment.number) in cut:
+            return segment.windows(duration)
+        return segment.windows(segment.samples * segment.dt) if segment.is_free else [segment]
+
+    return [w for s in segments for w in windows(s)]
 
 
 def windowed_files(fit: Fit) -> list[str]:
@@ -51,11 +59,11 @@ def windowed_files(fit: Fit) -> list[str]:
 def windowed_growth_rate(context: Context) -> float:
     """Growth rate [1/s] of the least damped motion from which a fit goes by windows.
 
-    A body on soft springs decays slowly at any speed, so that of a vehicle of bodies only an unstable motion counts.
+    Where sprung bodies decay slowly at any speed, only an unstable motion counts.
     """
     settings = context.settings
-    is_bogie = context.nominal.design.structure is None
-    return settings.windows.windowed_growth_rate if is_bogie else settings.calibration.max_growth_rate
+    is_slow = context.nominal.design.has_sprung_bodies
+    return settings.calibration.max_growth_rate if is_slow else settings.windows.windowed_growth_rate
 
 
 def refit_hunting(context: Context, before: Fit) -> tuple[Fit, Fit | None]:

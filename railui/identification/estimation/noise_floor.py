@@ -140,14 +140,19 @@ def sensor_noise_error(context: Context, segments: Sequence[Segment]) -> float:
     return overall_nrmse({c: float(np.sqrt(variance[c] / max(power[c], 1e-300))) for c in power})
 
 
-def noise_weights(context: Context, model: Model, segment: Segment) -> FloatArray:
-    """Weight of each channel [channel]: 1 / standard deviation that sensor and track noise leave in the band."""
+def noise_weights(
+    context: Context, model: Model, segment: Segment, initial_state: FloatArray | None = None
+) -> FloatArray:
+    """Weight of each channel [channel]: 1 / standard deviation that sensor and track noise leave in the band.
+
+    initial_state: that of a hunting vehicle, whose motions from rest would grow apart; at rest by default.
+    """
     channels, noise, campaign = segment.channels, context.noise, context.campaign
     draws = context.settings.validation.noise_weight_draws
     rng = np.random.default_rng(np.random.SeedSequence([WEIGHT_SEED, segment.number, segment.run_index]))
     variance = noise.variance(channels, band_pass(campaign.band, 1.0 / segment.dt), segment.dt)
     flat = kernel_filter(campaign, segment, np.ones(len(channels)))
-    predictor = Predictor(model, segment, filter=flat)
+    predictor = Predictor(model, segment, initial_state=initial_state, filter=flat)
     clean, diverged = predictor.simulate()
     if diverged[0] < 0:
         for _ in range(draws):

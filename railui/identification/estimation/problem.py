@@ -12,7 +12,7 @@ from railui.campaign.comparison import comparison_filter, kernel_filter, sosfilt
 from railui.campaign.segment import Segment
 from railui.core import ZeroPhaseFilter
 from railui.identification.context import Context
-from railui.identification.estimation.initial_state import estimate_initial_state, state_scale
+from railui.identification.estimation.initial_state import estimate_initial_state, may_hunt, state_scale
 from railui.identification.estimation.noise_floor import noise_weights
 from railui.identification.prediction import Predictor, Simulation, required_steps
 from railui.parallel import map_threads
@@ -21,6 +21,7 @@ from railui.vehicle.model import Model
 WEIGHTED_WINDOWS = 6  # windows of a segment on which noise is simulated for the weights of all
 DIFFERENCE_STEP = 1e-3  # of its usual size, of an initial state
 START_SHARES = (0.0, 0.1, 0.3, 1.0)  # of the correction of an initial state that are tried
+MAX_START_IMPROVEMENTS = 4
 RENEWED_GAIN = 0.01  # of the misfit by a correction, from which the sensitivity is computed again
 SAMPLES_PER_PERIOD = 2.4  # of the highest frequency compared, kept at least
 
@@ -137,7 +138,10 @@ def channel_weights(context: Context, model: Model, segment: Segment) -> FloatAr
     if whole is None:
         return noise_weights(context, model, segment)
     windows = whole.windows(segment.samples * segment.dt)
-    some = [noise_weights(context, model, w) for w in windows[:: max(len(windows) // WEIGHTED_WINDOWS, 1)]]
+    some = [
+        noise_weights(context, model, w, estimate_initial_state(context, model, w) if may_hunt(model, w) else None)
+        for w in windows[:: max(len(windows) // WEIGHTED_WINDOWS, 1)]
+    ]
     return np.asarray(1.0 / np.sqrt(np.mean([1.0 / w**2 for w in some], axis=0)))
 
 
@@ -179,6 +183,16 @@ def improve_start(context: Context, model: Model, target: FitSegment) -> FitSegm
         sensitivity, _ = _start_correction(context, model, improved)
         improved = replace(improved, initial_sensitivity=sensitivity)
     return improved
+
+
+def settle_start(context: Context, model: Model, target: FitSegment) -> FitSegment:
+    """Improve the initial state of a window until it stays, a few times at most: flanges make it far from linear."""
+    for _ in range(MAX_START_IMPROVEMENTS):
+        improved = improve_start(context, model, target)
+        if np.array_equal(improved.initial_state, target.initial_state):
+            return improved
+        target = improved
+    return target
 
 
 def _start_correction(context: Context, model: Model, target: FitSegment) -> tuple[InitialStateSensitivity, FloatArray]:

@@ -73,12 +73,12 @@ def list_candidates(
     *,
     without: Collection[str] = (),
     loaded: bool = False,
-    starts: Sequence[FloatArray] | None = None,
+    starts: Sequence[FloatArray | None] | None = None,
 ) -> list[Candidate]:
     """List all candidates for a model and its segments.
 
     without: kinds to exclude. loaded: whether the track was measured under load, which excludes the rail's flexibility.
-    starts: initial states of the segments, from which the usual motions are computed; by default at rest.
+    starts: initial states of the segments, from which the usual motions are computed; None: at rest.
     """
     sites = _sites(model, segments, starts)
     measured = {c for s in segments for c in s.channels if is_compared(c)}
@@ -122,7 +122,7 @@ def _compatible(model: Model, candidate: Candidate) -> bool:
 
 
 def _sites(
-    model: Model, segments: Sequence[Segment], starts: Sequence[FloatArray] | None
+    model: Model, segments: Sequence[Segment], starts: Sequence[FloatArray | None] | None
 ) -> dict[str, dict[str, float]]:
     """Reference quantities of the shapes per location: stiffness k, damping c, rms motion z and its rate v."""
     linear = model.local_elements

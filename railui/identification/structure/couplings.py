@@ -68,7 +68,7 @@ def candidate_couplings() -> list[tuple[Pair, ...]]:
 
 def find_couplings(context: Context, fit: Fit) -> list[Coupling]:
     """Rank symmetric couplings by the share of the residual that they explain beyond the estimated parameters."""
-    if fit.model.design.kind != "bogie" or any(t.is_window for t in fit.segments):
+    if not fit.model.design.has_wheelset_equations or any(t.is_window for t in fit.segments):
         return []
     couplings = [(pairs, q) for q in ("z", "v") for pairs in candidate_couplings()]
     test = ScoreTest(context, fit, fit.segments)

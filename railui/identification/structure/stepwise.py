@@ -90,9 +90,9 @@ class StepwiseSelection:
             return NO_SCORE_TEST
         loaded = context.campaign.track == "loaded"
         segments = context.dataset.estimation
-        # a rig may swing freely: at rest it would not move
+        # at rest a rig that swings freely would not move, nor would a vehicle without excitation
         is_rig = fit.model.design.form == "rig"
-        starts = [estimate_initial_state(context, fit.model, s) for s in segments] if is_rig else None
+        starts = [estimate_initial_state(context, fit.model, s) if is_rig or s.is_free else None for s in segments]
         candidates = list_candidates(fit.model, segments, without=context.excluded, loaded=loaded, starts=starts)
         part = self._scored_part(fit)
         first = truncate(context, part.segments, settings.preselection_duration)

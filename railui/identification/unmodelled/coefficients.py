@@ -74,10 +74,10 @@ class Coefficient:
 def estimate_coefficients(context: Context, fit: Fit) -> list[Coefficient]:
     """Estimate each of the sixteen coefficients together with the estimated parameters, in descending order of share.
 
-    The estimate is of first order, at the mean speed of each segment. Raises ValueError for a rig.
+    The estimate is of first order, at the mean speed of each segment. Raises ValueError for other vehicles.
     """
-    if fit.model.design.kind != "bogie":
-        raise ValueError("a rig has no wheelset equations: leave --coefficients out")
+    if not fit.model.design.has_wheelset_equations:
+        raise ValueError("--coefficients needs the equations of two wheelsets and a frame: leave it out")
     settings = context.settings.coefficients
     background = context.in_background(1)
     optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=fit.block, stable=False)

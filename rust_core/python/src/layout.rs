@@ -11,6 +11,7 @@ struct Wheels {
     wheel_load: Number,
     contact: [Number; 6],
     spin_creep: Number,
+    roller_radius: Number,
 }
 
 #[derive(FromPyObject)]
@@ -104,6 +105,7 @@ impl Given {
                 wheel_load: w.wheel_load,
                 contact: w.contact,
                 spin_creep: w.spin_creep,
+                roller_radius: w.roller_radius,
             }),
         };
         let joint = |j: Joint| {

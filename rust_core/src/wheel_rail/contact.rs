@@ -96,10 +96,17 @@ impl Contact<Lanes> {
             across: lanes(&|w, c| w.kappa_y * w.n * roll(w) / c.limit),
             across_turn: lanes(&|w, c| w.kappa_s * w.n / c.limit),
             across_psi: lanes(&|w, c| w.kappa_y * w.n / c.limit),
-            across_e: lanes(&|w, c| w.kappa_s * w.n * (w.epsilon - w.sigma) / (w.b * w.r * c.limit)),
-            across_line: lanes(&|w, c| w.kappa_y * w.n * w.r * w.sigma / (w.b * c.limit)),
+            across_e: lanes(&|w, c| {
+                w.kappa_s * w.n * (w.epsilon - w.sigma) / (w.b * w.r * c.limit)
+                    + w.kappa_s * w.n * w.epsilon * w.roller / (w.b * c.limit)
+            }),
+            across_line: lanes(&|w, c| {
+                w.kappa_y * w.n * w.r * w.sigma / (w.b * c.limit) + w.moves_with_rails() * w.kappa_y * w.n / c.limit
+            }),
             across_roll: lanes(&|w, c| w.kappa_y * w.n * roll(w) * w.r / c.limit),
-            angle: lanes(&|w, c| w.kappa_s * w.n * w.delta / (w.r * c.limit)),
+            angle: lanes(&|w, c| {
+                w.kappa_s * w.n * w.delta / (w.r * c.limit) + w.kappa_s * w.n * w.delta * w.roller / c.limit
+            }),
             share: lanes(&|_, c| c.share),
             share_third: lanes(&|_, c| c.share * (1.0 / 3.0)),
             clearance: lanes(&|_, c| c.clearance),
@@ -110,7 +117,7 @@ impl Contact<Lanes> {
             creep: lanes(&|_, c| c.limit / c.mass[0]),
             gyro: lanes(&|w, c| gyro(w) / c.mass[0]),
             turn: lanes(&|w, c| w.b * c.limit / c.mass[1]),
-            turn_psi: lanes(&|w, c| 2.0 * w.b * w.n * w.delta / c.mass[1]),
+            turn_psi: lanes(&|w, c| 2.0 * w.b * w.n * w.turning() / c.mass[1]),
             turn_gyro: lanes(&|w, c| gyro(w) / c.mass[1]),
         }
     }

@@ -25,6 +25,8 @@ pub struct Wheelset {
     pub r: f64,
     pub b: f64,
     pub i_ya: f64,
+    /// 1/R of the rollers under the wheels [1/m]; 0 on a track.
+    pub roller: f64,
     /// Distance behind the first wheelset [m].
     pub behind: f64,
     /// Column of 1/R under it on a line with curves.
@@ -37,14 +39,29 @@ impl Wheelset {
         Wheelset { lambda, kappa_x, kappa_y, epsilon, delta, sigma, ..Wheelset::default() }
     }
 
+    /// 1 where the surface under the wheels moves with y_w, as a roller that is shifted does; 0 on a track.
+    pub fn moves_with_rails(&self) -> f64 {
+        f64::from(self.roller > 0.0)
+    }
+
+    /// Yaw moment of the normal forces per yaw, over 2 N b: delta, and (b + R delta)/(R + r) on rollers, from whose top
+    /// a yawed wheelset stands off (docs/theory.md).
+    pub fn turning(&self) -> f64 {
+        (self.b * self.roller + self.delta) / (1.0 + self.r * self.roller)
+    }
+
     /// The forces Q_y, Q_psi of (3.9) less the gyroscopic terms of (3.10), as [[K], [C]] of (y, psi): Q = -K q - C q'.
     pub fn linear(&self, speed: f64) -> ([[f64; 2]; 2], [[f64; 2]; 2]) {
         let w = self;
         let roll = 1.0 + w.r * w.sigma / w.b;
-        let spin = w.kappa_s * (w.epsilon - w.sigma) / (w.b * w.r);
+        let spin = w.kappa_s * (w.epsilon - w.sigma) / (w.b * w.r) + w.kappa_s * w.epsilon * w.roller / w.b;
+        let rollers = 2.0 * w.b * w.n * (w.kappa_s * w.roller * w.delta - (w.turning() - w.delta));
         let k = [
             [2.0 * w.n * (w.epsilon / w.b - spin), -2.0 * w.kappa_y * w.n],
-            [2.0 * w.b * w.n * w.kappa_x * w.lambda / w.r, -2.0 * w.b * w.n * (1.0 - w.kappa_s / w.r) * w.delta],
+            [
+                2.0 * w.b * w.n * w.kappa_x * w.lambda / w.r,
+                -2.0 * w.b * w.n * (1.0 - w.kappa_s / w.r) * w.delta + rollers,
+            ],
         ];
         let gyro = w.i_ya * speed * w.sigma / (w.b * w.r);
         let c = [
@@ -68,20 +85,21 @@ pub struct WheelsetLanes {
     /// kappa_x N / r and b kappa_x N
     kx_r: Lanes,
     kx_b: Lanes,
-    /// kappa_y N and kappa_y N (1 + r sigma/b), r times it, kappa_y N r sigma/b
+    /// kappa_y N and kappa_y N (1 + r sigma/b), r times it, kappa_y N r sigma/b (on rollers kappa_y N more)
     ky: Lanes,
     ky_roll: Lanes,
     ky_roll_r: Lanes,
     ky_sigma: Lanes,
-    /// kappa_s N, kappa_s N (epsilon - sigma)/(b r), kappa_s N epsilon/(b r), kappa_s N delta/r
+    /// kappa_s N, kappa_s N (epsilon - sigma)/(b r), kappa_s N epsilon/(b r), kappa_s N delta/r; on rollers 1/r + 1/R of gamma
     ks: Lanes,
     ks_e: Lanes,
     ks_tilt: Lanes,
     ks_delta: Lanes,
-    /// 2 N, 2 N epsilon/b, 2 N delta
+    /// 2 N, 2 N epsilon/b, 2 N delta, and 2 N delta as [`Wheelset::turning`] has it
     n2: Lanes,
     n2_e: Lanes,
     n2_delta: Lanes,
+    n2_turn: Lanes,
     gyro: Lanes,
     pub laws: Vec<PlacedLaw>,
     pub creeps: Vec<PlacedLaw>,
@@ -213,14 +231,19 @@ impl WheelsetLanes {
             ky: lanes(&|w| w.kappa_y * w.n),
             ky_roll: lanes(&|w| w.kappa_y * w.n * (1.0 + w.r * w.sigma / w.b)),
             ky_roll_r: lanes(&|w| w.kappa_y * w.n * (1.0 + w.r * w.sigma / w.b) * w.r),
-            ky_sigma: lanes(&|w| w.kappa_y * w.n * w.r * w.sigma / w.b),
+            ky_sigma: lanes(&|w| w.kappa_y * w.n * w.r * w.sigma / w.b + w.moves_with_rails() * w.kappa_y * w.n),
             ks: lanes(&|w| w.kappa_s * w.n),
-            ks_e: lanes(&|w| w.kappa_s * w.n * (w.epsilon - w.sigma) / (w.b * w.r)),
-            ks_tilt: lanes(&|w| w.kappa_s * w.n * w.epsilon / (w.b * w.r)),
-            ks_delta: lanes(&|w| w.kappa_s * w.n * w.delta / w.r),
+            ks_e: lanes(&|w| {
+                w.kappa_s * w.n * (w.epsilon - w.sigma) / (w.b * w.r) + w.kappa_s * w.n * w.epsilon * w.roller / w.b
+            }),
+            ks_tilt: lanes(&|w| {
+                w.kappa_s * w.n * w.epsilon / (w.b * w.r) + w.kappa_s * w.n * w.epsilon * w.roller / w.b
+            }),
+            ks_delta: lanes(&|w| w.kappa_s * w.n * w.delta / w.r + w.kappa_s * w.n * w.delta * w.roller),
             n2: lanes(&|w| 2.0 * w.n),
             n2_e: lanes(&|w| 2.0 * w.n * w.epsilon / w.b),
             n2_delta: lanes(&|w| 2.0 * w.n * w.delta),
+            n2_turn: lanes(&|w| 2.0 * w.n * w.turning()),
             gyro: lanes(&|w| w.i_ya * w.sigma / (w.b * w.r)),
             laws: Vec::new(),
             creeps: Vec::new(),
@@ -261,7 +284,7 @@ impl WheelsetLanes {
         let ([tx_1, tx_2], [ty_1, ty_2]) = touch.creep();
         // (3.4); T_x1 = -t_x1, T_x2 = t_x2
         let q_y = touch.outer - ty_1 - ty_2;
-        let q_psi = g(&self.b) * (psi * (g(&self.n2_delta) + ty_1 - ty_2) - (tx_1 + tx_2));
+        let q_psi = g(&self.b) * (psi * (g(&self.n2_turn) + ty_1 - ty_2) - (tx_1 + tx_2));
         let gyro = g(&self.gyro) * track.speed;
         (gyro.mul_add(vpsi, q_y), gyro.neg_mul_add(vy, q_psi), touch.du)
     }

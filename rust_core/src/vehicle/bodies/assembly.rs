@@ -135,6 +135,7 @@ fn wheelset(wheels: &Wheels, at: &Placed, column: usize, value: &dyn Fn(&Number)
         r: value(&wheels.rolling_radius),
         b: value(&wheels.half_gauge),
         i_ya: value(&wheels.spin_inertia),
+        roller: if wheels.roller_radius.is_empty() { 0.0 } else { 1.0 / value(&wheels.roller_radius) },
         ..Wheelset::with_contact(wheels.contact.each_ref().map(value))
     }
 }

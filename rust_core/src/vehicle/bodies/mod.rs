@@ -25,6 +25,8 @@ pub struct Wheels {
     /// lambda, kappa_x, kappa_y, epsilon, delta, sigma
     pub contact: [Number; 6],
     pub spin_creep: Number,
+    /// Radius of the rollers; empty: the wheels run on a track.
+    pub roller_radius: Number,
 }
 
 /// A rigid body; without a yaw or roll inertia it does not yaw or roll.
