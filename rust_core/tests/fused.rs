@@ -197,7 +197,8 @@ fn carried(lane: usize, unlike: f64, damped: bool) -> (Layout, Vec<f64>) {
     let contact = [0.18, 130.0, 120.0, 8.0, 0.05, 0.05].map(&mut next);
     let [spin_inertia, half_gauge, rolling_radius, wheel_load, spin_creep] =
         [112.0, 0.75, 0.46, 54e3, 0.25].map(&mut next);
-    let wheels = Wheels { spin_inertia, half_gauge, rolling_radius, wheel_load, contact, spin_creep };
+    let wheels =
+        Wheels { spin_inertia, half_gauge, rolling_radius, wheel_load, contact, spin_creep, roller_radius: Vec::new() };
     let mut family = |name: &str, places: &[[f64; 2]], [mass, yaw, roll, height]: [f64; 4], wheels: Option<&Wheels>| {
         let (mass, yaw_inertia, roll, height) = (next(mass), Some(next(yaw)), next(roll), next(height));
         for (i, [a, b]) in places.iter().enumerate() {
