@@ -36,7 +36,7 @@ HASHED_SOURCES: Final = (
     "track",
     "vehicle",
     "ride_quality",
-    "curving.py",
+    "curving",
     "running_stability",
     "optimisation",
 )

@@ -47,6 +47,7 @@ READER_KEYS = {
     "leave_one_run_out",
     "out_of_time",
     "nominal_effects",
+    "groups",
 }
 
 

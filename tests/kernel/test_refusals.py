@@ -64,7 +64,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "an input that no rig has": (lambda: Vehicles("rig", rig_input="torque"), 'kind "rig" has no input "torque"'),
     "a third wheelset": (
         lambda: Vehicles("bogie", [Placement("flange_contact", "contact", 3)]).state_count(
-            Batch.from_arrays(ONE.numbers, np.array([[7e-3, 1e7]]), np.ones((1, 1)))
+            Batch.from_arrays(ONE.numbers, np.array([[7e-3, 1e7, 0.0, 0.01, 1.2]]), np.ones((1, 1)))
         ),
         'no place "contact" for wheelset 3',
     ),
