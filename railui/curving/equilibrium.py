@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.core import Batch, Vehicles
+from railui.ride_quality.guiding_forces import wheel_load_paths
 from railui.track.line_geometry import ACCELERATION, GRAVITY, POSITION_COLUMNS, steady_row
 from railui.vehicle.dofs import is_lateral
 from railui.vehicle.model import Model
@@ -87,10 +88,7 @@ def solve_equilibria(model: Model, rows: FloatArray, radius: FloatArray, cant_de
 
 def wheel_loads(model: Model, rows: FloatArray) -> FloatArray:
     """Return the static load [n, wheelset] in N of each wheel."""
-    structure = model.design.structure
-    if structure is None:
-        return np.repeat(rows[:, model.columns["vehicle.wheel_load"]][:, None], 2, axis=1)
-    return np.stack([rows[:, model.columns[w.part.number_path("wheel_load")]] for w in structure.wheelsets], axis=1)
+    return rows[:, [model.columns[path] for path in wheel_load_paths(model)]]
 
 
 def steady_rows(

@@ -7,13 +7,13 @@ from typing import Any, Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.curving.equilibrium import Equilibria
-from railui.ride_quality.guiding_forces import guiding_force_channels, wheel_load_paths
+from railui.curving.equilibrium import Equilibria, wheel_loads
+from railui.ride_quality.guiding_forces import guiding_force_channels
+from railui.ride_quality.running_safety import STATIC_LOAD_NOTE
 from railui.ride_quality.safety_limits import SafetyLimits
 from railui.vehicle.model import Model
 
 SPEED: Final = 1.0  # m/s at which creep laws that depend on the speed are evaluated
-STATIC_NOTE: Final = "Y/Q: with static wheel loads, as no body of the model rolls"
 INSTANT: Final = 1e-6  # s, interval of the two samples of which the first is read
 
 
@@ -60,12 +60,12 @@ def quotient_notes(forces: dict[str, Any]) -> list[str]:
                 notes.append(f"the {side} wheel of wheelset {i} lifts")
             elif quotient > limit:
                 notes.append(f"Y/Q {quotient:.3g} of the {side} wheel of wheelset {i} exceeds {limit:.3g}")
-    return notes if forces["load_transfer"] else [*notes, STATIC_NOTE]
+    return notes if forces["load_transfer"] else [*notes, f"Y/Q: {STATIC_LOAD_NOTE}"]
 
 
 def _forces(model: Model, equilibria: Equilibria, k: int) -> tuple[FloatArray, FloatArray]:
     """Compute guiding forces Y, outward positive, and wheel loads Q [wheelset, wheel] in N, right and left."""
-    loads = np.array([model.design.values[path] for path in wheel_load_paths(model)])
+    loads = wheel_loads(model, model.row[None])[0]
     n = len(loads)
     row = equilibria.table[k].copy()
     row[1] = SPEED

@@ -38,8 +38,8 @@ def divisible_numbers(structure: Structure) -> dict[str, tuple[int, ...]]:
 def divide_numbers(structure: Structure, paths: Sequence[str]) -> Structure:
     """Return a structure whose numbers at these paths differ between joints or wheelsets; KeyError if one cannot."""
     numbers = divisible_numbers(structure)
-    given = dict(structure.divided)
-    return replace(structure, divided=tuple((given | {path: numbers[path] for path in paths}).items()))
+    divided = structure.divided_numbers | {path: numbers[path] for path in paths}
+    return replace(structure, divided=tuple(divided.items()))
 
 
 def divide_design(design: Design, paths: Sequence[str]) -> Design:
@@ -49,7 +49,7 @@ def divide_design(design: Design, paths: Sequence[str]) -> Design:
     """
     assert design.structure is not None
     structure = design.structure
-    new = [path for path in paths if path not in dict(structure.divided)]
+    new = [path for path in paths if path not in structure.divided_numbers]
     if not new:
         return design
     structure = divide_numbers(structure, new)

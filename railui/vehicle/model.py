@@ -76,7 +76,7 @@ class Model:
     @property
     def limits_hunting(self) -> bool:
         """True where an effect bounds the limit cycle of the linear part: a creep law or a flange."""
-        return any(core.effect_record(e.kind)["acts"] == "creep" or e.kind == "flange_contact" for e in self.effects)
+        return any(core.effect_record(e.kind)["acts"] == "creep" or e.kind == FLANGE for e in self.effects)
 
     @property
     def structure_key(self) -> tuple[Any, ...]:

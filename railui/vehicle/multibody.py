@@ -48,20 +48,25 @@ class Structure:
         shared += [p for p in CONTACT if p.path.count(".") == 1]
         return {each.path: each for p in shared for each in self._divide(p)}
 
+    @cached_property
+    def divided_numbers(self) -> dict[str, tuple[int, ...]]:
+        """Numbers of the joints or wheelsets by the path of what differs between them."""
+        return dict(self.divided)
+
     def _divide(self, p: Parameter) -> list[Parameter]:
-        numbers = dict(self.divided).get(p.path)
+        numbers = self.divided_numbers.get(p.path)
         if numbers is None:
             return [p]
         return [replace(p, path=numbered_path(p.path, n), caption=f"{p.caption} {n}") for n in numbers]
 
     def paths_of(self, path: str) -> tuple[str, ...]:
         """Return the path of a number, or those of its joints or wheelsets where it differs between them."""
-        numbers = dict(self.divided).get(path)
+        numbers = self.divided_numbers.get(path)
         return (path,) if numbers is None else tuple(numbered_path(path, n) for n in numbers)
 
     def path_at(self, path: str, number: int) -> str:
         """Return the path of a number of one joint or wheelset."""
-        return numbered_path(path, number) if path in dict(self.divided) else path
+        return numbered_path(path, number) if path in self.divided_numbers else path
 
     @cached_property
     def channel_names(self) -> dict[str, str]:

@@ -108,6 +108,12 @@ class Joint:
     ends: tuple[str | None, str | None]
     number: int
 
+    @property
+    def locations(self) -> tuple[str, ...]:
+        """Names of the locations of effects that it may have: along a link, else in the directions of its element."""
+        name = self.part.name
+        return (name,) if self.part.kind == "link" else tuple(f"{name}_{way}" for way in ("lateral", "yaw", "roll"))
+
 
 @dataclass(frozen=True)
 class EffectLocation:

@@ -14,7 +14,6 @@ from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.campaign.faults.diagnose import diagnose
 from railui.identification.context import Context, create_context
-from railui.identification.estimation.multiple_shooting import limits_hunting
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.validation import Validation, validate
@@ -186,7 +185,7 @@ def validate_true_effects(context: Context, effects: Sequence[Effect], truth: Tr
         model,
         [*free, *model.effect_paths()],
         segments=prepare_segments(context, model, dataset.estimation),
-        stable=not limits_hunting(model),
+        stable=not model.limits_hunting,
         tolerance=1e-5,
     )
     return validate(context, fit.model, dataset.validation)

@@ -116,6 +116,15 @@ def _value(kind: str, text: str) -> object:
     return {"int": int, "float": float}.get(kind, str)(text)
 
 
+def stored_rows(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[TrialRow]:
+    """Return the rows that the output file of a trial has; without --resume there may be no such file."""
+    if not options.output or not options.output.exists():
+        return []
+    if not options.resume:
+        parser.error(f"{options.output} exists: give --resume, or another file")
+    return read_rows(options.output)
+
+
 def append_rows(path: Path, rows: Sequence[TrialRow]) -> None:
     """Append rows to the file of a trial, with the header first."""
     is_new = not path.exists()
@@ -140,11 +149,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     p.add_argument("--resume", action="store_true", help="leave out the groups that the output has")
     p.add_argument("--write", type=Path, metavar="MD", help="replace the section of the trial in a document")
     options = p.parse_args(arguments)
-    rows: list[TrialRow] = []
-    if options.output and options.output.exists():
-        if not options.resume:
-            p.error(f"{options.output} exists: give --resume, or another file")
-        rows = read_rows(options.output)
+    rows = stored_rows(p, options)
     done = {row.number for row in rows}
     groups = [g for g in draw_groups(options.loops, options.seed, options.seconds) if g[0].order.seed not in done]
     with tempfile.TemporaryDirectory() as scratch:

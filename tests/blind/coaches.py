@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.blind.assessment import TrialRow, Truth, run_case
-from tests.blind.blind import append_rows, read_rows
+from tests.blind.blind import append_rows, stored_rows
 from tests.blind.coach_cases import CoachCase, draw_coaches
 from tests.blind.coach_table import MARKS, coach_totals
 from tests.blind.table import HEAD, format_row, write_section
@@ -84,11 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     p.add_argument("--resume", action="store_true", help="leave out the campaigns that the output has")
     p.add_argument("--write", type=Path, metavar="MD", help="replace the section of this trial in a document")
     options = p.parse_args(arguments)
-    rows: list[TrialRow] = []
-    if options.output and options.output.exists():
-        if not options.resume:
-            p.error(f"{options.output} exists: give --resume, or another file")
-        rows = read_rows(options.output)
+    rows = stored_rows(p, options)
     done = {row.number for row in rows}
     cases = draw_coaches(options.seed, options.seconds)[: options.campaigns]
     with tempfile.TemporaryDirectory() as scratch:

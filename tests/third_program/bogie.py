@@ -39,7 +39,7 @@ class Bogie:
 
 @dataclass(frozen=True)
 class Unmodelled:
-    """Effects beside the linear vehicle, by Exudyn's own friction or by laws across the primary suspension."""
+    """Effects on top of the linear vehicle, by Exudyn's own friction or by laws across the primary suspension."""
 
     friction: tuple[float, float] | None = None  # dry friction of the secondary [N], linear below this speed [m/s]
     primary: Law | None = None  # of each axle box

@@ -72,6 +72,9 @@ class Multibody:
             self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=body.number, localPosition=body.local(x, y, height)))
         )
 
+    def _points(self, lower: Body, upper: Body, at: tuple[float, float, float]) -> list[int]:
+        return [self._point(body, *at) for body in (lower, upper)]
+
     def _coordinate(self, body: Body, coordinate: int) -> int:
         return int(self.mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=body.node, coordinate=coordinate)))
 
@@ -88,8 +91,7 @@ class Multibody:
         law: Law | None = None,
     ) -> int:
         """Add a spring and damper along the fixed axes x, y, z that carries a load [N]; `law` acts along y as well."""
-        points = [self._point(body, *at) for body in (lower, upper)]
-        offset = [0.0, 0.0, -load / k[2] if load else 0.0]
+        points, offset = self._points(lower, upper, at), _preload(k, load)
 
         def force(mbs, t, number, z, v, k, c, offset):  # type: ignore[no-untyped-def]
             whole = k * (z - offset) + c * v
@@ -115,8 +117,7 @@ class Multibody:
         load: float = 0.0,
     ) -> int:
         """Add a spring and damper of six directions in the mean frame of both ends, acting half way between them."""
-        points = [self._point(body, *at) for body in (lower, upper)]
-        offset = [0.0, 0.0, -load / k[2] if load else 0.0, 0.0, 0.0, 0.0]
+        points, offset = self._points(lower, upper, at), [*_preload(k, load), 0.0, 0.0, 0.0]
         return int(
             self.mbs.AddObject(
                 items.RigidBodySpringDamper(
@@ -131,7 +132,7 @@ class Multibody:
 
     def add_torsional_spring(self, lower: Body, upper: Body, k: float, c: float) -> int:
         """Add a torsional spring and damper about z between two bodies [N*m/rad, N*m*s/rad]."""
-        points = [self._point(body, upper.x, 0.0, upper.height) for body in (lower, upper)]
+        points = self._points(lower, upper, (upper.x, 0.0, upper.height))
         return int(self.mbs.AddObject(items.TorsionalSpringDamper(markerNumbers=points, stiffness=k, damping=c)))
 
     def add_friction(self, body: Body, coordinate: int, force: float, zone: float) -> int:
@@ -216,6 +217,11 @@ class Multibody:
     def sensor_values(self, sensor: int) -> Floats:
         """Values of a sensor [component, sample]."""
         return np.asarray(self.mbs.GetSensorStoredData(sensor))[:, 1:].T
+
+
+def _preload(k: Sequence[float], load: float) -> list[float]:
+    """Return the offset x, y, z [m] of a spring that carries a load [N] at rest."""
+    return [0.0, 0.0, -load / k[2] if load else 0.0]
 
 
 def _arrays(force):  # type: ignore[no-untyped-def]

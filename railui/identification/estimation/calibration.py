@@ -14,7 +14,6 @@ from railui.identification.estimation.growing_windows import lengthen_windows, s
 from railui.identification.estimation.initial_state import estimate_phases
 from railui.identification.estimation.multiple_shooting import (
     cut_into_windows,
-    limits_hunting,
     unstable_segments,
     windowed_growth_rate,
 )
@@ -40,7 +39,7 @@ def calibrate(context: Context) -> Fit:
     paths = context.campaign.estimated_parameters
     segments = context.dataset.estimation
     settings = context.settings
-    bounded = limits_hunting(context.nominal)
+    bounded = context.nominal.limits_hunting
     start = context.nominal if bounded else with_stable_start(context, segments)
     if start is not context.nominal:
         context.progress.message(
@@ -78,7 +77,7 @@ def nominal_fit(context: Context) -> Fit:
     """Return the nominal model, or one of lower conicity that is stable, as a fit without any iteration."""
     model = with_stable_start(context, context.dataset.estimation)
     return fit_output_error(
-        context, model, context.campaign.estimated_parameters, stable=not limits_hunting(model), max_iterations=0
+        context, model, context.campaign.estimated_parameters, stable=not model.limits_hunting, max_iterations=0
     )
 
 

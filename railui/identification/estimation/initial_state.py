@@ -13,6 +13,7 @@ from railui.campaign.settings.estimation import InitialStateSettings
 from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period
 from railui.identification.prediction import Predictor
+from railui.track import COLUMNS_PER_WHEELSET, FIRST_WHEELSET_COLUMN
 from railui.vehicle.dofs import is_lateral
 from railui.vehicle.model import Model
 from railui.vehicle.track_geometry import track_geometry
@@ -30,7 +31,6 @@ MIN_PART_SAMPLES = 30
 STEP_SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step that are tried
 MIN_GAIN = 1e-6  # relative gain of the misfit below which the estimate of a rig ends
 START_SAMPLES, START_PERIODS = 6, 0.1  # at least, from which the measured motion of a rig is read
-FIRST_TRACK_COLUMN, COLUMNS_PER_WHEELSET = 2, 5  # of an input table: s, v; y_w, dy_w/ds, phi_w, dphi_w/ds, g
 RIG_RATE_SHARE = 0.1  # usual rate of a rig: this share of its usual motion per sample
 
 
@@ -253,7 +253,7 @@ def state_on_rails(model: Model, row: FloatArray, states: int) -> FloatArray:
     if structure is None:
         return state
     radius = track_geometry(model.design).rolling_radius
-    under = row[FIRST_TRACK_COLUMN:][: COLUMNS_PER_WHEELSET * len(structure.wheelsets)].reshape(
+    under = row[FIRST_WHEELSET_COLUMN:][: COLUMNS_PER_WHEELSET * len(structure.wheelsets)].reshape(
         -1, COLUMNS_PER_WHEELSET
     )
     lateral = dict(zip((w.name for w in structure.wheelsets), under[:, 0] + radius * under[:, 2], strict=True))

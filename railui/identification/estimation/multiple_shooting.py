@@ -22,11 +22,6 @@ COARSE_TOLERANCE = 1e-4
 SegmentKey = tuple[str, int]
 
 
-def limits_hunting(model: Model) -> bool:
-    """True where an effect of the model bounds the limit cycle of its linear part: a creep law or a flange."""
-    return model.limits_hunting
-
-
 def max_growth_rate(model: Model, segment: Segment) -> float:
     """Growth rate [1/s] of the least damped small motion at the speeds of a segment; negative: it decays."""
     return max(model.growth_rate(v) for v in segment.speeds)
@@ -76,7 +71,7 @@ def refit_hunting(context: Context, before: Fit) -> tuple[Fit, Fit | None]:
         where the data demand a vehicle that hunts, that one, fitted on windows.
     """
     segments = context.dataset.estimation
-    if not context.nominal.design.is_on_track or limits_hunting(context.nominal):
+    if not context.nominal.design.is_on_track or context.nominal.limits_hunting:
         return before, None
     cut = _segments_near_limit(context, before)
     if not cut:

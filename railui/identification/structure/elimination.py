@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.multiple_shooting import limits_hunting
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.refit import Refit
@@ -53,7 +52,7 @@ def _without_effect(context: Context, fit: Fit, refit: Refit | None) -> Stage | 
             model,
             [*context.campaign.estimated_parameters, *model.effect_paths()],
             segments=fit.segments,
-            stable=not limits_hunting(model),
+            stable=not model.limits_hunting,
             tolerance=REMOVAL_TOLERANCE,
         )
     except ValueError:

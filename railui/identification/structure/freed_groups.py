@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.multiple_shooting import limits_hunting
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.validation import Validation, is_significant_gain, validate
@@ -86,7 +85,7 @@ def _freed_fit(context: Context, fit: Fit, paths: Sequence[str]) -> Fit:
         model,
         members,
         segments=fit.segments,
-        stable=not limits_hunting(model),
+        stable=not model.limits_hunting,
         tolerance=TOLERANCE,
     )
 

@@ -74,8 +74,8 @@ def compare_group_members(context: Context, fit: Fit) -> tuple[GroupDifference, 
     structure = fit.model.design.structure
     if structure is None or context.is_out_of_time:
         return ()
-    divided = dict(structure.divided)
-    shared = {p: n for p, n in divisible_numbers(structure).items() if p in fit.free.paths and p not in divided}
+    estimated = set(fit.free.paths) - set(structure.divided_numbers)
+    shared = {path: numbers for path, numbers in divisible_numbers(structure).items() if path in estimated}
     if not shared:
         return ()
     test = _GroupTest(context, fit, shared)

@@ -11,7 +11,6 @@ from railui import core
 from railui.campaign.settings.detection import RefitSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.multiple_shooting import limits_hunting
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, adapt_to_model, truncate
 from railui.identification.structure.candidates import LINEAR, Candidate, candidate_text
@@ -87,7 +86,7 @@ def fit_with_effects(
             segments=segments,
             tolerance=tolerance,
             max_iterations=max_iterations,
-            stable=not limits_hunting(model),
+            stable=not model.limits_hunting,
         )
     except ValueError:
         return None
@@ -209,7 +208,7 @@ class ScreeningFits:
 
     def _bounds_hunting(self, fit: Fit) -> bool:
         """True where an effect bounds the hunting of a vehicle that is fitted on windows."""
-        return self.is_windowed and limits_hunting(fit.model)
+        return self.is_windowed and fit.model.limits_hunting
 
     def _nominal(self) -> Model:
         """Return the model with its estimated parameters back at their nominal values."""

@@ -11,7 +11,6 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.growing_windows import follow_motion, follows
 from railui.identification.estimation.initial_state import estimate_initial_state
-from railui.identification.estimation.multiple_shooting import limits_hunting
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, reprepare_segments, truncate
@@ -340,7 +339,7 @@ class StepwiseSelection:
             fit.model,
             fit.free.paths,
             segments=reprepare_segments(self.context, fit.model, fit.segments),
-            stable=not limits_hunting(fit.model),
+            stable=not fit.model.limits_hunting,
             tolerance=FINAL_TOLERANCE,
         )
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from html import escape
 
 from railui.report.schematic.canvas import SCALE, Box, Canvas
 from railui.report.schematic.places import Places
+from railui.report.schematic.symbols import titled_group, words
 from railui.vehicle.multibody_parts import Member
 
 BEAM = 0.09  # m, half the width of a side beam
@@ -26,7 +26,7 @@ class DrawnBodies:
 
     def add(self, style: str, key: str, title: str, svg: str) -> None:
         """Append a part on top of the others."""
-        self.svg += f'<g class="{style}" data-key="{escape(key)}"><title>{escape(title)}</title>{svg}</g>\n'
+        self.svg += f"{titled_group(style, key, title, svg)}\n"
 
 
 def draw_bodies(places: Places, canvas: Canvas) -> DrawnBodies:
@@ -63,7 +63,7 @@ def _carbody(places: Places, canvas: Canvas, drawn: DrawnBodies, member: Member 
         ends, key, title, style = (places.axis.drawn[0], places.axis.drawn[-1]), "ground", places.ground_title, " fixed"
     else:
         (first, last), key = places.extent(member.name), member.name
-        ends, title, style = (first - CARBODY[0], last + CARBODY[0]), _words(member.name), ""
+        ends, title, style = (first - CARBODY[0], last + CARBODY[0]), words(member.name), ""
     x1, x2 = (canvas.x(x) for x in ends)
     y1, y2 = canvas.y(-CARBODY[1]), canvas.y(CARBODY[1])
     svg = (
@@ -97,9 +97,9 @@ def _frame(places: Places, canvas: Canvas, drawn: DrawnBodies, member: Member) -
         f"M{x1:.1f} {m - yo:.1f} H{x2:.1f} V{m - yi:.1f} H{middle + transom:.1f} V{m + yi:.1f} H{x2:.1f} V{m + yo:.1f} "
         f"H{x1:.1f} V{m + yi:.1f} H{middle - transom:.1f} V{m - yi:.1f} H{x1:.1f} Z"
     )
-    drawn.add("frame", member.name, _words(member.name), f'<path d="{path}"/>')
+    drawn.add("frame", member.name, words(member.name), f'<path d="{path}"/>')
     drawn.boxes[member.name] = [Box((x1 + x2) / 2, m, (x2 - x1) / 2, yo)]
-    drawn.anchors[_words(member.name)] = (x1 + 8, m - yo)
+    drawn.anchors[words(member.name)] = (x1 + 8, m - yo)
 
 
 def _bolster(places: Places, canvas: Canvas, drawn: DrawnBodies, member: Member) -> None:
@@ -107,9 +107,9 @@ def _bolster(places: Places, canvas: Canvas, drawn: DrawnBodies, member: Member)
     box = Box(canvas.x(places.axis(places.x_of_member(member))), canvas.middle, 30.0, 1.2 * SCALE)
     x, y = box.x - box.half_width, box.y - box.half_height
     size = f'width="{2 * box.half_width:.1f}" height="{2 * box.half_height:.1f}"'
-    drawn.add("frame", member.name, _words(member.name), f'<rect x="{x:.1f}" y="{y:.1f}" {size} rx="4"/>')
+    drawn.add("frame", member.name, words(member.name), f'<rect x="{x:.1f}" y="{y:.1f}" {size} rx="4"/>')
     drawn.boxes[member.name] = [box]
-    drawn.anchors[_words(member.name)] = (x + 6, y)
+    drawn.anchors[words(member.name)] = (x + 6, y)
 
 
 def _wheelset(places: Places, canvas: Canvas, drawn: DrawnBodies, wheelset: Member) -> None:
@@ -131,7 +131,3 @@ def _wheelset(places: Places, canvas: Canvas, drawn: DrawnBodies, wheelset: Memb
     canvas.occupied.append(Box(x, m, 11.0, 11.0))
     drawn.add("wheelset", wheelset.name, f"wheelset {wheelset.number}", svg)
     drawn.boxes[wheelset.name] = [Box(x, m, 14.0, axle)]
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")

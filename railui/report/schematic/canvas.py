@@ -49,7 +49,7 @@ class Canvas:
         return any(box.overlaps(other) for other in self.occupied)
 
     def free_place(self, x: float, y: float, half: float) -> Box:
-        """Return a place near a point where a square covers no symbol, rather beside it than above or below it."""
+        """Return a place near a point where a square covers no symbol, along the vehicle rather than across it."""
         steps = [(i * 7.0, j * 7.0) for i in range(-9, 10) for j in range(-9, 10)]
         for dx, dy in sorted(steps, key=lambda d: (d[0] ** 2 + 4.0 * d[1] ** 2, d)):
             box = Box(x + dx, y + dy, half, half)

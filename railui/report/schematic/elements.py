@@ -1,4 +1,4 @@
-"""Symbols of the elements of a vehicle at their places, beside each other where places coincide."""
+"""Symbols of the elements of a vehicle at their places, side by side where places coincide."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ def _draw(places: Places, canvas: Canvas, joint: Joint) -> DrawnElement:
 
 def _title(joint: Joint) -> str:
     """Return the element in words: name, kind, and the two bodies that it joins."""
-    ends = " and ".join("ground" if end is None else end.replace("_", " ") for end in joint.ends)
-    return f"{joint_key(joint).replace('_', ' ')}: {joint.part.kind.replace('_', ' ')} between {ends}"
+    ends = " and ".join("ground" if end is None else symbols.words(end) for end in joint.ends)
+    return f"{symbols.words(joint_key(joint))}: {symbols.words(joint.part.kind)} between {ends}"
 
 
 def _free_shift(canvas: Canvas, boxes: list[Box]) -> float:

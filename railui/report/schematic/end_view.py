@@ -86,7 +86,7 @@ class EndView:
         self.svg += (
             f'<rect class="{style}" x="{-half:.1f}" y="{y:.1f}" width="{2 * half:.1f}" height="{high:.1f}" rx="4"/>'
         )
-        text = self.places.ground_title if member is None else member.part.name.replace("_", " ")
+        text = self.places.ground_title if member is None else symbols.words(member.part.name)
         if member is not None and "height" in member.part.keys:
             height = self.places.values[member.part.number_path("height")]
             text += f", centre of mass {height:g} m above the rails"
@@ -101,7 +101,7 @@ class EndView:
             self.occupied.setdefault(low, []).extend(Box(side * x, 0.0, 5.0, 1.0) for side in (-1, 1))
             arms = f"M{-x:.1f} {upper:.1f} V{lower - 8:.1f} H{x:.1f} V{upper:.1f}"
             self.svg += f'<g class="element end"><path class="thick" d="{arms}"/></g>'
-            self.labels.append((_words(joint), x, upper + 12.0))
+            self.labels.append((symbols.words(joint.part.name), x, upper + 12.0))
             return
         half = self._half_width(joint)
         sides = [y * SCALE for y in self.places.sides_of_joint(joint)]
@@ -110,7 +110,9 @@ class EndView:
             x = y + (shift if y >= 0 else -shift)
             self.occupied.setdefault(low, []).append(Box(x, 0.0, half, 1.0))
             self.svg += f'<g class="element end">{self._symbol(joint, x, lower, upper)}</g>'
-        self.labels.append((_words(joint), max(y + (shift if y >= 0 else -shift) for y in sides), (lower + upper) / 2))
+        self.labels.append(
+            (symbols.words(joint.part.name), max(y + (shift if y >= 0 else -shift) for y in sides), (lower + upper) / 2)
+        )
 
     def _free_shift(self, level: int, sides: list[float], half: float) -> float:
         """Return the shift outwards [px] with which an element covers no other and stays below the carbody."""
@@ -168,10 +170,6 @@ class EndView:
             path = f'<path d="M{LABELS:.1f} {line:.1f} L{x:.1f} {y:.1f}"/><circle cx="{x:.1f}" cy="{y:.1f}" r="1.8"/>'
             self.svg = f'{self.svg}<g class="leader end">{path}</g>'
             self.svg += f'<text class="end" x="{LABELS + 4:.1f}" y="{line + 4:.1f}">{escape(text)}</text>'
-
-
-def _words(joint: Joint) -> str:
-    return joint.part.name.replace("_", " ")
 
 
 def has_end_view(places: Places) -> bool:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from railui.report.schematic.places import Places, joint_key
-from railui.vehicle.multibody_parts import Joint
 
 AT_CONTACT = ("contact", "track")
 
@@ -35,7 +34,7 @@ def concerned_parts(places: Places, highlight: Highlight, sensors: Mapping[str, 
     structure, at, number = places.structure, highlight.at, highlight.number
     if at in sensors:
         return Concerned(sensors=(at,))
-    if joints := [j for j in structure.joints if at in _locations(j)]:
+    if joints := [j for j in structure.joints if at in j.locations]:
         return Concerned(joints=tuple(joint_key(j) for j in joints if not number or j.number == number))
     wheelsets = tuple(w.name for w in structure.wheelsets if not number or w.number == number)
     if at in AT_CONTACT:
@@ -46,8 +45,3 @@ def concerned_parts(places: Places, highlight: Highlight, sensors: Mapping[str, 
     bodies = [m.name for m in structure.members_named(at) or structure.members_named(name) if not m.is_wheelset]
     chosen = [b for b in bodies if not number or structure.members[b].number == number]
     return Concerned(bodies=tuple(chosen))
-
-
-def _locations(joint: Joint) -> tuple[str, ...]:
-    name = joint.part.name
-    return (name,) if joint.part.kind == "link" else tuple(f"{name}_{way}" for way in ("lateral", "yaw", "roll"))

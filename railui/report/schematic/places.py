@@ -39,12 +39,12 @@ class Places:
         return self.values[wheelset.part.number_path("rolling_radius")]
 
     def box_distance(self, wheelset: Member) -> float:
-        """Return the drawn distance of the axle boxes from the middle of the vehicle [m], beside the wheels."""
+        """Return the drawn distance of the axle boxes from the middle of the vehicle [m], clear of the wheels."""
         joints = [joint for joint in self.structure.joints if wheelset.name in joint.ends and "y" in joint.part.keys]
         given = [self.values[joint.part.number_path("y")] for joint in joints if joint.part.kind != "link"]
-        return self._beside_wheels(given[0] if given else DEFAULT_HALF_BASE, wheelset)
+        return self._clear_of_wheels(given[0] if given else DEFAULT_HALF_BASE, wheelset)
 
-    def _beside_wheels(self, y: float, wheelset: Member) -> float:
+    def _clear_of_wheels(self, y: float, wheelset: Member) -> float:
         b = self.half_gauge(wheelset)
         return max(y, b + AXLE_BOX_DISTANCE) if y >= b else min(y, b - AXLE_BOX_DISTANCE)
 
@@ -62,7 +62,7 @@ class Places:
         y = self.values[joint.part.number_path("y")]
         wheelsets = [self.structure.members[e] for e in joint.ends if e and self.structure.members[e].is_wheelset]
         if wheelsets and joint.part.kind != "link":
-            y = self._beside_wheels(y, wheelsets[0])
+            y = self._clear_of_wheels(y, wheelsets[0])
         if self.structure.is_mirrored(joint.part):
             return [y, -y]
         return [-y if joint.part.word("side") == "left" else y]

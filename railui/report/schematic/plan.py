@@ -16,7 +16,7 @@ from railui.report.schematic.page import Page
 from railui.report.schematic.places import Places
 from railui.report.schematic.rig import draw_rig
 from railui.report.schematic.sensors import SensorPlace, sensor_places
-from railui.report.schematic.symbols import SENSOR_MARKS, symbol_at
+from railui.report.schematic.symbols import SENSOR_MARKS, symbol_at, titled_group, words
 from railui.vehicle.design import Design
 
 MIN_WIDTH = 520.0  # px
@@ -36,8 +36,8 @@ def draw_schematic(
     channels: Sequence[str] = (),
     highlights: Sequence[Highlight] = (),
     lateral: Mapping[str, float] | None = None,
-) -> str:
-    """Return the plan view of a design as SVG.
+) -> Page:
+    """Return the plan view of a design.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def draw_schematic(
         return draw_rig(design, channels, highlights)
     places = Places(*drawn_topology(design))
     sensors = sensor_places(places, channels, lateral or {})
-    return _Plan(places, design.name, sensors, highlights).svg()
+    return _Plan(places, design.name, sensors, highlights).page()
 
 
 class _Plan:
@@ -78,7 +78,7 @@ class _Plan:
         self.canvas.occupied.append(box)
         return box
 
-    def svg(self) -> str:
+    def page(self) -> Page:
         """Return the whole picture."""
         self._label_bodies()
         self._label_elements()
@@ -88,7 +88,7 @@ class _Plan:
         height = 2 * HALF_HEIGHT * SCALE
         leaders = [_leader(p, _text_line(p, -1.0, 0.0), 0.0) for p in above]
         leaders += [_leader(p, _text_line(p, 1.0, height), height) for p in below]
-        elements = [_group("element", e.key, e.title, e.svg) for e in self.elements]
+        elements = [titled_group("element", e.key, e.title, e.svg) for e in self.elements]
         texts = [_text(p, _text_line(p, -1.0, 0.0)) for p in above]
         texts += [_text(p, _text_line(p, 1.0, height) + 10.0) for p in below]
         drawing = "\n".join([self.bodies.svg, *leaders, *elements, halos, sensors, *texts])
@@ -106,12 +106,14 @@ class _Plan:
             if best is None or _anchor(element)[0] > _anchor(best)[0]:
                 first[element.part] = element
         for part, element in first.items():
-            self.below.append(Label(part.replace("_", " "), *_anchor(element), "name"))
+            self.below.append(Label(words(part), *_anchor(element), "name"))
 
     def _sensor(self, sensor: SensorPlace) -> str:
         box = self.marks[sensor.name]
         self.above.append(Label(sensor.name, box.x, box.y - 5.0, "sensor"))
-        return _group("sensor", sensor.name, sensor.caption, symbol_at(SENSOR_MARKS[sensor.quantity], box.x, box.y))
+        return titled_group(
+            "sensor", sensor.name, sensor.caption, symbol_at(SENSOR_MARKS[sensor.quantity], box.x, box.y)
+        )
 
     def _highlight(self, highlight: Highlight) -> str:
         """Return the halos of an effect and label one of them; an effect without a place in the drawing has none."""
@@ -125,9 +127,9 @@ class _Plan:
         front = max(boxes, key=lambda b: (round(b.y), b.x))
         self.below.append(Label(highlight.text, front.x, front.y + front.half_height + 4.0, "effect"))
         key = highlight.at + (f"_{highlight.number}" if highlight.number else "")
-        return _group("halo", key, highlight.text, "".join(map(_halo, boxes)))
+        return titled_group("halo", key, highlight.text, "".join(map(_halo, boxes)))
 
-    def _page(self, drawing: str, above: Sequence[PlacedLabel], below: Sequence[PlacedLabel]) -> str:
+    def _page(self, drawing: str, above: Sequence[PlacedLabel], below: Sequence[PlacedLabel]) -> Page:
         """Return the drawing with its legend and, where bodies roll, the end view."""
         top = 30.0 + ROW * (1 + max((p.row for p in above), default=-1))
         foot = top + 2 * HALF_HEIGHT * SCALE + ROW * (1 + max((p.row for p in below), default=-1)) + 28.0
@@ -135,7 +137,7 @@ class _Plan:
         end_view, end_height, end_width = self._end_view(foot + 36.0)
         width, height = max(width, end_width), foot + 28.0 + end_height
         content = f'<g transform="translate(0 {top:.1f})">\n{drawing}\n</g>\n{self._legend(foot)}\n{end_view}'
-        return Page(self.name, "seen from above", self._description(), content, width, height).svg()
+        return Page(self.name, "seen from above", self._description(), content, width, height)
 
     def _end_view(self, y: float) -> tuple[str, float, float]:
         """Return the view from behind with its height and width [px], of a vehicle whose bodies roll."""
@@ -151,16 +153,16 @@ class _Plan:
     def _description(self) -> str:
         """Return the picture in words, for readers who cannot see it."""
         structure = self.places.structure
-        parts = [f"{len(structure.wheelsets)} wheelsets", *(p.name.replace("_", " ") for p in structure.bodies)]
-        words = ["Bodies: " + ", ".join(parts), "elements: " + ", ".join(e.title for e in self.elements)]
+        parts = [f"{len(structure.wheelsets)} wheelsets", *(words(p.name) for p in structure.bodies)]
+        sentences = ["Bodies: " + ", ".join(parts), "elements: " + ", ".join(e.title for e in self.elements)]
         if self.sensors:
-            words.append("sensors: " + ", ".join(f"{s.name} ({s.caption})" for s in self.sensors))
-        words += [f"highlighted: {h.text}" for h in self.highlights]
-        return "; ".join(words) + "."
+            sentences.append("sensors: " + ", ".join(f"{s.name} ({s.caption})" for s in self.sensors))
+        sentences += [f"highlighted: {h.text}" for h in self.highlights]
+        return "; ".join(sentences) + "."
 
     def _legend(self, y: float) -> str:
         shortened = ", the length between bogies shortened" if self.places.axis.breaks else ""
-        text = f"from above, front to the right; elements at one place are drawn beside each other{shortened}"
+        text = f"from above, front to the right; elements at one place are drawn side by side{shortened}"
         legend, x, y = f'<text class="body" x="10" y="{y:.1f}">{text}</text>', 16.0, y + 18.0
         used = {s.quantity for s in self.sensors}
         for quantity, caption in LEGEND:
@@ -174,10 +176,6 @@ class _Plan:
 def _anchor(element: DrawnElement) -> tuple[float, float]:
     box = max(element.boxes, key=lambda b: b.y)
     return box.x, box.y + box.half_height
-
-
-def _group(style: str, key: str, title: str, svg: str) -> str:
-    return f'<g class="{style}" data-key="{escape(key)}"><title>{escape(title)}</title>{svg}</g>'
 
 
 def _halo(box: Box) -> str:

@@ -8,7 +8,7 @@ from html import escape
 from railui.report.schematic.highlights import Highlight
 from railui.report.schematic.labels import BOLD, text_width
 from railui.report.schematic.page import Page
-from railui.report.schematic.symbols import DASHPOT, LINE_SPRING, SENSOR_MARKS, symbol_at
+from railui.report.schematic.symbols import DASHPOT, LINE_SPRING, SENSOR_MARKS, symbol_at, titled_group
 from railui.vehicle.design import Design
 
 WALL, MASS, MASS_WIDTH, PLATE_WIDTH = 40.0, 270.0, 84.0, 12.0  # px along the drawing
@@ -22,8 +22,8 @@ INPUTS = {
 QUANTITIES = {"z": "displacement", "vz": "rate", "az": "acceleration", "F": "angle", "u": "angle"}
 
 
-def draw_rig(design: Design, channels: Sequence[str], highlights: Sequence[Highlight]) -> str:
-    """Return a rig as SVG: spring, damper and effects between base and mass, its input and sensors."""
+def draw_rig(design: Design, channels: Sequence[str], highlights: Sequence[Highlight]) -> Page:
+    """Return a rig: spring, damper and effects between base and mass, its input and sensors."""
     at_rig, others = [h for h in highlights if h.at == "rig"], [h for h in highlights if h.at != "rig"]
     names = ["stiffness", "damping"]
     rows = [("element", name, symbol) for name, symbol in zip(names, (LINE_SPRING, DASHPOT), strict=True)]
@@ -35,13 +35,12 @@ def draw_rig(design: Design, channels: Sequence[str], highlights: Sequence[Highl
     kind = INPUTS[design.rig_input]
     words = f"One degree of freedom z, input: {kind}; elements: {', '.join(names)}"
     words += "".join(f"; highlighted: {h.text}" for h in highlights) + "."
-    beside = max((text_width(h.text) * BOLD for h in others), default=0.0)
+    aside = max((text_width(h.text) * BOLD for h in others), default=0.0)
     widest = max((text_width(h.text) * BOLD for h in at_rig), default=0.0)
-    width = max(460.0, MASS + MASS_WIDTH + 60.0 + beside, WALL + 20.0 + widest)
+    width = max(460.0, MASS + MASS_WIDTH + 60.0 + aside, WALL + 20.0 + widest)
     caption = f'<text class="body" x="10" y="{high + 60:.1f}">input: {kind}; z to the right</text>'
-    return Page(
-        design.name, "", words, f'<g transform="translate(0 34)">{drawing}</g>{caption}', width, high + 74
-    ).svg()
+    content = f'<g transform="translate(0 34)">{drawing}</g>{caption}'
+    return Page(design.name, "", words, content, width, high + 74)
 
 
 def _row(style: str, name: str, symbol: str, i: int) -> str:
@@ -49,7 +48,7 @@ def _row(style: str, name: str, symbol: str, i: int) -> str:
     y, middle = FIRST + STEP * i, (WALL + MASS) / 2
     rods = f'<path d="M{WALL:.1f} {y:.1f} H{middle - 19:.1f} M{middle + 19:.1f} {y:.1f} H{MASS:.1f}"/>'
     text = f'<text class="name" x="{middle:.1f}" y="{y - 12:.1f}" text-anchor="middle">{name}</text>'
-    return f'<g class="{style}" data-key="{name}"><title>{name}</title>{rods}{symbol_at(symbol, middle, y)}</g>{text}'
+    return titled_group(style, name, name, rods + symbol_at(symbol, middle, y)) + text
 
 
 def _effect_row(highlight: Highlight, i: int) -> str:
@@ -57,7 +56,7 @@ def _effect_row(highlight: Highlight, i: int) -> str:
     y = FIRST + STEP * i
     rods = f'<path d="M{WALL:.1f} {y:.1f} H{MASS:.1f}"/>'
     box = f'<rect x="{(WALL + MASS) / 2 - 24:.1f}" y="{y - 9:.1f}" width="48" height="18" rx="9"/>'
-    halo = f'<g class="halo" data-key="rig"><title>{escape(highlight.text)}</title>{box}</g>'
+    halo = titled_group("halo", "rig", highlight.text, box)
     text = f'<text class="effect" x="{WALL + 6:.1f}" y="{y - 13:.1f}">{escape(highlight.text)}</text>'
     return f'<g class="leader effect">{rods}</g>{halo}{text}'
 
@@ -82,15 +81,14 @@ def _mass(design: Design, high: float) -> str:
 
 
 def _sensors(channels: Sequence[str], highlights: Sequence[Highlight], x: float) -> str:
-    """Return the measured channels as markers beside the mass, with what is highlighted of them."""
+    """Return the measured channels as markers at the right of the mass, with what is highlighted of them."""
     svg, y = "", FIRST
     for name in (c for c in dict.fromkeys(channels) if c in QUANTITIES):
-        mark = symbol_at(SENSOR_MARKS[QUANTITIES[name]], x, y)
-        svg += f'<g class="sensor" data-key="{name}"><title>{name}</title>{mark}</g>'
+        svg += titled_group("sensor", name, name, symbol_at(SENSOR_MARKS[QUANTITIES[name]], x, y))
         svg += f'<text class="sensor" x="{x + 11:.1f}" y="{y + 4:.1f}">{name}</text>'
         for highlight in (h for h in highlights if h.at == name):
             box = f'<rect x="{x - 9:.1f}" y="{y - 9:.1f}" width="18" height="18" rx="6"/>'
-            svg += f'<g class="halo" data-key="{name}"><title>{escape(highlight.text)}</title>{box}</g>'
+            svg += titled_group("halo", name, highlight.text, box)
             svg += f'<text class="effect" x="{x + 30:.1f}" y="{y + 4:.1f}">{escape(highlight.text)}</text>'
         y += 22.0
     return svg

@@ -74,8 +74,7 @@ def _joint_at(places: Places, location: str) -> Joint | None:
     """Return the joint of a kernel channel such as `secondary_lateral.2`."""
     name, _, number = location.rpartition(".")
     for joint in places.structure.joints:
-        locations = (joint.part.name, *(f"{joint.part.name}_{way}" for way in ("lateral", "yaw", "roll")))
-        if name in locations and joint.number == int(number):
+        if name in joint.locations and joint.number == int(number):
             return joint
     return None
 

@@ -13,17 +13,19 @@ from railui.report.figures.drawing import Picture
 from railui.report.numbers import quantity_cells
 from railui.report.schematic.highlights import Highlight
 from railui.report.schematic.plan import draw_schematic
+from railui.report.schematic.symbols import words
 from railui.vehicle.design import Design
 
 
 def schematic_of_design(design: Design) -> str:
     """Return the plan view of a design as SVG, with its effects."""
-    return draw_schematic(design, (), _effects_of(design))
+    return draw_schematic(design, (), _effects_of(design)).svg()
 
 
 def schematic_of_campaign(campaign: Campaign, columns: Iterable[str]) -> str:
     """Return the plan view of a campaign's vehicle as SVG, with its effects and the sensors of these columns."""
-    return draw_schematic(campaign.design, tuple(columns), _effects_of(campaign.design), lateral_positions(campaign))
+    effects = _effects_of(campaign.design)
+    return draw_schematic(campaign.design, tuple(columns), effects, lateral_positions(campaign)).svg()
 
 
 def schematic_of_report(
@@ -44,10 +46,10 @@ def schematic_of_report(
     found = [_reported(effect) for effect in report["effects"]]
     if report["outside"]:
         found.append(Highlight(report["outside"]["at"], report["outside"]["wheelset"], "discrepancy"))
-    svg = draw_schematic(design, tuple(columns), found, lateral_positions(campaign))
+    page = draw_schematic(design, tuple(columns), found, lateral_positions(campaign))
     text = "; ".join(highlight.text for highlight in found)
     alt = f"Schematic of the vehicle from above with its sensors{f'; highlighted: {text}' if text else ''}"
-    return Picture("schematic", alt, svg.encode("utf-8"), int(float(svg.partition('width="')[2].partition('"')[0])))
+    return Picture("schematic", alt, page.svg().encode("utf-8"), round(page.width))
 
 
 def lateral_positions(campaign: Campaign) -> dict[str, float]:
@@ -64,22 +66,16 @@ def _effects_of(design: Design) -> list[Highlight]:
     found = []
     for i, effect in enumerate(design.effects):
         numbers = ((k, v, f"effects.{i}.{k}") for k, v in effect.parameters.items() if isinstance(v, float))
-        cells = [f"{_words(k)} {quantity_cells(v, None, design.unit(path))[0]}" for k, v, path in numbers]
+        cells = [f"{words(k)} {quantity_cells(v, None, design.unit(path))[0]}" for k, v, path in numbers]
         found.append(Highlight(effect.at, effect.wheelset, _text(effect.kind, cells)))
     return found
 
 
 def _reported(effect: Mapping[str, Any]) -> Highlight:
-    cells = [
-        f"{_words(k)} {quantity_cells(p['value'], p['sd'], p['unit'])[0]}" for k, p in effect["parameters"].items()
-    ]
+    cells = [f"{words(k)} {quantity_cells(p['value'], p['sd'], p['unit'])[0]}" for k, p in effect["parameters"].items()]
     return Highlight(effect["at"], effect["wheelset"], _text(effect["kind"], cells))
 
 
 def _text(kind: str, cells: list[str]) -> str:
     """Return the label of an effect: its name and its first parameter."""
     return ", ".join([str(core.effect_record(kind)["title"]), *cells[:1]])
-
-
-def _words(key: str) -> str:
-    return key.replace("_", " ")

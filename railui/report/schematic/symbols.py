@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from html import escape
 from math import atan2, cos, hypot, sin
 from typing import Final
 
@@ -25,6 +26,16 @@ SENSOR_MARKS: Final = {
     "displacement": '<path d="M0 -6 l5.5 10 h-11 z"/>',
     "angle": '<path d="M0 -6 l6 6 l-6 6 l-6 -6 z"/>',
 }
+
+
+def words(name: str) -> str:
+    """Return a name of a file in words."""
+    return name.replace("_", " ")
+
+
+def titled_group(style: str, key: str, title: str, svg: str) -> str:
+    """Return a part of a drawing with its name, which a browser shows under the pointer."""
+    return f'<g class="{style}" data-key="{escape(key)}"><title>{escape(title)}</title>{svg}</g>'
 
 
 def symbol_at(symbol: str, x: float, y: float, across: bool = False) -> str:

@@ -14,7 +14,7 @@ pub struct Reading {
     pub inputs: Terms,
     /// Columns that the speed multiplies, with the lane's share of the speed.
     pub rates: Terms,
-    /// The lateral forces of the wheels of a wheelset on the rails, beside all that.
+    /// The lateral forces of the wheels of a wheelset on the rails, added to the terms above.
     pub guiding: Option<Box<Guiding>>,
 }
 

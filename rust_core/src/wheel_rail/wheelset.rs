@@ -386,7 +386,7 @@ impl WheelsetLanes {
         if let Some(rail) = &self.rail {
             // what u' takes off the creep force of each wheel, through y' - u' and through the roll
             let share = g(&rail.alpha) * g(&self.ky_roll) * inv_speed;
-            // the speed at which the rail yields is small beside that of a sliding flange
+            // the speed at which the rail yields is small against that of a sliding flange
             let pushed = friction.map_or(outer, |f| outer - f.ty[0] - f.ty[1]);
             let still = g(&rail.stiffness).mul_add(u, pushed);
             du = self.yielding(part, g(&rail.damping), still, share, creeps.as_ref(), [ty_1, ty_2]);

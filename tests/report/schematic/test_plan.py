@@ -120,14 +120,14 @@ def test_a_sensor_stands_where_it_is_mounted() -> None:
     assert sorted(rank, key=x.__getitem__) == rank
     assert abs(x["floor_front"] - x["swing_front"]) < 70 and abs(x["rf_rear"] - x["ay_rear"]) < 70
     design = load_campaign(COACH_CAMPAIGN).design
-    right = draw_schematic(design, ["floor_front"], lateral={"floor_front": 1.2})
-    left = draw_schematic(design, ["floor_front"], lateral={"floor_front": -1.2})
+    right = draw_schematic(design, ["floor_front"], lateral={"floor_front": 1.2}).svg()
+    left = draw_schematic(design, ["floor_front"], lateral={"floor_front": -1.2}).svg()
     assert marker(right, "floor_front")[1] > marker(left, "floor_front")[1] + 200
 
 
 def halos(design: Design, at: str, number: int | None, channels: tuple[str, ...] = ()) -> list[tuple[float, float]]:
     """Return the middles of what is highlighted."""
-    svg = draw_schematic(design, channels, [Highlight(at, number, "the effect")])
+    svg = draw_schematic(design, channels, [Highlight(at, number, "the effect")]).svg()
     assert texts(svg, "effect") == ["the effect"]
     rects = [r for g in groups(svg, "halo") for r in g.iter(f"{SVG}rect")]
     sizes = [[float(str(r.get(key))) for key in ("x", "y", "width", "height")] for r in rects]
@@ -153,7 +153,7 @@ def test_the_place_of_an_effect_is_highlighted() -> None:
 
 
 def test_an_effect_without_a_place_is_only_described() -> None:
-    svg = draw_schematic(load_design(DESIGNS / "test_bogie.yaml"), (), [Highlight("ay1", None, "gain of <ay1>")])
+    svg = draw_schematic(load_design(DESIGNS / "test_bogie.yaml"), (), [Highlight("ay1", None, "gain of <ay1>")]).svg()
     assert keys(svg, "halo") == [] and texts(svg, "effect") == []
     description = ElementTree.fromstring(svg).find(f"{SVG}desc")
     assert description is not None and "gain of <ay1>" in str(description.text)
@@ -199,7 +199,7 @@ def test_a_rig_is_drawn_with_its_effects_and_sensors() -> None:
     svg = schematic_of_design(rig)
     assert keys(svg, "element") == ["stiffness", "damping"] and keys(svg, "halo") == ["rig"]
     assert texts(svg, "effect") == ["dry friction, force 3"] and "mass" in texts(svg, "body")
-    late = draw_schematic(rig, ["t", "u", "z", "az"], [Highlight("az", None, "time delay")])
+    late = draw_schematic(rig, ["t", "u", "z", "az"], [Highlight("az", None, "time delay")]).svg()
     assert keys(late, "sensor") == ["u", "z", "az"] and keys(late, "halo") == ["az"]
     component, columns = campaign_svg(DESIGNS / "campaigns/mr_damper")
     assert "mass" not in texts(component, "body") and set(keys(component, "sensor")) == set(columns) - {"t"}

@@ -23,8 +23,8 @@ impl Layout {
         channel.also = vec![(Order::Velocity, damped.row), (Order::Acceleration, vec![(y, -share * mass * r)])];
     }
 
-    /// What a moment about the axle adds to the guiding force Y of a wheelset whose roll follows its displacement,
-    /// phi_i = phi_w - sigma e/b: (sigma/b) M, the load transfer on inclined contacts.
+    /// Share of the guiding force Y by load transfer on inclined contacts: (sigma/b) M, M the moment about the axle
+    /// of a wheelset whose roll follows its displacement, phi_i = phi_w - sigma e/b.
     pub(super) fn lean(vehicle: &mut Assembly, i: usize, transfer: &Transfer) {
         let Wheelset { sigma, b, .. } = vehicle.wheelsets[i];
         let (moment, damped) = (transfer.axle.of_springs.times(sigma / b), transfer.axle.of_dampers.times(sigma / b));

@@ -102,13 +102,11 @@ impl Layout {
             let motion = span.row(*way);
             let (port, arm) = span.port(*way);
             let mut add_moment = |law: f64, of: fn(&mut Moment) -> &mut Motion| {
-                for (end, i) in joint.bodies.iter().enumerate().filter_map(|(end, body)| Some((end, (*body)?))) {
-                    if self.bodies[i].wheels.is_some() {
-                        let Transfer { track, axle } = &mut transfers[i];
-                        for (moment, height) in [(track, 0.0), (axle, placed[i].height)] {
-                            let sum = of(moment);
-                            *sum = sum.plus(&motion, span.arms(*way, height)[end] * law);
-                        }
+                for (end, i) in self.wheelset_ends(joint) {
+                    let Transfer { track, axle } = &mut transfers[i];
+                    for (moment, height) in [(track, 0.0), (axle, placed[i].height)] {
+                        let sum = of(moment);
+                        *sum = sum.plus(&motion, span.arms(*way, height)[end] * law);
                     }
                 }
             };
@@ -137,12 +135,18 @@ impl Layout {
         if !joint.static_load.is_empty() {
             let load = sides * value(&joint.static_load);
             carry(vehicle, load, bodies, &span);
-            for (end, i) in joint.bodies.iter().enumerate().filter_map(|(end, body)| Some((end, (*body)?))) {
+            for (end, i) in self.wheelset_ends(joint) {
                 let axle = &mut transfers[i].axle.of_springs;
                 *axle = axle.plus(&leaning_moment(&span, end, placed[i].height), load);
             }
         }
         self.ports(vehicle, joint, declared, &span, bodies.iter().any(|body| body.rolls));
+    }
+
+    /// The ends of a joint that are wheelsets: which of its two ends, and which body.
+    fn wheelset_ends(&self, joint: &Joint) -> impl Iterator<Item = (usize, usize)> {
+        let wheelset = |body: Option<usize>| body.filter(|i| self.bodies[*i].wheels.is_some());
+        joint.bodies.into_iter().enumerate().filter_map(move |(end, body)| Some((end, wheelset(body)?)))
     }
 
     fn span(&self, joint: &Joint, [a, b]: [&Placed; 2], value: &dyn Fn(&Number) -> f64) -> Span {
@@ -159,7 +163,7 @@ impl Layout {
 
     /// The ports of a joint: NAME_lateral, NAME_yaw, NAME_roll, and NAME where it acts along a line.
     fn ports(&self, vehicle: &mut Assembly, joint: &Joint, declared: [[f64; 2]; 4], span: &Span, rolls: bool) {
-        let wheeled = joint.bodies.iter().flatten().any(|i| self.bodies[*i].wheels.is_some());
+        let wheeled = self.wheelset_ends(joint).next().is_some();
         let along = joint.terms.iter().any(|(way, _)| *way == Way::Along);
         let shown = [!along, !along, !along && rolls, along];
         let [lateral, yaw] =
