@@ -116,7 +116,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     """
     source = campaign_file(path)
     data, model, findings = load_fields(source, "campaign", CampaignModel, "write `vehicle:` and `runs:`")
-    design = _with_sensors(load_named_design(source, data, findings, catalogue), data.get("channels"), findings)
+    design = with_declared_sensors(load_named_design(source, data, findings, catalogue), data.get("channels"), findings)
     kind: Form = design.run_form if design else "bogie"
     runs = _runs(source.parent, data.get("runs"), findings)
     noise = read_stated_noise(data.get("noise"), kind, [run.file for run in runs], findings)
@@ -125,7 +125,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
         design, paths = read_estimated(data.get("adjust"), data.get("free"), design, findings)
     sensors = _sensors(data.get("sensors"), findings, catalogue, kind)
     corrections = read_corrections(data.get("sensors"), kind, [run.name for run in runs], findings)
-    _check_band(data.get("band"), findings)
+    check_band(data.get("band"), findings)
     if findings.errors() or design is None or model is None:
         raise FileProblems(findings.errors())
     cut, cut_share = model.cut or ((0.0, DEFAULT_RIG_CUT_SHARE) if kind in RIG_FORMS else (DEFAULT_CUT, 0.0))
@@ -152,7 +152,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     )
 
 
-def _with_sensors(design: Design | None, raw: Any, findings: Findings) -> Design | None:
+def with_declared_sensors(design: Design | None, raw: Any, findings: Findings) -> Design | None:
     """Return the design with the sensors that a campaign declares, which only a vehicle of bodies has."""
     if design is None or design.structure is None:
         if design is not None and raw:
@@ -209,7 +209,8 @@ def _check_roles(roles: Sequence[str], findings: Findings) -> None:
             findings.add("runs", f"no run has the role {role}: there is nothing to {use}", f"give one the role {role}")
 
 
-def _check_band(raw: Any, findings: Findings) -> None:
+def check_band(raw: Any, findings: Findings) -> None:
+    """Report a band whose ends are in the wrong order."""
     try:
         low, high = (quantity(end, "Hz") for end in raw)
     except (UnitError, TypeError, ValueError):
@@ -229,4 +230,4 @@ def _sensors(raw: Any, findings: Findings, catalogue: Catalogue | None, kind: Fo
     return read_effects(effects, findings, path, known, {}, form=form, sensors=True)
 
 
-__all__ = ["Campaign", "RunEntry", "load_campaign"]
+__all__ = ["Campaign", "RunEntry", "check_band", "load_campaign", "with_declared_sensors"]

@@ -108,15 +108,10 @@ def read_settings(value: Any) -> Any:
     return {} if value is None else value
 
 
-class CampaignModel(Group):
-    """Schema of campaign.yaml."""
+class MeasurementModel(Group):
+    """Schema of what a recorded and a planned campaign have in common: sensors, noise, parameters and thresholds."""
 
-    schema_: Text = Field(default="railui.campaign/1", alias="schema")
     name: Text = ""
-    vehicle: Text = Field(json_schema_extra={"sample": "vehicle: ../vehicle.yaml"})
-    runs: Annotated[list[RunModel], LIST] = Field(
-        json_schema_extra={"sample": "runs: [{file: run_a.csv.gz, role: adjust}]"}
-    )
     noise: Annotated[dict[str, Any], NOISE] = Field(
         default_factory=dict, title="standard deviation of any column but t, s, v"
     )
@@ -144,7 +139,6 @@ class CampaignModel(Group):
     material: Annotated[float, quantity_reader("1", 0.0, maximum=1.0)] = Field(
         default=0.10, title="share by which an effect must lower the validation error"
     )
-    sensors: Annotated[Any, SENSORS] = Field(default_factory=list)
     channels: Annotated[dict[str, ChannelModel], CHANNELS] = Field(
         default_factory=dict, title="sensors of a vehicle of bodies by the names of their columns"
     )
@@ -152,3 +146,14 @@ class CampaignModel(Group):
     settings: Annotated[SettingsModel, ValueReader(read_settings)] = Field(  # type: ignore[valid-type]
         default_factory=SettingsModel, title="thresholds of the loop"
     )
+
+
+class CampaignModel(MeasurementModel):
+    """Schema of campaign.yaml."""
+
+    schema_: Text = Field(default="railui.campaign/1", alias="schema")
+    vehicle: Text = Field(json_schema_extra={"sample": "vehicle: ../vehicle.yaml"})
+    runs: Annotated[list[RunModel], LIST] = Field(
+        json_schema_extra={"sample": "runs: [{file: run_a.csv.gz, role: adjust}]"}
+    )
+    sensors: Annotated[Any, SENSORS] = Field(default_factory=list)

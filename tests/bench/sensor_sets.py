@@ -15,10 +15,10 @@ from railui.identification.estimation.identifiability import Identifiability, an
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.validation import validate
 from railui.identification.structure.gain_forecast import predict_validation_gain
+from railui.identification.structure.minimum_detectable import minimum_detectable_effects
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.stepwise import StepwiseSelection
 from railui.identification.unmodelled.run_dependence import prepare_validation
-from railui.report.loop.detectable import minimum_detectable_effects
 from railui.runs.columns import column_names
 from railui.vehicle.track_geometry import track_geometry
 

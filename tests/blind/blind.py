@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from railui.identification.result import LoopResult
-from railui.report.loop.detectable import minimum_detectable_effects
+from railui.identification.structure.minimum_detectable import minimum_detectable_effects
 from tests.blind.assessment import TrialRow, run_case, truth_of
 from tests.blind.cases import DETECTABLE_PARAMETERS, PlantedCase, with_detectable_effect
 from tests.blind.draw import LIMITS, LOOPS, draw_groups

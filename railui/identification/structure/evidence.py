@@ -102,9 +102,7 @@ class ScoreResult:
 
     def amount_of_score(self, z: float) -> float:
         """Return the amount whose score equals z of a standard normal variable."""
-        n = self.degrees_of_freedom
-        t = float(np.sqrt(n * np.expm1((z * (8 * n + 3) / (8 * n + 1)) ** 2 / n)))
-        return t * self.standard_deviation / self.norm
+        return from_normal(z, self.degrees_of_freedom) * self.standard_deviation / self.norm
 
 
 def as_normal(t: FloatArray | float, freedom: FloatArray | float) -> FloatArray:
@@ -117,6 +115,16 @@ def as_normal(t: FloatArray | float, freedom: FloatArray | float) -> FloatArray:
     """
     n = np.asarray(freedom)
     return np.asarray(np.sign(t) * (8 * n + 1) / (8 * n + 3) * np.sqrt(n * np.log1p(np.square(t) / n)))
+
+
+def from_normal(z: float, freedom: float) -> float:
+    """Convert a standard normal variable, 0 or more, to Student's t of the same probability.
+
+    >>> round(from_normal(2.32, 6.0), 2)
+    3.14
+    """
+    n = freedom
+    return float(np.sqrt(n * np.expm1((z * (8 * n + 3) / (8 * n + 1)) ** 2 / n)))
 
 
 def signed_rho(s: ScoreResult) -> float:

@@ -25,7 +25,7 @@ from railui.identification.structure.candidates import LINEAR, QUADRATURE, Candi
 from railui.identification.structure.evidence import ScoreResult, family_wise_test, signed_rho
 from railui.identification.structure.projection import ProjectedScores, Projector
 from railui.parallel import map_threads
-from railui.vehicle.model import RADIUS, wrap_angle
+from railui.vehicle.model import RADIUS, Model, wrap_angle
 
 POWER = 1.2816  # normal quantile of 90 % power
 PRESELECTION_SHARE = 0.7  # of the samples, from which a preselection on the first part saves nothing
@@ -171,7 +171,7 @@ class ScoreTest:
         is_valid = np.ones(len(batch.lanes), dtype=bool)
         series = []
         for i in range(len(self.bases)):
-            differences, is_valid_here = output_differences(self.settings, self.fit, i, batch)
+            differences, is_valid_here = output_differences(self.settings, self.fit.model, self.fit.segments[i], batch)
             series.append(differences)
             is_valid &= is_valid_here
         return series, is_valid
@@ -263,12 +263,11 @@ def _rows_in_blocks(series: FloatArray, length: int) -> FloatArray:
 
 
 def output_differences(
-    settings: ScoreTestSettings, fit: Fit, index: int, candidates: CandidateBatch
+    settings: ScoreTestSettings, fitted: Model, target: FitSegment, candidates: CandidateBatch
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Compute output differences per amount [lane, channel, n] of a batch on a segment, and which lanes are valid."""
     amount = settings.linear_effect_amount if _is_linear(candidates) else settings.effect_amount
-    target = fit.segments[index]
-    model = fit.model.on_segment(*target.segment.segment_key)
+    model = fitted.on_segment(*target.segment.segment_key)
     rows, amounts = candidates.parameter_rows(), candidates.amount_rows(amount)
     rows = np.vstack([rows[:1], rows])  # the first vehicle is the one without effect
     amounts = np.vstack([np.zeros_like(amounts[:1]), amounts])

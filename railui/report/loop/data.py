@@ -15,6 +15,7 @@ from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.validation import Validation
 from railui.identification.loop import close_loop, indistinguishable_kinds
 from railui.identification.result import IndependentTest, LoopResult
+from railui.identification.structure.minimum_detectable import minimum_detectable_effects
 from railui.identification.verdict import Remainder
 from railui.io.atomic import to_json_value
 from railui.progress import SILENT, Progress
@@ -27,7 +28,6 @@ from railui.report.loop.data_faults import (
     data_fault_report,
     examine_data,
 )
-from railui.report.loop.detectable import minimum_detectable_effects
 from railui.report.loop.discrepancy_record import discrepancy_record
 from railui.report.loop.groups import group_rows
 from railui.report.loop.identifiability import identifiability

@@ -75,7 +75,8 @@ def test_the_sensitivity_of_a_coefficient_agrees_with_the_kernel():
     answers = coefficient_responses(fit, fit.segments[0], 6.0)
     row = PORTS.index(("wheelset_yaw", 1)) * len(TERMS) + TERMS.index("psi")
     candidate = Candidate("spring", "wheelset_yaw", 1, ({"stiffness": 1e3},))
-    exact = output_differences(ScoreTestSettings(), fit, 0, CandidateBatch((candidate,), ((0, 0),)))[0][0] / 1e3
+    batch = CandidateBatch((candidate,), ((0, 0),))
+    exact = output_differences(ScoreTestSettings(), fit.model, fit.segments[0], batch)[0][0] / 1e3
     assert np.linalg.norm(answers[row] - exact) < 0.25 * np.linalg.norm(exact)
 
 

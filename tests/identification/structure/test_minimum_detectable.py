@@ -10,14 +10,14 @@ import pytest
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.gain_forecast import PredictedGain
-from railui.identification.structure.score_test import POWER, ScoreTestResult
-from railui.report.loop.detectable import (
+from railui.identification.structure.minimum_detectable import (
     ABSORPTION_MARGIN,
     amount_of_gain,
     minimum_detectable_amount,
     minimum_detectable_effects,
     value_of_unit_amount,
 )
+from railui.identification.structure.score_test import POWER, ScoreTestResult
 
 SPRING = Candidate("spring", "primary_lateral", None, ({"stiffness": 2e5}, {"stiffness": 8e5}))
 GAIN = Candidate("sensor_gain", "e1", None, ({"gain": 1.1},))

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from railui import core
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.gain_forecast import PredictedGain, PredictedGains
 from railui.identification.structure.score_test import POWER, ScoreTestResult
 from railui.vehicle.effects import parameter_unit
@@ -22,8 +21,31 @@ MIN_LOG_SLOPE = 0.1  # of the amount over the parameter, below which no paramete
 MAX_EXTRAPOLATION = float(np.log(10.0))  # beyond the simulated shapes, logarithm of the parameter
 
 
+class Score(Protocol):
+    """Score of one shape of a candidate, measured or expected."""
+
+    @property
+    def candidate(self) -> Candidate:
+        """The candidate."""
+
+    @property
+    def shape(self) -> int:
+        """Number of the shape."""
+
+    @property
+    def norm(self) -> float:
+        """Squared length of the output difference that the estimated parameters leave."""
+
+    @property
+    def unabsorbed_share(self) -> float:
+        """Share of the squared length that they leave."""
+
+    def amount_of_score(self, z: float) -> float:
+        """Return the amount whose score equals z of a standard normal variable."""
+
+
 def minimum_detectable_amount(
-    score: ScoreResult, test: ScoreTestResult, min_relative_gain: float, nrmse: float, predicted_gains: PredictedGains
+    score: Score, test: ScoreTestResult, min_relative_gain: float, nrmse: float, predicted_gains: PredictedGains
 ) -> float:
     """Return the amount of a shape that meets both criteria: family-wise score and minimum relative gain.
 
@@ -59,11 +81,16 @@ def minimum_detectable_effects(
     nrmse: error of the final model on the validation runs; predicted_gains: gain there by candidate and shape.
     """
 
-    def amount(score: ScoreResult) -> float:
+    def amount(score: Score) -> float:
         return minimum_detectable_amount(score, test, min_relative_gain, nrmse, predicted_gains)
 
-    by_candidate: dict[Candidate, list[ScoreResult]] = {}
-    for score in test.results:
+    return detectable_rows(test.results, amount)
+
+
+def detectable_rows(results: Sequence[Score], amount: Callable[[Score], float]) -> list[dict[str, Any]]:
+    """Return one row per kind, location and wheelset from the minimum detectable amount of every shape."""
+    by_candidate: dict[Candidate, list[Score]] = {}
+    for score in results:
         by_candidate.setdefault(score.candidate, []).append(score)
     rows = []
     for candidate, scores in by_candidate.items():
@@ -85,7 +112,7 @@ def minimum_detectable_effects(
 
 
 def _minimum_value(
-    candidate: Candidate, scores: list[ScoreResult], amount: Callable[[ScoreResult], float]
+    candidate: Candidate, scores: list[Score], amount: Callable[[Score], float]
 ) -> tuple[str, float | None, Mapping[str, Any]]:
     """Return the key of a parameter of the candidate, its minimum detectable value and the shape for which it holds."""
     amounts = [amount(score) for score in scores]

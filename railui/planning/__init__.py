@@ -1,0 +1,1 @@
+"""Design of measurement campaigns: which sensors and runs would detect which effects and determine which parameters."""

@@ -1,0 +1,164 @@
+"""Information of a planned run: inner products of sensitivities and output differences, and their scores under noise.
+
+Everything that a plan needs to know of a run for any set of its sensors, so that sets and runs are compared without
+another simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.identification.context import Context
+from railui.identification.estimation.block_products import block_length, split_into_blocks
+from railui.identification.estimation.fit import block_duration
+from railui.identification.estimation.free_parameters import FreeParameters, free_parameters
+from railui.identification.estimation.gauss_newton import GaussNewton
+from railui.identification.estimation.problem import FitSegment, prepare_segments
+from railui.identification.structure.candidates import Candidate, CandidateBatch, batch_candidates, list_candidates
+from railui.identification.structure.score_test import output_differences
+from railui.parallel import map_threads
+from railui.vehicle.model import Model
+
+NOISE_DRAWS = 16
+NOISE_SEED = 19
+Key = tuple[Candidate, int]  # candidate and number of its shape
+
+
+@dataclass(frozen=True, eq=False)
+class RunInformation:
+    """Products of the rows of a run: p sensitivities, then k output differences, weighted by noise.
+
+    Attributes
+    ----------
+    channels
+        Names of the sensors [channel].
+    gram
+        Inner products [channel, p + k, p + k] over the compared samples.
+    noise_scores
+        Products [sample, channel, p + k] of the rows with realisations of the noise in blocks of time.
+    block_norms
+        Squared lengths [block, channel, p + k].
+    signal, noise
+        Sums of squares [channel] of the motion and, in the mean, of the noise.
+    samples
+        Compared samples of a channel.
+    """
+
+    channels: tuple[str, ...]
+    gram: FloatArray
+    noise_scores: FloatArray
+    block_norms: FloatArray
+    signal: FloatArray
+    noise: FloatArray
+    samples: int
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks of time."""
+        return len(self.block_norms)
+
+
+@dataclass(frozen=True, eq=False)
+class Information:
+    """Information of several runs about the same parameters and candidates."""
+
+    free: FreeParameters
+    keys: tuple[Key, ...]
+    runs: tuple[RunInformation, ...]
+
+
+def collect_information(context: Context) -> Information:
+    """Linearise the nominal model on the estimation runs of a context and score noise on every row.
+
+    Parameters
+    ----------
+    context
+        Its estimation runs are the planned ones, simulated without noise.
+    """
+    model = context.nominal
+    prepared = prepare_segments(context, model, context.dataset.estimation)
+    free = free_parameters(context, model, context.campaign.estimated_parameters)
+    segments = context.dataset.estimation
+    candidates = list_candidates(model, segments, without=context.excluded, loaded=context.campaign.track == "loaded")
+    batches = batch_candidates(candidates)
+    keys = tuple((b.members[member], shape) for b in batches for member, shape in b.lanes)
+    seconds = block_duration(context.settings.calibration, model, segments)
+    solver = GaussNewton(context, model, free, prepared, block=seconds, stable=False)
+    x = np.array([model.value(p) for p in free.paths])
+    runs = []
+    is_valid = np.ones(len(keys), dtype=bool)
+    for i, target in enumerate(prepared):
+        context.progress.message(f"{target.segment.file}: {len(free.paths)} parameters, {len(keys)} shapes of effects")
+        sensitivities, _ = solver.sensitivities(target, x)
+        differences, valid = _differences(context, model, target, batches)
+        is_valid &= valid
+        rows = np.concatenate([sensitivities[1:], differences])
+        noise = _noise_realisations(context, model, target, i)
+        runs.append(_products(target, rows, noise, block_length(seconds, target)))
+    kept = np.flatnonzero(is_valid)
+    return Information(free, tuple(keys[k] for k in kept), tuple(_select(r, len(free.paths), kept) for r in runs))
+
+
+def _differences(
+    context: Context, model: Model, target: FitSegment, batches: Sequence[CandidateBatch]
+) -> tuple[FloatArray, FloatArray]:
+    """Output differences per amount [k, channel, n] of all shapes, and which are valid [k]."""
+    settings = context.settings.score_test
+
+    def differences(batch: CandidateBatch) -> tuple[FloatArray, FloatArray]:
+        return output_differences(settings, model, target, batch)
+
+    parts = list(map_threads(differences, batches, context.jobs))
+    return np.concatenate([x for x, _ in parts]), np.concatenate([valid for _, valid in parts])
+
+
+def _noise_realisations(context: Context, model: Model, target: FitSegment, index: int) -> FloatArray:
+    """Draw residuals [draw, channel, n] of the true model: noise of the sensors, and of the track through the model."""
+    segment, noise = target.segment, context.noise
+    predictor = target.predictor(model)
+    clean, _ = predictor.simulate()
+
+    def draw(k: int) -> FloatArray:
+        rng = np.random.default_rng(np.random.SeedSequence([context.seed, NOISE_SEED, index, k]))
+        band = context.campaign.noise_band
+        table = segment.noisy_table(noise, band, rng, model.wheelset_spacing(), predictor.steps)
+        noisy, _ = predictor.simulate(table=table)
+        sensors = noise.draw(segment.channels, segment.samples, segment.dt, rng)
+        return np.asarray(target.filter_and_weight(sensors) - (noisy[0] - clean[0]))
+
+    return np.stack(list(map_threads(draw, range(NOISE_DRAWS), context.jobs)))
+
+
+def _products(target: FitSegment, rows: FloatArray, noise: FloatArray, length: int) -> RunInformation:
+    """Inner products of rows [row, channel, n] in all, with noise [draw, channel, n], and per block."""
+    by_channel = rows.transpose(1, 0, 2)
+    in_blocks = split_into_blocks(rows, length)  # [row, channel, block, sample]
+    noisy = split_into_blocks(noise, length)
+    scores = np.einsum("rcbn,dcbn->dbcr", in_blocks, noisy, optimize=True)
+    return RunInformation(
+        tuple(target.segment.channels),
+        gram=by_channel @ by_channel.transpose(0, 2, 1),
+        noise_scores=scores.reshape(-1, *scores.shape[2:]),
+        block_norms=np.einsum("rcbn,rcbn->bcr", in_blocks, in_blocks),
+        signal=np.sum(target.measured**2, axis=1),
+        noise=np.mean(np.sum(noise**2, axis=2), axis=0),
+        samples=target.measured.shape[1],
+    )
+
+
+def _select(run: RunInformation, parameters: int, kept: FloatArray) -> RunInformation:
+    """Keep the parameters and the valid shapes."""
+    rows = np.concatenate([np.arange(parameters), parameters + kept])
+    return RunInformation(
+        run.channels,
+        run.gram[:, rows][:, :, rows],
+        run.noise_scores[:, :, rows],
+        run.block_norms[:, :, rows],
+        run.signal,
+        run.noise,
+        run.samples,
+    )

@@ -1,0 +1,136 @@
+"""Runs that have not been made yet, simulated with the nominal model as the data set of a campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.campaign.campaign import Campaign, RunEntry
+from railui.campaign.dataset import Dataset
+from railui.campaign.noise.model import white_noise
+from railui.campaign.segment import Segment
+from railui.core import Spline
+from railui.identification.prediction import Predictor
+from railui.track import parse_spec
+from railui.track.excitation import TrackSource, is_track_file, resolve_track
+from railui.vehicle.model import Model
+
+SAMPLING_RATE = 200.0  # Hz
+SPARE_LENGTH = 10.0  # m of a synthetic track beyond the longest run
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedRun:
+    """A run at a constant speed [m/s] for a duration [s] on a track."""
+
+    speed: float
+    duration: float
+    source: TrackSource
+    name: str
+
+    @property
+    def length(self) -> float:
+        """Distance [m]."""
+        return self.speed * self.duration
+
+
+def planned_runs(
+    speeds: Sequence[float], tracks: Sequence[str | Path], duration: float, seed: int | None = None
+) -> list[PlannedRun]:
+    """Return a run for every speed [m/s] on every track.
+
+    A synthetic track is made as long as the fastest run.
+
+    Parameters
+    ----------
+    tracks : sequence of str or Path
+        Specs of synthetic tracks, or files.
+    seed : int, optional
+        Seed that replaces that of the specs.
+
+    Raises
+    ------
+    FileProblems
+        For a faulty file.
+    ValueError
+        For a faulty spec, a line with curves, and a recorded track that is shorter than a run.
+    """
+    runs = []
+    for track in tracks:
+        source = _long_enough(track, max(speeds) * duration + SPARE_LENGTH, seed)
+        if source.track.has_curves:
+            raise ValueError(f"{source.name} has curves: plan runs on tangent track, which the loop needs")
+        for speed in speeds:
+            label = f"{speed:g} m/s"
+            name = label if len(tracks) == 1 else f"{label}, {source.name}"
+            run = PlannedRun(float(speed), duration, source, name)
+            if run.length > source.track.length:
+                longest = source.track.length / speed
+                raise ValueError(
+                    f"{source.name} is {source.track.length:.0f} m long, {duration:g} s at {label} are "
+                    f"{run.length:.0f} m: plan at most {longest:.0f} s"
+                )
+            runs.append(run)
+    return runs
+
+
+def _long_enough(track: str | Path, length: float, seed: int | None) -> TrackSource:
+    """Return the track of an argument; a synthetic one has at least a length [m]."""
+    if is_track_file(track):
+        return resolve_track(track)
+    spec = parse_spec(str(track))
+    spec = spec if seed is None else replace(spec, seed=seed)
+    longer = np.ceil(max(length, spec.length) / spec.spacing) * spec.spacing
+    return resolve_track(str(replace(spec, length=float(longer))))
+
+
+def simulate_runs(
+    campaign: Campaign, model: Model, runs: Sequence[PlannedRun], channels: Sequence[str], role: str = "adjust"
+) -> Dataset:
+    """Simulate runs with a model, without noise, as the data set of a campaign.
+
+    Parameters
+    ----------
+    campaign
+        Noise, band and thresholds of the planned campaign; its runs are replaced.
+    channels
+        Sensors that are recorded.
+
+    Raises
+    ------
+    ValueError
+        Where the vehicle diverges.
+    """
+    entries = tuple(RunEntry(Path(run.name), role, run.name) for run in runs)
+    segments = tuple(_simulate(model, run, i, campaign, channels, role) for i, run in enumerate(runs))
+    campaign = replace(campaign, runs=entries)
+    return Dataset(campaign, (), segments, white_noise(campaign.noise))
+
+
+def _simulate(
+    model: Model, run: PlannedRun, index: int, campaign: Campaign, channels: Sequence[str], role: str
+) -> Segment:
+    columns = _track_columns(run)
+    responses = {c: np.zeros_like(columns["t"]) for c in channels}
+    dt = 1.0 / SAMPLING_RATE
+    kind = campaign.design.run_form
+    segment = Segment(run.name, role, 0, {**columns, **responses}, dt, kind, run_index=index)
+    series, diverged = Predictor(model, segment).simulate()
+    if diverged[0] >= 0:
+        raise ValueError(f"the vehicle diverges at {run.speed:g} m/s")
+    measured: Mapping[str, FloatArray] = dict(zip(segment.channels, series[0], strict=True))
+    return replace(segment, columns={**columns, **measured}, tables={})
+
+
+def _track_columns(run: PlannedRun) -> dict[str, FloatArray]:
+    """Return clock and track columns of a run, sampled at equal times."""
+    t: FloatArray = np.arange(int(run.duration * SAMPLING_RATE)) / SAMPLING_RATE
+    track = run.source.track
+    s = track.s[0] + run.speed * t
+    irregularities = {"yw": track.yw, "phiw": track.phiw, "gauge": track.gauge}
+    sampled = {name: Spline(track.s, values)(s) for name, values in irregularities.items()}
+    return {"t": t, "s": s, "v": np.full_like(t, run.speed), **sampled}
