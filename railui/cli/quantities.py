@@ -9,6 +9,7 @@ import click
 
 MAX_RANGE_LENGTH = 10_000  # values
 MAX_CANT = 0.5  # m
+MIN_DURATION, MAX_DURATION = 20.0, 3600.0  # s, of a planned run
 MIN_CURVE_RADIUS, MAX_CURVE_RADIUS = 10.0, 1e6  # m
 DEFAULT_INTERVALS = 20  # of a range without a step
 
@@ -166,6 +167,20 @@ def parse_budget(text: str) -> float:
     if not budget > 0:
         raise ValueError(f"{text!r} is no time budget: give more than 0 s")
     return budget
+
+
+def parse_duration(text: str) -> float:
+    """Parse the duration of a run [s]; ValueError for one too short to estimate parameters from, or longer than an hour.
+
+    >>> parse_duration("60 s"), parse_duration("2 min")
+    (60.0, 120.0)
+    """
+    from railui.io.units import quantity
+
+    seconds = quantity(text, "s")
+    if not MIN_DURATION <= seconds <= MAX_DURATION:
+        raise ValueError(f"{text!r} is no duration of a run: give {MIN_DURATION:g} to {MAX_DURATION:g} s")
+    return seconds
 
 
 def parse_cant(text: str) -> float:

@@ -144,7 +144,7 @@ class Expectation:
         estimates = np.concatenate(scores) @ self._inverse
         prior_sd = self.information.free.prior_sd
         priors = self._inverse * self._precision * np.where(np.isfinite(prior_sd), prior_sd, 0.0)
-        return np.sqrt(np.sum(estimates**2, axis=0) + np.sum(priors**2, axis=1))
+        return np.asarray(np.sqrt(np.sum(estimates**2, axis=0) + np.sum(priors**2, axis=1)))
 
     @staticmethod
     def _scale(run: RunInformation) -> float:
@@ -183,7 +183,7 @@ class Expectation:
         """Effective number [k] of blocks less one: an intermittent effect acts in few."""
         norms = np.concatenate([run.block_norms[:, self._rows(run)].sum(axis=1) for run in self._estimation])
         leverage = norms[:, self.parameters :] / np.maximum(norms[:, self.parameters :].sum(axis=0), 1e-300)
-        return np.maximum(1.0 / np.maximum(np.sum(leverage**2, axis=0), 1e-300) - 1.0, LEAST_FREEDOM)
+        return np.asarray(np.maximum(1.0 / np.maximum(np.sum(leverage**2, axis=0), 1e-300) - 1.0, LEAST_FREEDOM))
 
     @cached_property
     def critical_score(self) -> float:
@@ -270,11 +270,11 @@ class Expectation:
             shapes.setdefault(self.information.keys[k][0], []).append(int(k))
         found = {}
         for candidate, own in shapes.items():
-            k = own[int(np.argmin(self.amounts[own]))]
-            score = self.scores[k]
+            best = own[int(np.argmin(self.amounts[own]))]
+            score = self.scores[best]
             assert score is not None
             rows = [
-                self._rival(other, float(_best_correlation(correlation[k, theirs], other)), k, score)
+                self._rival(other, _best_correlation(correlation[best, theirs], other), best, score)
                 for other, theirs in shapes.items()
                 if other is not candidate
             ]

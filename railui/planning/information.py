@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.identification.context import Context
@@ -99,17 +100,17 @@ def collect_information(context: Context) -> Information:
         rows = np.concatenate([sensitivities[1:], differences])
         noise = _noise_realisations(context, model, target, i)
         runs.append(_products(target, rows, noise, block_length(seconds, target)))
-    kept = np.flatnonzero(is_valid)
+    kept = np.flatnonzero(is_valid).astype(np.int64)
     return Information(free, tuple(keys[k] for k in kept), tuple(_select(r, len(free.paths), kept) for r in runs))
 
 
 def _differences(
     context: Context, model: Model, target: FitSegment, batches: Sequence[CandidateBatch]
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Output differences per amount [k, channel, n] of all shapes, and which are valid [k]."""
     settings = context.settings.score_test
 
-    def differences(batch: CandidateBatch) -> tuple[FloatArray, FloatArray]:
+    def differences(batch: CandidateBatch) -> tuple[FloatArray, NDArray[np.bool_]]:
         return output_differences(settings, model, target, batch)
 
     parts = list(map_threads(differences, batches, context.jobs))
@@ -150,7 +151,7 @@ def _products(target: FitSegment, rows: FloatArray, noise: FloatArray, length: i
     )
 
 
-def _select(run: RunInformation, parameters: int, kept: FloatArray) -> RunInformation:
+def _select(run: RunInformation, parameters: int, kept: NDArray[np.int64]) -> RunInformation:
     """Keep the parameters and the valid shapes."""
     rows = np.concatenate([np.arange(parameters), parameters + kept])
     return RunInformation(

@@ -176,7 +176,7 @@ def _detectable(plan: Plan, chosen: Expectation, alone: Sequence[Expectation]) -
     by_run = [{_key(row): row["value"] for row in e.detectable()} for e in alone]
     return [
         {
-            **(rows[key] if key in rows else {**row, "value": None}),
+            **rows.get(key, {**row, "value": None}),
             "with_everything": row["value"],
             "per_run": [values.get(key) for values in by_run],
         }

@@ -40,7 +40,7 @@ from tests.truth.campaign import DECLARED, RESPONSES, Order, campaign, write
 from tests.truth.files import NOISE, design
 
 TRACK = "erri_b176_low"
-MARK = "<!-- trial: python -m tests.planning.trial writes what follows -->"
+NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal variable
 
 
 @dataclass(frozen=True)
@@ -195,8 +195,9 @@ def totals(rows: Sequence[Row]) -> list[str]:
         speeds = ", ".join(f"{v:g}" for v in plan.speeds)
         lines.append(format_total(f"{name}; {speeds} m/s: found", of_plan))
     if every.size:
-        lines += ["", f"Errors of {len(z)} parameters over their promised standard deviation, {len(clean)} campaigns: "
-                  f"rms {np.sqrt(np.mean(every**2)):.2f}, median of abs {np.median(np.abs(every)) / 0.6745:.2f}."]  # fmt: skip
+        rms, median = np.sqrt(np.mean(every**2)), np.median(np.abs(every)) / NORMAL_MEDIAN
+        counted = f"Errors of {len(z)} parameters over their promised standard deviation, {len(clean)} campaigns"
+        lines += ["", f"{counted}: rms {rms:.2f}, median of abs {median:.2f} (1 where the promise holds)."]
         lines += ["", "| parameter | rms |", "| --- | ---: |"]
         lines += [f"| {path} | {np.sqrt(np.mean(np.square(x))):.2f} |" for path, x in z.items()]
     ratio = np.array([r.floor / r.promised_floor for r in rows if np.isfinite(r.floor)])

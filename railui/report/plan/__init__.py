@@ -1,0 +1,1 @@
+"""Report of the plan of a measurement campaign."""

@@ -1,0 +1,101 @@
+"""Rows of a plan's tables: minimum detectable effects, parameters and confounded effects in readable units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from railui.report.loop.wording import effect_title, location_text
+from railui.report.numbers import DASH, readable_scale
+from railui.vehicle.multibody import Structure
+
+Document = Mapping[str, Any]
+Row = dict[str, Any]
+
+SMALLER_IS_STRONGER: Final = ("creep_saturation", "rail_flexibility")  # found up to a value, others from it
+
+
+def effect_name(row: Document, structure: Structure | None = None) -> str:
+    """Return an effect with its location, such as `clearance, lateral primary suspension`."""
+    return f"{effect_title(row['kind'])}, {location_text(row['at'], row['wheelset'], structure)}"
+
+
+def effect_rows(
+    document: Document, *, groups_only: bool = True, kinds: Sequence[str] | None = None, structure: Structure | None
+) -> list[Row]:
+    """Return a row of texts for every effect: selection, everything, each run alone.
+
+    Parameters
+    ----------
+    groups_only
+        Leave out effects of single wheelsets or joints.
+    kinds
+        Kinds to show, in this order; all by default.
+    """
+    rows = [r for r in document["detectable"] if not (groups_only and r["wheelset"] is not None)]
+    if kinds is not None:
+        rows = [r for kind in kinds for r in rows if r["kind"] == kind]
+    return [_effect_row(r, structure) for r in rows]
+
+
+def _effect_row(row: Document, structure: Structure | None) -> Row:
+    values = [row["value"], row["with_everything"], *row["per_run"]]
+    factor, unit = readable_scale(values, row["unit"])
+    suffix = "" if unit in ("", "1") else f" [{unit}]"
+    return {
+        "name": effect_name(row, structure),
+        "parameter": f"{row['parameter'].replace('_', ' ')}{suffix}",
+        "bound": "up to" if row["kind"] in SMALLER_IS_STRONGER else "from",
+        "cells": [DASH if x is None else f"{factor * x:.3g}" for x in values],
+        "values": values,
+    }
+
+
+def parameter_rows(document: Document) -> list[Row]:
+    """Return a row of texts for every parameter: standard deviations relative to its nominal value."""
+    return [
+        {
+            "name": p["path"],
+            "cells": [_relative(sd, p["value"]) for sd in (p["sd"], p["with_everything"], *p["per_run"])],
+            "prior": DASH if p["prior_sd"] is None else _relative(p["prior_sd"], p["value"]),
+        }
+        for p in document["parameters"]
+    ]
+
+
+def _relative(sd: float, value: float) -> str:
+    return f"{100 * sd / abs(value):.2g} %" if value else f"{sd:.2g}"
+
+
+def confounded_rows(document: Document, structure: Structure | None) -> list[Row]:
+    """Return a row for every effect that is detected before it can be separated from others."""
+    return [
+        {
+            "name": effect_name(c, structure),
+            "rivals": [
+                f"{effect_name(r, structure)} (separable from {r['separable_from']:.2g} times the minimum)"
+                if r["separable_from"] < MAX_MULTIPLE
+                else f"{effect_name(r, structure)} (not separable)"
+                for r in c["from"]
+            ],
+        }
+        for c in document["confounded"]
+        if c["wheelset"] is None
+    ]
+
+
+MAX_MULTIPLE: Final = 20.0  # of the minimum detectable size, beyond which two effects count as not separable
+
+
+def sentence(document: Document) -> str:
+    """Return the selection in one sentence."""
+    chosen = document["selected"]
+    if chosen is None:
+        return "The budget allows for no sensor and two runs."
+    share, cost = document["steps"][-1]["attained_share"], document["steps"][-1]["cost"]
+    found = sum(r["value"] is not None for r in document["detectable"])
+    return (
+        f"{', '.join(chosen['sensors'])} in runs at {', '.join(chosen['estimation'])} for estimation and "
+        f"{chosen['validation']} for validation, cost {cost:g}: {found} of {len(document['detectable'])} effects have a "
+        f"minimum detectable size, {100 * share:.0f} % of the precision of all sensors and runs on average."
+    )
