@@ -170,7 +170,7 @@ def parse_budget(text: str) -> float:
 
 
 def parse_duration(text: str) -> float:
-    """Parse the duration of a run [s]; ValueError for one too short to estimate parameters from, or longer than an hour.
+    """Parse the duration of a planned run [s]; ValueError for one too short to estimate from, or above an hour.
 
     >>> parse_duration("60 s"), parse_duration("2 min")
     (60.0, 120.0)

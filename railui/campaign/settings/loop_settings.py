@@ -24,6 +24,7 @@ from railui.campaign.settings.estimation import (
 )
 from railui.campaign.settings.faults import FaultSettings
 from railui.campaign.settings.noise import NoiseSettings
+from railui.campaign.settings.planning import PlanningSettings
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ class LoopSettings:
     run_dependence: RunDependenceSettings = field(default_factory=RunDependenceSettings)
     coefficients: CoefficientSettings = field(default_factory=CoefficientSettings)
     noise: NoiseSettings = field(default_factory=NoiseSettings)
+    planning: PlanningSettings = field(default_factory=PlanningSettings)
 
     def values(self) -> dict[str, float | int]:
         """Value of every setting by its name."""

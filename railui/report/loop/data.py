@@ -18,6 +18,7 @@ from railui.identification.result import IndependentTest, LoopResult
 from railui.identification.structure.minimum_detectable import minimum_detectable_effects
 from railui.identification.verdict import Remainder
 from railui.io.atomic import to_json_value
+from railui.planning.rivals import rival_records
 from railui.progress import SILENT, Progress
 from railui.report.loop.catalogued_effects import catalogued_effects
 from railui.report.loop.conditions import condition_rows
@@ -32,6 +33,7 @@ from railui.report.loop.discrepancy_record import discrepancy_record
 from railui.report.loop.groups import group_rows
 from railui.report.loop.identifiability import identifiability
 from railui.report.loop.model_comparison import rank_candidates, significant_below_threshold
+from railui.report.loop.next_run import next_run_rows, rivals_of
 from railui.report.loop.noise import noise_rows
 from railui.report.loop.notes import report_notes, searched_pairs, windowed_runs
 from railui.report.loop.phases import phase_rows
@@ -165,6 +167,9 @@ def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[
     if checked is not None and checked.is_corrected:
         report["sentence"] = f"{corrected_sentence(checked)} {report['sentence']}"
     measured = report["riding"].get("measured", {})
+    rivals = rivals_of(result)
+    report["rivals"] = rival_records(rivals, result.nominal, result.context.settings.planning)
+    report["next_runs"] = next_run_rows(result, rivals)
     report["profiles"] = profile_parameters(result.nominal.design, report["parameters"], measured)
     return dict(to_json_value(report))
 

@@ -151,6 +151,8 @@ def data_fault_report(checked: CheckedData, seed: int = 0) -> dict[str, Any]:
         "ranking": [],
         "traces": [],
         "detectable": [],
+        "rivals": [],
+        "next_runs": [],
         "means": {},
         "riding": {"measured": {}, "declared": {}, "before": {}, "after": {}},
         "parameters": {},

@@ -14,6 +14,7 @@ from railui.report.loop import figures
 from railui.report.loop.effect_figures import effect_figures
 from railui.report.loop.force_pictures import EffectFigure
 from railui.report.loop.groups import group_table
+from railui.report.loop.next_run import next_run_table
 from railui.report.loop.noise import noise_table
 from railui.report.loop.notes import divergence_note
 from railui.report.loop.page_tables import (
@@ -92,6 +93,7 @@ def _contents(result: LoopResult, report: Report) -> Row:
         "riding": ride_quality_rows(report),
         "detectable": detectable_rows(report, structure),
         "numbers": detectable_numbers(report),
+        "next_run": next_run_table(report, structure),
         "rig": is_rig,
         "power": sorted({f"{100 * row['power']:.0f} %" for row in report["detectable"] if row["power"]}),
         "runs": [run_row(run) for run in report["runs"]],

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from railui.report.loop.groups import group_lines
+from railui.report.loop.next_run import next_run_lines
 from railui.report.loop.wording import ROLE_LABELS
 
 Report = Mapping[str, Any]
@@ -13,7 +14,13 @@ Report = Mapping[str, Any]
 
 def summary_lines(report: Report) -> list[str]:
     """Return the lines of a loop report that belong to its verdict."""
-    return [*group_lines(report), *_explained_line(report), test_line(report), *left_out_lines(report)]
+    return [
+        *group_lines(report),
+        *_explained_line(report),
+        test_line(report),
+        *left_out_lines(report),
+        *next_run_lines(report),
+    ]
 
 
 def _explained_line(report: Report) -> list[str]:

@@ -92,10 +92,11 @@ def sentence(document: Document) -> str:
     chosen = document["selected"]
     if chosen is None:
         return "The budget allows for no sensor and two runs."
-    share, cost = document["steps"][-1]["attained_share"], document["steps"][-1]["cost"]
+    last = document["steps"][-1]
     found = sum(r["value"] is not None for r in document["detectable"])
+    estimation = ", ".join(chosen["estimation"])
     return (
-        f"{', '.join(chosen['sensors'])} in runs at {', '.join(chosen['estimation'])} for estimation and "
-        f"{chosen['validation']} for validation, cost {cost:g}: {found} of {len(document['detectable'])} effects have a "
-        f"minimum detectable size, {100 * share:.0f} % of the precision of all sensors and runs on average."
+        f"{len(chosen['sensors'])} sensors ({', '.join(chosen['sensors'])}), {estimation} for estimation and "
+        f"{chosen['validation']} for validation: {100 * last['attained_share']:.0f} % of the attainable precision for a "
+        f"cost of {last['cost']:g}; {found} of {len(document['detectable'])} effects have a minimum detectable size."
     )

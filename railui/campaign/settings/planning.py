@@ -1,0 +1,31 @@
+"""Settings of the next run: which models are rivals, and when a run separates them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scipy import special
+
+from railui.campaign.settings.declaration import setting
+
+
+@dataclass(frozen=True)
+class PlanningSettings:
+    """Rival models of a loop and the run that separates them."""
+
+    separation_level: float = setting(
+        0.05,
+        minimum=1e-6,
+        maximum=0.5,
+        meaning="One-sided level of Vuong's test at which a run separates two models.",
+        provenance="conventional: 5 %",
+    )
+    max_rivals: int = setting(3, minimum=1, meaning="Models that are compared with the final one.")
+    weak_effect_score: float = setting(
+        1.0, meaning="Score in standard deviations from which a weak effect is a rival of the model without it."
+    )
+
+    @property
+    def critical_z(self) -> float:
+        """Normal quantile of the separation level."""
+        return float(-special.ndtri(self.separation_level))

@@ -1,0 +1,96 @@
+"""Rivals and the next run in the loop report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from railui.identification.result import LoopResult
+from railui.planning.after import FinishedLoop, propose_runs
+from railui.planning.next_run import NextRun
+from railui.planning.rivals import RivalModel, rival_models, undecided
+from railui.report.loop.wording import effect_title, location_text
+from railui.vehicle.multibody import Structure
+
+SHOWN: Final = 3  # runs in the report
+
+
+def next_run_rows(result: LoopResult, rivals: Sequence[RivalModel]) -> list[dict[str, Any]]:
+    """Return the best next runs with what each would separate; none where the data separate all rivals.
+
+    A vehicle that hunts is left out: its motion from rest is not that of the run.
+    """
+    is_steady = result.nominal.design.is_on_track and result.windowed is None
+    if len(undecided(rivals, result.context.settings.planning)) < 2 or not is_steady or result.is_out_of_time:
+        return []
+    loop = FinishedLoop(result.context, tuple(rivals), result.dataset.campaign.directory)
+    try:
+        found = propose_runs(loop)
+    except ValueError:
+        return []  # a track that is too short
+    return [run_row(run) for run in found[:SHOWN]]
+
+
+def run_row(run: NextRun) -> dict[str, Any]:
+    """Return a run as data."""
+    return {
+        "name": run.run.name,
+        "speed": run.run.speed,
+        "duration": run.run.duration,
+        "track": run.run.source.name,
+        "sensors": list(run.sensors),
+        "probability": run.probability,
+        "prospects": [{"rival": p.rival, "probability": p.probability, "z": p.z} for p in run.prospects],
+    }
+
+
+def rivals_of(result: LoopResult) -> list[RivalModel]:
+    """Return the rivals of a result; those on a rig are not compared on further runs."""
+    return rival_models(result) if result.nominal.design.is_on_track else []
+
+
+def rival_text(row: Mapping[str, Any], structure: Structure | None = None) -> str:
+    """Name a rival by the effect in which it differs."""
+    if row["kind"] is None:
+        return "no effect"
+    return f"{effect_title(row['kind'])}, {location_text(row['at'], row['wheelset'], structure)}"
+
+
+def undecided_rows(report: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the rivals that the data do not separate from the final model."""
+    return [row for row in report.get("rivals", ())[1:] if row["undecided"]]
+
+
+def next_run_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return which rivals the data leave undecided and which run would separate them; nothing where there are none."""
+    rows = undecided_rows(report)
+    if not rows:
+        return []
+    lines = [f"Not separated by these data from: {'; '.join(rival_text(row) for row in rows)}."]
+    if runs := report.get("next_runs"):
+        best = runs[0]
+        sensors = " ".join(best["sensors"])
+        chance = 100 * best["probability"]
+        lines.append(
+            f"Next run: {best['name']}, {best['duration']:.0f} s with {sensors} separates them with a probability of "
+            f"{chance:.0f} %."
+        )
+    return lines
+
+
+def next_run_table(report: Mapping[str, Any], structure: Structure | None = None) -> dict[str, Any]:
+    """Return the table of the page: a column per undecided rival, a row per run."""
+    rows = undecided_rows(report)
+    chances = [{p["rival"]: p["probability"] for p in run["prospects"]} for run in report.get("next_runs", ())]
+    return {
+        "rivals": [(rival_text(row, structure), f"{row['z']:.2f}") for row in rows],
+        "runs": [
+            {
+                "name": run["name"],
+                "sensors": " ".join(run["sensors"]),
+                "duration": f"{run['duration']:.0f} s",
+                "cells": [f"{100 * chance[j]:.0f} %" if j in chance else "–" for j in range(1, len(rows) + 1)],
+            }
+            for run, chance in zip(report.get("next_runs", ()), chances, strict=True)
+        ],
+    }
