@@ -18,6 +18,7 @@ from railui.io.problems import FileProblems, Findings, Problem, file_problem
 from railui.io.yaml_document import load_yaml as load_yaml
 from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
+from railui.planning.plan_file import read_plan_fields
 from railui.runs.overlap import MAX_SHARED_SHARE, shared_share
 from railui.runs.run import Run, load_run
 from railui.track.line_file import load_line
@@ -53,6 +54,7 @@ def load(
     loaders: dict[str, Callable[[], LoadedFile]] = {
         "design": lambda: load_design(Path(path), catalogue),
         "campaign": lambda: load_campaign(path, catalogue),
+        "plan": lambda: read_plan_fields(path),
         "element": lambda: load_element(path, kernel_catalogue() if catalogue is None else catalogue),
         "study": lambda: load_study(path, catalogue, check_track),
         "run": lambda: load_run(path),

@@ -16,6 +16,7 @@ USES_BY_KIND = {
     "design": "railui ride, stability and curve take it",
     "campaign": "railui loop and adjust take it",
     "study": "railui optimise takes it",
+    "plan": "railui plan takes it with --sensors",
     "element": "a design mounts it: `effects: [{element: FILE, at: secondary_lateral}]`",
     "map": "railui import and railui capture campaign take it with --map",
     "run": "--track and railui import take it, or a campaign names it",
@@ -27,7 +28,7 @@ USES_BY_KIND = {
 
 
 def recognise(path: str | Path) -> str:
-    """Return the kind of a file: design, campaign, study, element, map, line, run, track, profile or
+    """Return the kind of a file: design, campaign, study, plan, element, map, line, run, track, profile or
     delta_r.
 
     A directory stands for the campaign in it. The schema line decides, else the keys, else the columns of a table.
@@ -50,7 +51,9 @@ def recognise(path: str | Path) -> str:
         remedy = "give a run with a column t [s], or a track with s [m], yw [m]"
     else:
         kind = document_kind(load_yaml(path).value)
-        remedy = "write `schema: railui.design/1`, or the keys of a design, a campaign, a study, a line or a map"
+        remedy = (
+            "write `schema: railui.design/1`, or the keys of a design, campaign, study, plan, line or map"
+        )
     if kind not in USES_BY_KIND:
         findings = Findings(str(path))
         findings.add(

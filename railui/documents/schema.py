@@ -8,6 +8,7 @@ from railui.campaign.schema import CampaignModel
 from railui.documents.schema_multibody import LOADS, multibody_schema
 from railui.io.schema_line import schema_name
 from railui.optimisation.study_schema import StudyModel
+from railui.planning.plan_file import PlanModel
 from railui.track.line_file import LineModel
 from railui.vehicle.design_schema import design_model
 from railui.vehicle.effect_reader import ABSCISSAE
@@ -38,16 +39,16 @@ MOUNTED_ELEMENT: dict[str, Any] = {
     "required": ["element", "at"],
     "additionalProperties": False,
 }
-KINDS = ("design", "campaign", "study", "element", "line")
+KINDS = ("design", "campaign", "study", "plan", "element", "line")
 
 
 def json_schema(kind: str, catalogue: Catalogue | None = None) -> dict[str, Any]:
-    """Return the JSON Schema of a design, a campaign, a study, an element or a line; ValueError for another kind.
+    """Return the JSON Schema of a design, campaign, study, plan, element or line; ValueError for another kind.
 
     >>> json_schema("study")["$id"]
     'railui.study/1'
     """
-    records = kernel_catalogue() if catalogue is None and kind not in ("study", "line") else catalogue or ()
+    records = kernel_catalogue() if catalogue is None and kind not in ("study", "plan", "line") else catalogue or ()
     if kind == "design":
         schema = _design_schema(records)
     elif kind == "campaign":
@@ -56,6 +57,8 @@ def json_schema(kind: str, catalogue: Catalogue | None = None) -> dict[str, Any]
         of_sensors["items"] = by_column["properties"]["effects"]["items"] = _effects_schema(records, sensors=True)
     elif kind == "study":
         schema = StudyModel.model_json_schema()
+    elif kind == "plan":
+        schema = PlanModel.model_json_schema()
     elif kind == "line":
         schema = LineModel.model_json_schema()
     elif kind == "element":

@@ -11,6 +11,7 @@ from railui.io.problems import Findings
 SCHEMA_VERSION = 1
 KEYS_BY_KIND = {
     "study": ("variables", "objectives", "cases"),
+    "plan": ("costs", "budget"),
     "campaign": ("runs", "adjust", "noise"),
     "map": ("sensors", "rails", "convention", "speed"),
     "design": ("vehicle", "contact"),

@@ -27,6 +27,7 @@ from railui.vehicle.design import Design
 
 RUN: Final = "run"  # key of the cost of a run among those of the sensors
 DEFAULT_COST: Final = 1.0
+REMEDY: Final = "write `noise:` with the sensors that may be mounted"
 
 
 def read_costs(value: Any) -> dict[str, float]:
@@ -84,6 +85,15 @@ class PlanFile:
     def cost(self, name: str) -> float:
         """Cost of a sensor, or of a run as "run"."""
         return self.costs.get(name, DEFAULT_COST)
+
+
+def read_plan_fields(path: str | Path) -> PlanModel:
+    """Read the fields of a plan file without a vehicle; FileProblems with every fault that shows without one."""
+    data, model, findings = load_fields(path, "plan", PlanModel, REMEDY)
+    check_band(data.get("band"), findings)
+    if findings.errors() or model is None:
+        raise FileProblems(findings.errors())
+    return model
 
 
 def load_plan(path: str | Path, design: Design, noise: Mapping[str, Any] | None = None) -> PlanFile:

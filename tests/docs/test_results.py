@@ -24,6 +24,7 @@ BOGIE, COACH = "designs/test_bogie.yaml", "designs/manchester_coach.yaml"
 PROFILES = ["designs/profiles/s1002.txt", "designs/profiles/60e1.txt"]
 LOW = ["--track", "erri_b176_low length=400 seed=1"]
 HIGH = ["--track", "erri_b176_high length=800", "--speed", "80"]
+MASS = ["vehicle.wheel_load=56e3"]
 GRID = ["--x", "contact.conicity=0.1:0.4:0.3", "--y", "vehicle.primary.lateral_stiffness=2e6:3e6:1e6"]
 STUDY = f"""\
 name: small
@@ -65,6 +66,9 @@ CASES = {
         PROFILES,
         ["--delta-r", "delta_r.csv"],
         ["designs/profiled_bogie.yaml", "vehicle.wheel_load=56e3", *LOW, "--speed", "40", "--once"],
+    ],
+    "plan": [
+        [BOGIE, "--sensors", "designs/plans/test_bogie.yaml", "--speeds", "30,40", *LOW, "--duration", "20", *MASS],
     ],
     "track": [["--spectrum", "line.csv"]],
     "check": [["absent.yaml"]],

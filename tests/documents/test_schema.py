@@ -15,6 +15,7 @@ HOME = Path(__file__).parents[2]
 FILES = {
     "design": [*HOME.glob("designs/*.yaml"), HOME / "designs/campaigns/worn_axle_box/vehicle.yaml"],
     "study": [*HOME.glob("designs/studies/*.yaml")],
+    "plan": [*HOME.glob("designs/plans/*.yaml")],
     "element": [*HOME.glob("designs/elements/*.yaml")],
     "line": [*HOME.glob("designs/lines/*.yaml")],
     "campaign": [*HOME.glob("designs/campaigns/*/campaign.yaml")],

@@ -97,6 +97,6 @@ def sentence(document: Document) -> str:
     estimation = ", ".join(chosen["estimation"])
     return (
         f"{len(chosen['sensors'])} sensors ({', '.join(chosen['sensors'])}), {estimation} for estimation and "
-        f"{chosen['validation']} for validation: {100 * last['attained_share']:.0f} % of the attainable precision for a "
-        f"cost of {last['cost']:g}; {found} of {len(document['detectable'])} effects have a minimum detectable size."
+        f"{chosen['validation']} for validation: {100 * last['attained_share']:.0f} % of the attainable precision "
+        f"for a cost of {last['cost']:g}; {found} of {len(document['detectable'])} effects have a minimum size."
     )

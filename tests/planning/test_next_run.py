@@ -1,0 +1,104 @@
+"""The next run: rivals of a loop, the chance that a run separates them, and the decision on a measured one."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from railui.identification.context import Context
+from railui.identification.loop import close_loop
+from railui.identification.result import LoopResult
+from railui.identification.structure.candidates import Candidate
+from railui.planning.next_run import NextRun, decide, next_runs
+from railui.planning.planned_runs import planned_runs, simulate_runs
+from railui.planning.rivals import RivalModel, read_rivals, rival_models, rival_records, undecided
+from railui.vehicle.effects import PlacedEffect
+from tests.blind.simulated import simulated_campaign
+
+SENSORS = ("ayf", "rf")
+RUNS = planned_runs([30.0, 40.0], ["erri_b176_low seed=8"], 25.0)
+
+
+def context() -> Context:
+    return simulated_campaign().context
+
+
+def rivals(stiffness: float) -> list[RivalModel]:
+    """Return the nominal model and one with a spring across the secondary suspension, both known exactly."""
+    model = context().nominal
+    paths = ("vehicle.primary.lateral_stiffness",)
+    none = np.zeros((1, 1))
+    spring = PlacedEffect("spring", "secondary_lateral", None, {"stiffness": stiffness})
+    return [
+        RivalModel(None, model, paths, none),
+        RivalModel(Candidate("spring", "secondary_lateral", None), model.with_effect(spring), paths, none),
+    ]
+
+
+def best(stiffness: float, **options: object) -> NextRun:
+    return next_runs(context(), rivals(stiffness), RUNS, SENSORS, **options)[0]  # type: ignore[arg-type]
+
+
+def test_a_large_difference_is_decided_and_a_small_one_is_not() -> None:
+    assert best(1e6).probability > 0.99
+    assert best(1e2).probability < 0.2
+    assert best(1e2).prospects[0].z < best(1e5).prospects[0].z < best(1e6).prospects[0].z
+
+
+def test_uncertain_parameters_lower_the_chance() -> None:
+    sure = rivals(1.2e5)
+    wide = [replace(r, covariance=np.array([[(0.02 * r.values()[0]) ** 2]])) for r in sure]
+    chances = [next_runs(context(), r, RUNS, SENSORS)[0].probability for r in (sure, wide)]
+    assert chances[1] < chances[0]
+
+
+def test_each_further_sensor_is_assessed_with_every_run() -> None:
+    found = next_runs(context(), rivals(3e4), RUNS, ("ayf",), ("rf", "d1"))
+    assert {run.sensors for run in found} == {("ayf",), ("ayf", "rf"), ("ayf", "d1")}
+    assert len(found) == 3 * len(RUNS)
+    assert [r.probability for r in found] == sorted((r.probability for r in found), reverse=True)
+
+
+@pytest.mark.parametrize(("true", "sign"), [(0, 1), (1, -1)])
+def test_a_measured_run_decides_for_the_model_that_made_it(true: int, sign: int) -> None:
+    models = rivals(6e5)
+    (segment,) = simulate_runs(context().campaign, models[true].model, RUNS[:1], SENSORS).segments
+    rng = np.random.default_rng(7)
+    noise = context().noise.draw(SENSORS, segment.samples, segment.dt, rng)
+    columns = {**segment.columns, **{c: segment.columns[c] + x for c, x in zip(SENSORS, noise, strict=True)}}
+    (decision,) = decide(context(), models, [replace(segment, columns=columns, tables={})])
+    assert decision.is_clear and np.sign(decision.z) == sign
+
+
+@cache
+def finished(*effects: str) -> LoopResult:
+    return close_loop(simulated_campaign(*effects).dataset, jobs=2)
+
+
+def test_the_final_model_leads_and_the_rivals_are_read_back_as_written() -> None:
+    result = finished("free_play at=primary_lateral half_width=0.3e-3")
+    found = rival_models(result)
+    assert (found[0].key["kind"], found[0].z) == ("free_play", 0.0)
+    assert all(r.candidate != found[0].candidate for r in found[1:])
+    assert [r.z for r in found[1:]] == sorted(r.z for r in found[1:])
+    settings = result.context.settings.planning
+    records = json.loads(json.dumps(rival_records(found, result.nominal, settings)))
+    assert [r["undecided"] for r in records] == [False, *(r.z < settings.critical_z for r in found[1:])]
+    for mine, read in zip(found, read_rivals(records, result.nominal), strict=True):
+        assert read.key == mine.key and read.paths == mine.paths
+        assert np.array_equal(read.values(), mine.values())
+        assert np.allclose(read.covariance, mine.covariance, rtol=1e-12, atol=0.0)
+        assert read.model.effects == mine.model.effects
+
+
+def test_without_an_effect_the_rivals_are_weak_effects_to_first_order() -> None:
+    result = finished()
+    assert result.verdict == "none"
+    found = rival_models(result)
+    assert found[0].candidate is None
+    weak = [r for r in found[1:] if len(r.model.effects) > len(result.nominal.effects)]
+    assert weak and all(r in undecided(found, result.context.settings.planning) for r in weak if r.z < 1.6)
