@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from railui.campaign.corrections.correction import Corrections
 from railui.campaign.corrections.reading import effects_of, read_corrections
@@ -25,6 +25,9 @@ from railui.vehicle.design_reader import Design
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
 from railui.vehicle.reference import load_named_design, suggest_file
+
+if TYPE_CHECKING:
+    from railui.campaign.prior import Prior
 
 DEFAULT_BAND = (0.3, 40.0)  # Hz
 DEFAULT_CUT = 2.0  # s, left out at both ends of a segment
@@ -67,6 +70,8 @@ class Campaign:
         Whether the track was measured "unloaded" or "loaded".
     channels
         Declared sensors of a vehicle of bodies, as the file has them.
+    prior
+        Estimates of an earlier campaign, from which the estimation starts.
     """
 
     name: str
@@ -88,6 +93,7 @@ class Campaign:
     settings: LoopSettings = field(default_factory=LoopSettings)
     corrections: Corrections = field(default_factory=Corrections)
     channels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    prior: Prior | None = None
 
     @property
     def min_gain(self) -> float:

@@ -31,6 +31,7 @@ REJECTED_VERDICTS = ("partial", "outside", "data")  # that fail with --strict
 @click.option(
     "--export-element", "element", metavar="FILE", help="Write the component of a bench campaign as an element."
 )
+@click.option("--prior", metavar="DIR", help="Results of an earlier loop, whose estimates are the priors.")
 @click.option("--strict", is_flag=True, help="Exit code 4 for the verdicts partial, outside and data.")
 @click.option("--correct", is_flag=True, help="Correct data faults and go on, where each has one correction.")
 @click.option("--accept-data", is_flag=True, help="Go on despite data faults.")
@@ -43,6 +44,7 @@ def command(
     without: str,
     budget: float | None,
     element: str | None,
+    prior: str | None,
     correct: bool,
     accept_data: bool,
     strict: bool,
@@ -63,11 +65,13 @@ def command(
     or unit, exchanged channels, a track recorded elsewhere, clocks that run apart, clipping) stops the loop before any
     fit, with the line of the campaign file that corrects it. Verdicts: none, effect, partial, outside, data; all have
     exit code 0 without --strict. --export-element writes the component of a campaign with `rig: {input: motion}` as a
-    file that a design mounts by `effects: [{element: FILE, at: PLACE}]`.
+    file that a design mounts by `effects: [{element: FILE, at: PLACE}]`. --prior starts from the calibrated vehicle and
+    the estimates of an earlier loop, effects included, and reports what has changed since.
     """
     from railui.campaign.campaign import load_campaign
     from railui.campaign.dataset import read_dataset
     from railui.campaign.directory import campaign_file
+    from railui.campaign.prior import with_prior
     from railui.documents.recognise import expect_kind
     from railui.identification.loop import close_loop
     from railui.io.atomic import check_directory_writable
@@ -81,6 +85,8 @@ def command(
     source = campaign_file(campaign)
     expect_kind(source, "campaign")
     loaded = load_campaign(source)
+    if prior is not None:
+        loaded = with_prior(loaded, prior)
     call.warn(loaded.warnings)
     if element is not None and loaded.design.form != "bench":
         raise usage_error("--export-element is for a component on a bench, `vehicle: {rig: {input: motion}}`")

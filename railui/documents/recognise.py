@@ -51,9 +51,7 @@ def recognise(path: str | Path) -> str:
         remedy = "give a run with a column t [s], or a track with s [m], yw [m]"
     else:
         kind = document_kind(load_yaml(path).value)
-        remedy = (
-            "write `schema: railui.design/1`, or the keys of a design, campaign, study, plan, line or map"
-        )
+        remedy = "write `schema: railui.design/1`, or the keys of a design, campaign, study, plan, line or map"
     if kind not in USES_BY_KIND:
         findings = Findings(str(path))
         findings.add(

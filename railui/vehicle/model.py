@@ -168,7 +168,7 @@ class Model:
     def free_paths(self, paths: Sequence[str]) -> list[str]:
         """Return the paths that a fit of these paths estimates: run-dependent ones are replaced by all phases."""
         run = set(self.run_dependent_paths())
-        return [*(p for p in paths if p not in run and "@" not in p), *self.phases]
+        return [*(p for p in dict.fromkeys(paths) if p not in run and "@" not in p), *self.phases]
 
     def with_path_values(self, paths: Sequence[str], values: Sequence[float] | FloatArray) -> Model:
         """Return the vehicle with changed values at some paths."""

@@ -49,6 +49,10 @@ class CalibrationSettings:
         meaning="Prior standard deviation of stiffness, damping and effects of a nominal vehicle of bodies, "
         "in their nominal values.",
     )
+    prior_drift: float = setting(
+        0.05,
+        meaning="Relative change of a parameter since an earlier campaign that adds to the spread of its prior.",
+    )
     block_hunting_periods: float = setting(
         3.0,
         meaning="Hunting periods in a block of time; residuals in different blocks count as uncorrelated.",

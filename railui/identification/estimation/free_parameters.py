@@ -73,12 +73,22 @@ class _Bounds:
 def free_parameters(context: Context, model: Model, paths: Sequence[str]) -> FreeParameters:
     """Collect bounds and priors of paths, and of the phases of each segment, from parameter list and catalogue."""
     freed = model.free_paths(paths)
-    rows = [_bounds(context, model, path) for path in freed]
+    rows = [_with_prior(context, path, _bounds(context, model, path)) for path in freed]
     low, high, size, prior, sd = (
         np.array([getattr(row, name) for row in rows], dtype=float)
         for name in ("low", "high", "size", "prior", "prior_sd")
     )
     return FreeParameters(tuple(freed), low, high, size, prior, sd, np.array([row.ratio for row in rows]))
+
+
+def _with_prior(context: Context, path: str, bounds: _Bounds) -> _Bounds:
+    """Return bounds with the estimate of an earlier campaign as prior, wider by the usual drift since."""
+    prior = context.campaign.prior
+    if prior is None or path not in prior.values:
+        return bounds
+    mean, sd = prior.values[path], prior.sd[path]
+    drift = context.settings.calibration.prior_drift * abs(mean)
+    return replace(bounds, prior=mean, prior_sd=max(float(np.hypot(sd, drift)), 1e-12 * bounds.size))
 
 
 def _bounds(context: Context, model: Model, path: str) -> _Bounds:

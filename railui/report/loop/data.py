@@ -21,6 +21,7 @@ from railui.io.atomic import to_json_value
 from railui.planning.rivals import rival_records
 from railui.progress import SILENT, Progress
 from railui.report.loop.catalogued_effects import catalogued_effects
+from railui.report.loop.changes import prior_record
 from railui.report.loop.conditions import condition_rows
 from railui.report.loop.data_faults import (
     CheckedData,
@@ -156,6 +157,7 @@ def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[
         "groups": group_rows(result),
         "riding": ride_quality(result),
         "parameters": _parameters(result),
+        "prior": prior_record(result),
         "simulations": result.before.simulations + result.after.simulations,
         "windows": windowed_runs(result),
         "pairs": searched_pairs(result),
@@ -246,7 +248,7 @@ def _parameters(result: LoopResult) -> dict[str, dict[str, Any]]:
     flags = dict(zip(after.free.paths, parameter_flags(after, result.context.settings.identifiability), strict=True))
     rows = {}
     for path, value, sd in zip(after.free.paths, after.x, after.sd, strict=True):
-        if path not in calibrated or "@" in path:
+        if path not in calibrated or path not in design.values:  # phases, and effects of the nominal vehicle
             continue
         value_before, sd_before = calibrated[path]
         flag = flags[path]

@@ -151,6 +151,7 @@ def data_fault_report(checked: CheckedData, seed: int = 0) -> dict[str, Any]:
         "ranking": [],
         "traces": [],
         "detectable": [],
+        "prior": None,
         "rivals": [],
         "next_runs": [],
         "means": {},

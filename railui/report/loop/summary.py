@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from railui.report.loop.changes import change_lines
 from railui.report.loop.groups import group_lines
 from railui.report.loop.next_run import next_run_lines
 from railui.report.loop.wording import ROLE_LABELS
@@ -19,6 +20,7 @@ def summary_lines(report: Report) -> list[str]:
         *_explained_line(report),
         test_line(report),
         *left_out_lines(report),
+        *change_lines(report),
         *next_run_lines(report),
     ]
 
