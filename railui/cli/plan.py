@@ -33,6 +33,7 @@ MAX_ROWS: Final = 12  # next runs shown
 @click.option("--noise", "noise", multiple=True, metavar="COLUMN=VALUE", help="Noise in place of the file's.")
 @click.option("--budget", type=click.FloatRange(min=0, min_open=True), help="Largest cost, in place of the file's.")
 @quantity_option("--plot", parse_plot_path, metavar="FILE", help="Write the page (.html) or the map of limits.")
+@click.option("--store", metavar="DIR", help="Keep what was computed of every run; read again, a plan resumes.")
 @click.option("--after", metavar="DIR", help="Results of a loop: which next run separates its rival models?")
 @click.option("--measured", metavar="RUN", help="With --after: the next run, once measured; it decides.")
 @common_options
@@ -46,6 +47,7 @@ def command(
     noise: tuple[str, ...],
     budget: float | None,
     plot: str | None,
+    store: str | None,
     after: str | None,
     measured: str | None,
     call: Invocation,
@@ -68,8 +70,8 @@ def command(
     if after is not None:
         if design is not None:
             raise usage_error("--after takes the vehicle of the loop: leave DESIGN out")
-        if budget is not None or plot is not None:
-            raise usage_error("--budget and --plot are for a plan before any measurement: leave them out")
+        if budget is not None or plot is not None or store is not None:
+            raise usage_error("--budget, --plot and --store are for a plan before any measurement: leave them out")
         _after(after, sensors, speeds, tracks, duration, noise, measured, call)
         return
     if measured is not None:
@@ -77,7 +79,7 @@ def command(
     missing = [name for name, value in (("DESIGN", design), ("--sensors", sensors), ("--speeds", speeds)) if not value]
     if missing or not tracks or design is None or sensors is None or speeds is None:
         raise usage_error(f"give {', '.join([*missing, *([] if tracks else ['--track'])])}, or --after DIR")
-    _before(design, overrides, sensors, speeds, tracks, duration or DURATION, noise, budget, plot, call)
+    _before(design, overrides, sensors, speeds, tracks, duration or DURATION, noise, budget, plot, store, call)
 
 
 def _before(
@@ -90,11 +92,13 @@ def _before(
     noise: tuple[str, ...],
     budget: float | None,
     plot: str | None,
+    store: str | None,
     call: Invocation,
 ) -> None:
     """Plan before any measurement."""
     from railui.planning.plan import make_plan, plan_document
     from railui.planning.plan_file import load_plan
+    from railui.planning.store import InformationStore
 
     loaded = load_design_argument(call, design, overrides)
     file = load_plan(sensors, loaded, split_overrides(noise))
@@ -102,7 +106,16 @@ def _before(
     if budget is not None:
         file = replace(file, budget=budget)
     try:
-        plan = make_plan(file, speeds, tracks, duration, seed=call.seed, jobs=call.jobs, progress=StatusLine(call))
+        plan = make_plan(
+            file,
+            speeds,
+            tracks,
+            duration,
+            seed=call.seed,
+            jobs=call.jobs,
+            progress=StatusLine(call),
+            store=None if store is None else InformationStore(Path(store)),
+        )
     except ValueError as error:
         raise usage_error(str(error)) from None
     files = [design, sensors, *(str(run.source.file) for run in plan.runs if run.source.file is not None)]

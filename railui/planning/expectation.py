@@ -20,7 +20,8 @@ from railui.identification.structure.evidence import from_normal
 from railui.identification.structure.gain_forecast import PredictedGain
 from railui.identification.structure.minimum_detectable import detectable_rows, minimum_detectable_amount
 from railui.identification.structure.score_test import POWER, ScoreTestResult
-from railui.planning.information import Information, RunInformation
+from railui.planning.information import Information
+from railui.planning.run_information import RunInformation
 
 SEPARATION = 1.6449  # normal quantile of the one-sided 5 % level at which two effects are separated
 MAX_DRAWS = 500  # of the largest score over the library under noise

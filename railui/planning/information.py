@@ -22,45 +22,13 @@ from railui.identification.estimation.problem import FitSegment, prepare_segment
 from railui.identification.structure.candidates import Candidate, CandidateBatch, batch_candidates, list_candidates
 from railui.identification.structure.score_test import output_differences
 from railui.parallel import map_threads
+from railui.planning.run_information import RunInformation
+from railui.planning.store import InformationStore, content_key
 from railui.vehicle.model import Model
 
 NOISE_DRAWS = 16
 NOISE_SEED = 19
 Key = tuple[Candidate, int]  # candidate and number of its shape
-
-
-@dataclass(frozen=True, eq=False)
-class RunInformation:
-    """Products of the rows of a run: p sensitivities, then k output differences, weighted by noise.
-
-    Attributes
-    ----------
-    channels
-        Names of the sensors [channel].
-    gram
-        Inner products [channel, p + k, p + k] over the compared samples.
-    noise_scores
-        Products [sample, channel, p + k] of the rows with realisations of the noise in blocks of time.
-    block_norms
-        Squared lengths [block, channel, p + k].
-    signal, noise
-        Sums of squares [channel] of the motion and, in the mean, of the noise.
-    samples
-        Compared samples of a channel.
-    """
-
-    channels: tuple[str, ...]
-    gram: FloatArray
-    noise_scores: FloatArray
-    block_norms: FloatArray
-    signal: FloatArray
-    noise: FloatArray
-    samples: int
-
-    @property
-    def blocks(self) -> int:
-        """Number of blocks of time."""
-        return len(self.block_norms)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +40,15 @@ class Information:
     runs: tuple[RunInformation, ...]
 
 
-def collect_information(context: Context) -> Information:
+def collect_information(context: Context, store: InformationStore | None = None) -> Information:
     """Linearise the nominal model on the estimation runs of a context and score noise on every row.
 
     Parameters
     ----------
     context
         Its estimation runs are the planned ones, simulated without noise.
+    store
+        Where the information of every run is kept; None: nowhere.
     """
     model = context.nominal
     prepared = prepare_segments(context, model, context.dataset.estimation)
@@ -90,18 +60,36 @@ def collect_information(context: Context) -> Information:
     seconds = block_duration(context.settings.calibration, model, segments)
     solver = GaussNewton(context, model, free, prepared, block=seconds, stable=False)
     x = np.array([model.value(p) for p in free.paths])
+    names = [(c.kind, c.at, c.wheelset, dict(c.shapes[shape])) for c, shape in keys]
+    settings = context.settings.score_test
+    constant = (free.paths, x, names, settings, dict(context.dataset.noise), context.campaign.noise_band, context.seed)
     runs = []
     is_valid = np.ones(len(keys), dtype=bool)
     for i, target in enumerate(prepared):
-        context.progress.message(f"{target.segment.file}: {len(free.paths)} parameters, {len(keys)} shapes of effects")
-        sensitivities, _ = solver.sensitivities(target, x)
-        differences, valid = _differences(context, model, target, batches)
+        length = block_length(seconds, target)
+        key = content_key((*constant, i, length, *_content_of(target)))
+        stored = None if store is None else store.read(key)
+        if stored is None:
+            text = f"{target.segment.file}: {len(free.paths)} parameters, {len(keys)} shapes of effects"
+            context.progress.message(text)
+            sensitivities, _ = solver.sensitivities(target, x)
+            differences, valid = _differences(context, model, target, batches)
+            rows = np.concatenate([sensitivities[1:], differences])
+            run = _products(target, rows, _noise_realisations(context, model, target, i), length)
+            if store is not None:
+                store.write(key, run, valid)
+        else:
+            run, valid = stored
         is_valid &= valid
-        rows = np.concatenate([sensitivities[1:], differences])
-        noise = _noise_realisations(context, model, target, i)
-        runs.append(_products(target, rows, noise, block_length(seconds, target)))
+        runs.append(run)
     kept = np.flatnonzero(is_valid).astype(np.int64)
     return Information(free, tuple(keys[k] for k in kept), tuple(_select(r, len(free.paths), kept) for r in runs))
+
+
+def _content_of(target: FitSegment) -> list[object]:
+    """List what the information of a segment depends on."""
+    columns = [part for name in sorted(target.segment.columns) for part in (name, target.segment.columns[name])]
+    return [*columns, target.filter.weights, target.filter.sos, target.filter.trim, target.measured, target.steps]
 
 
 def _differences(

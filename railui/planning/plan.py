@@ -17,6 +17,7 @@ from railui.planning.information import Information, collect_information
 from railui.planning.plan_file import RUN, PlanFile
 from railui.planning.planned_runs import PlannedRun, planned_runs, simulate_runs
 from railui.planning.selection import Selection, Step, reference
+from railui.planning.store import InformationStore
 from railui.progress import SILENT, Progress
 from railui.runs.columns import columns_of
 from railui.vehicle.model import Model
@@ -73,6 +74,7 @@ def make_plan(
     seed: int | None = None,
     jobs: int | None = None,
     progress: Progress = SILENT,
+    store: InformationStore | None = None,
 ) -> Plan:
     """Simulate the runs that may be made with the nominal vehicle and select sensors and runs.
 
@@ -86,6 +88,8 @@ def make_plan(
         Of a run [s].
     seed
         Of synthetic tracks and of the noise.
+    store
+        Where the information of every run is kept and found again.
 
     Raises
     ------
@@ -105,7 +109,7 @@ def make_plan(
         )
     dataset = simulate_runs(campaign, model, stable, file.sensors)
     context = create_context(dataset, seed=seed or 0, jobs=jobs, progress=progress)
-    information = collect_information(context)
+    information = collect_information(context, store)
     numbers = tuple(range(len(stable)))
     everything = expect(information, Choice(file.sensors, numbers, numbers[-1]), campaign, context.seed)
     progress.message("selecting sensors and runs")

@@ -16,7 +16,8 @@ from railui.identification.structure.evidence import from_normal
 from railui.identification.structure.minimum_detectable import ABSORPTION_MARGIN
 from railui.identification.structure.score_test import POWER
 from railui.planning.expectation import Choice, Expectation
-from railui.planning.information import Information, RunInformation
+from railui.planning.information import Information
+from railui.planning.run_information import RunInformation
 
 SPRING = Candidate("spring", "secondary_lateral", None, ({"stiffness": 1e5},))
 DAMPER = Candidate("viscous_damper", "secondary_lateral", None, ({"damping": 1e3},))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import prepare_segments
 from railui.planning.information import Information, collect_information
 from railui.planning.planned_runs import planned_runs, simulate_runs
+from railui.planning.store import ARRAYS, InformationStore
 from railui.vehicle.model import Model
 from tests.planning.files import plan_file
 
@@ -64,3 +67,25 @@ def test_the_effect_of_a_sensor_acts_on_its_channel_alone() -> None:
     lengths = found.runs[0].gram[:, row, row]
     acting = dict(zip(found.runs[0].channels, lengths > 1e-9 * lengths.max(), strict=True))
     assert acting == {"ayf": False, "rf": True, "d1": False}
+
+
+def test_a_stored_run_is_read_back_to_the_last_bit_and_a_damaged_one_is_computed_again(tmp_path: Path) -> None:
+    store = InformationStore(tmp_path / "store")
+    computed, read = (collect_information(context(), store) for _ in range(2))
+    files = sorted(store.directory.iterdir())
+    assert len(files) == 2
+    files[0].write_bytes(files[0].read_bytes()[:1000])
+    again = collect_information(context(), store)
+    for other in (read, again):
+        assert other.keys == computed.keys
+        for a, b in zip(computed.runs, other.runs, strict=True):
+            assert a.channels == b.channels
+            assert all(np.array_equal(getattr(a, name), getattr(b, name)) for name in ARRAYS)
+
+
+def test_other_noise_is_another_run(tmp_path: Path) -> None:
+    store = InformationStore(tmp_path / "store")
+    collect_information(context(), store)
+    louder = replace(context(), dataset=replace(context().dataset, noise={**context().noise, "ayf": 0.1}))
+    collect_information(louder, store)
+    assert len(list(store.directory.iterdir())) == 4
