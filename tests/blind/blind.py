@@ -6,13 +6,11 @@ python -m tests.blind.blind --loops 150 --seed 20000 -o trial.csv --resume --wri
 from __future__ import annotations
 
 import argparse
-import csv
 import multiprocessing
 import os
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, fields
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +21,7 @@ from tests.blind.assessment import TrialRow, run_case, truth_of
 from tests.blind.cases import DETECTABLE_PARAMETERS, PlantedCase, with_detectable_effect
 from tests.blind.draw import LIMITS, LOOPS, draw_groups
 from tests.blind.table import HEAD, format_row, totals, write_section
+from tests.trial_rows import append_rows, read_rows
 from tests.truth.campaign import Campaign, campaign, campaigns, write
 
 Job = tuple[tuple[PlantedCase, ...], Path, float, bool]
@@ -103,36 +102,13 @@ def run_trial(
         yield from pool.imap_unordered(run_job, jobs)
 
 
-def read_rows(path: Path) -> list[TrialRow]:
-    """Read the rows of a trial."""
-    with path.open(newline="") as file:
-        return [TrialRow(**{f.name: _value(str(f.type), raw[f.name]) for f in fields(TrialRow)}) for raw in
-                csv.DictReader(file)]  # fmt: skip
-
-
-def _value(kind: str, text: str) -> object:
-    if kind == "bool | None":
-        return {"True": True, "False": False}.get(text)
-    return {"int": int, "float": float}.get(kind, str)(text)
-
-
 def stored_rows(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[TrialRow]:
     """Return the rows that the output file of a trial has; without --resume there may be no such file."""
     if not options.output or not options.output.exists():
         return []
     if not options.resume:
         parser.error(f"{options.output} exists: give --resume, or another file")
-    return read_rows(options.output)
-
-
-def append_rows(path: Path, rows: Sequence[TrialRow]) -> None:
-    """Append rows to the file of a trial, with the header first."""
-    is_new = not path.exists()
-    with path.open("a", newline="") as file:
-        writer = csv.DictWriter(file, [f.name for f in fields(TrialRow)])
-        if is_new:
-            writer.writeheader()
-        writer.writerows(asdict(row) for row in rows)
+    return read_rows(options.output, TrialRow)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

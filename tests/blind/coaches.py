@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from tests.blind.assessment import TrialRow, Truth, run_case
-from tests.blind.blind import append_rows, stored_rows
+from tests.blind.blind import stored_rows
 from tests.blind.coach_cases import CoachCase, draw_coaches
 from tests.blind.coach_table import MARKS, coach_totals
 from tests.blind.table import HEAD, format_row, write_section
+from tests.trial_rows import append_rows
 from tests.truth.coach_campaign import drawn, steps_of, true_values, write_campaigns
 
 GROUP = 30  # campaigns simulated side by side

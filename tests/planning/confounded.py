@@ -10,13 +10,12 @@ independent generator; Vuong's test on the predictions decides.
 from __future__ import annotations
 
 import argparse
-import csv
 import multiprocessing
 import os
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +32,7 @@ from railui.planning.rivals import RivalModel, rival_models, undecided
 from railui.runs.run import load_run
 from tests.blind.cases import library_entries, planted_effect
 from tests.blind.table import format_total
+from tests.trial_rows import append_rows, read_rows
 from tests.truth.campaign import RESPONSES, Campaign, Order, campaign, write
 from tests.truth.files import NOISE
 
@@ -149,14 +149,6 @@ def _measure(
     return all(d.is_clear and d.z > 0 for d in decisions), any(d.is_clear and d.z < 0 for d in decisions)
 
 
-def read_rows(path: Path) -> list[Row]:
-    """Read the rows of a trial."""
-    kinds = {"int": int, "float": float, "bool": lambda text: text == "True"}
-    with path.open(newline="") as file:
-        return [Row(**{f.name: kinds.get(str(f.type), str)(raw[f.name]) for f in fields(Row)})
-                for raw in csv.DictReader(file)]  # fmt: skip
-
-
 def totals(rows: Sequence[Row]) -> list[str]:
     """Format how often each run decides."""
     promised = np.mean([r.promised for r in rows]) if rows else float("nan")
@@ -182,7 +174,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     p.add_argument("--processes", type=int, default=2, choices=(1, 2))
     p.add_argument("-o", "--output", type=Path, metavar="CSV", help="append each row; present ones are not repeated")
     options = p.parse_args(arguments)
-    rows: list[Row] = read_rows(options.output) if options.output and options.output.exists() else []
+    rows: list[Row] = read_rows(options.output, Row) if options.output else []
     done = {row.seed for row in rows}
     seeds = [s for s in range(options.seed, options.seed + options.cases) if s not in done]
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
@@ -194,12 +186,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             print(row, flush=True)
             rows.append(row)
             if options.output:
-                is_new = not options.output.exists()
-                with options.output.open("a", newline="") as file:
-                    writer = csv.DictWriter(file, [f.name for f in fields(Row)])
-                    if is_new:
-                        writer.writeheader()
-                    writer.writerow(asdict(row))
+                append_rows(options.output, [row])
     print("\n".join(totals(rows)))
 
 

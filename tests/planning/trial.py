@@ -9,13 +9,12 @@ independent generator differ from the nominal vehicle that the plan knows, and r
 from __future__ import annotations
 
 import argparse
-import csv
 import multiprocessing
 import os
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +35,7 @@ from tests.blind.assessment import assess, truth_of
 from tests.blind.cases import DETECTABLE_PARAMETERS, PlantedCase, with_detectable_effect
 from tests.blind.draw import PRIOR_SPREAD
 from tests.blind.table import format_total
+from tests.trial_rows import append_rows, read_rows
 from tests.truth.campaign import DECLARED, RESPONSES, Order, campaign, write
 from tests.truth.files import NOISE, design
 
@@ -150,24 +150,6 @@ def _run(case: PlantedCase, plan: int, promised: Expectation, folder: Path) -> R
     )
 
 
-def read_rows(path: Path) -> list[Row]:
-    """Read the rows of a trial."""
-    kinds = {"int": int, "float": float, "bool": lambda text: text == "True"}
-    with path.open(newline="") as file:
-        return [Row(**{f.name: kinds.get(str(f.type), str)(raw[f.name]) for f in fields(Row)})
-                for raw in csv.DictReader(file)]  # fmt: skip
-
-
-def append_rows(path: Path, rows: Sequence[Row]) -> None:
-    """Append rows to the file of a trial, with the header first."""
-    is_new = not path.exists()
-    with path.open("a", newline="") as file:
-        writer = csv.DictWriter(file, [f.name for f in fields(Row)])
-        if is_new:
-            writer.writeheader()
-        writer.writerows(asdict(row) for row in rows)
-
-
 def scores(rows: Sequence[Row]) -> Mapping[str, list[float]]:
     """Errors of the estimates over the promised standard deviation, by path."""
     found: dict[str, list[float]] = {}
@@ -232,7 +214,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     p.add_argument("--resume", action="store_true", help="leave out the parts that the output has")
     p.add_argument("--write", type=Path, metavar="MD", help="replace the section of the trial in a document")
     options = p.parse_args(arguments)
-    rows: list[Row] = read_rows(options.output) if options.resume and options.output.exists() else []
+    rows: list[Row] = read_rows(options.output, Row) if options.resume and options.output else []
     done = {row.number for row in rows}
     size = options.planted + options.clean
     jobs = [
