@@ -56,6 +56,10 @@ class Plan:
         choice = Choice(self.file.sensors, (number,), number)
         return expect(self.information, choice, self.file.campaign, self.everything.seed)
 
+    def of_step(self, step: Step) -> Expectation:
+        """Return the expectation of the selection after a step."""
+        return expect(self.information, step.choice, self.file.campaign, self.everything.seed)
+
 
 def expect(
     information: Information, choice: Choice, campaign: Campaign, seed: int, critical_score: float | None = None
@@ -178,11 +182,13 @@ def _detectable(plan: Plan, chosen: Expectation, alone: Sequence[Expectation]) -
     rows = {_key(row): row for row in chosen.detectable()}
     every = {_key(row): row for row in plan.everything.detectable()}
     by_run = [{_key(row): row["value"] for row in e.detectable()} for e in alone]
+    by_step = [{_key(row): row["value"] for row in plan.of_step(s).detectable()} for s in plan.steps]
     return [
         {
             **rows.get(key, {**row, "value": None}),
             "with_everything": row["value"],
             "per_run": [values.get(key) for values in by_run],
+            "per_step": [values.get(key) for values in by_step],
         }
         for key, row in every.items()
     ]

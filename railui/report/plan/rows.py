@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from railui.report.loop.wording import effect_title, location_text
-from railui.report.numbers import DASH, readable_scale
+from railui.report.numbers import DASH, format_number, readable_scale
 from railui.vehicle.multibody import Structure
 
 Document = Mapping[str, Any]
@@ -39,15 +39,19 @@ def effect_rows(
 
 
 def _effect_row(row: Document, structure: Structure | None) -> Row:
-    values = [row["value"], row["with_everything"], *row["per_run"]]
+    values = [row["value"], row["with_everything"], *row["per_run"], *row["per_step"]]
+    shown = 2 + len(row["per_run"])
     factor, unit = readable_scale(values, row["unit"])
     suffix = "" if unit in ("", "1") else f" [{unit}]"
+    cells = [DASH if x is None else format_number(factor * x) for x in values]
     return {
         "name": effect_name(row, structure),
+        "single": row["wheelset"] is not None,
         "parameter": f"{row['parameter'].replace('_', ' ')}{suffix}",
         "bound": "up to" if row["kind"] in SMALLER_IS_STRONGER else "from",
-        "cells": [DASH if x is None else f"{factor * x:.3g}" for x in values],
-        "values": values,
+        "cells": cells[:shown],
+        "values": values[:shown],
+        "steps": cells[shown:],
     }
 
 
