@@ -15,7 +15,7 @@ from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import from_normal
 from railui.identification.structure.minimum_detectable import ABSORPTION_MARGIN
 from railui.identification.structure.score_test import POWER
-from railui.planning.expectation import Choice, Expectation
+from railui.planning.expectation import LIMIT_SHARE, Choice, Expectation
 from railui.planning.information import Information
 from railui.planning.run_information import RunInformation
 
@@ -108,7 +108,7 @@ def test_the_limit_meets_the_score_of_the_loop_or_its_gain() -> None:
     gain = (1.0 / 0.9**2 - 1.0) * expected.noise_floor**2
     noise = POWER * sqrt(norm) / power
     by_gain = ABSORPTION_MARGIN * (noise + sqrt(noise**2 + norm / power * gain)) / (norm / power)
-    assert expected.amounts[0] == pytest.approx(max(by_score, by_gain), rel=0.06)
+    assert expected.amounts[0] == pytest.approx(LIMIT_SHARE * max(by_score, by_gain), rel=0.06)
 
 
 def test_more_runs_determine_more() -> None:
