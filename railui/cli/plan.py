@@ -29,6 +29,7 @@ MAX_ROWS: Final = 12  # next runs shown
 @click.option("--sensors", metavar="FILE", help="Sensors that may be mounted, noise, costs (YAML).")
 @quantity_option("--speeds", parse_speeds, metavar="RANGE", help="Speeds that may be run, such as 20:45:5.")
 @click.option("--track", "tracks", multiple=True, metavar="SPEC|FILE", help="Track; may be given several times.")
+@click.option("--sections", type=click.IntRange(1, 50), default=1, help="Places along each track to start from.")
 @quantity_option("--duration", parse_duration, metavar="TIME", help="Duration of a run; 60 s by default.")
 @click.option("--noise", "noise", multiple=True, metavar="COLUMN=VALUE", help="Noise in place of the file's.")
 @click.option("--budget", type=click.FloatRange(min=0, min_open=True), help="Largest cost, in place of the file's.")
@@ -43,6 +44,7 @@ def command(
     sensors: str | None,
     speeds: list[float] | None,
     tracks: Sequence[str],
+    sections: int,
     duration: float | None,
     noise: tuple[str, ...],
     budget: float | None,
@@ -72,14 +74,16 @@ def command(
             raise usage_error("--after takes the vehicle of the loop: leave DESIGN out")
         if budget is not None or plot is not None or store is not None:
             raise usage_error("--budget, --plot and --store are for a plan before any measurement: leave them out")
-        _after(after, sensors, speeds, tracks, duration, noise, measured, call)
+        _after(after, sensors, speeds, tracks, sections, duration, noise, measured, call)
         return
     if measured is not None:
         raise usage_error("--measured is for --after DIR, the results of a loop")
     missing = [name for name, value in (("DESIGN", design), ("--sensors", sensors), ("--speeds", speeds)) if not value]
     if missing or not tracks or design is None or sensors is None or speeds is None:
         raise usage_error(f"give {', '.join([*missing, *([] if tracks else ['--track'])])}, or --after DIR")
-    _before(design, overrides, sensors, speeds, tracks, duration or DURATION, noise, budget, plot, store, call)
+    _before(
+        design, overrides, sensors, speeds, tracks, sections, duration or DURATION, noise, budget, plot, store, call
+    )
 
 
 def _before(
@@ -88,6 +92,7 @@ def _before(
     sensors: str,
     speeds: list[float],
     tracks: Sequence[str],
+    sections: int,
     duration: float,
     noise: tuple[str, ...],
     budget: float | None,
@@ -115,6 +120,7 @@ def _before(
             jobs=call.jobs,
             progress=StatusLine(call),
             store=None if store is None else InformationStore(Path(store)),
+            sections=sections,
         )
     except ValueError as error:
         raise usage_error(str(error)) from None
@@ -134,6 +140,7 @@ def _after(
     sensors: str | None,
     speeds: list[float] | None,
     tracks: Sequence[str],
+    sections: int,
     duration: float | None,
     noise: tuple[str, ...],
     measured: str | None,
@@ -167,7 +174,7 @@ def _after(
         file = load_plan(sensors, vehicle, split_overrides(noise))
         levels = {c: file.campaign.noise[c] for c in file.sensors}
     try:
-        found = propose_runs(loop, speeds, list(tracks) or None, duration, levels) if open_ones > 1 else []
+        found = propose_runs(loop, speeds, list(tracks) or None, duration, levels, sections) if open_ones > 1 else []
     except ValueError as error:
         raise usage_error(str(error)) from None
     body["next_runs"] = [run_row(run) for run in found]

@@ -142,6 +142,7 @@ def propose_runs(
     tracks: Sequence[str | Path] | None = None,
     duration: float | None = None,
     levels: Mapping[str, float] | None = None,
+    sections: int = 1,
 ) -> list[NextRun]:
     """Assess the runs that may be made next; by default at speeds about that of the campaign on its own track.
 
@@ -149,6 +150,8 @@ def propose_runs(
     ----------
     levels
         Noise [SI] of sensors that may be added, by their names.
+    sections
+        Places along each track from which a run may start.
 
     Raises
     ------
@@ -156,7 +159,7 @@ def propose_runs(
         For a faulty track or one that is too short.
     """
     usual_speeds, first, usual_duration = usual_runs(loop.context.dataset)
-    runs = planned_runs(speeds or usual_speeds, tracks or [first], duration or usual_duration)
+    runs = planned_runs(speeds or usual_speeds, tracks or [first], duration or usual_duration, sections=sections)
     more = [c for c in levels or {} if c not in loop.sensors and is_compared(c)]
     context = with_noise(loop.context, levels or {})
     return next_runs(context, undecided(loop.rivals, context.settings.planning), runs, loop.sensors, more)

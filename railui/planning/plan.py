@@ -79,6 +79,7 @@ def make_plan(
     jobs: int | None = None,
     progress: Progress = SILENT,
     store: InformationStore | None = None,
+    sections: int = 1,
 ) -> Plan:
     """Simulate the runs that may be made with the nominal vehicle and select sensors and runs.
 
@@ -94,6 +95,8 @@ def make_plan(
         Of synthetic tracks and of the noise.
     store
         Where the information of every run is kept and found again.
+    sections
+        Places along each track from which a run may start.
 
     Raises
     ------
@@ -102,7 +105,7 @@ def make_plan(
     """
     campaign = file.campaign
     model = Model(campaign.design)
-    wanted = planned_runs(speeds, tracks, duration, seed)
+    wanted = planned_runs(speeds, tracks, duration, seed, sections)
     limit = campaign.settings.calibration.max_growth_rate
     stable = [run for run in wanted if model.growth_rate(run.speed) <= limit]
     unstable = tuple(run.name for run in wanted if run not in stable)
@@ -151,7 +154,14 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             {"name": c, "noise": file.campaign.noise[c], "unit": units[c], "cost": file.cost(c)} for c in file.sensors
         ],
         "runs": [
-            {"name": r.name, "speed": r.speed, "track": r.source.name, "length": r.length, "cost": file.cost(RUN)}
+            {
+                "name": r.name,
+                "speed": r.speed,
+                "track": r.source.name,
+                "start": r.start,
+                "length": r.length,
+                "cost": file.cost(RUN),
+            }
             for r in plan.runs
         ],
         "budget": file.budget,

@@ -25,12 +25,13 @@ SPARE_LENGTH = 10.0  # m of a synthetic track beyond the longest run
 
 @dataclass(frozen=True, eq=False)
 class PlannedRun:
-    """A run at a constant speed [m/s] for a duration [s] on a track."""
+    """A run at a constant speed [m/s] for a duration [s] on a track, from a distance [m] behind its start."""
 
     speed: float
     duration: float
     source: TrackSource
     name: str
+    start: float = 0.0
 
     @property
     def length(self) -> float:
@@ -39,11 +40,15 @@ class PlannedRun:
 
 
 def planned_runs(
-    speeds: Sequence[float], tracks: Sequence[str | Path], duration: float, seed: int | None = None
+    speeds: Sequence[float],
+    tracks: Sequence[str | Path],
+    duration: float,
+    seed: int | None = None,
+    sections: int = 1,
 ) -> list[PlannedRun]:
-    """Return a run for every speed [m/s] on every track.
+    """Return a run for every speed [m/s] on every section of every track.
 
-    A synthetic track is made as long as the fastest run.
+    A synthetic track is made as long as the fastest run on each of its sections.
 
     Parameters
     ----------
@@ -51,6 +56,8 @@ def planned_runs(
         Specs of synthetic tracks, or files.
     seed : int, optional
         Seed that replaces that of the specs.
+    sections : int
+        Places along each track from which a run may start, equally spaced from its start on.
 
     Raises
     ------
@@ -61,21 +68,30 @@ def planned_runs(
     """
     runs = []
     for track in tracks:
-        source = _long_enough(track, max(speeds) * duration + SPARE_LENGTH, seed)
+        source = _long_enough(track, sections * max(speeds) * duration + SPARE_LENGTH, seed)
         if source.track.has_curves:
             raise ValueError(f"{source.name} has curves: plan runs on tangent track, which the loop needs")
         for speed in speeds:
-            label = f"{speed:g} m/s"
-            name = label if len(tracks) == 1 else f"{label}, {source.name}"
-            run = PlannedRun(float(speed), duration, source, name)
-            if run.length > source.track.length:
-                longest = source.track.length / speed
-                raise ValueError(
-                    f"{source.name} is {source.track.length:.0f} m long, {duration:g} s at {label} are "
-                    f"{run.length:.0f} m: plan at most {longest:.0f} s"
-                )
-            runs.append(run)
+            runs += _runs_on(source, speed, duration, sections, source.name if len(tracks) > 1 else "")
     return runs
+
+
+def _runs_on(source: TrackSource, speed: float, duration: float, sections: int, track: str) -> list[PlannedRun]:
+    """Return the runs at a speed on the sections of a track; `track`: its name where there are several."""
+    length, label = speed * duration, f"{speed:g} m/s"
+    if length > source.track.length:
+        longest = source.track.length / speed
+        raise ValueError(
+            f"{source.name} is {source.track.length:.0f} m long, {duration:g} s at {label} are {length:.0f} m: "
+            f"plan at most {longest:.0f} s"
+        )
+    starts = np.linspace(0.0, source.track.length - length, sections) if sections > 1 else np.zeros(1)
+    found = []
+    for start in starts.tolist():
+        place = f"{start:.0f} to {start + length:.0f} m" if sections > 1 else ""
+        name = ", ".join(part for part in (label, place, track) if part)
+        found.append(PlannedRun(float(speed), duration, source, name, start))
+    return found
 
 
 def _long_enough(track: str | Path, length: float, seed: int | None) -> TrackSource:
@@ -130,7 +146,7 @@ def _track_columns(run: PlannedRun) -> dict[str, FloatArray]:
     """Return clock and track columns of a run, sampled at equal times."""
     t: FloatArray = np.arange(int(run.duration * SAMPLING_RATE)) / SAMPLING_RATE
     track = run.source.track
-    s = track.s[0] + run.speed * t
+    s = track.s[0] + run.start + run.speed * t
     irregularities = {"yw": track.yw, "phiw": track.phiw, "gauge": track.gauge}
     sampled = {name: Spline(track.s, values)(s) for name, values in irregularities.items()}
     return {"t": t, "s": s, "v": np.full_like(t, run.speed), **sampled}

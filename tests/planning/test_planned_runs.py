@@ -23,6 +23,19 @@ def test_every_speed_is_run_on_every_track() -> None:
     assert runs[0].source.track.length >= 30.0 * 25.0
 
 
+def test_runs_start_at_equally_spaced_places_along_a_track() -> None:
+    runs = planned_runs([20.0, 30.0], [SPEC], 20.0, sections=3)
+    length = runs[0].source.track.length
+    assert length >= 3 * 30.0 * 20.0
+    assert [run.start for run in runs[3:]] == pytest.approx([0.0, (length - 600.0) / 2, length - 600.0])
+    assert runs[3].name == "30 m/s, 0 to 600 m"
+    plan = plan_file({"ayf": "0.02 m/s^2"})
+    model = Model(plan.campaign.design)
+    first, second = simulate_runs(plan.campaign, model, runs[:2], plan.sensors).segments
+    assert second.columns["s"][0] - first.columns["s"][0] == pytest.approx(runs[1].start)
+    assert not np.allclose(first.columns["ayf"], second.columns["ayf"])
+
+
 def test_a_recorded_track_that_is_too_short_is_refused_with_the_longest_duration(tmp_path: Path) -> None:
     file = tmp_path / "line.csv"
     s = np.arange(0.0, 500.0, 0.1)

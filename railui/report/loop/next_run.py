@@ -38,6 +38,7 @@ def run_row(run: NextRun) -> dict[str, Any]:
         "speed": run.run.speed,
         "duration": run.run.duration,
         "track": run.run.source.name,
+        "start": run.run.start,
         "sensors": list(run.sensors),
         "probability": run.probability,
         "prospects": [{"rival": p.rival, "probability": p.probability, "z": p.z} for p in run.prospects],
