@@ -1,20 +1,21 @@
 """The next run: which one would separate the rival models of a loop, and what it says once it is measured.
 
-Each rival predicts the run with the parameters that it has from the data before; nothing is fitted to the new run. The
-probability that the run decides is that of Vuong's test being clear in favour of the true one of two rivals, over
-realisations of the noise and of the true parameters about their estimates.
+Each rival predicts the run with the parameters that it has from the data before, which the run may correct by a linear
+step within their covariance: with r the residual, S the sensitivities and C = L L' the covariance, the prediction
+moves by S' L (L' S S' L + I)^-1 L' S r. The probability that the run decides is that of Vuong's test of what is left
+being clear in favour of the true one of two rivals, over realisations of the noise and of the true parameters about
+their estimates.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import special
 
 from railui.arrays import FloatArray
-from railui.campaign.campaign import Campaign
 from railui.campaign.comparison import compared_channels, comparison_filter, kernel_filter
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
@@ -28,6 +29,7 @@ from railui.planning.vuong import vuong_statistic
 
 DRAWS = 16  # of noise and parameters: a register of vehicles
 DRAW_SEED = 29
+DIFFERENCE = 0.01  # of a standard deviation, step of the differences
 MIN_SD = 0.5  # of the statistic over realisations, against a chance agreement of few
 
 
@@ -128,32 +130,67 @@ def _realise(
     context: Context, rivals: Sequence[RivalModel], run: PlannedRun, channels: Sequence[str]
 ) -> _Realisations | None:
     """Simulate a run with every rival as truth and compare all predictions; None where a rival diverges."""
-    campaign, model = context.campaign, rivals[0].model
+    model = rivals[0].model
     try:
-        segment = simulate_runs(campaign, model, [run], channels).segments[0]
+        segment = simulate_runs(context.campaign, model, [run], channels).segments[0]
     except ValueError:
         return None
     quiet = context.in_background(1)
     names = compared_channels(segment)
     rows = [segment.channels.index(c) for c in names]
     weights = noise_weights(quiet, model, segment)
-    predictions = [_predict(campaign, r, segment, weights) for r in rivals]
-    if not all(np.all(np.isfinite(p)) for p in predictions):
+    predictions = [_predict(context, r, segment, weights) for r in rivals]
+    if not all(np.all(np.isfinite(p.series)) for p in predictions):
         return None
     noise = _noise(quiet, rivals[0], segment, weights)
     length = max(round(context.settings.validation.error_block_duration / segment.dt), 1)
     errors = []
     for i, rival in enumerate(rivals):
         truth = _draw_truth(quiet, rival, segment, weights, i) + noise
-        errors.append(np.stack([_block_errors(truth - p, length)[:, rows] for p in predictions], axis=1))
+        errors.append(np.stack([_block_errors(p.residuals(truth, rows), length) for p in predictions], axis=1))
     return _Realisations(tuple(names), np.stack(errors))
 
 
-def _predict(campaign: Campaign, rival: RivalModel, segment: Segment, weights: FloatArray) -> FloatArray:
-    """Weighted channels [channel, n] of a rival that starts at rest; NaN where it diverges."""
-    filter_ = kernel_filter(campaign, segment, weights)
-    series, diverged = Predictor(rival.model, segment, filter=filter_).simulate()
-    return np.asarray(series[0]) if diverged[0] < 0 else np.full_like(series[0], np.nan)
+@dataclass(frozen=True, eq=False)
+class _Prediction:
+    """Prediction of a run by a rival: weighted channels [channel, n], and how its uncertain parameters move them.
+
+    directions [k, channel, n]: sensitivities along the principal axes of the covariance, times their deviations. share:
+    of the samples that counts as independent.
+    """
+
+    series: FloatArray
+    directions: FloatArray
+    share: float
+
+    def residuals(self, measured: FloatArray, rows: Sequence[int]) -> FloatArray:
+        """Residuals [draw, channel, n] of the channels `rows` after one linear step within the covariance."""
+        residual = (measured - self.series)[:, rows]
+        axes = self.directions[:, rows].reshape(len(self.directions), -1)
+        flat = residual.reshape(len(residual), -1)
+        normal = self.share * axes @ axes.T + np.eye(len(axes))
+        step = np.linalg.solve(normal, self.share * axes @ flat.T)
+        return np.asarray((flat - step.T @ axes).reshape(residual.shape))
+
+
+def _predict(
+    context: Context, rival: RivalModel, segment: Segment, weights: FloatArray, start: FloatArray | None = None
+) -> _Prediction:
+    """Predict a run by a rival from an initial state, at rest by default; NaN where it diverges."""
+    values, vectors = np.linalg.eigh(rival.covariance)
+    axes = vectors * np.sqrt(np.maximum(values, 0.0))  # [p, k]
+    columns = [rival.model.columns[p] for p in rival.paths]
+    model = rival.model.on_segment(*segment.segment_key)
+    rows = np.tile(model.row, (1 + axes.shape[1], 1))
+    rows[1:, columns] += DIFFERENCE * axes.T
+    filter_ = kernel_filter(context.campaign, segment, weights)
+    predictor = Predictor(model, segment, initial_state=start, filter=filter_)
+    series, diverged = predictor.simulate(batch=model.batch(rows))
+    series = np.array(series)
+    if diverged[0] >= 0:
+        series[0] = np.nan
+    directions = np.where((diverged[1:] < 0)[:, None, None], (series[1:] - series[0]) / DIFFERENCE, 0.0)
+    return _Prediction(series[0], directions, context.settings.calibration.independent_sample_share)
 
 
 def _draw_truth(context: Context, rival: RivalModel, segment: Segment, weights: FloatArray, index: int) -> FloatArray:
@@ -226,9 +263,8 @@ def decide(context: Context, rivals: Sequence[RivalModel], segments: Sequence[Se
         for rival, found in zip(rivals, blocks, strict=True):
             model = estimate_phases(quiet, rival.model, segment)
             start = estimate_initial_state(quiet, model, segment)
-            filter_ = kernel_filter(context.campaign, segment, weights)
-            series, _ = Predictor(model, segment, initial_state=start, filter=filter_).simulate()
-            found.append(_block_errors((measured - series[0])[rows], length).sum(axis=0))
+            prediction = _predict(quiet, replace(rival, model=model), segment, weights, start)
+            found.append(_block_errors(prediction.residuals(measured[None], rows)[0], length).sum(axis=0))
     errors = [np.concatenate(found) for found in blocks]
     statistics = [vuong_statistic(errors[0], other) for other in errors[1:]]
     critical = context.settings.planning.critical_z

@@ -128,7 +128,8 @@ def weak_effects(fit: Fit, scores: Sequence[ScoreResult], settings: PlanningSett
         )
         if is_usable and len(found) < MAX_WEAK_EFFECTS:
             effect = c.effect_with(c.scale_force(c.shapes[s.shape], s.amount))
-            shifted = fit.model.with_path_values(fit.free.paths, fit.x - s.amount * s.absorbed)
+            x = np.clip(fit.x - s.amount * s.absorbed, fit.free.low, fit.free.high)
+            shifted = fit.model.with_path_values(fit.free.paths, x)
             found.append(RivalModel(c, shifted.with_effect(effect), fit.free.paths, fit.covariance, abs(s.z)))
     return found
 
