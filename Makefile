@@ -146,7 +146,7 @@ purpose: .stamp-build
 # the pip outside installs the one that the lock names, since ensurepip may be missing; maturin must be on the path
 .stamp-venv: requirements/build.txt
 	@$(PYTHON) release/check_build_tools.py
-	$(PYTHON) -m venv --without-pip $(VENV)
+	@$(PYTHON) -m venv --without-pip $(VENV)
 	@$(PYTHON) -m pip --python $(BIN)/python install --quiet --require-hashes -r $<
 	@touch $@
 
