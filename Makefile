@@ -19,7 +19,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 # only what a lock names, with the hashes that it names
 INSTALL := $(BIN)/python -m pip install --quiet --no-build-isolation --require-hashes -r
-SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
+SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
 .PHONY: run lock fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots blind blind-coaches pictures docs transcripts rewrite dist minimum deny emulated killed clean
 

@@ -119,7 +119,8 @@ def main() -> None:
         for package in packages:
             where = ", ".join(missing_wheels(package))
             source = "built from source" if "sdist" in package else "not available"
-            print(f"     {package['name']}: {source} on {where}" if where else "", end="\n" if where else "")
+            if where:
+                print(f"     {package['name']}: {source} on {where}")
 
 
 if __name__ == "__main__":
