@@ -1,6 +1,8 @@
 # run: loop and search on the bundled campaign; test: everything; check: style, types and layers; rust: the kernel's own tests;
 # bench: speed of the kernel; blind: blind simulation study; blind-coaches: of a coach;
 # dist: wheel, source archive, bill of materials, installed away from the checkout; minimum: with the oldest versions allowed;
+# wheels: for x86-64 and aarch64 Linux, the former tried with every Python found;
+# mutants: changes of single lines of the verdict, the score test, the score and the wire that no test notices;
 # docs: the site, in target/site; transcripts: check every command of README and docs, the recording in real time included;
 # rewrite: write the present output of these commands into the pages;
 # lock: renew requirements/, the versions and hashes of what pip installs;
@@ -21,7 +23,7 @@ BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --no-build-isolation --require-hashes -r
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: run lock fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots blind blind-coaches pictures docs transcripts rewrite dist minimum deny emulated killed clean
+.PHONY: run lock wheels mutants fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots blind blind-coaches pictures docs transcripts rewrite dist minimum deny emulated killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -91,6 +93,16 @@ dist: .stamp-build
 	$(BIN)/python release/check_install.py dist/railui-*.whl --freeze dist/installed.json
 	$(BIN)/python release/check_install.py dist/railui-*.tar.gz --wheel dist/railui-*.whl
 	$(BIN)/python release/bill_of_materials.py dist/installed.json dist
+
+# for x86-64 and aarch64, linked by zig; `rustup target add aarch64-unknown-linux-gnu` once
+wheels: .stamp-packages
+	$(INSTALL) requirements/wheels.txt
+	$(BIN)/python release/build_wheels.py dist/wheels
+
+# changes of single lines that no test notices
+mutants: .stamp-build
+	$(INSTALL) requirements/mutants.txt
+	$(BIN)/python -m tests.mutants
 
 # the oldest versions that pyproject.toml allows
 minimum: dist
