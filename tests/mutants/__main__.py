@@ -40,7 +40,8 @@ TESTS = {
 }
 PYTEST = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopts=--import-mode=importlib"]
 STARTUP_SECONDS = 10  # of processor time
-SLEEP_SECONDS = 600
+WAIT_RATIO = 50  # of the time at which a process ends to its processor time, on a busy machine
+MODULE_SECONDS = 10_000  # of processor time
 
 
 class _Source(importlib.abc.MetaPathFinder, importlib.abc.Loader):
@@ -72,7 +73,7 @@ def in_fork(work: Callable[[], Any], seconds: float) -> Any:
         code = 1
         try:
             os.close(reader)
-            signal.alarm(SLEEP_SECONDS)
+            signal.alarm(round(WAIT_RATIO * seconds))
             resource.setrlimit(resource.RLIMIT_CPU, (round(seconds), round(seconds) + 1))
             null = os.open(os.devnull, os.O_RDWR)
             for stream in (0, 1, 2):
@@ -89,36 +90,43 @@ def in_fork(work: Callable[[], Any], seconds: float) -> Any:
     return pickle.loads(data) if status == 0 else None
 
 
-def run_tests(path: str, source: str) -> tuple[int, list[str]]:
-    """Run the tests of a module with changed source; return pytest's exit code and the imported modules."""
+def run_tests(path: str, source: str) -> int:
+    """Run the tests of a module with changed source; return pytest's exit code."""
     sys.meta_path.insert(0, _Source(path, source))
-    code = int(pytest.main([*PYTEST, *TESTS[path]]))
-    return code, list(sys.modules)
+    return int(pytest.main([*PYTEST, *TESTS[path]]))
 
 
-def import_third_parties(modules: list[str]) -> None:
-    """Import modules other than the project's, so that the forked processes have them."""
-    for name in sorted(modules):
-        if name.partition(".")[0] not in ("railui", "tests", "conftest"):
-            try:
-                importlib.import_module(name)
-            except Exception:
-                continue
+def independent_modules(path: str, source: str) -> list[str]:
+    """Return the modules that the tests of a module use and that do not depend on it."""
+    name = path.removesuffix(".py").replace("/", ".")
+    importlib.import_module(name)
+    below = {m for m in sys.modules if m != name}
+    run_tests(path, source)
+    return sorted(m for m in sys.modules if m in below or m.partition(".")[0] not in ("railui", "tests", "conftest"))
+
+
+def import_all(modules: list[str]) -> None:
+    """Import modules, so that the forked processes have them."""
+    for name in modules:
+        try:
+            importlib.import_module(name)
+        except Exception:
+            continue
 
 
 def survivors(path: str, first: int, last: int) -> tuple[int, list[Mutant]]:
     """Return the number of mutants of a module between two lines, and those that no test notices."""
     source = (ROOT / path).read_text("utf-8")
-    warm = in_fork(lambda: run_tests(path, source), 600)
-    if warm is None or warm[0] != 0:
-        raise SystemExit(f"{path}: the tests fail without a change")
-    import_third_parties(warm[1])
-    limit = STARTUP_SECONDS + 5 * in_fork(lambda: (run_tests(path, source), time.process_time())[1], 600)
+    import_all(in_fork(lambda: independent_modules(path, source), 600) or [])
+    code, seconds = in_fork(lambda: (run_tests(path, source), time.process_time()), 600) or (1, 0.0)
+    if code != 0:
+        raise ValueError("the tests fail without a change")
+    limit = STARTUP_SECONDS + 5 * seconds
     mutants = [mutant for mutant in list_mutants(source) if first <= mutant.line <= last]
     alive = []
     for mutant in mutants:
         result = in_fork(lambda: run_tests(path, mutant.source), limit)  # noqa: B023
-        if result is not None and result[0] == 0:
+        if result == 0:
             alive.append(mutant)
     return len(mutants), alive
 
@@ -139,7 +147,11 @@ def main() -> int:
     unexplained = 0
     for path in options.modules:
         start = time.monotonic()
-        count, alive = survivors(path, first, last)
+        # each module in a process without the modules that were imported for the one before
+        result = in_fork(lambda: survivors(path, first, last), MODULE_SECONDS)  # noqa: B023
+        if result is None:
+            raise SystemExit(f"{path}: the tests fail without a change")
+        count, alive = result
         new = [m for m in alive if (path, m.before, m.after) not in explained]
         unexplained += len(new)
         seconds = time.monotonic() - start
