@@ -114,9 +114,9 @@ lock: .stamp-packages
 	$(INSTALL) requirements/lock.txt
 	$(BIN)/python release/lock.py $(UPGRADE)
 
-# cargo install cargo-deny --locked
+# cargo install cargo-deny --locked; without a network: make deny CHECKS="bans licenses sources"
 deny:
-	cargo deny check
+	cargo deny --locked check $(CHECKS)
 
 # long trials of the identification: true effect excluded, crossed damping, sensitivity to the settings
 slow: .stamp-build
