@@ -1,8 +1,11 @@
 # run: loop and search on the bundled campaign; test: everything; check: style, types and layers; rust: the kernel's own tests;
 # bench: speed of the kernel; blind: blind simulation study; blind-coaches: of a coach;
 # dist: wheel, source archive, bill of materials, installed away from the checkout; minimum: with the oldest versions allowed;
+# wheels: for x86-64 and aarch64 Linux, the former tried with every Python found;
+# mutants: changes of single lines of the verdict, the score test, the score and the wire that no test notices;
 # docs: the site, in target/site; transcripts: check every command of README and docs, the recording in real time included;
 # rewrite: write the present output of these commands into the pages;
+# lock: renew requirements/, the versions and hashes of what pip installs;
 # deny: advisories, licences, duplicates and sources of the crates;
 # killed: a search killed at 50 random moments, cases that kill their workers;
 # bench-peers: the standard job with other software; bench-counts: its instructions, counted by valgrind;
@@ -16,9 +19,11 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml pyproject.toml
+# only what a lock names, with the hashes that it names
+INSTALL := $(BIN)/python -m pip install --quiet --no-build-isolation --require-hashes -r
+SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: run fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots blind blind-coaches pictures docs transcripts rewrite dist minimum deny emulated killed clean
+.PHONY: run lock wheels mutants fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots blind blind-coaches pictures docs transcripts rewrite dist minimum deny emulated killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -31,10 +36,10 @@ test:
 
 # the whole workspace in one profile: the kernel that Python loads is compiled once for both
 rust: rust-style
-	cargo test --release --workspace
+	cargo test --locked --release --workspace
 
 check: rust-style python-style .stamp-build
-	cargo test --release --workspace --quiet --test layers
+	cargo test --locked --release --workspace --quiet --test layers
 
 python-style: .stamp-packages
 	$(BIN)/ruff check railui tests release docs
@@ -44,7 +49,7 @@ python-style: .stamp-packages
 
 rust-style:
 	cargo fmt --all --check
-	cargo clippy --release --workspace --all-targets -- -D warnings
+	cargo clippy --locked --release --workspace --all-targets -- -D warnings
 
 KEPT := target/bench/history.jsonl
 bench: .stamp-build
@@ -55,9 +60,9 @@ bench-counts: .stamp-build
 
 # in a separate environment: these packages take a gigabyte
 PEERS := target/peers
-$(PEERS)/.stamp: tests/bench/peers/requirements.txt constraints.txt
-	$(PYTHON) -m venv $(PEERS) >/dev/null 2>&1 || $(PYTHON) -m venv --without-pip $(PEERS)
-	$(PYTHON) -m pip --python $(PEERS)/bin/python install --quiet -c constraints.txt -r $<
+$(PEERS)/.stamp: requirements/peers.txt
+	$(PYTHON) -m venv --without-pip $(PEERS)
+	$(PYTHON) -m pip --python $(PEERS)/bin/python install --quiet --require-hashes -r $<
 	@touch $@
 
 bench-peers: .stamp-build $(PEERS)/.stamp
@@ -89,14 +94,29 @@ dist: .stamp-build
 	$(BIN)/python release/check_install.py dist/railui-*.tar.gz --wheel dist/railui-*.whl
 	$(BIN)/python release/bill_of_materials.py dist/installed.json dist
 
+# for x86-64 and aarch64, linked by zig; `rustup target add aarch64-unknown-linux-gnu` once
+wheels: .stamp-packages
+	$(INSTALL) requirements/wheels.txt
+	$(BIN)/python release/build_wheels.py dist/wheels
+
+# changes of single lines that no test notices
+mutants: .stamp-build
+	$(INSTALL) requirements/mutants.txt
+	$(BIN)/python -m tests.mutants
+
 # the oldest versions that pyproject.toml allows
 minimum: dist
-	$(BIN)/python -m pip install --quiet uv
+	$(INSTALL) requirements/lock.txt
 	$(BIN)/python release/check_install.py dist/railui-*.whl --minimum
 
-# cargo install cargo-deny --locked
+# versions and hashes of what pip installs here; `make lock UPGRADE=--upgrade` takes the newest
+lock: .stamp-packages
+	$(INSTALL) requirements/lock.txt
+	$(BIN)/python release/lock.py $(UPGRADE)
+
+# cargo install cargo-deny --locked; without a network: make deny CHECKS="bans licenses sources"
 deny:
-	cargo deny check
+	cargo deny --locked check $(CHECKS)
 
 # long trials of the identification: true effect excluded, crossed damping, sensitivity to the settings
 slow: .stamp-build
@@ -104,7 +124,7 @@ slow: .stamp-build
 
 # the optional dependencies `bench`
 exudyn: .stamp-build
-	$(BIN)/python -m pip install --quiet -c constraints.txt "exudyn>=1.13"
+	$(INSTALL) requirements/exudyn.txt
 	$(BIN)/python -m pytest tests/third_program -m "slow or not slow"
 	$(BIN)/python -m tests.third_program.agreement
 	$(BIN)/python -m tests.third_program.loops target/exudyn
@@ -135,18 +155,16 @@ blind-coaches: .stamp-build
 purpose: .stamp-build
 	@$(BIN)/python -m tests.bench.purpose
 
-# the outer pip is used where ensurepip is missing; maturin must be on the path; cobs is built with setuptools
-.stamp-venv: constraints.txt
+# the pip outside installs the one that the lock names, since ensurepip may be missing; maturin must be on the path
+.stamp-venv: requirements/build.txt
 	@$(PYTHON) release/check_build_tools.py
-	$(PYTHON) -m venv $(VENV) >/dev/null 2>&1 || $(PYTHON) -m venv --without-pip $(VENV)
-	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m pip --python $(BIN)/python install --quiet pip
-	$(BIN)/python -m pip install --quiet -c constraints.txt maturin setuptools
+	@$(PYTHON) -m venv --without-pip $(VENV)
+	@$(PYTHON) -m pip --python $(BIN)/python install --quiet --require-hashes -r $<
 	@touch $@
 
-# a target of its own: packages are downloaded while the kernel is compiled
-.stamp-packages: .stamp-venv pyproject.toml
-	@mkdir -p target && $(BIN)/python release/list_requirements.py dev > target/requirements.txt
-	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -r target/requirements.txt
+# a target of its own: packages are downloaded while the kernel is compiled; cobs is built with the setuptools of the lock
+.stamp-packages: requirements/dev.txt .stamp-venv
+	@$(INSTALL) $<
 	@touch $@
 
 # bytecode included: without it (PYTHONDONTWRITEBYTECODE) every start would compile a hundred files

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from railui._version import __version__
-
 if TYPE_CHECKING:
+    from railui._version import __version__
     from railui.curving import curve
     from railui.documents.check import LoadedFile
     from railui.optimisation.optimise import optimise
@@ -34,6 +33,7 @@ __all__ = [
 
 # module of each public name, imported on first access so that `import railui` is quick
 _MODULES = {
+    "__version__": "railui._version",
     "assess": "railui.ride_quality.track_assessment",
     "curve": "railui.curving",
     "loop": "railui.report.loop.data",

@@ -1,3 +1,5 @@
-"""Version of the package."""
+"""Version of the installed package, stated in Cargo.toml."""
 
-__version__ = "0.1.0"
+from importlib.metadata import version
+
+__version__ = version("railui")

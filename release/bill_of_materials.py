@@ -49,7 +49,7 @@ def main(installed: Path, dist: Path) -> None:
     import tomllib
 
     packages = {"pypi": json.loads(installed.read_text()), "cargo": kernel_crates()}
-    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    version = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
     railui = {"type": "application", "name": "railui", "version": version, "purl": f"pkg:pypi/railui@{version}"}
     bill = {
         "bomFormat": "CycloneDX",

@@ -1,9 +1,10 @@
 """Install a wheel or source archive into a clean environment away from the checkout and run its first commands.
 
-python release/check_install.py dist/railui-*.whl [--minimum]
+python release/check_install.py dist/railui-*.whl [--minimum] [--python python3.13]
 python release/check_install.py dist/railui-*.tar.gz --wheel dist/railui-*.whl
 
---minimum installs the oldest versions that pyproject.toml allows; --wheel compares the installed files.
+Dependencies are those of requirements/, checked by hash. --minimum installs the oldest versions that pyproject.toml
+allows instead; --wheel compares the installed files.
 """
 
 from __future__ import annotations
@@ -34,16 +35,21 @@ FAST_BUILD = {"CARGO_PROFILE_RELEASE_LTO": "off", "CARGO_PROFILE_RELEASE_CODEGEN
 LIST_FILES = "import importlib.metadata as m; print(*m.files('railui'), sep='\\n')"
 
 
-def create_environment(home: Path, built: Path, minimum: bool) -> Path:
+def create_environment(home: Path, built: Path, interpreter: str, minimum: bool) -> Path:
     """Install a wheel or source archive into a new environment; return the path of its python."""
-    subprocess.run([sys.executable, "-m", "venv", home / "venv"], check=True)
+    subprocess.run([interpreter, "-m", "venv", home / "venv"], check=True)
     python = home / "venv" / "bin" / "python"
+    install = [python, "-m", "pip", "install", "--quiet", "--no-build-isolation"]
+    locked = [*install, "--require-hashes", "-r"]
     if minimum:
-        install = [sys.executable, "-m", "uv", "pip", "install", "--quiet", "--python", python]
-        install += ["--resolution", "lowest-direct", built]
+        command = [sys.executable, "-m", "uv", "pip", "install", "--quiet", "--python", python]
+        commands = [[*command, "--resolution", "lowest-direct", built]]
     else:
-        install = [python, "-m", "pip", "install", "--quiet", "-c", ROOT / "constraints.txt", built]
-    subprocess.run(install, check=True, env={**os.environ, **FAST_BUILD})
+        commands = [[*locked, ROOT / "requirements" / f"{name}.txt"] for name in ("build", "run")]
+        commands += [[*install, "--no-deps", built], [python, "-m", "pip", "check"]]
+    path = f"{python.parent}{os.pathsep}{os.environ['PATH']}"  # of maturin
+    for command in commands:
+        subprocess.run(command, check=True, env={**os.environ, **FAST_BUILD, "PATH": path})
     return python
 
 
@@ -83,11 +89,12 @@ def main() -> None:
     parser.add_argument("built", type=Path, help="a wheel or a source archive")
     parser.add_argument("--wheel", type=Path, help="wheel to compare the files of a source archive with")
     parser.add_argument("--minimum", action="store_true")
+    parser.add_argument("--python", default=sys.executable, help="interpreter of the environment; this one by default")
     parser.add_argument("--freeze", type=Path, help="file for the list of installed versions")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="für railui ") as scratch:
         home = Path(scratch)
-        python = create_environment(home, options.built.resolve(), options.minimum)
+        python = create_environment(home, options.built.resolve(), options.python, options.minimum)
         run_commands(python, home)
         if options.wheel:
             compare_files(python, options.wheel)

@@ -59,7 +59,7 @@ clock: sync=none
 def compile_tests() -> list[Path]:
     """Compile the kernel's tests and return their executables."""
     output = subprocess.run(
-        ["cargo", "test", "--release", "--package", "railui_core", "--no-run", "--message-format", "json"],
+        ["cargo", "test", "--locked", "--release", "--package", "railui_core", "--no-run", "--message-format", "json"],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         text=True,

@@ -3,7 +3,7 @@
 import importlib.metadata
 import json
 
-TOOLS = ("pip", "setuptools", "railui")
+TOOLS = ("pip", "setuptools", "maturin", "railui")
 
 
 def licence(metadata: importlib.metadata.PackageMetadata) -> str:

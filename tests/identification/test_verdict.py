@@ -116,3 +116,33 @@ def test_an_effect_that_leaves_no_structure_is_the_effect():
 def test_without_an_effect_the_verdict_is_outside_or_none():
     assert verdict(0.0, remainder(structured=True), accepted=False, outside=True) == "outside"
     assert verdict(0.0, remainder(structured=True), accepted=False) == "none"
+
+
+def test_the_words_of_the_verdict_are_those_of_the_reports():
+    assert [v.value for v in Verdict] == ["none", "effect", "partial", "outside", "data"]
+
+
+def test_a_remainder_is_not_located_unless_stated():
+    left = remainder()
+    assert left.candidate is None and left.at is None and left.wheelset is None
+
+
+@pytest.mark.parametrize(("sd", "is_explained"), [(0.6, True), (0.75, False)])
+def test_an_error_within_twice_the_spread_of_the_floor_is_not_to_be_explained(sd: float, is_explained: bool):
+    # 1^2 - 0.5^2 = 0.75 against 2 x 0.5 x sd
+    explained = explained_share(validation(0.5, 0.5), validation(0.2, 0.2), floor(0.5, sd))
+    assert (explained is not None) == is_explained
+
+
+def test_the_remainder_of_a_calibrated_model_that_diverges_is_that_of_one_that_does_not_move():
+    ratio = remaining_ratio(diverged(), validation(0.02, 0.02), floor(0.1))
+    assert ratio == pytest.approx((0.04 - 0.01) / (1.0 - 0.01))
+
+
+def test_nothing_remains_of_an_error_that_is_the_floor():
+    assert remaining_ratio(validation(0.25), validation(0.09), floor(0.5)) is None
+
+
+def test_an_effect_that_explains_just_the_least_share_is_the_effect():
+    share = VerdictSettings().min_explained_share
+    assert verdict(share, remainder(structured=True), accepted=True) == "effect"

@@ -1,6 +1,8 @@
 //! Which instructions the machine has, and work compiled for each.
 use super::Part;
+#[cfg(target_arch = "x86_64")]
 use super::intel::{V3, V4};
+#[cfg(target_arch = "x86_64")]
 use super::pair::Pair;
 use super::portable::Portable;
 use std::sync::OnceLock;
@@ -27,6 +29,12 @@ impl Level {
         if self == Level::V4 && lanes <= 4 { Level::V3 } else { self }
     }
 
+    #[cfg(not(target_arch = "x86_64"))]
+    fn best() -> Self {
+        Level::Portable
+    }
+
+    #[cfg(target_arch = "x86_64")]
     fn best() -> Self {
         if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
             Level::V4
@@ -59,11 +67,13 @@ pub trait Job {
     fn run<P: Part>(self) -> Self::Output;
 }
 
+#[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 unsafe fn on_v3<J: Job>(job: J) -> J::Output {
     job.run::<Pair<V3>>()
 }
 
+#[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
 unsafe fn on_v4<J: Job>(job: J) -> J::Output {
     job.run::<Pair<V4>>()
@@ -75,7 +85,11 @@ pub fn dispatch<J: Job>(level: Level, job: J) -> J::Output {
         Level::Portable if J::PORTABLE => job.run::<Portable>(),
         Level::Portable => unreachable!("a job that is not compiled for this machine"),
         // SAFETY: `level` has asked the processor
+        #[cfg(target_arch = "x86_64")]
         Level::V3 => unsafe { on_v3(job) },
+        #[cfg(target_arch = "x86_64")]
         Level::V4 => unsafe { on_v4(job) },
+        #[cfg(not(target_arch = "x86_64"))]
+        Level::V3 | Level::V4 => unreachable!("instructions of x86-64"),
     }
 }

@@ -3,8 +3,10 @@
 //! A law is written once, generic over a [`Part`]; [`dispatch`] compiles it for each level of the machine.
 #[cfg(test)]
 mod counted;
+#[cfg(target_arch = "x86_64")]
 mod intel;
 mod level;
+#[cfg(target_arch = "x86_64")]
 mod pair;
 mod portable;
 pub mod peak;
