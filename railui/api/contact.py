@@ -11,7 +11,7 @@ from railui.contact.analysis import analyse_contact as analyse_pair
 from railui.contact.analysis import analyse_radius_table as analyse_table
 from railui.contact.conicity import ConicityCurve, NoCentreError
 from railui.contact.profile import Profile, ProfileError
-from railui.contact.profile_reader import read_profile
+from railui.contact.profile_reader import read_inclination, read_profile
 from railui.contact.radius_table_reader import read_radius_table
 from railui.contact.wheelset_on_track import WheelRailPair
 from railui.io.problems import FileProblems, Problem, file_problem
@@ -31,7 +31,7 @@ def analyse_contact(
     *,
     gauge: float = GAUGE,
     back_to_back: float = BACK_TO_BACK,
-    inclination: float = 0.0,
+    inclination: float | str = 0.0,
     radius: float = ROLLING_RADIUS,
     diameter_difference: float = 0.0,
     mirror_rail: bool = False,
@@ -50,8 +50,8 @@ def analyse_contact(
         Files of the profiles.
     gauge, back_to_back, radius, diameter_difference : float
         Track gauge, distance of the wheels' inner faces, nominal rolling radius, right minus left diameter [m].
-    inclination : float
-        Inclination of the rails, 1/40 as 0.025; 0 where the file has it.
+    inclination : float or str
+        Inclination of the rails [rad], or such as "1:40"; 0 where the file has it.
     mirror_rail : bool
         Mirror the rail: its y points opposite to that of its file type.
     smooth : float
@@ -77,13 +77,14 @@ def analyse_contact(
 
     Examples
     --------
-    >>> result = analyse_contact("designs/profiles/s1002.txt", "designs/profiles/60e1.txt", inclination=1 / 40)
+    >>> result = analyse_contact("designs/profiles/s1002.txt", "designs/profiles/60e1.txt", inclination="1:40")
     >>> round(result["conicity_3mm"], 3)
     0.177
     """
     given = zip(PROFILE_NAMES, (wheel, rail, left_wheel, left_rail), strict=True)
     files = {name: str(file) for name, file in given if file is not None}
-    geometry = (gauge, back_to_back, inclination, radius, diameter_difference)
+    angle = read_inclination(inclination) if isinstance(inclination, str) else inclination
+    geometry = (gauge, back_to_back, angle, radius, diameter_difference)
     analysis = contact_of_files(files, geometry, load, surface, mirror_rail=mirror_rail, smoothing=smooth)
     return result_dict(analysis, sd)
 

@@ -230,7 +230,7 @@ class Design(VehicleDesign, Summarised):
         Examples
         --------
         >>> series = Design.load("designs/test_bogie.yaml").simulate("erri_b176_low length=200", 40.0, ["e1"])
-        >>> series["e1"].shape, series.units["e1"], series.rate
+        >>> series["e1"].shape, series.units["e1"], round(series.rate, 6)
         ((2000,), 'm', 400.0)
         """
         from railui.api.series import simulate_design

@@ -36,7 +36,7 @@ class Response(DesignResult):
     --------
     >>> response = Design.load("designs/check_bogie.yaml").response(40.0, "erri_b176_low", channels=["e1"])
     >>> response.is_stable, round(1e3 * response.rms["e1"], 3), response.transfer("e1").shape
-    (True, 1.47, (302,))
+    (True, 1.47, (303,))
     """
 
     COMMAND: ClassVar[str] = "response"
@@ -105,14 +105,23 @@ class Response(DesignResult):
         """Draw the magnitude of a transfer function against frequency."""
         from railui.report.figures.response import draw_channels
 
-        return draw_on(ax, lambda on: draw_channels(on, self.data, [channel], irregularity))
+        def draw(on: Axes) -> None:
+            draw_channels(on, self.data, [channel], irregularity)
+            on.set_xlabel("frequency [Hz]")
+
+        return draw_on(ax, draw)
 
     def plot_density(self, channel: str, ax: Axes | None = None) -> Axes:
         """Draw the power spectral density of a channel; ValueError as `density`."""
         from railui.report.figures.response import draw_channels
 
         self.density(channel)
-        return draw_on(ax, lambda on: draw_channels(on, self.data, [channel], "psd"))
+
+        def draw(on: Axes) -> None:
+            draw_channels(on, self.data, [channel], "psd")
+            on.set_xlabel("frequency [Hz]")
+
+        return draw_on(ax, draw)
 
     def summary_title(self) -> str:
         """Return the vehicle and its speed."""

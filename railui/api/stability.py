@@ -41,7 +41,7 @@ class Stability(DesignResult):
     --------
     >>> stability = Design.load("designs/check_bogie.yaml").stability([20.0, 40.0, 80.0])
     >>> stability.speeds, round(stability.linear_critical_frequency, 2)
-    ((20.0, 40.0, 80.0), 5.12)
+    ((20.0, 40.0, 80.0), 4.87)
     """
 
     COMMAND: ClassVar[str] = "stability"
