@@ -19,9 +19,10 @@ if TYPE_CHECKING:
     from railui.api.machine import benchmark, self_test
     from railui.api.optimisation import Optimisation
     from railui.api.parameter_studies import response_map, sensitivity
+    from railui.api.planning import next_runs, plan
     from railui.api.recordings import decode_recording, import_recording, record
     from railui.api.residual import Residual
-    from railui.api.response import Response
+    from railui.api.response import Response, export_state_space
     from railui.api.ride import Ride
     from railui.api.ride_cases import ride_cases
     from railui.api.run import Run
@@ -71,12 +72,15 @@ __all__ = [
     "decode_recording",
     "diff",
     "effects",
+    "export_state_space",
     "import_recording",
     "linearise_profiles",
     "load",
     "loop",
+    "next_runs",
     "open_desk",
     "optimise",
+    "plan",
     "record",
     "response",
     "response_map",
@@ -122,12 +126,15 @@ _MODULES = {
     "decode_recording": "railui.api.recordings",
     "diff": "railui.api.files",
     "effects": "railui.api.library",
+    "export_state_space": "railui.api.response",
     "import_recording": "railui.api.recordings",
     "linearise_profiles": "railui.api.contact",
     "load": "railui.api.loading",
     "loop": "railui.report.loop.data",
+    "next_runs": "railui.api.planning",
     "open_desk": "railui.desk.opening",
     "optimise": "railui.optimisation.optimise",
+    "plan": "railui.api.planning",
     "record": "railui.api.recordings",
     "response": "railui.ride_quality.linear_response",
     "response_map": "railui.api.parameter_studies",

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from railui.api.series import Series
     from railui.api.stability import Stability
     from railui.ride_quality.evaluation import TrackLike
+    from railui.vehicle.state_space import StateSpace
     from railui.vehicle.transfer import LinearVehicle
 
 
@@ -305,6 +306,19 @@ class Design(VehicleDesign, Summarised):
         from railui.api.response import linear_vehicle
 
         return linear_vehicle(self, speed, channels)
+
+    def state_space(self, speed: float | str, channels: Sequence[str] | None = None) -> StateSpace:
+        """Return the linear equations as A, B, C, D with names and units; parameters and exceptions as `linearise`.
+
+        Examples
+        --------
+        >>> space = Design.load("designs/check_bogie.yaml").state_space(40.0, ["e1"])
+        >>> space.states[:2], space.inputs[:2], space.delays.tolist()
+        (('y', 'psi'), ('yw.1', 'dyw_ds.1'), [0.0, 0.064])
+        """
+        from railui.api.response import state_space_of
+
+        return state_space_of(self, speed, channels)
 
     def summary_title(self) -> str:
         """Return name and kind."""

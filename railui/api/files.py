@@ -65,7 +65,7 @@ def schema(kind: str) -> dict[str, Any]:
 
     Parameters
     ----------
-    kind : {"design", "campaign", "study", "element", "line", "map"}
+    kind : {"design", "campaign", "study", "plan", "element", "line", "map"}
 
     Raises
     ------
@@ -86,4 +86,4 @@ def schema(kind: str) -> dict[str, Any]:
     return schema_document(kind, MapModel.model_json_schema()) if kind == "map" else json_schema(kind)
 
 
-SCHEMA_KINDS = ("design", "campaign", "study", "element", "line", "map")
+SCHEMA_KINDS = ("design", "campaign", "study", "plan", "element", "line", "map")

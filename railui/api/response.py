@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from railui.api.design import Design
+from railui.api.design import Design, as_design
 from railui.api.display import SummaryRow, draw_on
 from railui.api.result import DesignResult, input_paths
 from railui.arrays import ComplexArray, FloatArray
 from railui.io.units import read_speed
+from railui.vehicle.design import Design as VehicleDesign
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
     from railui.ride_quality.evaluation import TrackLike
+    from railui.vehicle.model import Model
+    from railui.vehicle.state_space import StateSpace
     from railui.vehicle.transfer import LinearVehicle
 
 
@@ -154,19 +158,69 @@ def compute_response(
     return Response(design, data, input_paths(design, file), used_seed)
 
 
-def linear_vehicle(design: Design, speed: float | str, channels: Sequence[str] | None = None) -> LinearVehicle:
+def linear_vehicle(design: VehicleDesign, speed: float | str, channels: Sequence[str] | None = None) -> LinearVehicle:
     """Return the linear equations of a design; parameters and exceptions as `Design.linearise`."""
+    from railui.vehicle.transfer import linearise
+
+    return linearise(*_checked(design, speed, channels))
+
+
+def state_space_of(design: VehicleDesign, speed: float | str, channels: Sequence[str] | None = None) -> StateSpace:
+    """Return the state space of a design; parameters and exceptions as `Design.state_space`."""
+    from railui.vehicle.state_space import state_space
+
+    return state_space(*_checked(design, speed, channels))
+
+
+def export_state_space(
+    design: VehicleDesign | str | Path, file: str | Path, speed: float | str, channels: Sequence[str] | None = None
+) -> StateSpace:
+    """Write the linear vehicle at a speed as state space, as `railui export --state-space`.
+
+    Parameters
+    ----------
+    design : Design, str or Path
+    file : str or Path
+        Name that ends in .npz (NumPy) or .mat (MATLAB).
+    speed : float or str
+        Speed [m/s], or a quantity.
+    channels : sequence of str, optional
+        Outputs; those of a run by default.
+
+    Returns
+    -------
+    StateSpace
+        The matrices with names and units of states, inputs and outputs.
+
+    Raises
+    ------
+    FileProblems
+        For a faulty design, and a test rig.
+    ValueError
+        For another suffix, an unknown channel or a speed that is not positive.
+    """
+    from railui.documents.state_space_file import check_state_space_file, write_state_space
+
+    check_state_space_file(file)
+    space = state_space_of(as_design(design), speed, channels)
+    write_state_space(file, space)
+    return space
+
+
+def _checked(
+    design: VehicleDesign, speed: float | str, channels: Sequence[str] | None
+) -> tuple[Model, float, list[str]]:
+    """Return model, speed [m/s] and channels of a linear vehicle, checked."""
     from railui.ride_quality.linear_response import default_channels
     from railui.vehicle.channels import check_channels
     from railui.vehicle.resolve import resolve_model
-    from railui.vehicle.transfer import linearise
 
     model, v = resolve_model(design), _metres_per_second(speed)
     if not 0 < v < np.inf:
         raise ValueError(f"speed must be positive: {v:g} m/s")
     names = default_channels(model) if channels is None else list(channels)
     check_channels(model, names)
-    return linearise(model, v, names)
+    return model, v, names
 
 
 def _metres_per_second(speed: float | str) -> float:
