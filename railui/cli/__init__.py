@@ -28,7 +28,7 @@ COMMANDS = {
     "sensitivity": "Compute changes of results with each parameter of a design.",
     "assess": "Rank the sections of a track by the ride of a reference vehicle.",
     "contact": "Compute contact parameters from wheel and rail profiles.",
-    "plan": "Plan a measurement campaign: sensors and runs that detect effects.",
+    "plan": "Plan a campaign: sensors and runs that detect effects.",
     "adjust": "Estimate the parameters of a model from a campaign.",
     "loop": "Calibrate a model and identify an unmodelled effect.",
     "optimise": "Optimise a suspension: single- or multi-objective search.",
