@@ -187,6 +187,24 @@ class Campaign(MeasuredCampaign, Summarised):
             file.unlink()  # so that the corrected call may use the directory
             raise
 
+    def with_prior(self, directory: str | Path) -> Self:
+        """Return the campaign with the calibrated vehicle and the estimates of an earlier loop as prior.
+
+        Parameters
+        ----------
+        directory : str or Path
+            Results of that loop.
+
+        Raises
+        ------
+        FileProblems
+            For a directory without a calibrated design, and for one of another vehicle.
+        """
+        from railui.campaign.prior import with_prior
+
+        changed = with_prior(self, directory)
+        return replace(self.of(changed), design=Design.of(changed.design))
+
     @cached_property
     def dataset(self) -> Dataset:
         """The runs as read, with their corrections, segments and noise; FileProblems for one that cannot be used."""

@@ -23,6 +23,7 @@ def plan(
     track: str | Path | Sequence[str | Path],
     *,
     duration: float = DURATION,
+    sections: int = 1,
     noise: Mapping[str, float | str] | None = None,
     budget: float | None = None,
     seed: int | None = None,
@@ -43,6 +44,8 @@ def plan(
         Specs or files; every speed is run on every track.
     duration : float
         Duration [s] of a run.
+    sections : int
+        Sections of each track on which runs are planned.
     noise : mapping, optional
         Standard deviations in place of the file's: SI numbers or quantities.
     budget : float, optional
@@ -75,7 +78,9 @@ def plan(
         file = replace(file, budget=budget)
     tracks = [track] if isinstance(track, str | Path) else list(track)
     grid = [read_speed(v) if isinstance(v, str) else float(v) for v in speeds]
-    return plan_document(make_plan(file, grid, tracks, duration, seed=seed, jobs=jobs, progress=progress))
+    return plan_document(
+        make_plan(file, grid, tracks, duration, seed=seed, jobs=jobs, progress=progress, sections=sections)
+    )
 
 
 def next_runs(

@@ -133,6 +133,9 @@ def test_a_loop_on_arrays_names_the_noise_and_can_be_saved(tmp_path: Path) -> No
     assert "no unmodelled effect" in loop.summary().lower()
     written = {path.name for path in loop.save(tmp_path / "loop").iterdir()}
     assert {"loop.json", "report.html", "adjusted.yaml"} <= written
+    later = rig_campaign().with_prior(tmp_path / "loop")
+    assert isinstance(later, railui.Campaign) and isinstance(later.design, railui.Design)
+    assert later.design.value("vehicle.rig.stiffness") == loop.fit.estimates["vehicle.rig.stiffness"].value
 
 
 def test_a_loop_that_a_data_fault_stops_has_no_fit() -> None:

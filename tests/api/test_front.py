@@ -137,6 +137,14 @@ def test_a_map_is_that_of_the_command(tmp_path: Path) -> None:
     assert to_json_value(result["of"]) == printed["of"]
 
 
+def test_a_plan_is_that_of_the_command() -> None:
+    sensors = str(ROOT / "designs/plans/test_bogie.yaml")
+    words = ("plan", BOGIE, "--sensors", sensors, "--speeds", "30,40", "--track", TRACK, "--duration", "20")
+    printed = document(run(*words, "-q", "--json", "-"))
+    expected = to_json_value(railui.plan(BOGIE, sensors, [30.0, 40.0], TRACK, duration=20.0))
+    assert {key: printed[key] for key in expected} == expected
+
+
 def test_errors_have_the_text_of_the_command() -> None:
     wrong = str(ROOT / "designs/no_such_bogie.yaml")
     with pytest.raises(railui.FileProblems) as raised:
