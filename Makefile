@@ -42,8 +42,8 @@ check: rust-style python-style .stamp-build
 	cargo test --locked --release --workspace --quiet --test layers
 
 python-style: .stamp-packages
-	$(BIN)/ruff check railui tests release docs
-	$(BIN)/ruff format --check railui tests
+	$(BIN)/ruff check railui tests release docs examples
+	$(BIN)/ruff format --check railui tests examples
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 

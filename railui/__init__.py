@@ -6,8 +6,33 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from railui._version import __version__
-    from railui.curving import curve
-    from railui.documents.check import LoadedFile
+    from railui.api.assessment import assess_en14363
+    from railui.api.campaign import Campaign
+    from railui.api.contact import analyse_contact, analyse_radius_table, linearise_profiles
+    from railui.api.design import Design
+    from railui.api.files import check, diff, schema
+    from railui.api.fit import Fit, adjust
+    from railui.api.library import effects
+    from railui.api.loading import load
+    from railui.api.loop import Loop
+    from railui.api.machine import benchmark, self_test
+    from railui.api.optimisation import Optimisation
+    from railui.api.parameter_studies import response_map, sensitivity
+    from railui.api.planning import next_runs, plan
+    from railui.api.recordings import decode_recording, import_recording, record
+    from railui.api.residual import Residual
+    from railui.api.response import Response, export_state_space
+    from railui.api.ride import Ride
+    from railui.api.ride_cases import ride_cases
+    from railui.api.run import Run
+    from railui.api.series import Series
+    from railui.api.stability import Stability
+    from railui.api.study import Study
+    from railui.api.track import Track, analyse_track
+    from railui.curving import curve, curves
+    from railui.desk.opening import open_desk
+    from railui.execution.session import status
+    from railui.io.problems import FileProblems, Problem
     from railui.optimisation.optimise import optimise
     from railui.report.loop.data import loop
     from railui.ride_quality.evaluation import ride, ride_many, simulate
@@ -17,53 +42,113 @@ if TYPE_CHECKING:
     from railui.track import synthetic_track
 
 __all__ = [
+    "Campaign",
+    "Design",
+    "FileProblems",
+    "Fit",
+    "Loop",
+    "Optimisation",
+    "Problem",
+    "Residual",
+    "Response",
+    "Ride",
+    "Run",
+    "Series",
+    "Stability",
+    "Study",
+    "Track",
     "__version__",
+    "adjust",
+    "analyse_contact",
+    "analyse_radius_table",
+    "analyse_track",
     "assess",
+    "assess_en14363",
+    "benchmark",
+    "check",
     "curve",
+    "curves",
+    "decode_recording",
+    "diff",
+    "effects",
+    "export_state_space",
+    "import_recording",
+    "linearise_profiles",
     "load",
     "loop",
+    "next_runs",
+    "open_desk",
     "optimise",
+    "plan",
+    "record",
     "response",
+    "response_map",
     "ride",
+    "ride_cases",
     "ride_many",
+    "schema",
+    "self_test",
+    "sensitivity",
     "simulate",
     "stability",
+    "status",
     "synthetic_track",
 ]
 
 # module of each public name, imported on first access so that `import railui` is quick
 _MODULES = {
     "__version__": "railui._version",
+    "Campaign": "railui.api.campaign",
+    "Design": "railui.api.design",
+    "FileProblems": "railui.io.problems",
+    "Fit": "railui.api.fit",
+    "Loop": "railui.api.loop",
+    "Optimisation": "railui.api.optimisation",
+    "Problem": "railui.io.problems",
+    "Residual": "railui.api.residual",
+    "Response": "railui.api.response",
+    "Ride": "railui.api.ride",
+    "Run": "railui.api.run",
+    "Series": "railui.api.series",
+    "Stability": "railui.api.stability",
+    "Study": "railui.api.study",
+    "Track": "railui.api.track",
+    "adjust": "railui.api.fit",
+    "analyse_contact": "railui.api.contact",
+    "analyse_radius_table": "railui.api.contact",
+    "analyse_track": "railui.api.track",
     "assess": "railui.ride_quality.track_assessment",
+    "assess_en14363": "railui.api.assessment",
+    "benchmark": "railui.api.machine",
+    "check": "railui.api.files",
     "curve": "railui.curving",
+    "curves": "railui.curving",
+    "decode_recording": "railui.api.recordings",
+    "diff": "railui.api.files",
+    "effects": "railui.api.library",
+    "export_state_space": "railui.api.response",
+    "import_recording": "railui.api.recordings",
+    "linearise_profiles": "railui.api.contact",
+    "load": "railui.api.loading",
     "loop": "railui.report.loop.data",
+    "next_runs": "railui.api.planning",
+    "open_desk": "railui.desk.opening",
     "optimise": "railui.optimisation.optimise",
+    "plan": "railui.api.planning",
+    "record": "railui.api.recordings",
     "response": "railui.ride_quality.linear_response",
+    "response_map": "railui.api.parameter_studies",
     "ride": "railui.ride_quality.evaluation",
+    "ride_cases": "railui.api.ride_cases",
     "ride_many": "railui.ride_quality.evaluation",
+    "schema": "railui.api.files",
+    "self_test": "railui.api.machine",
+    "sensitivity": "railui.api.parameter_studies",
     "simulate": "railui.ride_quality.evaluation",
     "stability": "railui.running_stability.summary",
+    "status": "railui.execution.session",
     "synthetic_track": "railui.track",
 }
-
-
-def load(path: str) -> LoadedFile:
-    """Load a file of any kind: a design, a campaign, a study, a run, a track or a profile.
-
-    Raises
-    ------
-    FileProblems
-        With every problem of the file.
-
-    Examples
-    --------
-    >>> load("designs/test_bogie.yaml").value("contact.flange_clearance")
-    0.007
-    """
-    from railui.documents.check import load as load_file
-    from railui.track import parse_spec
-
-    return load_file(path, check_track=parse_spec)
 
 
 def __getattr__(name: str) -> Any:

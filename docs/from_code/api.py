@@ -3,23 +3,10 @@
 import railui
 import railui.core
 
-INTRODUCTION = """# Python
+INTRODUCTION = """# Python reference
 
-`assess`, `curve`, `loop`, `optimise`, `ride` and `stability` return the data that the command of the same name writes as JSON.
-All numbers are SI. Faulty input raises `railui.io.problems.FileProblems` (a `ValueError`) with file, line, key and
-remedy.
-
-```python
-import railui
-
-design = railui.load("designs/test_bogie.yaml")
-stiffer = design.with_values({"vehicle.primary.lateral_stiffness": "4 MN/m"})
-for vehicle in (design, stiffer):
-    result = railui.ride(vehicle, "erri_b176_low length=2000 seed=1", "144 km/h")
-    print(result["score"], result["class"], result["decided_by"])
-```
-
-The names are imported on first access, so `import railui` is quick.
+Objects, then functions; [Python](../python.md) introduces them with examples. All numbers are SI. Faulty input
+raises `railui.FileProblems` (a `ValueError`) with file, line, key and remedy.
 """
 CONTACT = """
 ## Contact

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from markdown_text import code, plain, symbol, table
 
-from railui.cli.effects import REFERENCE_BOGIE, resolve_parameter
+from railui.api.library import REFERENCE_BOGIE, resolve_parameter
 from railui.core import effect_catalogue
 from railui.io.number_format import format_quantity
 from railui.report.loop.force_evaluation import restoring_force

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,22 +14,6 @@ from railui.cli.tables import format_fixed
 
 if TYPE_CHECKING:
     from railui.identification.result import LoopResult
-    from railui.progress import Progress
-
-# keys of the loop report that the estimation alone does not determine
-LOOP_ONLY_KEYS = (
-    "verdict",
-    "out_of_time",
-    "explained",
-    "remainder",
-    "leave_one_run_out",
-    "sentence",
-    "ranking",
-    "traces",
-    "detectable",
-    "classes",
-    "outside",
-)
 
 
 @click.command("adjust")
@@ -67,26 +50,28 @@ def command(
     Output-error least squares over all channels of the runs of role adjust; the error is that of the runs of
     role validate.
     """
-    from railui.campaign.campaign import load_campaign
-    from railui.campaign.dataset import read_dataset
-    from railui.documents.recognise import expect_kind
+    from railui.api.campaign import Campaign
+    from railui.api.fit import adjust_report, further_analyses
     from railui.identification.loop import calibrate_only
     from railui.report.loop.data import loop_report
 
-    expect_kind(campaign, "campaign")
-    loaded = load_campaign(campaign)
+    loaded = Campaign.load(campaign)
     call.warn(loaded.warnings)
     paths = profiled_paths(profiled, loaded.estimated_parameters)
     if loaded.design.kind != "bogie" and (coefficients or stretch is not None):
         raise usage_error("--coefficients and --stretch are for vehicles on a track, this campaign is of a rig")
     log = RunLog(call)
-    dataset = read_dataset(loaded)
+    dataset = loaded.dataset
     call.warn([warning for run in dataset.runs for warning in run.warnings])
     result = calibrate_only(dataset, method=method, seed=call.seed or 0, jobs=call.jobs, progress=log)
-    report = loop_report(result) | {"schema": "railui.adjust/1", "method": method}
-    for key in LOOP_ONLY_KEYS:
-        report.pop(key)
-    report |= _further_analyses(result, coefficients, stretch, paths, method, log)
+    report = adjust_report(loop_report(result), method) | further_analyses(
+        result,
+        method=method,
+        coefficients=coefficients,
+        section_length=stretch,
+        profile=paths,
+        progress=log,
+    )
     call.write_json(report)  # before the tables: a closed pipe must not lose it
     _show(call, result, report)
 
@@ -102,35 +87,6 @@ def profiled_paths(text: str | None, estimated: Sequence[str]) -> list[str]:
         if path not in estimated:
             raise usage_error(f"{path!r} is not estimated in this campaign, {suggest_name(path, list(estimated))}")
     return paths
-
-
-def _further_analyses(
-    result: LoopResult,
-    coefficients: bool,
-    section_length: float | None,
-    profiled: list[str],
-    method: str,
-    progress: Progress,
-) -> dict[str, Any]:
-    """Return the results of the analyses that the options ask for, as data."""
-    from railui.identification.estimation.identifiability import estimate_per_section, profile_likelihoods
-    from railui.identification.estimation.parallel_models import residual_correlations
-    from railui.identification.unmodelled.coefficients import estimate_coefficients
-    from railui.io.atomic import to_json_value
-    from railui.report.loop.identifiability import coefficient_rows, correlation_rows, profile_rows, segment_rows
-
-    context = replace(result.context, progress=progress)
-    fit = result.before
-    data: dict[str, Any] = {}
-    if method == "two-parallel-models":
-        data["correlations"] = correlation_rows(residual_correlations(context, fit))
-    if coefficients:
-        data["coefficients"] = coefficient_rows(estimate_coefficients(context, fit))
-    if section_length is not None:
-        data["stretches"] = segment_rows(estimate_per_section(context, fit, section_length))
-    if profiled:
-        data["profile"] = profile_rows(profile_likelihoods(context, fit, profiled))
-    return dict(to_json_value(data))
 
 
 def _show(call: Invocation, result: LoopResult, report: dict[str, Any]) -> None:

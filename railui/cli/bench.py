@@ -48,15 +48,10 @@ def command(repetitions: int, study: bool, precision: bool, keep: str | None, ca
 
 
 def _run_standard_job(repetitions: int, log: str | None, call: Invocation) -> None:
-    from railui.bench.cost_breakdown import costs
-    from railui.bench.roofline import roofline
-    from railui.bench.standard_job import run_standard_job
+    from railui.api.machine import benchmark
 
-    call.status("running the standard job")
-    result = run_standard_job(call.jobs, repetitions)
-    result["peak"] = roofline({job: result[job]["ns_per_design_step"] for job in ("full", "reduced")}, repetitions)
-    call.status("timing the parts of the standard job")
-    result |= costs(call.jobs, repetitions)
+    call.status("running the standard job and timing its parts")
+    result = benchmark(repetitions, jobs=call.jobs)
     call.show(_jobs_table(result))
     call.show(_peak_table(result["peak"]))
     call.show(_scaling_table(result))

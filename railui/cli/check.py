@@ -31,13 +31,11 @@ def command(ctx: click.Context, files: tuple[str, ...], draw: str | None, call: 
     \b
     railui check designs/manchester_coach.yaml --draw coach.svg
     """
-    from railui.capture.processing.sensor_map import load_map
-    from railui.documents.check import check
-    from railui.track import parse_spec
+    from railui.api.files import check
 
     if draw is not None and len(files) > 1:
         raise usage_error("--draw draws one design or campaign: name one file")
-    problems = check(files, check_track=parse_spec, load_map=load_map)
+    problems = check(*files)
     for problem in problems:
         call.show(str(problem))
     errors = sum(problem.severity == "error" for problem in problems)

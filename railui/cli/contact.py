@@ -137,69 +137,28 @@ def command(
         return
     if wheel is None or rail is None:
         raise usage_error("give a wheel and a rail profile, --delta-r TABLE, or a design with --track and --speed")
+    from railui.api.contact import contact_of_files
+
     geometry = (gauge, back_to_back, inclination, radius, diameter_difference)
     files = {"wheel": wheel, "rail": rail, "left_wheel": left_wheel, "left_rail": left_rail}
     given = {name: file for name, file in files.items() if file is not None}
-    result = _analyse_pair(given, mirror_rail, smooth or 0.0, geometry, load, surface)
+    result = contact_of_files(given, geometry, load, surface, mirror_rail=mirror_rail, smoothing=smooth or 0.0)
     _report_pair(result, list(given.values()), sd, figure, laws, call)
 
 
 def _analyse_table(file: str, sd: float, figure: str | None, call: Invocation) -> None:
-    from railui.contact.analysis import analyse_radius_table
-    from railui.contact.conicity import NoCentreError
-    from railui.contact.radius_table_reader import read_radius_table
-    from railui.io.problems import file_problem
+    from railui.api.contact import conicity_of_table
 
-    y, delta_r = read_radius_table(file)
-    try:
-        conicity, body = analyse_radius_table(y, delta_r, sd)
-    except NoCentreError as fault:
-        remedy = "check the sign: r_1 - r_2 is positive where the wheelset is displaced to the right"
-        raise file_problem(file, str(fault), remedy, "delta_r") from None
+    conicity, body = conicity_of_table(file, sd)
     call.warn([note for note in body["notes"] if "left out" in note or "does not reach" in note])
     if figure is not None:
         from railui.report.figures.contact import draw_radius_table
 
-        draw_radius_table(y, delta_r, conicity.amplitude, conicity.tan_gamma, figure)
+        geometry = body["geometry"]
+        draw_radius_table(geometry["displacement"], geometry["delta_r"], conicity.amplitude, conicity.tan_gamma, figure)
         call.info(f"wrote {figure}")
     call.show(_conicity_table(conicity.amplitude, conicity.tan_gamma, conicity.centre))
     call.write_json(call.document("contact", body, [file]))
-
-
-def _analyse_pair(
-    files: dict[str, str],
-    mirror: bool,
-    smoothing: float,
-    geometry: tuple[float, float, float, float, float],
-    load: float,
-    surface: float,
-) -> ContactAnalysis:
-    """Analyse the contact of two files; raise FileProblems with the faults of both."""
-    from railui.contact.analysis import analyse_contact
-    from railui.contact.profile import Profile, ProfileError
-    from railui.contact.profile_reader import read_profile
-    from railui.contact.wheelset_on_track import WheelRailPair
-    from railui.documents.recognise import expect_kind
-    from railui.io.problems import FileProblems, Problem, file_problem
-
-    profiles: dict[str, Profile] = {}
-    problems: list[Problem] = []
-    for name, file in files.items():
-        kind = name.removeprefix("left_")
-        is_mirrored = mirror and kind == "rail"
-        try:
-            expect_kind(file, "profile")
-            profiles[name] = read_profile(file, kind, mirror=is_mirrored, smoothing=smoothing)  # type: ignore[arg-type]
-        except FileProblems as error:
-            problems += error.problems
-    if problems:
-        raise FileProblems(list(dict.fromkeys(problems)))
-    try:
-        left = (profiles.get("left_wheel"), profiles.get("left_rail"))
-        pair = WheelRailPair(profiles["wheel"], profiles["rail"], *geometry, left_wheel=left[0], left_rail=left[1])
-        return analyse_contact(pair, load, surface)
-    except ProfileError as fault:
-        raise file_problem(f"{files['wheel']} on {files['rail']}", fault.message, fault.remedy) from None
 
 
 def _report_pair(

@@ -16,9 +16,9 @@ from railui.cli.tables import make_table
 @common_options
 def command(a: str, b: str, call: Invocation) -> None:
     """List every value in which B.yaml differs from A.yaml, with units and defaults resolved."""
-    from railui.documents.difference import differences
+    from railui.api.files import diff
 
-    rows = differences(a, b)
+    rows = diff(a, b)
     cells = [(row["path"], _value(row, "a"), _value(row, "b"), _change(row["relative"])) for row in rows]
     call.show(make_table(("path", a, b, "change"), cells) if rows else "no difference")
     call.write_json(call.document("diff", {"differences": rows}, [a, b]))

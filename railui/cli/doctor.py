@@ -28,11 +28,9 @@ def command(ctx: click.Context, reference: str | None, call: Invocation) -> None
     Eigenvalues, critical speeds, curves, contact, spectra and weightings; bitwise agreement of one SIMD lane with
     sixteen and of one thread with several. Exit code 4 where a check fails.
     """
-    from pathlib import Path
+    from railui.api.machine import self_test
 
-    from railui.doctor import doctor
-
-    report = doctor(None if reference is None else Path(reference), call.jobs)
+    report = self_test(reference, jobs=call.jobs)
     call.show(_table(report))
     call.write_json(call.document("doctor", report))
     ctx.exit(0 if report["ok"] else EXIT_LIMIT_VIOLATED)

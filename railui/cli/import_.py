@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,6 +47,7 @@ def command(
     HDF5, MATLAB, TDMS, MCAP, a directory of railui capture. Rows against distance (recording cars) become a track.
     The rail position is reconstructed where no channel contains it: docs/capture.md.
     """
+    from railui.api.recordings import channel_rows
     from railui.capture.formats import read_recordings
     from railui.capture.processing.sensor_map import load_map
 
@@ -60,14 +61,14 @@ def command(
         call.info(
             f"{file} contains {len(recordings)} recordings with separate clocks: the longest is used, not {others}"
         )
-    body: dict[str, Any] = {"channels": _channels(recording), "notes": recording.notes}
+    body: dict[str, Any] = {"channels": channel_rows(recording), "notes": recording.notes}
     if sensor_map is None:
         for note in recording.notes:
             call.info(f"note: {note}")
     if draft is not None:
         _write_draft(recording, draft, call)
     elif out is None:
-        call.show(_channels_table(recording))
+        call.show(_channels_table(recording, body["channels"]))
     elif sensor_map is None:
         body |= _export(recording, Path(out), call)
     elif recording.abscissa == "s":
@@ -77,22 +78,10 @@ def command(
     call.write_json(call.document("import", body, [*recording.sources, *([map_file] if map_file else [])]))
 
 
-def _channels(recording: Recording) -> list[dict[str, Any]]:
-    import numpy as np
-
-    rows = []
-    for name, x in recording.channels.items():
-        valid = x[np.isfinite(x)]
-        mean, sd = (float(valid.mean()), float(valid.std())) if valid.size else (None, None)
-        rows.append({"name": name, "unit": recording.units.get(name), "values": valid.size, "mean": mean, "sd": sd})
-    return rows
-
-
-def _channels_table(recording: Recording) -> Any:
+def _channels_table(recording: Recording, channels: Sequence[Mapping[str, Any]]) -> Any:
     title = f"{recording.name}: {recording.t.size} rows, every {recording.interval:.6g} {_abscissa_unit(recording)}"
     rows = [
-        (c["name"], c["unit"] or "?", c["values"], format_cell(c["mean"], 5), format_cell(c["sd"], 5))
-        for c in _channels(recording)
+        (c["name"], c["unit"] or "?", c["values"], format_cell(c["mean"], 5), format_cell(c["sd"], 5)) for c in channels
     ]
     return make_table(("channel", "unit", "values", "mean", "standard deviation"), rows, title=title)
 
@@ -124,38 +113,21 @@ def _export(recording: Recording, out: Path, call: Invocation) -> dict[str, Any]
 
 
 def _import_track(recording: Recording, sensor_map: Any, out: Path, call: Invocation) -> dict[str, Any]:
-    from dataclasses import replace
+    from railui.api.recordings import write_track
 
-    from railui.capture.processing.track_car import build_track_columns
-    from railui.io.atomic import check_file_writable
-    from railui.io.problems import FileProblems
-    from railui.track.reader import load_track, save_track
-
-    columns = build_track_columns(recording, sensor_map)
-    about = (f"measured: {recording.name}", "lateral deviation as filtered by the recording car")
-    check_file_writable(out)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".railui-", dir=out.parent) as directory:
-        written = Path(directory) / out.name
-        save_track(written, columns["s"], columns["yw"], columns.get("phiw"), columns.get("gauge"), about)
-        try:
-            load_track(written)
-        except FileProblems as error:  # the track is not there: name the recording
-            source = str(recording.sources[0])
-            raise FileProblems(replace(p, file=source, line=0, column=0) for p in error.problems) from None
-        written.replace(out)
-    call.info(f"wrote {out}: a track of {columns['s'].size} points, every {recording.interval:.4g} m")
-    return {"columns": list(columns), "rows": columns["s"].size}
+    written = write_track(recording, sensor_map, out)
+    call.info(f"wrote {out}: a track of {written['rows']} points, every {recording.interval:.4g} m")
+    return written
 
 
 def _import_run(recording: Recording, sensor_map: Any, out: Path, call: Invocation) -> dict[str, Any]:
-    from railui.capture.processing.measured_run import save_run
-    from railui.capture.processing.run_builder import build_measured_run
+    from railui.api.recordings import check_run_file, write_run
 
-    if not out.name.lower().endswith((".csv", ".csv.gz")):
-        raise usage_error(f"a run is a CSV file: write -o {out.stem}.csv.gz")
-    run = build_measured_run(recording, sensor_map)
-    save_run(out, run, (f"from {recording.name} by {sensor_map.source.name}", *run.notes))
+    try:
+        check_run_file(out)
+    except ValueError as error:
+        raise usage_error(str(error)) from None
+    run = write_run(recording, sensor_map, out)
     show_imported_run(call, str(out), run)
     return run.report()
 

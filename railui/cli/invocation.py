@@ -77,18 +77,9 @@ class Invocation:
         self, kind: str, body: Mapping[str, Any], inputs: Sequence[str | Path] = (), seed: int | None = None
     ) -> dict[str, Any]:
         """Return the JSON document of a command: the envelope, then the body; every number finite or None."""
-        import railui
-        from railui.core import simd_level
-        from railui.io.atomic import to_json_value
+        from railui.api.document import json_document
 
-        envelope = {
-            "schema": f"railui.{kind}/1",
-            "version": railui.__version__,
-            "inputs": [{"file": str(path), "sha256": sha256_or_none(path)} for path in inputs],
-            "seed": self.seed if seed is None else seed,
-            "simd": simd_level(),
-        }
-        return {**envelope, **to_json_value(dict(body))}
+        return json_document(kind, body, inputs, self.seed if seed is None else seed)
 
     def write_json(self, document: Mapping[str, Any]) -> None:
         """Write a document to the destination of --json; nothing without that option."""
@@ -178,15 +169,3 @@ def common_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def usage_error(message: str) -> click.UsageError:
     """Return the error of wrong use of a command, exit code 2."""
     return click.UsageError(message, click.get_current_context(silent=True))
-
-
-def sha256_or_none(path: str | Path) -> str | None:
-    """Return the SHA-256 of a file, None where it cannot be read, or is a pipe or device."""
-    from railui.io.atomic import sha256_file
-
-    if not Path(path).is_file():
-        return None
-    try:
-        return sha256_file(path)
-    except OSError:
-        return None

@@ -68,11 +68,8 @@ def command(
     file that a design mounts by `effects: [{element: FILE, at: PLACE}]`. --prior starts from the calibrated vehicle and
     the estimates of an earlier loop, effects included, and reports what has changed since.
     """
-    from railui.campaign.campaign import load_campaign
-    from railui.campaign.dataset import read_dataset
+    from railui.api.campaign import Campaign
     from railui.campaign.directory import campaign_file
-    from railui.campaign.prior import with_prior
-    from railui.documents.recognise import expect_kind
     from railui.identification.loop import close_loop
     from railui.io.atomic import check_directory_writable
     from railui.report.figures.drawing import preload_in_background
@@ -83,10 +80,9 @@ def command(
 
     excluded = excluded_kinds(without)
     source = campaign_file(campaign)
-    expect_kind(source, "campaign")
-    loaded = load_campaign(source)
+    loaded = Campaign.load(source)
     if prior is not None:
-        loaded = with_prior(loaded, prior)
+        loaded = loaded.with_prior(prior)
     call.warn(loaded.warnings)
     if element is not None and loaded.design.form != "bench":
         raise usage_error("--export-element is for a component on a bench, `vehicle: {rig: {input: motion}}`")
@@ -99,7 +95,7 @@ def command(
     preload_in_background()
     log = RunLog(call)
     seed = call.seed or 0
-    dataset = read_dataset(loaded)
+    dataset = loaded.dataset
     call.warn([warning for run in dataset.runs for warning in run.warnings])
     checked = examine_data(dataset, correct=correct, accept_data=accept_data, progress=log)
     if checked.is_stopped:

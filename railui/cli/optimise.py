@@ -49,12 +49,9 @@ def command(
     result. DIR gets copies of the study and the vehicle, the result, the Pareto front, a report and the design
     at the knee point. Exit code 4 where no design satisfies the constraints.
     """
-    from railui.documents.recognise import expect_kind
-    from railui.optimisation.study_reader import load_study
-    from railui.track import parse_spec
+    from railui.api.study import Study
 
-    expect_kind(study, "study")
-    loaded = load_study(study, check_track=parse_spec)
+    loaded = Study.load(study)
     call.warn(loaded.warnings)
     if call.seed is not None:
         loaded = replace(loaded, method=replace(loaded.method, seed=call.seed))
@@ -83,25 +80,24 @@ def _search(
     call: Invocation,
 ) -> dict[str, Any]:
     """Run or resume the search, write its files and show the result; return the document."""
-    from railui.execution.outputs import REPORT_FILE
-    from railui.execution.session import Session
-    from railui.optimisation.optimise import optimise
-    from railui.report.search.page import write_study_page
+    from railui.api.optimisation import search_in_directory
 
-    with Session(study, directory, runner, unlock=unlock, progress=InfoLines(call)) as session:
-        result = optimise(
-            study,
-            jobs=call.jobs,
-            progress=session.progress(StatusLine(call)),
-            evaluator=session.evaluator,
-            samples=samples,
-        )
-        call.warn(result["warnings"])
-        document = call.document("optimise", result, inputs, study.method.seed)
-        written = [*session.finish(document, choose), write_study_page(study, document, directory / REPORT_FILE)]
-    call.show(_table(result))
+    data, written = search_in_directory(
+        study,
+        directory,
+        runner,
+        unlock=unlock,
+        jobs=call.jobs,
+        samples=samples,
+        choose=choose,
+        inputs=inputs,
+        progress=StatusLine(call),
+        warnings=InfoLines(call),
+    )
+    call.warn(data["warnings"])
+    call.show(_table(data))
     call.info(f"wrote {', '.join(str(path) for path in written)}")
-    return document
+    return call.document("optimise", data, inputs, study.method.seed)
 
 
 def _default_directory(source: Path) -> Path:

@@ -51,8 +51,6 @@ COMPARED = (
     "flange_margin",
     "safety_share",
 )
-NOT_AVERAGED = ("steps", "speed", "seed", "comfort_clipped")
-LISTS = ("flange_fractions",)
 LABELS = {"class": "class, no acceptance"}
 # rows of a line with curves
 LINE_QUANTITIES = {
@@ -131,8 +129,10 @@ def command(
         body, cases = head | result, [result]
         call.show(_single_table(result))
     else:
+        from railui.api.ride_cases import summarise_cases
+
         cases = _simulate_cases(loaded, sources, given, call)
-        body = head | summary(cases)
+        body = head | summarise_cases(cases)
         call.show(_cases_table(body))
     document = call.document("ride", body, input_files(design, sources[0]), body.get("seed"))
     if series is not None or plot is not None:
@@ -187,47 +187,6 @@ def _simulate_cases(
             cases += ride_many([design], source, v, call.jobs)
             call.status(f"{len(cases)} of {len(sources) * len(speeds)} simulations")
     return cases
-
-
-def summary(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return cases with mean and standard deviation (n - 1) of every number; None where a case has no value."""
-    import numpy as np
-
-    numeric = [
-        key
-        for key in cases[0]
-        if key not in NOT_AVERAGED and any(_is_numeric(case[key], key in LISTS) for case in cases)
-    ]
-    mean: dict[str, Any] = {}
-    sd: dict[str, Any] = {}
-    for key in numeric:
-        values = [case[key] for case in cases]
-        is_complete = all(value is not None for value in values)
-        mean[key] = np.mean(values, axis=0) if is_complete else None
-        sd[key] = np.std(values, axis=0, ddof=1) if is_complete and len(values) > 1 else None
-    diverged = sum(case["diverged"] is not None for case in cases)
-    notes = [f"mean and sd: null where a case has no value, {diverged} of {len(cases)} diverged"] if diverged else []
-    return {
-        "cases": cases,
-        "mean": mean,
-        "sd": sd,
-        "worst": worst_case(cases),
-        "notes": [*notes, "sd: of the sample, n - 1"],
-    }
-
-
-def worst_case(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return speed, seed, class and reason of the worst case, and the largest value of each measure of safety."""
-    from railui.ride_quality.running_safety import SAFETY_KEYS
-    from railui.ride_quality.score import CLASSES
-
-    worst = min(cases, key=lambda case: (CLASSES.index(case["class"]), case["score"]))
-    largest = {key: max((case[key] for case in cases if case[key] is not None), default=None) for key in SAFETY_KEYS}
-    return {key: worst[key] for key in ("speed", "seed", "class", "decided_by")} | largest
-
-
-def _is_numeric(value: Any, is_list: bool) -> bool:
-    return isinstance(value, list) if is_list else isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _single_table(result: dict[str, Any]) -> Any:

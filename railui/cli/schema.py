@@ -19,10 +19,9 @@ def command(kind: str, call: Invocation) -> None:
     """
     import json
 
-    from railui.capture.processing.map_schema import MapModel
-    from railui.documents.schema import json_schema, schema_document
+    from railui.api.files import schema
 
-    document = schema_document(kind, MapModel.model_json_schema()) if kind == "map" else json_schema(kind)
+    document = schema(kind)
     if call.json is None:
         call.show(json.dumps(document, indent=1, ensure_ascii=False))
     call.write_json(document)

@@ -22,8 +22,6 @@ from railui.cli.tables import format_cell, make_table
 
 MAX_ROWS = 20
 MAX_SKIPPED = 4  # paths named in the table
-RIDE_KEYS = ["score", "weighted_acceleration", "flange_margin", "linear_damping", "linear_critical_speed"]
-LINEAR_KEYS = ["linear_critical_speed"]
 
 
 @click.command("sensitivity")
@@ -64,12 +62,13 @@ def command(
     Each parameter goes from 5 % below to 5 % above its value, on the same tracks. The table has the change of each
     result and, for several seeds, its standard deviation; the JSON also the derivatives in SI and relative ones.
     """
+    from railui.api.parameter_studies import default_keys
     from railui.optimisation.design_sensitivity import design_sensitivity
     from railui.optimisation.evaluation import evaluate_in_process
     from railui.optimisation.response_map import case_of, check_keys
 
     has_ride = track is not None and speed is not None
-    keys = of if of is not None else RIDE_KEYS if has_ride else LINEAR_KEYS
+    keys = default_keys(of, has_ride=has_ride)
     try:
         check_keys(keys, has_track=track is not None, has_speed=speed is not None)
     except ValueError as error:

@@ -44,7 +44,9 @@ def command(spec: tuple[str, ...], output: str | None, spectrum: str | None, cal
     if output is not None:
         _write(source, output, call)
     if spectrum or call.json is not None:
-        body = analyse(source)
+        from railui.api.track import analyse_track
+
+        body = analyse_track(source)
         if spectrum:
             call.show(_table(source, body))
         inputs = [source.file] if source.file is not None else []
@@ -70,36 +72,6 @@ def _write(source: TrackSource, output: str, call: Invocation) -> None:
         click.echo(track_text(*columns), nl=False)
     else:
         save_track(output, *columns)
-
-
-def analyse(source: TrackSource) -> dict[str, Any]:
-    """Return the analysis of a track: wavelength bands, one-sided densities per rad/m, the nearest known spectrum."""
-    from railui.track import BANDS, band_sd, nearest_spectrum, psd
-
-    track = source.track
-    deviations = {quantity: band_sd(track, quantity=quantity) for quantity in QUANTITIES}
-    bands = [
-        {"from": low, "to": high, **{f"sd_{name}": float(sd[i]) for name, sd in deviations.items()}}
-        for i, (low, high) in enumerate(BANDS)
-    ]
-    nearest, spectrum = nearest_spectrum(track), psd(track)
-    notes = list(source.notes)
-    if track.length < 3 * BANDS[-1][1]:
-        notes.append(
-            f"the track is {track.length:.4g} m long: it has few waves of more than {track.length / 3:.3g} m, "
-            "their standard deviation is uncertain"
-        )
-    return {
-        "track": source.name,
-        "length": track.length,
-        "spacing": track.spacing,
-        "samples": len(track),
-        "bands": bands,
-        "nearest": None if nearest is None else {"name": nearest.name, "factor": nearest.factor},
-        "spectrum": {name: getattr(spectrum, name) for name in spectrum._fields},
-        "conventions": list(track.conventions),
-        "notes": [*notes, "spectrum: one-sided, per rad/m"],
-    }
 
 
 def _table(source: TrackSource, body: dict[str, Any]) -> Any:

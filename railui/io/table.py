@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from railui.arrays import FloatArray
 from railui.io.atomic import write_text
-from railui.io.problems import FileProblems, Findings, Position, refuse_stream, unreadable_file
+from railui.io.problems import NO_POSITION, FileProblems, Findings, Position, refuse_stream, unreadable_file
 from railui.io.table_cells import MAX_REPORTED_CELLS, Header, cell_columns, parse_block, split_cells
 
 MAX_ROWS = 20_000_000
@@ -43,13 +43,14 @@ class Table:
     Attributes
     ----------
     file : str
+        Path of the file, or the name of a table made of arrays.
     names : tuple of str
     units : tuple of str or None
     rows : array [row, column]
     comments : tuple of str
         Comment lines without the #.
     header_position : (int, int)
-        Line and column of the header.
+        Line and column of the header; (0, 0) without a file.
     column_positions : tuple of int
         Column of each name in the header line, from 1.
     """
@@ -67,7 +68,9 @@ class Table:
         return np.ascontiguousarray(self.rows[:, self.names.index(name)])
 
     def cell_position(self, row: int, name: str | None = None) -> Position:
-        """Return line and column of a cell; the file is read again."""
+        """Return line and column of a cell; the file is read again. Without a file (0, 0)."""
+        if self.header_position == NO_POSITION:
+            return NO_POSITION
         return _find_cell(Path(self.file), row, 0 if name is None else self.names.index(name))
 
 

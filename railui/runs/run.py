@@ -90,8 +90,15 @@ def load_run(path: str | Path, kind: Form | None = None, *, responses: bool = Tr
     FileProblems
         With every problem of the file.
     """
-    table = read_table(path)
-    findings = Findings(str(path))
+    return run_of_table(read_table(path), sha256_file(path), kind, responses=responses)
+
+
+def run_of_table(table: Table, sha256: str, kind: Form | None = None, *, responses: bool = True) -> Run:
+    """Return the run of a table; parameters and exceptions as `load_run`.
+
+    sha256: hash of the file, or of what the table was made of.
+    """
+    findings = Findings(table.file)
     form = kind or detect_kind(table.names)
     known = columns_of(form)
     notes: list[str] = []
@@ -118,8 +125,8 @@ def load_run(path: str | Path, kind: Form | None = None, *, responses: bool = Tr
     findings.raise_errors()
     unknown = tuple(name for name in table.names if name not in known)
     return Run(
-        file=Path(path),
-        sha256=sha256_file(path),
+        file=Path(table.file),
+        sha256=sha256,
         kind=form,
         columns=columns,
         units=units,

@@ -29,7 +29,7 @@ def draw_response(result: Mapping[str, Any], path: str | Path) -> None:
         axes = figure.subplots(len(groups), len(columns), sharex=True, squeeze=False)
         for row, names in zip(axes, groups, strict=True):
             for ax, column in zip(row, columns, strict=True):
-                _lines(ax, result, names, column)
+                draw_channels(ax, result, names, column)
         for ax in axes[-1]:
             ax.set_xlabel("frequency [Hz]")
         figure.align_ylabels()
@@ -47,7 +47,7 @@ def channel_groups(names: Sequence[str]) -> list[list[str]]:
     return list(groups.values())
 
 
-def _lines(ax: Axes, result: Mapping[str, Any], names: Sequence[str], column: str) -> None:
+def draw_channels(ax: Axes, result: Mapping[str, Any], names: Sequence[str], column: str) -> None:
     """Draw magnitudes from an irregularity, or densities, of channels of one quantity."""
     unit = result["channels"][names[0]]["unit"]
     largest = 0.0

@@ -21,34 +21,45 @@ def draw_stability(result: Mapping[str, Any], path: str | Path) -> None:
     """Write a figure of damping and frequency against speed and, where computed, the bifurcation diagram."""
     rows = 3 if result["fold"] and result["fold"]["diagram"] else 2
     with stacked_axes(path, rows, 2.3) as axes:
-        _damping(axes[0], axes[1], result)
+        draw_damping(axes[0], result)
+        draw_frequencies(axes[1], result)
         if rows == 3:
-            _bifurcation(axes[2], result)
+            draw_bifurcation(axes[2], result)
         for ax in axes:
-            _critical(ax, result)
+            draw_critical_speeds(ax, result)
         if axes[0].get_legend_handles_labels()[0]:
             axes[0].legend(frameon=False, fontsize=8, ncols=3, **ABOVE)
         axes[-1].set_xlabel("speed [m/s]")
 
 
-def _damping(top: Axes, bottom: Axes, result: Mapping[str, Any]) -> None:
-    """Draw damping ratio and frequency of the oscillations below 30 Hz."""
-    modes = [m for m in result["modes"] if m["imag"] > 0 and m["damping"] < 0.9 and m["frequency"] < 30]
-    speeds, damping, frequency = (np.array([m[key] for m in modes]) for key in ("speed", "damping", "frequency"))
-    top.scatter(speeds, damping, s=9, c=BLUE, lw=0)
-    bottom.scatter(speeds, frequency, s=9, c=BLUE, lw=0)
+def _oscillations(result: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the oscillations below 30 Hz."""
+    return [m for m in result["modes"] if m["imag"] > 0 and m["damping"] < 0.9 and m["frequency"] < 30]
+
+
+def draw_damping(ax: Axes, result: Mapping[str, Any]) -> None:
+    """Draw the damping ratios of the oscillations below 30 Hz against speed."""
+    modes = _oscillations(result)
+    ax.scatter([m["speed"] for m in modes], [m["damping"] for m in modes], s=9, c=BLUE, lw=0)
+    ax.axhline(0.0, color="#444444", lw=0.7)
+    ax.set_ylabel("damping ratio")
+
+
+def draw_frequencies(ax: Axes, result: Mapping[str, Any]) -> None:
+    """Draw the frequencies of the oscillations below 30 Hz against speed, and that of a free wheelset (Klingel)."""
+    modes = _oscillations(result)
+    ax.scatter([m["speed"] for m in modes], [m["frequency"] for m in modes], s=9, c=BLUE, lw=0)
     if result["klingel_wavelength"]:
         v = np.array([min(result["speeds"]), max(result["speeds"])])
-        bottom.plot(v, v / result["klingel_wavelength"], color=GREY, lw=0.8, ls=(0, (1, 2)))
-        bottom.annotate(
+        ax.plot(v, v / result["klingel_wavelength"], color=GREY, lw=0.8, ls=(0, (1, 2)))
+        ax.annotate(
             "Klingel", (v[1], v[1] / result["klingel_wavelength"]), fontsize=8, color=GREY, ha="right", va="bottom"
         )
-    top.axhline(0.0, color="#444444", lw=0.7)
-    top.set_ylabel("damping ratio")
-    bottom.set_ylabel("frequency [Hz]")
+    ax.set_ylabel("frequency [Hz]")
 
 
-def _bifurcation(ax: Axes, result: Mapping[str, Any]) -> None:
+def draw_bifurcation(ax: Axes, result: Mapping[str, Any]) -> None:
+    """Draw the amplitudes of limit cycles against speed."""
     fold = result["fold"]
     rows = fold["diagram"]
 
@@ -79,7 +90,7 @@ def _bifurcation(ax: Axes, result: Mapping[str, Any]) -> None:
     ax.legend(frameon=False, fontsize=8, ncols=3, **ABOVE)
 
 
-def _critical(ax: Axes, result: Mapping[str, Any]) -> None:
+def draw_critical_speeds(ax: Axes, result: Mapping[str, Any]) -> None:
     """Draw the critical speeds as vertical lines."""
     named = (
         ("linear", "linear_critical_speed", BLUE),

@@ -41,37 +41,50 @@ MIN_SEGMENT_SAMPLES = 256
 
 def error_bars(report: Mapping[str, Any]) -> Picture:
     """Draw the error of all channels and of each, for every model and the noise floor."""
-    channels = ["all", *report["declared"]["channels"]]
+    channels = _error_channels(report)
     longest = max(map(len, channels))
-    is_slanted = longest * len(channels) > MAX_LEVEL_CHARACTERS
+    is_slanted = _is_slanted(channels)
+    alt = f"Bars of the error of every channel: {', '.join(MODEL_LABELS[model] for model in MODELS)}"
+    below = 0.25 + (0.045 * longest if is_slanted else 0.0)
+    size = (7.2 if len(channels) > 4 else 5.0, 2.25 + below)
+    return draw_picture("errors", alt, size, lambda ax: draw_error_bars(ax, report), bottom=below)
+
+
+def _error_channels(report: Mapping[str, Any]) -> list[str]:
+    return ["all", *report["declared"]["channels"]]
+
+
+def _is_slanted(channels: Sequence[str]) -> bool:
+    """True where the names of the channels do not fit below their bars."""
+    return max(map(len, channels)) * len(channels) > MAX_LEVEL_CHARACTERS
+
+
+def draw_error_bars(ax: Axes, report: Mapping[str, Any]) -> None:
+    """Draw the error of all channels and of each as bars, for every model and the noise floor."""
+    channels = _error_channels(report)
 
     def error(model: str, channel: str) -> float | None:
         value: float | None = report[model]["nrmse"] if channel == "all" else report[model]["channels"].get(channel)
         return value
 
-    def draw(ax: Axes) -> None:
-        for i, model in enumerate(MODELS):
-            heights = [error(model, channel) for channel in channels]
-            x = np.arange(len(channels)) + 0.2 * (i - 1.5)
-            style: dict[str, Any] = {"color": COLOURS[model], "edgecolor": "none", "linewidth": 0.6}
-            if model == "floor":
-                style |= {"hatch": "////", "edgecolor": "#555555"}
-            ax.bar(x, [height or 0.0 for height in heights], 0.19, label=MODEL_LABELS[model], **style)
-            for position, height in zip(x, heights, strict=True):
-                if height is None:
-                    ax.text(position, 0.0, " diverged", rotation=90, ha="center", va="bottom", fontsize=7)
-        ax.axvline(0.5, color="#999999", lw=0.7)
-        slant: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if is_slanted else {}
-        ax.set_xticks(np.arange(len(channels)), channels, **slant)
-        ax.set_xlim(-0.5, len(channels) - 0.5)
-        ax.grid(axis="x", visible=False)
-        ax.tick_params(axis="x", length=0)
-        ax.set_ylabel("NRMSE")
-        ax.legend(ncols=4, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
-
-    alt = f"Bars of the error of every channel: {', '.join(MODEL_LABELS[model] for model in MODELS)}"
-    below = 0.25 + (0.045 * longest if is_slanted else 0.0)
-    return draw_picture("errors", alt, (7.2 if len(channels) > 4 else 5.0, 2.25 + below), draw, bottom=below)
+    for i, model in enumerate(MODELS):
+        heights = [error(model, channel) for channel in channels]
+        x = np.arange(len(channels)) + 0.2 * (i - 1.5)
+        style: dict[str, Any] = {"color": COLOURS[model], "edgecolor": "none", "linewidth": 0.6}
+        if model == "floor":
+            style |= {"hatch": "////", "edgecolor": "#555555"}
+        ax.bar(x, [height or 0.0 for height in heights], 0.19, label=MODEL_LABELS[model], **style)
+        for position, height in zip(x, heights, strict=True):
+            if height is None:
+                ax.text(position, 0.0, " diverged", rotation=90, ha="center", va="bottom", fontsize=7)
+    ax.axvline(0.5, color="#999999", lw=0.7)
+    slant: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if _is_slanted(channels) else {}
+    ax.set_xticks(np.arange(len(channels)), channels, **slant)
+    ax.set_xlim(-0.5, len(channels) - 0.5)
+    ax.grid(axis="x", visible=False)
+    ax.tick_params(axis="x", length=0)
+    ax.set_ylabel("NRMSE")
+    ax.legend(ncols=4, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,12 +167,12 @@ def units_of(result: LoopResult, segment: Segment) -> Mapping[str, str]:
 def channel_pictures(result: LoopResult, window: Window, channels: Sequence[str]) -> list[tuple[Picture, Picture]]:
     """Draw the excerpt and the spectrum of each channel."""
     series = compared_series(result, window.index)
-    excerpts = draw_pictures((_series(result, window, series, c) for c in channels), (5.4, 1.9), 0.08)
-    spectra = draw_pictures((_spectrum(result, window, series, c) for c in channels), (4.2, 1.9), 0.08)
+    excerpts = draw_pictures((series_drawing(result, window, series, c) for c in channels), (5.4, 1.9), 0.08)
+    spectra = draw_pictures((spectrum_drawing(result, window, series, c) for c in channels), (4.2, 1.9), 0.08)
     return list(zip(excerpts, spectra, strict=True))
 
 
-def _series(result: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Drawing:
+def series_drawing(result: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Drawing:
     """Return the drawing of the excerpt of a channel."""
     segment = window.segment
     row = segment.channels.index(channel)
@@ -178,7 +191,7 @@ def _series(result: LoopResult, window: Window, series: Mapping[str, FloatArray]
     return f"series-{channel}", f"{channel} over time: {LINES_TEXT}", draw
 
 
-def _spectrum(result: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Drawing:
+def spectrum_drawing(result: LoopResult, window: Window, series: Mapping[str, FloatArray], channel: str) -> Drawing:
     """Return the drawing of the power spectral density of a channel over the whole segment."""
     segment, band = window.segment, result.dataset.campaign.band
     row = segment.channels.index(channel)

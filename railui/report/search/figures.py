@@ -52,31 +52,34 @@ def front_pictures(report: Report) -> list[Picture]:
 
 def _front_picture(report: Report, j: int, is_enlarged: bool) -> Picture:
     first, second = report["aims"][0], report["aims"][j]
-    front, mean, sd = (objective_values(report["pareto"], which) for which in ("objectives", "mean", "sd"))
-    baseline, baseline_mean = (objective_values([report["baseline"]], which) for which in ("objectives", "mean"))
-
-    def draw(ax: Axes) -> None:
-        if np.isfinite(mean).any():
-            bars: dict[str, Any] = {"xerr": sd[:, 0], "yerr": sd[:, j], "label": "fresh seeds, ± 1 sd"}
-            ax.errorbar(mean[:, 0], mean[:, j], **bars, **ERROR_BARS)
-            if not is_enlarged:
-                label = "baseline, fresh seeds"
-                ax.plot(baseline_mean[:, 0], baseline_mean[:, j], "s", mfc="none", mec=ORANGE, ms=6, label=label)
-        ax.plot(front[:, 0], front[:, j], "o", color=BLUE, ms=4, label="Pareto front")
-        if report["knee"] is not None:
-            knee = front[report["knee"]]
-            ax.plot(knee[0], knee[j], "*", color=BLACK, ms=13, mec="white", mew=0.7, label="knee point", zorder=5)
-        if not is_enlarged:
-            ax.plot(baseline[:, 0], baseline[:, j], "s", color=ORANGE, ms=6, label="baseline")
-            ax.legend(frameon=False, fontsize=8, loc="best")
-        ax.set_xlabel(_objective_label(first))
-        ax.set_ylabel(_objective_label(second))
-        ax.locator_params(axis="x", nbins=5)
-
     contents = "Pareto front, enlarged" if is_enlarged else "Pareto front, knee point and baseline"
     alt = f"{objective_text(second)} against {objective_text(first)}: {contents}"
     name = f"front{j}{'near' if is_enlarged else ''}"
-    return draw_picture(name, alt, (PAGE_WIDTH / 2, 3.4), draw, bottom=0.5)
+    size = (PAGE_WIDTH / 2, 3.4)
+    return draw_picture(name, alt, size, lambda ax: draw_front(ax, report, j, is_enlarged=is_enlarged), bottom=0.5)
+
+
+def draw_front(ax: Axes, report: Report, j: int, *, is_enlarged: bool = False) -> None:
+    """Draw objective j against the first: front, knee point, fresh seeds and, unless enlarged, the baseline."""
+    first, second = report["aims"][0], report["aims"][j]
+    front, mean, sd = (objective_values(report["pareto"], which) for which in ("objectives", "mean", "sd"))
+    baseline, baseline_mean = (objective_values([report["baseline"]], which) for which in ("objectives", "mean"))
+    if np.isfinite(mean).any():
+        bars: dict[str, Any] = {"xerr": sd[:, 0], "yerr": sd[:, j], "label": "fresh seeds, ± 1 sd"}
+        ax.errorbar(mean[:, 0], mean[:, j], **bars, **ERROR_BARS)
+        if not is_enlarged:
+            label = "baseline, fresh seeds"
+            ax.plot(baseline_mean[:, 0], baseline_mean[:, j], "s", mfc="none", mec=ORANGE, ms=6, label=label)
+    ax.plot(front[:, 0], front[:, j], "o", color=BLUE, ms=4, label="Pareto front")
+    if report["knee"] is not None:
+        knee = front[report["knee"]]
+        ax.plot(knee[0], knee[j], "*", color=BLACK, ms=13, mec="white", mew=0.7, label="knee point", zorder=5)
+    if not is_enlarged:
+        ax.plot(baseline[:, 0], baseline[:, j], "s", color=ORANGE, ms=6, label="baseline")
+        ax.legend(frameon=False, fontsize=8, loc="best")
+    ax.set_xlabel(_objective_label(first))
+    ax.set_ylabel(_objective_label(second))
+    ax.locator_params(axis="x", nbins=5)
 
 
 def _objective_label(aim: Mapping[str, str]) -> str:
@@ -148,18 +151,20 @@ def _range_text(variable: Variable) -> tuple[str, str]:
 
 def hypervolume_history(report: Report) -> Picture | None:
     """Draw the hypervolume of the front against the number of evaluations."""
-    rows = report["hypervolume"]
-    if len(rows) < 2:
+    if len(report["hypervolume"]) < 2:
         return None
+    alt = "Hypervolume of the front against designs evaluated"
+    return draw_picture("progress", alt, (4.6, 2.6), lambda ax: draw_hypervolume(ax, report))
 
-    def draw(ax: Axes) -> None:
-        ax.step([r["evaluations"] for r in rows], [r["hypervolume"] for r in rows], where="post", color=BLUE)
-        ax.set_xlabel("designs evaluated")
-        ax.set_ylabel("hypervolume")
-        ax.set_ylim(0, 1.02)
-        ax.set_xlim(0, None)
 
-    return draw_picture("progress", "Hypervolume of the front against designs evaluated", (4.6, 2.6), draw)
+def draw_hypervolume(ax: Axes, report: Report) -> None:
+    """Draw the hypervolume of the front against the number of evaluations."""
+    rows = report["hypervolume"]
+    ax.step([r["evaluations"] for r in rows], [r["hypervolume"] for r in rows], where="post", color=BLUE)
+    ax.set_xlabel("designs evaluated")
+    ax.set_ylabel("hypervolume")
+    ax.set_ylim(0, 1.02)
+    ax.set_xlim(0, None)
 
 
 def sensitivity_bars(report: Report, j: int) -> Picture | None:

@@ -1,0 +1,89 @@
+"""Files of every kind: their check, their differences and their schemas."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from railui.io.problems import Problem
+
+
+def check(*files: str | Path) -> tuple[Problem, ...]:
+    """Check files of any kind, as `railui check`: all errors and warnings; the runs of a campaign with it.
+
+    Parameters
+    ----------
+    *files : str or Path
+
+    Returns
+    -------
+    tuple of Problem
+        With file, line, column, key, message, remedy and severity.
+
+    Examples
+    --------
+    >>> check("designs/test_bogie.yaml", "designs/studies/test_bogie.yaml")
+    ()
+    """
+    from railui.capture.processing.sensor_map import load_map
+    from railui.documents.check import check as check_files
+    from railui.track import parse_spec
+
+    return tuple(check_files(files, check_track=parse_spec, load_map=load_map))
+
+
+def diff(a: str | Path, b: str | Path) -> list[dict[str, Any]]:
+    """List every value in which two designs, studies or campaigns differ, as `railui diff`.
+
+    Parameters
+    ----------
+    a, b : str or Path
+        Files.
+
+    Returns
+    -------
+    list of dict
+        path, a, b, unit and relative (change from a to b), units and defaults resolved.
+
+    Raises
+    ------
+    FileProblems
+        For faulty files, and for files of different kinds.
+
+    Examples
+    --------
+    >>> diff("designs/test_bogie.yaml", "designs/test_bogie.yaml")
+    []
+    """
+    from railui.documents.difference import differences
+
+    return differences(a, b)
+
+
+def schema(kind: str) -> dict[str, Any]:
+    """Return the JSON Schema of a kind of file, as `railui schema`.
+
+    Parameters
+    ----------
+    kind : {"design", "campaign", "study", "plan", "element", "line", "map"}
+
+    Raises
+    ------
+    ValueError
+        For another kind.
+
+    Examples
+    --------
+    >>> "runs" in schema("campaign")["properties"]
+    True
+    """
+    from railui.capture.processing.map_schema import MapModel
+    from railui.documents.schema import json_schema, schema_document
+    from railui.io.problems import suggest_name
+
+    if kind not in SCHEMA_KINDS:
+        raise ValueError(f"no schema of {kind!r}: {suggest_name(kind, SCHEMA_KINDS)}")
+    return schema_document(kind, MapModel.model_json_schema()) if kind == "map" else json_schema(kind)
+
+
+SCHEMA_KINDS = ("design", "campaign", "study", "plan", "element", "line", "map")
