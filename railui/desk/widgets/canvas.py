@@ -1,9 +1,10 @@
-"""Canvas of character cells with styles and braille dots."""
+"""Canvas of character cells with styles, backgrounds and braille dots."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rich.color import Color
 from rich.segment import Segment
 from rich.style import Style
 from textual.strip import Strip
@@ -23,18 +24,34 @@ class Frame:
     width: int
     height: int
 
+    @property
+    def right(self) -> int:
+        """First column beyond the frame."""
+        return self.left + self.width
+
+    @property
+    def foot(self) -> int:
+        """First row below the frame."""
+        return self.top + self.height
+
     def row(self, position: float) -> int:
         """Return the row of a position on the vertical axis."""
         return self.top + min(self.height - 1, max(0, int((1 - position) * self.height)))
 
+    def column(self, position: float) -> int:
+        """Return the column of a position on the horizontal axis."""
+        return self.left + min(self.width - 1, max(0, int(position * self.width)))
+
 
 class Canvas:
-    """Cells with a character and a style each; dots in the same cell are combined."""
+    """Cells with a character, a style and a background each; dots in the same cell are combined."""
 
     def __init__(self, width: int, height: int, style: Style) -> None:
         self.width, self.height, self.blank = width, height, style
         self.characters = [[" "] * width for _ in range(height)]
         self.styles = [[style] * width for _ in range(height)]
+        self.backgrounds: list[list[Color | None]] = [[None] * width for _ in range(height)]
+        self._shaded: dict[tuple[Style, Color], Style] = {}
 
     def put(self, x: int, y: int, character: str, style: Style, over: bool = True) -> None:
         """Put a character into a cell; `over`: also over dots."""
@@ -45,6 +62,11 @@ class Canvas:
         """Write a text from a cell on, cut at the edge."""
         for i, character in enumerate(text):
             self.put(x + i, y, character, style)
+
+    def shade(self, x: int, y: int, colour: Color | None) -> None:
+        """Set the background of a cell, which stays under everything drawn there later."""
+        if 0 <= x < self.width and 0 <= y < self.height:
+            self.backgrounds[y][x] = colour
 
     def dots(self, x: int, y: int, bits: int, style: Style) -> None:
         """Add dots to a cell; the cell takes the new style."""
@@ -62,17 +84,25 @@ class Canvas:
 
     def strips(self) -> list[Strip]:
         """Return the rows; neighbours of the same style are joined."""
-        return [
-            self._strip(characters, styles) for characters, styles in zip(self.characters, self.styles, strict=True)
-        ]
+        return [self._strip(y) for y in range(self.height)]
 
-    def _strip(self, characters: list[str], styles: list[Style]) -> Strip:
+    def _strip(self, y: int) -> Strip:
+        characters, styles = self.characters[y], self.styles[y]
+        if any(self.backgrounds[y]):
+            pairs = zip(styles, self.backgrounds[y], strict=True)
+            styles = [style if colour is None else self._on(style, colour) for style, colour in pairs]
         segments, start = [], 0
         for i in range(1, self.width + 1):
             if i == self.width or styles[i] is not styles[start]:
                 segments.append(Segment("".join(characters[start:i]), styles[start]))
                 start = i
         return Strip(segments, self.width)
+
+    def _on(self, style: Style, colour: Color) -> Style:
+        """Return a style on a background, the same object for the same arguments."""
+        if (style, colour) not in self._shaded:
+            self._shaded[style, colour] = style + Style(bgcolor=colour)
+        return self._shaded[style, colour]
 
     def _has_dots(self, x: int, y: int) -> bool:
         return BLANK_CODE_POINT < ord(self.characters[y][x]) < BLANK_CODE_POINT + 256
