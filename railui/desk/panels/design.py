@@ -10,34 +10,32 @@ from typing import Any, ClassVar
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
-from textual.containers import Grid, Horizontal, Vertical
+from textual.containers import Horizontal, Vertical
 from textual.message import Message
-from textual.widgets import Static
+from textual.widgets import ContentSwitcher
 
-from railui.desk.messages import DesignsEvaluated, JobDone, JobFailed
-from railui.desk.panels.common import COPY, VIEW, Pane, Panel, arrange_grid, set_titles
+from railui.desk.messages import DesignsEvaluated, JobFailed
+from railui.desk.panels.common import COPY, VIEW, Panel, set_titles
 from railui.desk.panels.design_help import DESIGN_HELP
+from railui.desk.panels.overview_page import OverviewPage
+from railui.desk.panels.result_pages import PAGES, ResultPage, ResultTabs
 from railui.desk.panels.saving import DesignSaver
+from railui.desk.panels.speed_page import SpeedPage
+from railui.desk.panels.stability_page import StabilityPage
 from railui.desk.presenters.choices import effect_choices, effect_of_choice
 from railui.desk.presenters.design_form import SPEED_PATH, TRACK_PATH, design_rows
-from railui.desk.presenters.design_plots import VIEWS, WINDOWS
 from railui.desk.presenters.design_results import Comparison, DesignResults, excitation_of
-from railui.desk.presenters.ride_quality import comparison_text
-from railui.desk.services.design_jobs import compute_critical_speeds, evaluate_curving, evaluate_designs
-from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
+from railui.desk.services.design_jobs import evaluate_curving, evaluate_designs
+from railui.desk.services.jobs import LatestJobRunner
 from railui.desk.state.draft import Draft
 from railui.desk.state.form_rows import Field, value_text
 from railui.desk.state.run_conditions import RunConditions
-from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.dialogs import ChoiceDialog
 from railui.desk.widgets.form import Form
 from railui.desk.widgets.form_pane import FormPane
-from railui.desk.widgets.plot import Plot
-from railui.desk.widgets.plot_data import PlotData
 from railui.io.problems import FileProblems
 from railui.io.units import read_speed
 
-NO_PLOT = PlotData(Axis(""), Axis(""), placeholder="no design: ctrl+o opens one")
 CONDITION_PATHS = (TRACK_PATH, SPEED_PATH)
 
 
@@ -54,7 +52,9 @@ class DesignPanel(Panel):
         Binding("x", "swap", "A/B"),
         Binding("a", "add", "Effect"),
         Binding("delete", "remove", "Remove effect", show=False),
-        Binding("l", "critical_speeds", "Critical V"),
+        Binding("right_square_bracket", "page(1)", "Page"),
+        Binding("left_square_bracket", "page(-1)", "Page back", show=False),
+        Binding("l", "stability", "Stability", show=False),
         Binding("t", "track", "Track", show=False),
         COPY,
     ]
@@ -74,10 +74,12 @@ class DesignPanel(Panel):
         with Horizontal():
             yield FormPane("Design", "←→ slide · type · ⌫ base · / find", id="design-form")
             with Vertical(id="results"):
-                yield Pane("Ride quality", id="quality")
-                with Grid(id="plots"):
-                    for i, name in enumerate(VIEWS):
-                        yield Plot(NO_PLOT, name, id=f"view{i}", window=WINDOWS.get(name, (0.0, 1.0)))
+                yield ResultTabs(id="result-tabs")
+                with ContentSwitcher(initial="overview"):
+                    yield OverviewPage(id="overview")
+                    stability = StabilityPage(id="stability")
+                    yield stability
+                    yield SpeedPage(stability.known, id="speed")
 
     @property
     def pane(self) -> FormPane:
@@ -166,8 +168,7 @@ class DesignPanel(Panel):
             self.result_runner.submit(partial(evaluate_curving, self.results), unless_waiting=True)
         if self.results is None or self.results[0] is not event.current:
             return  # curving of a design before the one that is shown
-        self._show_quality()
-        self._show_plots([(self.view + k) % len(VIEWS) for k in range(len(VIEWS))], self.results)
+        self.page.show(self.results)
 
     def _is_shown(self, *results: DesignResults) -> bool:
         """True if results are of the designs and run conditions whose results are shown."""
@@ -179,31 +180,43 @@ class DesignPanel(Panel):
         set_titles(self.query_one("#quality"), sub="no new result")
         self.pane.reject(event.text.splitlines()[0])
 
-    def _show_quality(self) -> None:
-        quality = self.query_one("#quality", Static)
+    # pages of the results
+
+    @property
+    def page(self) -> ResultPage:
+        """Page of the results that is shown."""
+        return self.query_one(f"#{self.query_one(ContentSwitcher).current}", ResultPage)
+
+    def show_page(self, name: str) -> None:
+        """Show a page of the results."""
+        if name != self.page.id:
+            self.page.leave()
+            self.query_one(ContentSwitcher).current = name
+            self.view = self.page.view
+            self.query_one(ResultTabs).show(name)
+            self.page.arrange_parts()
         if self.results is not None:
-            quality.update(comparison_text(*self.results, quality.size.width), layout=False)
-            set_titles(quality, sub="")
+            self.page.show(self.results)
 
-    def _show_plots(self, order: list[int], results: Comparison) -> None:
-        """Draw the plots, each visible one in a refresh of its own, so that no key waits for all of them."""
-        if results is not self.results:
-            return  # newer results are being drawn
-        for k, i in enumerate(order):
-            plot = self.query_one(f"#view{i}", Plot)
-            plot.show(list(VIEWS.values())[i](*results))
-            if plot.display:
-                self.call_after_refresh(self._show_plots, order[k + 1 :], results)
-                return
+    @on(ResultTabs.Chosen)
+    def _on_page_chosen(self, event: ResultTabs.Chosen) -> None:
+        self.show_page(event.page)
 
-    def on_resize(self) -> None:
-        super().on_resize()
-        self.call_after_refresh(self._show_quality)
+    @on(ResultPage.StatusChanged)
+    def _on_status_changed(self, event: ResultPage.StatusChanged) -> None:
+        self.query_one(ResultTabs).show(str(self.page.id), event.text)
 
     def arrange_parts(self) -> None:
-        """Show as many plots as fit."""
-        plots = [self.query_one(f"#view{i}") for i in range(len(VIEWS))]
-        arrange_grid(self.query_one("#plots", Grid), plots, self.view)
+        """Show as many parts of the page as fit."""
+        self.page.view = self.view
+        self.page.arrange_parts()
+
+    def action_page(self, by: int) -> None:
+        names = list(PAGES)
+        self.show_page(names[(names.index(str(self.page.id)) + by) % len(names)])
+
+    def action_stability(self) -> None:
+        self.show_page("stability")
 
     # actions
 
@@ -233,17 +246,6 @@ class DesignPanel(Panel):
         if self.draft is not None:
             self.draft.swap_with_base()
             self._update()
-
-    def action_critical_speeds(self) -> None:
-        if self.draft is None:
-            return
-        design, track = self.draft.design, self.conditions.track
-        self.notify("computing the nonlinear critical speed and the speed limit by ride criteria", timeout=4)
-        BackgroundJob(self, "critical speeds", lambda job: compute_critical_speeds(job, design, track))
-
-    @on(JobDone)
-    def _on_critical_speeds(self, message: JobDone) -> None:
-        self.notify(message.result, title="Critical speeds", timeout=30)
 
     def action_track(self) -> None:
         self.query_one(Form).select(TRACK_PATH)

@@ -1,10 +1,9 @@
-"""Canvas of character cells with styles, backgrounds and braille dots."""
+"""Canvas of character cells with styles and braille dots."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rich.color import Color
 from rich.segment import Segment
 from rich.style import Style
 from textual.strip import Strip
@@ -44,14 +43,12 @@ class Frame:
 
 
 class Canvas:
-    """Cells with a character, a style and a background each; dots in the same cell are combined."""
+    """Cells with a character and a style each; dots in the same cell are combined."""
 
     def __init__(self, width: int, height: int, style: Style) -> None:
         self.width, self.height, self.blank = width, height, style
         self.characters = [[" "] * width for _ in range(height)]
         self.styles = [[style] * width for _ in range(height)]
-        self.backgrounds: list[list[Color | None]] = [[None] * width for _ in range(height)]
-        self._shaded: dict[tuple[Style, Color], Style] = {}
 
     def put(self, x: int, y: int, character: str, style: Style, over: bool = True) -> None:
         """Put a character into a cell; `over`: also over dots."""
@@ -62,11 +59,6 @@ class Canvas:
         """Write a text from a cell on, cut at the edge."""
         for i, character in enumerate(text):
             self.put(x + i, y, character, style)
-
-    def shade(self, x: int, y: int, colour: Color | None) -> None:
-        """Set the background of a cell, which stays under everything drawn there later."""
-        if 0 <= x < self.width and 0 <= y < self.height:
-            self.backgrounds[y][x] = colour
 
     def dots(self, x: int, y: int, bits: int, style: Style) -> None:
         """Add dots to a cell; the cell takes the new style."""
@@ -84,25 +76,17 @@ class Canvas:
 
     def strips(self) -> list[Strip]:
         """Return the rows; neighbours of the same style are joined."""
-        return [self._strip(y) for y in range(self.height)]
+        return [
+            self._strip(characters, styles) for characters, styles in zip(self.characters, self.styles, strict=True)
+        ]
 
-    def _strip(self, y: int) -> Strip:
-        characters, styles = self.characters[y], self.styles[y]
-        if any(self.backgrounds[y]):
-            pairs = zip(styles, self.backgrounds[y], strict=True)
-            styles = [style if colour is None else self._on(style, colour) for style, colour in pairs]
+    def _strip(self, characters: list[str], styles: list[Style]) -> Strip:
         segments, start = [], 0
         for i in range(1, self.width + 1):
             if i == self.width or styles[i] is not styles[start]:
                 segments.append(Segment("".join(characters[start:i]), styles[start]))
                 start = i
         return Strip(segments, self.width)
-
-    def _on(self, style: Style, colour: Color) -> Style:
-        """Return a style on a background, the same object for the same arguments."""
-        if (style, colour) not in self._shaded:
-            self._shaded[style, colour] = style + Style(bgcolor=colour)
-        return self._shaded[style, colour]
 
     def _has_dots(self, x: int, y: int) -> bool:
         return BLANK_CODE_POINT < ord(self.characters[y][x]) < BLANK_CODE_POINT + 256

@@ -9,7 +9,7 @@ import numpy as np
 from rich.style import Style
 
 from railui.desk.widgets.axis import Scale, ticks
-from railui.desk.widgets.braille import DOT_COLUMNS, DOT_ROWS, rasterise_line, rasterise_points
+from railui.desk.widgets.braille import DOT_COLUMNS, DOT_ROWS, Cells, rasterise_band, rasterise_line, rasterise_points
 from railui.desk.widgets.canvas import Canvas, Frame
 from railui.desk.widgets.plot_data import Band, LimitLine, PlotData
 
@@ -17,7 +17,6 @@ MAX_LABEL_COLUMNS = 8  # of the labels of the vertical axis
 MAX_AXIS_NAME_FRACTION = 0.35  # of the width, for the name of the horizontal axis
 MIN_SIZE_WITH_AXES = (18, 6)  # columns, rows
 MIN_ROWS_OF_LEGEND = 9  # of a plot whose legend has a row of its own
-HALVES = 2  # of a cell, in which the edge of a band is drawn
 
 
 @dataclass(frozen=True)
@@ -96,23 +95,13 @@ class PlotDrawing:
     # contents
 
     def _band(self, canvas: Canvas, frame: Frame, band: Band) -> None:
-        """Shade a band in halves of cells; without colours it shows by its edges, which are lines."""
-        if self.is_plain:
-            return
-        style = self.styles("band" if band.role == "current" else "band-base")
-        values = np.array([self.x.value((k + 0.5) / frame.width) for k in range(frame.width)])
+        """Fill the area of a band with dots."""
+        columns = DOT_COLUMNS * frame.width
+        values = np.array([self.x.value((k + 0.5) / columns) for k in range(columns)])
         low, high = (np.interp(values, band.x, y, np.nan, np.nan) for y in (band.low, band.high))
-        size = HALVES * frame.height
-        tops, ends = ((1 - self.y.position(y)) * size for y in (high, low))
-        for k in np.flatnonzero(np.isfinite(tops) & np.isfinite(ends)):
-            first, last = (min(size, max(0, round(float(x)))) for x in (tops[k], ends[k]))
-            for row in range(first // HALVES, -(-last // HALVES)):
-                covered = [first <= HALVES * row + half < last for half in range(HALVES)]
-                column, line = frame.left + int(k), frame.top + row
-                if all(covered):
-                    canvas.shade(column, line, style.color)
-                elif any(covered) and canvas.backgrounds[line][column] is None:
-                    canvas.put(column, line, "▀" if covered[0] else "▄", style, over=False)
+        size = DOT_ROWS * frame.height
+        low, high = ((1 - self.y.position(y)) * size for y in (low, high))
+        self._dots(canvas, frame, rasterise_band(low, high, frame.width, frame.height), self.styles(_band_part(band)))
 
     def _limits(self, canvas: Canvas, frame: Frame) -> None:
         for limit, position in self._shown_limits():
@@ -146,11 +135,14 @@ class PlotDrawing:
         for line in self.data.lines:
             px, py = self.x.position(line.x) * wide, (1 - self.y.position(line.y)) * high
             cells = (rasterise_points if line.is_points else rasterise_line)(px, py, frame.width, frame.height)
-            style = self.styles(line.role)
-            for row, column in np.argwhere(cells):
-                canvas.dots(frame.left + int(column), frame.top + int(row), int(cells[row, column]), style)
+            self._dots(canvas, frame, cells, self.styles(line.role))
         if self.is_plain:
             canvas.replace_dots()
+
+    @staticmethod
+    def _dots(canvas: Canvas, frame: Frame, cells: Cells, style: Style) -> None:
+        for row, column in np.argwhere(cells):
+            canvas.dots(frame.left + int(column), frame.top + int(row), int(cells[row, column]), style)
 
     def _marks(self, canvas: Canvas, frame: Frame) -> None:
         for mark in self.data.marks:
@@ -191,9 +183,9 @@ class PlotDrawing:
         drawn = dict.fromkeys((line.label, line.role) for line in self.data.lines if line.label)
         parts: list[tuple[str, Style]] = []
         for band in self.data.bands:
-            if band.label and not self.is_plain:
-                sample = self.styles("band" if band.role == "current" else "band-base")
-                parts += [("▄▄ ", sample), (f"{band.label} ", self.styles("label"))]
+            if band.label:
+                parts += [(self._glyph("⣿⣿", "::") + " ", self.styles(_band_part(band)))]
+                parts += [(f"{band.label} ", self.styles("label"))]
         for label, role in drawn:
             parts += [(self._glyph("━", "-") * 2 + " ", self.styles(role)), (f"{label} ", self.styles("label"))]
         return parts
@@ -204,3 +196,7 @@ class PlotDrawing:
 
     def _glyph(self, fine: str, plain: str) -> str:
         return plain if self.is_plain else fine
+
+
+def _band_part(band: Band) -> str:
+    return "band" if band.role == "current" else "band-base"
