@@ -15,16 +15,17 @@ from textual.message import Message
 from textual.widgets import ContentSwitcher
 
 from railui.desk.messages import DesignsEvaluated, JobFailed
-from railui.desk.panels.common import COPY, VIEW, Panel, set_titles
+from railui.desk.panels.common import COPY, VIEW, set_titles
 from railui.desk.panels.design_help import DESIGN_HELP
 from railui.desk.panels.overview_page import OverviewPage
-from railui.desk.panels.result_pages import PAGES, ResultPage, ResultTabs
+from railui.desk.panels.paged_panel import PagedPanel
+from railui.desk.panels.result_pages import ResultTabs
 from railui.desk.panels.saving import DesignSaver
 from railui.desk.panels.speed_page import SpeedPage
 from railui.desk.panels.stability_page import StabilityPage
 from railui.desk.presenters.choices import effect_choices, effect_of_choice
 from railui.desk.presenters.design_form import SPEED_PATH, TRACK_PATH, design_rows
-from railui.desk.presenters.design_results import Comparison, DesignResults, excitation_of
+from railui.desk.presenters.design_results import DesignResults, excitation_of
 from railui.desk.services.design_jobs import evaluate_curving, evaluate_designs
 from railui.desk.services.jobs import LatestJobRunner
 from railui.desk.state.draft import Draft
@@ -39,7 +40,7 @@ from railui.io.units import read_speed
 CONDITION_PATHS = (TRACK_PATH, SPEED_PATH)
 
 
-class DesignPanel(Panel):
+class DesignPanel(PagedPanel):
     """Form of the design on the left, its results on the right."""
 
     BINDINGS: ClassVar[list[Any]] = [
@@ -47,15 +48,15 @@ class DesignPanel(Panel):
         Binding("ctrl+y", "redo", "Redo", show=False),
         VIEW,
         Binding("V", "view(-1)", "View back", show=False),
-        Binding("b", "base", "Base"),
-        Binding("B", "file_base", "File as base", show=False),
-        Binding("x", "swap", "A/B"),
-        Binding("a", "add", "Effect"),
+        Binding("b", "base", "Base", tooltip="make this design the base of the comparison"),
+        Binding("B", "file_base", "File as base", show=False, tooltip="make the design of the file the base"),
+        Binding("x", "swap", "A/B", tooltip="exchange the design and its base"),
+        Binding("a", "add", "Effect", tooltip="add an effect of the catalogue"),
         Binding("delete", "remove", "Remove effect", show=False),
-        Binding("right_square_bracket", "page(1)", "Page"),
+        Binding("right_square_bracket", "page(1)", "Page", tooltip="overview, stability, speed"),
         Binding("left_square_bracket", "page(-1)", "Page back", show=False),
         Binding("l", "stability", "Stability", show=False),
-        Binding("t", "track", "Track", show=False),
+        Binding("t", "track", "Edit track", show=False),
         COPY,
     ]
     HELP = DESIGN_HELP
@@ -67,7 +68,6 @@ class DesignPanel(Panel):
         super().__init__(id=id)
         self.draft: Draft | None = None
         self.first_conditions = RunConditions()  # of the first design
-        self.results: Comparison | None = None
         self.result_runner = LatestJobRunner(self, "results")
 
     def compose(self) -> ComposeResult:
@@ -91,6 +91,25 @@ class DesignPanel(Panel):
         """Track and speed of the design."""
         return self.draft.conditions if self.draft is not None else self.first_conditions
 
+    def command_state(self) -> object:
+        draft, field = self.draft, self.query_one(Form).field
+        is_effect = field is not None and field.path.startswith("effects.")
+        return draft is not None, draft is not None and draft.design != draft.base, is_effect
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action in ("base", "swap"):
+            return self.draft is not None and self.draft.design != self.draft.base
+        if action == "remove":
+            field = self.query_one(Form).field
+            return field is not None and field.path.startswith("effects.")
+        if action in ("add", "file_base", "track", "undo", "redo", "copy"):
+            return self.draft is not None
+        return True
+
+    @on(Form.FieldSelected)
+    def _on_field_selected(self) -> None:
+        self.update_commands()
+
     # the design
 
     def open(self, draft: Draft) -> None:
@@ -109,6 +128,7 @@ class DesignPanel(Panel):
         set_titles(self.pane, f"{draft.name}{' ●' if draft.is_modified else ''}")
         self.result_runner.submit(partial(evaluate_designs, draft.design, draft.base, self.conditions, self.results))
         self.post_message(self.Changed())
+        self.update_commands()
 
     @on(Form.ValueRequested)
     def _on_value_requested(self, event: Form.ValueRequested) -> None:
@@ -179,44 +199,6 @@ class DesignPanel(Panel):
     def _on_failed(self, event: JobFailed) -> None:
         set_titles(self.query_one("#quality"), sub="no new result")
         self.pane.reject(event.text.splitlines()[0])
-
-    # pages of the results
-
-    @property
-    def page(self) -> ResultPage:
-        """Page of the results that is shown."""
-        return self.query_one(f"#{self.query_one(ContentSwitcher).current}", ResultPage)
-
-    def show_page(self, name: str) -> None:
-        """Show a page of the results."""
-        if name != self.page.id:
-            self.page.leave()
-            self.query_one(ContentSwitcher).current = name
-            self.view = self.page.view
-            self.query_one(ResultTabs).show(name)
-            self.page.arrange_parts()
-        if self.results is not None:
-            self.page.show(self.results)
-
-    @on(ResultTabs.Chosen)
-    def _on_page_chosen(self, event: ResultTabs.Chosen) -> None:
-        self.show_page(event.page)
-
-    @on(ResultPage.StatusChanged)
-    def _on_status_changed(self, event: ResultPage.StatusChanged) -> None:
-        self.query_one(ResultTabs).show(str(self.page.id), event.text)
-
-    def arrange_parts(self) -> None:
-        """Show as many parts of the page as fit."""
-        self.page.view = self.view
-        self.page.arrange_parts()
-
-    def action_page(self, by: int) -> None:
-        names = list(PAGES)
-        self.show_page(names[(names.index(str(self.page.id)) + by) % len(names)])
-
-    def action_stability(self) -> None:
-        self.show_page("stability")
 
     # actions
 

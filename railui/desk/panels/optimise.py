@@ -42,18 +42,18 @@ class OptimisePanel(PlanPanel):
         START,
         PAUSE,
         STOP,
-        Binding("f", "front", "Front / plan"),
+        Binding("f", "front", "Front/plan", tooltip="the front on half of the screen, or the plan"),
         VIEW,
-        Binding("t", "take", "Take design"),
-        Binding("a", "add", "Variable"),
-        Binding("g", "objective", "Objective", show=False),
-        Binding("delete", "remove", "Remove", show=False),
+        Binding("t", "take", "Take design", tooltip="open the selected design in the form"),
+        Binding("a", "add", "Variable", tooltip="add a variable"),
+        Binding("g", "objective", "Objective", show=False, tooltip="add an objective"),
+        Binding("delete", "remove", "Remove", show=False, tooltip="the entry under the cursor"),
         Binding("ctrl+z", "undo", "Undo", show=False),
         Binding("ctrl+y", "redo", "Redo", show=False),
-        Binding("d", "design", "From form", show=False),
-        Binding("x", "axis(0)", "x axis"),
-        Binding("X", "axis(1)", "y axis"),
-        Binding("r", "range", "Range"),
+        Binding("d", "design", "From form", show=False, tooltip="plan with the design in the form"),
+        Binding("x", "axis(0)", "x axis", tooltip="show the column under the cursor on the horizontal axis"),
+        Binding("X", "axis(1)", "y axis", tooltip="show the column under the cursor on the vertical axis"),
+        Binding("r", "range", "Range", tooltip="axes over all designs, or over the front"),
         COPY,
     ]
     HELP = """
@@ -189,6 +189,7 @@ spectra and convergence. `t` opens the design in the form, `f` returns to the pl
     def show_status(self) -> None:
         """Show the vehicle of the plan and the state of the search."""
         self.search_view.show_status(self.plan, self.job)
+        self.update_commands()
 
     # the selected design
 
@@ -201,7 +202,7 @@ spectra and convergence. `t` opens the design in the form, `f` returns to the pl
         self.search_view.show_page(is_front_page)
         if not is_front_page:
             self.pane.form.focus()
-        self.refresh_bindings()
+        self.update_commands()
 
     def action_axis(self, number: int) -> None:
         self.search_view.set_axis(number)
@@ -209,11 +210,20 @@ spectra and convergence. `t` opens the design in the form, `f` returns to the pl
     def action_range(self) -> None:
         self.search_view.toggle_range()
 
+    def can_start(self) -> bool:
+        return self.plan is not None
+
+    def command_state(self) -> object:
+        view = self.search_view
+        return super().command_state(), view.is_front_page, bool(view.columns), bool(view.designs.row_count)
+
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "take":
+            return bool(self.search_view.designs.row_count)
         if action in ("axis", "range"):
             return bool(self.search_view.is_front_page and self.search_view.columns)
         if action in ("add", "objective", "remove", "design"):
-            return not self.search_view.is_front_page
+            return self.plan is not None and not self.search_view.is_front_page
         return super().check_action(action, parameters)
 
     def action_take(self) -> None:

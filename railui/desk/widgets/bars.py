@@ -49,12 +49,12 @@ class Bars(ScrollView, can_focus=True):
         "bars--strong",
     }
     BINDINGS: ClassVar[list[Any]] = hidden_bindings(
-        ("up", "go(-1)", ""),
-        ("down", "go(1)", ""),
-        ("pageup", "go(-10)", ""),
-        ("pagedown", "go(10)", ""),
-        ("home", "go(-1000000)", ""),
-        ("end", "go(1000000)", ""),
+        ("up", "go(-1)", "Row up"),
+        ("down", "go(1)", "Row down"),
+        ("pageup", "go(-10)", "Ten rows up"),
+        ("pagedown", "go(10)", "Ten rows down"),
+        ("home", "go(-1000000)", "First row"),
+        ("end", "go(1000000)", "Last row"),
         ("y", "copy", "Copy table"),
     )
     HELP = "\n**Bars**: up and down move through the rows, `y` copies them as a table.\n"

@@ -31,10 +31,10 @@ class Plot(Widget, can_focus=True):
             ("shift+left", "move(-10)", "Cursor"),
             ("shift+right", "move(10)", "Cursor"),
         ),
-        Binding("plus,equals_sign", "zoom(0.5)", "Zoom in"),
-        Binding("minus", "zoom(2)", "Zoom out"),
+        Binding("plus,equals_sign", "zoom(0.5)", "Zoom in", show=False),
+        Binding("minus", "zoom(2)", "Zoom out", show=False),
         Binding("0", "all", "Show all", show=False),
-        Binding("y", "copy", "Copy value"),
+        Binding("y", "copy", "Copy value", show=False),
         Binding("Y", "copy_table", "Copy table", show=False),
     ]
     HELP = """
