@@ -35,6 +35,7 @@ from railui.desk.services.files import file_kind, load_state, log_traceback
 from railui.desk.services.signals import handle_signals
 from railui.desk.session import DeskSession
 from railui.desk.state.draft import Draft
+from railui.desk.state.form_rows import typed_speed_unit
 from railui.desk.state.run_conditions import RunConditions
 from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog, ProblemsDialog
 from railui.io.problems import FileProblems, file_problem
@@ -97,6 +98,7 @@ class Desk(App[None]):
         track = str(self.state.get("track", RunConditions.track))
         speed = float(self.state.get("speed", RunConditions.speed))
         self.design_panel.first_conditions = RunConditions(track, speed)
+        self.design_panel.speed_unit = typed_speed_unit(f"0 {self.state.get('speed_unit')}") or "m/s"
         self.design_panel.view = int(self.state.get("view", 0))
         start = self.path or self.state.get("file")
         has_start = start is not None and (self.path is not None or Path(start).exists())

@@ -80,6 +80,7 @@ class Ending:
             "theme": self.desk.theme,
             "track": panel.conditions.track,
             "speed": panel.conditions.speed,
+            "speed_unit": panel.speed_unit,
             "view": panel.query_one(OverviewPage).view % len(VIEWS),
         }
         if panel.draft is not None and panel.draft.path is not None:

@@ -19,6 +19,7 @@ from railui.desk.panels.common import COPY, VIEW, set_titles
 from railui.desk.panels.design_help import DESIGN_HELP
 from railui.desk.panels.overview_page import OverviewPage
 from railui.desk.panels.paged_panel import PagedPanel
+from railui.desk.panels.profile_changes import ContactComputed, ProfileChanges
 from railui.desk.panels.result_pages import ResultTabs
 from railui.desk.panels.saving import DesignSaver
 from railui.desk.panels.speed_page import SpeedPage
@@ -29,7 +30,7 @@ from railui.desk.presenters.design_results import DesignResults, excitation_of
 from railui.desk.services.design_jobs import evaluate_curving, evaluate_designs
 from railui.desk.services.jobs import LatestJobRunner
 from railui.desk.state.draft import Draft
-from railui.desk.state.form_rows import Field, value_text
+from railui.desk.state.form_rows import Field, typed_speed_unit, value_text
 from railui.desk.state.run_conditions import RunConditions
 from railui.desk.widgets.dialogs import ChoiceDialog
 from railui.desk.widgets.form import Form
@@ -68,7 +69,9 @@ class DesignPanel(PagedPanel):
         super().__init__(id=id)
         self.draft: Draft | None = None
         self.first_conditions = RunConditions()  # of the first design
+        self.speed_unit = "m/s"  # in which the speed is shown
         self.result_runner = LatestJobRunner(self, "results")
+        self.profile_changes = ProfileChanges(self)
 
     def compose(self) -> ComposeResult:
         with Horizontal():
@@ -115,6 +118,7 @@ class DesignPanel(PagedPanel):
     def open(self, draft: Draft) -> None:
         """Show another design."""
         self.draft = draft
+        self.profile_changes.cancel()
         self.results = None
         self._update()
         self.query_one(Form).focus()
@@ -124,7 +128,7 @@ class DesignPanel(PagedPanel):
         draft = self.draft
         if draft is None:
             return
-        self.pane.fill(list(design_rows(draft)), draft.base.values)
+        self.pane.fill(list(design_rows(draft, self.speed_unit)), draft.base.values)
         set_titles(self.pane, f"{draft.name}{' ●' if draft.is_modified else ''}")
         self.result_runner.submit(partial(evaluate_designs, draft.design, draft.base, self.conditions, self.results))
         self.post_message(self.Changed())
@@ -132,18 +136,30 @@ class DesignPanel(PagedPanel):
 
     @on(Form.ValueRequested)
     def _on_value_requested(self, event: Form.ValueRequested) -> None:
-        self.set(event.path, event.value, event.gesture)
+        self._request(event.path, event.value, event.gesture)
+
+    def _request(self, path: str, value: Any, gesture: str) -> None:
+        """Set a value; first compute the contact on a thread if it depends on the value."""
+        if self.draft is None or not self.profile_changes.request(self.draft.design, path, value, gesture):
+            self.set(path, value, gesture)
+
+    @on(ContactComputed)
+    def _on_contact_computed(self, event: ContactComputed) -> None:
+        if self.profile_changes.take(event):
+            self.set(event.path, event.value, event.gesture)
 
     @on(Form.StepRequested)
     def _on_step_requested(self, event: Form.StepRequested) -> None:
         """Step from the value that the design has now, so that every key press counts."""
         field = next((row for row in self._fields() if row.path == event.path), None)
         if field is not None and field.value is not None:
-            self.set(event.path, field.stepped(event.by), event.gesture)
+            latest = self.profile_changes.latest(event.path)
+            field = field if latest is None else replace(field, value=latest)
+            self._request(event.path, field.stepped(event.by), event.gesture)
 
     def _fields(self) -> Iterator[Field]:
         if self.draft is not None:
-            yield from (row for row in design_rows(self.draft) if isinstance(row, Field))
+            yield from (row for row in design_rows(self.draft, self.speed_unit) if isinstance(row, Field))
 
     @on(Form.ResetRequested)
     def _on_reset_requested(self, event: Form.ResetRequested) -> None:
@@ -171,6 +187,8 @@ class DesignPanel(PagedPanel):
 
     def _set_condition(self, path: str, value: Any, gesture: str) -> None:
         change = {"speed": read_speed(value)} if path == SPEED_PATH else {"track": value}
+        if path == SPEED_PATH:
+            self.speed_unit = typed_speed_unit(value) or self.speed_unit
         conditions = replace(self.conditions, **change)
         excitation_of(conditions)  # raises for an invalid track
         if self.draft is not None:
@@ -203,6 +221,7 @@ class DesignPanel(PagedPanel):
     # actions
 
     def action_undo(self) -> None:
+        self.profile_changes.cancel()
         description = self.draft.undo() if self.draft else None
         self.notify(f"undone: {description}" if description else "nothing to undo", timeout=2)
         self._update()
