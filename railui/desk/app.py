@@ -53,7 +53,7 @@ class Desk(App[None]):
     VERTICAL_BREAKPOINTS = [(0, "-flat"), (MIN_ROWS, "-low"), (36, "-high")]  # noqa: RUF012
     BINDINGS: ClassVar[list[Any]] = [
         Binding("question_mark,f1", "help", "Help", key_display="?", tooltip="keys and help of what has the focus"),
-        Binding("ctrl+p", "command_palette", "All commands"),
+        Binding("ctrl+p", "command_palette", "All", tooltip="the command palette"),
         *(Binding(key, f"panel('{name}')", f"{title} panel", show=False) for name, (key, title) in PANELS.items()),
         Binding("z", "enlarge", "Enlarge", show=False, tooltip="the focused pane to the whole screen, and back"),
         Binding("E", "export", "Export", show=False, tooltip="the focused plot or list as SVG or CSV"),

@@ -37,8 +37,8 @@ async def test_footer_help_and_palette_have_the_same_commands(open_desk: OpenDes
             commands = active_commands(keys.desk.screen)
             titles = palette(keys)
             assert set(footer(keys)) == {command.title for command in commands if command.is_shown}
-            assert set(footer(keys)) <= {*titles, "All commands"}
-            assert {c.title for c in commands if not c.is_cursor} <= {*titles, "All commands"}
+            assert set(footer(keys)) <= {*titles, "All"}
+            assert {c.title for c in commands if not c.is_cursor} <= {*titles, "All"}
             assert len(titles) == len(set(titles))
             rows = help_rows(keys.desk.screen)
             await keys.press("question_mark")

@@ -103,7 +103,7 @@ async def test_a_derailing_vehicle_is_classified_and_plotted(open_desk: OpenDesk
         await keys.wait_until_idle()
         assert panel.results is not None and panel.results[0].quality["class"] == "dangerous"
         assert "DANGEROUS" in "".join(strip.text for strip in keys.desk.screen._compositor.render_strips())
-        assert all(plot.data.lines for plot in panel.query(Plot) if plot.display)
+        assert all(plot.data.lines for plot in panel.page.query(Plot) if plot.display)
 
 
 async def test_problems_of_a_file_are_shown_with_their_lines(open_desk: OpenDesk, tmp_path: Path) -> None:
@@ -151,7 +151,7 @@ async def test_the_desk_accepts_every_terminal_size(open_desk: OpenDesk, bogie: 
         await keys.pilot.resize_terminal(10, 4)
         await keys.pilot.resize_terminal(*size)
         await keys.wait_until_idle()
-        shown = [plot for plot in keys.desk.query_one(DesignPanel).query(Plot) if plot.display]
+        shown = [plot for plot in keys.desk.query_one(DesignPanel).page.query(Plot) if plot.display]
         assert 1 <= len(shown) <= 6
 
 
