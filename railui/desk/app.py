@@ -18,7 +18,7 @@ from textual.events import Resize
 from textual.screen import Screen
 from textual.widgets import ContentSwitcher, Footer, Static
 
-from railui.desk.commands import active_keys, file_commands, key_commands, panel_commands
+from railui.desk.commands import OTHER_SYSTEM_COMMANDS, help_rows, palette_commands
 from railui.desk.ending import Ending
 from railui.desk.exporting import export_focused
 from railui.desk.focus import FocusKeeper, TooSmall
@@ -35,6 +35,7 @@ from railui.desk.services.files import file_kind, load_state, log_traceback
 from railui.desk.services.signals import handle_signals
 from railui.desk.session import DeskSession
 from railui.desk.state.draft import Draft
+from railui.desk.state.form_rows import typed_speed_unit
 from railui.desk.state.run_conditions import RunConditions
 from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog, ProblemsDialog
 from railui.io.problems import FileProblems, file_problem
@@ -51,11 +52,11 @@ class Desk(App[None]):
     HORIZONTAL_BREAKPOINTS = [(0, "-tiny"), (MIN_COLUMNS, "-narrow"), (100, "-mid"), (140, "-wide")]  # noqa: RUF012
     VERTICAL_BREAKPOINTS = [(0, "-flat"), (MIN_ROWS, "-low"), (36, "-high")]  # noqa: RUF012
     BINDINGS: ClassVar[list[Any]] = [
-        *(Binding(key, f"panel('{name}')", title, show=False) for name, (key, title) in PANELS.items()),
-        Binding("f1", "help", "Help"),
-        Binding("ctrl+p", "command_palette", "All"),
-        Binding("z", "enlarge", "Enlarge", show=False),
-        Binding("E", "export", "Export", show=False),
+        Binding("question_mark,f1", "help", "Help", key_display="?", tooltip="keys and help of what has the focus"),
+        Binding("ctrl+p", "command_palette", "All", tooltip="the command palette"),
+        *(Binding(key, f"panel('{name}')", f"{title} panel", show=False) for name, (key, title) in PANELS.items()),
+        Binding("z", "enlarge", "Enlarge", show=False, tooltip="the focused pane to the whole screen, and back"),
+        Binding("E", "export", "Export", show=False, tooltip="the focused plot or list as SVG or CSV"),
         Binding("ctrl+o", "open", "Open"),
         Binding("ctrl+s", "save", "Save"),
         Binding("ctrl+q", "quit", "Quit", priority=True),
@@ -97,6 +98,7 @@ class Desk(App[None]):
         track = str(self.state.get("track", RunConditions.track))
         speed = float(self.state.get("speed", RunConditions.speed))
         self.design_panel.first_conditions = RunConditions(track, speed)
+        self.design_panel.speed_unit = typed_speed_unit(f"0 {self.state.get('speed_unit')}") or "m/s"
         self.design_panel.view = int(self.state.get("view", 0))
         start = self.path or self.state.get("file")
         has_start = start is not None and (self.path is not None or Path(start).exists())
@@ -257,7 +259,7 @@ class Desk(App[None]):
 
     def action_help(self) -> None:
         texts = [text for node in self._active_nodes() if (text := getattr(node, "HELP", None))]
-        self.push_screen(HelpDialog(texts, active_keys(self.screen)))
+        self.push_screen(HelpDialog(texts, help_rows(self.screen)))
 
     def action_help_quit(self) -> None:
         """Copy on ctrl+c; ctrl+q quits."""
@@ -271,15 +273,12 @@ class Desk(App[None]):
         self.ending.ask_and_quit()
 
     def get_system_commands(self, screen: Screen[Any]) -> Iterable[SystemCommand]:
-        yield from super().get_system_commands(screen)
-        yield from panel_commands(self.action_panel)
-        yield from file_commands(self.action_open, self.action_save, self.design_panel.save_as)
-        yield SystemCommand("Enlarge", "enlarge the focused pane, or show all again (z)", self.action_enlarge)
-        yield SystemCommand("Export", "write the focused plot or list as SVG or CSV (E)", self.action_export)
+        yield from palette_commands(self, screen)
+        yield from (each for each in super().get_system_commands(screen) if each.title in OTHER_SYSTEM_COMMANDS)
+        yield SystemCommand("Save as", "save the design in another file", self.design_panel.save_as)
         yield SystemCommand("Restore session", "restore work of a session that has ended", self.session.choose)
         delay = f"longest delay of the interface caused by the desk: {1e3 * self.heartbeat.longest_gap:.0f} ms"
         yield SystemCommand("Heartbeat", delay, lambda: self.notify(delay))
-        yield from key_commands(self, self._active_nodes())
 
     def _fatal_error(self) -> None:
         """Log the traceback of an internal error, restore the terminal and print the path of the log."""

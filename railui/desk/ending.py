@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from railui.desk.panels.common import PANELS, JobPanel
+from railui.desk.panels.overview_page import OverviewPage
 from railui.desk.presenters.design_plots import VIEWS
 from railui.desk.services.autosave import has_content
 from railui.desk.services.files import save_state
@@ -53,6 +54,7 @@ class Ending:
     def _stop_jobs(self) -> None:
         for panel in self._busy_panels():
             panel.action_stop()
+        self.desk.design_panel.page.leave()
 
     def after_saving(self, action: Callable[[], object]) -> None:
         """Run an action that ends the work on the design; if it has unsaved changes, ask first."""
@@ -78,7 +80,8 @@ class Ending:
             "theme": self.desk.theme,
             "track": panel.conditions.track,
             "speed": panel.conditions.speed,
-            "view": panel.view % len(VIEWS),
+            "speed_unit": panel.speed_unit,
+            "view": panel.query_one(OverviewPage).view % len(VIEWS),
         }
         if panel.draft is not None and panel.draft.path is not None:
             state["file"] = str(panel.draft.path.resolve())

@@ -46,7 +46,7 @@ def modes_at_speeds(model: Model, speeds: Sequence[float]) -> list[dict[str, Any
 def _modes(model: Model, speed: float, matrix: FloatArray) -> list[dict[str, Any]]:
     roots, vectors = np.linalg.eig(matrix)
     dofs = model.vehicles().degrees_of_freedom(model.single_batch())
-    arm = 0.5 * (model.wheelset_distances()[1:2] or (2.0 * DEFAULT_ARM,))[0]
+    arm = shape_arm(model)
     modes = []
     for i in np.lexsort((-roots.imag, -roots.real)):
         root = complex(roots[i])
@@ -72,12 +72,10 @@ def describe_shape(dofs: Sequence[str], vector: ComplexArray, arm: float) -> str
     >>> describe_shape(["y", "psi", "y1", "psi1", "y2", "psi2"], np.array([1, 0, 0.9, 0.6j, 0.9, 0.6j]), 1.0)
     'frame and wheelsets lateral; wheelsets yaw a quarter ahead'
     """
-    motion = np.array([v if body_and_motion(d)[1] == "lateral" else v * arm for d, v in zip(dofs, vector, strict=True)])
-    if not np.any(np.abs(motion) > 0):
+    motion = relative_motion(dofs, vector, arm)
+    if motion is None:
         return "own states of the effects"
-    # the first of the equally large motions is the reference, so that rounding does not select it
-    first = int(np.flatnonzero(np.abs(motion) > EQUAL_MOTION * np.abs(motion).max())[0])
-    motion = motion / motion[first]
+    first = int(np.flatnonzero(motion == 1.0)[0])
     groups: dict[tuple[str, int], list[str]] = {}
     for i in [first, *(j for j in np.argsort(-np.round(np.abs(motion), 2), kind="stable") if j != first)]:
         if abs(motion[i]) >= MIN_SHOWN_MOTION:
@@ -86,6 +84,29 @@ def describe_shape(dofs: Sequence[str], vector: ComplexArray, arm: float) -> str
     return "; ".join(
         f"{_join_bodies(bodies)} {direction}{_phase(quarter)}" for (direction, quarter), bodies in groups.items()
     )
+
+
+def relative_motion(dofs: Sequence[str], vector: ComplexArray, arm: float) -> ComplexArray | None:
+    """Return the motion of each degree of freedom relative to the largest one; None if no body moves.
+
+    Angles count by their displacement at `arm` [m]. The first of equally large motions is the reference, so that
+    rounding does not select it.
+
+    >>> relative_motion(["y", "psi"], np.array([2j, 1j]), 0.5).round(2).tolist()
+    [(1+0j), (0.25+0j)]
+    """
+    motion = np.array([v if body_and_motion(d)[1] == "lateral" else v * arm for d, v in zip(dofs, vector, strict=True)])
+    if not np.any(np.abs(motion) > 0):
+        return None
+    first = int(np.flatnonzero(np.abs(motion) > EQUAL_MOTION * np.abs(motion).max())[0])
+    relative: ComplexArray = motion / motion[first]
+    relative[first] = 1.0
+    return relative
+
+
+def shape_arm(model: Model) -> float:
+    """Return half the distance [m] of the first two wheelsets, at which angles are compared with displacements."""
+    return 0.5 * (model.wheelset_distances()[1:2] or (2.0 * DEFAULT_ARM,))[0]
 
 
 def _quarter_periods(motion: complex) -> int:

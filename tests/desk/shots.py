@@ -21,6 +21,8 @@ from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
+from railui.desk.panels.speed_page import SpeedPage
+from railui.desk.panels.stability_page import StabilityPage
 
 REPOSITORY = Path(__file__).parents[2]
 OUT = REPOSITORY / "docs/shots"
@@ -62,6 +64,17 @@ async def design_and_optimise() -> None:
         panel.pane.form.select("vehicle.secondary.lateral_damping")
         await wait_until_idle(desk, pilot)
         take(desk, "design")
+        await pilot.press("l")
+        page = desk.query_one(StabilityPage)
+        await wait_until(lambda: len(page.known.results) == 2 and all(len(r) == 2 for r in page.known.results.values()))
+        await wait_until_idle(desk, pilot)
+        take(desk, "stability")
+        await pilot.press("right_square_bracket")
+        speed = desk.query_one(SpeedPage)
+        await wait_until(lambda: len(speed.bands) == 2 and all(band.is_complete for band in speed.bands.values()))
+        await wait_until_idle(desk, pilot)
+        take(desk, "speed")
+        await pilot.press("right_square_bracket")
         await pilot.resize_terminal(80, 24)
         await wait_until_idle(desk, pilot)
         take(desk, "small")

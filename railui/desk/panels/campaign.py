@@ -36,8 +36,8 @@ class CampaignPanel(JobPanel):
         PAUSE,
         STOP,
         VIEW,
-        Binding("n", "channel(1)", "Channel"),
-        Binding("t", "take", "Take design"),
+        Binding("n", "channel(1)", "Channel", tooltip="show the next channel"),
+        Binding("t", "take", "Take design", tooltip="open the calibrated design in the form"),
         Binding("w", "write", "Write report"),
         COPY,
     ]
@@ -90,6 +90,17 @@ the form, `w` writes the files of `railui loop`.
         self.is_written = False
         self._show_all("details")
         self.check_runner.submit(partial(check_campaign, campaign))
+
+    def can_start(self) -> bool:
+        return self.campaign is not None
+
+    def command_state(self) -> object:
+        return super().command_state(), self.finished is not None
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action in ("take", "write", "channel"):
+            return self.finished is not None
+        return super().check_action(action, parameters)
 
     def action_start(self) -> None:
         if self.campaign is None:
@@ -219,6 +230,7 @@ the form, `w` writes the files of `railui loop`.
 
     def show_status(self) -> None:
         """Show the activity, or the verdict after the loop."""
+        self.update_commands()
         job, verdict = self.job, self.query_one("#verdict", Static)
         if self.finished is not None:
             report = self.finished.report

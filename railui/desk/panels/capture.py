@@ -95,6 +95,13 @@ the recording. `railui capture campaign` builds a campaign from recordings.
 
     # recording
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "mark":
+            return self.job is not None
+        if action in ("port", "baud"):
+            return self.job is None
+        return super().check_action(action, parameters)
+
     def action_start(self) -> None:
         if self.job is not None:
             self.notify("a recording is running: k stops it")
@@ -170,6 +177,7 @@ the recording. `railui capture campaign` builds a campaign from recordings.
         pane = self.query_one("#port", Static)
         pane.update(text, layout=False)
         set_titles(pane, sub="recording" if self.job is not None else "")
+        self.update_commands()
 
     def _show_losses(self) -> None:
         if self.status is None:

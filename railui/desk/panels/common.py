@@ -67,6 +67,7 @@ class Panel(Vertical):
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
         self.view = 0  # number of the view, modulo the number of views
+        self._command_state: object = None
 
     def arrange_parts(self) -> None:
         """Arrange the parts of the panel."""
@@ -74,6 +75,16 @@ class Panel(Vertical):
 
     def on_resize(self) -> None:
         self.arrange_parts()
+
+    def command_state(self) -> object:
+        """Return everything on which it depends what commands of the panel work."""
+        return None
+
+    def update_commands(self) -> None:
+        """Show the commands that work now, if they have changed."""
+        if (state := self.command_state()) != self._command_state:
+            self._command_state = state
+            self.refresh_bindings()
 
     def action_view(self, by: int) -> None:
         self.view += by
@@ -90,6 +101,18 @@ class JobPanel(Panel):
     def show_status(self) -> None:
         """Show the state of the computation."""
         raise NotImplementedError
+
+    def can_start(self) -> bool:
+        """Return True if there is something to compute."""
+        return True
+
+    def command_state(self) -> object:
+        return self.job is not None, self.can_start()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "start":
+            return self.job is None and self.can_start()
+        return self.job is not None if action in ("pause", "stop") else True
 
     def action_pause(self) -> None:
         if self.job is not None:

@@ -10,38 +10,38 @@ from typing import Any, ClassVar
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
-from textual.containers import Grid, Horizontal, Vertical
+from textual.containers import Horizontal, Vertical
 from textual.message import Message
-from textual.widgets import Static
+from textual.widgets import ContentSwitcher
 
-from railui.desk.messages import DesignsEvaluated, JobDone, JobFailed
-from railui.desk.panels.common import COPY, VIEW, Pane, Panel, arrange_grid, set_titles
+from railui.desk.messages import DesignsEvaluated, JobFailed
+from railui.desk.panels.common import COPY, VIEW, set_titles
 from railui.desk.panels.design_help import DESIGN_HELP
+from railui.desk.panels.overview_page import OverviewPage
+from railui.desk.panels.paged_panel import PagedPanel
+from railui.desk.panels.profile_changes import ContactComputed, ProfileChanges
+from railui.desk.panels.result_pages import ResultTabs
 from railui.desk.panels.saving import DesignSaver
+from railui.desk.panels.speed_page import SpeedPage
+from railui.desk.panels.stability_page import StabilityPage
 from railui.desk.presenters.choices import effect_choices, effect_of_choice
 from railui.desk.presenters.design_form import SPEED_PATH, TRACK_PATH, design_rows
-from railui.desk.presenters.design_plots import VIEWS, WINDOWS
-from railui.desk.presenters.design_results import Comparison, DesignResults, excitation_of
-from railui.desk.presenters.ride_quality import comparison_text
-from railui.desk.services.design_jobs import compute_critical_speeds, evaluate_curving, evaluate_designs
-from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
+from railui.desk.presenters.design_results import DesignResults, excitation_of
+from railui.desk.services.design_jobs import evaluate_curving, evaluate_designs
+from railui.desk.services.jobs import LatestJobRunner
 from railui.desk.state.draft import Draft
-from railui.desk.state.form_rows import Field, value_text
+from railui.desk.state.form_rows import Field, typed_speed_unit, value_text
 from railui.desk.state.run_conditions import RunConditions
-from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.dialogs import ChoiceDialog
 from railui.desk.widgets.form import Form
 from railui.desk.widgets.form_pane import FormPane
-from railui.desk.widgets.plot import Plot
-from railui.desk.widgets.plot_data import PlotData
 from railui.io.problems import FileProblems
 from railui.io.units import read_speed
 
-NO_PLOT = PlotData(Axis(""), Axis(""), placeholder="no design: ctrl+o opens one")
 CONDITION_PATHS = (TRACK_PATH, SPEED_PATH)
 
 
-class DesignPanel(Panel):
+class DesignPanel(PagedPanel):
     """Form of the design on the left, its results on the right."""
 
     BINDINGS: ClassVar[list[Any]] = [
@@ -49,13 +49,15 @@ class DesignPanel(Panel):
         Binding("ctrl+y", "redo", "Redo", show=False),
         VIEW,
         Binding("V", "view(-1)", "View back", show=False),
-        Binding("b", "base", "Base"),
-        Binding("B", "file_base", "File as base", show=False),
-        Binding("x", "swap", "A/B"),
-        Binding("a", "add", "Effect"),
+        Binding("b", "base", "Base", tooltip="make this design the base of the comparison"),
+        Binding("B", "file_base", "File as base", show=False, tooltip="make the design of the file the base"),
+        Binding("x", "swap", "A/B", tooltip="exchange the design and its base"),
+        Binding("a", "add", "Effect", tooltip="add an effect of the catalogue"),
         Binding("delete", "remove", "Remove effect", show=False),
-        Binding("l", "critical_speeds", "Critical V"),
-        Binding("t", "track", "Track", show=False),
+        Binding("right_square_bracket", "page(1)", "Page", tooltip="overview, stability, speed"),
+        Binding("left_square_bracket", "page(-1)", "Page back", show=False),
+        Binding("l", "stability", "Stability", show=False),
+        Binding("t", "track", "Edit track", show=False),
         COPY,
     ]
     HELP = DESIGN_HELP
@@ -67,17 +69,20 @@ class DesignPanel(Panel):
         super().__init__(id=id)
         self.draft: Draft | None = None
         self.first_conditions = RunConditions()  # of the first design
-        self.results: Comparison | None = None
+        self.speed_unit = "m/s"  # in which the speed is shown
         self.result_runner = LatestJobRunner(self, "results")
+        self.profile_changes = ProfileChanges(self)
 
     def compose(self) -> ComposeResult:
         with Horizontal():
             yield FormPane("Design", "←→ slide · type · ⌫ base · / find", id="design-form")
             with Vertical(id="results"):
-                yield Pane("Ride quality", id="quality")
-                with Grid(id="plots"):
-                    for i, name in enumerate(VIEWS):
-                        yield Plot(NO_PLOT, name, id=f"view{i}", window=WINDOWS.get(name, (0.0, 1.0)))
+                yield ResultTabs(id="result-tabs")
+                with ContentSwitcher(initial="overview"):
+                    yield OverviewPage(id="overview")
+                    stability = StabilityPage(id="stability")
+                    yield stability
+                    yield SpeedPage(stability.known, id="speed")
 
     @property
     def pane(self) -> FormPane:
@@ -89,11 +94,31 @@ class DesignPanel(Panel):
         """Track and speed of the design."""
         return self.draft.conditions if self.draft is not None else self.first_conditions
 
+    def command_state(self) -> object:
+        draft, field = self.draft, self.query_one(Form).field
+        is_effect = field is not None and field.path.startswith("effects.")
+        return draft is not None, draft is not None and draft.design != draft.base, is_effect
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action in ("base", "swap"):
+            return self.draft is not None and self.draft.design != self.draft.base
+        if action == "remove":
+            field = self.query_one(Form).field
+            return field is not None and field.path.startswith("effects.")
+        if action in ("add", "file_base", "track", "undo", "redo", "copy"):
+            return self.draft is not None
+        return True
+
+    @on(Form.FieldSelected)
+    def _on_field_selected(self) -> None:
+        self.update_commands()
+
     # the design
 
     def open(self, draft: Draft) -> None:
         """Show another design."""
         self.draft = draft
+        self.profile_changes.cancel()
         self.results = None
         self._update()
         self.query_one(Form).focus()
@@ -103,25 +128,38 @@ class DesignPanel(Panel):
         draft = self.draft
         if draft is None:
             return
-        self.pane.fill(list(design_rows(draft)), draft.base.values)
+        self.pane.fill(list(design_rows(draft, self.speed_unit)), draft.base.values)
         set_titles(self.pane, f"{draft.name}{' ●' if draft.is_modified else ''}")
         self.result_runner.submit(partial(evaluate_designs, draft.design, draft.base, self.conditions, self.results))
         self.post_message(self.Changed())
+        self.update_commands()
 
     @on(Form.ValueRequested)
     def _on_value_requested(self, event: Form.ValueRequested) -> None:
-        self.set(event.path, event.value, event.gesture)
+        self._request(event.path, event.value, event.gesture)
+
+    def _request(self, path: str, value: Any, gesture: str) -> None:
+        """Set a value; first compute the contact on a thread if it depends on the value."""
+        if self.draft is None or not self.profile_changes.request(self.draft.design, path, value, gesture):
+            self.set(path, value, gesture)
+
+    @on(ContactComputed)
+    def _on_contact_computed(self, event: ContactComputed) -> None:
+        if self.profile_changes.take(event):
+            self.set(event.path, event.value, event.gesture)
 
     @on(Form.StepRequested)
     def _on_step_requested(self, event: Form.StepRequested) -> None:
         """Step from the value that the design has now, so that every key press counts."""
         field = next((row for row in self._fields() if row.path == event.path), None)
         if field is not None and field.value is not None:
-            self.set(event.path, field.stepped(event.by), event.gesture)
+            latest = self.profile_changes.latest(event.path)
+            field = field if latest is None else replace(field, value=latest)
+            self._request(event.path, field.stepped(event.by), event.gesture)
 
     def _fields(self) -> Iterator[Field]:
         if self.draft is not None:
-            yield from (row for row in design_rows(self.draft) if isinstance(row, Field))
+            yield from (row for row in design_rows(self.draft, self.speed_unit) if isinstance(row, Field))
 
     @on(Form.ResetRequested)
     def _on_reset_requested(self, event: Form.ResetRequested) -> None:
@@ -149,6 +187,8 @@ class DesignPanel(Panel):
 
     def _set_condition(self, path: str, value: Any, gesture: str) -> None:
         change = {"speed": read_speed(value)} if path == SPEED_PATH else {"track": value}
+        if path == SPEED_PATH:
+            self.speed_unit = typed_speed_unit(value) or self.speed_unit
         conditions = replace(self.conditions, **change)
         excitation_of(conditions)  # raises for an invalid track
         if self.draft is not None:
@@ -166,8 +206,7 @@ class DesignPanel(Panel):
             self.result_runner.submit(partial(evaluate_curving, self.results), unless_waiting=True)
         if self.results is None or self.results[0] is not event.current:
             return  # curving of a design before the one that is shown
-        self._show_quality()
-        self._show_plots([(self.view + k) % len(VIEWS) for k in range(len(VIEWS))], self.results)
+        self.page.show(self.results)
 
     def _is_shown(self, *results: DesignResults) -> bool:
         """True if results are of the designs and run conditions whose results are shown."""
@@ -179,35 +218,10 @@ class DesignPanel(Panel):
         set_titles(self.query_one("#quality"), sub="no new result")
         self.pane.reject(event.text.splitlines()[0])
 
-    def _show_quality(self) -> None:
-        quality = self.query_one("#quality", Static)
-        if self.results is not None:
-            quality.update(comparison_text(*self.results, quality.size.width), layout=False)
-            set_titles(quality, sub="")
-
-    def _show_plots(self, order: list[int], results: Comparison) -> None:
-        """Draw the plots, each visible one in a refresh of its own, so that no key waits for all of them."""
-        if results is not self.results:
-            return  # newer results are being drawn
-        for k, i in enumerate(order):
-            plot = self.query_one(f"#view{i}", Plot)
-            plot.show(list(VIEWS.values())[i](*results))
-            if plot.display:
-                self.call_after_refresh(self._show_plots, order[k + 1 :], results)
-                return
-
-    def on_resize(self) -> None:
-        super().on_resize()
-        self.call_after_refresh(self._show_quality)
-
-    def arrange_parts(self) -> None:
-        """Show as many plots as fit."""
-        plots = [self.query_one(f"#view{i}") for i in range(len(VIEWS))]
-        arrange_grid(self.query_one("#plots", Grid), plots, self.view)
-
     # actions
 
     def action_undo(self) -> None:
+        self.profile_changes.cancel()
         description = self.draft.undo() if self.draft else None
         self.notify(f"undone: {description}" if description else "nothing to undo", timeout=2)
         self._update()
@@ -233,17 +247,6 @@ class DesignPanel(Panel):
         if self.draft is not None:
             self.draft.swap_with_base()
             self._update()
-
-    def action_critical_speeds(self) -> None:
-        if self.draft is None:
-            return
-        design, track = self.draft.design, self.conditions.track
-        self.notify("computing the nonlinear critical speed and the speed limit by ride criteria", timeout=4)
-        BackgroundJob(self, "critical speeds", lambda job: compute_critical_speeds(job, design, track))
-
-    @on(JobDone)
-    def _on_critical_speeds(self, message: JobDone) -> None:
-        self.notify(message.result, title="Critical speeds", timeout=30)
 
     def action_track(self) -> None:
         self.query_one(Form).select(TRACK_PATH)

@@ -42,15 +42,18 @@ class OptimisePanel(PlanPanel):
         START,
         PAUSE,
         STOP,
-        Binding("f", "front", "Front"),
+        Binding("f", "front", "Front/plan", tooltip="the front on half of the screen, or the plan"),
         VIEW,
-        Binding("t", "take", "Take design"),
-        Binding("a", "add", "Variable"),
-        Binding("g", "objective", "Objective", show=False),
-        Binding("delete", "remove", "Remove", show=False),
+        Binding("t", "take", "Take design", tooltip="open the selected design in the form"),
+        Binding("a", "add", "Variable", tooltip="add a variable"),
+        Binding("g", "objective", "Objective", show=False, tooltip="add an objective"),
+        Binding("delete", "remove", "Remove", show=False, tooltip="the entry under the cursor"),
         Binding("ctrl+z", "undo", "Undo", show=False),
         Binding("ctrl+y", "redo", "Redo", show=False),
-        Binding("d", "design", "From form", show=False),
+        Binding("d", "design", "From form", show=False, tooltip="plan with the design in the form"),
+        Binding("x", "axis(0)", "x axis", tooltip="show the column under the cursor on the horizontal axis"),
+        Binding("X", "axis(1)", "y axis", tooltip="show the column under the cursor on the vertical axis"),
+        Binding("r", "range", "Range", tooltip="axes over all designs, or over the front"),
         COPY,
     ]
     HELP = """
@@ -59,9 +62,11 @@ The plan on the left begins with the design in the form (`d` updates it): variab
 constraints, track, speed and seeds. `a` adds a variable, `g` an objective, Delete removes the entry under the cursor,
 Backspace restores its first value, `ctrl+z` and `ctrl+y` undo and redo.
 `s` starts, `p` pauses, `k` stops the search; every evaluation is stored in the directory of the plan, so that `s` or
-`railui optimise` resumes it. `f` moves to the front: up and down select a design, whose spectra are shown with the
-baseline; the cross on the front shows mean and standard deviation of its objectives on new seeds that the search did
-not use. `t` opens the design in the form.
+`railui optimise` resumes it. `f` shows the front on half of the screen, with a table of all objectives, variables and
+constraints and their limits; ‹ and › mark values at a limit. Up and down select a design, left and right a column: `x`
+and `X` put it on an axis of the front, `o` orders by it. `r` shows all feasible designs or the front alone. The cross
+shows mean and standard deviation of the objectives on new seeds that the search did not use. `v` shows ride quality,
+spectra and convergence. `t` opens the design in the form, `f` returns to the plan.
 """
 
     class DesignRequested(Message):
@@ -184,11 +189,42 @@ not use. `t` opens the design in the form.
     def show_status(self) -> None:
         """Show the vehicle of the plan and the state of the search."""
         self.search_view.show_status(self.plan, self.job)
+        self.update_commands()
 
     # the selected design
 
     def action_front(self) -> None:
-        self.search_view.focus_front()
+        self._show_page(not self.search_view.is_front_page)
+
+    def _show_page(self, is_front_page: bool) -> None:
+        self.view = 0
+        self.pane.display = not is_front_page
+        self.search_view.show_page(is_front_page)
+        if not is_front_page:
+            self.pane.form.focus()
+        self.update_commands()
+
+    def action_axis(self, number: int) -> None:
+        self.search_view.set_axis(number)
+
+    def action_range(self) -> None:
+        self.search_view.toggle_range()
+
+    def can_start(self) -> bool:
+        return self.plan is not None
+
+    def command_state(self) -> object:
+        view = self.search_view
+        return super().command_state(), view.is_front_page, bool(view.columns), bool(view.designs.row_count)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "take":
+            return bool(self.search_view.designs.row_count)
+        if action in ("axis", "range"):
+            return bool(self.search_view.is_front_page and self.search_view.columns)
+        if action in ("add", "objective", "remove", "design"):
+            return self.plan is not None and not self.search_view.is_front_page
+        return super().check_action(action, parameters)
 
     def action_take(self) -> None:
         index = self.search_view.designs.index

@@ -12,7 +12,7 @@ from railui.desk.messages import PartChanged
 from railui.desk.panels.common import JobPanel
 from railui.desk.presenters.choices import variable_choices
 from railui.desk.presenters.plan_form import plan_rows
-from railui.desk.state.form_rows import Field
+from railui.desk.state.form_rows import Field, typed_speed_unit
 from railui.desk.state.history import History
 from railui.desk.state.plan import USUAL_SCENARIOS, Plan, first_value
 from railui.desk.widgets.dialogs import ChoiceDialog
@@ -29,6 +29,7 @@ class PlanPanel(JobPanel):
         self.plans: History[Plan] | None = None
         self.first_plan: Plan | None = None  # whose values Backspace restores
         self.is_edited = False
+        self.speed_unit = "m/s"  # in which the speed is shown
 
     @property
     def plan(self) -> Plan | None:
@@ -64,7 +65,7 @@ class PlanPanel(JobPanel):
         base: dict[str, float] = {}
         for path in plan.bounds:
             base |= {f"bounds.{path}.{end}": plan.design.value(path) for end in ("lowest", "highest")}
-        self.pane.fill(list(plan_rows(plan)), base)
+        self.pane.fill(list(plan_rows(plan, self.speed_unit)), base)
         self.show_status()
         self.post_message(PartChanged("plan"))
 
@@ -79,7 +80,7 @@ class PlanPanel(JobPanel):
     def _on_step_requested(self, event: Form.StepRequested) -> None:
         """Step from the value that the plan has now, so that every key press counts."""
         if self.plan is not None:
-            rows = (row for row in plan_rows(self.plan) if isinstance(row, Field))
+            rows = (row for row in plan_rows(self.plan, self.speed_unit) if isinstance(row, Field))
             field = next((row for row in rows if row.path == event.path), None)
             if field is not None and (field.choices or field.is_number):
                 self._set(event.path, field.stepped(event.by), event.gesture)
@@ -92,6 +93,8 @@ class PlanPanel(JobPanel):
         if self.plan is None:
             return
         self.is_edited = True
+        if path == "speed":
+            self.speed_unit = typed_speed_unit(value) or self.speed_unit
         try:
             self.set_plan(self.plan.with_value(path, value), _row_name(path), gesture)
         except ValueError as error:

@@ -12,32 +12,27 @@ from textual.message import Message
 from textual.widgets import Static
 
 from railui.desk.messages import DesignsEvaluated, JobFailed
-from railui.desk.panels.common import Pane, arrange_grid, draw_in_turn, set_titles
+from railui.desk.panels.common import Pane, draw_in_turn, set_titles
+from railui.desk.panels.search_layout import PARTS, apply_layout, search_layout
 from railui.desk.presenters.design_plots import comfort_spectrum, displacement_spectrum
-from railui.desk.presenters.design_results import DesignResults, evaluate_design
+from railui.desk.presenters.design_results import Comparison, DesignResults, evaluate_design
+from railui.desk.presenters.front_columns import FrontColumn, front_columns, front_table
+from railui.desk.presenters.front_plot import front_plot
 from railui.desk.presenters.ride_quality import comparison_text
 from railui.desk.presenters.search_history import SearchHistory
-from railui.desk.presenters.search_plots import (
-    convergence_plot,
-    design_text,
-    fresh_comparison,
-    fresh_text,
-    front_plot,
-    front_rows,
-    plan_text,
-)
+from railui.desk.presenters.search_plots import convergence_plot, fresh_comparison, fresh_text, plan_text
 from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
 from railui.desk.state.plan import Plan
 from railui.desk.state.run_conditions import RunConditions
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.bars import Bars
 from railui.desk.widgets.plot import Plot
 from railui.desk.widgets.plot_data import PlotData
+from railui.desk.widgets.table import Table
 from railui.vehicle.design_reader import Design
 
 NO_PLOT = PlotData(Axis(""), Axis(""), placeholder="s starts the search")
+NO_DESIGN = PlotData(Axis(""), Axis(""), placeholder="select a design")
 NO_CONVERGENCE = PlotData(Axis(""), Axis(""), placeholder="after two generations")
-PARTS = ("front", "designs", "search-quality", "search-displacement", "search-comfort", "convergence")
 MIN_QUALITY_COLUMNS = 24
 
 
@@ -45,7 +40,8 @@ class SearchView(Vertical):
     """View of the history of a search.
 
     nominal: results of the nominal design, once a design of the front was selected; activity: line of the status;
-    fresh_text: statistics of the selected design on new seeds.
+    fresh_text: statistics of the selected design on new seeds; axes: numbers of the quantities on the axes of the
+    front; shows_all: its axes cover all designs.
     """
 
     def __init__(self, *, id: str | None = None) -> None:
@@ -57,27 +53,37 @@ class SearchView(Vertical):
         self.activity = ""
         self.fresh_text = ""
         self.view = 0
+        self.is_front_page = False
+        self.axes = (0, 1)
+        self.shows_all = False
+        self.columns: list[FrontColumn] = []
+        self.selected: dict[str, float] | None = None  # variables of the design that was selected last
+        self.results: Comparison | None = None  # its results and those of the nominal design
         self.result_runner = LatestJobRunner(self, "results")
 
     def compose(self) -> ComposeResult:
         yield Pane("Search", id="search-status")
         with Grid(id="search-parts"):
             yield Plot(NO_PLOT, "Pareto front", id="front")
-            yield Bars("Designs on the front", "", id="designs", has_cursor=True)
+            yield Table("Designs on the front", "no design yet", id="designs")
             yield Plot(NO_PLOT, "Displacement spectrum", id="search-displacement")
             yield Plot(NO_PLOT, "Comfort spectrum", id="search-comfort")
             yield Pane("Selected design", id="search-quality")
             yield Plot(NO_PLOT, "Convergence", id="convergence")
 
     @property
-    def designs(self) -> Bars:
-        """Rows of the designs on the front."""
-        return self.query_one("#designs", Bars)
+    def designs(self) -> Table:
+        """Designs on the front with all their quantities."""
+        return self.query_one("#designs", Table)
 
     def show_history(self, history: SearchHistory) -> None:
         """Show another search."""
         self.history = history
-        self.nominal = None
+        self.nominal, self.results, self.selected = None, None, None
+        self.query_one("#search-quality", Static).update("", layout=False)
+        for name in ("search-displacement", "search-comfort"):
+            self.query_one(f"#{name}", Plot).show(NO_DESIGN)
+        self.axes = (0, 1) if len(history.plan.objectives) > 1 else (len(history.plan.objectives), 0)
         self.set_activity("")
         self.show_all()
 
@@ -128,14 +134,48 @@ class SearchView(Vertical):
         return f"{100 * completed:.0f} % · {job.elapsed * (1 - completed) / completed:.0f} s left"
 
     def _show_front(self) -> None:
-        plot, bars, history = self.query_one("#front", Plot), self.query_one("#designs", Bars), self.history
-        if history is None or not (history.generations or history.result):
-            plot.show(NO_PLOT)
-            bars.show([])
+        history = self.history
+        self.columns = front_columns(history) if history is not None and (history.generations or history.result) else []
+        table = self.designs
+        table.show(front_table(history, self.columns) if history is not None and self.columns else [])
+        self._find_selected()
+        set_titles(table, sub=f"{table.row_count} designs · o order · x X axes" if table.row_count else "")
+        self._plot_front()
+
+    def _find_selected(self) -> None:
+        """Keep the cursor on the selected design while the front changes, and say so if it is no longer on it."""
+        if self.selected is None or self.history is None:
             return
-        bars.show(front_rows(history))
-        set_titles(bars, sub=", ".join(history.objective_names))
-        plot.show(front_plot(history, bars.index))
+        rows = self.history.front()[0].tolist()
+        wanted = list(self.selected.values())
+        if wanted in rows:
+            self.designs.place(rows.index(wanted))
+        is_on_front = wanted in rows
+        set_titles(self.query_one("#search-quality"), "Selected design" + ("" if is_on_front else ", no longer on it"))
+
+    def _plot_front(self) -> None:
+        plot, history = self.query_one("#front", Plot), self.history
+        if history is None or not self.columns:
+            plot.show(NO_PLOT)
+            return
+        plot.show(front_plot(history, self.columns, *self.axes, self.designs.index, self.shows_all))
+        evaluations = history.generations[-1].evaluations if history.generations else 0
+        count = f"{self.designs.row_count} of {evaluations} designs"
+        set_titles(plot, sub=" · ".join(text for text in (count, self._job_text()) if text))
+
+    def set_axis(self, number: int) -> None:
+        """Show the table's column under the cursor on an axis of the front: 0 horizontal, 1 vertical."""
+        column = self.designs.column - 1  # the first column is the number of the design
+        if 0 <= column < len(self.columns):
+            other = self.axes[1 - number]
+            pair = (column, other) if number == 0 else (other, column)
+            self.axes = (self.axes[1], self.axes[0]) if column == other else pair
+            self._plot_front()
+
+    def toggle_range(self) -> None:
+        """Scale the axes of the front to all feasible designs, or to the front again."""
+        self.shows_all = not self.shows_all
+        self._plot_front()
 
     def _show_convergence(self) -> None:
         data = convergence_plot(self.history) if self.history else NO_CONVERGENCE
@@ -143,15 +183,17 @@ class SearchView(Vertical):
 
     # the selected design
 
-    @on(Bars.RowSelected)
-    def _on_row_selected(self, event: Bars.RowSelected) -> None:
-        self._show_front()
+    @on(Table.RowSelected)
+    def _on_row_selected(self, event: Table.RowSelected) -> None:
+        self._plot_front()
         history = self.history
         values = history.design_values(event.index) if history else None
         if history is None or values is None:
             return
         event.stop()
-        self.activity = design_text(history, event.index)
+        self.selected = values
+        set_titles(self.query_one("#search-quality"), "Selected design")
+        self.activity = f"design {event.index + 1} of the front"
         self.fresh_text = fresh_text(history, event.index)
         self._show_status()
         plan = history.plan
@@ -162,34 +204,47 @@ class SearchView(Vertical):
     def _on_evaluated(self, event: DesignsEvaluated) -> None:
         event.stop()
         self.nominal = event.base
-        quality = self.query_one("#search-quality", Static)
-        width = max(MIN_QUALITY_COLUMNS, quality.content_size.width)
-        index = self.designs.index
-        statistics = fresh_comparison(self.history, index, width) if self.history else ""
-        text = Text(f"{statistics}\n\n" if statistics else "", no_wrap=True, overflow="ellipsis")
-        text.append_text(comparison_text(event.current, event.base, quality.size.width))
-        quality.update(text, layout=False)
+        self.results = (event.current, event.base)
+        self._show_quality()
         self.query_one("#search-displacement", Plot).show(displacement_spectrum(event.current, event.base))
         self.query_one("#search-comfort", Plot).show(comfort_spectrum(event.current, event.base))
+
+    def _show_quality(self) -> None:
+        """Show ride quality and statistics of the design that was selected last."""
+        if self.results is None or self.history is None:
+            return
+        quality = self.query_one("#search-quality", Static)
+        width = max(MIN_QUALITY_COLUMNS, quality.content_size.width)
+        statistics = fresh_comparison(self.history, self.designs.index, width)
+        text = Text(f"{statistics}\n\n" if statistics else "", no_wrap=True, overflow="ellipsis")
+        text.append_text(comparison_text(*self.results, quality.size.width))
+        quality.update(text, layout=False)
 
     @on(JobFailed)
     def _on_failed(self, event: JobFailed) -> None:
         event.stop()
         self.notify(event.text, severity="warning")
 
-    def focus_front(self) -> None:
-        """Move to the designs on the front and select one."""
-        bars = self.designs
-        if not bars.display:
-            self.view = PARTS.index("designs")
-            self.arrange_parts()
-        bars.focus()
-        if bars.rows:
-            bars.select(bars.index)
+    def show_page(self, is_front_page: bool) -> None:
+        """Show the page of the front, with its table in focus, or the overview beside the plan."""
+        self.is_front_page = is_front_page
+        self.view = 0
+        self.arrange_parts()
+        if is_front_page:
+            self.designs.focus()
+            if self.designs.row_count:
+                self.designs.select(self.designs.index)
+
+    def on_resize(self) -> None:
+        self.arrange_parts()
+        self.call_after_refresh(self._show_quality)
 
     def arrange_parts(self) -> None:
-        """Show as many parts as fit."""
-        arrange_grid(self.query_one("#search-parts", Grid), [self.query_one(f"#{name}") for name in PARTS], self.view)
+        """Arrange the parts in the room there is."""
+        grid = self.query_one("#search-parts", Grid)
+        self.query_one("#search-status").display = not self.is_front_page
+        layout = search_layout(grid.size.width, grid.size.height, self.view, self.is_front_page)
+        apply_layout(grid, {name: self.query_one(f"#{name}") for name in PARTS}, layout)
 
 
 def _evaluate_selected(

@@ -67,8 +67,8 @@ class TrackPanel(Panel):
 
     BINDINGS: ClassVar[list[Any]] = [
         Binding("o", "choose", "Track or file"),
-        Binding("e", "edit", "Edit"),
-        Binding("u", "use", "Use track"),
+        Binding("e", "edit", "Edit", tooltip="change the spec of the track"),
+        Binding("u", "use", "Use track", tooltip="run the design in the form on this track"),
         VIEW,
         COPY,
     ]

@@ -6,18 +6,18 @@ from collections.abc import Iterator
 from typing import Final
 
 from railui.desk.state.draft import Draft
-from railui.desk.state.form_rows import Field, Heading
+from railui.desk.state.form_rows import Field, Heading, speed_field
 
 TRACK_PATH: Final = "case.track"
 SPEED_PATH: Final = "case.speed"
 
 
-def design_rows(draft: Draft) -> Iterator[Heading | Field]:
+def design_rows(draft: Draft, speed_unit: str = "m/s") -> Iterator[Heading | Field]:
     """Yield the rows of the form of a design: run conditions, then its parameters by group."""
     conditions = draft.conditions
     yield Heading("run conditions")
     yield Field(TRACK_PATH, "", "track", "", conditions.track, source="the desk")
-    yield Field(SPEED_PATH, "V", "speed", "m/s", conditions.speed, 5.0, 100.0, source="the desk", usual=(5.0, 100.0))
+    yield speed_field(SPEED_PATH, conditions.speed, speed_unit, "the desk")
     profiles = draft.design.profiles
     if profiles is not None:
         yield Heading(f"contact: {profiles.wheel.stem} on {profiles.rail.stem}, {profiles.use}")

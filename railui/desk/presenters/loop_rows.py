@@ -29,8 +29,8 @@ def error_rows(history: LoopHistory, is_narrow: bool) -> list[Bar]:
         return []
     nominal = errors.get("declared", {})
     latest = errors.get("after") or errors.get("before") or nominal
-    worst = max([1e-9, *(v for v in nominal.values() if np.isfinite(v)), *latest.values()])
-    worst = worst if np.isfinite(worst) else 1.0
+    drawn = [*nominal.values(), *latest.values(), *errors.get("floor", {}).values(), *history.totals.values()]
+    worst = max([1e-9, *(v for v in drawn if np.isfinite(v))])
     shown = states[-1:] if is_narrow else states
 
     def row(name: str, values: Mapping[str, float], is_emphasised: bool = False) -> Bar:

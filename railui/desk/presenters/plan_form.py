@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
-from railui.desk.state.form_rows import Field, Heading
+from railui.desk.state.form_rows import Field, Heading, speed_field
 from railui.desk.state.plan import NO_SCENARIOS, OBJECTIVES, STUDY_SCENARIOS, USUAL_SCENARIOS, Plan
 
 AGGREGATIONS: Final = ("mean", "worst", "p95")
 
 
-def plan_rows(plan: Plan) -> Iterator[Heading | Field]:
+def plan_rows(plan: Plan, speed_unit: str = "m/s") -> Iterator[Heading | Field]:
     """Yield the rows of the form of a plan."""
     yield Heading("variables: a adds, Delete removes")
     for path in plan.bounds:
@@ -26,7 +27,7 @@ def plan_rows(plan: Plan) -> Iterator[Heading | Field]:
         caption = "constraint, for example linear_damping >= 0.05"
         yield _text_field(f"constraints.{i}", caption, constraint, title="constraint")
     yield _text_field("constraints.new", "new constraint; empty: none", "", title="new")
-    yield from _case_rows(plan)
+    yield from _case_rows(plan, speed_unit)
     yield from _method_rows(plan)
 
 
@@ -38,10 +39,10 @@ def _variable_rows(plan: Plan, path: str) -> Iterator[Heading | Field]:
         yield Field(f"bounds.{path}.{end}", "", f"{end} value", unit, value, *plan.slider_range(path), usual=usual)
 
 
-def _case_rows(plan: Plan) -> Iterator[Heading | Field]:
+def _case_rows(plan: Plan, speed_unit: str) -> Iterator[Heading | Field]:
     yield Heading("load cases")
     yield _text_field("track", "track: a spec or a file", plan.track)
-    yield Field("speed", "", "speed", "m/s", plan.speed, 5.0, 100.0)
+    yield replace(speed_field("speed", plan.speed, speed_unit), symbol="")
     yield _text_field("seeds", "random seeds of the track", plan.seeds)
     choices: tuple[str, ...] = (USUAL_SCENARIOS, NO_SCENARIOS)
     if plan.study is not None:

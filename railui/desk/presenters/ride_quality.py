@@ -95,20 +95,6 @@ def comparison_text(current: DesignResults, base: DesignResults, width: int) -> 
     return text
 
 
-def critical_speeds_text(stability: Mapping[str, Any], track: str) -> str:
-    """Return the critical speeds of `railui.running_stability.summary.stability`, a line each."""
-
-    def speed(key: str) -> str:
-        return "none up to 90 m/s" if stability[key] is None else f"{stability[key]:.4g} m/s"
-
-    lines = [
-        f"linear critical speed: {speed('linear_critical_speed')}",
-        f"nonlinear critical speed: {speed('fold_speed')}",
-        f"ride criteria on {track.split()[0]}: {speed('practical_critical_speed')}",
-    ]
-    return "\n".join(lines)
-
-
 def _append_row(
     text: Text, row: Row, values: Mapping[str, Any], base_values: Mapping[str, Any] | None, is_narrow: bool
 ) -> None:

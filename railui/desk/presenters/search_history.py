@@ -21,17 +21,20 @@ from railui.optimisation.search import SearchState
 class GenerationSummary:
     """Summary of a generation.
 
-    x: designs [n, variable]; objectives [n, objective]; is_feasible [n]: all constraints are met; evaluations and
-    failed: counts since the start; baseline [objective]: objectives of the baseline.
+    x: designs [n, variable]; objectives [n, objective]; constraints [n, constraint]: values in the worst case;
+    is_feasible [n]: all constraints are met; evaluations and failed: counts since the start; baseline [objective] and
+    baseline_constraints [constraint]: values of the baseline.
     """
 
     x: FloatArray
     objectives: FloatArray
+    constraints: FloatArray
     is_feasible: NDArray[np.bool_]
     evaluations: int
     failed: int
     activity: str
     baseline: FloatArray
+    baseline_constraints: FloatArray
 
     @property
     def feasible_objectives(self) -> FloatArray:
@@ -76,22 +79,50 @@ class SearchHistory:
             pareto = self.result["pareto"]
             x = np.array([list(design["variables"].values()) for design in pareto]).reshape(len(pareto), -1)
             return x, _number_rows([design["objectives"] for design in pareto], len(self.plan.objectives))
-        if not self.generations:
-            return np.zeros((0, 0)), np.zeros((0, 2))
-        x = np.vstack([generation.x[generation.is_feasible] for generation in self.generations])
-        objectives = self.feasible_objectives()
-        if not len(objectives):
-            return x, objectives
-        costs = objectives * self.objective_signs
+        order = self._front_order()
+        return self.feasible_designs()[order], self.feasible_objectives()[order]
+
+    def front_constraints(self) -> FloatArray:
+        """Return the constraints [n, constraint] of the designs of `front` in the worst case."""
+        if self.result is not None:
+            rows = [design["constraints"] for design in self.result["pareto"]]
+            return _number_rows(rows, len(self.plan.constraints))
+        return self.feasible_constraints()[self._front_order()]
+
+    def _front_order(self) -> NDArray[np.intp]:
+        """Return the numbers of the feasible designs on the front, ordered by the first objective."""
+        costs = self.feasible_objectives() * self.objective_signs
+        if not len(costs):
+            return np.zeros(0, dtype=np.intp)
         on_front = np.flatnonzero(nondominated(costs))
-        order = on_front[np.argsort(costs[on_front, 0], kind="stable")]
-        return x[order], objectives[order]
+        return on_front[np.argsort(costs[on_front, 0], kind="stable")]
+
+    def feasible_designs(self) -> FloatArray:
+        """Return all feasible designs so far [n, variable]."""
+        return self._feasible("x", len(self.plan.bounds))
 
     def feasible_objectives(self) -> FloatArray:
         """Return the objectives of all feasible designs so far [n, objective]."""
-        if not self.generations:
-            return np.zeros((0, 2))
-        return np.vstack([generation.feasible_objectives for generation in self.generations])
+        return self._feasible("objectives", len(self.plan.objectives))
+
+    def feasible_constraints(self) -> FloatArray:
+        """Return the constraints of all feasible designs so far [n, constraint]."""
+        return self._feasible("constraints", len(self.plan.constraints))
+
+    def _feasible(self, name: str, width: int) -> FloatArray:
+        rows = [getattr(generation, name)[generation.is_feasible] for generation in self.generations]
+        return np.vstack(rows) if rows else np.zeros((0, width))
+
+    @property
+    def baseline(self) -> FloatArray:
+        """Objectives of the baseline [objective]; NaN before the first generation."""
+        return self.generations[-1].baseline if self.generations else np.full(len(self.plan.objectives), np.nan)
+
+    @property
+    def baseline_constraints(self) -> FloatArray:
+        """Constraints of the baseline [constraint]; NaN before the first generation."""
+        unknown = np.full(len(self.plan.constraints), np.nan)
+        return self.generations[-1].baseline_constraints if self.generations else unknown
 
     def fresh_statistics(self, index: int) -> tuple[FloatArray, FloatArray] | None:
         """Return mean and sd [objective] of a design of the front on new seeds that the search did not use.
@@ -125,9 +156,13 @@ def restore_search(plan: Plan, content: Mapping[str, Any]) -> SearchHistory:
         x = _number_rows(row["x"], len(plan.bounds))
         objectives = _number_rows(row["objectives"], len(plan.objectives))
         feasible = np.array(row["is_feasible"], dtype=bool)
+        unknown = [None] * len(plan.constraints)  # of a session that an earlier version stored
+        constraints = _number_rows(row.get("constraints", [unknown] * len(x)), len(unknown))
         baseline = _number_rows([row["baseline"]], len(plan.objectives))[0]
+        limited = _number_rows([row.get("baseline_constraints", unknown)], len(unknown))[0]
         counts = int(row["evaluations"]), int(row["failed"]), str(row["activity"])
-        history.generations.append(GenerationSummary(x, objectives, feasible, *counts, baseline))
+        summary = GenerationSummary(x, objectives, constraints, feasible, *counts, baseline, limited)
+        history.generations.append(summary)
     history.result = content["result"]
     return history
 
@@ -137,18 +172,20 @@ def summarise_generation(study: Any, state: SearchState) -> GenerationSummary | 
     latest = state.generation
     if latest is None:
         return None
-    undefined = np.full(len(study.objectives), np.nan)
+    baseline = state.baseline
     return GenerationSummary(
         latest.x.copy(),
         latest.assessment.objectives.copy(),
+        latest.assessment.constraints.copy(),
         np.all(violations(study, latest.assessment) <= 0, axis=1),
         state.evaluations,
         state.failed,
         state.activity,
-        state.baseline.objectives[0] if state.baseline is not None else undefined,
+        np.full(len(study.objectives), np.nan) if baseline is None else baseline.objectives[0].copy(),
+        np.full(len(study.constraints), np.nan) if baseline is None else baseline.constraints[0].copy(),
     )
 
 
 def _number_rows(rows: Sequence[Sequence[float | None]], width: int) -> FloatArray:
     """Return rows of JSON numbers as an array [n, width], null as NaN."""
-    return np.array([[np.nan if v is None else v for v in row] for row in rows], dtype=float).reshape(-1, width)
+    return np.array([[np.nan if v is None else v for v in row] for row in rows], dtype=float).reshape(len(rows), width)

@@ -1,71 +1,19 @@
-"""Plots, rows and texts of a search: Pareto front, convergence, designs on the front."""
+"""Convergence and texts of a search and of the designs on its front."""
 
 from __future__ import annotations
 
 import numpy as np
 from rich.text import Text
 
-from railui.arrays import FloatArray
 from railui.desk.presenters.search_history import SearchHistory
 from railui.desk.state.plan import Plan, objective_unit
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.bars import Bar
-from railui.desk.widgets.plot_data import Line, Mark, PlotData
+from railui.desk.widgets.plot_data import Line, PlotData
 from railui.io.number_format import format_quantity, typeset
-from railui.optimisation.multi_objective import hypervolumes, knee
+from railui.optimisation.multi_objective import hypervolumes
 from railui.vehicle.design_reader import Design
 
-SHOWN_PERCENTILE = 90  # of the objectives; the plot ends half a span beyond
-FRAME_MARGIN = 0.5  # of the span
-
-
 # plots
-
-
-def front_plot(history: SearchHistory, index: int) -> PlotData:
-    """Plot the evaluated designs, the Pareto front, the baseline, and the selected design with its spread."""
-    plan = history.plan
-    if len(plan.objectives) < 2:
-        return PlotData(Axis(""), Axis(""), placeholder="single objective: see the convergence")
-    _, front = history.front()
-    x, y = (
-        Axis(name, objective_unit(objective))
-        for name, (objective, _) in zip(history.objective_names[:2], plan.objectives[:2], strict=True)
-    )
-    lines, marks = [], []
-    evaluated = history.feasible_objectives()
-    if len(evaluated):
-        low, high = _plot_range(np.vstack([front, evaluated]) if len(front) else evaluated)
-        inside = np.all((evaluated[:, :2] >= low) & (evaluated[:, :2] <= high), axis=1)
-        lines.append(Line(evaluated[inside, 0], evaluated[inside, 1], "evaluated", "base", is_points=True))
-    lines.append(Line(front[:, 0], front[:, 1], "front", "current"))
-    if history.generations and np.all(np.isfinite(history.generations[-1].baseline)):
-        baseline = history.generations[-1].baseline
-        marks.append(Mark(float(baseline[0]), float(baseline[1]), "x", "baseline", "other"))
-        lines.append(Line(baseline[:1], baseline[1:2], "", "other", is_points=True))
-    if index < len(front):
-        lines += _spread_lines(history, index)
-        marks.append(Mark(float(front[index, 0]), float(front[index, 1]), "o", f"{index + 1}", "limit"))
-    return PlotData(x, y, lines, marks=marks)
-
-
-def _spread_lines(history: SearchHistory, index: int) -> list[Line]:
-    """Return a cross of one standard deviation about the mean on new seeds."""
-    statistics = history.fresh_statistics(index)
-    if statistics is None:
-        return []
-    (x, y), (dx, dy) = statistics[0][:2], statistics[1][:2]
-    return [
-        Line(np.array([x - dx, x + dx]), np.array([y, y]), "new seeds", "limit"),
-        Line(np.array([x, x]), np.array([y - dy, y + dy]), "", "limit"),
-    ]
-
-
-def _plot_range(objectives: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the ends of the plotted range; distant designs would hide the front."""
-    low, high = np.nanpercentile(objectives[:, :2], [0, SHOWN_PERCENTILE], axis=0)
-    margin = FRAME_MARGIN * (high - low)
-    return low - margin, high + margin
 
 
 def convergence_plot(history: SearchHistory) -> PlotData:
@@ -87,22 +35,7 @@ def convergence_plot(history: SearchHistory) -> PlotData:
     return PlotData(Axis("designs"), Axis("hypervolume", low=0.0, high=1.05), [Line(count, hypervolume, "")])
 
 
-# rows and texts
-
-
-def front_rows(history: SearchHistory) -> list[Bar]:
-    """Return a row per design on the front: its objectives; the bar is the relative first objective."""
-    _, front = history.front()
-    best = history.result["knee"] if history.result is not None else None
-    if best is None and len(front) > 1:
-        best = knee(front, history.objective_signs)
-    span = float(np.ptp(front[:, 0])) if len(front) else 0.0
-    rows = []
-    for i, objectives in enumerate(front):
-        text = "  ".join(f"{value:8.4g}" for value in objectives)
-        fraction = 1 - abs(objectives[0] - front[0, 0]) / span if span else 1.0
-        rows.append(Bar(f"{i + 1}{' knee' if i == best else ''}", float(fraction), text, is_emphasised=i == best))
-    return rows
+# texts
 
 
 def plan_text(plan: Plan) -> Text:

@@ -86,15 +86,14 @@ def spectrum_plot(analysis: TrackAnalysis) -> PlotData:
 
 def band_rows(analysis: TrackAnalysis) -> list[Bar]:
     """Return the standard deviation by wavelength band, with those of the reference spectra."""
-    largest = float(max(analysis.bands.max(initial=0.0), MIN_SD))
+    reference_sd = {name: [spectrum_sd(name, "yw", *band) for band in BANDS] for name in REFERENCE_SPECTRA}
+    largest = max(float(analysis.bands.max(initial=0.0)), *(max(sds) for sds in reference_sd.values()), MIN_SD)
     rows = []
-    for (low, high), sd in zip(BANDS, analysis.bands, strict=True):
+    for i, ((low, high), sd) in enumerate(zip(BANDS, analysis.bands, strict=True)):
         text = f"{MM_PER_M * sd:.3g} mm"
         rows.append(Bar(f"{low:g} to {high:g} m", float(sd / largest), text, is_emphasised=True))
-        for name in REFERENCE_SPECTRA:
-            reference = spectrum_sd(name, "yw", low, high)
-            text = f"{MM_PER_M * reference:.3g} mm"
-            rows.append(Bar(f"  {name}", float(reference / largest), text, role="base"))
+        for name, sds in reference_sd.items():
+            rows.append(Bar(f"  {name}", float(sds[i] / largest), f"{MM_PER_M * sds[i]:.3g} mm", role="base"))
     return rows
 
 

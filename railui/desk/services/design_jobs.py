@@ -1,20 +1,16 @@
-"""Jobs of the Design panel: evaluate designs, compute critical speeds."""
+"""Jobs of the Design panel: evaluate a design and its base."""
 
 from __future__ import annotations
 
 from textual.message import Message
 
-from railui.desk.messages import DesignsEvaluated, JobDone
+from railui.desk.messages import DesignsEvaluated
 from railui.desk.presenters.design_results import (
     Comparison,
     add_curving,
     evaluate_comparison,
-    load_track,
 )
-from railui.desk.presenters.ride_quality import critical_speeds_text
-from railui.desk.services.jobs import BackgroundJob, Checkpoints
 from railui.desk.state.run_conditions import RunConditions
-from railui.running_stability.summary import stability
 from railui.vehicle.design_reader import Design
 
 
@@ -26,9 +22,3 @@ def evaluate_designs(design: Design, base: Design, conditions: RunConditions, la
 def evaluate_curving(results: Comparison) -> Message:
     """Add curving to the results of a design and its base."""
     return DesignsEvaluated(*add_curving(*results), is_addition=True)
-
-
-def compute_critical_speeds(job: BackgroundJob, design: Design, track: str) -> Message:
-    """Compute the linear and nonlinear critical speeds and the speed limit by ride criteria on a track."""
-    speeds = stability(design, fold=True, track=load_track(track), progress=Checkpoints(job))
-    return JobDone(job.name, critical_speeds_text(speeds, track))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from railui.desk.widgets.axis import Scale
 from railui.desk.widgets.bars import Bar
-from railui.desk.widgets.plot_data import PlotData
+from railui.desk.widgets.plot_data import SERIES_COUNT, PlotData, drawn_lines, series_role
 from railui.io.atomic import write_bytes, write_text
 from railui.report.figures.drawing import BLUE, GREY, ORANGE, draw_picture
 
@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PICTURE_INCHES: Final = (6.4, 3.4)
-COLOURS: Final = {"current": BLUE, "base": GREY, "other": ORANGE, "limit": ORANGE}
+COLOURS: Final = {"current": BLUE, "base": GREY, "other": ORANGE, "limit": ORANGE} | {
+    series_role(k): f"C{k}" for k in range(SERIES_COUNT)
+}
 SUFFIXES: Final = (".svg", ".csv")
 
 
@@ -35,7 +37,7 @@ def file_name(title: str, suffix: str) -> str:
 def plot_table(data: PlotData) -> str:
     """Return the lines of a plot as CSV: name of the line, abscissa and ordinate with their units."""
     rows = [["line", data.x.label, data.y.label]]
-    for line in data.lines:
+    for line in drawn_lines(data):
         name = line.label or line.role
         rows += [[name, f"{x:.9g}", f"{y:.9g}"] for x, y in zip(line.x, line.y, strict=True)]
     return _csv(rows)
@@ -62,6 +64,9 @@ def _draw(ax: Axes, title: str, data: PlotData, scales: tuple[Scale, Scale]) -> 
         labelled.add(label)
         style = {"linestyle": "none", "marker": ".", "markersize": 2} if line.is_points else {"linewidth": 1}
         ax.plot(line.x, line.y, color=COLOURS.get(line.role, BLUE), label=label or None, **style)
+    for band in data.bands:
+        colour = COLOURS.get(band.role, BLUE)
+        ax.fill_between(band.x, band.low, band.high, color=colour, alpha=0.2, linewidth=0, label=band.label or None)
     for limit in data.limits:
         (ax.axvline if limit.is_vertical else ax.axhline)(limit.value, color=ORANGE, linestyle=":", linewidth=0.8)
     for mark in data.marks:
@@ -74,7 +79,7 @@ def _draw(ax: Axes, title: str, data: PlotData, scales: tuple[Scale, Scale]) -> 
     ax.set_xlabel(data.x.label)
     ax.set_ylabel(data.y.label)
     ax.set_title(title)
-    if labelled - {""}:
+    if labelled - {""} or any(band.label for band in data.bands):
         ax.legend(loc="best", frameon=False, fontsize=8)
 
 

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 
 from textual.message import Message
+from textual.timer import Timer
 from textual.widget import Widget
 
 from railui.desk.messages import JobFailed, ProgressEvent, ProgressMessage
@@ -15,6 +16,7 @@ from railui.progress import Progress, Stopped
 
 Job = Callable[[], Message]
 PAUSE_POLL_INTERVAL = 0.05  # s
+QUIET_SECONDS = 0.4  # s without a new request, after which a long computation starts
 
 
 class LatestJobRunner:
@@ -68,6 +70,7 @@ class BackgroundJob:
         self.resumed.set()
         self.start_time = time.monotonic()
         self.paused_seconds = 0.0
+        self.is_finished = False
         owner.run_worker(self._run, name=name, thread=True, exit_on_error=False)
 
     def checkpoint(self, _: object = None) -> None:
@@ -108,7 +111,9 @@ class BackgroundJob:
         self.resumed.set()
 
     def _run(self) -> None:
-        self.owner.post_message(run_job(lambda: self.function(self), self.name))
+        message = run_job(lambda: self.function(self), self.name)
+        self.is_finished = True
+        self.owner.post_message(message)
 
 
 class DeskProgress(Progress):
@@ -156,3 +161,37 @@ def run_job(job: Job, name: str) -> Message:
         return JobFailed(name, str(error))
     except Exception as error:
         return JobFailed(name, f"{type(error).__name__}: {error} (traceback in {log_traceback(error)})")
+
+
+class NewestJob:
+    """Long computation for the newest request: an older one is stopped, the new one starts after a quiet moment."""
+
+    def __init__(self, owner: Widget, name: str, delay: float = QUIET_SECONDS) -> None:
+        self.owner = owner
+        self.name = name
+        self.delay = delay
+        self.job: BackgroundJob | None = None
+        self.timer: Timer | None = None
+
+    def request(self, function: Callable[[BackgroundJob], Message]) -> None:
+        """Run a function soon instead of the one before."""
+        self.cancel()
+        self.timer = self.owner.set_timer(self.delay, lambda: self._start(function))
+
+    @property
+    def is_active(self) -> bool:
+        """True if a function is running or waiting."""
+        return self.timer is not None or (self.job is not None and not self.job.is_finished)
+
+    def cancel(self) -> None:
+        """Stop what is running or waiting."""
+        if self.timer is not None:
+            self.timer.stop()
+            self.timer = None
+        if self.job is not None:
+            self.job.stop()
+            self.job = None
+
+    def _start(self, function: Callable[[BackgroundJob], Message]) -> None:
+        self.timer = None
+        self.job = BackgroundJob(self.owner, self.name, function)

@@ -7,7 +7,7 @@ from math import log, sqrt
 from typing import Any, Final
 
 from railui.io.number_format import format_quantity, scale_to_prefix, typeset
-from railui.io.units import NUMBER, UnitError, quantity
+from railui.io.units import NUMBER, UnitError, convert, quantity
 from railui.vehicle.parameter import Parameter, split_path
 
 LOG_SCALE_RATIO: Final = 10.0  # ratio of the ends of a range from which a slider is logarithmic
@@ -16,6 +16,10 @@ OPEN_RANGE_RATIO: Final = 30.0  # range of a slider without usual range, over th
 MAX_RANGE_RATIO: Final = 100.0  # of the ends of a slider over the value of the base, if the usual range is wider
 ZERO_RANGE_RATIO: Final = 1e3  # of a logarithmic slider that has 0 at its left end
 MAX_CLEARANCE: Final = 0.5  # m; ranges of lengths up to here span decades (clearances), longer ones are distances
+MIN_SLIDER_SPEED: Final = 5.0  # m/s
+MAX_SLIDER_SPEED: Final = 100.0  # m/s
+KMH_PER_MS: Final = 3.6
+SPEED_UNITS: Final = ("m/s", "km/h")  # in which a speed is shown
 SLIDER_STEP: Final = 0.02  # of the range, per key press; 0 of a logarithmic slider is one step from its lowest value
 GREEK_LETTERS = {"lambda": "λ", "kappa": "κ", "epsilon": "ε", "delta": "δ", "sigma": "σ", "psi": "ψ", "phi": "φ"}
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
@@ -33,7 +37,8 @@ class Field:
     """Row of a form with a number, a text, or one of `choices`. A value of None: not given and without default.
 
     low, high: ends of the slider; floor: lowest positive value of a logarithmic slider that begins at 0;
-    usual: range of real vehicles, outside which a warning is shown.
+    usual: range of real vehicles, outside which a warning is shown; display_unit: unit of its text and of numbers that
+    are typed without one, by default that of the value with a prefix.
     """
 
     path: str
@@ -50,6 +55,7 @@ class Field:
     floor: float = 0.0
     usual: tuple[float, float] | None = None
     is_integer: bool = False
+    display_unit: str = ""
 
     @property
     def name(self) -> str:
@@ -81,6 +87,8 @@ class Field:
     @property
     def shown_unit(self) -> str:
         """Unit in which the value is shown, with its prefix; that of the middle of the slider for a value of 0."""
+        if self.display_unit:
+            return self.display_unit
         value = self.value if isinstance(self.value, int | float) else 0.0
         return scale_to_prefix(float(value) or sqrt(max(self.floor, 0.0) * self.high) or self.high, self.unit)[1]
 
@@ -141,6 +149,26 @@ class Field:
         return float(text) if unit == self.unit else f"{text} {unit}"
 
 
+def speed_field(path: str, value: float, unit: str, source: str = "") -> Field:
+    """Return the field of a running speed [m/s] shown in m/s or km/h.
+
+    >>> value_text(speed_field("speed", 40.0, "km/h")), speed_field("speed", 40.0, "km/h").typed("160")
+    ('144 km/h', '160 km/h')
+    """
+    usual = MIN_SLIDER_SPEED, MAX_SLIDER_SPEED
+    return Field(path, "V", "speed", "m/s", value, *usual, source=source, usual=usual, display_unit=unit)
+
+
+def typed_speed_unit(value: Any) -> str:
+    """Return the unit of a typed speed if it can be shown in it, or an empty text.
+
+    >>> typed_speed_unit("144 km/h"), typed_speed_unit(40.0)
+    ('km/h', '')
+    """
+    unit = value.strip().lstrip("+-.eE0123456789 ") if isinstance(value, str) else ""
+    return unit if unit in SPEED_UNITS else ""
+
+
 def number_field(p: Parameter, value: float | None, reference: float | None, is_changed: bool, source: str) -> Field:
     """Return the field of a parameter; `reference` is the value of the base, which its slider contains."""
     low, high = slider_range(p, value if reference is None else reference)
@@ -193,10 +221,16 @@ def value_text(field: Field) -> str:
         return "yes" if field.value else "no"
     if isinstance(field.value, str):
         return field.value.replace("_", " ") if field.choices else field.value
+    if field.display_unit:
+        return _shown(field, field.value)
     if field.value == 0:
         unit = field.shown_unit
         return "0" if unit in ("", "1") else f"0 {typeset(unit)}"
     return typeset(format_quantity(field.value, field.unit))
+
+
+def _shown(field: Field, value: float) -> str:
+    return typeset(f"{convert(value, field.unit, field.display_unit):.4g} {field.display_unit}")
 
 
 def range_text(field: Field) -> str:
@@ -205,6 +239,10 @@ def range_text(field: Field) -> str:
         return " / ".join(str(c).lower() for c in field.choices)
     if isinstance(field.value, str):
         return ""
+    if field.display_unit:
+        both = f" · {typeset(format_quantity(float(field.value or 0.0), field.unit))}" if field.value else ""
+        same = both if field.display_unit != field.unit else f" · {KMH_PER_MS * float(field.value or 0.0):.4g} km/h"
+        return f"{_shown(field, field.low)} to {_shown(field, field.high)}{same}"
     return typeset(f"{format_quantity(field.low, field.unit, 5)} to {format_quantity(field.high, field.unit, 5)}")
 
 
@@ -227,6 +265,6 @@ def typed_preview(field: Field, text: str) -> tuple[str, bool]:
         value = quantity(field.typed(text), field.unit)
     except UnitError as error:
         return ", ".join(part for part in (error.message, error.remedy) if part), True
-    read = Field(field.path, "", "", field.unit, value, usual=field.usual)
+    read = Field(field.path, "", "", field.unit, value, usual=field.usual, display_unit=field.display_unit)
     warning = warning_text(read)
     return f"= {value_text(read)}" + (f": {warning}" if warning else ""), False

@@ -17,6 +17,7 @@ from railui.desk.widgets.cursor import CURSOR_STYLE, cursor_mark
 from railui.desk.widgets.keys import hidden_bindings
 
 BAR_BLOCKS = " ▏▎▍▌▋▊▉█"
+OVERFLOW = 1e-6  # of a fraction, beyond which a bar ends in an arrow
 MIN_NAME_COLUMNS, MIN_BAR_COLUMNS = 10, 6  # columns that names and bars have where it is narrow
 
 
@@ -24,7 +25,8 @@ MIN_NAME_COLUMNS, MIN_BAR_COLUMNS = 10, 6  # columns that names and bars have wh
 class Bar:
     """Row: name, bar of a fraction 0 .. 1, text.
 
-    reference: fraction of a pale bar behind; mark: position of a line across the bar; role: style of the bar.
+    A bar of more than 1 ends in an arrow. reference: fraction of a pale bar behind; mark: position of a line across the
+    bar; role: style of the bar.
     """
 
     name: str
@@ -47,12 +49,12 @@ class Bars(ScrollView, can_focus=True):
         "bars--strong",
     }
     BINDINGS: ClassVar[list[Any]] = hidden_bindings(
-        ("up", "go(-1)", ""),
-        ("down", "go(1)", ""),
-        ("pageup", "go(-10)", ""),
-        ("pagedown", "go(10)", ""),
-        ("home", "go(-1000000)", ""),
-        ("end", "go(1000000)", ""),
+        ("up", "go(-1)", "Row up"),
+        ("down", "go(1)", "Row down"),
+        ("pageup", "go(-10)", "Ten rows up"),
+        ("pagedown", "go(10)", "Ten rows down"),
+        ("home", "go(-1000000)", "First row"),
+        ("end", "go(1000000)", "Last row"),
         ("y", "copy", "Copy table"),
     )
     HELP = "\n**Bars**: up and down move through the rows, `y` copies them as a table.\n"
@@ -132,6 +134,8 @@ class Bars(ScrollView, can_focus=True):
             cells[eighths // 8] = (BAR_BLOCKS[eighths % 8], style[row.role])
         if row.mark is not None and 0 <= row.mark <= 1:
             cells[min(width - 1, int(row.mark * width))] = ("|" if plain else "┃", style["mark"])
+        if max(row.fraction, row.reference) > 1 + OVERFLOW:
+            cells[-1] = (">" if plain else "▶", style["mark"])
         return [Segment(character, cell_style) for character, cell_style in cells]
 
     def action_go(self, by: int) -> None:

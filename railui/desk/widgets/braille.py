@@ -55,6 +55,18 @@ def rasterise_points(x: FloatArray, y: FloatArray, width: int, height: int) -> C
     return _to_cells(x[inside], y[inside], width, height)
 
 
+def rasterise_band(low: FloatArray, high: FloatArray, width: int, height: int) -> Cells:
+    """Return the area between two lines as cells; low, high [column of dots] in dots from the upper edge, low below.
+
+    A column whose ends are not finite stays empty; any other has at least one dot.
+    """
+    rows = np.arange(DOT_ROWS * height)[:, None]
+    with np.errstate(invalid="ignore"):
+        dots = (rows >= np.floor(high)[None]) & (rows <= np.floor(low)[None])
+    y, x = np.nonzero(dots)
+    return _to_cells(x.astype(float), y.astype(float), width, height)
+
+
 def _clip(
     ax: FloatArray, ay: FloatArray, bx: FloatArray, by: FloatArray, wide: float, high: float
 ) -> tuple[FloatArray, ...]:

@@ -23,9 +23,23 @@ class Frame:
     width: int
     height: int
 
+    @property
+    def right(self) -> int:
+        """First column beyond the frame."""
+        return self.left + self.width
+
+    @property
+    def foot(self) -> int:
+        """First row below the frame."""
+        return self.top + self.height
+
     def row(self, position: float) -> int:
         """Return the row of a position on the vertical axis."""
         return self.top + min(self.height - 1, max(0, int((1 - position) * self.height)))
+
+    def column(self, position: float) -> int:
+        """Return the column of a position on the horizontal axis."""
+        return self.left + min(self.width - 1, max(0, int(position * self.width)))
 
 
 class Canvas:

@@ -173,7 +173,6 @@ mouse drags the slider.
         name, value, mark = (self.get_component_rich_style(f"form--{k}") for k in ("name", "value", "mark"))
         dot = ("*" if self._is_plain else "●") if field.is_changed else " "
         is_current = self.rows[self.index] is field
-        title = field.name
         segments = [Segment(f"{dot}{cursor_mark(self._is_plain) if is_current else ' '}", mark)]
         if width >= NAME_COLUMNS + VALUE_COLUMNS + SYMBOL_COLUMNS + 12 and self.has_symbols:
             segments.append(
@@ -189,10 +188,10 @@ mouse drags the slider.
             names = min(NAME_COLUMNS, max(8, width - VALUE_COLUMNS - 9))
         text = value_text(field)
         if isinstance(field.value, str) and (not field.choices or len(text) > VALUE_COLUMNS):
-            names = min(names, max(8, len(title) + 2))
+            names = min(names, max(8, len(field.name) + 2))
             room = max(4, width - sum(len(s.text) for s in segments) - names - 1)
-            return [*segments, Segment(title[: names - 1].ljust(names), name), Segment(text[:room], value)]
-        segments.append(Segment(title[: names - 1].ljust(names), name))
+            return [*segments, Segment(field.name[: names - 1].ljust(names), name), Segment(text[:room], value)]
+        segments.append(Segment(field.name[: names - 1].ljust(names), name))
         text = f"! {text}" if field.is_unusual else text
         style = mark if field.is_unusual else value
         segments.append(Segment(text[:VALUE_COLUMNS].rjust(VALUE_COLUMNS), style))
@@ -231,8 +230,8 @@ mouse drags the slider.
         lines = [i for i, row in enumerate(self.rows) if isinstance(row, Field)]
         if not lines:
             return
-        position = lines.index(self.index) if self.index in lines else 0
-        self._move_to(lines[min(len(lines) - 1, max(0, position + by))])
+        position = (lines.index(self.index) if self.index in lines else 0) + by
+        self._move_to(lines[min(len(lines) - 1, max(0, position))])
 
     def action_slide(self, by: int) -> None:
         if self.field is not None:
@@ -292,5 +291,10 @@ mouse drags the slider.
             self.post_message(self.ValueRequested(field.path, value, f"{field.path} {self.gesture}"))
 
     def on_click(self, event: events.Click) -> None:
-        if event.chain == 2:
+        if self.field is not None and self.field.choices:
+            line = "".join(segment.text for segment in self._segments(self.field, self.scrollable_content_region.width))
+            arrow = line[event.x : event.x + 1]
+            if arrow in ("‹", "›", "<", ">"):
+                self.action_slide(1 if arrow in "›>" else -1)
+        elif event.chain == 2:
             self.action_type()

@@ -1,23 +1,43 @@
-"""Data of a plot: lines, limits and markers over two axes."""
+"""Data of a plot: lines, bands, limits and marks over two axes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from railui.arrays import FloatArray
 from railui.desk.widgets.axis import Axis
 
+SERIES_COUNT: Final = 6  # colours for lines of one plot that are told apart
+ROLES: Final = ("current", "base", "other", "limit", *(f"series{k}" for k in range(1, SERIES_COUNT + 1)))
+
+
+def series_role(index: int) -> str:
+    """Return the role of the line with a number from 0; the colours are used again after the last one."""
+    return f"series{index % SERIES_COUNT + 1}"
+
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """Line or points of a plot; the role selects the style: current, base, other, limit."""
+    """Line or points of a plot; the role, one of ROLES, selects the style."""
 
     x: FloatArray
     y: FloatArray
     label: str = ""
     role: str = "current"
     is_points: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """Shaded area between two lines over the same points, of the role current or base."""
+
+    x: FloatArray
+    low: FloatArray
+    high: FloatArray
+    label: str = ""
+    role: str = "current"
 
 
 @dataclass(frozen=True)
@@ -27,6 +47,7 @@ class LimitLine:
     value: float
     label: str = ""
     is_vertical: bool = False
+    role: str = "limit"
 
 
 @dataclass(frozen=True)
@@ -42,7 +63,7 @@ class Mark:
 
 @dataclass(frozen=True, eq=False)
 class PlotData:
-    """Data of a plot; the placeholder is shown if there are no lines."""
+    """Data of a plot; the placeholder is shown if there are neither lines nor bands."""
 
     x: Axis
     y: Axis
@@ -50,3 +71,14 @@ class PlotData:
     limits: Sequence[LimitLine] = ()
     marks: Sequence[Mark] = ()
     placeholder: str = ""
+    bands: Sequence[Band] = ()
+
+
+def drawn_lines(data: PlotData) -> list[Line]:
+    """Return the lines of a plot and the edges of its bands, as its tables list them."""
+    edges = [
+        Line(band.x, y, f"{band.label or band.role} {end}", band.role)
+        for band in data.bands
+        for end, y in (("lowest", band.low), ("highest", band.high))
+    ]
+    return [*data.lines, *edges]

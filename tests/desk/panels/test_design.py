@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import threading
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from railui.contact import contact_points
 from railui.desk.messages import DesignsEvaluated
 from railui.desk.panels.design import DesignPanel
 from railui.desk.widgets.dialogs import DifferenceDialog, ProblemsDialog, QuestionDialog
@@ -99,7 +103,7 @@ async def test_a_derailing_vehicle_is_classified_and_plotted(open_desk: OpenDesk
         await keys.wait_until_idle()
         assert panel.results is not None and panel.results[0].quality["class"] == "dangerous"
         assert "DANGEROUS" in "".join(strip.text for strip in keys.desk.screen._compositor.render_strips())
-        assert all(plot.data.lines for plot in panel.query(Plot) if plot.display)
+        assert all(plot.data.lines for plot in panel.page.query(Plot) if plot.display)
 
 
 async def test_problems_of_a_file_are_shown_with_their_lines(open_desk: OpenDesk, tmp_path: Path) -> None:
@@ -147,7 +151,7 @@ async def test_the_desk_accepts_every_terminal_size(open_desk: OpenDesk, bogie: 
         await keys.pilot.resize_terminal(10, 4)
         await keys.pilot.resize_terminal(*size)
         await keys.wait_until_idle()
-        shown = [plot for plot in keys.desk.query_one(DesignPanel).query(Plot) if plot.display]
+        shown = [plot for plot in keys.desk.query_one(DesignPanel).page.query(Plot) if plot.display]
         assert 1 <= len(shown) <= 6
 
 
@@ -210,3 +214,31 @@ async def test_late_curving_of_an_earlier_design_does_not_replace_the_results(op
         assert panel.results[0].quality["score"] == score != earlier[0].quality["score"]
         assert panel.results[0].design.content() == panel.draft.design.content()
         assert panel.results[0].guiding_force is not None
+
+
+async def test_steps_of_the_gauge_of_profiles_count_and_do_not_stop_the_interface(
+    open_desk: OpenDesk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    threads = []
+    real = contact_points.find_contacts
+
+    def find_contacts(*arguments: Any) -> Any:
+        threads.append(threading.current_thread())
+        return real(*arguments)
+
+    monkeypatch.setattr(contact_points, "find_contacts", find_contacts)
+    async with open_desk(REPOSITORY / "designs/profiled_bogie.yaml") as keys:
+        panel = keys.desk.query_one(DesignPanel)
+        assert panel.draft is not None
+        threads.clear()
+        panel.pane.form.select("contact.profiles.gauge")
+        field = panel.pane.form.field
+        assert field is not None and isinstance(field.value, float)
+        wanted = field.value
+        for _ in range(3):  # at once, while the contact is computed
+            wanted = replace(field, value=wanted).stepped(1)
+            keys.desk.simulate_key("right")
+        await keys.wait_until_idle()
+        assert panel.draft.design.value("contact.profiles.gauge") == wanted
+        assert threads and threading.main_thread() not in threads
+        assert panel.results is not None and panel.results[0].design.content() == panel.draft.design.content()

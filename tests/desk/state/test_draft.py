@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from railui.desk.state.plan import Plan, default_bounds
 from railui.io.problems import FileProblems
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.effects import PlacedEffect
+from tests.desk.conftest import REPOSITORY
 
 PLAY = PlacedEffect("free_play", "primary_lateral", None, {"half_width": 3e-4})
 
@@ -83,3 +85,23 @@ def test_a_plan_rejects_bounds_in_the_wrong_order(bogie: Path) -> None:
     plan = Plan.for_design(load_design(bogie), "erri_b176_low", 40.0)
     with pytest.raises(ValueError, match="not below"):
         plan.with_value("bounds.vehicle.primary.lateral_stiffness.lowest", "20 MN/m")
+
+
+def test_saving_a_design_with_profiles_computes_no_contact_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(REPOSITORY / "designs/profiles", tmp_path / "profiles")
+    draft = Draft.load(Path(shutil.copy(REPOSITORY / "designs/profiled_bogie.yaml", tmp_path)))
+    draft.set("vehicle.primary.lateral_stiffness", "5 MN/m")
+    draft.set("vehicle.wheel_load", "70 kN")
+    draft.set("contact.profiles.gauge", "1437 mm")
+
+    def computed(*_: object) -> None:
+        raise AssertionError("the contact geometry takes 0.4 s to seconds: the interface would stop")
+
+    monkeypatch.setattr("railui.contact.contact_points.find_contacts", computed)
+    draft.save()
+    assert not draft.is_modified
+    (tmp_path / "other").mkdir()
+    draft.save_as(tmp_path / "other/bogie.yaml")
+    assert draft.path == tmp_path / "other/bogie.yaml" and not draft.is_modified

@@ -7,7 +7,15 @@ from pathlib import Path
 import pytest
 
 from railui.desk.state.draft import Draft
-from railui.desk.state.form_rows import Field, typed_preview, value_text, warning_text
+from railui.desk.state.form_rows import (
+    Field,
+    range_text,
+    speed_field,
+    typed_preview,
+    typed_speed_unit,
+    value_text,
+    warning_text,
+)
 from railui.vehicle.effects import PlacedEffect
 from tests.desk.conftest import REPOSITORY
 
@@ -105,3 +113,13 @@ def test_whole_numbers_step_by_one_at_least() -> None:
     assert generations.stepped(1) == 2 and generations.stepped(-1) == 1
     population = Field("population", "", "", "1", 64, 8, 512, is_integer=True)
     assert isinstance(population.stepped(1), int) and population.stepped(1) > 64
+
+
+def test_a_speed_is_read_and_shown_in_the_unit_typed_last() -> None:
+    field = speed_field("speed", 40.0, typed_speed_unit("144 km/h"))
+    assert value_text(field) == "144 km/h" and field.shown_unit == "km/h"
+    assert field.typed("160") == "160 km/h" and field.typed("50 m/s") == "50 m/s"
+    assert typed_preview(field, "160")[0] == "= 160 km/h"
+    assert range_text(field) == "18 km/h to 360 km/h · 40 m/s"
+    assert range_text(speed_field("speed", 40.0, "m/s")) == "5 m/s to 100 m/s · 144 km/h"
+    assert typed_speed_unit("0.5 km") == "" and typed_speed_unit(40.0) == ""

@@ -1,0 +1,85 @@
+"""Pages of the results of a design: their names, and the line that shows and switches them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from rich.text import Text
+from textual.containers import Vertical
+from textual.events import Click
+from textual.message import Message
+from textual.widgets import Static
+
+from railui.desk.presenters.design_results import Comparison
+
+PAGES: Final = {"overview": "Overview", "stability": "Stability", "speed": "Speed"}
+GAP: Final = 2  # columns between two names
+
+
+class ResultPage(Vertical):
+    """Page that shows the results of a design and of its base."""
+
+    class StatusChanged(Message):
+        """What the page computes has changed; text: what it does now."""
+
+        def __init__(self, text: str) -> None:
+            super().__init__()
+            self.text = text
+
+    def __init__(self, *, id: str) -> None:
+        super().__init__(id=id)
+        self.view = 0
+        self.results: Comparison | None = None
+
+    def show(self, results: Comparison | None) -> None:
+        """Show other results; nothing of earlier ones stays."""
+        raise NotImplementedError
+
+    def leave(self) -> None:
+        """Stop computing, because another page is shown."""
+
+    def arrange_parts(self) -> None:
+        """Show as many parts as fit, from number `view` on."""
+        raise NotImplementedError
+
+    def set_status(self, text: str) -> None:
+        """Show what the page does in the line of the pages."""
+        self.post_message(self.StatusChanged(text))
+
+
+class ResultTabs(Static):
+    """Names of the pages in one line, with what the page shown is computing."""
+
+    @dataclass
+    class Chosen(Message):
+        """A page was clicked."""
+
+        page: str
+
+    def __init__(self, *, id: str) -> None:
+        super().__init__(id=id)
+        self.page = next(iter(PAGES))
+        self.status = ""
+
+    def on_mount(self) -> None:
+        self.show(self.page)
+
+    def show(self, page: str, status: str = "") -> None:
+        """Mark the page that is shown."""
+        self.page, self.status = page, status
+        text = Text(no_wrap=True, overflow="ellipsis")
+        for name, title in PAGES.items():
+            text.append(f" {title} ", "bold reverse" if name == page else "")
+            text.append(" " * (GAP - 1))
+        text.append(" [ ] ", "dim")
+        text.append(status, "dim italic")
+        self.update(text, layout=False)
+
+    def on_click(self, event: Click) -> None:
+        start = 0
+        for name, title in PAGES.items():
+            end = start + len(title) + 1 + GAP
+            if start <= event.x < end:
+                self.post_message(self.Chosen(name))
+            start = end

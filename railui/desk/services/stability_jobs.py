@@ -1,0 +1,77 @@
+"""Jobs of the Stability page: modes over speed, nonlinear critical speed, speed limit by ride criteria."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from textual.message import Message
+
+from railui.desk.messages import JobDone, ProgressEvent
+from railui.desk.presenters.critical_speeds import HIGHEST_SPEED, critical_key
+from railui.desk.presenters.design_results import MODE_SPEEDS, Comparison, DesignResults, load_track
+from railui.desk.services.jobs import BackgroundJob, Checkpoints
+from railui.running_stability.limit_cycles import find_limit_cycles, with_flange
+from railui.running_stability.mode_tracking import TrackedMode, track_modes
+from railui.running_stability.summary import limit_cycle_summary, practical_critical_speed
+from railui.vehicle.resolve import resolve_model
+
+SPEEDS: Final = np.arange(5.0, HIGHEST_SPEED + 1.0, 5.0)  # m/s
+SHOWN_KEYS: Final = ("loss", "amplitude", "frequency", "clearance", "diagram", "branch")
+
+
+@dataclass
+class ModesTracked(Message):
+    """Modes of a design and of its base over speed."""
+
+    results: Comparison
+    current: list[TrackedMode]
+    base: list[TrackedMode]
+
+
+@dataclass(frozen=True)
+class CriticalSpeedEvent:
+    """Beginning (result None) or end of the computation of one critical speed."""
+
+    key: str
+    kind: str
+    result: dict[str, Any] | None = None
+
+
+def background_threads() -> int:
+    """Return the threads of a long computation, which leaves one processor for what the user does next."""
+    return max(1, (os.cpu_count() or 2) - 1)
+
+
+def track_both(results: Comparison) -> Message:
+    """Follow the modes of a design and of its base."""
+    current, base = (track_modes(resolve_model(each.design), MODE_SPEEDS) for each in results)
+    return ModesTracked(results, current, base)
+
+
+def compute_critical(job: BackgroundJob, wanted: Sequence[tuple[DesignResults, str]]) -> Message:
+    """Compute critical speeds one after the other; each is posted as soon as it is known."""
+    for results, kind in wanted:
+        key = critical_key(results.design, results.conditions.track)
+        job.checkpoint()
+        job.owner.post_message(ProgressEvent(job.name, CriticalSpeedEvent(key, kind)))
+        result = _nonlinear(job, results) if kind == "nonlinear" else _ride_criteria(job, results)
+        job.owner.post_message(ProgressEvent(job.name, CriticalSpeedEvent(key, kind, result)))
+    return JobDone(job.name, None)
+
+
+def _nonlinear(job: BackgroundJob, results: DesignResults) -> dict[str, Any]:
+    """Return the nonlinear critical speed with the limit cycles over speed."""
+    model, _ = with_flange(resolve_model(results.design))
+    cycles = find_limit_cycles(model, SPEEDS.tolist(), jobs=background_threads(), progress=Checkpoints(job))
+    summary = limit_cycle_summary(cycles, None)
+    return {"speed": cycles.critical_speed} | {key: summary[key] for key in SHOWN_KEYS}
+
+
+def _ride_criteria(job: BackgroundJob, results: DesignResults) -> dict[str, Any]:
+    track = load_track(results.conditions.track)
+    model = resolve_model(results.design)
+    return practical_critical_speed(model, track, SPEEDS.tolist(), background_threads(), Checkpoints(job))
