@@ -42,6 +42,7 @@ SPEEDS = (20.0, 25.0, 30.0, 35.0, 40.0)
 TRACK = "erri_b176_low"
 DURATION = 40.0
 MAX_TRIES = 12  # campaigns per case
+LIKELY = 0.7  # promised chance
 
 
 @dataclass(frozen=True)
@@ -156,6 +157,7 @@ def totals(rows: Sequence[Row]) -> list[str]:
         "| outcome | count | % | 95 % limits |",
         "| --- | ---: | ---: | ---: |",
         format_total("proposed run decides for the planted effect", [r.decides for r in rows]),
+        format_total("of those promised at 70 % or more", [r.decides for r in rows if r.promised >= LIKELY]),
         format_total("proposed run decides for another", [r.misleads for r in rows]),
         format_total("run by chance decides for the planted effect", [r.chance_decides for r in rows]),
         format_total("run by chance decides for another", [r.chance_misleads for r in rows]),
