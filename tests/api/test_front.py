@@ -41,7 +41,7 @@ FUNCTIONS = {
     "doctor": ["self_test"],
     "bench": ["benchmark"],
 }
-START_UP = {"railui", "railui._version"}
+START_UP = {"railui"}
 PROFILES = tuple(str(ROOT / f"designs/profiles/{name}.txt") for name in ("s1002", "60e1"))
 HEAVY = ("numpy", "scipy", "pydantic", "matplotlib", "pandas", "yaml", "rich", "railui.core", "railui.api")
 

@@ -87,13 +87,13 @@ def test_an_internal_error_restores_the_terminal_and_names_the_log(terminal: Ter
         "from pathlib import Path\n"
         "import railui.desk.panels.design as design\n"
         "def fails(*_): raise ZeroDivisionError('on purpose')\n"
-        "design.DesignPanel.action_base = fails\n"
+        "design.DesignPanel.action_add = fails\n"
         "from railui.desk.app import run\n"
         f"raise SystemExit(run(Path({str(bogie)!r})))\n"
     )
     terminal.open(f"{sys.executable} {broken}")
     terminal.until("SATISFACTORY")
-    terminal.keys("b")
+    terminal.keys("a")
     text = terminal.until("ended 1").replace("\n", "")  # a long path is wrapped
     assert "ZeroDivisionError: on purpose" in text and "desk.log" in text
     log = terminal.home / "state/railui/desk.log"

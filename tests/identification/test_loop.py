@@ -30,7 +30,7 @@ CHANNELS = ("e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2")
 KEYS = {
     "schema", "version", "seed", "simd", "seconds", "campaign", "runs", "declared", "before", "after", "floor",
     "unexplained", "verdict", "effects", "outside", "classes", "ranking", "traces", "detectable", "means", "riding",
-    "parameters", "explained", "remainder", "test", "conditions", "corrections",
+    "parameters", "explained", "remainder", "test", "conditions", "corrections", "prior", "rivals", "next_runs",
 }  # fmt: skip
 # for the reader: provenance, summary, cost and notes
 READER_KEYS = {
