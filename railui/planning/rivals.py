@@ -118,7 +118,8 @@ def _other_refits(result: LoopResult) -> list[Refit]:
 def weak_effects(fit: Fit, scores: Sequence[ScoreResult], settings: PlanningSettings) -> list[RivalModel]:
     """Return models with an effect of the amount that explains the residual best, to first order.
 
-    Only effects whose force is proportional to a parameter are scaled to any amount.
+    Only effects whose force is proportional to a parameter are scaled to any amount. Their statistic is the score of
+    the effect, negative since the data prefer it, though by less than the search over the library explains.
     """
     found: list[RivalModel] = []
     for s in sorted(scores, key=lambda s: -signed_rho(s)):
@@ -130,7 +131,7 @@ def weak_effects(fit: Fit, scores: Sequence[ScoreResult], settings: PlanningSett
             effect = c.effect_with(c.scale_force(c.shapes[s.shape], s.amount))
             x = np.clip(fit.x - s.amount * s.absorbed, fit.free.low, fit.free.high)
             shifted = fit.model.with_path_values(fit.free.paths, x)
-            found.append(RivalModel(c, shifted.with_effect(effect), fit.free.paths, fit.covariance, abs(s.z)))
+            found.append(RivalModel(c, shifted.with_effect(effect), fit.free.paths, fit.covariance, -abs(s.z)))
     return found
 
 

@@ -67,7 +67,9 @@ def next_run_lines(report: Mapping[str, Any]) -> list[str]:
     rows = undecided_rows(report)
     if not rows:
         return []
-    lines = [f"Not separated by these data from: {'; '.join(rival_text(row) for row in rows)}."]
+    is_weak = report["verdict"] == "none" and all(row["z"] < 0 for row in rows)
+    opening = "Weak effects that these data do not exclude" if is_weak else "Not separated by these data from"
+    lines = [f"{opening}: {'; '.join(rival_text(row) for row in rows)}."]
     if runs := report.get("next_runs"):
         best = runs[0]
         sensors = " ".join(best["sensors"])
