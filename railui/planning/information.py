@@ -22,6 +22,7 @@ from railui.identification.estimation.problem import FitSegment, prepare_segment
 from railui.identification.structure.candidates import Candidate, CandidateBatch, batch_candidates, list_candidates
 from railui.identification.structure.score_test import output_differences
 from railui.parallel import map_threads
+from railui.planning.noise_residuals import draw_noise_residuals
 from railui.planning.run_information import RunInformation
 from railui.planning.store import InformationStore, content_key
 from railui.vehicle.model import Model
@@ -107,19 +108,10 @@ def _differences(
 
 def _noise_realisations(context: Context, model: Model, target: FitSegment, index: int) -> FloatArray:
     """Draw residuals [draw, channel, n] of the true model: noise of the sensors, and of the track through the model."""
-    segment, noise = target.segment, context.noise
     predictor = target.predictor(model)
     clean, _ = predictor.simulate()
-
-    def draw(k: int) -> FloatArray:
-        rng = np.random.default_rng(np.random.SeedSequence([context.seed, NOISE_SEED, index, k]))
-        band = context.campaign.noise_band
-        table = segment.noisy_table(noise, band, rng, model.wheelset_spacing(), predictor.steps)
-        noisy, _ = predictor.simulate(table=table)
-        sensors = noise.draw(segment.channels, segment.samples, segment.dt, rng)
-        return np.asarray(target.filter_and_weight(sensors) - (noisy[0] - clean[0]))
-
-    return np.stack(list(map_threads(draw, range(NOISE_DRAWS), context.jobs)))
+    seeds = [(context.seed, NOISE_SEED, index, k) for k in range(NOISE_DRAWS)]
+    return draw_noise_residuals(context, predictor, clean[0], target.filter_and_weight, seeds)
 
 
 def _products(target: FitSegment, rows: FloatArray, noise: FloatArray, length: int) -> RunInformation:

@@ -23,6 +23,7 @@ from railui.identification.estimation.initial_state import estimate_initial_stat
 from railui.identification.estimation.noise_floor import noise_weights
 from railui.identification.prediction import Predictor
 from railui.parallel import map_threads
+from railui.planning.noise_residuals import draw_noise_residuals
 from railui.planning.planned_runs import PlannedRun, simulate_runs
 from railui.planning.rivals import RivalModel
 from railui.planning.vuong import vuong_statistic
@@ -142,8 +143,8 @@ def _realise(
     predictions = [_predict(context, r, segment, weights) for r in rivals]
     if not all(np.all(np.isfinite(p.series)) for p in predictions):
         return None
-    noise = _noise(quiet, rivals[0], segment, weights)
-    length = max(round(context.settings.validation.error_block_duration / segment.dt), 1)
+    noise = _noise(quiet, rivals[0], segment, weights, predictions[0].series)
+    length = _block_samples(context, segment)
     errors = []
     for i, rival in enumerate(rivals):
         truth = _draw_truth(quiet, rival, segment, weights, i) + noise
@@ -177,8 +178,7 @@ def _predict(
     context: Context, rival: RivalModel, segment: Segment, weights: FloatArray, start: FloatArray | None = None
 ) -> _Prediction:
     """Predict a run by a rival from an initial state, at rest by default; NaN where it diverges."""
-    values, vectors = np.linalg.eigh(rival.covariance)
-    axes = vectors * np.sqrt(np.maximum(values, 0.0))  # [p, k]
+    axes = rival.deviations
     columns = [rival.model.columns[p] for p in rival.paths]
     model = rival.model.on_segment(*segment.segment_key)
     rows = np.tile(model.row, (1 + axes.shape[1], 1))
@@ -197,9 +197,7 @@ def _draw_truth(context: Context, rival: RivalModel, segment: Segment, weights: 
     """Weighted channels [draw, channel, n] of vehicles drawn about the estimates of a rival; NaN where one diverges."""
     rng = np.random.default_rng(np.random.SeedSequence([context.seed, DRAW_SEED, index]))
     model = rival.model
-    values, vectors = np.linalg.eigh(rival.covariance)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    drawn = rival.values() + rng.standard_normal((DRAWS, len(values))) @ root.T
+    drawn = rival.values() + rng.standard_normal((DRAWS, len(rival.paths))) @ rival.deviations.T
     rows = np.tile(model.row, (DRAWS, 1))
     columns = [model.columns[p] for p in rival.paths]
     rows[:, columns] = np.where(np.sign(drawn) == np.sign(rows[:, columns]), drawn, rows[:, columns])
@@ -211,19 +209,21 @@ def _draw_truth(context: Context, rival: RivalModel, segment: Segment, weights: 
     return series
 
 
-def _noise(context: Context, rival: RivalModel, segment: Segment, weights: FloatArray) -> FloatArray:
+def _noise(context: Context, rival: RivalModel, segment: Segment, weights: FloatArray, clean: FloatArray) -> FloatArray:
     """Weighted noise [draw, channel, n] of the sensors, and of the track through the final model."""
-    campaign, noise, model = context.campaign, context.noise, rival.model
-    predictor = Predictor(model, segment, filter=kernel_filter(campaign, segment, weights))
-    clean, _ = predictor.simulate()
-    drawn = []
-    for k in range(DRAWS):
-        rng = np.random.default_rng(np.random.SeedSequence([context.seed, DRAW_SEED, k, 1]))
-        table = segment.noisy_table(noise, campaign.noise_band, rng, model.wheelset_spacing(), predictor.steps)
-        noisy, _ = predictor.simulate(table=table)
-        sensors = noise.draw(segment.channels, segment.samples, segment.dt, rng)
-        drawn.append(comparison_filter(campaign, segment, sensors) * weights[:, None] - (noisy[0] - clean[0]))
-    return np.stack(drawn)
+    campaign = context.campaign
+    predictor = Predictor(rival.model, segment, filter=kernel_filter(campaign, segment, weights))
+    seeds = [(context.seed, DRAW_SEED, k, 1) for k in range(DRAWS)]
+
+    def filter_and_weight(x: FloatArray) -> FloatArray:
+        return comparison_filter(campaign, segment, x) * weights[:, None]
+
+    return draw_noise_residuals(context, predictor, clean, filter_and_weight, seeds)
+
+
+def _block_samples(context: Context, segment: Segment) -> int:
+    """Samples of a block of squared errors."""
+    return max(round(context.settings.validation.error_block_duration / segment.dt), 1)
 
 
 def _block_errors(residual: FloatArray, length: int) -> FloatArray:
@@ -234,7 +234,7 @@ def _block_errors(residual: FloatArray, length: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Decision:
-    """What a measured run says of the final model against another.
+    """Comparison of the final model with another on a measured run.
 
     Attributes
     ----------
@@ -259,7 +259,7 @@ def decide(context: Context, rivals: Sequence[RivalModel], segments: Sequence[Se
         weights = noise_weights(quiet, rivals[0].model, segment)
         rows = [segment.channels.index(c) for c in compared_channels(segment) if c in context.noise]
         measured = comparison_filter(context.campaign, segment, segment.measured(segment.channels)) * weights[:, None]
-        length = max(round(context.settings.validation.error_block_duration / segment.dt), 1)
+        length = _block_samples(context, segment)
         for rival, found in zip(rivals, blocks, strict=True):
             model = estimate_phases(quiet, rival.model, segment)
             start = estimate_initial_state(quiet, model, segment)

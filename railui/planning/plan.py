@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -37,8 +38,6 @@ class Plan:
         Names of the others, which are left out.
     everything
         Expectation with all sensors and runs.
-    chosen
-        Expectation of the selected ones; None where the budget allows for none.
     steps
         Steps of the selection.
     """
@@ -48,8 +47,12 @@ class Plan:
     unstable: tuple[str, ...]
     information: Information
     everything: Expectation
-    chosen: Expectation | None
     steps: tuple[Step, ...]
+
+    @cached_property
+    def chosen(self) -> Expectation | None:
+        """Expectation of the selected sensors and runs; None where the budget allows for none."""
+        return self.of_step(self.steps[-1]) if self.steps else None
 
     def of_run(self, number: int) -> Expectation:
         """Return the expectation with all sensors of one run that serves for estimation and validation."""
@@ -121,8 +124,7 @@ def make_plan(
     everything = expect(information, Choice(file.sensors, numbers, numbers[-1]), campaign, context.seed)
     progress.message("selecting sensors and runs")
     steps = _select(file, stable, information, everything)
-    chosen = expect(information, steps[-1].choice, campaign, context.seed) if steps else None
-    return Plan(file, tuple(stable), unstable, information, everything, chosen, tuple(steps))
+    return Plan(file, tuple(stable), unstable, information, everything, tuple(steps))
 
 
 def _select(

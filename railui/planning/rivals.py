@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,12 @@ class RivalModel:
         """Kind, location and wheelset of the effect in which it differs; of no effect None."""
         c = self.candidate
         return {"kind": c.kind if c else None, "at": c.at if c else None, "wheelset": c.wheelset if c else None}
+
+    @cached_property
+    def deviations(self) -> FloatArray:
+        """Principal axes [p, k] of the covariance, each as long as its standard deviation."""
+        values, vectors = np.linalg.eigh(self.covariance)
+        return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
     def values(self) -> FloatArray:
         """Estimates [p]."""

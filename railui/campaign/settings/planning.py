@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scipy import special
-
 from railui.campaign.settings.declaration import setting
 
 
@@ -28,4 +26,6 @@ class PlanningSettings:
     @property
     def critical_z(self) -> float:
         """Normal quantile of the separation level."""
+        from scipy import special  # imported here: every command reads the settings
+
         return float(-special.ndtri(self.separation_level))

@@ -21,7 +21,7 @@ class ResultPage(Vertical):
     """Page that shows the results of a design and of its base."""
 
     class StatusChanged(Message):
-        """What the page computes has changed; text: what it does now."""
+        """Change of the computation in progress; text: its description."""
 
         def __init__(self, text: str) -> None:
             super().__init__()

@@ -226,7 +226,7 @@ class SearchView(Vertical):
         self.notify(event.text, severity="warning")
 
     def show_page(self, is_front_page: bool) -> None:
-        """Show the page of the front, with its table in focus, or the overview beside the plan."""
+        """Show the page of the front, with its table in focus, or the overview next to the plan."""
         self.is_front_page = is_front_page
         self.view = 0
         self.arrange_parts()

@@ -9,7 +9,7 @@ from typing import Final
 from railui.arrays import FloatArray
 from railui.desk.widgets.axis import Axis
 
-SERIES_COUNT: Final = 6  # colours for lines of one plot that are told apart
+SERIES_COUNT: Final = 6  # distinguishable colours for the lines of one plot
 ROLES: Final = ("current", "base", "other", "limit", *(f"series{k}" for k in range(1, SERIES_COUNT + 1)))
 
 

@@ -159,7 +159,7 @@ class PlotDrawing:
     def header(self, width: int, height: int) -> list[list[tuple[str, Style]]]:
         """Return the rows above the frame: label of the vertical axis and legend, or the values at the cursor.
 
-        A legend that does not fit beside the label takes the place of the name, then a row of its own.
+        A legend that does not fit after the label takes the place of the name, then a row of its own.
         """
         if self.cursor is not None:
             return [[(self.cursor_text[:width], self.styles("cursor"))]]

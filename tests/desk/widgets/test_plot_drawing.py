@@ -28,7 +28,7 @@ def test_the_legend_names_everything_drawn_at_any_width() -> None:
         _, rows = drawn(data, width, 12)
         assert "━━ base" in rows[0] + rows[1] and "━━ current" in rows[0] + rows[1]
     assert "weighted acceleration [m/s²]" in drawn(data, 90, 12)[1][0]
-    assert drawn(data, 34, 12)[1][0].startswith("[m/s²]")  # the name of the pane tells the rest
+    assert drawn(data, 34, 12)[1][0].startswith("[m/s²]")  # the title of the pane has the rest
 
 
 def test_labels_of_close_limits_do_not_cover_each_other() -> None:
