@@ -12,7 +12,7 @@ from railui.campaign.corrections.correction import Corrections
 from railui.campaign.corrections.reading import effects_of, read_corrections
 from railui.campaign.directory import campaign_file
 from railui.campaign.estimated import read_estimated
-from railui.campaign.schema import ROLES, CampaignModel, read_conditions
+from railui.campaign.schema import ROLES, CampaignModel, MeasurementModel, read_conditions
 from railui.campaign.sensors import read_sensors
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.campaign.stated_noise import read_stated_noise
@@ -134,28 +134,35 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     check_band(data.get("band"), findings)
     if findings.errors() or design is None or model is None:
         raise FileProblems(findings.errors())
-    cut, cut_share = model.cut or ((0.0, DEFAULT_RIG_CUT_SHARE) if kind in RIG_FORMS else (DEFAULT_CUT, 0.0))
     return Campaign(
         name=model.name or source.resolve().parent.name,
         directory=source.parent,
         design=design,
         runs=runs,
         noise=noise,
-        noise_band=model.noise_band,
         estimated_parameters=paths,
-        band=model.band or (None if kind in RIG_FORMS else DEFAULT_BAND),
-        cut=cut,
-        cut_share=cut_share,
-        min_relative_gain=model.material,
         sensors=sensors,
-        track=model.track,
         source=source,
         sha256=sha256_file(source),
         warnings=(*findings.warnings(), *design.warnings),
-        settings=LoopSettings().with_values(model.model_dump()["settings"]),
         corrections=corrections,
         channels=data.get("channels") or {},
+        **comparison_options(model, is_rig=kind in RIG_FORMS),
     )
+
+
+def comparison_options(model: MeasurementModel, *, is_rig: bool = False) -> dict[str, Any]:
+    """Return band, cut, noise band and thresholds of a recorded or a planned campaign, with their defaults."""
+    cut, cut_share = model.cut or ((0.0, DEFAULT_RIG_CUT_SHARE) if is_rig else (DEFAULT_CUT, 0.0))
+    return {
+        "noise_band": model.noise_band,
+        "band": model.band or (None if is_rig else DEFAULT_BAND),
+        "cut": cut,
+        "cut_share": cut_share,
+        "min_relative_gain": model.material,
+        "track": model.track,
+        "settings": LoopSettings().with_values(model.model_dump()["settings"]),
+    }
 
 
 def with_declared_sensors(design: Design | None, raw: Any, findings: Findings) -> Design | None:
@@ -236,4 +243,4 @@ def _sensors(raw: Any, findings: Findings, catalogue: Catalogue | None, kind: Fo
     return read_effects(effects, findings, path, known, {}, form=form, sensors=True)
 
 
-__all__ = ["Campaign", "RunEntry", "check_band", "load_campaign", "with_declared_sensors"]
+__all__ = ["Campaign", "RunEntry", "check_band", "comparison_options", "load_campaign", "with_declared_sensors"]

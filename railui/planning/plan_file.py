@@ -12,10 +12,9 @@ from typing import Annotated, Any, Final
 
 from pydantic import Field
 
-from railui.campaign.campaign import DEFAULT_BAND, DEFAULT_CUT, Campaign, check_band, with_declared_sensors
+from railui.campaign.campaign import Campaign, check_band, comparison_options, with_declared_sensors
 from railui.campaign.estimated import read_estimated
 from railui.campaign.schema import MeasurementModel
-from railui.campaign.settings.loop_settings import LoopSettings
 from railui.campaign.stated_noise import read_stated_noise
 from railui.io.atomic import sha256_file
 from railui.io.fields import Text, ValueReader, quantity_reader
@@ -110,9 +109,7 @@ def load_plan(path: str | Path, design: Design, noise: Mapping[str, Any] | None 
         With every fault of the file.
     """
     source = Path(path)
-    data, model, findings = load_fields(
-        source, "plan", PlanModel, "write `noise:` with the sensors that may be mounted"
-    )
+    data, model, findings = load_fields(source, "plan", PlanModel, REMEDY)
     checked = with_declared_sensors(design, data.get("channels"), findings)
     assert checked is not None
     kind = checked.run_form
@@ -124,26 +121,19 @@ def load_plan(path: str | Path, design: Design, noise: Mapping[str, Any] | None 
     _check_sensors(checked, sensors, levels, data.get("costs"), findings)
     if findings.errors() or model is None:
         raise FileProblems(findings.errors())
-    cut, cut_share = model.cut or (DEFAULT_CUT, 0.0)
     campaign = Campaign(
         name=model.name or f"plan for {checked.name}",
         directory=source.parent,
         design=checked,
         runs=(),
         noise=levels,
-        noise_band=model.noise_band,
         estimated_parameters=paths,
-        band=model.band or DEFAULT_BAND,
-        cut=cut,
-        cut_share=cut_share,
-        min_relative_gain=model.material,
         sensors=(),
-        track=model.track,
         source=source,
         sha256=sha256_file(source),
         warnings=tuple(findings.warnings()),
-        settings=LoopSettings().with_values(model.model_dump()["settings"]),
         channels=data.get("channels") or {},
+        **comparison_options(model),
     )
     return PlanFile(campaign, sensors, model.costs, model.budget)
 

@@ -144,18 +144,19 @@ def weak_effects(fit: Fit, scores: Sequence[ScoreResult], settings: PlanningSett
 
 def rival_records(rivals: Sequence[RivalModel], nominal: Model, settings: PlanningSettings) -> list[dict[str, Any]]:
     """Return rivals as data: effects beyond the nominal ones, estimates and their covariance."""
+    open_ones = undecided(rivals, settings)[1:]
     return [
         {
             **r.key,
             "z": r.z,
-            "undecided": i > 0 and r.z < settings.critical_z,
+            "undecided": r in open_ones,
             "effects": [_effect_record(e) for e in r.model.design.effects[len(nominal.design.effects) :]],
             "sensors": [_effect_record(e) for e in r.model.sensors[len(nominal.sensors) :]],
             "names": list(r.paths),
             "values": r.values().tolist(),
             "covariance": (0.5 * (r.covariance + r.covariance.T)).tolist(),
         }
-        for i, r in enumerate(rivals)
+        for r in rivals
     ]
 
 
