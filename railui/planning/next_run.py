@@ -69,18 +69,29 @@ class NextRun:
 
 @dataclass(frozen=True, eq=False)
 class _Realisations:
-    """Squared errors [truth, draw, model, channel, block] of the models' predictions of one run."""
+    """One run with every rival as truth.
+
+    measured: weighted channels [truth][draw, channel, n] with noise. predictions: of every rival. length: samples of a
+    block of squared errors.
+    """
 
     channels: tuple[str, ...]
-    errors: FloatArray
+    measured: Sequence[FloatArray]
+    predictions: Sequence[_Prediction]
+    length: int
 
     def prospects(self, sensors: Sequence[str], critical: float) -> tuple[Prospect, ...]:
-        """Chances with a set of sensors; critical: that of the test."""
+        """Chances with a set of sensors, which alone correct the predictions; critical: that of the test."""
         rows = [self.channels.index(c) for c in sensors]
-        errors = self.errors[:, :, :, rows].sum(axis=3)  # [truth, draw, model, block]
+
+        def errors(truth: int, rival: int) -> FloatArray:
+            """Squared errors [draw, block] of the prediction of a rival."""
+            residuals = self.predictions[rival].residuals(self.measured[truth], rows)
+            return np.asarray(_block_errors(residuals, self.length).sum(axis=1))
+
         found = []
-        for j in range(1, errors.shape[2]):
-            cases = [_chance(errors[i, :, i], errors[i, :, k], critical) for i, k in ((0, j), (j, 0))]
+        for j in range(1, len(self.predictions)):
+            cases = [_chance(errors(i, i), errors(i, k), critical) for i, k in ((0, j), (j, 0))]
             usable = [c for c in cases if c is not None]
             if usable:
                 chance = float(np.mean([p for p, _ in usable]))
@@ -137,19 +148,13 @@ def _realise(
     except ValueError:
         return None
     quiet = context.in_background(1)
-    names = compared_channels(segment)
-    rows = [segment.channels.index(c) for c in names]
     weights = noise_weights(quiet, model, segment)
     predictions = [_predict(context, r, segment, weights) for r in rivals]
     if not all(np.all(np.isfinite(p.series)) for p in predictions):
         return None
     noise = _noise(quiet, rivals[0], segment, weights, predictions[0].series)
-    length = _block_samples(context, segment)
-    errors = []
-    for i, rival in enumerate(rivals):
-        truth = _draw_truth(quiet, rival, segment, weights, i) + noise
-        errors.append(np.stack([_block_errors(p.residuals(truth, rows), length) for p in predictions], axis=1))
-    return _Realisations(tuple(names), np.stack(errors))
+    measured = [_draw_truth(quiet, rival, segment, weights, i) + noise for i, rival in enumerate(rivals)]
+    return _Realisations(tuple(segment.channels), measured, predictions, _block_samples(context, segment))
 
 
 @dataclass(frozen=True, eq=False)
